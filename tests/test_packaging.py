@@ -1,0 +1,125 @@
+"""What is installed: the wheel carries the library and its configs, and nothing else."""
+
+import os
+import subprocess
+import sys
+import tarfile
+import zipfile
+from email.message import Message
+from email.parser import HeaderParser
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+import rigid_envs
+
+ROOT = Path(__file__).parents[1]
+
+
+def run(*command: str | Path, cwd: Path, **environment: str) -> str:
+    """Runs Python with `command`; fails with what it printed."""
+    done = subprocess.run(
+        [sys.executable, *map(str, command)],
+        cwd=cwd,
+        env=os.environ | environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    return done.stdout
+
+
+def build(target: str, source: Path, out: Path) -> Path:
+    """Builds the "wheel" or "sdist" of `source` with the build backend itself: no network."""
+    run("-m", "hatchling", "build", "--target", target, "--directory", out, cwd=source)
+    (built,) = out.iterdir()
+    return built
+
+
+def files_of(wheel: Path) -> set[str]:
+    with zipfile.ZipFile(wheel) as archive:
+        return set(archive.namelist())
+
+
+def install(wheel: Path, site: Path) -> None:
+    """Installs as pip does over what is there: `--upgrade` is what lets it replace a folder."""
+    options = ("--no-deps", "--no-index", "--no-compile", "--upgrade", "--quiet")
+    run("-m", "pip", "install", *options, "--target", site, wheel, cwd=site)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build("wheel", ROOT, tmp_path_factory.mktemp("wheel"))
+
+
+@pytest.fixture(scope="module")
+def metadata(wheel: Path) -> Message:
+    (name,) = (f for f in files_of(wheel) if f.endswith(".dist-info/METADATA"))
+    with zipfile.ZipFile(wheel) as archive:
+        return HeaderParser().parsestr(archive.read(name).decode())
+
+
+def test_wheel_holds_the_library_and_nothing_else(wheel: Path) -> None:
+    top_level = {name.split("/")[0] for name in files_of(wheel)}
+    assert top_level == {"rigid_envs", f"rigid_envs-{rigid_envs.__version__}.dist-info"}
+
+
+def test_wheel_holds_every_module_config_and_the_type_marker(wheel: Path) -> None:
+    modules = {p.relative_to(ROOT).as_posix() for p in ROOT.glob("rigid_envs/**/*.py")}
+    configs = {p.relative_to(ROOT).as_posix() for p in ROOT.glob("configs/**/*.yaml")}
+    assert configs
+    packed = {f"rigid_envs/{name}" for name in configs}
+    assert modules | packed | {"rigid_envs/py.typed"} <= files_of(wheel)
+
+
+def test_library_depends_on_four_packages_only(metadata: Message) -> None:
+    requirements = [Requirement(line) for line in metadata.get_all("Requires-Dist", [])]
+    base = {r.name: r.specifier for r in requirements if "extra" not in str(r.marker)}
+    assert set(base) == {"gymnasium", "numpy", "scipy", "numba"}
+    assert base["gymnasium"] == Requirement("gymnasium>=1.2,<2").specifier
+
+
+def test_metadata_states_version_python_and_extras(metadata: Message) -> None:
+    assert metadata["Version"] == rigid_envs.__version__
+    assert metadata["Requires-Python"] == ">=3.11"
+    assert set(metadata.get_all("Provides-Extra", [])) == {"train", "render", "test", "dev"}
+
+
+def test_installing_leaves_another_package_named_agents_untouched(
+    wheel: Path, tmp_path: Path
+) -> None:
+    theirs = {"agents/__init__.py": "owner = 'openai-agents'\n", "agents/tool.py": "x = 1\n"}
+    (tmp_path / "agents").mkdir()
+    for name, text in theirs.items():
+        (tmp_path / name).write_text(text)
+    install(wheel, tmp_path)
+    found = {p.relative_to(tmp_path).as_posix(): p for p in tmp_path.glob("agents/**/*")}
+    assert {name: path.read_text() for name, path in found.items()} == theirs
+
+
+def test_installed_library_imports_alone_and_without_heavy_packages(
+    wheel: Path, tmp_path: Path
+) -> None:
+    install(wheel, tmp_path)
+    heavy = ("torch", "stable_baselines3", "matplotlib", "panda3d", "pygame", "agents")
+    report = (
+        "import sys, rigid_envs; print(rigid_envs.__file__); "
+        f"print([name for name in {heavy} if name in sys.modules])"
+    )
+    # -P: the working directory is no place to import from; PYTHONPATH precedes any checkout.
+    out = run("-P", "-c", report, cwd=tmp_path, PYTHONPATH=str(tmp_path))
+    assert out.splitlines() == [str(tmp_path / "rigid_envs" / "__init__.py"), "[]"]
+
+
+def test_wheel_built_from_the_sdist_is_the_wheel_built_from_the_checkout(
+    wheel: Path, tmp_path: Path
+) -> None:
+    sdist = build("sdist", ROOT, tmp_path / "sdist")
+    with tarfile.open(sdist) as archive:
+        archive.extractall(tmp_path, filter="data")
+    source = tmp_path / sdist.name.removesuffix(".tar.gz")
+    assert (source / "tests").is_dir()
+    assert files_of(build("wheel", source, tmp_path / "wheel")) == files_of(wheel)
