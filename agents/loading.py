@@ -1,0 +1,152 @@
+"""Configs from YAML files and the command line. YAML is data here: nothing in it is imported."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import re
+from collections.abc import Mapping, Sequence
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from .config import ALGORITHMS, Config, config_from, config_to_dict, unknown_key
+from .files import read_bytes
+
+__all__ = ["add_config_options", "dump_yaml", "load_config", "parse_yaml", "read_yaml"]
+
+_LIMIT = 2**16
+
+
+class _Loader(yaml.SafeLoader):
+    """Plain data, each key once, 1e-3 a number (YAML 1.2), no aliases (they can grow like 2^n)."""
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("aliases (*name) are not read here; write the value out")
+        return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = key_node.value
+            if key in seen:
+                raise yaml.YAMLError(f"key {key!r} is there twice{key_node.start_mark}")
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$"),
+    list("-+.0123456789"),
+)
+
+
+def parse_yaml(text: str) -> Any:
+    """The data that a YAML text stands for.
+
+    Args:
+        text: The text.
+
+    Raises:
+        ValueError: No YAML, a key given twice, an alias, or more depth than makes sense.
+    """
+    try:
+        return _Loader(text).get_single_data()
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        why = str(error) or "nested too deeply"
+        raise ValueError(f"not readable as YAML: {why:.300}") from None
+
+
+def read_yaml(path: Path) -> dict[str, Any]:
+    """The entries of a YAML file.
+
+    Args:
+        path: The file, at most 64 KiB.
+
+    Raises:
+        ValueError: No mapping in readable YAML; the message names the file.
+        FileNotFoundError: No file.
+    """
+    data = read_bytes(path, _LIMIT)
+    try:
+        values = parse_yaml(data.decode())
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    if not isinstance(values, dict):
+        raise ValueError(f"{path}: expected a mapping `key: value`, got {type(values).__name__}")
+    return values
+
+
+def dump_yaml(config: Config) -> str:
+    """A config as a YAML file that `read_yaml` and `config_from` take back."""
+    text: str = yaml.safe_dump(config_to_dict(config), sort_keys=False, default_flow_style=None)
+    return text
+
+
+def add_config_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser one option per config entry, with its help, default and range.
+
+    Args:
+        parser: The parser.
+    """
+    shared = {field.name for field in dataclasses.fields(Config)}
+    groups = [("config, all algorithms", Config, set[str]())]
+    groups += [(f"config, algo: {name}", kind, shared) for name, kind in ALGORITHMS.items()]
+    for title, kind, known in groups:
+        group = parser.add_argument_group(title)
+        for field in dataclasses.fields(kind):
+            if field.name in known:
+                continue
+            default = {} if field.default is dataclasses.MISSING else field.default
+            expected = field.metadata["check"].expected
+            group.add_argument(
+                f"--{field.name}",
+                default=argparse.SUPPRESS,
+                metavar="VALUE",
+                help=f"{field.metadata['help']} ({expected}; default {default})",
+            )
+
+
+def load_config(path: Path | None, options: Mapping[str, str], rest: Sequence[str]) -> Config:
+    """The config of a YAML file, with entries of the command line put over it.
+
+    Args:
+        path: The file; None for the defaults.
+        options: Entries given as options, each value as YAML text.
+        rest: What no option was known for: `--env_kwargs.NAME VALUE`, or a mistake.
+
+    Raises:
+        ValueError: "config.<key>: ...", or the file and what is wrong with it.
+    """
+    values = {} if path is None else read_yaml(path)
+    values |= {key: _value(key, text) for key, text in options.items()}
+    keywords = _keywords(rest)
+    if keywords:
+        values["env_kwargs"] = {**config_from(values).env_kwargs, **keywords}
+    return config_from(values)
+
+
+def _keywords(rest: Sequence[str]) -> dict[str, Any]:
+    """The pairs `--env_kwargs.NAME VALUE` or `--env_kwargs.NAME=VALUE`."""
+    keywords: dict[str, Any] = {}
+    words = [part for word in rest for part in word.split("=", 1)]
+    for option, text in zip_longest(words[::2], words[1::2]):
+        key = option.removeprefix("--")
+        if not key.startswith("env_kwargs."):
+            every = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
+            raise ValueError(unknown_key(key, every))
+        if text is None:
+            raise ValueError(f"config.{key}: expected a value after it")
+        keywords[key.removeprefix("env_kwargs.")] = _value(key, text)
+    return keywords
+
+
+def _value(key: str, text: str) -> Any:
+    try:
+        return parse_yaml(text)
+    except ValueError as error:
+        raise ValueError(f"config.{key}: {error}") from None

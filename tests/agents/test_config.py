@@ -1,0 +1,160 @@
+"""A config is refused at once, by key, with what would be right; a good one never."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from agents.config import PPOConfig, config_from, config_to_dict
+from agents.loading import dump_yaml, load_config, parse_yaml, read_yaml
+from agents.names import is_name
+
+CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
+
+BAD: dict[str, list[Any]] = {
+    "env_id": ["", " ", 3, None, True, ["x"]],
+    "env_kwargs": [3, "x", None, [1], {1: 2}, {"x": math.nan}, {"x": {1, 2}}],
+    "algo": ["", "pop", 3, None, True],
+    "seed": [-1, 0.5, math.nan, math.inf, "1", True, None, [1], 2**63],
+    "total_timesteps": [0, -1, 0.5, math.nan, "many", False, None, 10**400],
+    "n_envs": [0, -3, 1.5, math.inf, "x", True, None],
+    "gamma": [-0.1, 1.1, math.nan, -math.inf, "x", True, None, [0.9]],
+    "learning_rate": [0, -1, 1.5, math.nan, "x", True, None, [1e-3], [1, 2], [0.1, 0.1, 0.1]],
+    "net_arch": [64, [0], [1.5], ["x"], [64] * 9, None, True, {"pi": [64]}],
+    "activation": ["tan", 1, None, True],
+    "normalize_observation": [0, 1, "true", None],
+    "normalize_reward": [0, "no", None],
+    "eval_every": [0, -1, math.nan, None, "x"],
+    "eval_episodes": [0, 100_001, None, True],
+    "checkpoint_every": [0, -1, 0.5, "auto", True],
+    "torch_threads": [0, None, 1.5, True],
+    "log_dir": ["", 3, None],
+    "run_name": ["", "a/b", "..", "a b", "x" * 81, 3, True, "é"],
+    "n_steps": [0, None, 1.5, True, "x"],
+    "batch_size": [1, 3, 10**9, None, True, 2.5],
+    "n_epochs": [0, None, 1.5, True],
+    "gae_lambda": [-1, 2, None, True, "x", math.nan],
+    "clip_range": [0, 1.5, None, True, math.nan],
+    "ent_coef": [-1, None, True, math.inf],
+    "vf_coef": [-1, None, True, math.inf],
+    "max_grad_norm": [0, -1, None, True, math.inf],
+    "target_kl": [0, -1, True, math.nan, "x"],
+    "log_std_init": [3, -21, None, True, math.nan],
+}
+
+
+def test_every_entry_is_tried() -> None:
+    assert set(BAD) == set(config_to_dict(PPOConfig()))
+
+
+@pytest.mark.parametrize(("key", "value"), [(k, v) for k, bad in BAD.items() for v in bad])
+def test_a_bad_value_is_refused_by_key_with_what_is_expected(key: str, value: Any) -> None:
+    with pytest.raises(ValueError, match=rf"^config\.{key}: expected ") as error:
+        config_from({key: value})
+    assert "got" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("totl_timesteps", "total_timesteps"),
+        ("n-envs", "n_envs"),
+        ("learning_rat", "learning_rate"),
+    ],
+)
+def test_a_misspelt_key_is_answered_with_the_right_one(key: str, meant: str) -> None:
+    with pytest.raises(ValueError, match=rf"^config\.{key}: unknown key; did you mean {meant}\?"):
+        config_from({key: 1})
+
+
+fine = st.fixed_dictionaries(
+    {},
+    optional={
+        "seed": st.integers(0, 2**63 - 1),
+        "total_timesteps": st.integers(1, 10**12) | st.sampled_from([3e6, 1e9]),
+        "gamma": st.floats(0, 1) | st.sampled_from([0, 1]),
+        "learning_rate": st.floats(1e-12, 1) | st.lists(st.floats(0, 1), min_size=2, max_size=2),
+        "net_arch": st.lists(st.integers(1, 4096), max_size=8),
+        "activation": st.sampled_from(["tanh", "relu", "elu", "silu"]),
+        "normalize_reward": st.booleans(),
+        "checkpoint_every": st.none() | st.integers(1, 1000),
+        "target_kl": st.none() | st.floats(1e-9, 100),
+        "env_kwargs": st.dictionaries(
+            st.text(), st.floats(allow_nan=False, allow_infinity=False) | st.text() | st.booleans()
+        ),
+        "run_name": st.none() | st.from_regex(r"[A-Za-z0-9_-]{1,80}", fullmatch=True),
+    },
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(fine)
+def test_a_good_config_is_accepted_and_survives_its_own_yaml(values: dict[str, Any]) -> None:
+    config = config_from(values)
+    assert config_from(parse_yaml(dump_yaml(config))) == config
+
+
+def test_batches_must_divide_the_samples() -> None:
+    with pytest.raises(ValueError, match=r"^config\.batch_size: expected a divisor of .* = 16384"):
+        config_from({"batch_size": 3000})
+
+
+def test_numbers_in_yaml_are_numbers() -> None:
+    text = "[1e-3, 1E5, -2.5e-4, 1., .5, +3e+2, 7, 4e6]"
+    assert parse_yaml(text) == [1e-3, 1e5, -2.5e-4, 1.0, 0.5, 300.0, 7, 4e6]
+    assert config_from(parse_yaml("learning_rate: 1e-3")).learning_rate == 1e-3
+    assert config_from(parse_yaml("total_timesteps: 4e6")).total_timesteps == 4_000_000
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("seed: 1\nseed: 2\n", "'seed' is there twice"),
+        ("env_kwargs: {dt: 1, dt: 2}\n", "'dt' is there twice"),
+        ("a: &a [1]\nb: *a\n", "aliases"),
+        ("a: !!python/object/apply:os.system [echo]\n", "python"),
+        ("a: !!python/name:os.system\n", "python"),
+        ("[" * 20_000, "YAML"),
+        ("seed: [1\n", "YAML"),
+        ("- 1\n", "expected a mapping"),
+        ("a: \0\n", "YAML"),
+        ("x: " + "1" * 70_000, "at most 65536"),
+    ],
+)
+def test_yaml_that_is_not_plain_data_is_refused(tmp_path: Path, text: str, why: str) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(text)
+    with pytest.raises(ValueError, match=rf"bad\.yaml: (?s:.*){why}"):
+        read_yaml(file)
+
+
+def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path: Path) -> None:
+    file = tmp_path / "a.yaml"
+    file.write_text("seed: 3\ngamma: 0.5\nenv_kwargs: {dt: 0.1, rotation: quat}\n")
+    rest = ["--env_kwargs.dt", "2e-1", "--env_kwargs.goal=3"]
+    config = load_config(file, {"seed": "4", "learning_rate": "[1e-3, 0]"}, rest)
+    assert (config.seed, config.gamma, config.n_envs) == (4, 0.5, 256)
+    assert config.learning_rate == (1e-3, 0.0)
+    assert config.env_kwargs == {"dt": 0.2, "rotation": "quat", "goal": 3}
+    with pytest.raises(ValueError, match=r"^config\.seeds: unknown key; did you mean seed\?"):
+        load_config(file, {}, ["--seeds", "3"])
+    with pytest.raises(ValueError, match=r"^config\.env_kwargs\.dt: expected a value"):
+        load_config(file, {}, ["--env_kwargs.dt"])
+
+
+@pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
+def test_a_shipped_config_is_accepted(path: Path) -> None:
+    config_from(read_yaml(path))
+
+
+@pytest.mark.parametrize("name", ["a", "BallPark-v0_1", "x" * 80, "...a", "-"])
+def test_a_plain_name_is_accepted(name: str) -> None:
+    assert is_name(name)
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "...", "a/b", "a\\b", "a b", "x" * 81, "a\n", "é"])
+def test_a_name_that_could_leave_the_folder_is_refused(name: str) -> None:
+    assert not is_name(name)

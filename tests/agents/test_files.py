@@ -1,0 +1,202 @@
+"""Files are whole or not there; what is damaged is said to be, and never runs."""
+
+import errno
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agents.files import DamagedFileError, canonical_json, read_bytes, sweep, write_atomic
+from agents.tensorfile import load_tensors, save_tensors
+
+ARRAYS: dict[str, Any] = {
+    "weights": np.arange(12, dtype=np.float32).reshape(3, 4).T,
+    "count": np.array(7, dtype=np.uint64),
+    "mask": np.array([True, False]),
+    "empty": np.zeros((0, 3)),
+    "bytes": np.arange(5, dtype=np.uint8),
+}
+DOCUMENT = {"step": 3, "big": 2**200, "third": 1 / 3, "list": [None, True, "é"]}
+
+WRITER = """
+import sys
+from pathlib import Path
+import numpy as np
+from agents.tensorfile import save_tensors
+path = Path(sys.argv[1])
+print("ready", flush=True)
+for k in range(10**6):
+    save_tensors(path, {"a": np.full(200_000, k)}, {"k": k})
+"""
+
+
+def test_arrays_and_document_come_back_to_the_bit(tmp_path: Path) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    arrays, document = load_tensors(path, 10**6)
+    assert document == DOCUMENT
+    assert arrays.keys() == ARRAYS.keys()
+    for name, array in ARRAYS.items():
+        assert arrays[name].dtype == array.dtype
+        np.testing.assert_array_equal(arrays[name], array)
+        arrays[name][...] = 0
+
+
+def test_equal_content_gives_equal_bytes(tmp_path: Path) -> None:
+    one, two = tmp_path / "1", tmp_path / "2"
+    save_tensors(one, ARRAYS, DOCUMENT)
+    save_tensors(two, dict(reversed(ARRAYS.items())), dict(reversed(DOCUMENT.items())))
+    assert one.read_bytes() == two.read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["flip", "cut", "tail"])
+def test_damage_is_named_or_harmless(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    good = path.read_bytes()
+    rng = np.random.default_rng(0)
+    for _ in range(500):
+        data = bytearray(good)
+        place = int(rng.integers(len(data)))
+        if kind == "flip":
+            data[place] ^= 1 << int(rng.integers(8))
+        elif kind == "cut":
+            del data[place:]
+        else:
+            data += rng.bytes(place)
+        path.write_bytes(data)
+        with pytest.raises(DamagedFileError, match=r"a\.safetensors"):
+            load_tensors(path, 10**6)
+
+
+def header(text: str) -> bytes:
+    return len(text).to_bytes(8, "little") + text.encode()
+
+
+HOSTILE = {
+    "empty": b"",
+    "short": b"\x02\x00",
+    "length of the header beyond the file": (2**62).to_bytes(8, "little") + b"{}",
+    "no metadata": header("{}"),
+    "deep": header("[" * 100_000),
+    "deep inside": header('{"__metadata__":{"rigid-envs":"' + "[" * 100_000 + '"}}'),
+    "list": header("[]"),
+    "pickle": b"\x80\x04\x8c\x05posix\x94\x8c\x06system\x94\x93\x94\x8c\x02id\x94\x85\x94R\x94.",
+    "zip": b"PK\x03\x04" + b"\0" * 100,
+    "huge tensor": header(
+        '{"__metadata__":{"rigid-envs":"{\\"document\\":{},\\"sha256\\":\\"\\"}"},'
+        '"a":{"dtype":"F64","shape":[100000000000],"data_offsets":[0,800000000000]}}'
+    ),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "hostile"
+    path.write_bytes(HOSTILE[name])
+    begin = time.perf_counter()
+    with pytest.raises(DamagedFileError, match="hostile"):
+        load_tensors(path, 10**6)
+    assert time.perf_counter() - begin < 1
+
+
+def test_what_is_too_large_or_no_file_is_not_read(tmp_path: Path) -> None:
+    sparse = tmp_path / "sparse"
+    with sparse.open("wb") as file:
+        file.truncate(2**33)
+    with pytest.raises(DamagedFileError, match="8589934592 bytes; expected at most 1000"):
+        read_bytes(sparse, 1000)
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(DamagedFileError, match="not a regular file"):
+        read_bytes(pipe, 1000)
+    with pytest.raises(DamagedFileError, match="not a regular file"):
+        read_bytes(tmp_path, 1000)
+
+
+def test_loading_imports_and_executes_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    good = path.read_bytes()
+    payloads = [good, *HOSTILE.values()]
+    rng = np.random.default_rng(1)
+    for _ in range(100):
+        data = bytearray(good)
+        data[int(rng.integers(len(data)))] = int(rng.integers(256))
+        payloads.append(bytes(data))
+    seen: list[str] = []
+    watching = False
+    forbidden = ("import", "exec", "compile", "os.system", "pickle.find_class", "subprocess.Popen",
+                 "socket.connect", "ctypes.dlopen", "os.remove", "os.rename")  # fmt: skip
+
+    def hook(event: str, args: tuple[Any, ...]) -> None:
+        if watching and event in forbidden:
+            seen.append(f"{event} {args}")
+
+    sys.addaudithook(hook)
+    for payload in payloads:
+        path.write_bytes(payload)
+        watching = True
+        try:
+            load_tensors(path, 10**6)
+        except DamagedFileError:
+            pass
+        finally:
+            watching = False
+    assert seen == []
+
+
+def test_a_kill_in_the_middle_of_a_write_leaves_a_whole_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.safetensors"
+    rng = np.random.default_rng(2)
+    interrupted = 0
+    for _ in range(6):
+        writer = subprocess.Popen(
+            [sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, cwd=Path.cwd()
+        )
+        assert writer.stdout is not None
+        writer.stdout.readline()
+        time.sleep(float(rng.uniform(0.02, 0.1)))
+        writer.send_signal(signal.SIGKILL)
+        writer.communicate()
+        if path.exists():
+            arrays, document = load_tensors(path, 10**7)
+            assert (arrays["a"] == document["k"]).all()
+        leftovers = list(tmp_path.glob(".*.tmp"))
+        interrupted += bool(leftovers)
+        sweep(tmp_path)
+        assert not list(tmp_path.glob(".*.tmp"))
+    assert interrupted > 0
+
+
+def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    write_atomic(path, b"old")
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+    try:
+        with pytest.raises(OSError, match=r"could not write 5000 bytes .*untouched") as error:
+            write_atomic(path, b"x" * 5000)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, before)
+    assert error.value.errno == errno.EFBIG
+    assert path.read_bytes() == b"old"
+    assert [file.name for file in tmp_path.iterdir()] == ["a"]
+
+
+def test_json_has_one_spelling_and_no_nan() -> None:
+    a, b = {"x": 1, "y": [0.1, "é"]}, {"y": [0.1, "é"], "x": 1}
+    assert canonical_json(a) == canonical_json(b) == '{"x":1,"y":[0.1,"\\u00e9"]}'
+    assert json.loads(canonical_json(a)) == a
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        canonical_json({"x": float("nan")})
