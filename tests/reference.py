@@ -1,0 +1,28 @@
+"""Reference cases: answers to 15 digits, computed in 50-digit arithmetic by independent routes.
+
+Conventions and the fields of each kind are in `meta` of the data file. Inputs are the exact doubles
+printed; `cond`, where given, is how much a relative input error of one eps moves each output.
+"""
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+Case = dict[str, Any]
+
+
+@cache
+def _by_kind() -> dict[str, list[Case]]:
+    path = Path(__file__).parent / "data" / "reference_cases.json"
+    kinds: dict[str, list[Case]] = {}
+    for case in json.loads(path.read_text(encoding="utf-8"))["cases"]:
+        kinds.setdefault(case["kind"], []).append(case)
+    return kinds
+
+
+def cases(kind: str) -> list[Case]:
+    """Return the cases of one kind, for `pytest.mark.parametrize(..., ids=itemgetter("id"))`."""
+    if kind not in _by_kind():
+        raise ValueError(f"kind = {kind!r}: expected one of {', '.join(sorted(_by_kind()))}")
+    return _by_kind()[kind]
