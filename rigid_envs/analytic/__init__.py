@@ -1,0 +1,16 @@
+"""Closed-form solutions: the oracles that the simulated systems are checked against.
+
+Everything here is evaluated, nothing is integrated, from NumPy and SciPy alone. No formula is
+shared with the kernels, and nothing else of this package is imported: an agreement between the two
+is an agreement of two independent routes.
+
+Modules:
+    elliptic: Jacobi functions and the integrals of motion, exact up to the separatrix.
+    free_body: torque-free rotation of any body: angular velocity, attitude, flips, rates.
+
+Quaternions are (w, x, y, z), unit, body to world, as everywhere in the package.
+"""
+
+from rigid_envs.analytic import elliptic, free_body
+
+__all__ = ["elliptic", "free_body"]
