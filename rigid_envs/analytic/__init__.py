@@ -7,10 +7,11 @@ is an agreement of two independent routes.
 Modules:
     elliptic: Jacobi functions and the integrals of motion, exact up to the separatrix.
     free_body: torque-free rotation of any body: angular velocity, attitude, flips, rates.
+    heavy_top: symmetric top in gravity: nutation, steady precession, the sleeping top.
 
 Quaternions are (w, x, y, z), unit, body to world, as everywhere in the package.
 """
 
-from rigid_envs.analytic import elliptic, free_body
+from rigid_envs.analytic import elliptic, free_body, heavy_top
 
-__all__ = ["elliptic", "free_body"]
+__all__ = ["elliptic", "free_body", "heavy_top"]

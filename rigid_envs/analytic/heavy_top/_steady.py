@@ -1,0 +1,92 @@
+"""Effective potential of the tilt, and the steady precessions at its minimum."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rigid_envs.analytic._inputs import FloatArray, finite, positive
+
+__all__ = ["effective_potential", "nutation_frequency", "steady_precession"]
+
+
+def effective_potential(
+    theta: ArrayLike, p_phi: float, p_psi: float, *, i_perp: float, mgl: float
+) -> FloatArray:
+    """Potential in which the tilt moves, I theta'^2 / 2 + V(theta) = E - p_psi^2 / (2 I3).
+
+    V = (p_phi - p_psi cos theta)^2 / (2 I sin^2 theta) + mgl cos theta.
+
+    Args:
+        theta: tilt, any shape [rad].
+        p_phi: vertical angular momentum [kg m^2/s].
+        p_psi: axial angular momentum I3 omega3 [kg m^2/s].
+        i_perp: transverse moment about the pivot [kg m^2].
+        mgl: weight times distance of the centre of mass [N m].
+
+    Returns:
+        V, of the shape of theta [J]; infinite or NaN at theta = 0.
+
+    Source: Goldstein, sec. 5.7.
+    """
+    positive(i_perp=i_perp, mgl=mgl)
+    theta = finite("theta", theta)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        centrifugal = (p_phi - p_psi * np.cos(theta)) ** 2 / (2.0 * i_perp * np.sin(theta) ** 2)
+    return np.asarray(centrifugal + mgl * np.cos(theta), dtype=np.float64)
+
+
+def steady_precession(
+    theta: ArrayLike, omega3: ArrayLike, *, i_perp: float, i3: float, mgl: float
+) -> tuple[FloatArray, FloatArray]:
+    """Both rates at which the top precesses without nutation.
+
+    The roots of I cos(theta) phi'^2 - I3 omega3 phi' + mgl = 0, which has none where
+    (I3 omega3)^2 < 4 I mgl cos(theta). Beyond the horizontal the roots have opposite signs.
+
+    Args:
+        theta: tilt, any shape [rad].
+        omega3: axial angular velocity, broadcast with theta [rad/s].
+        i_perp: transverse moment about the pivot [kg m^2].
+        i3: axial moment [kg m^2].
+        mgl: weight times distance of the centre of mass [N m].
+
+    Returns:
+        The slow rate, near mgl / (I3 omega3) for a fast top, and the fast one, near
+        I3 omega3 / (I cos(theta)), infinite at the horizontal [rad/s]. NaN where none exists.
+
+    Source: Goldstein, sec. 5.7; Landau & Lifshitz, par. 35.
+    """
+    positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    spin = i3 * finite("omega3", omega3)
+    level = i_perp * np.cos(finite("theta", theta))
+    # Both roots from the one sum that does not cancel.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        total = spin + np.copysign(np.sqrt(spin * spin - 4.0 * level * mgl), spin)
+        slow, fast = 2.0 * mgl / total, total / (2.0 * level)
+    return np.asarray(slow, dtype=np.float64), np.asarray(fast, dtype=np.float64)
+
+
+def nutation_frequency(
+    theta: ArrayLike, precession: ArrayLike, omega3: ArrayLike, *, i_perp: float, i3: float
+) -> FloatArray:
+    """Angular frequency of small nutation about a steady precession [rad/s].
+
+    sqrt((phi' sin theta)^2 + (I3 omega3 / I - 2 phi' cos theta)^2): the curvature of the effective
+    potential at its minimum, over I.
+
+    Args:
+        theta: tilt, any shape [rad].
+        precession: phi', a root of `steady_precession` at that tilt, NaN included [rad/s].
+        omega3: axial angular velocity [rad/s].
+        i_perp: transverse moment about the pivot [kg m^2].
+        i3: axial moment [kg m^2].
+
+    Returns:
+        The frequency, of the common shape of theta, precession and omega3 [rad/s].
+
+    Source: Whittaker, ch. VI.
+    """
+    positive(i_perp=i_perp, i3=i3)
+    theta, rate = finite("theta", theta), np.asarray(precession, dtype=np.float64)
+    spin = i3 / i_perp * finite("omega3", omega3)
+    frequency = np.hypot(rate * np.sin(theta), spin - 2.0 * rate * np.cos(theta))
+    return np.asarray(frequency, dtype=np.float64)
