@@ -8,10 +8,11 @@ Modules:
     elliptic: Jacobi functions and the integrals of motion, exact up to the separatrix.
     free_body: torque-free rotation of any body: angular velocity, attitude, flips, rates.
     heavy_top: symmetric top in gravity: nutation, steady precession, the sleeping top.
+    rolling_ball: attitude of a ball after straight, polygonal and circular rolls.
 
 Quaternions are (w, x, y, z), unit, body to world, as everywhere in the package.
 """
 
-from rigid_envs.analytic import elliptic, free_body, heavy_top
+from rigid_envs.analytic import elliptic, free_body, heavy_top, rolling_ball
 
-__all__ = ["elliptic", "free_body", "heavy_top"]
+__all__ = ["elliptic", "free_body", "heavy_top", "rolling_ball"]
