@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import json
 import re
 from collections.abc import Mapping, Sequence
 from itertools import zip_longest
@@ -102,12 +103,13 @@ def add_config_options(parser: argparse.ArgumentParser) -> None:
             if field.name in known:
                 continue
             default = {} if field.default is dataclasses.MISSING else field.default
+            shown = json.dumps(default)  # as YAML would have it
             expected = field.metadata["check"].expected
             group.add_argument(
                 f"--{field.name}",
                 default=argparse.SUPPRESS,
                 metavar="VALUE",
-                help=f"{field.metadata['help']} ({expected}; default {default})",
+                help=f"{field.metadata['help']} ({expected}; default {shown})",
             )
 
 

@@ -12,13 +12,14 @@ from typing import Any
 
 import torch
 
+import rigid_envs
+
 __all__ = ["differences", "manifest", "source"]
 
 _PACKAGES = (
     "gymnasium",
     "numba",
     "numpy",
-    "rigid-envs",
     "safetensors",
     "stable-baselines3",
     "torch",
@@ -33,7 +34,11 @@ def manifest() -> dict[str, Any]:
         Versions, processor and threads, as JSON values.
     """
     return {
-        "versions": {"python": platform.python_version()} | {p: _version(p) for p in _PACKAGES},
+        "versions": {
+            "python": platform.python_version(),
+            "rigid-envs": rigid_envs.__version__,
+            **{package: importlib.metadata.version(package) for package in _PACKAGES},
+        },
         "machine": platform.machine(),
         "system": platform.system(),
         "cpu_capability": torch.backends.cpu.get_cpu_capability(),
@@ -88,10 +93,3 @@ def _git(*arguments: str) -> str | None:
     except (OSError, subprocess.SubprocessError):
         return None
     return answer.stdout.strip()
-
-
-def _version(package: str) -> str | None:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return None

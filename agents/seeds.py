@@ -14,11 +14,11 @@ VALIDATION_SEED = 271828
 TEST_SEED = 314159
 """Starts of the final evaluation, which nothing was chosen by."""
 
-_PURPOSES = ("train", "validation", "test", "random policy")
+_PURPOSES = ("train", "validation", "test", "random policy", "learner")
 
 
 def row_seeds(
-    seed: int, n: int, purpose: Literal["train", "validation", "test", "random policy"]
+    seed: int, n: int, purpose: Literal["train", "validation", "test", "random policy", "learner"]
 ) -> list[int]:
     """One seed per row, spawned from a `SeedSequence`.
 

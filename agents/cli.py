@@ -1,0 +1,219 @@
+"""The command line: `python -m agents [train | evaluate | enjoy]`.
+
+Importing torch and SB3 takes seconds, so it waits until it is clear that there is work to do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import importlib
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from .config import ALGORITHMS
+from .loading import add_config_options, dump_yaml, load_config
+from .runs import Run, RunInUseError, create_run, find_run, open_run
+from .seeds import TEST_SEED, row_seeds
+
+__all__ = ["main"]
+
+_DEFAULT = Path(__file__).resolve().parent.parent / "configs" / "ball_park_ppo.yaml"
+_STARTS = 500
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Do what the command line says.
+
+    Args:
+        argv: Its words; None takes those of the process.
+
+    Returns:
+        The exit status: 0; 1 for a failure; 2 for bad usage; 128 + n after signal n.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    if not words or (words[0].startswith("-") and words[0] not in ("-h", "--help")):
+        words = ["train", *words]
+    options, rest = _parser().parse_known_args(words)
+    try:
+        for module in options.allow_import:
+            importlib.import_module(module)
+        status: int = options.act(options, rest)
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
+    except (RunInUseError, FloatingPointError, OSError, ImportError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except ValueError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m agents",
+        description="Train, evaluate and watch agents. Without a verb: train on BallPark with "
+        "PPO, evaluate on 500 unseen starts, and say where everything was written.",
+        allow_abbrev=False,
+    )
+    verbs = parser.add_subparsers(metavar="VERB", required=True)
+    _add_train(verbs.add_parser("train", help="train, then evaluate", allow_abbrev=False))
+    _add_evaluate(verbs.add_parser("evaluate", help="success, cost, return on unseen starts"))
+    _add_enjoy(verbs.add_parser("enjoy", help="print one episode, step by step"))
+    for verb in verbs.choices.values():
+        verb.add_argument(
+            "--allow_import",
+            metavar="MODULE",
+            action="append",
+            default=[],
+            help="import a module first, which may register environments of its own",
+        )
+    return parser
+
+
+def _add_train(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(act=_train)
+    parser.usage = "python -m agents train [--config FILE | --resume RUN] [--ENTRY VALUE ...]"
+    parser.description = (
+        "Train from a config file; every entry of it can be given as an option too, and "
+        "--env_kwargs.NAME VALUE sets a hyperparameter of the task. Ctrl-C and SIGTERM save "
+        "first, and say how to go on."
+    )
+    parser.add_argument("--config", type=Path, metavar="FILE", help=f"(default {_DEFAULT.name})")
+    parser.add_argument("--resume", type=Path, metavar="RUN", help="go on with a run, to the bit")
+    parser.add_argument("--overwrite", action="store_true", help="delete a run of the same name")
+    parser.add_argument("--print_config", action="store_true", help="print the config and stop")
+    parser.add_argument("--quiet", action="store_true", help="no progress, only the result")
+    add_config_options(parser)
+
+
+def _add_evaluate(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(act=_evaluate)
+    _add_policy_options(parser)
+    parser.add_argument("--episodes", type=int, default=_STARTS, metavar="N", help="(500)")
+    parser.add_argument("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})")
+    parser.add_argument(
+        "--out", type=Path, metavar="FOLDER", help="for results.json, episodes.csv (the run)"
+    )
+
+
+def _add_enjoy(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(act=_enjoy)
+    _add_policy_options(parser)
+    parser.add_argument("--seed", type=int, help="of the start (the first of the evaluation)")
+    parser.add_argument("--random", action="store_true", help="act at random instead")
+
+
+def _add_policy_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("path", type=Path, metavar="RUN_OR_POLICY")
+    parser.add_argument("--which", choices=("best", "last"), default="best", help="of a run (best)")
+
+
+def _train(options: argparse.Namespace, rest: list[str]) -> int:
+    known = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
+    entries = {key: value for key, value in vars(options).items() if key in known}
+    run = _resumed(options, entries, rest) if options.resume else _started(options, entries, rest)
+    if run is None:
+        return 0
+    from .training import train_in
+
+    try:
+        outcome = train_in(run, options.quiet)
+        again = f"python -m agents train --resume {run.folder}"
+        again += "".join(f" --allow_import {module}" for module in options.allow_import)
+        if outcome.stopped_by is not None:
+            print(
+                f"stopped by {signal.Signals(outcome.stopped_by).name} after "
+                f"{outcome.timesteps:,} steps; all is saved. To go on:\n  {again}"
+            )
+            return 128 + outcome.stopped_by
+        return _finish(run, outcome.seconds)
+    finally:
+        run.close()
+
+
+def _started(options: argparse.Namespace, entries: dict[str, str], rest: list[str]) -> Run | None:
+    config = load_config(options.config or _DEFAULT, entries, rest)
+    if options.print_config:
+        print(dump_yaml(config), end="")
+        return None
+    return create_run(config, options.overwrite)
+
+
+def _resumed(options: argparse.Namespace, entries: dict[str, str], rest: list[str]) -> Run | None:
+    changes = [*entries, *rest, *(["config"] if options.config else [])]
+    if changes or options.overwrite:
+        raise ValueError(
+            f"--resume goes on with the run as it was started; leave out {changes or '--overwrite'}"
+        )
+    if options.print_config:
+        print(dump_yaml(find_run(options.resume).config()), end="")
+        return None
+    return open_run(options.resume)
+
+
+def _finish(run: Run, seconds: float) -> int:
+    from .plotting import draw_learning_curve
+    from .reports import report, table, write_report
+
+    figures, episodes = report(_policy_file(run.folder, "best"), _STARTS, TEST_SEED)
+    figures["training_seconds"] = round(seconds, 3)
+    write_report(run.folder, figures, episodes)
+    draw_learning_curve(run)
+    print(
+        f"\n{table(figures)}\n\ntrained in {seconds:.0f} s. In {run.folder}:\n"
+        "  best_model/, last_model/                policies\n"
+        "  results.json, episodes.csv              the table above, and every start of it\n"
+        "  learning_curve.png, evaluations.npz     how it learnt\n"
+        "  progress.csv, monitor.csv, tensorboard/ logs\n"
+        f"Watch it: python -m agents enjoy {run.folder}"
+    )
+    return 0
+
+
+def _evaluate(options: argparse.Namespace, rest: list[str]) -> int:
+    _refuse(rest)
+    if not 1 <= options.episodes <= 1_000_000:
+        raise ValueError(f"--episodes: expected 1 to 1000000, got {options.episodes}")
+    from .reports import report, table, write_report
+
+    figures, episodes = report(
+        _policy_file(options.path, options.which), options.episodes, options.seed
+    )
+    print(table(figures))
+    folder = options.out or (options.path if _is_run(options.path) else None)
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_report(folder, figures, episodes)
+        print(f"written to {folder}: results.json, episodes.csv")
+    return 0
+
+
+def _enjoy(options: argparse.Namespace, rest: list[str]) -> int:
+    _refuse(rest)
+    from .policies import load_policy
+    from .watching import watch
+
+    policy = load_policy(_policy_file(options.path, options.which))
+    seed = row_seeds(TEST_SEED, 1, "test")[0] if options.seed is None else options.seed
+    document = policy.document
+    watch(None if options.random else policy, document["env_id"], document["env_kwargs"], seed)
+    return 0
+
+
+def _policy_file(path: Path, which: str) -> Path:
+    if _is_run(path):
+        path = path / f"{which}_model"
+    return path / "policy.safetensors" if path.is_dir() else path
+
+
+def _is_run(path: Path) -> bool:
+    return (path / "config.yaml").is_file()
+
+
+def _refuse(rest: list[str]) -> None:
+    if rest:
+        raise ValueError(f"unknown option {rest[0]}; --help lists those that there are")

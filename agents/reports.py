@@ -1,0 +1,115 @@
+"""The final evaluation: the policy beside chance and theory, as a table, as JSON and as CSV."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from pathlib import Path
+from typing import Any
+
+from rigid_envs.kernels.compiler import kernel_hash
+
+from .evaluation import Episodes, evaluate, summary
+from .files import canonical_json, write_atomic
+from .policies import Policy, load_policy
+from .provenance import manifest, source
+
+__all__ = ["report", "table", "write_report"]
+
+
+def report(path: Path, n: int, seed: int) -> tuple[dict[str, Any], Episodes]:
+    """Evaluate a policy file and the random policy on the same starts.
+
+    Args:
+        path: The policy file.
+        n: Number of starts.
+        seed: Seed of the starts.
+
+    Returns:
+        Figures and where they come from, as JSON values; and the episodes of the policy.
+    """
+    begin = time.perf_counter()
+    policy: Policy = load_policy(path)
+    env_id, env_kwargs = policy.document["env_id"], policy.document["env_kwargs"]
+    episodes = evaluate(policy, env_id, n, seed, env_kwargs)
+    figures = {
+        "env_id": env_id,
+        "env_kwargs": env_kwargs,
+        "algo": policy.document["algo"],
+        "training_seed": policy.document["seed"],
+        "training_timesteps": policy.document["timesteps"],
+        "policy": summary(episodes),
+        "random_policy": summary(evaluate(None, env_id, n, seed, env_kwargs)),
+        "test_seed": seed,
+        "policy_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "kernel_hash": kernel_hash(),
+        "evaluation_seconds": round(time.perf_counter() - begin, 3),
+        **manifest(),
+        **source(),
+    }
+    return figures, episodes
+
+
+def write_report(folder: Path, figures: dict[str, Any], episodes: Episodes) -> None:
+    """Write `results.json`, and `episodes.csv` with one row per start.
+
+    Args:
+        folder: Where.
+        figures: From `report`.
+        episodes: From `report`.
+    """
+    bounds = [""] * len(episodes.seeds) if episodes.bounds is None else episodes.bounds.tolist()
+    rows = zip(
+        episodes.seeds,
+        episodes.successes.astype(int).tolist(),
+        episodes.returns.tolist(),
+        episodes.lengths.tolist(),
+        episodes.costs.tolist(),
+        bounds,
+        strict=True,
+    )
+    lines = [
+        "seed,is_success,return,length,cost,lower_bound",
+        *(",".join(map(str, r)) for r in rows),
+    ]
+    write_atomic(folder / "episodes.csv", ("\n".join(lines) + "\n").encode())
+    write_atomic(folder / "results.json", canonical_json(figures, indent=2).encode() + b"\n")
+
+
+def table(figures: dict[str, Any]) -> str:
+    """The figures for people.
+
+    Args:
+        figures: From `report`.
+    """
+    policy, chance = figures["policy"], figures["random_policy"]
+    header = ("", "success", "95 % interval", "return", "steps", "cost", "cost of successes")
+    rows = [header, _row(figures["algo"], policy), _row("random policy", chance)]
+    if "lower_bound_mean" in policy:
+        bound = policy["lower_bound_mean"], policy["lower_bound_mean_of_successes"]
+        rows.append(("lower bound", "", "", "", "", *map(_number, bound)))
+    widths = [max(len(row[k]) for row in rows) for k in range(len(header))]
+    lines = [
+        "  ".join([row[0].ljust(widths[0])] + [c.rjust(w) for c, w in zip(row[1:], widths[1:])])  # noqa: B905
+        for row in rows
+    ]
+    rule = "-" * len(lines[0])
+    title = f"{figures['env_id']}: {policy['episodes']} unseen starts, one episode from each"
+    return "\n".join([title, rule, lines[0], rule, *lines[1:], rule])
+
+
+def _row(name: str, figures: dict[str, Any]) -> tuple[str, ...]:
+    low, high = figures["success_rate_95"]
+    return (
+        name,
+        f"{100 * figures['success_rate']:.1f} %",
+        f"{100 * low:.1f} .. {100 * high:.1f}",
+        _number(figures["return_mean"]),
+        f"{figures['length_mean']:.1f}",
+        _number(figures["cost_mean"]),
+        _number(figures["cost_mean_of_successes"]),
+    )
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3f}"

@@ -1,0 +1,59 @@
+"""Training sessions in processes of their own, which tests can kill.
+
+Forked from a server that has imported torch and SB3 once: a session starts in a moment.
+"""
+
+import multiprocessing
+import multiprocessing.forkserver
+import sys
+import traceback
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+ENV_ID = "Drift-v0"
+SMALL: dict[str, Any] = {
+    "env_id": ENV_ID,
+    "n_envs": 16,
+    "n_steps": 32,
+    "batch_size": 128,
+    "n_epochs": 2,
+    "learning_rate": [1e-3, 0.0],
+    "net_arch": [16],
+    "total_timesteps": 512 * 40,
+    "eval_every": 2500,
+    "eval_episodes": 8,
+    "checkpoint_every": 3,
+}
+"""A run of 40 updates in about a second."""
+
+_context = multiprocessing.get_context("forkserver")
+multiprocessing.forkserver.set_forkserver_preload(["tests.agents.preloaded"])
+
+
+def start(values: dict[str, Any] | None, resume: Path | None = None) -> BaseProcess:
+    """Begin a session: a new run of these config entries, or an old one."""
+    process = _context.Process(target=_session, args=(values, resume))
+    process.start()
+    return process
+
+
+def finish(process: BaseProcess, timeout: float = 60) -> int:
+    """Wait for a session; its exit status, negative for a signal that killed it."""
+    process.join(timeout)
+    assert process.exitcode is not None, "the session did not end"
+    return process.exitcode
+
+
+def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
+    import tests.agents.drift  # noqa: F401, registers the environment
+    from agents.config import config_from
+    from agents.training import train
+
+    config = None if values is None else config_from(values)
+    try:
+        outcome = train(config, resume, quiet=True)
+    except Exception:
+        traceback.print_exc()
+        sys.exit(1)
+    sys.exit(0 if outcome.stopped_by is None else 128 + outcome.stopped_by)

@@ -1,0 +1,182 @@
+"""A policy file gives the actions of the SB3 model that it came from, bit by bit."""
+
+import functools
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+import torch
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from stable_baselines3.common.vec_env import VecNormalize
+
+from agents.adapter import GymnasiumVecEnv
+from agents.algorithms import build_model, export_policy
+from agents.config import config_from
+from agents.files import DamagedFileError
+from agents.policies import Policy, load_policy, save_policy
+from agents.tensorfile import load_tensors, save_tensors
+from tests.agents.drift import Drift
+
+SMALL = {"n_envs": 4, "n_steps": 16, "batch_size": 32, "n_epochs": 2, "env_id": "Drift-v0"}
+
+
+def cart_pole() -> GymnasiumVecEnv:
+    rows = [lambda: gym.make("CartPole-v1")] * 4
+    return GymnasiumVecEnv(SyncVectorEnv(rows, autoreset_mode=AutoresetMode.SAME_STEP))
+
+
+def trained(kind: str, **entries: Any) -> Any:
+    env: Any = cart_pole() if kind == "discrete" else GymnasiumVecEnv(Drift(4))
+    if kind == "normalized":
+        env = VecNormalize(env, clip_obs=2.0)
+    config = config_from({**SMALL, **entries})
+    model = build_model(config, env)
+    model.learn(256)
+    return model, export_policy(model, config)
+
+
+CASES: list[tuple[str, dict[str, Any]]] = [
+    ("box", {}),
+    ("box", {"net_arch": [], "log_std_init": -1.0}),
+    ("box", {"net_arch": [32, 16, 8], "activation": "relu"}),
+    ("box", {"activation": "elu"}),
+    ("box", {"activation": "silu"}),
+    ("normalized", {"normalize_observation": True}),
+    ("discrete", {}),
+]
+
+
+@pytest.mark.parametrize(("kind", "entries"), CASES, ids=str)
+def test_a_loaded_policy_acts_as_the_model_bit_by_bit(
+    tmp_path: Path, kind: str, entries: dict[str, Any]
+) -> None:
+    model, policy = trained(kind, **entries)
+    loaded = load_policy(save_policy(policy, tmp_path / "policy"))
+    normalize = model.get_vec_normalize_env()
+    rng = np.random.default_rng(0)
+    n = model.observation_space.shape[0]
+    for batch in (1, 2, 7, 500):
+        obs = rng.normal(scale=2, size=(batch, n)).astype(np.float32)
+        seen = obs if normalize is None else normalize.normalize_obs(obs)
+        for deterministic in (True, False):
+            torch.manual_seed(batch)
+            expected, _ = model.predict(seen, deterministic=deterministic)
+            torch.manual_seed(batch)
+            actions, _ = loaded.predict(obs, deterministic=deterministic)
+            np.testing.assert_array_equal(actions, expected)
+            assert actions.dtype == expected.dtype
+        generator = torch.Generator().manual_seed(batch)
+        drawn, _ = loaded.predict(obs, deterministic=False, generator=generator)
+        np.testing.assert_array_equal(drawn, expected)
+    single, _ = loaded.predict(obs[0])
+    expected, _ = model.predict(seen[0], deterministic=True)
+    np.testing.assert_array_equal(single, expected)
+    assert np.shape(single) == np.shape(expected)
+
+
+def test_the_json_beside_it_is_what_is_inside(tmp_path: Path) -> None:
+    path = save_policy(example(), tmp_path / "policy")
+    beside = json.loads((tmp_path / "policy" / "policy.json").read_text())
+    assert beside == load_tensors(path, 10**6)[1]
+    assert beside["network"]["activation"] == "tanh"
+    assert beside["env_id"] == "Drift-v0"
+
+
+def test_a_policy_needs_torch_and_neither_sb3_nor_gymnasium(tmp_path: Path) -> None:
+    path = save_policy(example(), tmp_path / "policy")
+    code = f"""
+import sys
+for name in ("stable_baselines3", "gymnasium", "pickle5", "cloudpickle"):
+    sys.modules[name] = None
+import numpy as np
+from agents.policies import load_policy
+print(load_policy({str(path)!r}).predict(np.zeros((1, 2), np.float32))[0].tolist())
+"""
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert answer.returncode == 0, answer.stderr
+    assert json.loads(answer.stdout) == example().predict(np.zeros((1, 2), np.float32))[0].tolist()
+
+
+@pytest.mark.parametrize(
+    "obs", [np.zeros(3), np.zeros((2, 3)), np.zeros((1, 1, 2)), np.array([0.0, np.nan]), 0.0]
+)
+def test_an_observation_that_does_not_fit_is_refused(obs: Any) -> None:
+    with pytest.raises(ValueError, match=r"expected \(2,\) or \(N, 2\), every entry finite"):
+        example().predict(obs)
+
+
+@functools.cache
+def example() -> Policy:
+    return trained("box")[1]  # type: ignore[no-any-return]
+
+
+def damaged(arrays: dict[str, Any], document: dict[str, Any], how: str) -> None:
+    """Files whose checksum is right and whose content is not."""
+    if how == "another format":
+        document["format"] = "policy 9"
+    elif how == "no format":
+        del document["format"]
+    elif how == "no network":
+        del document["network"]
+    elif how == "network is a list":
+        document["network"] = []
+    elif how == "unknown activation":
+        document["network"]["activation"] = "os.system"
+    elif how == "unknown distribution":
+        document["network"]["distribution"] = "cauchy"
+    elif how == "no layers":
+        for name in list(arrays):
+            if name.startswith("layers"):
+                del arrays[name]
+    elif how == "a gap":
+        arrays["layers.7.weight"] = arrays.pop("layers.1.weight")
+    elif how == "too many layers":
+        arrays |= {f"layers.{k}.weight": np.zeros((1, 1), np.float32) for k in range(3, 200)}
+    elif how == "not finite":
+        arrays["layers.0.weight"][0, 0] = np.nan
+    elif how == "double":
+        arrays["layers.0.weight"] = arrays["layers.0.weight"].astype(np.float64)
+    elif how == "a vector":
+        arrays["layers.1.weight"] = arrays["layers.1.weight"][0]
+    elif how == "layers that do not fit":
+        arrays["layers.1.weight"] = arrays["layers.1.weight"][:, :-1]
+    elif how == "bias that does not fit":
+        arrays["layers.1.bias"] = arrays["layers.1.bias"][:-1]
+    elif how == "no spread":
+        del arrays["log_std"]
+    elif how == "statistics without use":
+        arrays["observation.mean"] = np.zeros(2)
+    elif how == "statistics missing":
+        document["network"]["normalized"] = True
+    elif how == "bounds that do not fit":
+        arrays["action.low"] = np.zeros(3, np.float32)
+    else:
+        raise AssertionError(how)
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        "another format", "no format", "no network", "network is a list", "unknown activation",
+        "unknown distribution", "no layers", "a gap", "too many layers", "not finite", "double",
+        "a vector", "layers that do not fit", "bias that does not fit", "no spread",
+        "statistics without use", "statistics missing", "bounds that do not fit",
+    ],
+)  # fmt: skip
+def test_a_malformed_policy_is_refused_by_name(tmp_path: Path, how: str) -> None:
+    path = save_policy(example(), tmp_path / "policy")
+    arrays, document = load_tensors(path, 10**6)
+    damaged(arrays, document, how)
+    save_tensors(path, arrays, document)
+    with pytest.raises(DamagedFileError, match=r"policy\.safetensors: "):
+        load_policy(path)
+
+
+def test_a_missing_policy_is_said_to_be_missing(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"policy\.safetensors"):
+        load_policy(tmp_path)
