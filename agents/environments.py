@@ -12,7 +12,7 @@ from gymnasium.vector import VectorEnv
 
 import rigid_envs  # noqa: F401, registers the environments
 
-__all__ = ["make"]
+__all__ = ["cost_unit", "make"]
 
 
 def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv[Any, Any, Any]:
@@ -52,3 +52,16 @@ def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv
         nested = why.startswith("config.")
         why = prefix + why[7:] if nested else f"config.env_kwargs: {why}"
         raise ValueError(why) from error
+
+
+def cost_unit(env_id: str, env_kwargs: Mapping[str, Any]) -> str | None:
+    """What `info["cost"]` measures, with its unit; None where the task does not say.
+
+    Args:
+        env_id: The environment.
+        env_kwargs: Hyperparameters of its task.
+    """
+    venv = make(env_id, env_kwargs, 1)
+    unit: str | None = getattr(getattr(venv.unwrapped, "task", None), "cost_unit", None)
+    venv.close()
+    return unit

@@ -9,6 +9,7 @@ from typing import Any
 
 from rigid_envs.kernels.compiler import kernel_hash
 
+from .environments import cost_unit
 from .evaluation import Episodes, evaluate, summary
 from .files import canonical_json, write_atomic
 from .policies import Policy, load_policy
@@ -40,6 +41,7 @@ def report(path: Path, n: int, seed: int) -> tuple[dict[str, Any], Episodes]:
         "training_timesteps": policy.document["timesteps"],
         "policy": summary(episodes),
         "random_policy": summary(evaluate(None, env_id, n, seed, env_kwargs)),
+        "cost_unit": cost_unit(env_id, env_kwargs),
         "test_seed": seed,
         "policy_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
         "kernel_hash": kernel_hash(),
@@ -95,7 +97,9 @@ def table(figures: dict[str, Any]) -> str:
     ]
     rule = "-" * len(lines[0])
     title = f"{figures['env_id']}: {policy['episodes']} unseen starts, one episode from each"
-    return "\n".join([title, rule, lines[0], rule, *lines[1:], rule])
+    unit = figures["cost_unit"]
+    notes = [rule] if unit is None else [rule, f"cost: {unit}"]
+    return "\n".join([title, rule, lines[0], rule, *lines[1:], *notes])
 
 
 def _row(name: str, figures: dict[str, Any]) -> tuple[str, ...]:

@@ -92,17 +92,17 @@ class Drift(VectorEnv[Any, Any, Any]):
         return self.state["x"].astype(np.float32)
 
     def _start(self, rows: NDArray[np.bool_]) -> None:
-        start = 2.0 * np.column_stack([self._uniform(), self._uniform()])
+        start = 2.0 * np.column_stack([self._uniform(rows), self._uniform(rows)])
         self.state["x"][rows] = start[rows]
         self.state["elapsed"][rows] = 0
 
-    def _uniform(self) -> NDArray[np.float64]:
+    def _uniform(self, rows: NDArray[np.bool_] | bool = True) -> NDArray[np.float64]:
         with np.errstate(over="ignore"):
             z = self.state["seed"] + self.state["draws"] * np.uint64(0x9E3779B97F4A7C15)
             z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
             z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
             z ^= z >> np.uint64(31)
-        self.state["draws"] += np.uint64(1)
+        self.state["draws"] += np.asarray(rows, dtype=np.uint64)
         return (z >> np.uint64(11)).astype(np.float64) * 2.0**-52 - 1.0
 
 

@@ -38,6 +38,13 @@ def start(values: dict[str, Any] | None, resume: Path | None = None) -> BaseProc
     return process
 
 
+def start_writer(path: Path, size: int) -> BaseProcess:
+    """Begin to write a file of so many numbers, over and over."""
+    process = _context.Process(target=_write, args=(path, size))
+    process.start()
+    return process
+
+
 def finish(process: BaseProcess, timeout: float = 60) -> int:
     """Wait for a session; its exit status, negative for a signal that killed it."""
     process.join(timeout)
@@ -57,3 +64,12 @@ def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
         traceback.print_exc()
         sys.exit(1)
     sys.exit(0 if outcome.stopped_by is None else 128 + outcome.stopped_by)
+
+
+def _write(path: Path, size: int) -> None:
+    import numpy as np
+
+    from agents.tensorfile import save_tensors
+
+    for k in range(10**9):
+        save_tensors(path, {"a": np.full(size, k)}, {"k": k})

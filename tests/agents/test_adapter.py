@@ -242,7 +242,8 @@ def test_an_infinite_observation_is_named() -> None:
 
 
 def test_sb3_wrappers_training_and_evaluation_run_over_it() -> None:
-    env = VecNormalize(VecMonitor(GymnasiumVecEnv(Drift(8))))
+    with pytest.warns(UserWarning, match="already wrapped with a `Monitor`"):
+        env = VecNormalize(VecMonitor(GymnasiumVecEnv(Drift(8))))
     model = PPO("MlpPolicy", env, n_steps=32, batch_size=64, n_epochs=1, device="cpu", seed=0)
     model.learn(8 * 32 * 2)
     assert len(model.ep_info_buffer) > 0 and len(model.ep_success_buffer) > 0

@@ -5,7 +5,6 @@ import json
 import os
 import resource
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -16,6 +15,7 @@ import pytest
 
 from agents.files import DamagedFileError, canonical_json, read_bytes, sweep, write_atomic
 from agents.tensorfile import load_tensors, save_tensors
+from tests.agents.sessions import finish, start_writer
 
 ARRAYS: dict[str, Any] = {
     "weights": np.arange(12, dtype=np.float32).reshape(3, 4).T,
@@ -25,17 +25,6 @@ ARRAYS: dict[str, Any] = {
     "bytes": np.arange(5, dtype=np.uint8),
 }
 DOCUMENT = {"step": 3, "big": 2**200, "third": 1 / 3, "list": [None, True, "é"]}
-
-WRITER = """
-import sys
-from pathlib import Path
-import numpy as np
-from agents.tensorfile import save_tensors
-path = Path(sys.argv[1])
-print("ready", flush=True)
-for k in range(10**6):
-    save_tensors(path, {"a": np.full(200_000, k)}, {"k": k})
-"""
 
 
 def test_arrays_and_document_come_back_to_the_bit(tmp_path: Path) -> None:
@@ -154,27 +143,36 @@ def test_loading_imports_and_executes_nothing(tmp_path: Path) -> None:
     assert seen == []
 
 
-def test_a_kill_in_the_middle_of_a_write_leaves_a_whole_file(tmp_path: Path) -> None:
-    path = tmp_path / "a.safetensors"
+def kill_writers(folder: Path, size: int, interruptions: int) -> None:
+    """Kill writers of one file at random until so many were in the middle of a write."""
+    path = folder / "a.safetensors"
     rng = np.random.default_rng(2)
-    interrupted = 0
-    for _ in range(6):
-        writer = subprocess.Popen(
-            [sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, cwd=Path.cwd()
-        )
-        assert writer.stdout is not None
-        writer.stdout.readline()
-        time.sleep(float(rng.uniform(0.02, 0.1)))
-        writer.send_signal(signal.SIGKILL)
-        writer.communicate()
-        if path.exists():
-            arrays, document = load_tensors(path, 10**7)
-            assert (arrays["a"] == document["k"]).all()
-        leftovers = list(tmp_path.glob(".*.tmp"))
-        interrupted += bool(leftovers)
-        sweep(tmp_path)
-        assert not list(tmp_path.glob(".*.tmp"))
-    assert interrupted > 0
+    kills = interrupted = 0
+    while interrupted < interruptions:
+        kills += 1
+        path.unlink(missing_ok=True)
+        writer = start_writer(path, size)
+        while not path.exists():
+            time.sleep(0.001)
+        time.sleep(float(rng.uniform(0, 0.03)))
+        writer.kill()
+        finish(writer)
+        arrays, document = load_tensors(path, 10**9)
+        assert (arrays["a"] == document["k"]).all() and arrays["a"].shape == (size,)
+        interrupted += bool(list(folder.glob(".*.tmp")))
+        sweep(folder)
+        assert not list(folder.glob(".*.tmp"))
+    print(f"{interrupted} of {kills} kills in the middle of a write of {8 * size} bytes")
+
+
+def test_a_kill_in_the_middle_of_a_write_leaves_a_whole_file(tmp_path: Path) -> None:
+    kill_writers(tmp_path, 100_000, 5)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("size", [1_000, 100_000, 3_000_000])
+def test_100_kills_in_the_middle_of_a_write_leave_a_whole_file(tmp_path: Path, size: int) -> None:
+    kill_writers(tmp_path, size, 100)
 
 
 def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path: Path) -> None:
