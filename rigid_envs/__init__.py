@@ -1,0 +1,41 @@
+"""rigid-envs: Gymnasium environments for rigid-body rotation.
+
+Importing the package registers its ids, ``RigidEnvs/<Name>-v0``::
+
+    import gymnasium as gym
+    import rigid_envs
+    env = gym.make("RigidEnvs/BallPark-v0")
+    envs = gym.make_vec("RigidEnvs/BallPark-v0", num_envs=256)
+"""
+
+import gymnasium
+
+__all__ = ["ENVIRONMENTS", "__version__"]
+
+__version__ = "0.1.0"
+
+ENVIRONMENTS = {
+    "RigidEnvs/IntermediateAxis-v0": ("rigid_envs.tasks:IntermediateAxis", 300),
+    "RigidEnvs/SleepingTop-v0": ("rigid_envs.tasks:SleepingTop", 300),
+    "RigidEnvs/BallPark-v0": ("rigid_envs.tasks:BallPark", 100),
+}
+"""Every id with its task and its time limit in steps."""
+
+
+def _register() -> None:
+    """Register all ids; again is harmless."""
+    for env_id, (task, max_episode_steps) in ENVIRONMENTS.items():
+        if env_id not in gymnasium.registry:
+            gymnasium.register(
+                env_id,
+                entry_point="rigid_envs.envs:RigidEnv",
+                vector_entry_point="rigid_envs.envs:RigidVectorEnv",
+                max_episode_steps=max_episode_steps,
+                kwargs={"task": task},
+                # the environments refuse bad actions and a missing reset themselves
+                disable_env_checker=True,
+                order_enforce=False,
+            )
+
+
+_register()

@@ -1,0 +1,277 @@
+"""Rows of a task: their states, goals, parameters and clocks. Steps and resets them; no more.
+
+`Core` never resets a row by itself and knows nothing of Gymnasium. Everything it is stands in one
+array, `memory`, which the compiled step and reset of the task work on (`rigid_envs.kernels`).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.kernels.episode import BEGIN, OBSERVE, PARAMETERS_GIVEN
+from rigid_envs.kernels.layout import CLOCK, FLAGS
+from rigid_envs.kernels.rows import LANES
+from rigid_envs.tasks.base import Task
+from rigid_envs.tasks.memory import new_memory, parameter_slot, slots_for
+
+__all__ = ["Core"]
+
+Array = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+State = npt.ArrayLike | Mapping[str, npt.ArrayLike]
+
+
+class Core:
+    """N rows of a task.
+
+    Attributes:
+        task: what the rows do.
+        n_rows: number of rows N.
+        actions: the action of the next step, written by the caller, float32 (N, n_action).
+        observations: last observations, float32 (N, n_observation).
+        action, observation, result, flag: those of the first row: what a single environment uses.
+    """
+
+    def __init__(
+        self, task: Task, n_rows: int, max_steps: int | None = None, n_threads: int = 1
+    ) -> None:
+        """Lay out the memory; no row has begun an episode yet."""
+        self.task = task
+        self.n_rows = n_rows
+        self._n_threads = min(n_threads, -(-n_rows // LANES))
+        self._slots = slots_for(task)
+        self.memory, self._settings = new_memory(task, n_rows, max_steps)
+        self._make_views()
+
+    def step(self) -> int:
+        """Advance all rows by one control period under `actions`.
+
+        Returns:
+            -1, or the flat index of the first action entry that is not finite; then no row has
+            changed.
+        """
+        n_blocks = -(-self.n_rows // LANES)
+        if self._n_threads > 1:
+            return self._step_in_threads(n_blocks)
+        return int(self.advance(self.memory, 0, n_blocks))
+
+    def reset(
+        self,
+        rows: Integers,
+        state: State | None = None,
+        params: Mapping[str, npt.ArrayLike] | None = None,
+    ) -> None:
+        """Begin a new episode in the given rows; their `observations` are new.
+
+        Args:
+            rows: indices of the rows.
+            state: physical state to start from, y of shape (n_state,) or (len(rows), n_state), or
+                named components of it; drawn where left out.
+            params: parameters to start with, by field name; drawn where left out.
+
+        Raises:
+            ValueError: unknown names, bad shapes or values; then no row has changed.
+        """
+        y = None if state is None else self._checked_state(state, len(rows))
+        values = {} if params is None else self._checked_parameters(params, len(rows))
+        self.task.reset(self.memory, rows, BEGIN)
+        if values:
+            for name, value in values.items():
+                for position in self.task.parameter_positions()[name]:
+                    self._write(rows, parameter_slot(self.task, position), value)
+            self.task.reset(self.memory, rows, PARAMETERS_GIVEN)
+        if y is not None:
+            for k in _columns_of(state, self.task, y.shape[1]):
+                self._write(rows, self._slots.state + k, y[:, k])
+            self.task.reset(self.memory, rows, OBSERVE)
+
+    def observe(self) -> None:
+        """Write `observations` afresh from the states of all rows."""
+        self.task.reset(self.memory, np.arange(self.n_rows), OBSERVE)
+
+    def seed(self, rows: Integers, keys: npt.NDArray[np.uint64]) -> None:
+        """Give rows new random streams; their episodes are counted from 0 again."""
+        high, low = keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)
+        for name, value in (("key_high", high), ("key_low", low), ("episode", -1.0)):
+            self._write(rows, self._slots.clock + CLOCK.index(name), value)
+
+    def results(self) -> Array:
+        """Last reward, cost and reward terms, float64 (2 + n_terms, N), a copy."""
+        if self.n_rows <= LANES:
+            return self._results[0, :, : self.n_rows].copy()
+        rows = self._results.transpose(1, 0, 2)
+        return rows.reshape(len(rows), -1)[:, : self.n_rows]
+
+    def flags(self) -> npt.NDArray[np.bool_]:
+        """Last flags in the order of `FLAGS`, bool (5, N), a copy."""
+        if self.n_rows <= LANES:
+            return self._flags[0, :, : self.n_rows].copy()
+        rows = self._flags.transpose(1, 0, 2)
+        return rows.reshape(len(rows), -1)[:, : self.n_rows]
+
+    @property
+    def y(self) -> Array:
+        """Physical states, shape (N, n_state)."""
+        return self._columns(self._slots.state, self._slots.inputs)
+
+    @property
+    def elapsed(self) -> Array:
+        """Steps since the last reset, shape (N,)."""
+        return self._columns(self._slots.clock + 3, self._slots.clock + 4)[:, 0]
+
+    @property
+    def running(self) -> npt.NDArray[np.bool_]:
+        """Rows that have begun an episode and not ended it, shape (N,)."""
+        return self._columns(self._slots.clock + 4, self._slots.clock + 5)[:, 0] > 0
+
+    def system_parameters(self, row: int) -> dict[str, float]:
+        """Parameters of the system in one row, by the system's names."""
+        first = self._slots.parameters
+        names = self.task.system_type.parameter_names()
+        block, lane = divmod(row, LANES)
+        values = self._blocks[block, first : first + len(names), lane]
+        return dict(zip(names, values.tolist(), strict=True))
+
+    @property
+    def parameters(self) -> dict[str, Array]:
+        """Parameters of every row, by field name, each of shape (N,)."""
+        positions = self.task.parameter_positions()
+        slots = {name: parameter_slot(self.task, k[0]) for name, k in positions.items()}
+        return {name: self._columns(slot, slot + 1)[:, 0] for name, slot in slots.items()}
+
+    def get_state(self) -> dict[str, Array]:
+        """All that the future of the rows depends on, by name, each of shape (N, k)."""
+        return {name: self._columns(*ends) for name, ends in self._state_parts().items()}
+
+    def set_state(self, state: Mapping[str, npt.ArrayLike]) -> None:
+        """Restore what `get_state` returned; what follows is bitwise the same.
+
+        Raises:
+            ValueError: parts missing or of the wrong shape; then nothing has changed.
+        """
+        parts = self._state_parts()
+        if set(state) != set(parts):
+            raise ValueError(f"state has parts {sorted(state)}; expected {sorted(parts)}")
+        arrays = {name: np.asarray(state[name], dtype=np.float64) for name in parts}
+        for name, (first, last) in parts.items():
+            if arrays[name].shape != (self.n_rows, last - first):
+                raise ValueError(
+                    f"state[{name!r}] has shape {arrays[name].shape}; "
+                    f"expected {(self.n_rows, last - first)}"
+                )
+        blocks, lanes = np.divmod(np.arange(self.n_rows), LANES)
+        for name, (first, last) in parts.items():
+            self._blocks[blocks, first:last, lanes] = arrays[name]
+        self.observe()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything but the views, which would lose their memory."""
+        return {
+            "task": self.task,
+            "n_rows": self.n_rows,
+            "memory": self.memory,
+            "_n_threads": self._n_threads,
+            "_slots": self._slots,
+            "_settings": self._settings,
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore the memory and look at it anew."""
+        self.__dict__.update(state)
+        self._make_views()
+
+    def _make_views(self) -> None:
+        s, n, slots = self._settings, self.n_rows, self._slots
+        single, byte = self.memory.view(np.float32), self.memory.view(np.bool_)
+        n_action = len(self.task.shapes.action)
+        n_blocks = -(-n // LANES)
+        size = n_blocks * slots.total * LANES
+        self._blocks = self.memory[s.blocks : s.blocks + size].reshape(n_blocks, -1, LANES)
+        in_blocks = byte[8 * s.blocks : 8 * (s.blocks + size)].reshape(n_blocks, -1, 8, LANES)
+        self._results = self._blocks[:, slots.results : slots.flags]
+        self._flags = in_blocks[:, slots.flags, : len(FLAGS)]
+        self.advance = self.task.step  # compiled; see `rigid_envs.kernels.episode.step`
+        self.actions = single[s.actions : s.actions + n * n_action].reshape(n, n_action)
+        end = s.observations + n * s.n_observation
+        self.observations = single[s.observations : end].reshape(n, s.n_observation)
+        self.action, self.observation = self.actions[0], self.observations[0]
+        self.result, self.flag = self._results[0, :, 0], self._flags[0, :, 0]
+        self._pool: tuple[int, ThreadPoolExecutor] | None = None
+
+    def _step_in_threads(self, n_blocks: int) -> int:
+        """The blocks in equal shares; every row is computed as by one thread."""
+        if self._pool is None or self._pool[0] != os.getpid():  # threads do not survive a fork
+            self._pool = (os.getpid(), ThreadPoolExecutor(self._n_threads - 1))
+        ends = [n_blocks * k // self._n_threads for k in range(self._n_threads + 1)]
+        step, memory = self.advance, self.memory
+        others = [
+            self._pool[1].submit(step, memory, first, last)
+            for first, last in zip(ends[1:-1], ends[2:], strict=True)
+        ]
+        bad = step(memory, ends[0], ends[1])
+        for other in others:
+            other.result()
+        return int(bad)
+
+    def _columns(self, first: int, last: int) -> Array:
+        """Slots ``first .. last - 1`` of all rows, shape (N, last - first), a copy."""
+        rows = self._blocks[:, first:last].transpose(0, 2, 1)
+        return rows.reshape(-1, last - first)[: self.n_rows].copy()
+
+    def _write(self, rows: Integers, slot: int, value: npt.ArrayLike) -> None:
+        """One slot of some rows."""
+        blocks, lanes = np.divmod(rows, LANES)
+        self._blocks[blocks, slot, lanes] = value
+
+    def _state_parts(self) -> dict[str, tuple[int, int]]:
+        s = self._slots
+        return {
+            "y": (s.state, s.inputs),
+            "parameters": (s.parameters, s.memo),
+            "memo": (s.memo, s.clock),
+            "clock": (s.clock, s.action),
+            "history": (s.history, s.observation),
+        }
+
+    def _checked_state(self, state: State, n: int) -> Array:
+        """The states that episodes are to start from, shape (n, n_state)."""
+        system = self.task.system_type
+        named = isinstance(state, Mapping)
+        y = system.state(**state) if named else system.checked_state(state)
+        if y.shape not in ((y.shape[-1],), (n, y.shape[-1])):
+            raise ValueError(
+                f"state has shape {y.shape}; expected ({y.shape[-1]},) or ({n}, {y.shape[-1]})"
+            )
+        return np.broadcast_to(y, (n, y.shape[-1]))
+
+    def _checked_parameters(self, params: Mapping[str, npt.ArrayLike], n: int) -> dict[str, Array]:
+        """Values of shape () or (n,); each row's set must be one that the task can have."""
+        known = self.task.physical_parameters()
+        values = {}
+        for name, value in params.items():
+            if name not in known:
+                raise ValueError(f"params[{name!r}] is unknown; expected some of {list(known)}")
+            values[name] = np.asarray(value, dtype=np.float64)
+            if values[name].shape not in ((), (n,)):
+                raise ValueError(
+                    f"params[{name!r}] has shape {values[name].shape}; expected () or ({n},)"
+                )
+        rows = {tuple(float(np.broadcast_to(v, n)[k]) for v in values.values()) for k in range(n)}
+        for row in rows:
+            replace(self.task, **dict(zip(values, row, strict=True)))  # refuses what is not allowed
+        return values
+
+
+def _columns_of(state: State | None, task: Task, n_state: int) -> list[int]:
+    """Entries of y that a given state sets: all, or those of the components it names."""
+    if not isinstance(state, Mapping):
+        return list(range(n_state))
+    parts = task.system_type.components
+    return [k for name in state for k in range(n_state)[parts[name]]]

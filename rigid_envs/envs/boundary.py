@@ -1,0 +1,111 @@
+"""What the two shells share: spaces, action checks, options and random streams."""
+
+import importlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from gymnasium.utils import seeding
+
+from rigid_envs.tasks import ConfigError, Task
+from rigid_envs.tasks.fields import from_config
+
+__all__ = [
+    "INFO_FLAGS",
+    "action_space",
+    "actions_of",
+    "info_keys",
+    "new_task",
+    "observation_space",
+    "options_of",
+    "stream_key",
+]
+
+FLOAT32 = np.dtype(np.float32)
+INFO_FLAGS = ("is_success", "action_clipped", "physics_error")
+_OPTIONS = ("state", "params", "reset_mask")
+
+
+def new_task(task: str, render_mode: str | None, config: Mapping[str, Any]) -> Task:
+    """The task named "module:Class" with this configuration.
+
+    Raises:
+        ConfigError: names the key, what is allowed, and the nearest known key.
+    """
+    if render_mode is not None:
+        raise ConfigError(f"config.render_mode: {render_mode!r} is not allowed; expected None")
+    module, name = task.split(":")
+    made = from_config(getattr(importlib.import_module(module), name), config)
+    if not isinstance(made, Task):
+        raise ConfigError(f"config.task: {task!r} is not a task")
+    return made
+
+
+def action_space(task: Task) -> spaces.Box:
+    """Box(-1, 1), one entry for each of the task's actions."""
+    return spaces.Box(-1.0, 1.0, (len(task.shapes.action),), np.float32)
+
+
+def observation_space(task: Task) -> spaces.Box:
+    """Box with the bounds of the task's observation entries."""
+    entries = task.observations()
+    low = np.array([entry.low for entry in entries], dtype=np.float32)
+    high = np.array([entry.high for entry in entries], dtype=np.float32)
+    return spaces.Box(low, high, dtype=np.float32)
+
+
+def info_keys(task: Task) -> tuple[str, ...]:
+    """Keys of every info: cost, unweighted reward terms, flags."""
+    return ("cost", *(f"reward/{term}" for term in task.terms), *INFO_FLAGS)
+
+
+def actions_of(value: Any, shape: tuple[int, ...], env_id: str) -> npt.NDArray[np.float32]:
+    """`value` as finite float32 of this shape.
+
+    Raises:
+        ValueError: names the environment, the entry, its value and what was expected.
+    """
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        array = np.asarray(None)
+    if array.dtype.kind not in "fiu":
+        raise ValueError(
+            f"{env_id}: action {value!r} is not an array of real numbers; "
+            f"expected shape {shape}, entries in [-1, 1]"
+        )
+    if array.shape != shape:
+        raise ValueError(f"{env_id}: action has shape {array.shape}; expected {shape}")
+    with np.errstate(over="ignore"):
+        single = array.astype(np.float32)
+    if not np.isfinite(single).all():
+        index = tuple(int(k) for k in np.argwhere(~np.isfinite(single))[0])
+        where = f"[{index[-1]}]" if len(index) == 1 else f"[{index[0]}, {index[1]}]"
+        raise ValueError(
+            f"{env_id}: action{where} = {array[index]}; expected a finite number in [-1, 1]"
+        )
+    return single
+
+
+def options_of(options: Mapping[str, Any] | None, env_id: str) -> Mapping[str, Any]:
+    """Options of a reset, unknown keys refused.
+
+    Raises:
+        ValueError: names the key and the known ones.
+    """
+    for key in options or {}:
+        if key not in _OPTIONS:
+            raise ValueError(f"{env_id}: options[{key!r}] is unknown; expected some of {_OPTIONS}")
+    return options or {}
+
+
+def stream_key(generator: np.random.Generator) -> np.uint64:
+    """Key of the random stream of one row, drawn from its generator."""
+    return np.uint64(generator.integers(0, 2**64, dtype=np.uint64))
+
+
+def seeded_key(seed: int) -> np.uint64:
+    """Key of a row with this seed: the same for a single environment and for a row of many."""
+    return stream_key(seeding.np_random(int(seed))[0])

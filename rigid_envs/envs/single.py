@@ -1,0 +1,164 @@
+"""A single environment: one row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+
+from rigid_envs.core import Core
+from rigid_envs.envs.boundary import (
+    FLOAT32,
+    action_space,
+    actions_of,
+    info_keys,
+    new_task,
+    observation_space,
+    options_of,
+    stream_key,
+)
+from rigid_envs.kernels.layout import FLAGS
+from rigid_envs.systems import System
+from rigid_envs.tasks import Task
+
+__all__ = ["RigidEnv"]
+
+Array = npt.NDArray[np.float64]
+Observation = npt.NDArray[np.float32]
+
+_FRESH, _RUNNING, _ENDED, _CLOSED = range(4)
+_FIRST_INFO_FLAG = FLAGS.index("is_success")
+
+
+class RigidEnv(gym.Env[Observation, Observation]):
+    """One row of a task as a Gymnasium environment.
+
+    Args:
+        task: the task as "module:Class"; set by the registration of each id.
+        render_mode: None.
+        **config: hyperparameters of the task; unknown keys and bad values are refused.
+
+    Raises:
+        ConfigError: message ``config.<key>: ...``.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+
+    def __init__(self, task: str, render_mode: str | None = None, **config: Any) -> None:
+        """Check the configuration, then lay out one row."""
+        self.task = new_task(task, render_mode, config)
+        self.render_mode = render_mode
+        self.action_space = action_space(self.task)
+        self.observation_space = observation_space(self.task)
+        self._core = Core(self.task, 1)
+        self._row = np.zeros(1, dtype=np.int64)
+        self._keys = info_keys(self.task)
+        self._shape = self.action_space.shape
+        self._status = _FRESH
+        self._keyed_by: np.random.Generator | None = None
+
+    def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """One control period.
+
+        Args:
+            action: shape (n_action,), clipped to [-1, 1] (a disc action by its norm).
+
+        Returns:
+            Observation, reward, terminated, truncated (always False: time limits are the
+            wrapper's) and info.
+
+        Raises:
+            ValueError: NaN, inf or a wrong shape; the state is unchanged.
+            ResetNeeded: before `reset` or after the end of the episode.
+            ClosedEnvironmentError: after `close`.
+        """
+        if self._status != _RUNNING:
+            self._refuse_step()
+        core = self._core
+        if (
+            action.__class__ is np.ndarray
+            and action.dtype is FLOAT32  # type: ignore[union-attr]
+            and action.shape == self._shape  # type: ignore[union-attr]
+        ):
+            core.action[...] = action
+        else:
+            core.action[...] = actions_of(action, self._shape, self._name)
+        if core.advance(core.memory, 0, 1) >= 0:
+            actions_of(action, self._shape, self._name)  # says which entry is not finite
+        reward, *numbers = core.result.tolist()
+        flags = core.flag.tolist()
+        if terminated := flags[0]:
+            self._status = _ENDED
+        numbers += flags[_FIRST_INFO_FLAG:]
+        info = dict(zip(self._keys, numbers, strict=True))
+        return core.observation.copy(), reward, terminated, False, info
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin a new episode.
+
+        Args:
+            seed: new random stream; without it the stream goes on.
+            options: ``state``: physical state to start from, y or named components;
+                ``params``: parameters of the system by name.
+
+        Returns:
+            Observation and info, with the keys and types that `step` gives.
+
+        Raises:
+            ValueError: unknown option, bad state or parameter; the state is unchanged.
+            ClosedEnvironmentError: after `close`.
+        """
+        if self._status == _CLOSED:
+            raise ClosedEnvironmentError(f"{self._name}: reset after close; make a new environment")
+        given = options_of(options, self._name)
+        super().reset(seed=seed)
+        if self.np_random is not self._keyed_by:
+            self._core.seed(self._row, np.array([stream_key(self.np_random)]))
+            self._keyed_by = self.np_random
+        self._core.reset(self._row, given.get("state"), given.get("params"))
+        self._status = _RUNNING
+        zeros = [0.0] * (1 + len(self.task.terms)) + [False] * 3
+        return self._core.observation.copy(), dict(zip(self._keys, zeros, strict=True))
+
+    def close(self) -> None:
+        """No further step or reset."""
+        self._status = _CLOSED
+
+    @property
+    def system(self) -> System:
+        """The physical system with the parameters of this episode."""
+        return self.task.system(self._core.system_parameters(0))
+
+    @property
+    def y(self) -> Array:
+        """Physical state, shape (n_state,); names and units are in ``system.state_entries``."""
+        return self._core.y[0]
+
+    def get_state(self) -> dict[str, Array]:
+        """All that the future depends on: state, parameters, goal, clock, random stream."""
+        return {name: part[0] for name, part in self._core.get_state().items()}
+
+    def set_state(self, state: Mapping[str, npt.ArrayLike]) -> None:
+        """Go on bitwise as from where `get_state` was called.
+
+        Raises:
+            ValueError: parts missing or of the wrong shape; nothing has changed.
+        """
+        self._core.set_state({name: np.asarray(part)[None] for name, part in state.items()})
+        self._status = _RUNNING if self._core.running[0] else _ENDED
+
+    @property
+    def _name(self) -> str:
+        return self.spec.id if self.spec is not None else type(self.task).__name__
+
+    def _refuse_step(self) -> None:
+        if self._status == _CLOSED:
+            raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
+        when = "before the first reset" if self._status == _FRESH else "after the episode ended"
+        raise ResetNeeded(f"{self._name}: step {when}; call reset first")

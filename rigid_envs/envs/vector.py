@@ -1,0 +1,266 @@
+"""Many rows at once: a native vector environment with the three autoreset modes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from rigid_envs.core import Core
+from rigid_envs.envs.boundary import (
+    FLOAT32,
+    action_space,
+    actions_of,
+    info_keys,
+    new_task,
+    observation_space,
+    options_of,
+    seeded_key,
+)
+from rigid_envs.systems import System
+from rigid_envs.tasks import ConfigError, Task
+
+__all__ = ["RigidVectorEnv"]
+
+Array = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+Observations = npt.NDArray[np.float32]
+
+
+class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
+    """N rows of a task as a Gymnasium vector environment.
+
+    Row i seeded s is bitwise the single environment seeded s + i, for any N and any number of
+    threads.
+
+    Args:
+        task: the task as "module:Class"; set by the registration of each id.
+        num_envs: number of rows N.
+        max_episode_steps: time limit, after which a row is truncated; None for no limit.
+        autoreset_mode: NEXT_STEP (default), SAME_STEP or DISABLED, as Gymnasium defines them.
+        num_threads: threads that share the rows; worth more than 1 from about 1000 rows on.
+        render_mode: None.
+        **config: hyperparameters of the task.
+
+    Raises:
+        ConfigError: message ``config.<key>: ...``.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+    _modes: ClassVar = {mode.value: mode for mode in AutoresetMode}
+
+    def __init__(
+        self,
+        task: str,
+        num_envs: int = 1,
+        max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        num_threads: int = 1,
+        render_mode: str | None = None,
+        **config: Any,
+    ) -> None:
+        """Check the configuration, then lay out the rows."""
+        for name, value in (("num_envs", num_envs), ("num_threads", num_threads)):
+            if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+                raise ConfigError(f"config.{name}: {value!r}; expected a positive integer")
+        if autoreset_mode not in (*self._modes, *self._modes.values()):
+            raise ConfigError(
+                f"config.autoreset_mode: {autoreset_mode!r}; expected one of {list(self._modes)}"
+            )
+        self.task: Task = new_task(task, render_mode, config)
+        self.render_mode = render_mode
+        self.num_envs = int(num_envs)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**type(self).metadata, "autoreset_mode": self.autoreset_mode}
+        self.single_action_space = action_space(self.task)
+        self.single_observation_space = observation_space(self.task)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self._core = Core(self.task, self.num_envs, max_episode_steps, int(num_threads))
+        self._rows = np.arange(self.num_envs)
+        self._shape = (self.num_envs, *self.single_action_space.shape)
+        self._keys = info_keys(self.task)
+        everywhere = np.ones(self.num_envs, dtype=np.bool_)
+        everywhere.flags.writeable = False
+        self._masks = {f"_{key}": everywhere for key in self._keys}
+        self._ended = np.ones(self.num_envs, dtype=np.bool_)
+        self._keyed_by: np.random.Generator | None = None
+        self._fresh = True
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Begin new episodes.
+
+        Args:
+            seed: an integer s gives row i the seed s + i; or one seed (or None) for each row.
+            options: ``reset_mask``: bool (N,), the rows to reset, the others stay bitwise as
+                they are; ``state`` and ``params`` as in the single environment, for all reset
+                rows or (with a leading axis) one for each.
+
+        Returns:
+            Observations (N, n) and infos, with the keys and types that `step` gives.
+
+        Raises:
+            ValueError: unknown option, bad mask, seed, state or parameter; nothing has changed.
+            ClosedEnvironmentError: after `close`.
+        """
+        if self.closed:
+            raise ClosedEnvironmentError(f"{self._name}: reset after close; make a new environment")
+        given = options_of(options, self._name)
+        rows = self._rows_to_reset(given.get("reset_mask"))
+        self._seed(seed, rows)
+        self._core.reset(rows, given.get("state"), given.get("params"))
+        self._ended[rows] = False
+        self._fresh = self._fresh and len(rows) < self.num_envs
+        return self._core.observations.copy(), self._blank_infos()
+
+    def step(
+        self, actions: npt.ArrayLike
+    ) -> tuple[Observations, Array, Bools, Bools, dict[str, Any]]:
+        """One control period of all rows.
+
+        Args:
+            actions: shape (N, n_action).
+
+        Returns:
+            Observations, rewards, terminated, truncated and infos; the autoreset mode says what
+            they hold for rows whose episode has ended.
+
+        Raises:
+            ValueError: NaN, inf or a wrong shape; no row has changed.
+            ResetNeeded: before `reset`; in DISABLED mode if a row has ended and was not reset.
+            ClosedEnvironmentError: after `close`.
+        """
+        ended_before = self._check_order()
+        core = self._core
+        if not (
+            actions.__class__ is np.ndarray
+            and actions.dtype is FLOAT32  # type: ignore[union-attr]
+            and actions.shape == self._shape  # type: ignore[union-attr]
+        ):
+            actions = actions_of(actions, self._shape, self._name)
+        core.actions[...] = actions
+        if core.step() >= 0:
+            actions_of(actions, self._shape, self._name)  # says which entry is not finite
+        rewards, *numbers = core.results()
+        terminated, truncated, *flags = core.flags()
+        infos: dict[str, Any] = dict(zip(self._keys, (*numbers, *flags), strict=True))
+        infos.update(self._masks)
+        if ended_before is not None:
+            self._begin_next(ended_before, (rewards, terminated, truncated, *numbers, *flags))
+        self._ended = terminated | truncated
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
+            self._begin_same(infos)
+        return core.observations.copy(), rewards, terminated, truncated, infos
+
+    @property
+    def systems(self) -> list[System]:
+        """The physical system of every row, with the parameters of its episode."""
+        return [self.task.system(self._core.system_parameters(row)) for row in range(self.num_envs)]
+
+    @property
+    def y(self) -> Array:
+        """Physical states, shape (N, n_state)."""
+        return self._core.y
+
+    def get_state(self) -> dict[str, Array]:
+        """All that the future depends on, each part of shape (N, k)."""
+        return self._core.get_state()
+
+    def set_state(self, state: Mapping[str, npt.ArrayLike]) -> None:
+        """Go on bitwise as from where `get_state` was called.
+
+        Raises:
+            ValueError: parts missing or of the wrong shape; nothing has changed.
+        """
+        self._core.set_state(state)
+        self._ended = ~self._core.running
+        self._fresh = False
+
+    @property
+    def _name(self) -> str:
+        return self.spec.id if self.spec is not None else type(self.task).__name__
+
+    def _check_order(self) -> npt.NDArray[np.int64] | None:
+        """Rows that ended in the step before, if there are any."""
+        if self.closed:
+            raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
+        if self._fresh:
+            raise ResetNeeded(f"{self._name}: step before the first reset; call reset first")
+        if not self._ended.any() or self.autoreset_mode is AutoresetMode.SAME_STEP:
+            return None
+        rows = np.flatnonzero(self._ended)
+        if self.autoreset_mode is AutoresetMode.DISABLED:
+            raise ResetNeeded(
+                f"{self._name}: row {rows[0]} has ended; in DISABLED mode reset it first, "
+                "with options={'reset_mask': ...}"
+            )
+        return rows
+
+    def _begin_next(self, rows: npt.NDArray[np.int64], outputs: tuple[Array, ...]) -> None:
+        """NEXT_STEP: rows that had ended are reset instead of stepped; their outputs are blank."""
+        self._core.reset(rows)
+        for output in outputs:
+            output[rows] = 0
+
+    def _begin_same(self, infos: dict[str, Any]) -> None:
+        """SAME_STEP: rows that end now are reset; their last observation and info are kept."""
+        ended = self._ended.copy()
+        infos["final_info"] = {
+            **{key: np.where(ended, infos[key], 0).astype(infos[key].dtype) for key in self._keys},
+            **{f"_{key}": ended for key in self._keys},
+        }
+        infos["final_obs"] = self._core.observations.copy()
+        infos["_final_obs"] = infos["_final_info"] = ended
+        for key in self._keys:
+            infos[key][ended] = 0
+        self._core.reset(np.flatnonzero(ended))
+
+    def _rows_to_reset(self, mask: Any) -> npt.NDArray[np.int64]:
+        if mask is None:
+            return self._rows
+        if not (
+            isinstance(mask, np.ndarray) and mask.dtype == bool and mask.shape == (self.num_envs,)
+        ):
+            raise ValueError(
+                f"{self._name}: options['reset_mask'] = {mask!r}; "
+                f"expected a bool array of shape ({self.num_envs},)"
+            )
+        if not mask.any():
+            raise ValueError(f"{self._name}: options['reset_mask'] is False everywhere")
+        return np.flatnonzero(mask)
+
+    def _seed(self, seed: int | Sequence[int | None] | None, rows: npt.NDArray[np.int64]) -> None:
+        if seed is not None:
+            super().reset(seed=seed if isinstance(seed, int | np.integer) else None)
+            single = isinstance(seed, int | np.integer)
+            seeds = [int(seed) + i for i in range(self.num_envs)] if single else list(seed)
+            if len(seeds) != self.num_envs:
+                raise ValueError(f"{self._name}: {len(seeds)} seeds for {self.num_envs} rows")
+            chosen = [row for row in rows if seeds[row] is not None]
+            keys = [seeded_key(seeds[row]) for row in chosen]
+            self._core.seed(np.array(chosen, dtype=np.int64), np.array(keys, dtype=np.uint64))
+            if len(chosen) == self.num_envs:
+                self._keyed_by = self.np_random
+        if self.np_random is not self._keyed_by:
+            keys_for_all = self.np_random.integers(0, 2**64, self.num_envs, dtype=np.uint64)
+            unseeded = [r for r in self._rows if seed is None or seeds[r] is None or r not in rows]
+            self._core.seed(np.array(unseeded, dtype=np.int64), keys_for_all[unseeded])
+            self._keyed_by = self.np_random
+
+    def _blank_infos(self) -> dict[str, Any]:
+        n_numbers = 1 + len(self.task.terms)
+        blank: dict[str, Any] = {
+            key: np.zeros(self.num_envs, dtype=np.float64 if k < n_numbers else np.bool_)
+            for k, key in enumerate(self._keys)
+        }
+        return {**blank, **self._masks}

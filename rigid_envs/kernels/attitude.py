@@ -1,0 +1,72 @@
+"""The attitude as it is observed: four representations of the same rotation."""
+
+import math
+
+from rigid_envs.kernels.algebra import Quaternion, Row, matrix
+from rigid_envs.kernels.compiler import routine, scalar
+from rigid_envs.kernels.elementary import atan2, fma, select
+from rigid_envs.kernels.layout import Memory
+from rigid_envs.kernels.rows import LANES, load, store
+
+__all__ = ["EULER", "HIDDEN", "MATRIX", "QUATERNION", "ROT6D", "write_attitude"]
+
+HIDDEN, MATRIX, ROT6D, QUATERNION, EULER = range(5)
+_Q = (1.0, 0.0, 0.0, 0.0)
+
+
+@scalar
+def canonical(q: Quaternion) -> Quaternion:
+    """The one of q and -q with w >= 0: the same attitude."""
+    sign = select(q[0] < 0.0, -1.0, 1.0)
+    return (sign * q[0], sign * q[1], sign * q[2], sign * q[3])
+
+
+@scalar
+def rot6d(q: Quaternion) -> Row:
+    """First two columns of R, one after the other (Zhou et al. 2019, arXiv:1812.07035)."""
+    r = matrix(q)
+    return (r[0], r[3], r[6], r[1], r[4], r[7])
+
+
+@scalar
+def euler(q: Quaternion) -> Row:
+    """Angles (phi, theta, psi) of R = Rz(phi) Rx(theta) Rz(psi) [rad].
+
+    With phi + psi = 2 atan2(z, w) and phi - psi = 2 atan2(y, x). At theta = 0 and pi one of the
+    two is undetermined and atan2(0, 0) = 0 takes its place: finite, but not continuous.
+    """
+    w, x, y, z = q
+    total, difference = atan2(z, w), atan2(y, x)
+    theta = 2.0 * atan2(math.sqrt(fma(x, x, y * y)), math.sqrt(fma(w, w, z * z)))
+    return (_wrapped(total + difference), theta, _wrapped(total - difference))
+
+
+@scalar
+def _wrapped(angle: float) -> float:
+    """The same angle in [-pi, pi], for one in [-2 pi, 2 pi]."""
+    turn = select(angle > math.pi, -2.0 * math.pi, 0.0)
+    return angle + select(angle < -math.pi, 2.0 * math.pi, turn)
+
+
+@routine
+def write_attitude(
+    memory: Memory, base: int, at: int, first: int, last: int, representation: int
+) -> int:
+    """Write the attitude of rows ``first .. last - 1`` to the slots from `at` on; their number."""
+    if representation == HIDDEN:
+        return 0
+    if representation == MATRIX:
+        for i in range(first, last):
+            store(memory, at + i, matrix(load(memory, base + i, _Q, LANES)), LANES)
+        return 9
+    if representation == ROT6D:
+        for i in range(first, last):
+            store(memory, at + i, rot6d(load(memory, base + i, _Q, LANES)), LANES)
+        return 6
+    if representation == QUATERNION:
+        for i in range(first, last):
+            store(memory, at + i, canonical(load(memory, base + i, _Q, LANES)), LANES)
+        return 4
+    for i in range(first, last):
+        store(memory, at + i, euler(load(memory, base + i, _Q, LANES)), LANES)
+    return 3

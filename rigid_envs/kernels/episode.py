@@ -1,0 +1,368 @@
+"""The step and the reset of an environment, over all its rows: the only step loop there is.
+
+A task gives five functions of one row; the two loops here are the same for all of them.
+
+``start(stream, p, c) -> (y, memo)``           first state of an episode
+``clip(a) -> (a, clipped)``                    action brought into the action space
+``actuate(a, y, p, c) -> u``                   physical input
+``judge(y, u, memo, p, c, dt) -> (memo, terms, cost, success, done)``
+``observe(y, memo, p, c) -> features``         what is observed besides the attitude
+
+A row never depends on another row, so the result is the same for any number of rows and threads.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from rigid_envs.kernels import randoms
+from rigid_envs.kernels.algebra import Row
+from rigid_envs.kernels.attitude import write_attitude
+from rigid_envs.kernels.compiler import phase, routine, scalar
+from rigid_envs.kernels.elementary import fma, select
+from rigid_envs.kernels.layout import Memory, Settings, Shapes, Slots, read_settings, slots_of
+from rigid_envs.kernels.rows import LANES, integrate, load, store
+
+__all__ = ["BEGIN", "OBSERVE", "PARAMETERS_GIVEN", "reset", "step"]
+
+BEGIN, PARAMETERS_GIVEN, OBSERVE = range(3)  # what `reset` does, see there
+_DRAW_PARAMETERS, _DRAW_START, _DRAW_ACTION, _DRAW_OBSERVATION = range(4)
+_LARGEST = 1e9  # a state beyond this is no longer physics: the episode is ended
+
+Function = Callable[..., Any]
+
+
+@phase
+def step(
+    advance: Function,
+    restore: Function,
+    weights: Row,
+    clip: Function,
+    actuate: Function,
+    judge: Function,
+    observe: Function,
+    shapes: Shapes,
+    memory: Memory,
+    first_block: int,
+    last_block: int,
+) -> int:
+    """One control step of all rows of the given blocks.
+
+    Returns -1, or the index of the first action entry that is not finite; then nothing at all
+    has changed, in any row.
+    """
+    s = read_settings(memory)
+    bad = _first_not_finite(memory, s, len(shapes.action))
+    if bad >= 0:
+        return bad
+    slots = slots_of(shapes, s.n_terms, s.n_delays, s.n_observation)
+    c = load(memory, s.constants, shapes.constants, 1)
+    system_shapes = (shapes.state, shapes.inputs, shapes.parameters)
+    for block in range(first_block, last_block):
+        base = s.blocks + block * slots.total * LANES
+        row = block * LANES
+        n = min(LANES, s.n_rows - row)
+        _receive(clip, shapes, memory, s, slots, base, row, n)
+        if s.noisy_actions:
+            _add_action_noise(clip, shapes, memory, slots, base, n)
+        if s.n_delays:
+            _delay(memory, s, slots, base, n, len(shapes.action))
+        _actuate(actuate, shapes, memory, slots, base, n, c)
+        h = s.dt / s.n_substeps
+        integrate(advance, restore, weights, system_shapes, memory, base, n, h, s.n_substeps)
+        _judge(judge, shapes, memory, s, slots, base, n, c)
+        _observe(observe, shapes, memory, s, slots, base, 0, n, c)
+        _publish(memory, s, slots, base, row, 0, n)
+    return -1
+
+
+@phase
+def reset(
+    derive: Function,
+    start: Function,
+    observe: Function,
+    shapes: Shapes,
+    memory: Memory,
+    rows: Any,
+    mode: int,
+) -> None:
+    """Begin a new episode in the given rows and publish their observations.
+
+    `BEGIN` draws parameters and a start. `PARAMETERS_GIVEN`, after it, takes the parameters as
+    they stand and draws the start again. `OBSERVE` draws nothing.
+    """
+    s = read_settings(memory)
+    slots = slots_of(shapes, s.n_terms, s.n_delays, s.n_observation)
+    c = load(memory, s.constants, shapes.constants, 1)
+    for row in rows:
+        block, lane = row // LANES, row % LANES
+        base = s.blocks + block * slots.total * LANES
+        if mode == BEGIN:
+            _new_episode(shapes, memory, s, slots, base + lane)
+            _draw_parameters(shapes, memory, s, slots, base + lane)
+        if mode != OBSERVE:
+            _draw_start(derive, start, shapes, memory, slots, base + lane, c)
+        _observe(observe, shapes, memory, s, slots, base, lane, lane + 1, c)
+        _publish(memory, s, slots, base, block * LANES, lane, lane + 1)
+
+
+@routine
+def _first_not_finite(memory: Memory, s: Settings, n_action: int) -> int:
+    single = memory.view(np.float32)
+    n_bad = 0
+    for k in range(s.actions, s.actions + s.n_rows * n_action):
+        n_bad += not abs(single[k]) < np.inf
+    if n_bad:
+        for k in range(s.n_rows * n_action):
+            if not abs(single[s.actions + k]) < np.inf:
+                return k
+    return -1
+
+
+@phase
+def _receive(
+    clip: Function,
+    shapes: Shapes,
+    memory: Memory,
+    s: Settings,
+    slots: Slots,
+    base: int,
+    row: int,
+    n: int,
+) -> None:
+    single = memory.view(np.float32)
+    n_action = len(shapes.action)
+    at = base + slots.action * LANES
+    for i in range(n):
+        raw = load(single, s.actions + (row + i) * n_action, shapes.action, 1)
+        store(memory, at + i, raw, LANES)
+    byte = memory.view(np.uint8)
+    flag = 8 * (base + slots.flags * LANES) + 3 * LANES
+    for i in range(n):
+        action, clipped = clip(load(memory, at + i, shapes.action, LANES))
+        store(memory, at + i, action, LANES)
+        byte[flag + i] = clipped
+
+
+@scalar
+def _stream(memory: Memory, clock: int, use: int) -> randoms.Stream:
+    """Random numbers of one row, episode and use."""
+    high, low = np.uint64(memory[clock]), np.uint64(memory[clock + LANES])
+    key = (high << np.uint64(32)) | low
+    return key, np.uint64(memory[clock + 2 * LANES]), np.uint64(use)
+
+
+@scalar
+def _noise(memory: Memory, clock: int, use: int, k: int) -> float:
+    """Standard normal number k of this row at this step (k below 256)."""
+    index = int(memory[clock + 3 * LANES]) * 128 + k // 2
+    pair = randoms.normal_pair(_stream(memory, clock, use), index)
+    return pair[k % 2]
+
+
+@phase
+def _add_action_noise(
+    clip: Function, shapes: Shapes, memory: Memory, slots: Slots, base: int, n: int
+) -> None:
+    at = base + slots.action * LANES
+    for i in range(n):
+        clock = base + slots.clock * LANES + i
+        sigma = memory[base + slots.channel * LANES + i]
+        for k in range(len(shapes.action)):
+            memory[at + k * LANES + i] += sigma * _noise(memory, clock, _DRAW_ACTION, k)
+        action, _ = clip(load(memory, at + i, shapes.action, LANES))
+        store(memory, at + i, action, LANES)
+
+
+@routine
+def _delay(memory: Memory, s: Settings, slots: Slots, base: int, n: int, n_action: int) -> None:
+    """Replace the action by the one of `action_delay` steps ago; zero before the first."""
+    for i in range(n):
+        lag = int(memory[base + (slots.channel + 2) * LANES + i])
+        for k in range(n_action):
+            at = base + (slots.action + k) * LANES + i
+            past = base + (slots.history + k * s.n_delays) * LANES + i
+            new = memory[at]
+            if lag > 0:
+                memory[at] = memory[past + (lag - 1) * LANES]
+            for j in range(s.n_delays - 1, 0, -1):
+                memory[past + j * LANES] = memory[past + (j - 1) * LANES]
+            memory[past] = new
+
+
+@phase
+def _actuate(
+    actuate: Function, shapes: Shapes, memory: Memory, slots: Slots, base: int, n: int, c: Row
+) -> None:
+    for i in range(n):
+        y = load(memory, base + i, shapes.state, LANES)
+        p = load(memory, base + slots.parameters * LANES + i, shapes.parameters, LANES)
+        a = load(memory, base + slots.action * LANES + i, shapes.action, LANES)
+        store(memory, base + slots.inputs * LANES + i, actuate(a, y, p, c), LANES)
+
+
+@phase
+def _judge(
+    judge: Function,
+    shapes: Shapes,
+    memory: Memory,
+    s: Settings,
+    slots: Slots,
+    base: int,
+    n: int,
+    c: Row,
+) -> None:
+    """Reward terms, cost, success and the ends of the episode; the clock moves on.
+
+    A state that is no longer a number ends the episode; see `_mend`.
+    """
+    byte = memory.view(np.uint8)
+    results = base + slots.results * LANES
+    flags = 8 * (base + slots.flags * LANES)
+    clock = base + slots.clock * LANES
+    n_broken = 0
+    for i in range(n):
+        y = load(memory, base + i, shapes.state, LANES)
+        u = load(memory, base + slots.inputs * LANES + i, shapes.inputs, LANES)
+        p = load(memory, base + slots.parameters * LANES + i, shapes.parameters, LANES)
+        memo = load(memory, base + slots.memo * LANES + i, shapes.memo, LANES)
+        memo, terms, cost, success, done = judge(y, u, memo, p, c, s.dt)
+        store(memory, base + slots.memo * LANES + i, memo, LANES)
+        broken = 0
+        for k in range(len(y)):
+            broken |= not abs(y[k]) < _LARGEST
+        reward = 0.0
+        for k in range(len(terms)):
+            reward = fma(c[k], terms[k], reward)
+        store(memory, results + i, (reward, cost, *terms), LANES)
+        elapsed = memory[clock + 3 * LANES + i] + 1.0
+        over, late = done | (broken != 0), elapsed >= s.max_steps
+        memory[clock + 3 * LANES + i] = elapsed
+        memory[clock + 4 * LANES + i] = select(over | late, 0.0, 1.0)
+        byte[flags + i] = over
+        byte[flags + LANES + i] = late
+        byte[flags + 2 * LANES + i] = success
+        byte[flags + 4 * LANES + i] = broken
+        n_broken += broken
+    if n_broken:
+        _mend(shapes, memory, s, slots, base, n)
+
+
+@routine
+def _mend(shapes: Shapes, memory: Memory, s: Settings, slots: Slots, base: int, n: int) -> None:
+    """A broken row gets the system's rest state, no reward, no cost and no success."""
+    byte = memory.view(np.uint8)
+    flags = 8 * (base + slots.flags * LANES)
+    for i in range(n):
+        if byte[flags + 4 * LANES + i]:
+            store(memory, base + i, shapes.state, LANES)
+            store(memory, base + slots.memo * LANES + i, shapes.memo, LANES)
+            byte[flags + 2 * LANES + i] = 0
+            for k in range(2 + s.n_terms):
+                memory[base + (slots.results + k) * LANES + i] = 0.0
+
+
+@phase
+def _observe(
+    observe: Function,
+    shapes: Shapes,
+    memory: Memory,
+    s: Settings,
+    slots: Slots,
+    base: int,
+    first: int,
+    last: int,
+    c: Row,
+) -> None:
+    """Observation slots: the task's features, the attitude, the drawn parameters, noise."""
+    at = base + slots.observation * LANES
+    n_features = 0
+    for i in range(first, last):
+        y = load(memory, base + i, shapes.state, LANES)
+        p = load(memory, base + slots.parameters * LANES + i, shapes.parameters, LANES)
+        memo = load(memory, base + slots.memo * LANES + i, shapes.memo, LANES)
+        features = observe(y, memo, p, c)
+        n_features = len(features)
+        store(memory, at + i, features, LANES)
+    at = at + n_features * LANES
+    at = at + write_attitude(memory, base, at, first, last, s.rotation) * LANES
+    for k in range(s.n_observed):
+        source = base + int(memory[s.observed + k]) * LANES
+        for i in range(first, last):
+            memory[at + k * LANES + i] = memory[source + i]
+    if s.noisy_observations:
+        _add_observation_noise(memory, s, slots, base, first, last)
+
+
+@routine
+def _add_observation_noise(
+    memory: Memory, s: Settings, slots: Slots, base: int, first: int, last: int
+) -> None:
+    """Gaussian noise on every entry, kept inside the bounds of the observation space."""
+    for i in range(first, last):
+        clock = base + slots.clock * LANES + i
+        sigma = memory[base + (slots.channel + 1) * LANES + i]
+        for k in range(s.n_observation):
+            at = base + (slots.observation + k) * LANES + i
+            noisy = memory[at] + sigma * _noise(memory, clock, _DRAW_OBSERVATION, k)
+            low, high = memory[s.bounds + 2 * k], memory[s.bounds + 2 * k + 1]
+            memory[at] = min(max(noisy, low), high)
+
+
+@routine
+def _publish(
+    memory: Memory, s: Settings, slots: Slots, base: int, row: int, first: int, last: int
+) -> None:
+    """Observations as float32, one row after the other."""
+    single = memory.view(np.float32)
+    at = base + slots.observation * LANES
+    target = s.observations + row * s.n_observation
+    for k in range(s.n_observation):
+        for i in range(first, last):
+            single[target + i * s.n_observation + k] = memory[at + k * LANES + i]
+
+
+@routine
+def _new_episode(shapes: Shapes, memory: Memory, s: Settings, slots: Slots, at: int) -> None:
+    """Clock of a new episode; no past actions."""
+    clock = at + slots.clock * LANES
+    memory[clock + 2 * LANES] += 1.0
+    memory[clock + 3 * LANES] = 0.0
+    memory[clock + 4 * LANES] = 1.0
+    for k in range(len(shapes.action) * s.n_delays):
+        memory[at + (slots.history + k) * LANES] = 0.0
+
+
+@routine
+def _draw_parameters(shapes: Shapes, memory: Memory, s: Settings, slots: Slots, at: int) -> None:
+    """Every parameter of the system and the channel, uniform in its range; the delay whole."""
+    n_raw = len(shapes.raw)
+    stream = _stream(memory, at + slots.clock * LANES, _DRAW_PARAMETERS)
+    for k in range(n_raw + 3):
+        low, high = memory[s.ranges + 2 * k], memory[s.ranges + 2 * k + 1]
+        share = randoms.uniform(stream, k)
+        if k == n_raw + 2:
+            value = low + np.floor((high - low + 1.0) * share)
+        else:
+            value = fma(high - low, share, low)
+        slot = slots.parameters + k if k < n_raw else slots.channel + k - n_raw
+        memory[at + slot * LANES] = value
+
+
+@phase
+def _draw_start(
+    derive: Function,
+    start: Function,
+    shapes: Shapes,
+    memory: Memory,
+    slots: Slots,
+    at: int,
+    c: Row,
+) -> None:
+    parameters = at + slots.parameters * LANES
+    p = derive(load(memory, parameters, shapes.raw, LANES))
+    store(memory, parameters, p, LANES)
+    y, memo = start(_stream(memory, at + slots.clock * LANES, _DRAW_START), p, c)
+    store(memory, at, y, LANES)
+    store(memory, at + slots.memo * LANES, memo, LANES)

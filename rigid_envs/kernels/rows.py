@@ -1,0 +1,129 @@
+"""How rows of numbers lie in memory, and the loop that integrates them.
+
+A *block* holds `LANES` rows as a structure of arrays: number k of row i stands at
+``base + k * LANES + i``. Because `LANES` is a constant, the compiler knows that the numbers of a
+row never overlap and turns every loop over the rows of a block into vector instructions. Arrays
+of the public interface hold one row after the other; there the numbers of a row are adjacent.
+
+`load` and `store` move a whole row of numbers between an array and a tuple. The number of numbers
+is taken from a tuple of that length, so that it is known when the loop is compiled.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from llvmlite import ir
+from numba import types
+from numba.core.typing.templates import Signature
+from numba.extending import intrinsic
+
+from rigid_envs.kernels.algebra import Row
+from rigid_envs.kernels.compiler import phase
+
+Memory = npt.NDArray[np.float64]
+Step = Callable[[Row, Row, Row, float], Row]
+Restore = Callable[[Row], Row]
+
+__all__ = ["LANES", "advance_rows", "integrate", "load", "restore_rows", "store"]
+
+LANES = 64
+
+
+def _pointer(context: Any, builder: Any, array_type: Any, array: Any, start: Any) -> Any:
+    return builder.gep(context.make_array(array_type)(context, builder, array).data, [start])
+
+
+def _element(builder: Any, base: Any, k: int, stride: Any) -> Any:
+    return builder.gep(base, [builder.mul(ir.Constant(stride.type, k), stride)])
+
+
+@intrinsic
+def _load(
+    _context: Any, array: Any, start: Any, like: Any, stride: Any
+) -> tuple[Signature, Callable[..., Any]]:
+    """``tuple(array[start + k * stride] for k in range(len(like)))``."""
+    result = types.UniTuple(array.dtype, len(like)) if len(like) else types.Tuple(())
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        base = _pointer(context, builder, signature.args[0], arguments[0], arguments[1])
+        stride = arguments[3]
+        values = [builder.load(_element(builder, base, k, stride)) for k in range(len(like))]
+        return context.make_tuple(builder, result, values)
+
+    return result(array, types.intp, like, types.intp), generate
+
+
+@intrinsic
+def _store(
+    _context: Any, array: Any, start: Any, values: Any, stride: Any
+) -> tuple[Signature, Callable[..., Any]]:
+    """Write ``values[k]`` to ``array[start + k * stride]`` for every k."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        base = _pointer(context, builder, signature.args[0], arguments[0], arguments[1])
+        for k, kind in enumerate(values):
+            value = builder.extract_value(arguments[2], k)
+            value = context.cast(builder, value, kind, array.dtype)
+            builder.store(value, _element(builder, base, k, arguments[3]))
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, values, types.intp), generate
+
+
+load: Callable[..., Any] = _load
+store: Callable[..., None] = _store
+
+
+@phase
+def advance_rows(
+    step: Step,
+    shapes: tuple[Row, Row, Row],
+    memory: Memory,
+    base: int,
+    n: int,
+    h: float,
+) -> None:
+    """Apply ``step(y, u, p, h)`` to the first n rows of a block.
+
+    State, inputs and parameters (`shapes`) follow each other in the block.
+    """
+    state, inputs, parameters = shapes
+    input_slot = base + len(state) * LANES
+    parameter_slot = input_slot + len(inputs) * LANES
+    for i in range(n):
+        y = load(memory, base + i, state, LANES)
+        u = load(memory, input_slot + i, inputs, LANES)
+        p = load(memory, parameter_slot + i, parameters, LANES)
+        store(memory, base + i, step(y, u, p, h), LANES)
+
+
+@phase
+def restore_rows(restore: Restore, state: Row, memory: Memory, base: int, n: int) -> None:
+    """Apply ``restore(y)`` to the first n rows of a block."""
+    for i in range(n):
+        store(memory, base + i, restore(load(memory, base + i, state, LANES)), LANES)
+
+
+@phase
+def integrate(
+    step: Step,
+    restore: Restore,
+    weights: Row,
+    shapes: tuple[Row, Row, Row],
+    memory: Memory,
+    base: int,
+    n: int,
+    h: float,
+    n_substeps: int,
+) -> None:
+    """Advance the first n rows of a block by `n_substeps` steps of length h [s].
+
+    The symmetric second-order map `step` is composed with itself at lengths ``weights[j] * h``.
+    The loop over rows is the inner one, over numbers that stay in the first-level cache.
+    """
+    for _ in range(n_substeps):
+        for weight in weights:
+            advance_rows(step, shapes, memory, base, n, weight * h)
+        restore_rows(restore, shapes[0], memory, base, n)

@@ -1,0 +1,13 @@
+"""Physical systems: equations of motion, exact invariants, linearisation and simulation.
+
+Each system is a frozen dataclass of physical parameters. All of them share the interface of
+`System`; the names of what can be read off a state are in `system.accessors`.
+"""
+
+from rigid_envs.systems.base import System
+from rigid_envs.systems.free_body import FreeBody
+from rigid_envs.systems.heavy_top import HeavyTop
+from rigid_envs.systems.rolling_ball import RollingBall
+from rigid_envs.systems.trajectory import Trajectory
+
+__all__ = ["FreeBody", "HeavyTop", "RollingBall", "System", "Trajectory"]

@@ -1,0 +1,265 @@
+"""What every physical system can do: the NumPy interface of the compiled kernels."""
+
+from __future__ import annotations
+
+import abc
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import astuple, dataclass, fields
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.kernels.composition import SUZUKI
+from rigid_envs.systems.boundary import array_of, unit_attitude
+from rigid_envs.systems.schedule import Schedule, schedule
+from rigid_envs.systems.trajectory import Trajectory
+
+__all__ = ["System"]
+
+Array = npt.NDArray[np.float64]
+Input = npt.ArrayLike | Callable[[float], npt.ArrayLike] | None
+
+
+@dataclass(frozen=True)
+class System(abc.ABC):
+    """A physical system with state y, input u and the parameters that are its fields.
+
+    States and inputs are rows: arrays of shape (..., n) with any leading axes, float64. Frames and
+    units of the entries are in `state_entries` and `input_entries`.
+    """
+
+    _kernels: ClassVar[Any]
+    state_entries: ClassVar[tuple[str, ...]]
+    input_entries: ClassVar[tuple[str, ...]]
+    components: ClassVar[Mapping[str, slice]]
+    """The named parts that a state consists of, and where they stand in y."""
+    envelope: ClassVar[float] = 0.5
+    """Largest rate times step [rad] at which the integrator keeps its stated accuracy."""
+    _fine: ClassVar[float] = 1.0 / 64.0
+    """Rate times step [rad] of `simulate`: truncation error near 1e-11 per radian turned."""
+
+    @property
+    @abc.abstractmethod
+    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
+        """Named quantities of a state: each maps y, shape (..., n_state), to (...) or (..., k)."""
+
+    @abc.abstractmethod
+    def rate_bound(self, y: Array, u: Array, duration: float) -> float:
+        """Largest angular rate [rad/s] that any row can reach under input u for a time [s]."""
+
+    @classmethod
+    def state(cls, **components: npt.ArrayLike) -> Array:
+        """A state row from its named components; the rest state where one is left out.
+
+        Args:
+            **components: any of `components`, each of shape (..., k), broadcast together.
+
+        Returns:
+            y of shape (..., n_state).
+
+        Raises:
+            ValueError: unknown name, wrong last axis, NaN or inf, q not of unit length.
+        """
+        unknown = set(components) - set(cls.components)
+        if unknown:
+            raise ValueError(
+                f"unknown state component {sorted(unknown)[0]!r}; "
+                f"expected some of {', '.join(cls.components)}"
+            )
+        parts = {}
+        for name, value in components.items():
+            entries = cls.state_entries[cls.components[name]]
+            parts[name] = array_of(value, len(entries), name, ", ".join(entries))
+        lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts.values()))
+        y = np.broadcast_to(np.array(cls._kernels.STATE), (*lead, len(cls.state_entries))).copy()
+        for name, part in parts.items():
+            y[..., cls.components[name]] = part
+        unit_attitude(y, "state")
+        return y
+
+    @cached_property
+    def parameters(self) -> Array:
+        """The parameter row p of the kernels: the fields, then what is derived from them."""
+        raw = tuple(float(value) for value in astuple(self))
+        return np.array(self._kernels.derive(raw), dtype=np.float64)
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """Names of the physical parameters, in the order of the fields."""
+        return tuple(field.name for field in fields(cls))
+
+    def rhs(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
+        """Time derivative of the state, y' = f(y, u).
+
+        Args:
+            y: state, shape (..., n_state).
+            u: input, shape (..., n_input), broadcast against y; zero if left out.
+
+        Returns:
+            Array of the shape of y (after broadcasting) [units of y per second].
+
+        Raises:
+            ValueError: wrong last axis, NaN or inf, or a quaternion that is not a unit one.
+        """
+        y_rows, u_rows = self._broadcast(self.checked_state(y), self._input(u))
+        return self._evaluate(y_rows, u_rows, np.float64)
+
+    def linearize(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> tuple[Array, Array]:
+        """Jacobians A = df/dy and B = df/du of `rhs`, exact to rounding.
+
+        Differentiated by complex step (Squire & Trapp 1998, doi:10.1137/S003614459631241X) through
+        the very equations that are simulated. The four quaternion entries count as independent.
+
+        Returns:
+            A of shape (..., n_state, n_state) and B of shape (..., n_state, n_input).
+        """
+        y_rows, u_rows = self._broadcast(self.checked_state(y), self._input(u))
+        tiny = 1e-100
+        n, m = y_rows.shape[-1], u_rows.shape[-1]
+        seeds = tiny * 1j * np.eye(n + m)
+        columns = self._evaluate(
+            y_rows[..., None, :] + seeds[:, :n], u_rows[..., None, :] + seeds[:, n:], np.complex128
+        )
+        jacobian = np.swapaxes(columns.imag / tiny, -1, -2)
+        return jacobian[..., :n].copy(), jacobian[..., n:].copy()
+
+    def invariants(self, y: npt.ArrayLike) -> dict[str, Array]:
+        """Quantities that are constant without input, each of shape (...)."""
+        rows = self.checked_state(y)
+        flat = np.ascontiguousarray(rows.reshape(-1, rows.shape[-1]))
+        out = np.empty((len(flat), len(self._kernels.INVARIANTS)))
+        self._kernels.measure_rows(flat, self.parameters, out)
+        shape = rows.shape[:-1]
+        return {name: out[:, k].reshape(shape) for k, name in enumerate(self._kernels.INVARIANTS)}
+
+    def advance(
+        self, y: npt.ArrayLike, u: npt.ArrayLike | None, dt: float, n_substeps: int = 1
+    ) -> Array:
+        """The state after a time dt [s] under constant input, in `n_substeps` integrator steps.
+
+        This is the step of the environments: the same compiled function, the same bits.
+
+        Raises:
+            ValueError: see `rhs`; also if rate times step leaves the stability envelope.
+        """
+        if n_substeps < 1 or int(n_substeps) != n_substeps:
+            raise ValueError(f"n_substeps = {n_substeps}; expected a positive integer")
+        if not math.isfinite(dt):
+            raise ValueError(f"dt = {dt}; expected a finite time step [s]")
+        y_rows, u_rows = self._broadcast(self.checked_state(y), self._input(u))
+        h = dt / n_substeps
+        rate = self.rate_bound(y_rows, u_rows, abs(dt))
+        if rate * abs(h) > self.envelope:
+            raise ValueError(
+                f"dt / n_substeps = {h:.6g} s at rates up to {rate:.6g} rad/s: "
+                f"expected a product of at most {self.envelope}; "
+                f"take n_substeps >= {math.ceil(rate * abs(dt) / self.envelope)}"
+            )
+        plan = Schedule.constant(h, int(n_substeps), self._kernels.WEIGHTS)
+        return self._run(y_rows, u_rows[None], plan)[-1]
+
+    def simulate(
+        self,
+        y0: npt.ArrayLike,
+        t: npt.ArrayLike,
+        u: Input = None,
+        *,
+        max_step: float | None = None,
+    ) -> Trajectory:
+        """States at the times t, by the structure-preserving integrator of the system.
+
+        Args:
+            y0: state at ``t[0]``, shape (..., n_state).
+            t: monotone times [s], shape (M,); may run backwards.
+            u: input: None (zero), one row held for ever, an array (M - 1, ..., n_input) held over
+                each interval, or a function of time returning (..., n_input), which is sampled
+                inside every step so that the order stays four.
+            max_step: largest step [s]. The default resolves the fastest rate so finely that the
+                truncation error is near rounding; with a function u also 1/2000 of the time span.
+
+        Returns:
+            `Trajectory` with ``t`` (M,), ``y`` (M, ..., n_state) and named access.
+
+        Raises:
+            ValueError: bad shapes or numbers, times that are not monotone, a step outside the
+                stability envelope.
+        """
+        times = array_of(np.asarray(t, dtype=np.float64)[..., None], 1, "t", "time [s]")[..., 0]
+        start = self.checked_state(y0)
+        sampled = u if callable(u) else None
+        held = None if callable(u) else self._held_input(u, times)
+        plan = schedule(self, start, times, held, sampled, max_step)
+        if sampled is not None:
+            weights = np.array(SUZUKI)
+            held = np.stack([self._input(sampled(float(s))) for s in plan.stage_times(times[0])])
+            plan = plan.sampled(weights)
+        inputs = np.zeros((1, len(self.input_entries))) if held is None else held
+        lead = np.broadcast_shapes(start.shape[:-1], inputs.shape[1:-1])
+        start = np.broadcast_to(start, (*lead, start.shape[-1]))
+        inputs = np.broadcast_to(inputs, (len(inputs), *lead, inputs.shape[-1]))
+        return Trajectory(self, times, self._run(start, inputs, plan))
+
+    @classmethod
+    def checked_state(cls, y: npt.ArrayLike) -> Array:
+        """The state y as float64 of shape (..., n_state).
+
+        Raises:
+            ValueError: wrong last axis, NaN or inf, or a quaternion that is not a unit one.
+        """
+        rows = array_of(y, len(cls.state_entries), "y", ", ".join(cls.state_entries))
+        unit_attitude(rows, "y")
+        return rows
+
+    def _input(self, u: npt.ArrayLike | None) -> Array:
+        n = len(self.input_entries)
+        return np.zeros(n) if u is None else array_of(u, n, "u", ", ".join(self.input_entries))
+
+    def _held_input(self, u: npt.ArrayLike | None, t: Array) -> Array | None:
+        """Inputs as (1, ..., n_input) or, one for each interval, (M - 1, ..., n_input)."""
+        if u is None:
+            return None
+        rows = self._input(u)
+        if rows.ndim == 1:
+            return rows[None]
+        if len(rows) != len(t) - 1:
+            raise ValueError(
+                f"u has shape {rows.shape}; expected ({rows.shape[-1]},) or "
+                f"({len(t) - 1}, ..., {rows.shape[-1]}), one row for each interval of t"
+            )
+        return rows
+
+    @staticmethod
+    def _broadcast(y: Array, u: Array) -> tuple[Array, Array]:
+        lead = np.broadcast_shapes(y.shape[:-1], u.shape[:-1])
+        return (
+            np.broadcast_to(y, (*lead, y.shape[-1])),
+            np.broadcast_to(u, (*lead, u.shape[-1])),
+        )
+
+    def _evaluate(self, y: npt.NDArray[Any], u: npt.NDArray[Any], dtype: type) -> Array:
+        y_rows = np.array(y, dtype=dtype).reshape(-1, y.shape[-1])
+        u_rows = np.array(u, dtype=dtype).reshape(-1, u.shape[-1])
+        out = np.empty_like(y_rows)
+        self._kernels.evaluate_rows(y_rows, u_rows, self.parameters.astype(dtype), out)
+        return out.reshape(y.shape)
+
+    def _run(self, y0: Array, u: Array, plan: Schedule) -> Array:
+        """All states of a schedule, shape (M, ..., n_state)."""
+        rows = y0.reshape(-1, y0.shape[-1])
+        y = np.empty((len(plan.h) + 1, *rows.shape))
+        y[0] = rows
+        inputs = np.ascontiguousarray(u.reshape(len(u), -1, u.shape[-1]))
+        self._kernels.simulate_rows(
+            plan.weights,
+            self.parameters,
+            inputs,
+            plan.u_first(len(inputs)),
+            plan.per_stage,
+            plan.h,
+            plan.n_substeps,
+            y,
+        )
+        return y.reshape(len(y), *y0.shape)

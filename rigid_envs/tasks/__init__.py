@@ -1,0 +1,13 @@
+"""Tasks: what is observed, rewarded and called a success, one file per environment family.
+
+A task is a frozen dataclass of hyperparameters over a physical system, with a few compiled
+functions of one row; `rigid_envs.core` runs it. `TASKS` names them all.
+"""
+
+from rigid_envs.tasks.ball_park import BallPark
+from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.fields import ConfigError
+from rigid_envs.tasks.intermediate_axis import IntermediateAxis
+from rigid_envs.tasks.sleeping_top import SleepingTop
+
+__all__ = ["BallPark", "ConfigError", "Entry", "IntermediateAxis", "SleepingTop", "Task"]

@@ -1,0 +1,209 @@
+"""What every task has: its system, its entries of action and observation, its settings."""
+
+from __future__ import annotations
+
+import abc
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.kernels import attitude
+from rigid_envs.kernels.layout import CHANNEL, Shapes
+from rigid_envs.systems import System
+from rigid_envs.tasks.fields import (
+    Choice,
+    ConfigError,
+    Flag,
+    Integer,
+    Number,
+    Range,
+    check_fields,
+    setting,
+    span,
+)
+
+__all__ = ["ROTATION", "Entry", "Task"]
+
+Array = npt.NDArray[np.float64]
+
+_ROTATIONS = {
+    "none": attitude.HIDDEN,
+    "matrix": attitude.MATRIX,
+    "rot6d": attitude.ROT6D,
+    "quat": attitude.QUATERNION,
+    "euler": attitude.EULER,
+}
+
+
+ROTATION = Choice("observed attitude", tuple(_ROTATIONS))
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One entry of an action or observation: symbol, unit, frame and bounds."""
+
+    symbol: str
+    unit: str
+    frame: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Task(abc.ABC):
+    """Hyperparameters of an environment.
+
+    The fields here are common to all tasks. A subclass adds its own, its compiled functions
+    `step` and `reset` (see `rigid_envs.kernels.episode`) and the class attributes below.
+
+    Attributes:
+        dt: control period [s].
+        n_substeps: integrator steps per control period.
+        rotation: how the attitude is observed: "matrix" (9 entries of R, row by row), "rot6d"
+            (first two columns), "quat" (w >= 0), "euler" (z-x-z; singular at theta = 0), "none".
+        observe_params: append to the observation every parameter that is drawn from a range.
+        action_noise: standard deviation of Gaussian noise on the action.
+        observation_noise: standard deviation of Gaussian noise on every observation entry.
+        action_delay: number of control periods by which actions are late; zero action before.
+    """
+
+    dt: float = setting(0.1, Number("control period", "s", 1e-4, 1.0))
+    n_substeps: int = setting(1, Integer("integrator steps per control period", 1, 1000))
+    rotation: str = setting("matrix", ROTATION)
+    observe_params: bool = setting(False, Flag("append drawn parameters to the observation"))
+    action_noise: Range = setting(
+        0.0, Number("standard deviation of noise on the action", "1", 0.0, 10.0, drawn=True)
+    )
+    observation_noise: Range = setting(
+        0.0, Number("standard deviation of noise on the observation", "1", 0.0, 10.0, drawn=True)
+    )
+    action_delay: int | tuple[int, int] = setting(
+        0, Integer("control periods by which actions are late", 0, 100, drawn=True)
+    )
+
+    system_type: ClassVar[type[System]]
+    shapes: ClassVar[Shapes]
+    step: ClassVar[Any]
+    """Compiled ``step(memory, first_block, last_block) -> int``."""
+    reset: ClassVar[Any]
+    """Compiled ``reset(memory, rows, mode) -> None``."""
+    terms: ClassVar[tuple[str, ...]]
+    """Names of the reward terms, in the order of the weights in `constants`."""
+    cost_unit: ClassVar[str]
+    """What ``info["cost"]`` measures, with its unit."""
+    memo_names: ClassVar[tuple[str, ...]] = ()
+    """Names of the numbers a task carries from step to step (goal, counters)."""
+    aliases: ClassVar[Mapping[str, str]] = {}
+    """Field that stands for a parameter of the system, where the names differ."""
+
+    def __post_init__(self) -> None:
+        """Check every field by its rule, and the parameters together."""
+        check_fields(self)
+        self._check_parameters()
+
+    @abc.abstractmethod
+    def constants(self) -> tuple[float, ...]:
+        """Numbers the compiled functions use: the weights of the terms first."""
+
+    @abc.abstractmethod
+    def actions(self) -> tuple[Entry, ...]:
+        """Entries of the action, with the physical value that 1 stands for."""
+
+    @abc.abstractmethod
+    def features(self) -> tuple[Entry, ...]:
+        """Entries of the observation before the attitude."""
+
+    @abc.abstractmethod
+    def largest_rate(self) -> float:
+        """Largest angular rate at the start of an episode [rad/s], for the stability envelope."""
+
+    def observations(self) -> tuple[Entry, ...]:
+        """All entries of the observation: features, attitude, drawn parameters."""
+        return (*self.features(), *_attitude_entries(self.rotation), *self._drawn_entries())
+
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Range of every number that is drawn at reset: the system's, then the channel's."""
+        system = {name: span(getattr(self, field)) for name, field in self._fields().items()}
+        return {**system, **{name: span(getattr(self, name)) for name in CHANNEL}}
+
+    def physical_parameters(self) -> tuple[str, ...]:
+        """Fields that are parameters of the system."""
+        return tuple(dict.fromkeys(self._fields().values()))
+
+    def parameter_positions(self) -> dict[str, tuple[int, ...]]:
+        """Where the value of each field stands among `ranges`."""
+        positions: dict[str, tuple[int, ...]] = {}
+        for k, name in enumerate((*self._fields().values(), *CHANNEL)):
+            positions[name] = (*positions.get(name, ()), k)
+        return positions
+
+    def observed_parameters(self) -> tuple[str, ...]:
+        """Fields that are drawn from a range and appended to the observation."""
+        if not self.observe_params:
+            return ()
+        spans = {name: span(getattr(self, name)) for name in self.parameter_positions()}
+        return tuple(name for name, (low, high) in spans.items() if low < high)
+
+    @property
+    def rotation_code(self) -> int:
+        """The representation of the attitude, as the kernels know it."""
+        return _ROTATIONS[self.rotation]
+
+    def system(self, parameters: Mapping[str, float] | None = None) -> System:
+        """The physical system, with the given parameters or the middle of each range."""
+        if parameters is None:
+            parameters = {name: 0.5 * (low + high) for name, (low, high) in self.ranges().items()}
+        return self.system_type(**{name: parameters[name] for name in self._fields()})
+
+    def lower_bound(self, y: Array) -> Array | None:
+        """Least possible total cost from the start states y, shape (N,), where one is known."""
+        return None
+
+    def _fields(self) -> dict[str, str]:
+        """Parameter of the system: field of the task."""
+        return {name: self.aliases.get(name, name) for name in self.system_type.parameter_names()}
+
+    def _check_parameters(self) -> None:
+        ranges = self.ranges()
+        for end in (0, 1):
+            try:
+                self.system({name: ends[end] for name, ends in ranges.items()})
+            except ValueError as error:
+                name = str(error).split()[0]
+                raise ConfigError(f"config.{self.aliases.get(name, name)}: {error}") from None
+        rate, h = self.largest_rate(), self.dt / self.n_substeps
+        envelope = self.system_type.envelope
+        if rate * h > envelope:
+            raise ConfigError(
+                f"config.dt: {self.dt} s in {self.n_substeps} substeps at rates up to {rate:.4g} "
+                f"rad/s is outside the stability envelope; expected dt / n_substeps <= "
+                f"{envelope / rate:.4g} s: take n_substeps >= {math.ceil(rate * self.dt / envelope)}"
+            )
+
+    def _drawn_entries(self) -> tuple[Entry, ...]:
+        rules = {field.name: field.metadata["rule"] for field in fields(self)}
+        return tuple(
+            Entry(name, rules[name].unit, "drawn", *span(getattr(self, name)))
+            for name in self.observed_parameters()
+        )
+
+
+def _attitude_entries(rotation: str) -> tuple[Entry, ...]:
+    unit = {
+        "none": (),
+        "matrix": tuple(f"R{i}{j}" for i in "123" for j in "123"),
+        "rot6d": tuple(f"R{i}{j}" for j in "12" for i in "123"),
+        "quat": ("w", "x", "y", "z"),
+    }
+    if rotation == "euler":
+        pi = math.pi
+        angles = (("phi", -pi, pi), ("theta", 0.0, pi), ("psi", -pi, pi))
+        return tuple(Entry(name, "rad", "z-x-z", low, high) for name, low, high in angles)
+    entries = (Entry(name, "1", "body to world", -1.0, 1.0) for name in unit[rotation])
+    if rotation == "quat":
+        return (Entry("w", "1", "body to world", 0.0, 1.0), *tuple(entries)[1:])
+    return tuple(entries)

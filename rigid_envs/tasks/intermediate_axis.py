@@ -1,0 +1,170 @@
+"""Hold spin about the unstable intermediate axis."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from rigid_envs.kernels import episode, free_body, randoms
+from rigid_envs.kernels.actions import clip_to_box
+from rigid_envs.kernels.algebra import Row
+from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.elementary import select
+from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.systems import FreeBody
+from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
+from rigid_envs.tasks.fields import ConfigError, Number, Physical, Range, setting, span
+
+__all__ = ["IntermediateAxis"]
+
+_FAST = 20.0  # target rates; observed no further than this
+_RATE, _TORQUE, _TOLERANCE, _HOLD, _SPREAD = range(2, 7)  # constants after the two weights
+
+
+@scalar
+def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+    """Spin Omega about e2 and a perturbation uniform in a ball; attitude uniform on SO(3)."""
+    rate, spread = c[_RATE], c[_SPREAD]
+    a, b, d = randoms.in_ball(stream, 0)
+    q = randoms.quaternion(stream, 1 << 20)
+    return (*q, spread * a, spread * b + rate, spread * d), (0.0,)
+
+
+@scalar
+def actuate(a: Row, y: Row, p: Row, c: Row) -> Row:
+    """Torque about the three body axes."""
+    return (c[_TORQUE] * a[0], c[_TORQUE] * a[1], c[_TORQUE] * a[2])
+
+
+@scalar
+def judge(
+    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
+) -> tuple[Row, Row, float, bool, bool]:
+    """Spin error, torque, and for how long the error has been small."""
+    rate, torque, tolerance, hold = c[_RATE], c[_TORQUE], c[_TOLERANCE], c[_HOLD]
+    scale = 1.0 / rate
+    e1, e2, e3 = scale * y[4], scale * y[5] - 1.0, scale * y[6]
+    error = math.sqrt(e1 * e1 + e2 * e2 + e3 * e3)
+    square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
+    held = select(error < tolerance, memo[0] + 1.0, 0.0)
+    terms = (1.0 / (1.0 + 10.0 * error), -square * (1.0 / (3.0 * torque * torque)))
+    return (held,), terms, dt * math.sqrt(square), held * dt >= hold * (1.0 - 1e-9), False
+
+
+@scalar
+def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+    """Angular velocity in target rates."""
+    s = 1.0 / c[_RATE]
+    return (
+        min(max(s * y[4], -_FAST), _FAST),
+        min(max(s * y[5], -_FAST), _FAST),
+        min(max(s * y[6], -_FAST), _FAST),
+    )
+
+
+SHAPES = Shapes(*free_body.SHAPES, (1.0,) * 3, (0.0,), (0.0,) * 3, (0.0,) * 7)
+
+
+@kernel
+def step(memory: Memory, first_block: int, last_block: int) -> int:
+    """`episode.step` of this task."""
+    return episode.step(
+        free_body.step,
+        free_body.restore,
+        free_body.WEIGHTS,
+        clip_to_box,
+        actuate,
+        judge,
+        observe,
+        SHAPES,
+        memory,
+        first_block,
+        last_block,
+    )
+
+
+@kernel
+def reset(memory: Memory, rows: Array, mode: int) -> None:
+    """`episode.reset` of this task."""
+    episode.reset(free_body.derive, start, observe, SHAPES, memory, rows, mode)
+
+
+@dataclass(frozen=True)
+class IntermediateAxis(Task):
+    """Hold spin about the unstable intermediate axis e2 at the rate Omega.
+
+    Free spin about the axis of the middle moment is unstable: perturbations grow at the rate
+    ``Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))`` and the body flips over (Dzhanibekov). Three body
+    torques keep it from doing so. Bounded torque can hold the unstable mode only near the axis:
+    for the default body while abs(omega1 - sqrt(3) omega3) < 0.546; the start stays inside.
+
+    Reward: ``spin`` = 1 / (1 + 10 error) with error = |omega - Omega e2| / Omega, and ``effort`` =
+    -|tau|^2 / (3 torque^2). Success: error below `tolerance` throughout the last `hold` seconds.
+
+    Attributes:
+        I1: least principal moment [kg m^2].
+        I2: middle principal moment [kg m^2].
+        I3: largest principal moment [kg m^2].
+        spin_rate: target rate Omega [rad/s].
+        torque: largest torque about each axis [N m].
+        start_spread: radius of the ball of perturbations of omega at the start [rad/s].
+        tolerance: largest spin error of a success, as a part of Omega.
+        hold: time for which the error must have been small [s].
+        weight_spin: weight of ``spin``.
+        weight_effort: weight of ``effort``.
+
+    Source: Landau & Lifshitz, *Mechanics*, section 37; Bloch & Marsden 1990,
+    doi:10.1016/0167-6911(90)90055-Y.
+    """
+
+    rotation: str = setting("none", ROTATION)
+    I1: Range = Physical(1.0, "least principal moment", "kg m^2")
+    I2: Range = Physical(2.0, "middle principal moment", "kg m^2")
+    I3: Range = Physical(3.0, "largest principal moment", "kg m^2")
+    spin_rate: float = setting(1.0, Number("target rate Omega", "rad/s", 1e-3, 1e3))
+    torque: float = setting(0.2, Number("largest torque about each axis", "N m", 1e-6, 1e6))
+    start_spread: float = setting(0.25, Number("perturbation at the start", "rad/s", 0.0, 1e3))
+    tolerance: float = setting(0.05, Number("spin error of a success", "1", 1e-6, 1.0))
+    hold: float = setting(5.0, Number("time within tolerance", "s", 0.0, 1e4))
+    weight_spin: float = setting(1.0, Number("weight of the spin term", "1", -1e3, 1e3))
+    weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
+
+    system_type: ClassVar = FreeBody
+    shapes: ClassVar = SHAPES
+    step: ClassVar = staticmethod(step)
+    reset: ClassVar = staticmethod(reset)
+    terms: ClassVar = ("spin", "effort")
+    cost_unit: ClassVar = "torque impulse [N m s]"
+    memo_names: ClassVar = ("held",)
+
+    def _check_parameters(self) -> None:
+        super()._check_parameters()
+        if not span(self.I1)[1] < span(self.I2)[0]:
+            raise ConfigError(f"config.I1: {self.I1} is not below I2 = {self.I2}; expected I1 < I2")
+        if not span(self.I2)[1] < span(self.I3)[0]:
+            raise ConfigError(f"config.I3: {self.I3} is not above I2 = {self.I2}; expected I2 < I3")
+
+    def constants(self) -> tuple[float, ...]:
+        """Weights, target rate, torque, tolerance, hold, start."""
+        return (
+            self.weight_spin,
+            self.weight_effort,
+            self.spin_rate,
+            self.torque,
+            self.tolerance,
+            self.hold,
+            self.start_spread,
+        )
+
+    def actions(self) -> tuple[Entry, ...]:
+        """Torques about the body axes."""
+        return tuple(Entry(f"tau{k}", "N m", "body", -self.torque, self.torque) for k in (1, 2, 3))
+
+    def features(self) -> tuple[Entry, ...]:
+        """Angular velocity in target rates."""
+        return tuple(Entry(f"omega{k} / Omega", "1", "body", -_FAST, _FAST) for k in (1, 2, 3))
+
+    def largest_rate(self) -> float:
+        """Target rate and perturbation together."""
+        return self.spin_rate + self.start_spread

@@ -1,0 +1,190 @@
+"""Keep a top upright whose spin is too slow for it to sleep."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from rigid_envs.kernels import episode, heavy_top, randoms
+from rigid_envs.kernels.actions import clip_to_disc
+from rigid_envs.kernels.algebra import Row, compose, vertical
+from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.elementary import atan2, fma, select, sincos
+from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.systems import HeavyTop
+from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.fields import ConfigError, Number, Physical, Range, setting, span
+
+__all__ = ["SleepingTop"]
+
+_FAST = 20.0  # rad/s; observed no further than this
+_TORQUE, _TOLERANCE, _HOLD, _TILT, _SPIN_LOW, _SPIN_HIGH = range(2, 8)  # after two weights
+
+
+@scalar
+def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+    """Released with a slow spin at a small tilt: tilt and spin uniform, azimuth and phase too."""
+    tilt = c[_TILT] * randoms.uniform(stream, 0)
+    critical = 2.0 * math.sqrt(p[0] * p[3] * p[4] * p[5]) / p[2]
+    spin = critical * fma(c[_SPIN_HIGH] - c[_SPIN_LOW], randoms.uniform(stream, 1), c[_SPIN_LOW])
+    azimuth = randoms.direction(stream, 2)
+    phase = randoms.direction(stream, 1 << 20)
+    sine, cosine = sincos(0.5 * tilt)
+    tilted = (cosine, sine * azimuth[0], sine * azimuth[1], 0.0)
+    q = compose(tilted, (phase[0], 0.0, 0.0, phase[1]))
+    return (*q, 0.0, 0.0, spin, 0.0, 0.0, 0.0, 0.0), (0.0,)
+
+
+@scalar
+def derive(raw: Row) -> Row:
+    """Parameters of a symmetric top: I2 is I1, also where a range is drawn from."""
+    return heavy_top.derive((raw[0], raw[0], raw[2], raw[3], raw[4], raw[5]))
+
+
+@scalar
+def actuate(a: Row, y: Row, p: Row, c: Row) -> Row:
+    """Horizontal torque in world axes."""
+    return (0.0, 0.0, 0.0, c[_TORQUE] * a[0], c[_TORQUE] * a[1], 0.0, 0.0, 0.0)
+
+
+@scalar
+def judge(
+    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
+) -> tuple[Row, Row, float, bool, bool]:
+    """Tilt, horizontal rate, torque, and for how long the tilt has been small."""
+    torque, tolerance, hold = c[_TORQUE], c[_TOLERANCE], c[_HOLD]
+    up = vertical((y[0], y[1], y[2], y[3]))
+    tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
+    size = math.sqrt(u[3] * u[3] + u[4] * u[4])
+    held = select(tilt < tolerance, memo[0] + 1.0, 0.0)
+    terms = (1.0 / (1.0 + 10.0 * tilt), -(size * size) * (1.0 / (torque * torque)))
+    return (held,), terms, dt * size, held * dt >= hold * (1.0 - 1e-9), False
+
+
+@scalar
+def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+    """Angular velocity in body axes."""
+    return (
+        min(max(y[4], -_FAST), _FAST),
+        min(max(y[5], -_FAST), _FAST),
+        min(max(y[6], -_FAST), _FAST),
+    )
+
+
+SHAPES = Shapes(*heavy_top.SHAPES, (1.0,) * 6, (0.0,), (0.0,) * 2, (0.0,) * 8)
+
+
+@kernel
+def step(memory: Memory, first_block: int, last_block: int) -> int:
+    """`episode.step` of this task."""
+    return episode.step(
+        heavy_top.step,
+        heavy_top.restore,
+        heavy_top.WEIGHTS,
+        clip_to_disc,
+        actuate,
+        judge,
+        observe,
+        SHAPES,
+        memory,
+        first_block,
+        last_block,
+    )
+
+
+@kernel
+def reset(memory: Memory, rows: Array, mode: int) -> None:
+    """`episode.reset` of this task."""
+    episode.reset(derive, start, observe, SHAPES, memory, rows, mode)
+
+
+@dataclass(frozen=True)
+class SleepingTop(Task):
+    """Keep a spinning top upright whose spin is below the sleeping threshold.
+
+    A top sleeps upright by itself if ``(I3 omega3)^2 > 4 I1 m g ell``. Here the spin is 0.3 to
+    0.95 of that: without control the tilt grows. A horizontal torque, given in world axes, holds
+    it up. The top is symmetric, I1 = I2 (`I_perp`).
+
+    Reward: ``upright`` = 1 / (1 + 10 theta), and ``effort`` = -|tau|^2 / torque^2. Success: tilt
+    theta below `tolerance` throughout the last `hold` seconds.
+
+    Attributes:
+        I_perp: moments I1 = I2 about the pivot [kg m^2].
+        I3: moment about the axis of symmetry [kg m^2].
+        m: mass [kg].
+        g: gravitational acceleration [m/s^2].
+        ell: distance from the pivot to the centre of mass [m].
+        torque: largest torque [N m].
+        start_tilt: largest tilt at the start [rad].
+        start_spin_low: least spin at the start, as a part of the critical one.
+        start_spin_high: largest spin at the start, as a part of the critical one.
+        tolerance: largest tilt of a success [rad].
+        hold: time for which the tilt must have been small [s].
+        weight_upright: weight of ``upright``.
+        weight_effort: weight of ``effort``.
+
+    Source: Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7.
+    """
+
+    dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
+    I_perp: Range = Physical(1.0, "moments I1 = I2 about the pivot", "kg m^2")
+    I3: Range = Physical(0.5, "moment about the axis of symmetry", "kg m^2")
+    m: Range = Physical(1.0, "mass", "kg")
+    g: Range = Physical(9.81, "gravitational acceleration", "m/s^2")
+    ell: Range = Physical(1.0 / 9.81, "distance from pivot to centre of mass", "m")
+    torque: float = setting(0.3, Number("largest torque", "N m", 1e-6, 1e6))
+    start_tilt: float = setting(0.2, Number("largest tilt at the start", "rad", 0.0, math.pi))
+    start_spin_low: float = setting(0.3, Number("least spin / critical spin", "1", 0.0, 10.0))
+    start_spin_high: float = setting(0.95, Number("largest spin / critical spin", "1", 0.0, 10.0))
+    tolerance: float = setting(0.05, Number("tilt of a success", "rad", 1e-6, math.pi))
+    hold: float = setting(5.0, Number("time within tolerance", "s", 0.0, 1e4))
+    weight_upright: float = setting(1.0, Number("weight of the upright term", "1", -1e3, 1e3))
+    weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
+
+    system_type: ClassVar = HeavyTop
+    shapes: ClassVar = SHAPES
+    step: ClassVar = staticmethod(step)
+    reset: ClassVar = staticmethod(reset)
+    terms: ClassVar = ("upright", "effort")
+    cost_unit: ClassVar = "torque impulse [N m s]"
+    memo_names: ClassVar = ("held",)
+    aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
+
+    def _check_parameters(self) -> None:
+        super()._check_parameters()
+        if self.start_spin_low > self.start_spin_high:
+            raise ConfigError(
+                f"config.start_spin_low: {self.start_spin_low} exceeds start_spin_high = "
+                f"{self.start_spin_high}; expected start_spin_low <= start_spin_high"
+            )
+
+    def constants(self) -> tuple[float, ...]:
+        """Weights, torque, tolerance, hold, start."""
+        return (
+            self.weight_upright,
+            self.weight_effort,
+            self.torque,
+            self.tolerance,
+            self.hold,
+            self.start_tilt,
+            self.start_spin_low,
+            self.start_spin_high,
+        )
+
+    def actions(self) -> tuple[Entry, ...]:
+        """Horizontal torque, in a disc."""
+        return tuple(
+            Entry(f"tau_{k}", "N m", "world, disc", -self.torque, self.torque) for k in "xy"
+        )
+
+    def features(self) -> tuple[Entry, ...]:
+        """Angular velocity."""
+        return tuple(Entry(f"omega{k}", "rad/s", "body", -_FAST, _FAST) for k in (1, 2, 3))
+
+    def largest_rate(self) -> float:
+        """Spin at the start and the rate of a free fall together."""
+        weight = span(self.m)[1] * span(self.g)[1] * span(self.ell)[1]
+        critical = 2.0 * math.sqrt(span(self.I_perp)[1] * weight) / span(self.I3)[0]
+        return self.start_spin_high * critical + 2.0 * math.sqrt(weight / span(self.I_perp)[0])
