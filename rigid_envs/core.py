@@ -231,14 +231,16 @@ class Core:
         self._blocks[blocks, slot, lanes] = value
 
     def _state_parts(self) -> dict[str, tuple[int, int]]:
+        """First and last slot of every part that a state consists of."""
         s = self._slots
-        return {
+        parts = {
             "y": (s.state, s.inputs),
             "parameters": (s.parameters, s.memo),
             "memo": (s.memo, s.clock),
             "clock": (s.clock, s.action),
             "history": (s.history, s.observation),
         }
+        return {name: ends for name, ends in parts.items() if ends[0] < ends[1]}
 
     def _checked_state(self, state: State, n: int) -> Array:
         """The states that episodes are to start from, shape (n, n_state)."""
