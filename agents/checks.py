@@ -7,8 +7,22 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-__all__ = ["Check", "choice", "either", "flag", "keywords", "list_of", "matching", "nothing"]
-__all__ += ["real", "whole"]
+__all__ = [
+    "Check",
+    "ConfigError",
+    "choice",
+    "either",
+    "flag",
+    "keywords",
+    "list_of",
+    "matching",
+    "nothing",
+]
+__all__ += ["matching", "nothing", "real", "whole"]
+
+
+class ConfigError(ValueError):
+    """What a user asked for cannot be; the message says what can."""
 
 
 class Check(NamedTuple):

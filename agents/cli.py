@@ -13,7 +13,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from .checks import ConfigError
 from .config import ALGORITHMS
+from .files import DamagedFileError
 from .loading import add_config_options, dump_yaml, load_config
 from .runs import Run, RunInUseError, create_run, find_run, open_run
 from .seeds import TEST_SEED, row_seeds
@@ -46,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (RunInUseError, FloatingPointError, OSError, ImportError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
-    except ValueError as error:
+    except (ConfigError, DamagedFileError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
     return status
@@ -120,10 +122,10 @@ def _train(options: argparse.Namespace, rest: list[str]) -> int:
         return 0
     from .training import train_in
 
+    again = f"python -m agents train --resume {run.folder}"
+    again += "".join(f" --allow_import {module}" for module in options.allow_import)
     try:
         outcome = train_in(run, options.quiet)
-        again = f"python -m agents train --resume {run.folder}"
-        again += "".join(f" --allow_import {module}" for module in options.allow_import)
         if outcome.stopped_by is not None:
             print(
                 f"stopped by {signal.Signals(outcome.stopped_by).name} after "
@@ -131,6 +133,9 @@ def _train(options: argparse.Namespace, rest: list[str]) -> int:
             )
             return 128 + outcome.stopped_by
         return _finish(run, outcome.seconds)
+    except KeyboardInterrupt:
+        print("interrupted; the training is complete and saved. To evaluate it: ", again)
+        raise
     finally:
         run.close()
 
@@ -146,7 +151,7 @@ def _started(options: argparse.Namespace, entries: dict[str, str], rest: list[st
 def _resumed(options: argparse.Namespace, entries: dict[str, str], rest: list[str]) -> Run | None:
     changes = [*entries, *rest, *(["config"] if options.config else [])]
     if changes or options.overwrite:
-        raise ValueError(
+        raise ConfigError(
             f"--resume goes on with the run as it was started; leave out {changes or '--overwrite'}"
         )
     if options.print_config:
@@ -177,7 +182,7 @@ def _finish(run: Run, seconds: float) -> int:
 def _evaluate(options: argparse.Namespace, rest: list[str]) -> int:
     _refuse(rest)
     if not 1 <= options.episodes <= 1_000_000:
-        raise ValueError(f"--episodes: expected 1 to 1000000, got {options.episodes}")
+        raise ConfigError(f"--episodes: expected 1 to 1000000, got {options.episodes}")
     from .reports import report, table, write_report
 
     figures, episodes = report(
@@ -216,4 +221,4 @@ def _is_run(path: Path) -> bool:
 
 def _refuse(rest: list[str]) -> None:
     if rest:
-        raise ValueError(f"unknown option {rest[0]}; --help lists those that there are")
+        raise ConfigError(f"unknown option {rest[0]}; --help lists those that there are")

@@ -8,7 +8,19 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .checks import Check, choice, either, flag, keywords, list_of, matching, nothing, real, whole
+from .checks import (
+    Check,
+    ConfigError,
+    choice,
+    either,
+    flag,
+    keywords,
+    list_of,
+    matching,
+    nothing,
+    real,
+    whole,
+)
 from .names import is_name
 
 __all__ = ["ALGORITHMS", "Config", "PPOConfig", "config_from", "config_to_dict", "unknown_key"]
@@ -80,14 +92,14 @@ class Config:
         """Check and convert every entry.
 
         Raises:
-            ValueError: "config.<key>: expected ..., got ...".
+            ConfigError: "config.<key>: expected ..., got ...".
         """
         for field in dataclasses.fields(self):
             value, check = getattr(self, field.name), field.metadata["check"]
             try:
                 object.__setattr__(self, field.name, check.convert(value))
             except (TypeError, ValueError, RecursionError):
-                raise ValueError(
+                raise ConfigError(
                     f"config.{field.name}: expected {check.expected}, got {value!r:.100}"
                 ) from None
 
@@ -117,12 +129,12 @@ class PPOConfig(Config):
         """Check the entries, and that the batches divide the samples.
 
         Raises:
-            ValueError: "config.<key>: expected ..., got ...".
+            ConfigError: "config.<key>: expected ..., got ...".
         """
         super().__post_init__()
         samples = self.n_envs * self.n_steps
         if samples % self.batch_size:
-            raise ValueError(
+            raise ConfigError(
                 f"config.batch_size: expected a divisor of n_envs * n_steps = {samples} "
                 f"in [2, {samples}], got {self.batch_size}"
             )
@@ -139,13 +151,13 @@ def config_from(values: Mapping[str, Any]) -> Config:
         values: Entries by key, as a YAML file gives them.
 
     Raises:
-        ValueError: An unknown key, or a value that its entry refuses: "config.<key>: ...".
+        ConfigError: An unknown key, or a value that its entry refuses: "config.<key>: ...".
     """
     kind = ALGORITHMS.get(str(values.get("algo", "ppo")), Config)
     keys = [field.name for field in dataclasses.fields(kind)]
     for key in values:
         if key not in keys:
-            raise ValueError(unknown_key(str(key), keys))
+            raise ConfigError(unknown_key(str(key), keys))
     return kind(**values)
 
 

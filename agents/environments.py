@@ -12,6 +12,8 @@ from gymnasium.vector import VectorEnv
 
 import rigid_envs  # noqa: F401, registers the environments
 
+from .checks import ConfigError
+
 __all__ = ["cost_unit", "make"]
 
 
@@ -24,17 +26,17 @@ def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv
         num_envs: Number of rows.
 
     Raises:
-        ValueError: "config.env_id: ..." or "config.env_kwargs....: ...".
+        ConfigError: "config.env_id: ..." or "config.env_kwargs....: ...".
     """
     module, _, name = env_id.rpartition(":")
     if module and module not in sys.modules:
-        raise ValueError(
+        raise ConfigError(
             f"config.env_id: {env_id} would import {module}; allow it with --allow_import {module}"
         )
     if name not in gym.registry or gym.registry[name].vector_entry_point is None:
         known = [key for key, spec in gym.registry.items() if spec.vector_entry_point is not None]
         close = difflib.get_close_matches(name, known, n=1) or sorted(known)
-        raise ValueError(
+        raise ConfigError(
             f"config.env_id: expected a registered environment with a native vector form, "
             f"got {env_id}; did you mean {', '.join(close)}?"
         )
@@ -51,7 +53,7 @@ def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv
         prefix = "config.env_kwargs."
         nested = why.startswith("config.")
         why = prefix + why[7:] if nested else f"config.env_kwargs: {why}"
-        raise ValueError(why) from error
+        raise ConfigError(why) from error
 
 
 def cost_unit(env_id: str, env_kwargs: Mapping[str, Any]) -> str | None:

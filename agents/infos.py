@@ -27,8 +27,9 @@ def split(columns: Mapping[str, Any], rows: NDArray[np.intp]) -> list[dict[str, 
     values = zip(*[rows_of(columns[key], rows) for key in keys], strict=True)
     infos = [dict(zip(keys, row, strict=True)) for row in values]
     for key in keys:
-        if f"_{key}" in columns:
-            for info, there in zip(infos, columns[f"_{key}"][rows].tolist(), strict=True):
+        mask = columns.get(f"_{key}")
+        if mask is not None and not mask[rows].all():
+            for info, there in zip(infos, mask[rows].tolist(), strict=True):
                 if not there:
                     del info[key]
     return infos

@@ -13,6 +13,7 @@ from typing import Any
 
 import yaml
 
+from .checks import ConfigError
 from .config import ALGORITHMS, Config, config_from, config_to_dict, unknown_key
 from .files import read_bytes
 
@@ -53,13 +54,13 @@ def parse_yaml(text: str) -> Any:
         text: The text.
 
     Raises:
-        ValueError: No YAML, a key given twice, an alias, or more depth than makes sense.
+        ConfigError: No YAML, a key given twice, an alias, or more depth than makes sense.
     """
     try:
         return _Loader(text).get_single_data()
     except (yaml.YAMLError, RecursionError, ValueError) as error:
         why = str(error) or "nested too deeply"
-        raise ValueError(f"not readable as YAML: {why:.300}") from None
+        raise ConfigError(f"not readable as YAML: {why:.300}") from None
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
@@ -69,16 +70,16 @@ def read_yaml(path: Path) -> dict[str, Any]:
         path: The file, at most 64 KiB.
 
     Raises:
-        ValueError: No mapping in readable YAML; the message names the file.
+        ConfigError: No mapping in readable YAML; the message names the file.
         FileNotFoundError: No file.
     """
     data = read_bytes(path, _LIMIT)
     try:
         values = parse_yaml(data.decode())
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ConfigError(f"{path}: {error}") from None
     if not isinstance(values, dict):
-        raise ValueError(f"{path}: expected a mapping `key: value`, got {type(values).__name__}")
+        raise ConfigError(f"{path}: expected a mapping `key: value`, got {type(values).__name__}")
     return values
 
 
@@ -122,7 +123,7 @@ def load_config(path: Path | None, options: Mapping[str, str], rest: Sequence[st
         rest: What no option was known for: `--env_kwargs.NAME VALUE`, or a mistake.
 
     Raises:
-        ValueError: "config.<key>: ...", or the file and what is wrong with it.
+        ConfigError: "config.<key>: ...", or the file and what is wrong with it.
     """
     values = {} if path is None else read_yaml(path)
     values |= {key: _value(key, text) for key, text in options.items()}
@@ -140,9 +141,9 @@ def _keywords(rest: Sequence[str]) -> dict[str, Any]:
         key = option.removeprefix("--")
         if not key.startswith("env_kwargs."):
             every = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
-            raise ValueError(unknown_key(key, every))
+            raise ConfigError(unknown_key(key, every))
         if text is None:
-            raise ValueError(f"config.{key}: expected a value after it")
+            raise ConfigError(f"config.{key}: expected a value after it")
         keywords[key.removeprefix("env_kwargs.")] = _value(key, text)
     return keywords
 
@@ -151,4 +152,4 @@ def _value(key: str, text: str) -> Any:
     try:
         return parse_yaml(text)
     except ValueError as error:
-        raise ValueError(f"config.{key}: {error}") from None
+        raise ConfigError(f"config.{key}: {error}") from None

@@ -43,18 +43,36 @@ class Run:
         folder: The folder.
         lock: Descriptor whose file lock keeps other processes out; None for a reader. The kernel
             drops the lock with the process, however that ends, so a lock is never stale.
+        new: Config of a run that is yet to begin; None for one that has begun.
     """
 
     folder: Path
     lock: int | None = None
+    new: Config | None = None
 
     def __truediv__(self, name: str) -> Path:
         """The path of a file of the run."""
         return self.folder / name
 
     def config(self) -> Config:
-        """The config that the run was started with."""
-        return config_from(read_yaml(self / "config.yaml"))
+        """The config that the run is, or was, started with."""
+        return self.new or config_from(read_yaml(self / "config.yaml"))
+
+    def begin(self) -> None:
+        """Delete what an earlier run left, and write `config.yaml`; nothing if not new."""
+        if self.new is None:
+            return
+        for path in _content(self.folder):
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
+        write_atomic(self / "config.yaml", dump_yaml(self.new).encode())
+
+    def discard(self) -> None:
+        """Remove the folder of a new run, if nothing is in it."""
+        if self.new is not None and not _content(self.folder):
+            shutil.rmtree(self.folder)
 
     def close(self) -> None:
         """Let other processes in."""
@@ -63,14 +81,11 @@ class Run:
 
 
 def create_run(config: Config, overwrite: bool = False) -> Run:
-    """Make the folder of a new run, and lock it.
+    """Make the folder of a new run, and lock it. Nothing is deleted or written before `begin`.
 
     Args:
         config: Its config; `run_name` None takes the next free number.
-        overwrite: Whether to delete what an earlier run of the same name left.
-
-    Returns:
-        The run, with `config.yaml` written.
+        overwrite: Whether `begin` may delete an earlier run of the same name.
 
     Raises:
         FileExistsError: A run of this name is there.
@@ -88,9 +103,8 @@ def create_run(config: Config, overwrite: bool = False) -> Run:
         shutil.rmtree(hidden)
         folder = parent / str(config.run_name)
         lock = _take_over(folder, overwrite)
-    write_atomic(folder / "config.yaml", dump_yaml(config).encode())
     sync_folder(parent)
-    return Run(folder, lock)
+    return Run(folder, lock, config)
 
 
 def open_run(folder: Path) -> Run:
@@ -147,18 +161,18 @@ def _renamed(hidden: Path, folder: Path) -> Path | None:
 
 def _take_over(folder: Path, overwrite: bool) -> int:
     lock = _acquire(folder)
-    if overwrite and (folder / "config.yaml").is_file():
-        for path in folder.iterdir():
-            if path.is_dir() and not path.is_symlink():
-                shutil.rmtree(path)
-            elif path.name != _LOCK:
-                path.unlink()
+    is_run = (folder / "config.yaml").is_file()
+    if not _content(folder) or (overwrite and is_run):
         return lock
     os.close(lock)
-    hint = "--overwrite deletes it first; " if not overwrite else "it is no run; "
-    raise FileExistsError(
-        f"{folder} exists; {hint}--resume {folder} goes on with it; run_name names another"
+    hint = (
+        f"--overwrite deletes it; --resume {folder} goes on with it" if is_run else "it is no run"
     )
+    raise FileExistsError(f"{folder} exists; {hint}; --run_name gives the new run another name")
+
+
+def _content(folder: Path) -> list[Path]:
+    return [path for path in folder.iterdir() if path.name != _LOCK]
 
 
 def _acquire(folder: Path) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +14,11 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from .adapter import GymnasiumVecEnv
 from .algorithms import build_model, collect, export_policy, update
 from .checkpoints import capture, load_newest, restore, save_newest
+from .checks import ConfigError
 from .config import Config, config_to_dict
 from .environments import make
 from .files import sweep
+from .guards import NonFiniteError
 from .policies import save_policy
 from .progress import Progress
 from .provenance import differences, manifest
@@ -90,32 +91,31 @@ def train_in(run: Run, quiet: bool = False) -> Outcome:
         quiet: Whether to show no progress.
 
     Raises:
-        ValueError: The config cannot be; a run that had just begun leaves no folder behind.
+        ConfigError: The config cannot be; a new run then leaves no folder behind.
         NonFiniteError: See `train`.
     """
-    _check(run)
+    config = run.config()
+    try:
+        make(config.env_id, config.env_kwargs, 1).close()
+    except ConfigError:
+        run.discard()
+        raise
+    run.begin()
     with StopSignals() as signals:
-        trainer = Trainer(run, run.config(), Progress(quiet))
+        trainer = Trainer(run, config, Progress(quiet))
         try:
             while not (trainer.is_complete() or signals.stopping()):
                 trainer.iterate()
                 if trainer.checkpoint_is_due():
                     trainer.save()
             trainer.save()
+        except NonFiniteError as error:
+            raise NonFiniteError(
+                f"{error}; seed {config.seed}. {run / 'checkpoints'} is of before, and good"
+            ) from error
         finally:
             trainer.close()
-        stopped_by = None if trainer.is_complete() else signals.received
-    return Outcome(run.folder, trainer.model.num_timesteps, trainer.seconds(), stopped_by)
-
-
-def _check(run: Run) -> None:
-    try:
-        config = run.config()
-        make(config.env_id, config.env_kwargs, 1).close()
-    except ValueError:
-        if not (run / "progress.csv").exists():
-            shutil.rmtree(run.folder)
-        raise
+    return Outcome(run.folder, trainer.model.num_timesteps, trainer.seconds(), signals.received)
 
 
 class Trainer:
@@ -209,7 +209,7 @@ class Trainer:
     def _restore(self, arrays: dict[str, Any], document: dict[str, Any]) -> None:
         changed = differences(document["config"], config_to_dict(self._config))
         if changed:
-            raise ValueError(
+            raise ConfigError(
                 f"{self._run / 'config.yaml'} is not what the run was started with "
                 f"({'; '.join(changed)}); put it back, or start a new run"
             )

@@ -54,12 +54,14 @@ def test_runs_are_numbered(tmp_path: Path) -> None:
 def test_the_config_is_kept_with_its_defaults(tmp_path: Path) -> None:
     config = config_from({"log_dir": str(tmp_path), "seed": 3, "env_kwargs": {"dt": 1e-3}})
     run = create_run(config)
+    run.begin()
     assert find_run(run.folder).config() == config
 
 
 def test_a_name_that_is_taken_needs_a_flag(tmp_path: Path) -> None:
     config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
     run = create_run(config)
+    run.begin()
     (run / "deep").mkdir()
     (run / "deep" / "file").touch()
     run.close()
@@ -67,6 +69,8 @@ def test_a_name_that_is_taken_needs_a_flag(tmp_path: Path) -> None:
         create_run(config)
     assert (run / "deep" / "file").exists()
     again = create_run(config, overwrite=True)
+    assert (run / "deep" / "file").exists()
+    again.begin()
     assert sorted(path.name for path in again.folder.iterdir()) == ["config.yaml", "run.lock"]
 
 
@@ -81,9 +85,19 @@ def test_a_folder_that_is_no_run_is_never_deleted(tmp_path: Path) -> None:
         open_run(folder)
 
 
+def test_a_start_that_came_to_nothing_leaves_the_name_free(tmp_path: Path) -> None:
+    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
+    run = create_run(config)
+    run.close()  # as if killed before the run began
+    again = create_run(config)
+    again.discard()
+    assert list((tmp_path / "ppo").iterdir()) == []
+
+
 def test_a_second_process_is_told_who_has_it_and_changes_nothing(tmp_path: Path) -> None:
     config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
     run = create_run(config)
+    run.begin()
     run.close()
     holder = python(HOLDER, str(run.folder))
     assert holder.stdout is not None and holder.stdout.readline() == "held\n"
@@ -125,6 +139,7 @@ def test_a_copied_run_is_free(tmp_path: Path) -> None:
     import shutil
 
     run = create_run(config_from({"log_dir": str(tmp_path), "run_name": "r"}))
+    run.begin()
     shutil.copytree(run.folder, tmp_path / "copy")
     open_run(tmp_path / "copy").close()
     run.close()
