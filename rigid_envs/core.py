@@ -10,6 +10,7 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -212,8 +213,7 @@ class Core:
         ends = [n_blocks * k // self._n_threads for k in range(self._n_threads + 1)]
         step, memory = self.advance, self.memory
         others = [
-            self._pool[1].submit(step, memory, first, last)
-            for first, last in zip(ends[1:-1], ends[2:], strict=True)
+            self._pool[1].submit(step, memory, first, last) for first, last in pairwise(ends[1:])
         ]
         bad = step(memory, ends[0], ends[1])
         for other in others:
@@ -245,8 +245,10 @@ class Core:
     def _checked_state(self, state: State, n: int) -> Array:
         """The states that episodes are to start from, shape (n, n_state)."""
         system = self.task.system_type
-        named = isinstance(state, Mapping)
-        y = system.state(**state) if named else system.checked_state(state)
+        if isinstance(state, Mapping):
+            y = system.state(**state)
+        else:
+            y = system.checked_state(state)
         if y.shape not in ((y.shape[-1],), (n, y.shape[-1])):
             raise ValueError(
                 f"state has shape {y.shape}; expected ({y.shape[-1]},) or ({n}, {y.shape[-1]})"
@@ -267,7 +269,8 @@ class Core:
                 )
         rows = {tuple(float(np.broadcast_to(v, n)[k]) for v in values.values()) for k in range(n)}
         for row in rows:
-            replace(self.task, **dict(zip(values, row, strict=True)))  # refuses what is not allowed
+            changes: dict[str, Any] = dict(zip(values, row, strict=True))
+            replace(self.task, **changes)  # refuses what is not allowed
         return values
 
 

@@ -43,12 +43,12 @@ def new_task(task: str, render_mode: str | None, config: Mapping[str, Any]) -> T
     return made
 
 
-def action_space(task: Task) -> spaces.Box:
+def action_space(task: Task) -> spaces.Space[Any]:
     """Box(-1, 1), one entry for each of the task's actions."""
     return spaces.Box(-1.0, 1.0, (len(task.shapes.action),), np.float32)
 
 
-def observation_space(task: Task) -> spaces.Box:
+def observation_space(task: Task) -> spaces.Space[Any]:
     """Box with the bounds of the task's observation entries."""
     entries = task.observations()
     low = np.array([entry.low for entry in entries], dtype=np.float32)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -29,10 +29,11 @@ __all__ = ["RigidVectorEnv"]
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
+Rows = npt.NDArray[np.int64]
 Observations = npt.NDArray[np.float32]
 
 
-class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
+class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
     """N rows of a task as a Gymnasium vector environment.
 
     Row i seeded s is bitwise the single environment seeded s + i, for any N and any number of
@@ -51,8 +52,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
         ConfigError: message ``config.<key>: ...``.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
-    _modes: ClassVar = {mode.value: mode for mode in AutoresetMode}
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 - as in gymnasium.VectorEnv
 
     def __init__(
         self,
@@ -68,14 +68,16 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
         for name, value in (("num_envs", num_envs), ("num_threads", num_threads)):
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
                 raise ConfigError(f"config.{name}: {value!r}; expected a positive integer")
-        if autoreset_mode not in (*self._modes, *self._modes.values()):
+        try:
+            self.autoreset_mode = AutoresetMode(autoreset_mode)
+        except ValueError:
             raise ConfigError(
-                f"config.autoreset_mode: {autoreset_mode!r}; expected one of {list(self._modes)}"
-            )
+                f"config.autoreset_mode: {autoreset_mode!r}; "
+                f"expected one of {[mode.value for mode in AutoresetMode]}"
+            ) from None
         self.task: Task = new_task(task, render_mode, config)
         self.render_mode = render_mode
         self.num_envs = int(num_envs)
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**type(self).metadata, "autoreset_mode": self.autoreset_mode}
         self.single_action_space = action_space(self.task)
         self.single_observation_space = observation_space(self.task)
@@ -89,7 +91,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
         everywhere.flags.writeable = False
         self._masks = {f"_{key}": everywhere for key in self._keys}
         self._ended = np.ones(self.num_envs, dtype=np.bool_)
-        self._keyed_by: np.random.Generator | None = None
+        self._keyed = False  # whether the rows have random streams
         self._fresh = True
 
     def reset(
@@ -123,9 +125,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
         self._fresh = self._fresh and len(rows) < self.num_envs
         return self._core.observations.copy(), self._blank_infos()
 
-    def step(
-        self, actions: npt.ArrayLike
-    ) -> tuple[Observations, Array, Bools, Bools, dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Observations, Array, Bools, Bools, dict[str, Any]]:
         """One control period of all rows.
 
         Args:
@@ -144,15 +144,15 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
         core = self._core
         if not (
             actions.__class__ is np.ndarray
-            and actions.dtype is FLOAT32  # type: ignore[union-attr]
-            and actions.shape == self._shape  # type: ignore[union-attr]
+            and actions.dtype is FLOAT32
+            and actions.shape == self._shape
         ):
             actions = actions_of(actions, self._shape, self._name)
         core.actions[...] = actions
         if core.step() >= 0:
             actions_of(actions, self._shape, self._name)  # says which entry is not finite
-        rewards, *numbers = core.results()
-        terminated, truncated, *flags = core.flags()
+        rewards, *numbers = list(core.results())
+        terminated, truncated, *flags = list(core.flags())
         infos: dict[str, Any] = dict(zip(self._keys, (*numbers, *flags), strict=True))
         infos.update(self._masks)
         if ended_before is not None:
@@ -190,7 +190,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
     def _name(self) -> str:
         return self.spec.id if self.spec is not None else type(self.task).__name__
 
-    def _check_order(self) -> npt.NDArray[np.int64] | None:
+    def _check_order(self) -> Rows | None:
         """Rows that ended in the step before, if there are any."""
         if self.closed:
             raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
@@ -206,7 +206,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
             )
         return rows
 
-    def _begin_next(self, rows: npt.NDArray[np.int64], outputs: tuple[Array, ...]) -> None:
+    def _begin_next(self, rows: Rows, outputs: tuple[Array, ...]) -> None:
         """NEXT_STEP: rows that had ended are reset instead of stepped; their outputs are blank."""
         self._core.reset(rows)
         for output in outputs:
@@ -225,7 +225,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
             infos[key][ended] = 0
         self._core.reset(np.flatnonzero(ended))
 
-    def _rows_to_reset(self, mask: Any) -> npt.NDArray[np.int64]:
+    def _rows_to_reset(self, mask: Any) -> Rows:
         if mask is None:
             return self._rows
         if not (
@@ -239,23 +239,23 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, Bools]):
             raise ValueError(f"{self._name}: options['reset_mask'] is False everywhere")
         return np.flatnonzero(mask)
 
-    def _seed(self, seed: int | Sequence[int | None] | None, rows: npt.NDArray[np.int64]) -> None:
-        if seed is not None:
-            super().reset(seed=seed if isinstance(seed, int | np.integer) else None)
-            single = isinstance(seed, int | np.integer)
-            seeds = [int(seed) + i for i in range(self.num_envs)] if single else list(seed)
-            if len(seeds) != self.num_envs:
-                raise ValueError(f"{self._name}: {len(seeds)} seeds for {self.num_envs} rows")
-            chosen = [row for row in rows if seeds[row] is not None]
-            keys = [seeded_key(seeds[row]) for row in chosen]
-            self._core.seed(np.array(chosen, dtype=np.int64), np.array(keys, dtype=np.uint64))
-            if len(chosen) == self.num_envs:
-                self._keyed_by = self.np_random
-        if self.np_random is not self._keyed_by:
-            keys_for_all = self.np_random.integers(0, 2**64, self.num_envs, dtype=np.uint64)
-            unseeded = [r for r in self._rows if seed is None or seeds[r] is None or r not in rows]
-            self._core.seed(np.array(unseeded, dtype=np.int64), keys_for_all[unseeded])
-            self._keyed_by = self.np_random
+    def _seed(self, seed: int | Sequence[int | None] | None, rows: Rows) -> None:
+        """Give rows a stream of their own: from a seed, or where there is none from entropy."""
+        if isinstance(seed, int | np.integer):
+            super().reset(seed=int(seed))
+            seeds: list[int | None] = [int(seed) + i for i in range(self.num_envs)]
+        else:
+            seeds = [None] * self.num_envs if seed is None else list(seed)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"{self._name}: {len(seeds)} seeds for {self.num_envs} rows")
+        if not self._keyed:
+            keys = self.np_random.integers(0, 2**64, self.num_envs, dtype=np.uint64)
+            self._core.seed(self._rows, keys)
+            self._keyed = True
+        seeded = [(row, seeded_key(s)) for row in rows if (s := seeds[row]) is not None]
+        if seeded:
+            where, keys_of_rows = zip(*seeded, strict=True)
+            self._core.seed(np.array(where), np.array(keys_of_rows))
 
     def _blank_infos(self) -> dict[str, Any]:
         n_numbers = 1 + len(self.task.terms)

@@ -16,12 +16,14 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba import extending
 from numba.core import event
 
-__all__ = ["cache_directory", "kernel", "kernel_hash", "phase", "routine", "scalar"]
+__all__ = ["cache_directory", "instruction", "kernel", "kernel_hash", "phase", "routine", "scalar"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+_config: Any = numba.config  # made of environment variables, without types
 _PACKAGE = Path(__file__).resolve().parent.parent
 _SLOW = 1.0  # [s] compilations longer than this are announced
 
@@ -29,6 +31,11 @@ _SLOW = 1.0  # [s] compilations longer than this are announced
 def scalar(function: Function) -> Function:
     """Compile a function of scalars and tuples so that it dissolves into the loop that calls it."""
     return cast(Function, numba.njit(forceinline=True, error_model="numpy")(function))
+
+
+def instruction(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Define a function by the machine instructions it becomes."""
+    return cast(Callable[..., Any], extending.intrinsic(function))
 
 
 def phase(function: Function) -> Function:
@@ -48,12 +55,12 @@ def kernel(function: Function) -> Function:
     """
     folder = cache_directory()
     compile_ = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)
-    kept = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(folder or kept)
+    kept = _config.CACHE_DIR
+    _config.CACHE_DIR = str(folder or kept)
     try:
         compiled = compile_(function)
     finally:
-        numba.config.CACHE_DIR = kept  # other users of numba keep their own setting
+        _config.CACHE_DIR = kept  # other users of numba keep their own setting
     _ours.add(compiled)
     return cast(Function, compiled)
 
@@ -93,7 +100,7 @@ def _is_private(folder: Path) -> bool:
     return status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
-class _Announcer(event.Listener):  # type: ignore[misc]
+class _Announcer(event.Listener):
     """Says in one line on stderr what a long first compilation was."""
 
     def __init__(self) -> None:
@@ -113,4 +120,4 @@ class _Announcer(event.Listener):  # type: ignore[misc]
 
 
 _ours: set[Any] = set()
-event.register("numba:compile", _Announcer())
+cast(Any, event).register("numba:compile", _Announcer())

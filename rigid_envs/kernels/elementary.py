@@ -11,9 +11,9 @@ from typing import Any
 
 from numba import types
 from numba.core.typing.templates import Signature
-from numba.extending import intrinsic, overload
+from numba.extending import overload
 
-from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.compiler import instruction, scalar
 
 __all__ = ["atan2", "cbrt", "fma", "log", "select", "sincos"]
 
@@ -23,7 +23,7 @@ _TO_INTEGER = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it round
 _HALF_PI = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 
 
-@intrinsic
+@instruction
 def _fma(_context: Any, a: Any, b: Any, c: Any) -> tuple[Signature, Callable[..., Any]]:
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.fma(*arguments)
@@ -31,7 +31,7 @@ def _fma(_context: Any, a: Any, b: Any, c: Any) -> tuple[Signature, Callable[...
     return types.float64(types.float64, types.float64, types.float64), generate
 
 
-@intrinsic
+@instruction
 def _bits(_context: Any, x: Any) -> tuple[Signature, Callable[..., Any]]:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.bitcast(arguments[0], context.get_value_type(signature.return_type))
@@ -39,7 +39,7 @@ def _bits(_context: Any, x: Any) -> tuple[Signature, Callable[..., Any]]:
     return types.int64(types.float64), generate
 
 
-@intrinsic
+@instruction
 def _from_bits(_context: Any, n: Any) -> tuple[Signature, Callable[..., Any]]:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.bitcast(arguments[0], context.get_value_type(signature.return_type))
@@ -127,7 +127,7 @@ def atan2(y: float, x: float) -> float:
 def cbrt(x: float) -> float:
     """Cube root of ``x`` >= 1e-300: a third of the exponent, then three steps of Halley."""
     third = 0.333333333333333333
-    y = _from_bits(int(float(_bits(x)) * third) + 3071306043645493248)
+    y: float = _from_bits(int(float(_bits(x)) * third) + 3071306043645493248)
     for _ in range(3):
         cube = y * y * y
         y = y * (fma(2.0, x, cube) / fma(2.0, cube, x))

@@ -14,15 +14,15 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core.typing.templates import Signature
-from numba.extending import intrinsic
 
 from rigid_envs.kernels.algebra import Quaternion, Vector
-from rigid_envs.kernels.compiler import routine, scalar
+from rigid_envs.kernels.compiler import instruction, routine, scalar
 from rigid_envs.kernels.elementary import log, sincos
 
 __all__ = ["Stream", "direction", "in_ball", "in_disc", "normal_pair", "quaternion", "uniform"]
 
-Stream = tuple[int, int, int]  # key, episode, first index of the 2**32 that belong to one use
+Word = np.uint64
+Stream = tuple[Word, Word, Word]  # key of the row, episode, use
 
 _M0 = np.uint64(0xD2E7470EE14C6C93)
 _M1 = np.uint64(0xCA5A826395121157)
@@ -31,7 +31,7 @@ _W1 = np.uint64(0xBB67AE8584CAA73B)
 _ZERO = np.uint64(0)
 
 
-@intrinsic
+@instruction
 def _high_product(_context: Any, a: Any, b: Any) -> tuple[Signature, Callable[..., Any]]:
     """Upper 64 bits of the 128-bit product."""
 
@@ -44,7 +44,9 @@ def _high_product(_context: Any, a: Any, b: Any) -> tuple[Signature, Callable[..
 
 
 @scalar
-def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> tuple[int, int, int, int]:
+def philox(
+    c0: Word, c1: Word, c2: Word, c3: Word, k0: Word, k1: Word
+) -> tuple[Word, Word, Word, Word]:
     """Ten rounds of Philox on a 256-bit counter and a 128-bit key (all uint64)."""
     for _ in range(10):
         h0, l0 = _high_product(_M0, c0), _M0 * c0

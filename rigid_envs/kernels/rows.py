@@ -12,16 +12,16 @@ is taken from a tuple of that length, so that it is known when the loop is compi
 from collections.abc import Callable
 from typing import Any
 
+import numba
 import numpy as np
 import numpy.typing as npt
 from llvmlite import ir
-from numba import types
 from numba.core.typing.templates import Signature
-from numba.extending import intrinsic
 
 from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.compiler import phase
+from rigid_envs.kernels.compiler import instruction, phase
 
+types: Any = numba.types  # untyped
 Memory = npt.NDArray[np.float64]
 Step = Callable[[Row, Row, Row, float], Row]
 Restore = Callable[[Row], Row]
@@ -39,12 +39,12 @@ def _element(builder: Any, base: Any, k: int, stride: Any) -> Any:
     return builder.gep(base, [builder.mul(ir.Constant(stride.type, k), stride)])
 
 
-@intrinsic
-def _load(
+@instruction
+def load(
     _context: Any, array: Any, start: Any, like: Any, stride: Any
 ) -> tuple[Signature, Callable[..., Any]]:
     """``tuple(array[start + k * stride] for k in range(len(like)))``."""
-    result = types.UniTuple(array.dtype, len(like)) if len(like) else types.Tuple(())
+    result: Any = types.UniTuple(array.dtype, len(like)) if len(like) else types.Tuple(())
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         base = _pointer(context, builder, signature.args[0], arguments[0], arguments[1])
@@ -55,8 +55,8 @@ def _load(
     return result(array, types.intp, like, types.intp), generate
 
 
-@intrinsic
-def _store(
+@instruction
+def store(
     _context: Any, array: Any, start: Any, values: Any, stride: Any
 ) -> tuple[Signature, Callable[..., Any]]:
     """Write ``values[k]`` to ``array[start + k * stride]`` for every k."""
@@ -70,10 +70,6 @@ def _store(
         return context.get_dummy_value()
 
     return types.void(array, types.intp, values, types.intp), generate
-
-
-load: Callable[..., Any] = _load
-store: Callable[..., None] = _store
 
 
 @phase

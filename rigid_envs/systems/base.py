@@ -159,7 +159,8 @@ class System(abc.ABC):
                 f"take n_substeps >= {math.ceil(rate * abs(dt) / self.envelope)}"
             )
         plan = Schedule.constant(h, int(n_substeps), self._kernels.WEIGHTS)
-        return self._run(y_rows, u_rows[None], plan)[-1]
+        end: Array = self._run(y_rows, u_rows[None], plan)[-1]
+        return end
 
     def simulate(
         self,
@@ -239,9 +240,9 @@ class System(abc.ABC):
             np.broadcast_to(u, (*lead, u.shape[-1])),
         )
 
-    def _evaluate(self, y: npt.NDArray[Any], u: npt.NDArray[Any], dtype: type) -> Array:
-        y_rows = np.array(y, dtype=dtype).reshape(-1, y.shape[-1])
-        u_rows = np.array(u, dtype=dtype).reshape(-1, u.shape[-1])
+    def _evaluate(self, y: npt.NDArray[Any], u: npt.NDArray[Any], dtype: type) -> npt.NDArray[Any]:
+        y_rows: npt.NDArray[Any] = np.array(y, dtype=dtype).reshape(-1, y.shape[-1])
+        u_rows: npt.NDArray[Any] = np.array(u, dtype=dtype).reshape(-1, u.shape[-1])
         out = np.empty_like(y_rows)
         self._kernels.evaluate_rows(y_rows, u_rows, self.parameters.astype(dtype), out)
         return out.reshape(y.shape)

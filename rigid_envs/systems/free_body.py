@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -49,9 +49,9 @@ class FreeBody(System):
     I2: float = 2.0
     I3: float = 3.0
 
-    _kernels: ClassVar = kernels
-    state_entries = ("w", "x", "y", "z", "omega1", "omega2", "omega3")
-    input_entries = ("tau1", "tau2", "tau3")
+    _kernels: ClassVar[Any] = kernels
+    state_entries: ClassVar[tuple[str, ...]] = ("w", "x", "y", "z", "omega1", "omega2", "omega3")
+    input_entries: ClassVar[tuple[str, ...]] = ("tau1", "tau2", "tau3")
     components: ClassVar[Mapping[str, slice]] = {"q": slice(0, 4), "omega_body": slice(4, 7)}
 
     def __post_init__(self) -> None:

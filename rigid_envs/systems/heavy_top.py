@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -58,9 +58,21 @@ class HeavyTop(System):
     g: float = 9.81
     ell: float = 1.0 / 9.81
 
-    _kernels: ClassVar = kernels
-    state_entries = ("w", "x", "y", "z", "omega1", "omega2", "omega3", "X", "Y", "VX", "VY")
-    input_entries = (
+    _kernels: ClassVar[Any] = kernels
+    state_entries: ClassVar[tuple[str, ...]] = (
+        "w",
+        "x",
+        "y",
+        "z",
+        "omega1",
+        "omega2",
+        "omega3",
+        "X",
+        "Y",
+        "VX",
+        "VY",
+    )
+    input_entries: ClassVar[tuple[str, ...]] = (
         "tau_body1",
         "tau_body2",
         "tau_body3",

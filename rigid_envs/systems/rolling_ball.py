@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -42,12 +42,14 @@ class RollingBall(System):
 
     radius: float = 1.0
 
-    _kernels: ClassVar = kernels
-    state_entries = ("w", "x", "y", "z", "X", "Y")
-    input_entries = ("VX", "VY", "spin")
+    _kernels: ClassVar[Any] = kernels
+    state_entries: ClassVar[tuple[str, ...]] = ("w", "x", "y", "z", "X", "Y")
+    input_entries: ClassVar[tuple[str, ...]] = ("VX", "VY", "spin")
     components: ClassVar[Mapping[str, slice]] = {"q": slice(0, 4), "position": slice(4, 6)}
-    envelope = 1.5707963267948966  # a quarter turn, where the rotation is exact to rounding
-    _fine = 1.5707963267948966
+    envelope: ClassVar[float] = (
+        1.5707963267948966  # a quarter turn, where the rotation is exact to rounding
+    )
+    _fine: ClassVar[float] = 1.5707963267948966
 
     def __post_init__(self) -> None:
         """Check the radius."""

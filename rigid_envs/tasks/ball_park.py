@@ -17,7 +17,7 @@ from rigid_envs.kernels.elementary import cbrt, select
 from rigid_envs.kernels.layout import Memory, Shapes
 from rigid_envs.systems import RollingBall
 from rigid_envs.tasks.base import Array, Entry, Task
-from rigid_envs.tasks.fields import Number, Physical, Range, setting, span
+from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 
 __all__ = ["BallPark"]
 
@@ -122,7 +122,7 @@ class BallPark(Task):
     Source: Jurdjevic 1993, doi:10.1007/BF00375605; shortest paths: Arthurs & Walsh 1986.
     """
 
-    radius: Range = Physical(1.0, "radius of the ball", "m")
+    radius: Range = physical(1.0, "radius of the ball", "m")
     roll_per_step: float = setting(
         math.pi / 8, Number("largest roll per control period", "rad", 1e-3, math.pi / 2)
     )

@@ -181,7 +181,8 @@ class Task(abc.ABC):
             raise ConfigError(
                 f"config.dt: {self.dt} s in {self.n_substeps} substeps at rates up to {rate:.4g} "
                 f"rad/s is outside the stability envelope; expected dt / n_substeps <= "
-                f"{envelope / rate:.4g} s: take n_substeps >= {math.ceil(rate * self.dt / envelope)}"
+                f"{envelope / rate:.4g} s: "
+                f"take n_substeps >= {math.ceil(rate * self.dt / envelope)}"
             )
 
     def _drawn_entries(self) -> tuple[Entry, ...]:

@@ -18,10 +18,11 @@ __all__ = [
     "Flag",
     "Integer",
     "Number",
-    "Physical",
     "Range",
     "check_fields",
     "from_config",
+    "physical",
+    "setting",
     "span",
 ]
 
@@ -164,7 +165,7 @@ def setting(default: Any, rule: Number | Integer | Choice | Flag) -> Any:
     return dataclasses.field(default=default, metadata={"rule": rule})
 
 
-def Physical(default: Range, text: str, unit: str) -> Any:  # noqa: N802 - reads as a kind of field
+def physical(default: Range, text: str, unit: str) -> Any:
     """A positive physical parameter: a number, or a range it is drawn from at reset."""
     return setting(default, Number(text, unit, 0.0, math.inf, open=True, drawn=True))
 

@@ -14,7 +14,7 @@ from rigid_envs.kernels.elementary import select
 from rigid_envs.kernels.layout import Memory, Shapes
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
-from rigid_envs.tasks.fields import ConfigError, Number, Physical, Range, setting, span
+from rigid_envs.tasks.fields import ConfigError, Number, Range, physical, setting, span
 
 __all__ = ["IntermediateAxis"]
 
@@ -119,9 +119,9 @@ class IntermediateAxis(Task):
     """
 
     rotation: str = setting("none", ROTATION)
-    I1: Range = Physical(1.0, "least principal moment", "kg m^2")
-    I2: Range = Physical(2.0, "middle principal moment", "kg m^2")
-    I3: Range = Physical(3.0, "largest principal moment", "kg m^2")
+    I1: Range = physical(1.0, "least principal moment", "kg m^2")
+    I2: Range = physical(2.0, "middle principal moment", "kg m^2")
+    I3: Range = physical(3.0, "largest principal moment", "kg m^2")
     spin_rate: float = setting(1.0, Number("target rate Omega", "rad/s", 1e-3, 1e3))
     torque: float = setting(0.2, Number("largest torque about each axis", "N m", 1e-6, 1e6))
     start_spread: float = setting(0.25, Number("perturbation at the start", "rad/s", 0.0, 1e3))

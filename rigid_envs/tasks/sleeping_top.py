@@ -14,7 +14,7 @@ from rigid_envs.kernels.elementary import atan2, fma, select, sincos
 from rigid_envs.kernels.layout import Memory, Shapes
 from rigid_envs.systems import HeavyTop
 from rigid_envs.tasks.base import Array, Entry, Task
-from rigid_envs.tasks.fields import ConfigError, Number, Physical, Range, setting, span
+from rigid_envs.tasks.fields import ConfigError, Number, Range, physical, setting, span
 
 __all__ = ["SleepingTop"]
 
@@ -129,11 +129,11 @@ class SleepingTop(Task):
     """
 
     dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
-    I_perp: Range = Physical(1.0, "moments I1 = I2 about the pivot", "kg m^2")
-    I3: Range = Physical(0.5, "moment about the axis of symmetry", "kg m^2")
-    m: Range = Physical(1.0, "mass", "kg")
-    g: Range = Physical(9.81, "gravitational acceleration", "m/s^2")
-    ell: Range = Physical(1.0 / 9.81, "distance from pivot to centre of mass", "m")
+    I_perp: Range = physical(1.0, "moments I1 = I2 about the pivot", "kg m^2")
+    I3: Range = physical(0.5, "moment about the axis of symmetry", "kg m^2")
+    m: Range = physical(1.0, "mass", "kg")
+    g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
+    ell: Range = physical(1.0 / 9.81, "distance from pivot to centre of mass", "m")
     torque: float = setting(0.3, Number("largest torque", "N m", 1e-6, 1e6))
     start_tilt: float = setting(0.2, Number("largest tilt at the start", "rad", 0.0, math.pi))
     start_spin_low: float = setting(0.3, Number("least spin / critical spin", "1", 0.0, 10.0))

@@ -1,0 +1,7 @@
+"""`python -m rigid_envs.cli`: the command without an installation."""
+
+import sys
+
+from rigid_envs.cli.main import main
+
+sys.exit(main())

@@ -1,0 +1,97 @@
+"""Words of the command line to what they ask for."""
+
+import argparse
+import ast
+import os
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from rigid_envs import __version__
+from rigid_envs.cli import catalogue
+from rigid_envs.cli.describe import describe
+
+__all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Do what the command line says.
+
+    Args:
+        argv: its words; None takes those of the process.
+
+    Returns:
+        The exit status: 0, or 2 for words that make no sense.
+    """
+    options, rest = _parser().parse_known_args(argv)
+    try:
+        options.act(options, rest)
+        sys.stdout.flush()
+    except ValueError as error:
+        print(f"rigid-envs: {error}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="rigid-envs",
+        description="Environments of rotating and rolling rigid bodies.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    verbs = parser.add_subparsers(metavar="VERB", required=True)
+    listing = verbs.add_parser("list", help="all environments", allow_abbrev=False)
+    listing.set_defaults(act=_list)
+    describing = verbs.add_parser(
+        "describe",
+        help="one environment: action, observation, reward, hyperparameters",
+        usage="rigid-envs describe ID [--KEY VALUE ...]",
+        description="Describe an environment. Any hyperparameter can be given as an option, "
+        "a range as LOW,HIGH: --dt 0.05 --I1 0.5,0.9",
+        allow_abbrev=False,
+    )
+    describing.add_argument("id", metavar="ID")
+    describing.set_defaults(act=_describe)
+    return parser
+
+
+def _list(_options: argparse.Namespace, rest: list[str]) -> None:
+    _refuse(rest)
+    print(catalogue.list_all())
+
+
+def _describe(options: argparse.Namespace, rest: list[str]) -> None:
+    print(describe(options.id, _config(rest)))
+
+
+def _refuse(rest: list[str]) -> None:
+    if rest:
+        raise ValueError(f"unknown option {rest[0]!r}; --help lists those that there are")
+
+
+def _config(words: list[str]) -> dict[str, Any]:
+    """Hyperparameters from ``--key value`` or ``--key=value``.
+
+    Raises:
+        ValueError: a word that is neither.
+    """
+    config: dict[str, Any] = {}
+    rest = list(words)
+    while rest:
+        word = rest.pop(0)
+        key, equals, value = word.removeprefix("--").partition("=")
+        if not word.startswith("--") or not key or not (equals or rest):
+            raise ValueError(f"cannot read {word!r}; expected --KEY VALUE")
+        config[key] = _value(value if equals else rest.pop(0))
+    return config
+
+
+def _value(text: str) -> Any:
+    """Number, pair, truth value or word."""
+    try:
+        return ast.literal_eval({"true": "True", "false": "False"}.get(text, text))
+    except (ValueError, SyntaxError):
+        return text

@@ -1,0 +1,58 @@
+"""Text in columns that fits a page."""
+
+import textwrap
+from collections.abc import Sequence
+
+__all__ = ["WIDTH", "paragraphs", "table"]
+
+WIDTH = 100
+_GAP = 2
+_NARROWEST = 8
+
+
+def table(
+    header: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    align: str = "",
+    indent: int = 2,
+    width: int = WIDTH,
+) -> str:
+    """Aligned columns under a ruled header; cells that are too long are wrapped.
+
+    Args:
+        header: names of the columns.
+        rows: cells, one sequence per row.
+        align: "<" or ">" for each column; "<" where it is too short.
+        indent: blanks before every line.
+        width: largest length of a line.
+    """
+    cells = [list(header), *map(list, rows)]
+    sizes = [max(len(row[k]) for row in cells) for k in range(len(header))]
+    room = width - indent - _GAP * (len(header) - 1)
+    while sum(sizes) > room and max(sizes) > _NARROWEST:
+        sizes[sizes.index(max(sizes))] -= 1
+    sides = align.ljust(len(header), "<")
+    lines = [line for row in cells for line in _lines(row, sizes, sides)]
+    n_header = len(_lines(cells[0], sizes, sides))
+    lines.insert(n_header, (" " * _GAP).join("-" * size for size in sizes))
+    return "\n".join((" " * indent + line).rstrip() for line in lines)
+
+
+def paragraphs(text: str, indent: int = 2, width: int = WIDTH) -> str:
+    """Text with its paragraphs filled to the width."""
+    margin = " " * indent
+    fill = textwrap.TextWrapper(width, initial_indent=margin, subsequent_indent=margin).fill
+    return "\n\n".join(fill(" ".join(part.split())) for part in text.split("\n\n"))
+
+
+def _lines(row: Sequence[str], sizes: Sequence[int], sides: str) -> list[str]:
+    """The lines of one row of cells."""
+    wrapped = [textwrap.wrap(cell, size) or [""] for cell, size in zip(row, sizes, strict=True)]
+    height = max(map(len, wrapped))
+    return [
+        (" " * _GAP).join(
+            f"{part[k] if k < len(part) else '':{side}{size}}"
+            for part, size, side in zip(wrapped, sizes, sides, strict=True)
+        )
+        for k in range(height)
+    ]
