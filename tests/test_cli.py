@@ -1,0 +1,147 @@
+"""The command `rigid-envs`: what it lists, describes and refuses."""
+
+import dataclasses
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import gymnasium
+import pytest
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.cli import main
+from rigid_envs.cli.describe import example
+from rigid_envs.cli.tables import table
+from rigid_envs.envs.boundary import info_keys
+from rigid_envs.tasks import Task
+
+IDS = list(ENVIRONMENTS)
+Capture = pytest.CaptureFixture[str]
+
+
+def said(capsys: Capture, *words: str) -> str:
+    """What a command that succeeds prints."""
+    assert main(words) == 0
+    return capsys.readouterr().out
+
+
+def refused(capsys: Capture, *words: str) -> str:
+    """The complaint of a command that makes no sense; it prints nothing else."""
+    assert main(words) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    return err
+
+
+def task_of(env_id: str) -> Task:
+    task: Task = gymnasium.make(env_id).unwrapped.task  # type: ignore[attr-defined]
+    return task
+
+
+def section(text: str, title: str) -> str:
+    """The lines under a heading, up to the next one."""
+    body = re.split(r"\n(?=[^\n]+\n=+\n)", text)
+    (found,) = (part for part in body if part.startswith(title))
+    return found
+
+
+def test_list_shows_every_id_with_its_summary_limit_and_cost(capsys: Capture) -> None:
+    text = said(capsys, "list")
+    for env_id in IDS:
+        env, task = gymnasium.make(env_id), task_of(env_id)
+        row = next(line for line in text.splitlines() if line.startswith(env_id))
+        assert str(env.action_space.shape) in row
+        assert str(env.observation_space.shape) in row
+        assert f"{env.spec.max_episode_steps} steps" in row
+        assert task.cost_unit in row
+        assert str(type(task).__doc__).splitlines()[0] in text
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_description_names_every_entry_term_hyperparameter_and_info_key(
+    capsys: Capture, env_id: str
+) -> None:
+    text, task = said(capsys, "describe", env_id), task_of(env_id)
+    for entry in task.actions():
+        assert entry.symbol in section(text, "Action")
+    for entry in task.observations():
+        assert entry.symbol in section(text, "Observation")
+    for term in task.terms:
+        assert re.search(rf"^  {term} ", section(text, "Reward"), re.MULTILINE)
+    for field in dataclasses.fields(task):
+        assert re.search(rf"^  {field.name} ", section(text, "Hyperparameters"), re.MULTILINE)
+    for key in info_keys(task):
+        assert key in section(text, "Episode")
+    assert f"{ENVIRONMENTS[env_id][1]} steps" in section(text, "Episode")
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_lines_fit_a_page_of_100_columns(capsys: Capture, env_id: str) -> None:
+    for text in (said(capsys, "list"), said(capsys, "describe", env_id)):
+        assert max(map(len, text.splitlines())) <= 100
+
+
+@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("config", [{}, {"rotation": "quat", "action_noise": (0.0, 0.1)}])
+def test_example_of_a_description_runs(
+    capsys: Capture, env_id: str, config: dict[str, object]
+) -> None:
+    exec(example(env_id, config), {})
+    assert "is_success" in capsys.readouterr().out
+
+
+def test_description_takes_hyperparameters(capsys: Capture) -> None:
+    words = ("--I1", "1,1.4", "--observe_params=true", "--weight_effort", "-0.25")
+    text = said(capsys, "describe", "RigidEnvs/IntermediateAxis-v0", *words)
+    assert re.search(r"3 +I1 +kg m\^2 +drawn +1 +1\.4", section(text, "Observation"))
+    assert re.search(r"effort +-0\.25", section(text, "Reward"))
+    assert re.search(r"I1 +\(1, 1\.4\) +1 ", section(text, "Hyperparameters"))
+    assert "'I1': (1, 1.4)" in section(text, "Example")
+
+
+@pytest.mark.parametrize("word", ["BalPark", "rigidenvs/ballpark-v0", "RigidEnvs/BallPark-v7"])
+def test_unknown_id_is_refused_with_the_nearest_one(capsys: Capture, word: str) -> None:
+    assert "did you mean 'RigidEnvs/BallPark-v0'" in refused(capsys, "describe", word)
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--radiu", "2"], "config.radiu: unknown key; did you mean 'radius'?"),
+        (["--radius", "-2"], "config.radius: -2 is not allowed; expected a number in (0, inf)"),
+        (["--rotation", "angles"], "config.rotation: 'angles' is not allowed; expected one of"),
+        (["--radius"], "cannot read '--radius'; expected --KEY VALUE"),
+        (["radius", "2"], "cannot read 'radius'"),
+    ],
+)
+def test_wrong_hyperparameters_are_refused_by_name(
+    capsys: Capture, words: list[str], complaint: str
+) -> None:
+    assert complaint in refused(capsys, "describe", "RigidEnvs/BallPark-v0", *words)
+
+
+def test_unknown_option_and_missing_verb_are_refused(capsys: Capture) -> None:
+    assert "'--all'" in refused(capsys, "list", "--all")
+    with pytest.raises(SystemExit, match="2"):
+        main([])
+
+
+def test_command_survives_a_reader_that_stops_reading() -> None:
+    command = f"{sys.executable} -m rigid_envs.cli describe {IDS[0]} | head -1"
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command],
+        cwd=Path(__file__).parents[1],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, IDS[0], "")
+
+
+def test_long_cells_are_wrapped_and_columns_stay_aligned() -> None:
+    text = table(("key", "meaning"), [("a", "word " * 30), ("bb", "short")], indent=0, width=40)
+    lines = text.splitlines()
+    assert max(map(len, lines)) <= 40
+    assert {line[:5].strip() for line in lines} == {"key", "---", "a", "", "bb"}
+    assert all(line[5] != " " for line in lines)
