@@ -1,0 +1,33 @@
+"""The checkers that others use pass, with every warning an error."""
+
+import warnings
+from collections.abc import Iterator
+
+import gymnasium as gym
+import pytest
+from gymnasium.utils.env_checker import check_env
+from stable_baselines3.common.env_checker import check_env as check_for_sb3
+
+from tests.contracts.environments import rich, single
+
+
+@pytest.fixture(autouse=True)
+def warnings_are_errors() -> Iterator[None]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        yield
+
+
+@pytest.mark.parametrize("make_config", [lambda _: {}, rich], ids=["default", "rich"])
+def test_gymnasium_checker_passes_without_a_warning(env_id, make_config):
+    check_env(single(env_id, **make_config(env_id)))
+
+
+@pytest.mark.parametrize("make_config", [lambda _: {}, rich], ids=["default", "rich"])
+def test_sb3_checker_passes_without_a_warning(env_id, make_config):
+    check_for_sb3(gym.make(env_id, **make_config(env_id)))
+
+
+def test_making_a_vector_environment_warns_of_nothing(env_id):
+    for mode in ("vector_entry_point", "sync"):
+        gym.make_vec(env_id, num_envs=2, vectorization_mode=mode).close()
