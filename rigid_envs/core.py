@@ -55,8 +55,8 @@ class Core:
         """Advance all rows by one control period under `actions`.
 
         Returns:
-            -1, or the flat index of the first action entry that is not finite; then no row has
-            changed.
+            The number of rows whose episode has ended; -1 - k if entry k of the (flat) actions
+            is not finite; then no row has changed.
         """
         n_blocks = -(-self.n_rows // LANES)
         if self._n_threads > 1:
@@ -104,7 +104,7 @@ class Core:
             self._write(rows, self._slots.clock + CLOCK.index(name), value)
 
     def results(self) -> Array:
-        """Last reward, cost and reward terms, float64 (2 + n_terms, N), a copy."""
+        """Last cost, reward terms and reward, float64 (2 + n_terms, N), a copy."""
         if self.n_rows <= LANES:
             return self._results[0, :, : self.n_rows].copy()
         rows = self._results.transpose(1, 0, 2)
@@ -215,10 +215,8 @@ class Core:
         others = [
             self._pool[1].submit(step, memory, first, last) for first, last in pairwise(ends[1:])
         ]
-        bad = step(memory, ends[0], ends[1])
-        for other in others:
-            other.result()
-        return int(bad)
+        counts = [step(memory, ends[0], ends[1]), *(other.result() for other in others)]
+        return min(counts) if min(counts) < 0 else sum(counts)
 
     def _columns(self, first: int, last: int) -> Array:
         """Slots ``first .. last - 1`` of all rows, shape (N, last - first), a copy."""

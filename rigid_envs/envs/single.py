@@ -102,13 +102,15 @@ class RigidEnv(gym.Env[Observation, Observation]):
             row_action[...] = action
         else:
             row_action[...] = actions_of(action, self._shape, self._name)
-        if advance(memory, 0, 1) >= 0:
+        if advance(memory, 0, 1) < 0:
             actions_of(action, self._shape, self._name)  # says which entry is not finite
-        reward, *numbers = result.tolist()
-        terminated, _, success, clipped, error = flag.tolist()
+        values = result.tolist()
+        reward = values.pop()
+        terminated, _, *flags = flag.tolist()
         if terminated:
             self._status = _ENDED
-        info = dict(zip(self._keys, (*numbers, success, clipped, error)))  # noqa: B905 - speed
+        values += flags
+        info = dict(zip(self._keys, values))  # noqa: B905 - strict costs a fifth of the step
         return observation.copy(), reward, terminated, False, info
 
     def reset(

@@ -65,7 +65,8 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         **config: Any,
     ) -> None:
         """Check the configuration, then lay out the rows."""
-        for name, value in (("num_envs", num_envs), ("num_threads", num_threads)):
+        counts: dict[str, Any] = {"num_envs": num_envs, "num_threads": num_threads}
+        for name, value in counts.items():
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
                 raise ConfigError(f"config.{name}: {value!r}; expected a positive integer")
         try:
@@ -85,12 +86,13 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._core = Core(self.task, self.num_envs, max_episode_steps, int(num_threads))
         self._rows = np.arange(self.num_envs)
-        self._shape = (self.num_envs, *self.single_action_space.shape)
+        self._shape = (self.num_envs, len(self.task.actions()))
         self._keys = info_keys(self.task)
         everywhere = np.ones(self.num_envs, dtype=np.bool_)
         everywhere.flags.writeable = False
-        self._masks = {f"_{key}": everywhere for key in self._keys}
-        self._ended = np.ones(self.num_envs, dtype=np.bool_)
+        self._masks: dict[str, Any] = {f"_{key}": everywhere for key in self._keys}
+        self._no_row = ~everywhere
+        self._ended = everywhere.copy()
         self._keyed = False  # whether the rows have random streams
         self._fresh = True
 
@@ -121,6 +123,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         rows = self._rows_to_reset(given.get("reset_mask"))
         self._seed(seed, rows)
         self._core.reset(rows, given.get("state"), given.get("params"))
+        self._ended = self._ended.copy()
         self._ended[rows] = False
         self._fresh = self._fresh and len(rows) < self.num_envs
         return self._core.observations.copy(), self._blank_infos()
@@ -149,16 +152,17 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         ):
             actions = actions_of(actions, self._shape, self._name)
         core.actions[...] = actions
-        if core.step() >= 0:
+        n_ended = core.step()
+        if n_ended < 0:
             actions_of(actions, self._shape, self._name)  # says which entry is not finite
-        rewards, *numbers = list(core.results())
-        terminated, truncated, *flags = list(core.flags())
-        infos: dict[str, Any] = dict(zip(self._keys, (*numbers, *flags), strict=True))
-        infos.update(self._masks)
+        *numbers, rewards = core.results()
+        terminated, truncated, *flags = core.flags()
+        infos = self._masks.copy()
+        infos.update(zip(self._keys, numbers + flags))  # noqa: B905 - strict costs time
         if ended_before is not None:
             self._begin_next(ended_before, (rewards, terminated, truncated, *numbers, *flags))
-        self._ended = terminated | truncated
-        if self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
+        self._ended = (terminated | truncated) if n_ended else self._no_row
+        if n_ended and self.autoreset_mode is AutoresetMode.SAME_STEP:
             self._begin_same(infos)
         return core.observations.copy(), rewards, terminated, truncated, infos
 
@@ -196,9 +200,11 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
             raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
         if self._fresh:
             raise ResetNeeded(f"{self._name}: step before the first reset; call reset first")
-        if not self._ended.any() or self.autoreset_mode is AutoresetMode.SAME_STEP:
+        if self._ended is self._no_row or self.autoreset_mode is AutoresetMode.SAME_STEP:
             return None
         rows = np.flatnonzero(self._ended)
+        if not len(rows):
+            return None
         if self.autoreset_mode is AutoresetMode.DISABLED:
             raise ResetNeeded(
                 f"{self._name}: row {rows[0]} has ended; in DISABLED mode reset it first, "

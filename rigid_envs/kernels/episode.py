@@ -49,15 +49,16 @@ def step(
 ) -> int:
     """One control step of all rows of the given blocks.
 
-    Returns -1, or the index of the first action entry that is not finite; then nothing at all
-    has changed, in any row.
+    Returns the number of rows whose episode has ended. If action entry k is not finite, nothing
+    at all changes, in any row, and -1 - k is returned.
     """
     s = read_settings(memory)
     bad = _first_not_finite(memory, s, len(shapes.action))
     if bad >= 0:
-        return bad
+        return -1 - bad
     slots = slots_of(shapes, s.n_terms, s.n_delays, s.n_observation)
     c = load(memory, s.constants, shapes.constants, 1)
+    n_ended = 0
     system_shapes = (shapes.state, shapes.inputs, shapes.parameters)
     for block in range(first_block, last_block):
         base = s.blocks + block * slots.total * LANES
@@ -71,10 +72,10 @@ def step(
         _actuate(actuate, shapes, memory, slots, base, n, c)
         h = s.dt / s.n_substeps
         integrate(advance, restore, weights, system_shapes, memory, base, n, h, s.n_substeps)
-        _judge(judge, shapes, memory, s, slots, base, n, c)
+        n_ended += _judge(judge, shapes, memory, s, slots, base, n, c)
         _observe(observe, shapes, memory, s, slots, base, 0, n, c)
         _publish(memory, s, slots, base, row, 0, n)
-    return -1
+    return n_ended
 
 
 @phase
@@ -212,8 +213,10 @@ def _judge(
     base: int,
     n: int,
     c: Row,
-) -> None:
-    """Reward terms, cost, success and the ends of the episode; the clock moves on.
+) -> int:
+    """Cost, reward terms, reward, success and ends of the episode; the clock moves on.
+
+    Returns the number of rows that end.
 
     A state that is no longer a number ends the episode; see `_mend`.
     """
@@ -221,7 +224,7 @@ def _judge(
     results = base + slots.results * LANES
     flags = 8 * (base + slots.flags * LANES)
     clock = base + slots.clock * LANES
-    n_broken = 0
+    n_broken, n_ended = 0, 0
     for i in range(n):
         y = load(memory, base + i, shapes.state, LANES)
         u = load(memory, base + slots.inputs * LANES + i, shapes.inputs, LANES)
@@ -235,11 +238,13 @@ def _judge(
         reward = 0.0
         for k in range(len(terms)):
             reward = fma(c[k], terms[k], reward)
-        store(memory, results + i, (reward, cost, *terms), LANES)
+        store(memory, results + i, (cost, *terms, reward), LANES)
         elapsed = memory[clock + 3 * LANES + i] + 1.0
         over, late = done | (broken != 0), elapsed >= s.max_steps
         memory[clock + 3 * LANES + i] = elapsed
-        memory[clock + 4 * LANES + i] = select(over | late, 0.0, 1.0)
+        ended = over | late
+        memory[clock + 4 * LANES + i] = select(ended, 0.0, 1.0)
+        n_ended += ended
         byte[flags + i] = over
         byte[flags + LANES + i] = late
         byte[flags + 2 * LANES + i] = success
@@ -247,6 +252,7 @@ def _judge(
         n_broken += broken
     if n_broken:
         _mend(shapes, memory, s, slots, base, n)
+    return n_ended
 
 
 @routine
