@@ -67,6 +67,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_enjoy(verbs.add_parser("enjoy", help="print one episode, step by step"))
     for verb in verbs.choices.values():
         verb.add_argument(
+            "--allow-import",
             "--allow_import",
             metavar="MODULE",
             action="append",
@@ -123,7 +124,7 @@ def _train(options: argparse.Namespace, rest: list[str]) -> int:
     from .training import train_in
 
     again = f"python -m agents train --resume {run.folder}"
-    again += "".join(f" --allow_import {module}" for module in options.allow_import)
+    again += "".join(f" --allow-import {module}" for module in options.allow_import)
     try:
         outcome = train_in(run, options.quiet)
         if outcome.stopped_by is not None:

@@ -31,7 +31,7 @@ def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv
     module, _, name = env_id.rpartition(":")
     if module and module not in sys.modules:
         raise ConfigError(
-            f"config.env_id: {env_id} would import {module}; allow it with --allow_import {module}"
+            f"config.env_id: {env_id} would import {module}; allow it with --allow-import {module}"
         )
     if name not in gym.registry or gym.registry[name].vector_entry_point is None:
         known = [key for key, spec in gym.registry.items() if spec.vector_entry_point is not None]

@@ -26,7 +26,8 @@ def all_finite(arrays: NDArray[Any] | Mapping[str, NDArray[Any]] | tuple[Any, ..
     Args:
         arrays: An array or a collection of arrays.
     """
-    return all(math.isfinite(array.sum()) for array in _each(arrays))
+    with np.errstate(invalid="ignore"):
+        return all(math.isfinite(array.sum()) for array in _each(arrays))
 
 
 def bad_row(arrays: NDArray[Any] | Mapping[str, NDArray[Any]] | tuple[Any, ...]) -> int | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.metadata
 import os
 import platform
@@ -37,7 +38,7 @@ def manifest() -> dict[str, Any]:
         "versions": {
             "python": platform.python_version(),
             "rigid-envs": rigid_envs.__version__,
-            **{package: importlib.metadata.version(package) for package in _PACKAGES},
+            **_versions(),
         },
         "machine": platform.machine(),
         "system": platform.system(),
@@ -78,6 +79,11 @@ def source() -> dict[str, Any]:
         "git_dirty": None if status is None else status != "",
         "command": " ".join([Path(sys.executable).name, "-m", "agents", *sys.argv[1:]]),
     }
+
+
+@functools.cache
+def _versions() -> dict[str, str]:
+    return {package: importlib.metadata.version(package) for package in _PACKAGES}
 
 
 def _git(*arguments: str) -> str | None:

@@ -151,7 +151,8 @@ class Trainer:
         _, self._callback = self.model._setup_learn(config.total_timesteps)
         if document:
             self._restore(arrays, document)
-        progress.start(config.total_timesteps, self.model.num_timesteps)
+        update = config.n_envs * self.model.n_steps  # the last one is made in full
+        progress.start(-(-config.total_timesteps // update) * update, self.model.num_timesteps)
 
     def is_complete(self) -> bool:
         """Whether all steps are made."""

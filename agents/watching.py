@@ -78,9 +78,15 @@ def _print_header(
 ) -> None:
     actions = [f"   a[{k}]" for k in range(n_action)]
     clock = "  step" if dt is None else " t [s]"
-    header = [" step", clock, *actions, "   reward", *(f"{n:>{_width(n)}}" for n in names)]
+    titles = [f"{_title(name):>{_width(name)}}" for name in names]
+    header = [" step", clock, *actions, "   reward", *titles]
     print(title, " ".join(header), sep="\n", file=out)
 
 
+def _title(name: str) -> str:
+    """The name of an info entry; unweighted terms of the reward are `r:term`."""
+    return name.replace("reward/", "r:")
+
+
 def _width(name: str) -> int:
-    return max(len(name), 9)
+    return max(len(_title(name)), 9)

@@ -12,7 +12,7 @@ import pytest
 
 from agents.cli import main
 
-ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow_import", "tests.agents.drift"]
+ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow-import", "tests.agents.drift"]
 SMALL = [
     *("--n_envs", "16", "--n_steps", "32", "--batch_size", "128", "--n_epochs", "2"),
     *("--eval_every", "4000", "--eval_episodes", "16", "--learning_rate", "1e-3"),
@@ -109,7 +109,7 @@ def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
         (["train", "--resume", "nowhere"], 1, "nowhere: no run here"),
         (["train", "--resume", "x", "--seed", "1"], 2, r"leave out \['seed'\]"),
         (["train", "--run_name", "../x"], 2, r"config\.run_name: expected"),
-        (["train", "--allow_import", "no_such_module"], 1, "no_such_module"),
+        (["train", "--allow-import", "no_such_module"], 1, "no_such_module"),
         (["evaluate", "nowhere"], 1, "nowhere"),
         (["evaluate", "nowhere", "--episodes", "0"], 2, "--episodes: expected 1 to"),
         (["enjoy", "x", "--fast"], 2, "unknown option --fast"),

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agents.config import PPOConfig, config_from, config_to_dict
+from agents.environments import make
 from agents.loading import dump_yaml, load_config, parse_yaml, read_yaml
 from agents.names import is_name
 
@@ -146,8 +147,9 @@ def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path: Path)
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
-def test_a_shipped_config_is_accepted(path: Path) -> None:
-    config_from(read_yaml(path))
+def test_a_shipped_config_is_accepted_and_so_is_its_environment(path: Path) -> None:
+    config = config_from(read_yaml(path))
+    make(config.env_id, config.env_kwargs, 2).close()
 
 
 @pytest.mark.parametrize("name", ["a", "BallPark-v0_1", "x" * 80, "...a", "-"])

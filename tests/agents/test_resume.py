@@ -26,6 +26,10 @@ SAME = (
 VARIANTS: dict[str, dict[str, Any]] = {
     "plain": {},
     "normalized": {"normalize_observation": True, "normalize_reward": True, "seed": 2**40},
+    "ball park": {
+        "env_id": "RigidEnvs/BallPark-v0",
+        "env_kwargs": {"radius": [0.9, 1.1], "observation_noise": 0.01, "action_delay": 2},
+    },
 }
 
 
