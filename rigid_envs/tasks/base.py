@@ -159,10 +159,6 @@ class Task(abc.ABC):
             parameters = {name: 0.5 * (low + high) for name, (low, high) in self.ranges().items()}
         return self.system_type(**{name: parameters[name] for name in self._fields()})
 
-    def lower_bound(self, y: Array) -> Array | None:
-        """Least possible total cost from the start states y, shape (N,), where one is known."""
-        return None
-
     def _fields(self) -> dict[str, str]:
         """Parameter of the system: field of the task."""
         return {name: self.aliases.get(name, name) for name in self.system_type.parameter_names()}
