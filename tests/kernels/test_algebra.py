@@ -1,0 +1,82 @@
+"""Vectors and quaternions as tuples, against SciPy's rotations and NumPy."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigid_envs.kernels import algebra
+from tests.rotations.attitudes import ULPS, quaternions, scipy_of, vectors
+
+
+def row(array):
+    return tuple(float(x) for x in array)
+
+
+def close(found, expected, size=1.0):
+    np.testing.assert_allclose(found, expected, rtol=0, atol=ULPS * size)
+
+
+@given(vectors, vectors)
+def test_products_of_vectors_are_numpys(a, b):
+    close(algebra.dot(row(a), row(b)), np.dot(a, b))
+    close(algebra.cross(row(a), row(b)), np.cross(a, b))
+    assert algebra.scaled(2.5, row(a)) == row(2.5 * a)
+
+
+@given(quaternions, quaternions)
+def test_compose_turns_by_the_right_factor_first(p, q):
+    found = algebra.compose(row(p), row(q))
+    close(scipy_of(found).as_matrix(), (scipy_of(p) * scipy_of(q)).as_matrix())
+    close(found[0], p[0] * q[0] - np.dot(p[1:], q[1:]))  # the sign too, which R does not show
+
+
+@given(quaternions, vectors)
+def test_rotate_takes_body_to_world_and_rotate_inverse_back(q, v):
+    world = scipy_of(q).apply(v)
+    close(algebra.rotate(row(q), row(v)), world)
+    close(algebra.rotate_inverse(row(q), row(world)), v)
+
+
+@given(quaternions)
+def test_matrix_and_vertical_are_those_of_the_rotation(q):
+    R = scipy_of(q).as_matrix()
+    close(np.reshape(algebra.matrix(row(q)), (3, 3)), R)
+    close(algebra.vertical(row(q)), R.T @ (0.0, 0.0, 1.0))
+
+
+@given(quaternions)
+def test_the_logarithm_is_the_rotation_vector(q):
+    found = np.array(algebra.log_rotation(row(q)))
+    expected = scipy_of(q).as_rotvec()
+    # At half a turn both signs of the axis are right.
+    if np.linalg.norm(expected) > math.pi - 1e-6:
+        found, expected = np.outer(found, found), np.outer(expected, expected)
+    close(found, expected, 2.0 * math.pi)
+
+
+@given(st.floats(1e-300, 1e-3), vectors.filter(lambda v: np.linalg.norm(v) > 0.1))
+def test_the_logarithm_of_a_small_turn_keeps_its_relative_accuracy(angle, v):
+    axis = v / np.linalg.norm(v)
+    q = (math.cos(0.5 * angle), *row(math.sin(0.5 * angle) * axis))
+    close(np.array(algebra.log_rotation(q)) / angle, axis)
+
+
+def test_the_logarithm_of_no_turn_is_zero():
+    assert algebra.log_rotation((1.0, 0.0, 0.0, 0.0)) == (0.0, 0.0, 0.0)
+    assert not any(algebra.log_rotation((-1.0, 0.0, 0.0, 0.0)))
+
+
+@given(quaternions, st.floats(1e-3, 1e3))
+def test_normalize_keeps_the_direction(q, size):
+    close(algebra.normalize(row(size * q)), q)
+
+
+@pytest.mark.parametrize("excess", [1e-15, -1e-12, 1e-9, -1e-8])
+def test_one_newton_step_restores_a_length_that_is_nearly_one(excess):
+    q = (1.0 + excess) * np.array([0.5, -0.5, 0.1, 0.7])
+    # Newton's step on 1 / sqrt: what is left is 1.5 excess^2, and roundings.
+    length = np.linalg.norm(algebra.normalize_near_unit(row(q)))
+    assert length == pytest.approx(1.0, abs=1.5 * excess**2 + ULPS)
