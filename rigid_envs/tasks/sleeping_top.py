@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from rigid_envs.kernels import episode, heavy_top, randoms
 from rigid_envs.kernels.actions import clip_to_disc
-from rigid_envs.kernels.algebra import Row, compose, vertical
+from rigid_envs.kernels.algebra import Row, compose, rotate, vertical
 from rigid_envs.kernels.compiler import kernel, scalar
 from rigid_envs.kernels.elementary import atan2, fma, select, sincos
 from rigid_envs.kernels.layout import Memory, Shapes
@@ -64,11 +64,12 @@ def judge(
 
 @scalar
 def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
-    """Angular velocity in body axes."""
+    """Angular velocity in world axes, the frame of the torque."""
+    omega = rotate((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
     return (
-        min(max(y[4], -_FAST), _FAST),
-        min(max(y[5], -_FAST), _FAST),
-        min(max(y[6], -_FAST), _FAST),
+        min(max(omega[0], -_FAST), _FAST),
+        min(max(omega[1], -_FAST), _FAST),
+        min(max(omega[2], -_FAST), _FAST),
     )
 
 
@@ -181,7 +182,7 @@ class SleepingTop(Task):
 
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity."""
-        return tuple(Entry(f"omega{k}", "rad/s", "body", -_FAST, _FAST) for k in (1, 2, 3))
+        return tuple(Entry(f"omega_{k}", "rad/s", "world", -_FAST, _FAST) for k in "xyz")
 
     def largest_rate(self) -> float:
         """Spin at the start and the rate of a free fall together."""
