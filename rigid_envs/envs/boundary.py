@@ -20,6 +20,8 @@ __all__ = [
     "new_task",
     "observation_space",
     "options_of",
+    "python_seed",
+    "seeded_key",
     "stream_key",
 ]
 
@@ -108,4 +110,9 @@ def stream_key(generator: np.random.Generator) -> np.uint64:
 
 def seeded_key(seed: int) -> np.uint64:
     """Key of a row with this seed: the same for a single environment and for a row of many."""
-    return stream_key(seeding.np_random(int(seed))[0])
+    return stream_key(seeding.np_random(python_seed(seed))[0])
+
+
+def python_seed(seed: Any) -> Any:
+    """An integer of NumPy as one of Python; Gymnasium refuses what is neither."""
+    return int(seed) if isinstance(seed, np.integer) else seed

@@ -19,6 +19,7 @@ from rigid_envs.envs.boundary import (
     new_task,
     observation_space,
     options_of,
+    python_seed,
     stream_key,
 )
 from rigid_envs.systems import System
@@ -133,7 +134,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         if self._status == _CLOSED:
             raise ClosedEnvironmentError(f"{self._name}: reset after close; make a new environment")
         given = options_of(options, self._name)
-        super().reset(seed=seed)
+        super().reset(seed=python_seed(seed))
         if self.np_random is not self._keyed_by:
             self._core.seed(self._row, np.array([stream_key(self.np_random)]))
             self._keyed_by = self.np_random
@@ -168,6 +169,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
             ValueError: parts missing or of the wrong shape; nothing has changed.
         """
         self._core.set_state({name: np.asarray(part)[None] for name, part in state.items()})
+        self._keyed_by = self.np_random  # the stream, too, goes on
         self._status = _RUNNING if self._core.running[0] else _ENDED
 
     @property

@@ -125,7 +125,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         self._core.reset(rows, given.get("state"), given.get("params"))
         self._ended = self._ended.copy()
         self._ended[rows] = False
-        self._fresh = self._fresh and len(rows) < self.num_envs
+        self._fresh = self._fresh and bool(self._ended.any())
         return self._core.observations.copy(), self._blank_infos()
 
     def step(self, actions: Any) -> tuple[Observations, Array, Bools, Bools, dict[str, Any]]:
@@ -188,7 +188,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         """
         self._core.set_state(state)
         self._ended = ~self._core.running
-        self._fresh = False
+        self._keyed, self._fresh = True, False
 
     @property
     def _name(self) -> str:

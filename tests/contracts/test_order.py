@@ -1,0 +1,88 @@
+"""Calls in the wrong order raise, and say what to call."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+
+from tests.contracts.environments import actions, assert_same_bits, break_physics, single, vector
+
+MODES = ("NextStep", "SameStep", "Disabled")
+
+
+@pytest.mark.parametrize("make", [single, gym.make], ids=["unwrapped", "wrapped"])
+def test_step_before_the_first_reset_raises(env_id, make):
+    with pytest.raises(ResetNeeded, match="reset"):
+        make(env_id).step(actions(env_id, 1, 1)[0, 0])
+
+
+@pytest.mark.parametrize("make", [single, gym.make], ids=["unwrapped", "wrapped"])
+def test_step_after_the_end_raises_until_reset(env_id, make):
+    env = make(env_id)
+    env.reset(seed=0)
+    break_physics(env.unwrapped)
+    action = actions(env_id, 1, 1)[0, 0]
+    assert env.step(action)[2]
+    for _ in range(2):
+        with pytest.raises(ResetNeeded, match="reset"):
+            env.step(action)
+    env.reset()
+    env.step(action)
+
+
+@pytest.mark.parametrize("make", [single, gym.make], ids=["unwrapped", "wrapped"])
+def test_step_and_reset_after_close_raise(env_id, make):
+    env = make(env_id)
+    env.reset(seed=0)
+    env.close()
+    env.close()
+    with pytest.raises(ClosedEnvironmentError):
+        env.step(actions(env_id, 1, 1)[0, 0])
+    with pytest.raises(ClosedEnvironmentError):
+        env.reset()
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_vector_step_before_the_first_reset_raises(env_id, mode):
+    envs = vector(env_id, 3, autoreset_mode=mode)
+    with pytest.raises(ResetNeeded, match="reset"):
+        envs.step(actions(env_id, 1, 3)[0])
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_vector_step_and_reset_after_close_raise(env_id, mode):
+    envs = vector(env_id, 3, autoreset_mode=mode)
+    envs.reset(seed=0)
+    envs.close()
+    with pytest.raises(ClosedEnvironmentError):
+        envs.step(actions(env_id, 1, 3)[0])
+    with pytest.raises(ClosedEnvironmentError):
+        envs.reset()
+
+
+def test_disabled_mode_refuses_to_step_a_finished_row_and_names_it(env_id):
+    envs = vector(env_id, 5, autoreset_mode="Disabled")
+    envs.reset(seed=0)
+    break_physics(envs, row=3)
+    batch = actions(env_id, 1, 5)[0]
+    assert envs.step(batch)[2].tolist() == [False, False, False, True, False]
+    before = envs.get_state()
+    for _ in range(2):
+        with pytest.raises(ResetNeeded, match=r"row 3.*reset_mask"):
+            envs.step(batch)
+    assert_same_bits(envs.get_state(), before)
+    envs.reset(options={"reset_mask": np.arange(5) == 3})
+    envs.step(batch)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_rows_may_be_begun_one_after_the_other(env_id, mode):
+    envs = vector(env_id, 3, autoreset_mode=mode)
+    for row in range(3):
+        with pytest.raises(ResetNeeded):
+            envs.step(actions(env_id, 1, 3)[0])
+        envs.reset(seed=0, options={"reset_mask": np.arange(3) == row})
+    together = vector(env_id, 3, autoreset_mode=mode)
+    together.reset(seed=0)
+    batch = actions(env_id, 1, 3)[0]
+    assert_same_bits(envs.step(batch), together.step(batch))

@@ -1,0 +1,131 @@
+"""A seed fixes a trajectory; neighbouring runs are independent; no global generator is touched."""
+
+import random
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from tests.contracts.environments import (
+    actions,
+    assert_same_bits,
+    rich,
+    single,
+    vector,
+)
+
+
+def starts(env_id, seeds):
+    """First physical state of each seed, shape (len(seeds), n_state)."""
+    envs = vector(env_id, len(seeds))
+    envs.reset(seed=list(seeds))
+    return envs.y
+
+
+def test_an_int_seed_gives_row_i_the_seed_plus_i(env_id):
+    envs = vector(env_id, 5)
+    first = envs.reset(seed=40)[0]
+    assert_same_bits(envs.reset(seed=[40, 41, 42, 43, 44])[0], first)
+    for row in range(5):
+        assert_same_bits(single(env_id).reset(seed=40 + row)[0], first[row])
+
+
+def test_seeds_of_numpy_are_those_of_python(env_id):
+    env, envs = single(env_id), vector(env_id, 3)
+    expected, rows = env.reset(seed=5)[0], envs.reset(seed=5)[0]
+    for kind in (np.int64, np.uint32, np.int8):
+        assert_same_bits(env.reset(seed=kind(5))[0], expected)
+        assert_same_bits(envs.reset(seed=kind(5))[0], rows)
+        assert_same_bits(envs.reset(seed=np.array([5, 6, 7], dtype=kind))[0], rows)
+
+
+def test_starts_of_6400_spawned_seeds_are_distinct(env_id):
+    seeds = [
+        int(seed)
+        for run in range(100)
+        for seed in np.random.SeedSequence(run).generate_state(64, np.uint64)
+    ]
+    assert len(np.unique(starts(env_id, seeds), axis=0)) == 6400
+
+
+def test_seeds_that_agree_in_their_lower_32_bits_differ(env_id):
+    seeds = [s + k * 2**32 for s in range(64) for k in (0, 1, 2, 2**32)]
+    assert len(np.unique(starts(env_id, seeds), axis=0)) == len(seeds)
+
+
+def test_starts_of_neighbouring_seeds_are_independent(env_id):
+    y = starts(env_id, range(4096))
+    y = y[:, y.std(axis=0) > 0]
+    y = (y - y.mean(axis=0)) / y.std(axis=0)
+    for lag in (1, 2, 64):
+        correlation = np.mean(y[lag:] * y[:-lag], axis=0)
+        # of n independent pairs it is normal with deviation n^(-1/2) = 1/64; beyond 5 of them:
+        # one in 10^6
+        assert np.abs(correlation).max() < 5 / 64
+
+
+def test_every_episode_of_a_seed_starts_elsewhere(env_id):
+    env = single(env_id)
+    env.reset(seed=0)
+    y = [env.y]
+    for _ in range(99):
+        env.reset()
+        y.append(env.y)
+    assert len(np.unique(y, axis=0)) == 100
+
+
+def test_environments_without_a_seed_differ(env_id):
+    y = [vector(env_id, 3) for _ in range(5)]
+    for envs in y:
+        envs.reset()
+    assert len(np.unique(np.vstack([envs.y for envs in y]), axis=0)) == 15
+
+
+def test_rows_without_a_seed_of_their_own_go_on_in_their_streams(env_id):
+    envs, other = vector(env_id, 3), vector(env_id, 3)
+    envs.reset(seed=0)
+    other.reset(seed=0)
+    mixed, plain = envs.reset(seed=[None, 50, None])[0], other.reset()[0]
+    assert_same_bits(mixed[[0, 2]], plain[[0, 2]])
+    assert_same_bits(mixed[1], single(env_id).reset(seed=50)[0])
+
+
+@pytest.mark.parametrize("seed", [-1, 0.5, "a", [1, 2, 3]])
+def test_bad_seeds_are_refused_and_change_nothing(env_id, seed):
+    env = single(env_id)
+    env.reset(seed=0)
+    before = env.get_state()
+    with pytest.raises(gym.error.Error, match="Seed"):
+        env.reset(seed=seed)
+    assert_same_bits(env.get_state(), before)
+
+
+@pytest.mark.parametrize("seed", [-1, [1, 2], [1, 2, 3, 4], [1, 2, -3], [1, 2, "a"], [1, 2, 0.5]])
+def test_bad_seeds_of_rows_are_refused_and_change_nothing(env_id, seed):
+    envs = vector(env_id, 3)
+    envs.reset(seed=0)
+    before = envs.get_state()
+    with pytest.raises((ValueError, gym.error.Error), match=r"[Ss]eed"):
+        envs.reset(seed=seed)
+    assert_same_bits(envs.get_state(), before)
+
+
+def test_global_generators_are_neither_read_nor_moved(env_id):
+    def run():
+        env, envs = single(env_id, **rich(env_id)), vector(env_id, 3, **rich(env_id))
+        results = [env.reset(seed=0), envs.reset(seed=0)]
+        for batch in actions(env_id, 20, 3):
+            results += [envs.step(batch), env.reset()]
+        env.reset(options={"state": env.y})
+        return results
+
+    random.seed(1)
+    np.random.seed(1)  # noqa: NPY002 - the generator that must not be used
+    before = random.getstate(), np.random.get_state()  # noqa: NPY002
+    first = run()
+    after = random.getstate(), np.random.get_state()  # noqa: NPY002
+    assert before[0] == after[0]
+    assert_same_bits(before[1], after[1])
+    random.seed(2)
+    np.random.seed(2)  # noqa: NPY002
+    assert_same_bits(run(), first)
