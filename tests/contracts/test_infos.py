@@ -1,0 +1,121 @@
+"""Info, reward and time limit say the same things at every step, in every shell."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from rigid_envs import ENVIRONMENTS
+from tests.contracts.environments import (
+    actions,
+    n_actions,
+    rich,
+    single,
+    task_of,
+    vector,
+    weights,
+)
+
+FLAGS = {"is_success", "action_clipped", "physics_error"}
+
+
+def expected_types(env_id):
+    terms = {f"reward/{term}": float for term in task_of(env_id).terms}
+    return {"cost": float, **terms, **dict.fromkeys(FLAGS, bool)}
+
+
+def test_info_has_the_same_keys_and_types_at_reset_and_at_every_step(env_id):
+    env = single(env_id, **rich(env_id))
+    ended = True
+    for action in actions(env_id, 30, 1)[:, 0]:
+        if ended:
+            (_, info), ended = env.reset(), False
+        else:
+            _, _, ended, _, info = env.step(action)
+        assert {key: type(value) for key, value in info.items()} == expected_types(env_id)
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_infos_of_many_rows_have_the_keys_of_one_with_masks(env_id, mode):
+    envs = vector(env_id, 3, autoreset_mode=mode, max_episode_steps=4, **rich(env_id))
+    _, infos = envs.reset(seed=0)
+    for batch in actions(env_id, 30, 3):
+        kinds = expected_types(env_id)
+        plain = {key for key in infos if "final_" not in key}
+        assert plain == {*kinds, *(f"_{key}" for key in kinds)}
+        for key, kind in kinds.items():
+            assert infos[key].dtype == np.dtype(kind)
+            assert infos[key].shape == infos[f"_{key}"].shape == (3,)
+            assert infos[f"_{key}"].dtype == bool
+            assert infos[f"_{key}"].all()
+        *_, infos = envs.step(batch)
+
+
+def test_info_is_blank_at_reset(env_id):
+    env = single(env_id)
+    env.reset(seed=0)
+    env.step(np.full(n_actions(env_id), 2.0, dtype=np.float32))
+    assert not any(env.reset()[1].values())
+
+
+def test_types_are_those_of_the_interface(env_id):
+    env = single(env_id)
+    observation, _ = env.reset(seed=0)
+    for action in actions(env_id, 20, 1)[:, 0]:
+        assert type(observation) is np.ndarray
+        assert observation.dtype == np.float32
+        observation, reward, terminated, truncated, _ = env.step(action)
+        assert [type(reward), type(terminated), type(truncated)] == [float, bool, bool]
+    envs = vector(env_id, 3)
+    envs.reset(seed=0)
+    observations, rewards, terminated, truncated, _ = envs.step(actions(env_id, 1, 3)[0])
+    dtypes = [array.dtype for array in (observations, rewards, terminated, truncated)]
+    assert dtypes == [np.float32, np.float64, bool, bool]
+
+
+def test_reward_is_the_weighted_sum_of_its_terms(env_id):
+    other = {f"weight_{term}": 0.7 + 0.3 * k for k, term in enumerate(task_of(env_id).terms)}
+    for config in ({}, other):
+        envs = vector(env_id, 500, **config)
+        envs.reset(seed=0)
+        for batch in actions(env_id, 40, 500):
+            _, rewards, *_, infos = envs.step(batch)
+            parts = [w * infos[f"reward/{term}"] for term, w in weights(envs.task).items()]
+            scale = np.sum(np.abs(parts), axis=0)
+            assert (np.abs(rewards - np.sum(parts, axis=0)) <= 1e-15 * scale + 1e-300).all()
+
+
+def test_terms_do_not_depend_on_the_weights(env_id):
+    silent = {f"weight_{term}": 0.0 for term in task_of(env_id).terms}
+    envs, mute = vector(env_id, 50), vector(env_id, 50, **silent)
+    envs.reset(seed=0)
+    mute.reset(seed=0)
+    for batch in actions(env_id, 20, 50):
+        *_, infos = envs.step(batch)
+        _, rewards, *_, others = mute.step(batch)
+        assert not rewards.any()
+        for key in expected_types(env_id):
+            np.testing.assert_array_equal(infos[key], others[key])
+
+
+def test_time_limit_truncates_exactly_and_never_terminates(env_id):
+    limit = ENVIRONMENTS[env_id][1]
+    env, envs = gym.make(env_id), vector(env_id, 3)
+    assert env.spec.max_episode_steps == limit
+    env.reset(seed=0)
+    envs.reset(seed=0)
+    zero = np.zeros((3, n_actions(env_id)), dtype=np.float32)
+    for elapsed in range(1, limit + 1):
+        _, _, terminated, truncated, _ = env.step(zero[0])
+        assert (terminated, truncated) == (False, elapsed == limit)
+        _, _, terminated, truncated, _ = envs.step(zero)
+        assert not terminated.any()
+        assert truncated.tolist() == 3 * [elapsed == limit]
+
+
+def test_time_limit_of_the_caller_takes_the_place_of_the_registered_one(env_id):
+    env, envs = gym.make(env_id, max_episode_steps=3), vector(env_id, 2, max_episode_steps=3)
+    env.reset(seed=0)
+    envs.reset(seed=0)
+    zero = np.zeros((2, n_actions(env_id)), dtype=np.float32)
+    assert [env.step(zero[0])[3] for _ in range(3)] == [False, False, True]
+    assert [envs.step(zero)[3].any() for _ in range(3)] == [False, False, True]
