@@ -1,0 +1,69 @@
+"""Where figures come from: versions, machine, commit, date."""
+
+import importlib.metadata
+import os
+import platform
+import subprocess
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import rigid_envs
+
+__all__ = ["provenance"]
+
+_PACKAGES = ("gymnasium", "numba", "numpy", "scipy", "mujoco")
+_ROOT = Path(rigid_envs.__file__).resolve().parents[1]
+
+
+def provenance() -> dict[str, Any]:
+    """Versions, processor, load, commit and date, as JSON values."""
+    status = _git("status", "--porcelain", "--untracked-files=no")
+    return {
+        "versions": {
+            "rigid-envs": rigid_envs.__version__,
+            "python": platform.python_version(),
+            **{name: version for name in _PACKAGES if (version := _version(name))},
+        },
+        "cpu": _cpu(),
+        "cores": os.cpu_count(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
+        "git_commit": _git("rev-parse", "HEAD"),
+        "git_dirty": None if status is None else status != "",
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _cpu() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, platform.processor())
+
+
+def _git(*arguments: str) -> str | None:
+    """Answer of git about the checkout that the package lies in; None if it lies in none."""
+    if not (_ROOT / ".git").exists():
+        return None
+    try:
+        answer = subprocess.run(
+            ["git", "-C", str(_ROOT), *arguments],
+            capture_output=True,
+            text=True,
+            timeout=10,
+            check=True,
+            env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return answer.stdout.strip()
