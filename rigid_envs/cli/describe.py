@@ -4,7 +4,6 @@ Everything is read off the task, its fields and the registry: nothing about a ta
 """
 
 import inspect
-import math
 import pprint
 import sys
 from collections.abc import Mapping, Sequence
@@ -130,8 +129,4 @@ def _allowed(rule: Number | Integer | Choice | Flag) -> str:
         return ", ".join(rule.options)
     if isinstance(rule, Flag):
         return "True, False"
-    if isinstance(rule, Number) and rule.open and math.isinf(rule.high):
-        bounds = f"> {rule.low:g}"
-    else:
-        bounds = f"{rule.low:g} .. {rule.high:g}"
-    return bounds + (" ~" if rule.drawn else "")
+    return f"{rule.low:g} .. {rule.high:g}" + (" ~" if rule.drawn else "")

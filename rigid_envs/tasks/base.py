@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -164,10 +165,12 @@ class Task(abc.ABC):
         return {name: self.aliases.get(name, name) for name in self.system_type.parameter_names()}
 
     def _check_parameters(self) -> None:
-        ranges = self.ranges()
-        for end in (0, 1):
+        ends = {name: set(span(getattr(self, name))) for name in self.physical_parameters()}
+        # what a system refuses is linear in its parameters: if every corner can be, all can
+        for corner in itertools.product(*ends.values()):
+            values = dict(zip(ends, corner, strict=True))
             try:
-                self.system({name: ends[end] for name, ends in ranges.items()})
+                self.system_type(**{name: values[field] for name, field in self._fields().items()})
             except ValueError as error:
                 name = str(error).split()[0]
                 raise ConfigError(f"config.{self.aliases.get(name, name)}: {error}") from None

@@ -35,19 +35,17 @@ class ConfigError(ValueError):
 
 @dataclass(frozen=True)
 class Number:
-    """A number in [low, high], both ends excluded if `open`; may be a range if `drawn`."""
+    """A number in [low, high]; may be a range if `drawn`."""
 
     text: str
     unit: str = "1"
     low: float = -math.inf
     high: float = math.inf
-    open: bool = False
     drawn: bool = False
 
     def __str__(self) -> str:
         """The allowed values in words."""
-        left, right = ("(", ")") if self.open else ("[", "]")
-        words = f"a number in {left}{self.low:g}, {self.high:g}{right}"
+        words = f"a number in [{self.low:g}, {self.high:g}]"
         return words + (" or a pair (low, high) of such numbers" if self.drawn else "")
 
     def check(self, value: Any) -> Any:
@@ -71,8 +69,7 @@ class Number:
         ):
             raise ValueError
         number = float(value)
-        inside = self.low < number < self.high if self.open else self.low <= number <= self.high
-        if not (math.isfinite(number) and inside):
+        if not (math.isfinite(number) and self.low <= number <= self.high):
             raise ValueError
         return number
 
@@ -166,8 +163,11 @@ def setting(default: Any, rule: Number | Integer | Choice | Flag) -> Any:
 
 
 def physical(default: Range, text: str, unit: str) -> Any:
-    """A positive physical parameter: a number, or a range it is drawn from at reset."""
-    return setting(default, Number(text, unit, 0.0, math.inf, open=True, drawn=True))
+    """A positive physical parameter: a number, or a range it is drawn from at reset.
+
+    From a grain to a ship: within these bounds no product or quotient of parameters overflows.
+    """
+    return setting(default, Number(text, unit, 1e-9, 1e6, drawn=True))
 
 
 def check_fields(task: Any) -> None:

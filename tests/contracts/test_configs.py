@@ -1,0 +1,239 @@
+"""Settings: every wrong one is refused by its name before anything is laid out, no right one is."""
+
+import contextlib
+import math
+from dataclasses import fields
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigid_envs.tasks import ConfigError, Task
+from rigid_envs.tasks.fields import Choice, Flag, Integer
+from tests.contracts.environments import IDS, single, task_of, vector
+
+MANY_ROWS = 2**40  # more than any machine can lay out: what is refused, is refused before
+NEVER = (None, "1.0", "", {}, {"low": 1}, object(), 1j, (), (1.0,), (1.0, 2.0, 3.0), math.nan)
+RULES = {
+    (env_id, field.name): field.metadata["rule"]
+    for env_id in IDS
+    for field in fields(task_of(env_id))
+}
+
+
+def outside(rule: Any) -> st.SearchStrategy[Any]:
+    """Values that a rule does not allow."""
+    if isinstance(rule, Flag):
+        return st.sampled_from([*NEVER, 0, 1, 0.0, "True", [True]])
+    if isinstance(rule, Choice):
+        words = st.text(max_size=8).filter(lambda word: word not in rule.options)
+        return st.sampled_from([*NEVER, True, 0, [rule.options[0]]]) | words
+    low, high = rule.low, rule.high
+    whole = isinstance(rule, Integer)
+    numbers = st.integers() if whole else st.floats(allow_nan=False)
+    wrong = numbers.filter(lambda x: not low <= x <= high)
+    others = st.sampled_from([*NEVER, True, False, math.inf, -math.inf])
+    others |= st.just(10**400) | (st.just(low + 0.5) if whole else st.nothing())
+    bad = wrong | others
+    if not rule.drawn:
+        return bad | st.just((low, high))
+    return bad | st.tuples(st.just(low), bad) | st.tuples(bad, st.just(high)) | st.just([high, low])
+
+
+def inside(rule: Any) -> st.SearchStrategy[Any]:
+    """Values that a rule allows, numbers over all sizes and the ends among them."""
+    if isinstance(rule, Flag):
+        return st.booleans()
+    if isinstance(rule, Choice):
+        return st.sampled_from(rule.options)
+    if isinstance(rule, Integer):
+        number = st.integers(rule.low, rule.high)
+    else:
+        number = sized(rule.low, rule.high)
+    if not rule.drawn:
+        return number
+    pair = st.tuples(number, number).map(sorted)
+    return number | pair | pair.map(tuple)
+
+
+def sized(low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers in [low, high], uniform in the logarithm of their size."""
+    largest = max(abs(low), abs(high))
+    least = max(low, 1e-9 * largest)
+    size = st.floats(0.0, 1.0).map(lambda s: least ** (1.0 - s) * largest**s)
+    signed = st.tuples(size, st.sampled_from([1.0, -1.0] if low < 0 else [1.0])).map(math.prod)
+    return st.sampled_from([low, high]) | signed.map(lambda x: min(max(x, low), high))
+
+
+@st.composite
+def free_bodies(draw: st.DrawFn) -> dict[str, Any]:
+    """Moments I1 < I2 < I3 <= I1 + I2 of any size, one of them a range."""
+    size, a, b = draw(sized(1e-6, 1e5)), draw(st.floats(1.01, 3.0)), draw(st.floats(0.05, 0.95))
+    I1, I2 = size, size * a
+    I3 = I2 + b * I1
+    ranged = draw(st.sampled_from(["I1", "I2", "I3", ""]))
+    config: dict[str, Any] = {"I1": I1, "I2": I2, "I3": I3}
+    room = {"I1": (I1, 0.5 * (I1 + I2)), "I2": (I2, 0.5 * (I2 + I3)), "I3": (0.5 * (I2 + I3), I3)}
+    return config | {ranged: room[ranged]} if ranged else config
+
+
+@st.composite
+def tops(draw: st.DrawFn) -> dict[str, Any]:
+    """Moments I3 <= 2 I_perp, a spin range in order, a weight that sets a moderate rate."""
+    I_perp, slim = draw(sized(1e-6, 1e5)), draw(st.floats(0.1, 1.9))
+    g, ell = draw(st.floats(0.1, 100.0)), draw(st.floats(0.01, 1.0))
+    low, high = sorted((draw(st.floats(0.0, 10.0)), draw(st.floats(0.0, 10.0))))
+    return {
+        "I_perp": (I_perp, 1.5 * I_perp) if draw(st.booleans()) else I_perp,
+        "I3": slim * I_perp,
+        "m": max(1e-9, min(1e6, I_perp / (g * ell))),
+        "g": g,
+        "ell": ell,
+        "start_spin_low": low,
+        "start_spin_high": high,
+    }
+
+
+# settings that must fit together, for the tasks that have such
+TOGETHER = {"RigidEnvs/IntermediateAxis-v0": free_bodies(), "RigidEnvs/SleepingTop-v0": tops()}
+
+
+@st.composite
+def valid(draw: st.DrawFn, env_id: str) -> dict[str, Any]:
+    """Settings that a task must accept, but for the step that its fastest motion asks for."""
+    together = draw(TOGETHER.get(env_id, st.just({})))
+    free = [name for other, name in RULES if other == env_id and name not in together]
+    names = draw(st.lists(st.sampled_from(free), max_size=5, unique=True))
+    return {**together, **{name: draw(inside(RULES[env_id, name])) for name in names}}
+
+
+@settings(max_examples=500, deadline=None, derandomize=True, database=None)
+@given(data=st.data())
+def test_wrong_values_are_refused_by_key_and_range_before_anything_is_laid_out(data):
+    env_id, name = data.draw(st.sampled_from(list(RULES)))
+    rule = RULES[env_id, name]
+    value = data.draw(outside(rule))
+    for make in (single, lambda env_id, **config: vector(env_id, MANY_ROWS, **config)):
+        with pytest.raises(ConfigError) as refusal:
+            make(env_id, **{name: value})
+        message = str(refusal.value)
+        assert message.startswith(f"config.{name}: ")
+        if isinstance(rule, Choice):
+            assert all(repr(option) in message for option in rule.options)
+        elif isinstance(rule, Flag):
+            assert "True or False" in message
+        else:
+            assert f"{rule.low:g}" in message
+            assert f"{rule.high:g}" in message
+
+
+@settings(max_examples=300, deadline=None, derandomize=True, database=None)
+@given(data=st.data())
+def test_misspelt_keys_are_refused_with_the_key_that_was_meant(data):
+    env_id, name = data.draw(st.sampled_from([key for key in RULES if len(key[1]) > 4]))
+    k = data.draw(st.integers(0, len(name) - 2))
+    swapped = name[:k] + name[k + 1] + name[k] + name[k + 2 :]
+    typo = data.draw(st.sampled_from([swapped, name[:k] + name[k + 1 :], name[: k + 1] + name[k:]]))
+    if (env_id, typo) in RULES:
+        return
+    with pytest.raises(ConfigError) as refusal:
+        vector(env_id, MANY_ROWS, **{typo: getattr(task_of(env_id), name)})
+    message = str(refusal.value)
+    assert message.startswith(f"config.{typo}: unknown key")
+    assert f"did you mean {name!r}?" in message
+
+
+def test_keys_that_are_like_no_other_are_refused_with_all_there_are(env_id):
+    with pytest.raises(ConfigError) as refusal:
+        single(env_id, xyzzy=1)
+    assert str(refusal.value).startswith("config.xyzzy: unknown key")
+    assert all(name in str(refusal.value) for other, name in RULES if other == env_id)
+
+
+@settings(max_examples=1000, deadline=None, derandomize=True, database=None)
+@given(data=st.data())
+def test_right_values_are_accepted_and_kept(data):
+    env_id = data.draw(st.sampled_from(IDS))
+    config = data.draw(valid(env_id))
+    try:
+        task = type(task_of(env_id))(**config)
+    except ConfigError as refusal:  # the step is too long: as the message says, take shorter ones
+        message = str(refusal)
+        assert message.startswith("config.dt: ")
+        needed = int(message.split("n_substeps >= ")[1])
+        if needed > RULES[env_id, "n_substeps"].high:
+            return
+        config["n_substeps"] = needed
+        task = type(task_of(env_id))(**config)
+    for name, value in config.items():
+        kept = getattr(task, name)
+        assert kept == (tuple(value) if isinstance(value, list) else value)
+    if data.draw(st.integers(0, 9)) == 0:
+        assert_runs(env_id, config)
+
+
+def assert_runs(env_id: str, config: dict[str, Any]) -> None:
+    env = single(env_id, **config)
+    assert env.observation_space.contains(env.reset(seed=0)[0])
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_physical_parameters_alone_may_have_any_size_that_the_others_allow(env_id, share):
+    for name in task_of(env_id).physical_parameters():
+        rule = RULES[env_id, name]
+        try:
+            env = single(env_id, **{name: rule.high if share else rule.low}, n_substeps=1000)
+        except ConfigError as refusal:
+            assert str(refusal).startswith("config.")
+            assert "expected" in str(refusal)
+        else:
+            assert env.observation_space.contains(env.reset(seed=0)[0])
+
+
+def test_a_step_too_long_is_refused_with_the_least_number_of_substeps_that_will_do(env_id):
+    task = type(task_of(env_id))
+    longest = {"dt": RULES[env_id, "dt"].high}
+    with contextlib.suppress(ConfigError):
+        task(**longest)
+        return  # the step is exact, however long
+    with pytest.raises(ConfigError, match=r"^config\.dt: .*stability envelope") as refusal:
+        task(**longest)
+    needed = int(str(refusal.value).split("n_substeps >= ")[1])
+    task(**longest, n_substeps=needed)
+    with pytest.raises(ConfigError, match=f"n_substeps >= {needed}$"):
+        task(**longest, n_substeps=needed - 1)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("num_envs", 0),
+        ("num_envs", -1),
+        ("num_envs", 2.0),
+        ("num_envs", "2"),
+        ("num_envs", True),
+        ("num_threads", 0),
+        ("num_threads", None),
+        ("num_threads", 1.5),
+        ("autoreset_mode", "Never"),
+        ("autoreset_mode", None),
+        ("render_mode", "x-ray"),
+    ],
+)
+def test_settings_of_the_shell_are_refused_by_key(env_id, key, value):
+    from rigid_envs.envs import RigidVectorEnv
+
+    module = type(task_of(env_id))
+    task = f"{module.__module__}:{module.__qualname__}"
+    with pytest.raises(ConfigError, match=rf"^config\.{key}: .*expected"):
+        RigidVectorEnv(task, **{"num_envs": 2, key: value})
+
+
+def test_fields_are_documented_with_text_unit_and_rule(env_id):
+    task: Task = task_of(env_id)
+    for field in fields(task):
+        rule = field.metadata["rule"]
+        assert rule.text
+        assert field.name in (type(task).__doc__ or "") + (Task.__doc__ or "")
+        assert rule.check(getattr(task, field.name)) == getattr(task, field.name)

@@ -1,0 +1,162 @@
+"""Rules of settings: what each kind of value is, and how a wrong one is refused."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigid_envs.tasks import ConfigError, IntermediateAxis, SleepingTop
+from rigid_envs.tasks.fields import (
+    Choice,
+    Flag,
+    Integer,
+    Number,
+    check_fields,
+    from_config,
+    physical,
+    setting,
+    span,
+)
+
+LENGTH = Number("a length", "m", 0.5, 2.0)
+DRAWN = Number("a length", "m", 0.5, 2.0, drawn=True)
+COUNT = Integer("a count", 1, 9)
+DRAWN_COUNT = Integer("a count", 1, 9, drawn=True)
+COLOUR = Choice("a colour", ("red", "green"))
+SWITCH = Flag("a switch")
+
+
+@dataclass(frozen=True)
+class Body:
+    """Settings of every kind."""
+
+    length: Any = setting(1.0, DRAWN)
+    count: int = setting(3, COUNT)
+    colour: str = setting("red", COLOUR)
+    switch: bool = setting(False, SWITCH)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+
+@pytest.mark.parametrize("value", [0.5, 2.0, 1, np.float32(1.5), np.int64(2)])
+def test_numbers_of_every_type_become_floats(value):
+    checked = LENGTH.check(value)
+    assert type(checked) is float
+    assert checked == value
+
+
+@pytest.mark.parametrize("value", [1, 9, np.int32(4), np.uint8(9)])
+def test_integers_of_every_type_become_ints(value):
+    checked = COUNT.check(value)
+    assert type(checked) is int
+    assert checked == value
+
+
+@pytest.mark.parametrize("value", [True, False, np.bool_(True)])
+def test_truth_values_become_bools(value):
+    assert SWITCH.check(value) is bool(value)
+
+
+def test_pairs_become_tuples_where_a_range_may_stand():
+    assert DRAWN.check([1, 2.0]) == (1.0, 2.0)
+    assert DRAWN.check((1.0, 1.0)) == (1.0, 1.0)
+    assert DRAWN_COUNT.check([np.int64(1), 3]) == (1, 3)
+    assert {type(end) for end in DRAWN.check([1, np.float32(2)])} == {float}
+    assert {type(end) for end in DRAWN_COUNT.check([np.int64(1), 3])} == {int}
+
+
+@pytest.mark.parametrize(
+    ("rule", "value"),
+    [
+        *((LENGTH, x) for x in (math.nextafter(0.5, 0), math.nextafter(2, 3), math.nan, math.inf)),
+        *((LENGTH, x) for x in (True, np.bool_(True), "1", None, 1j, [1.0], (1.0, 2.0), {})),
+        *((DRAWN, x) for x in ((2.0, 1.0), (1.0,), (1.0, 1.5, 2.0), (0.1, 1.0), (1.0, 3.0))),
+        *((DRAWN, x) for x in ((1.0, math.nan), (True, 2.0), ("1", "2"), "12", np.ones(2))),
+        *((COUNT, x) for x in (0, 10, 2.0, np.float64(2.0), True, "2", None, (1, 2))),
+        *((DRAWN_COUNT, x) for x in ((3, 1), (1, 10), (1, 2.0), (1,), (False, 2))),
+        *((COLOUR, x) for x in ("blue", "Red", "", None, 0, ("red",), ["red"])),
+        *((SWITCH, x) for x in (0, 1, "True", None, 0.0, [])),
+    ],
+)
+def test_anything_else_is_refused(rule, value):
+    with pytest.raises((ValueError, OverflowError)):
+        rule.check(value)
+
+
+def test_an_integer_too_large_for_a_float_is_refused():
+    with pytest.raises(ConfigError, match=r"^config\.length: 1000"):
+        Body(length=10**400)
+
+
+@pytest.mark.parametrize(
+    ("config", "message"),
+    [
+        (
+            {"length": 3.0},
+            "config.length: 3.0 is not allowed; expected a number in [0.5, 2] "
+            "or a pair (low, high) of such numbers [m]",
+        ),
+        ({"count": 0}, "config.count: 0 is not allowed; expected an integer in [1, 9] [1]"),
+        (
+            {"colour": "blue"},
+            "config.colour: 'blue' is not allowed; expected one of 'red', 'green'",
+        ),
+        ({"switch": 1}, "config.switch: 1 is not allowed; expected True or False"),
+    ],
+)
+def test_message_names_key_value_range_and_unit(config, message):
+    with pytest.raises(ConfigError) as refusal:
+        from_config(Body, config)
+    assert str(refusal.value) == message
+
+
+def test_an_unknown_key_is_refused_with_the_nearest_and_all_known_ones():
+    with pytest.raises(ConfigError) as refusal:
+        from_config(Body, {"lenght": 1.0})
+    assert str(refusal.value) == (
+        "config.lenght: unknown key; did you mean 'length'? "
+        "expected one of length, count, colour, switch"
+    )
+    with pytest.raises(ConfigError) as refusal:
+        from_config(Body, {"xyzzy": 1.0})
+    assert "did you mean" not in str(refusal.value)
+
+
+def test_checked_values_take_the_place_of_the_given_ones():
+    body = from_config(Body, {"length": [1, 2], "count": np.int64(4), "switch": np.bool_(True)})
+    assert dataclasses.astuple(body) == ((1.0, 2.0), 4, "red", True)
+
+
+def test_defaults_obey_their_own_rules():
+    with pytest.raises(ConfigError, match=r"^config\.length"):
+        dataclasses.replace(Body(), length=0.0)
+    assert dataclasses.astuple(Body()) == (1.0, 3, "red", False)
+
+
+def test_span_of_a_number_is_the_number_twice():
+    assert span(1.5) == (1.5, 1.5)
+    assert span((1.0, 2.0)) == (1.0, 2.0)
+
+
+def test_physical_parameters_are_positive_bounded_and_may_be_drawn():
+    rule = physical(1.0, "mass", "kg").metadata["rule"]
+    assert rule.check((1e-9, 1e6)) == (1e-9, 1e6)
+    for value in (0.0, -1.0, 5e-324, 1e300):
+        with pytest.raises(ValueError):
+            rule.check(value)
+
+
+def test_ranges_within_which_some_body_cannot_be_are_refused():
+    # both ends of the ranges are bodies, (1, 2, 3) and (1.9, 3, 4); but (1, 2, 4) is not
+    with pytest.raises(ConfigError, match=r"^config\.I3: I3 = 4\.0 exceeds I1 \+ I2 by 1;"):
+        IntermediateAxis(I1=(1.0, 1.9), I2=(2.0, 2.9), I3=(3.0, 4.0))
+    IntermediateAxis(I1=(1.0, 1.9), I2=(2.0, 2.4), I3=(2.5, 3.0))
+
+
+def test_parameters_that_are_drawn_as_one_count_as_one():
+    # I1 = I2 = I_perp: that I1 = 1 and I2 = 3 would break the triangle inequality is no matter
+    SleepingTop(I_perp=(1.0, 3.0))
