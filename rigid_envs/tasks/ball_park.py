@@ -48,14 +48,20 @@ def judge(
     """Cost by the order of the Lie bracket that generates each direction (see `BallPark`)."""
     x, y_ = y[4] * p[1], y[5] * p[1]
     theta = log_rotation((y[0], y[1], y[2], y[3]))
-    distance = min(math.sqrt(x * x + y_ * y_), _FAR)
+    distance = math.sqrt(x * x + y_ * y_)
     angle = math.sqrt(theta[0] * theta[0] + theta[1] * theta[1] + theta[2] * theta[2])
     a, b = theta[0] + y_, theta[1] - x
     mismatch = math.sqrt(a * a + b * b + _SMOOTH * _SMOOTH)
     twist = math.sqrt(math.sqrt(theta[2] * theta[2] + _SMOOTH * _SMOOTH))
     parked = (distance * p[0] <= c[_POSITION]) & (angle <= c[_ANGLE])
     rolled = dt * math.sqrt(u[0] * u[0] + u[1] * u[1])
-    terms = (-distance, -twist, -cbrt(min(mismatch, _FAR)), -angle, select(parked, 1.0, 0.0))
+    terms = (
+        -min(distance, _FAR),
+        -twist,
+        -cbrt(min(mismatch, _FAR)),
+        -angle,
+        select(parked, 1.0, 0.0),
+    )
     return memo, terms, rolled, parked, parked
 
 
