@@ -101,11 +101,21 @@ def test_vector_environment_refuses_rows_that_are_no_action(env_id):
     envs.reset(seed=0)
     for row in range(7):
         for name, value in shapeless(n_actions(env_id)).items():
-            if name == "bool":
-                continue
+            if name != "bool":  # among rows of numbers a row of bools is one of numbers
+                batch = list(actions(env_id, 1, 7)[0])
+                batch[row] = value
+                assert_refused(envs, batch)
+
+
+@pytest.mark.xfail(reason="a batch is looked at as a whole")
+def test_vector_environment_names_the_row_that_is_no_action(env_id):
+    envs = vector(env_id, 7, **rich(env_id))
+    envs.reset(seed=0)
+    for row in range(7):
+        for value in shapeless(n_actions(env_id)).values():
             batch = list(actions(env_id, 1, 7)[0])
             batch[row] = value
-            assert_refused(envs, batch)
+            assert_refused(envs, batch, f"action[{row}]")
 
 
 def test_vector_environment_refuses_batches_of_another_shape_or_kind(env_id):
