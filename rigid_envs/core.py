@@ -37,6 +37,8 @@ class Core:
         n_rows: number of rows N.
         actions: the action of the next step, written by the caller, float32 (N, n_action).
         observations: last observations, float32 (N, n_observation).
+        results: last cost, reward terms and reward, float64 (2 + n_terms, N).
+        flags: last flags in the order of `FLAGS`, bool (5, N).
         action, observation, result, flag: those of the first row: what a single environment uses.
     """
 
@@ -102,20 +104,6 @@ class Core:
         high, low = keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)
         for name, value in (("key_high", high), ("key_low", low), ("episode", -1.0)):
             self._write(rows, self._slots.clock + CLOCK.index(name), value)
-
-    def results(self) -> Array:
-        """Last cost, reward terms and reward, float64 (2 + n_terms, N), a copy."""
-        if self.n_rows <= LANES:
-            return self._results[0, :, : self.n_rows].copy()
-        rows = self._results.transpose(1, 0, 2)
-        return rows.reshape(len(rows), -1)[:, : self.n_rows]
-
-    def flags(self) -> npt.NDArray[np.bool_]:
-        """Last flags in the order of `FLAGS`, bool (5, N), a copy."""
-        if self.n_rows <= LANES:
-            return self._flags[0, :, : self.n_rows].copy()
-        rows = self._flags.transpose(1, 0, 2)
-        return rows.reshape(len(rows), -1)[:, : self.n_rows]
 
     @property
     def y(self) -> Array:
@@ -195,15 +183,15 @@ class Core:
         n_blocks = -(-n // LANES)
         size = n_blocks * slots.total * LANES
         self._blocks = self.memory[s.blocks : s.blocks + size].reshape(n_blocks, -1, LANES)
-        in_blocks = byte[8 * s.blocks : 8 * (s.blocks + size)].reshape(n_blocks, -1, 8, LANES)
-        self._results = self._blocks[:, slots.results : slots.flags]
-        self._flags = in_blocks[:, slots.flags, : len(FLAGS)]
+        end = s.results + (2 + s.n_terms) * n
+        self.results = self.memory[s.results : end].reshape(-1, n)
+        self.flags = byte[s.flags : s.flags + len(FLAGS) * n].reshape(-1, n)
         self.advance = self.task.step  # compiled; see `rigid_envs.kernels.episode.step`
         self.actions = single[s.actions : s.actions + n * n_action].reshape(n, n_action)
         end = s.observations + n * s.n_observation
         self.observations = single[s.observations : end].reshape(n, s.n_observation)
         self.action, self.observation = self.actions[0], self.observations[0]
-        self.result, self.flag = self._results[0, :, 0], self._flags[0, :, 0]
+        self.result, self.flag = self.results[:, 0], self.flags[:, 0]
         self._pool: tuple[int, ThreadPoolExecutor] | None = None
 
     def _step_in_threads(self, n_blocks: int) -> int:

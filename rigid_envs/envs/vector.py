@@ -155,8 +155,8 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         n_ended = core.step()
         if n_ended < 0:
             actions_of(actions, self._shape, self._name)  # says which entry is not finite
-        *numbers, rewards = core.results()
-        terminated, truncated, *flags = core.flags()
+        *numbers, rewards = core.results.copy()
+        terminated, truncated, *flags = core.flags.copy()
         infos = self._masks.copy()
         infos.update(zip(self._keys, numbers + flags))  # noqa: B905 - strict costs time
         if ended_before is not None:
@@ -212,7 +212,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
             )
         return rows
 
-    def _begin_next(self, rows: Rows, outputs: tuple[Array, ...]) -> None:
+    def _begin_next(self, rows: Rows, outputs: tuple[npt.NDArray[Any], ...]) -> None:
         """NEXT_STEP: rows that had ended are reset instead of stepped; their outputs are blank."""
         self._core.reset(rows)
         for output in outputs:

@@ -56,7 +56,7 @@ def step(
     bad = _first_not_finite(memory, s, len(shapes.action))
     if bad >= 0:
         return -1 - bad
-    slots = slots_of(shapes, s.n_terms, s.n_delays, s.n_observation)
+    slots = slots_of(shapes, s.n_delays, s.n_observation)
     c = load(memory, s.constants, shapes.constants, 1)
     n_ended = 0
     system_shapes = (shapes.state, shapes.inputs, shapes.parameters)
@@ -72,7 +72,7 @@ def step(
         _actuate(actuate, shapes, memory, slots, base, n, c)
         h = s.dt / s.n_substeps
         integrate(advance, restore, weights, system_shapes, memory, base, n, h, s.n_substeps)
-        n_ended += _judge(judge, shapes, memory, s, slots, base, n, c)
+        n_ended += _judge(judge, shapes, memory, s, slots, base, row, n, c)
         _observe(observe, shapes, memory, s, slots, base, 0, n, c)
         _publish(memory, s, slots, base, row, 0, n)
     return n_ended
@@ -94,7 +94,7 @@ def reset(
     they stand and draws the start again. `OBSERVE` draws nothing.
     """
     s = read_settings(memory)
-    slots = slots_of(shapes, s.n_terms, s.n_delays, s.n_observation)
+    slots = slots_of(shapes, s.n_delays, s.n_observation)
     c = load(memory, s.constants, shapes.constants, 1)
     for row in rows:
         block, lane = row // LANES, row % LANES
@@ -139,7 +139,7 @@ def _receive(
         raw = load(single, s.actions + (row + i) * n_action, shapes.action, 1)
         store(memory, at + i, raw, LANES)
     byte = memory.view(np.uint8)
-    flag = 8 * (base + slots.flags * LANES) + 3 * LANES
+    flag = s.flags + 3 * s.n_rows + row
     for i in range(n):
         action, clipped = clip(load(memory, at + i, shapes.action, LANES))
         store(memory, at + i, action, LANES)
@@ -211,6 +211,7 @@ def _judge(
     s: Settings,
     slots: Slots,
     base: int,
+    row: int,
     n: int,
     c: Row,
 ) -> int:
@@ -221,8 +222,7 @@ def _judge(
     A state that is no longer a number ends the episode; see `_mend`.
     """
     byte = memory.view(np.uint8)
-    results = base + slots.results * LANES
-    flags = 8 * (base + slots.flags * LANES)
+    results, flags = s.results + row, s.flags + row
     clock = base + slots.clock * LANES
     n_broken, n_ended = 0, 0
     for i in range(n):
@@ -238,7 +238,7 @@ def _judge(
         reward = 0.0
         for k in range(len(terms)):
             reward = fma(c[k], terms[k], reward)
-        store(memory, results + i, (cost, *terms, reward), LANES)
+        store(memory, results + i, (cost, *terms, reward), s.n_rows)
         elapsed = memory[clock + 3 * LANES + i] + 1.0
         over, late = done | (broken != 0), elapsed >= s.max_steps
         memory[clock + 3 * LANES + i] = elapsed
@@ -246,27 +246,29 @@ def _judge(
         memory[clock + 4 * LANES + i] = select(ended, 0.0, 1.0)
         n_ended += ended
         byte[flags + i] = over
-        byte[flags + LANES + i] = late
-        byte[flags + 2 * LANES + i] = success
-        byte[flags + 4 * LANES + i] = broken
+        byte[flags + s.n_rows + i] = late
+        byte[flags + 2 * s.n_rows + i] = success
+        byte[flags + 4 * s.n_rows + i] = broken
         n_broken += broken
     if n_broken:
-        _mend(shapes, memory, s, slots, base, n)
+        _mend(shapes, memory, s, slots, base, row, n)
     return n_ended
 
 
 @routine
-def _mend(shapes: Shapes, memory: Memory, s: Settings, slots: Slots, base: int, n: int) -> None:
+def _mend(
+    shapes: Shapes, memory: Memory, s: Settings, slots: Slots, base: int, row: int, n: int
+) -> None:
     """A broken row gets the system's rest state, no reward, no cost and no success."""
     byte = memory.view(np.uint8)
-    flags = 8 * (base + slots.flags * LANES)
+    results, flags = s.results + row, s.flags + row
     for i in range(n):
-        if byte[flags + 4 * LANES + i]:
+        if byte[flags + 4 * s.n_rows + i]:
             store(memory, base + i, shapes.state, LANES)
             store(memory, base + slots.memo * LANES + i, shapes.memo, LANES)
-            byte[flags + 2 * LANES + i] = 0
+            byte[flags + 2 * s.n_rows + i] = 0
             for k in range(2 + s.n_terms):
-                memory[base + (slots.results + k) * LANES + i] = 0.0
+                memory[results + k * s.n_rows + i] = 0.0
 
 
 @phase

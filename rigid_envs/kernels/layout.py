@@ -3,11 +3,11 @@
 An environment keeps settings, rows, actions, observations and results in a single array, because
 a compiled function costs 45 ns per array that is handed to it, as much as the physics of a row::
 
-    settings | constants, ranges, bounds | block 0 | block 1 | ... | actions | observations
+    settings | constants, ranges, bounds | block 0 | block 1 | ... | results | flags | actions | ...
 
-Each block holds `LANES` rows; the slots of a row are given by `slots_of`. Actions and observations
-are float32, one row after the other. The last slot of a block holds the flags as bytes, `LANES` of
-the first flag, then of the second, and so on.
+Each block holds `LANES` rows; the slots of a row are given by `slots_of`. Results (float64) and
+flags (bytes) hold the first number of all rows, then the second, and so on. Actions and
+observations are float32, one row after the other.
 """
 
 from typing import NamedTuple
@@ -67,6 +67,8 @@ class Settings(NamedTuple):
     observed: int
     bounds: int
     blocks: int
+    results: int
+    flags: int
     actions: int
     observations: int
 
@@ -83,8 +85,6 @@ class Slots(NamedTuple):
     action: int
     history: int
     observation: int
-    results: int
-    flags: int
     total: int
 
 
@@ -110,11 +110,13 @@ def read_settings(memory: Memory) -> Settings:
         int(memory[15]),
         int(memory[16]),
         int(memory[17]),
+        int(memory[18]),
+        int(memory[19]),
     )
 
 
 @scalar
-def slots_of(shapes: Shapes, n_terms: int, n_delays: int, n_observation: int) -> Slots:
+def slots_of(shapes: Shapes, n_delays: int, n_observation: int) -> Slots:
     """Slots of a row: state, inputs and parameters first, where `integrate` expects them."""
     parameters = len(shapes.state) + len(shapes.inputs)
     channel = parameters + len(shapes.parameters)
@@ -123,8 +125,6 @@ def slots_of(shapes: Shapes, n_terms: int, n_delays: int, n_observation: int) ->
     action = clock + 5
     history = action + len(shapes.action)
     observation = history + len(shapes.action) * n_delays
-    results = observation + n_observation
-    flags = results + 2 + n_terms
     return Slots(
         0,
         len(shapes.state),
@@ -135,7 +135,5 @@ def slots_of(shapes: Shapes, n_terms: int, n_delays: int, n_observation: int) ->
         action,
         history,
         observation,
-        results,
-        flags,
-        flags + 1,
+        observation + n_observation,
     )

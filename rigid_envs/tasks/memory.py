@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.kernels.layout import CHANNEL, Settings, Slots, slots_of
+from rigid_envs.kernels.layout import CHANNEL, FLAGS, Settings, Slots, slots_of
 from rigid_envs.kernels.rows import LANES
 from rigid_envs.tasks.base import Task
 
@@ -13,7 +13,7 @@ __all__ = ["new_memory", "parameter_slot", "slots_for"]
 def slots_for(task: Task) -> Slots:
     """Slots of a row of this task."""
     delay = int(task.ranges()["action_delay"][1])
-    return Slots(*slots_of(task.shapes, len(task.terms), delay, len(task.observations())))
+    return Slots(*slots_of(task.shapes, delay, len(task.observations())))
 
 
 def parameter_slot(task: Task, position: int) -> int:
@@ -37,7 +37,9 @@ def new_memory(
     noise, blur, delay = (high for _, high in ranges[-len(CHANNEL) :])
     n_head = len(Settings._fields)
     blocks = _blocks_up(n_head + len(tail))
-    actions = 2 * (blocks + _blocks_up(n_rows) * slots.total)
+    results = blocks + _blocks_up(n_rows) * slots.total
+    flags = results + (2 + len(task.terms)) * n_rows
+    actions = 2 * (flags + -(-len(FLAGS) * n_rows // 8))
     observations = actions + len(task.shapes.action) * n_rows
     settings = Settings(
         n_rows=n_rows,
@@ -56,6 +58,8 @@ def new_memory(
         observed=n_head + len(constants) + 2 * len(ranges),
         bounds=n_head + len(constants) + 2 * len(ranges) + len(observed),
         blocks=blocks,
+        results=results,
+        flags=8 * flags,
         actions=actions,
         observations=observations,
     )
