@@ -1,0 +1,112 @@
+"""Compiled code is kept in a private folder of its own sources, and is never stale."""
+
+import os
+import shutil
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+import rigid_envs
+from rigid_envs.kernels import compiler
+
+# The vertical momentum of a body, which a kernel of one file makes by `rotate` of another one.
+REPORT = """
+from rigid_envs.kernels.free_body import measure_rows
+from rigid_envs.systems import FreeBody
+
+body = FreeBody(1.0, 1.0, 1.0)
+momentum = body.invariants(body.state(omega_body=(0.0, 0.0, 3.0)))["L_world_z"]
+print(float(momentum), sum(measure_rows.stats.cache_hits.values()), measure_rows.stats.cache_path)
+"""
+EDIT = """
+
+@scalar
+def rotate(q, v):
+    return (2.0 * v[0], 2.0 * v[1], 2.0 * v[2])
+"""
+
+
+def run(source: Path, cache: Path) -> tuple[float, int, str]:
+    """Momentum, number of kernels loaded from the cache, and where that is."""
+    done = subprocess.run(
+        [sys.executable, "-c", REPORT],
+        cwd=source,
+        env=os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(source)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    momentum, hits, path = done.stdout.split(maxsplit=2)
+    return float(momentum), int(hits), path.strip()
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    """A checkout with a copy of the package."""
+    ignore = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(Path(rigid_envs.__file__).parent, tmp_path / "src/rigid_envs", ignore=ignore)
+    return tmp_path / "src"
+
+
+def test_an_edited_helper_in_another_file_is_compiled_anew(source: Path, tmp_path: Path) -> None:
+    cache, helper = tmp_path / "cache", source / "rigid_envs/kernels/algebra.py"
+    before = helper.read_text()
+    cold, warm = run(source, cache), run(source, cache)
+    assert (cold[:2], warm[:2]) == ((3.0, 0), (3.0, 1))
+    helper.write_text(before + EDIT)
+    assert run(source, cache)[:2] == (6.0, 0)
+    helper.write_text(before)  # the code of then is still there, under its own name
+    assert run(source, cache)[:2] == (3.0, 1)
+    assert Path(cold[2]).is_relative_to(cache / "rigid-envs")
+
+
+@pytest.mark.parametrize("base", ["file", "file/below"])
+def test_without_a_place_to_keep_them_kernels_are_compiled_per_process(
+    source: Path, tmp_path: Path, base: str
+) -> None:
+    (tmp_path / "file").touch()  # where a folder is needed: unwritable even for root
+    assert run(source, tmp_path / base)[:2] == (3.0, 0)
+
+
+def folder(base: Path, monkeypatch: pytest.MonkeyPatch) -> Path | None:
+    """The cache folder below a base, found afresh."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(base))
+    return compiler.cache_directory.__wrapped__()
+
+
+def test_the_cache_folder_is_private_and_named_by_the_sources(tmp_path, monkeypatch):
+    found = folder(tmp_path, monkeypatch)
+    assert found == tmp_path / "rigid-envs" / compiler.kernel_hash()
+    assert stat.S_IMODE(found.stat().st_mode) == 0o700
+
+
+@pytest.mark.parametrize("mode", [0o770, 0o707, 0o777, 0o720])
+def test_a_cache_folder_that_others_may_write_to_is_not_used(tmp_path, monkeypatch, mode):
+    found = folder(tmp_path, monkeypatch)
+    found.chmod(mode)
+    assert folder(tmp_path, monkeypatch) is None
+
+
+def test_a_cache_folder_of_somebody_else_is_not_used(tmp_path, monkeypatch):
+    assert folder(tmp_path, monkeypatch) is not None
+    somebody = os.getuid() + 1
+    monkeypatch.setattr(os, "getuid", lambda: somebody)
+    assert folder(tmp_path, monkeypatch) is None
+
+
+def test_the_cache_folder_falls_back_to_the_users_own(tmp_path, monkeypatch):
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    assert compiler.cache_directory.__wrapped__().is_relative_to(tmp_path / "xdg")
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    assert compiler.cache_directory.__wrapped__().is_relative_to(tmp_path / "home/.cache")
+
+
+def test_other_users_of_numba_keep_their_own_cache_setting():
+    assert "rigid-envs" not in (numba.config.CACHE_DIR or "")
