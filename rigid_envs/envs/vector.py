@@ -158,7 +158,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         *numbers, rewards = core.results.copy()
         terminated, truncated, *flags = core.flags.copy()
         infos = self._masks.copy()
-        infos.update(zip(self._keys, numbers + flags))  # noqa: B905 - strict costs time
+        infos.update(zip(self._keys, (*numbers, *flags)))  # noqa: B905 - strict costs time
         if ended_before is not None:
             self._begin_next(ended_before, (rewards, terminated, truncated, *numbers, *flags))
         self._ended = (terminated | truncated) if n_ended else self._no_row
