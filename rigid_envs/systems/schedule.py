@@ -20,6 +20,7 @@ __all__ = ["Schedule", "schedule"]
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 _SAMPLES = 2000  # steps over the whole time span where the input is a function of time
+_SLACK = 1e-9  # differences of times are rounded: no second step for an excess this small
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def schedule(
                 f"max_step = {max_step} s at rates up to {rate:.6g} rad/s: expected a product "
                 f"of at most {system.envelope}; take max_step <= {system.envelope / rate:.6g}"
             )
-    n = np.maximum(1, np.ceil(np.abs(dt) / largest * (1.0 - 1e-12))).astype(np.int64)
+    n = np.maximum(1, np.ceil(np.abs(dt) / largest * (1.0 - _SLACK))).astype(np.int64)
     return Schedule(dt / n, n, np.array(system._kernels.WEIGHTS))
 
 
