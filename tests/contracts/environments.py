@@ -37,6 +37,12 @@ def task_of(env_id: str) -> Task:
 
 
 @cache
+def rules(env_id: str) -> dict[str, Any]:
+    """What each setting may be."""
+    return {field.name: field.metadata["rule"] for field in fields(task_of(env_id))}
+
+
+@cache
 def ranges(env_id: str) -> dict[str, tuple[float, float]]:
     """A range of a tenth around as many physical parameters as the task allows at once."""
     chosen: dict[str, tuple[float, float]] = {}

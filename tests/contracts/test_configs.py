@@ -11,15 +11,11 @@ from hypothesis import strategies as st
 
 from rigid_envs.tasks import ConfigError, Task
 from rigid_envs.tasks.fields import Choice, Flag, Integer
-from tests.contracts.environments import IDS, single, task_of, vector
+from tests.contracts.environments import IDS, rules, single, task_of, vector
 
 MANY_ROWS = 2**40  # more than any machine can lay out: what is refused, is refused before
 NEVER = (None, "1.0", "", {}, {"low": 1}, object(), 1j, (), (1.0,), (1.0, 2.0, 3.0), math.nan)
-RULES = {
-    (env_id, field.name): field.metadata["rule"]
-    for env_id in IDS
-    for field in fields(task_of(env_id))
-}
+RULES = {(env_id, name): rule for env_id in IDS for name, rule in rules(env_id).items()}
 
 
 def outside(rule: Any) -> st.SearchStrategy[Any]:

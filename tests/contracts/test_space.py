@@ -1,0 +1,168 @@
+"""Whatever is done, what is observed is finite, in the space and of the right type, every step.
+
+Eight ways to act, each by an eighth of the rows; the count of steps is in the names of the tests.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.tasks import ConfigError
+from tests.contracts.environments import rules, task_of, vector
+
+CYCLE = 128  # steps after which the prepared actions come again
+WAYS = (
+    "uniform",
+    "bang-bang",
+    "switch",
+    "zero",
+    "one side",
+    "denormal",
+    "resonant",
+    "policy",
+)
+
+
+def prepared(way: str, rng: np.random.Generator, n_rows: int, m: int) -> npt.NDArray[np.float32]:
+    """Actions of one kind, shape (CYCLE, n_rows, m)."""
+    shape = (CYCLE, n_rows, m)
+    side = rng.choice([-1.0, 1.0], (1, n_rows, m))
+    step = np.arange(CYCLE)[:, None, None]
+    ways = {
+        "uniform": lambda: rng.uniform(-1.0, 1.0, shape),
+        "bang-bang": lambda: rng.choice([-1.0, 1.0], shape),
+        "switch": lambda: np.where(step % rng.integers(2, 40, (1, n_rows, 1)) == 0, side, -side),
+        "zero": lambda: np.zeros(shape),
+        "one side": lambda: np.broadcast_to(side, shape),
+        "denormal": lambda: rng.uniform(-1e-38, 1e-38, shape),
+        # over all rows every frequency, that of the motion among them, in phase with every axis
+        "resonant": lambda: np.sign(
+            np.sin(
+                2 * np.pi * (step * rng.uniform(0.0, 0.5, (1, n_rows, 1)) + rng.random(side.shape))
+            )
+        ),
+        "policy": lambda: np.zeros(shape),
+    }
+    return ways[way]().astype(np.float32)
+
+
+class Driver:
+    """Acts on rows in all `WAYS` and checks every result."""
+
+    def __init__(self, envs: RigidVectorEnv, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        n, m = envs.num_envs // len(WAYS), envs.single_action_space.shape[0]
+        self.envs, self.space = envs, envs.single_observation_space
+        self.actions = np.concatenate([prepared(way, rng, n, m) for way in WAYS], axis=1)
+        self.learners = slice((len(WAYS) - 1) * n, len(WAYS) * n)
+        self.gain = rng.normal(0.0, 1.0, (*self.space.shape, m)).astype(np.float32)
+        self.observations, _ = envs.reset(seed=seed)
+        self.n_errors = 0
+
+    def run(self, n_steps: int) -> None:
+        for k in range(n_steps):
+            batch = self.actions[k % CYCLE]
+            seen, noise = self.observations[self.learners], batch[: self.envs.num_envs // len(WAYS)]
+            batch[self.learners] = np.tanh(seen @ self.gain) + noise
+            self.check(self.envs.step(batch))
+
+    def check(self, results: Any) -> None:
+        self.observations, rewards, terminated, _, infos = results
+        dtypes = [array.dtype for array in results[:4]]
+        assert dtypes == [np.float32, np.float64, np.bool_, np.bool_]
+        # a comparison with NaN is false
+        assert (self.observations >= self.space.low).all()
+        assert (self.observations <= self.space.high).all()
+        assert np.isfinite(rewards).all()
+        assert np.isfinite(infos["cost"]).all()
+        assert terminated[infos["physics_error"]].all()
+        self.n_errors += np.count_nonzero(infos["physics_error"])
+
+
+def moderate(env_id: str, rng: np.random.Generator) -> dict[str, Any]:
+    """Settings within a factor of two of the default ones, some of them ranges, all switches."""
+    task, config = task_of(env_id), {}
+    for name, rule in {
+        f: r for f, r in rules(env_id).items() if not f.startswith("action_")
+    }.items():
+        value = getattr(task, name)
+        if isinstance(value, float) and rng.random() < 0.5:
+            factors = 2.0 ** rng.uniform(-1.0, 1.0, 2)
+            ends = np.clip(np.sort(value * factors), rule.low, rule.high).tolist()
+            config[name] = tuple(ends) if rule.drawn and rng.random() < 0.5 else ends[0]
+    return config | {
+        "rotation": str(rng.choice(["none", "matrix", "rot6d", "quat", "euler"])),
+        "n_substeps": int(rng.integers(2, 5)),
+        "observe_params": bool(rng.random() < 0.5),
+        "action_noise": (0.0, float(rng.choice([0.0, 0.3]))),
+        "observation_noise": (0.0, float(rng.choice([0.0, 0.1, 10.0]))),
+        "action_delay": (0, int(rng.integers(0, 5))),
+    }
+
+
+def extreme(env_id: str, rng: np.random.Generator) -> dict[str, Any]:
+    """Two to five settings anywhere in their bounds, over all sizes."""
+    numbers = {n: r for n, r in rules(env_id).items() if isinstance(getattr(r, "low", None), float)}
+    names = rng.choice(list(numbers), rng.integers(2, 6), replace=False)
+    config: dict[str, Any] = {"n_substeps": 20}
+    for name in names.tolist():
+        low, high = numbers[name].low, numbers[name].high
+        least = max(low, 1e-12 * high)
+        config[name] = float(np.clip(least ** (1 - (s := rng.random())) * high**s, low, high))
+    return config
+
+
+def accepted(env_id: str, draw: Any, rng: np.random.Generator) -> dict[str, Any]:
+    """The first of the drawn settings that the task takes."""
+    for _ in range(1000):
+        config = draw(env_id, rng)
+        try:
+            type(task_of(env_id))(**config)
+        except ConfigError:
+            continue
+        return config
+    raise AssertionError(f"no settings of {env_id} were accepted")
+
+
+@pytest.mark.parametrize(
+    "n_steps",
+    [
+        pytest.param(2**12, id="1e8 in all"),
+        pytest.param(2**19, id="1e10 in all", marks=pytest.mark.long),
+    ],
+)
+@pytest.mark.parametrize("rotation", ["matrix", "euler"])
+def test_nothing_leaves_its_space_at_the_default_settings(env_id, rotation, n_steps):
+    n_rows = 4096
+    driver = Driver(vector(env_id, n_rows, rotation=rotation, num_threads=2), seed=0)
+    driver.run(n_steps)
+    assert driver.n_errors == 0
+
+
+@pytest.mark.parametrize(
+    "n_configs",
+    [pytest.param(350, id="2e6"), pytest.param(35000, id="2e8", marks=pytest.mark.long)],
+)
+@pytest.mark.parametrize("draw", [moderate, extreme])
+def test_nothing_leaves_its_space_at_any_settings(env_id, draw, n_configs):
+    rng = np.random.default_rng(0)
+    for seed in range(n_configs):
+        config = accepted(env_id, draw, rng)
+        driver = Driver(vector(env_id, 8 * len(WAYS), max_episode_steps=60, **config), seed)
+        driver.run(100)
+        if draw is moderate:  # far out, motion may become too fast: that ends the episode
+            assert driver.n_errors == 0, config
+
+
+def test_ways_to_act_are_what_they_are_called(env_id):
+    driver = Driver(vector(env_id, 8 * len(WAYS)), seed=0)
+    driver.run(CYCLE)
+    by_way = dict(zip(WAYS, np.split(driver.actions, len(WAYS), axis=1), strict=True))
+    for way in ("bang-bang", "switch", "one side"):
+        assert (np.abs(by_way[way]) == 1).all()
+    assert not by_way["zero"].any()
+    assert 0 < np.abs(by_way["denormal"]).max() < np.finfo(np.float32).tiny
+    assert len(np.unique(by_way["policy"])) > CYCLE

@@ -1,0 +1,194 @@
+"""Rows of a task: steps, results, parts of their state, and what is refused."""
+
+import copy
+import multiprocessing
+import pickle
+
+import numpy as np
+import pytest
+
+from rigid_envs.core import Core
+from rigid_envs.kernels.layout import FLAGS
+from rigid_envs.kernels.rows import LANES
+from rigid_envs.tasks import BallPark, IntermediateAxis, SleepingTop
+
+TASKS = (IntermediateAxis(), SleepingTop(), BallPark())
+SIZES = (1, LANES - 1, LANES, LANES + 1, 3 * LANES + 5)
+
+
+@pytest.fixture(params=TASKS, ids=lambda task: type(task).__name__)
+def task(request):
+    return request.param
+
+
+def begun(task, n, **settings):
+    """Rows that have begun an episode, row i with the key i."""
+    core = Core(task, n, **settings)
+    rows = np.arange(n)
+    core.seed(rows, rows.astype(np.uint64))
+    core.reset(rows)
+    return core
+
+
+def act(core, seed=0):
+    """A step under random actions."""
+    n_actions = core.actions.shape[1]
+    core.actions[...] = np.random.default_rng(seed).uniform(-1, 1, (1000, n_actions))[: core.n_rows]
+    return core.step()
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_a_row_is_the_same_among_any_number_of_rows(task, n):
+    core, alone = begun(task, n), begun(task, 1)
+    for k in range(5):
+        act(core, k)
+        act(alone, k)
+    assert core.observations[0].tobytes() == alone.observations[0].tobytes()
+    assert core.y[0].tobytes() == alone.y[0].tobytes()
+    assert core.results[:, 0].tobytes() == alone.results[:, 0].tobytes()
+    np.testing.assert_array_equal(core.flags[:, 0], alone.flags[:, 0])
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_every_part_has_an_entry_for_every_row_and_no_more(task, n):
+    core = begun(task, n)
+    act(core)
+    assert core.actions.shape == (n, len(task.actions()))
+    assert core.observations.shape == (n, len(task.observations()))
+    assert core.y.shape == (n, len(task.system_type.state_entries))
+    assert core.results.shape == (2 + len(task.terms), n)
+    assert core.flags.shape == (len(FLAGS), n)
+    assert core.elapsed.tolist() == [1.0] * n
+    assert core.running.all()
+    assert all(part.shape[0] == n for part in core.get_state().values())
+
+
+@pytest.mark.parametrize("n_threads", [1, 2, 3, 5, 100])
+def test_threads_share_the_rows_and_change_no_bit(task, n_threads):
+    n = 5 * LANES + 3
+    shared, alone = begun(task, n, n_threads=n_threads), begun(task, n)
+    for k in range(10):
+        assert act(shared, k) == act(alone, k)
+        assert shared.observations.tobytes() == alone.observations.tobytes()
+        assert shared.results.tobytes() == alone.results.tobytes()
+
+
+def test_threads_are_made_anew_in_a_forked_process(task):
+    core = begun(task, 5 * LANES, n_threads=2)
+    act(core)
+    ours, theirs = multiprocessing.Pipe()
+
+    def child():
+        act(core, 1)
+        theirs.send_bytes(core.observations.tobytes())
+
+    process = multiprocessing.get_context("fork").Process(target=child, daemon=True)
+    process.start()
+    act(core, 1)
+    assert ours.poll(30), "the forked process does not step"
+    assert ours.recv_bytes() == core.observations.tobytes()
+    process.join(30)
+    assert process.exitcode == 0
+
+
+@pytest.mark.parametrize("n_threads", [1, 2])
+def test_step_tells_the_number_of_rows_that_end(n_threads):
+    n = 3 * LANES
+    core = begun(BallPark(position_tolerance=1.0), n, max_steps=9, n_threads=n_threads)
+    for k in range(9):
+        n_ended = act(core, k)
+        terminated, truncated = core.flags[:2]
+        assert n_ended == np.count_nonzero(terminated | truncated)
+        np.testing.assert_array_equal(core.running, ~(terminated | truncated))
+    assert truncated.all()
+
+
+@pytest.mark.parametrize("n_threads", [1, 2])
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_step_tells_the_first_entry_that_is_not_finite_and_moves_nothing(task, bad, n_threads):
+    core = begun(task, 3 * LANES, n_threads=n_threads)
+    before = core.memory.copy()
+    for k in (0, 1, core.actions.size // 2, core.actions.size - 1):
+        core.actions[...] = 0.5
+        core.actions.flat[k:] = bad
+        assert core.step() == -1 - k
+        core.actions[...] = 0.0
+        assert core.memory.tobytes() == before.tobytes()
+
+
+def test_what_is_returned_is_a_copy(task):
+    core = begun(task, LANES + 1)
+    act(core)
+    before = core.memory.copy()
+    for array in (core.y, core.elapsed, core.running, *core.get_state().values()):
+        array[...] = 7
+    for values in core.parameters.values():
+        values[...] = 7
+    assert core.memory.tobytes() == before.tobytes()
+
+
+@pytest.mark.parametrize("clone", [copy.deepcopy, lambda c: pickle.loads(pickle.dumps(c))])
+def test_a_copy_looks_at_its_own_memory(task, clone):
+    core = begun(task, LANES + 1)
+    act(core)
+    twin = clone(core)
+    assert twin.memory.tobytes() == core.memory.tobytes()
+    for part in (twin.actions, twin.observations, twin.action, twin.observation, twin.result):
+        assert np.shares_memory(part, twin.memory)
+    act(core)
+    act(twin)
+    assert twin.memory.tobytes() == core.memory.tobytes()
+
+
+def test_saved_state_restores_memory(task):
+    core = begun(task, LANES + 1)
+    act(core)
+    state = core.get_state()
+    act(core, 1)
+    expected = core.observations.copy()
+    act(core, 2)
+    core.set_state(state)
+    act(core, 1)
+    assert core.observations.tobytes() == expected.tobytes()
+
+
+@pytest.mark.parametrize("wrong", ["missing", "unknown", "shape", "rows"])
+def test_parts_of_a_state_that_do_not_fit_are_refused_and_change_nothing(task, wrong):
+    core = begun(task, 3)
+    state = core.get_state()
+    act(core)
+    before = core.memory.copy()
+    changed = {
+        "missing": {k: v for k, v in state.items() if k != "y"},
+        "unknown": {**state, "velocity": state["y"]},
+        "shape": {**state, "y": state["y"][:, 1:]},
+        "rows": {k: v[:2] for k, v in state.items()},
+    }[wrong]
+    with pytest.raises(ValueError, match=r"expected .*(y|\(3, )"):
+        core.set_state(changed)
+    assert core.memory.tobytes() == before.tobytes()
+
+
+def test_seeding_some_rows_leaves_the_others_alone(task):
+    core, twin = begun(task, 10), begun(task, 10)
+    core.seed(np.array([2, 5]), np.array([77, 78], dtype=np.uint64))
+    for each in (core, twin):
+        each.reset(np.arange(10))
+    same = (core.y == twin.y).all(axis=1)
+    assert same.tolist() == [k not in (2, 5) for k in range(10)]
+
+
+def test_all_64_bits_of_a_key_count(task):
+    keys = np.array([0, 1, 2**31, 2**32, 2**53 + 1, 2**63, 2**64 - 1], dtype=np.uint64)
+    core = Core(task, len(keys))
+    core.seed(np.arange(len(keys)), keys)
+    core.reset(np.arange(len(keys)))
+    assert len(np.unique(core.y, axis=0)) == len(keys)
+
+
+def test_parameters_are_those_of_the_task_by_its_names(task):
+    core = begun(task, 3)
+    for name, values in core.parameters.items():
+        assert set(values) == {getattr(task, name)}
+    assert set(core.parameters) >= set(task.physical_parameters())
+    assert task.system(core.system_parameters(2)) == task.system()
