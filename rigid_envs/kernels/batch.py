@@ -49,7 +49,6 @@ def simulate(
     shapes: tuple[Row, Row, Row],
     p: Array,
     u: Array,
-    u_first: Array,
     u_per_stage: bool,
     h: Array,
     n_substeps: Array,
@@ -57,8 +56,8 @@ def simulate(
 ) -> None:
     """Fill ``y[m + 1]`` from ``y[m]``, shape (M + 1, N, n_state), for all M intervals.
 
-    Interval m is integrated in ``n_substeps[m]`` steps of length ``h[m]`` [s]. Its input is
-    ``u[u_first[m]]``, or with `u_per_stage` the entries from there on, one for each stage.
+    Interval m is integrated in ``n_substeps[m]`` steps of length ``h[m]`` [s]. The input is
+    ``u[0]`` throughout, or with `u_per_stage` one after the other, a new one for each stage.
     """
     state, inputs, parameters = shapes
     block = np.empty((len(state) + len(inputs) + len(parameters)) * LANES)
@@ -69,9 +68,9 @@ def simulate(
         for i in range(n):
             store(block, (len(state) + len(inputs)) * LANES + i, p_row, LANES)
             store(block, i, load(y, (row + i) * len(state), state, 1), LANES)
+        k = 0
+        _hold(block, inputs, len(state) * LANES, u, k, row, n)
         for m in range(h.size):
-            k = u_first[m]
-            _hold(block, inputs, len(state) * LANES, u, k, row, n)
             for _ in range(n_substeps[m]):
                 for j in range(weights.size):
                     if u_per_stage:

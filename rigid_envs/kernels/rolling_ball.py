@@ -126,11 +126,10 @@ def simulate_rows(
     weights: Array,
     p: Array,
     u: Array,
-    u_first: Array,
     u_per_stage: bool,
     h: Array,
     n_substeps: Array,
     y: Array,
 ) -> None:
     """`batch.simulate` of this system."""
-    batch.simulate(step, restore, weights, SHAPES, p, u, u_first, u_per_stage, h, n_substeps, y)
+    batch.simulate(step, restore, weights, SHAPES, p, u, u_per_stage, h, n_substeps, y)

@@ -12,15 +12,16 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.kernels.composition import SUZUKI
 from rigid_envs.systems.boundary import array_of, unit_attitude
-from rigid_envs.systems.schedule import Schedule, schedule
+from rigid_envs.systems.schedule import Schedule, intervals, schedule
 from rigid_envs.systems.trajectory import Trajectory
 
 __all__ = ["System"]
 
 Array = npt.NDArray[np.float64]
-Input = npt.ArrayLike | Callable[[float], npt.ArrayLike] | None
+Input = npt.ArrayLike | Callable[[float], npt.ArrayLike]
+InputsAt = Callable[[int, Array], Array]  # of an interval, at times in it
+_SAMPLES = 2000  # steps over the whole time span, at least, where the input is a function of time
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class System(abc.ABC):
     """The named parts that a state consists of, and where they stand in y."""
     envelope: ClassVar[float] = 0.5
     """Largest rate times step [rad] at which the integrator keeps its stated accuracy."""
-    _fine: ClassVar[float] = 1.0 / 64.0
+    fine: ClassVar[float] = 1.0 / 64.0
     """Rate times step [rad] of `simulate`: truncation error near 1e-11 per radian turned."""
 
     @property
@@ -79,6 +80,12 @@ class System(abc.ABC):
             y[..., cls.components[name]] = part
         unit_attitude(y, "state")
         return y
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        """Lengths of the stages of one step, which is composed of them."""
+        weights: tuple[float, ...] = self._kernels.WEIGHTS
+        return weights
 
     @cached_property
     def parameters(self) -> Array:
@@ -158,7 +165,7 @@ class System(abc.ABC):
                 f"expected a product of at most {self.envelope}; "
                 f"take n_substeps >= {math.ceil(rate * abs(dt) / self.envelope)}"
             )
-        plan = Schedule.constant(h, int(n_substeps), self._kernels.WEIGHTS)
+        plan = Schedule.constant(h, int(n_substeps), self.weights)
         end: Array = self._run(y_rows, u_rows[None], plan)[-1]
         return end
 
@@ -166,7 +173,7 @@ class System(abc.ABC):
         self,
         y0: npt.ArrayLike,
         t: npt.ArrayLike,
-        u: Input = None,
+        u: Input | None = None,
         *,
         max_step: float | None = None,
     ) -> Trajectory:
@@ -189,19 +196,13 @@ class System(abc.ABC):
                 stability envelope.
         """
         times = array_of(np.asarray(t, dtype=np.float64)[..., None], 1, "t", "time [s]")[..., 0]
+        dt = intervals(times)
         start = self.checked_state(y0)
-        sampled = u if callable(u) else None
-        held = None if callable(u) else self._held_input(u, times)
-        plan = schedule(self, start, times, held, sampled, max_step)
-        if sampled is not None:
-            weights = np.array(SUZUKI)
-            held = np.stack([self._input(sampled(float(s))) for s in plan.stage_times(times[0])])
-            plan = plan.sampled(weights)
-        inputs = np.zeros((1, len(self.input_entries))) if held is None else held
-        lead = np.broadcast_shapes(start.shape[:-1], inputs.shape[1:-1])
-        start = np.broadcast_to(start, (*lead, start.shape[-1]))
-        inputs = np.broadcast_to(inputs, (len(inputs), *lead, inputs.shape[-1]))
-        return Trajectory(self, times, self._run(start, inputs, plan))
+        if u is not None:
+            return Trajectory(self, times, self._drive(start, times, dt, u, max_step))
+        rest = self._input(None)
+        plan = schedule(self, start, rest, dt, max_step)
+        return Trajectory(self, times, self._run(start, rest[None], plan))
 
     @classmethod
     def checked_state(cls, y: npt.ArrayLike) -> Array:
@@ -218,19 +219,44 @@ class System(abc.ABC):
         n = len(self.input_entries)
         return np.zeros(n) if u is None else array_of(u, n, "u", ", ".join(self.input_entries))
 
-    def _held_input(self, u: npt.ArrayLike | None, t: Array) -> Array | None:
-        """Inputs as (1, ..., n_input) or, one for each interval, (M - 1, ..., n_input)."""
-        if u is None:
-            return None
+    def _drive(self, start: Array, t: Array, dt: Array, u: Input, max_step: float | None) -> Array:
+        """States under an input, interval by interval: the state decides on the next steps."""
+        inputs_at = self._sampled(u) if callable(u) else self._held(u, len(dt))
+        limit = float(np.sum(np.abs(dt))) / _SAMPLES if callable(u) else math.inf
+        y = [start]
+        for m in range(len(dt)):
+            probes = inputs_at(m, np.linspace(t[m], t[m + 1], 5))
+            largest = np.max(np.abs(probes), axis=0)
+            plan = schedule(self, y[-1], largest, dt[m : m + 1], max_step, limit)
+            if callable(u):
+                plan = plan.sampled()
+            inputs = inputs_at(m, plan.stage_times(t[m]))
+            lead = np.broadcast_shapes(y[-1].shape[:-1], inputs.shape[1:-1])
+            if m == 0:
+                y[0] = np.broadcast_to(start, (*lead, start.shape[-1]))
+            inputs = np.broadcast_to(inputs, (len(inputs), *lead, inputs.shape[-1]))
+            y.append(self._run(y[-1], inputs, plan)[-1])
+        return np.stack(y)
+
+    def _sampled(self, u: Callable[[float], npt.ArrayLike]) -> InputsAt:
+        """Inputs at given times, shape (len(times), ..., n_input)."""
+        return lambda _, times: np.stack([self._input(u(float(s))) for s in times])
+
+    def _held(self, u: npt.ArrayLike, n_intervals: int) -> InputsAt:
+        """The one input of an interval, shape (1, ..., n_input).
+
+        Raises:
+            ValueError: `u` is neither one row nor one for each interval.
+        """
         rows = self._input(u)
         if rows.ndim == 1:
-            return rows[None]
-        if len(rows) != len(t) - 1:
+            return lambda *_: rows[None]
+        if len(rows) != n_intervals:
             raise ValueError(
                 f"u has shape {rows.shape}; expected ({rows.shape[-1]},) or "
-                f"({len(t) - 1}, ..., {rows.shape[-1]}), one row for each interval of t"
+                f"({n_intervals}, ..., {rows.shape[-1]}), one row for each interval of t"
             )
-        return rows
+        return lambda m, _: rows[m : m + 1]
 
     @staticmethod
     def _broadcast(y: Array, u: Array) -> tuple[Array, Array]:
@@ -248,7 +274,7 @@ class System(abc.ABC):
         return out.reshape(y.shape)
 
     def _run(self, y0: Array, u: Array, plan: Schedule) -> Array:
-        """All states of a schedule, shape (M, ..., n_state)."""
+        """All states of a schedule, shape (M, ..., n_state); u[0] is held, or one u per stage."""
         rows = y0.reshape(-1, y0.shape[-1])
         y = np.empty((len(plan.h) + 1, *rows.shape))
         y[0] = rows
@@ -257,7 +283,6 @@ class System(abc.ABC):
             plan.weights,
             self.parameters,
             inputs,
-            plan.u_first(len(inputs)),
             plan.per_stage,
             plan.h,
             plan.n_substeps,

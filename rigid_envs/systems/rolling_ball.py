@@ -49,7 +49,7 @@ class RollingBall(System):
     envelope: ClassVar[float] = (
         1.5707963267948966  # a quarter turn, where the rotation is exact to rounding
     )
-    _fine: ClassVar[float] = 1.5707963267948966
+    fine: ClassVar[float] = 1.5707963267948966
 
     def __post_init__(self) -> None:
         """Check the radius."""
