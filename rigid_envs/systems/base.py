@@ -267,8 +267,8 @@ class System(abc.ABC):
         )
 
     def _evaluate(self, y: npt.NDArray[Any], u: npt.NDArray[Any], dtype: type) -> npt.NDArray[Any]:
-        y_rows: npt.NDArray[Any] = np.array(y, dtype=dtype).reshape(-1, y.shape[-1])
-        u_rows: npt.NDArray[Any] = np.array(u, dtype=dtype).reshape(-1, u.shape[-1])
+        y_rows: npt.NDArray[Any] = np.array(y, dtype=dtype, order="C").reshape(-1, y.shape[-1])
+        u_rows: npt.NDArray[Any] = np.array(u, dtype=dtype, order="C").reshape(-1, u.shape[-1])
         out = np.empty_like(y_rows)
         self._kernels.evaluate_rows(y_rows, u_rows, self.parameters.astype(dtype), out)
         return out.reshape(y.shape)
