@@ -12,12 +12,15 @@ def array_of(value: npt.ArrayLike, n: int, name: str, entries: str) -> Array:
     """`value` as float64 of shape (..., n), all finite.
 
     Raises:
-        ValueError: if it is not numeric, has another last axis, or holds NaN or inf.
+        ValueError: if it is not of real numbers, has another last axis, or holds NaN or inf.
     """
     try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} = {value!r} is not numeric; expected ({entries})") from None
+        raw = np.asarray(value)
+    except ValueError:  # nested sequences of different lengths
+        raw = np.array(None)
+    if raw.dtype.kind not in "biuf":  # text would be parsed, complex numbers lose their half
+        raise ValueError(f"{name} = {value!r}; expected real numbers ({entries})")
+    array = np.asarray(raw, dtype=np.float64)
     if array.ndim == 0 or array.shape[-1] != n:
         raise ValueError(
             f"{name} has shape {array.shape}; expected (..., {n}), the last axis ({entries})"

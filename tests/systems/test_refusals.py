@@ -1,0 +1,167 @@
+"""What is refused where it enters: the message names the value and what was expected."""
+
+import numpy as np
+import pytest
+
+from rigid_envs.systems import FreeBody, HeavyTop, RollingBall
+from tests.systems.examples import SYSTEMS, name_of
+
+BODY, TOP, BALL = SYSTEMS
+REST = BODY.state()
+each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
+
+
+@pytest.mark.parametrize("system_type", [FreeBody, HeavyTop, RollingBall])
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, "1", None, True, [1.0], 1j])
+def test_parameters_must_be_positive_numbers(system_type, value):
+    for name in system_type.parameter_names():
+        with pytest.raises(ValueError, match=f"^{name} = .*expected a positive"):
+            system_type(**{name: value})
+
+
+@pytest.mark.parametrize("system_type", [FreeBody, HeavyTop])
+def test_moments_that_no_body_has_are_refused_by_name(system_type):
+    for name, others in (("I1", "I2 \\+ I3"), ("I2", "I1 \\+ I3"), ("I3", "I1 \\+ I2")):
+        moments = {"I1": 1.0, "I2": 1.0, "I3": 1.0, name: 2.1}
+        message = f"^{name} = 2.1 exceeds {others} by 0.1; expected {name} <= {others}"
+        with pytest.raises(ValueError, match=message):
+            system_type(**moments)
+    system_type(1.0, 1.0, 2.0)  # a flat plate: the limit is a body
+
+
+def test_numpy_numbers_are_parameters_too():
+    assert FreeBody(np.float64(1.0), np.float32(2.0), np.int64(3)) == FreeBody(1.0, 2.0, 3.0)
+
+
+CALLS = {
+    "rhs": lambda system, y: system.rhs(y),
+    "linearize": lambda system, y: system.linearize(y),
+    "invariants": lambda system, y: system.invariants(y),
+    "advance": lambda system, y: system.advance(y, None, 0.01),
+    "simulate": lambda system, y: system.simulate(y, [0.0, 0.1]),
+}
+each_call = pytest.mark.parametrize("call", CALLS.values(), ids=CALLS.keys())
+
+
+@each_system
+@each_call
+def test_bad_states_are_refused_everywhere(system, call):
+    rest = system.state()
+    entries = ", ".join(system.state_entries)
+    shape = rf"y has shape \(.*\); expected \(\.\.\., {len(rest)}\), the last axis \({entries}\)"
+    for y in (rest[:-1], np.append(rest, 0.0), 1.0, []):
+        with pytest.raises(ValueError, match=shape):
+            call(system, y)
+    for bad in (np.nan, np.inf, -np.inf):
+        y = np.tile(rest, (2, 3, 1))
+        y[1, 2, 3] = bad
+        with pytest.raises(ValueError, match=rf"y\[1, 2, 3\] = {bad}; expected finite"):
+            call(system, y)
+    text, ragged = [str(x) for x in rest], [rest, rest[:-1]]
+    for y in (None, "state", text, ragged, 1j * rest, {}, [None] * len(rest)):
+        with pytest.raises(ValueError, match=rf"y = [^;]*; expected real numbers \({entries}\)"):
+            call(system, y)
+
+
+@each_system
+@each_call
+def test_quaternions_that_are_not_unit_are_refused_with_their_norm(system, call):
+    y = system.state()
+    for norm in (0.0, 0.5, 1.0 + 2e-6, 2.0):
+        y[:4] = (0.0, 0.6 * norm, 0.0, 0.8 * norm)
+        with pytest.raises(ValueError, match=r"quaternion of norm .*divide q"):
+            call(system, np.stack([system.state(), y]))
+
+
+@each_system
+def test_bad_inputs_are_refused_everywhere(system):
+    y, n = system.state(), len(system.input_entries)
+    entries = ", ".join(system.input_entries)
+    calls = (
+        lambda u: system.rhs(y, u),
+        lambda u: system.linearize(y, u),
+        lambda u: system.advance(y, u, 0.01),
+        lambda u: system.simulate(y, [0.0, 0.1], u),
+        lambda u: system.simulate(y, [0.0, 0.1], lambda _: u),
+    )
+    for call in calls:
+        with pytest.raises(ValueError, match=rf"u has shape .*\.\.\., {n}\).*\({entries}\)"):
+            call(np.zeros(n + 1))
+        with pytest.raises(ValueError, match=r"u\[1\] = nan; expected finite"):
+            call([0.0, np.nan, *[0.0] * (n - 2)])
+
+
+def test_components_of_a_state_are_checked_by_name():
+    with pytest.raises(ValueError, match=r"unknown state component 'omega'; expected some of q, o"):
+        BODY.state(omega=(1.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match=r"omega_body has shape \(2,\); expected \(\.\.\., 3\)"):
+        BODY.state(omega_body=(1.0, 0.0))
+    with pytest.raises(ValueError, match=r"pivot\[1\] = inf"):
+        TOP.state(pivot=(0.0, np.inf))
+    with pytest.raises(ValueError, match=r"state holds a quaternion of norm 2"):
+        BALL.state(q=(2.0, 0.0, 0.0, 0.0))
+
+
+@each_system
+@pytest.mark.parametrize("n_substeps", [0, -1, 1.5])
+def test_substeps_must_be_a_positive_integer(system, n_substeps):
+    with pytest.raises(ValueError, match=f"n_substeps = {n_substeps}; expected a positive integer"):
+        system.advance(system.state(), None, 0.1, n_substeps)
+
+
+@each_system
+@pytest.mark.parametrize("dt", [np.nan, np.inf, -np.inf])
+def test_steps_must_be_finite(system, dt):
+    with pytest.raises(ValueError, match=f"dt = {dt}; expected a finite time step"):
+        system.advance(system.state(), None, dt)
+
+
+def test_steps_outside_the_stability_envelope_are_refused_with_the_remedy():
+    y = BODY.state(omega_body=(0.0, 0.0, 10.0))
+    with pytest.raises(ValueError, match=r"take n_substeps >= 29$") as refused:
+        BODY.advance(y, None, 1.0)
+    # 10 rad/s about e3 can become sqrt(2.3 / 1.1) as fast about e1, and 0.5 rad are the limit.
+    assert "rates up to 14.4" in str(refused.value)
+    assert np.isfinite(BODY.advance(y, None, 1.0, 29)).all()
+    with pytest.raises(ValueError, match=r"take max_step <= 0\.0345"):
+        BODY.simulate(y, [0.0, 1.0], max_step=1.0)
+    with pytest.raises(ValueError, match="take n_substeps"):
+        BODY.advance(REST, (1e4, 0.0, 0.0), 0.1)  # it is the torque that makes it fast
+    with pytest.raises(ValueError, match="take n_substeps"):
+        BALL.advance(BALL.state(), (12.0, 0.0, 0.0), 0.1)
+
+
+@each_system
+@pytest.mark.parametrize("max_step", [0.0, -0.1, np.nan, np.inf])
+def test_the_largest_step_must_be_a_positive_time(system, max_step):
+    with pytest.raises(ValueError, match=f"max_step = {max_step}; expected a positive"):
+        system.simulate(system.state(), [0.0, 1.0], max_step=max_step)
+
+
+@pytest.mark.parametrize(
+    ("t", "message"),
+    [
+        (1.0, r"t has shape \(\)"),
+        ([[0.0, 1.0]], r"t has shape \(1, 2\)"),
+        ([], r"t has shape \(0,\)"),
+        ([0.0, 1.0, 1.0], "t is not monotone"),
+        ([0.0, 2.0, 1.0], "t is not monotone"),
+        ([0.0, np.nan], r"t\[1.*\] = nan"),
+    ],
+)
+def test_times_must_be_a_monotone_sequence(t, message):
+    with pytest.raises(ValueError, match=message):
+        BODY.simulate(REST, t)
+
+
+def test_inputs_must_be_one_row_or_one_for_each_interval():
+    with pytest.raises(
+        ValueError, match=r"u has shape \(3, 3\); expected \(3,\) or \(2, \.\.\., 3"
+    ):
+        BODY.simulate(REST, [0.0, 1.0, 2.0], np.zeros((3, 3)))
+
+
+def test_unknown_names_of_a_trajectory_are_answered_with_the_known_ones():
+    trajectory = BODY.simulate(REST, [0.0, 1.0])
+    with pytest.raises(KeyError, match=r"'tilt' is not known .*omega_body"):
+        trajectory["tilt"]
