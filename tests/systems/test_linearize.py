@@ -1,0 +1,135 @@
+"""Jacobians of the equations of motion: against differences and against closed forms."""
+
+import numpy as np
+import pytest
+
+from rigid_envs.analytic import free_body, heavy_top
+from rigid_envs.systems import FreeBody, HeavyTop, RollingBall
+from tests.systems.examples import SYSTEMS, inputs, name_of, states
+
+EPS = np.finfo(np.float64).eps
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)
+
+
+def left(a):
+    """Matrix of q -> a q (Hamilton product)."""
+    w, x, y, z = a
+    return np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
+
+
+def right(a):
+    """Matrix of q -> q a."""
+    w, x, y, z = a
+    return np.array([[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]])
+
+
+@pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
+def test_jacobians_agree_with_finite_differences(system):
+    rng = np.random.default_rng(1)
+    y, u = states(system, rng, 5), inputs(system, rng, 5)
+    A, B = system.linearize(y, u)
+    # rhs is a polynomial of degree 3 at most: h^2 and eps / h. The quaternion must stay near unit.
+    h = 5e-7
+    for k in range(y.shape[-1]):
+        step = h * np.eye(y.shape[-1])[k]
+        slope = (system.rhs(y + step, u) - system.rhs(y - step, u)) / (2.0 * h)
+        np.testing.assert_allclose(A[..., k], slope, rtol=0, atol=1e-8)
+    for k in range(u.shape[-1]):
+        step = np.eye(u.shape[-1])[k]  # and linear in u: any step, to rounding
+        slope = 0.5 * (system.rhs(y, u + step) - system.rhs(y, u - step))
+        np.testing.assert_allclose(B[..., k], slope, rtol=0, atol=1e-13)
+
+
+def test_jacobian_of_the_free_body_is_that_of_eulers_equations():
+    body = FreeBody(1.1, 1.7, 2.3)
+    y = states(body, np.random.default_rng(2))
+    A, B = body.linearize(y)
+    (w1, w2, w3), q = y[4:], y[:4]
+    expected = np.zeros((7, 7))
+    expected[:4, :4] = 0.5 * right((0.0, w1, w2, w3))
+    expected[:4, 4:] = 0.5 * left(q)[:, 1:]
+    expected[4:, 4:] = [
+        [0.0, (1.7 - 2.3) * w3 / 1.1, (1.7 - 2.3) * w2 / 1.1],
+        [(2.3 - 1.1) * w3 / 1.7, 0.0, (2.3 - 1.1) * w1 / 1.7],
+        [(1.1 - 1.7) * w2 / 2.3, (1.1 - 1.7) * w1 / 2.3, 0.0],
+    ]
+    np.testing.assert_allclose(A, expected, rtol=0, atol=8 * EPS)
+    np.testing.assert_allclose(
+        B, np.vstack([np.zeros((4, 3)), np.diag([1 / 1.1, 1 / 1.7, 1 / 2.3])])
+    )
+
+
+@pytest.mark.parametrize("spin", [0.3, 1.0, 4.0])
+def test_spin_about_the_intermediate_axis_grows_at_the_rate_of_the_theory(spin):
+    body = FreeBody(1.0, 2.0, 3.0)
+    A, _ = body.linearize(body.state(omega_body=(0.0, spin, 0.0)))
+    growth = max(np.linalg.eigvals(A[4:, 4:]).real)
+    assert growth == pytest.approx(free_body.growth_rate((1.0, 2.0, 3.0), spin), rel=8 * EPS)
+
+
+@pytest.mark.parametrize("axis", [0, 2])
+def test_spin_about_a_stable_axis_oscillates_at_the_rate_of_the_theory(axis):
+    body = FreeBody(1.0, 2.0, 3.0)
+    A, _ = body.linearize(body.state(omega_body=1.5 * np.eye(3)[axis]))
+    rates = free_body.oscillation_rates((1.0, 2.0, 3.0), 1.5)
+    found = np.linalg.eigvals(A[4:, 4:])
+    assert max(found.imag) == pytest.approx(rates[axis // 2], rel=8 * EPS)
+    np.testing.assert_allclose(found.real, 0.0, atol=8 * EPS)
+
+
+def test_jacobian_of_the_upright_top_is_the_textbook_one():
+    top, spin = HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13), 2.5
+    A, B = top.linearize(top.state(q=UPRIGHT, omega_body=(0.0, 0.0, spin)))
+    weight, lever = 0.8 * 9.5 * 0.13, 0.8 * 0.13
+    omega = np.zeros((3, 11))
+    omega[:, :4] = weight * np.array([[0, 2 / 1.3, 0, 0], [0, 0, 2 / 1.1, 0], [0, 0, 0, 0]])
+    omega[0, 5] = (1.1 - 0.6) * spin / 1.3
+    omega[1, 4] = (0.6 - 1.3) * spin / 1.1
+    np.testing.assert_allclose(A[4:7], omega, rtol=0, atol=8 * EPS)
+    torques = np.diag([1 / 1.3, 1 / 1.1, 1 / 0.6])
+    # An acceleration of the pivot to +X is a force -m aX at ell e3: a torque -ell m aX about +Y.
+    forces = lever * np.array([[0.0, 1 / 1.3], [-1 / 1.1, 0.0], [0.0, 0.0]])
+    np.testing.assert_allclose(B[4:7], np.hstack([torques, torques, forces]), rtol=0, atol=8 * EPS)
+    np.testing.assert_array_equal(A[7:], np.hstack([np.zeros((4, 9)), np.eye(4)[:, :2]]))
+    np.testing.assert_array_equal(B[7:], np.eye(8)[[0, 0, 6, 7]] * [[0], [0], [1], [1]])
+
+
+@pytest.mark.parametrize("spin", [0.0, 1.0, 3.9, 6.0])
+def test_the_upright_top_has_the_exponents_of_the_sleeping_top(spin):
+    top = HeavyTop()
+    A, _ = top.linearize(top.state(omega_body=(0.0, 0.0, spin)))
+    # In a world frame that turns with the spin, p = conj(q_spin) q stands still at 1: there its
+    # x and y, and the two transverse rates, form a linear system with constant coefficients.
+    A[:4, :4] -= 0.5 * left((0.0, 0.0, 0.0, spin))
+    kept = [1, 2, 4, 5]
+    found = np.linalg.eigvals(A[np.ix_(kept, kept)])
+    exponents = heavy_top.sleeping_exponents(spin, i_perp=1.0, i3=0.5, mgl=1.0)
+    seen = np.array(exponents) - 1j * spin  # by that frame
+    for expected in (*seen, *seen.conj()):
+        # Just below the threshold two exponents nearly meet: the square root of a rounding.
+        assert np.min(np.abs(found - expected)) < 1e-7
+
+
+def test_jacobian_of_the_rolling_ball_is_that_of_the_no_slip_condition():
+    ball = RollingBall(0.7)
+    y, u = states(ball, np.random.default_rng(3)), np.array([0.4, -0.9, 0.3])
+    A, B = ball.linearize(y, u)
+    omega = np.array([-u[1] / 0.7, u[0] / 0.7, u[2]])
+    np.testing.assert_allclose(A[:4, :4], 0.5 * left((0.0, *omega)), rtol=0, atol=4 * EPS)
+    assert not A[4:].any()
+    assert not A[:, 4:].any()
+    by_input = np.array([[0.0, -1 / 0.7, 0.0], [1 / 0.7, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(B[:4], 0.5 * right(y[:4])[:, 1:] @ by_input, rtol=0, atol=4 * EPS)
+    np.testing.assert_array_equal(B[4:], np.eye(3)[:2])
+
+
+def test_the_jacobian_predicts_how_a_perturbation_travels():
+    top = HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13)
+    rng = np.random.default_rng(4)
+    y, u, h = states(top, rng), inputs(top, rng), 1e-4
+    A, B = top.linearize(y, u)
+    du, dy = 1e-6 * rng.normal(size=8), np.zeros(11)
+    dy[4:] = 1e-6 * rng.normal(size=7)
+    moved = top.advance(y + dy, u + du, h) - top.advance(y, u, h)
+    # exp(A h) to second order in h; what is left is h^2 |A|^2 |dy|.
+    np.testing.assert_allclose(moved, dy + h * (A @ dy + B @ du), rtol=0, atol=1e-6 * 20 * h**2)
