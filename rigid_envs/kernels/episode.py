@@ -22,12 +22,21 @@ from rigid_envs.kernels.attitude import write_attitude
 from rigid_envs.kernels.compiler import phase, routine, scalar
 from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.kernels.layout import Memory, Settings, Shapes, Slots, read_settings, slots_of
-from rigid_envs.kernels.rows import LANES, integrate, load, store
+from rigid_envs.kernels.rows import (
+    LANES,
+    integrate,
+    load,
+    load_single,
+    store,
+    store_byte,
+    store_single,
+)
 
 __all__ = ["BEGIN", "OBSERVE", "PARAMETERS_GIVEN", "reset", "step"]
 
 BEGIN, PARAMETERS_GIVEN, OBSERVE = range(3)  # what `reset` does, see there
 _DRAW_PARAMETERS, _DRAW_START, _DRAW_ACTION, _DRAW_OBSERVATION = range(4)
+_ONE = (0.0,)
 _LARGEST = 1e9  # a state beyond this is no longer physics: the episode is ended
 
 Function = Callable[..., Any]
@@ -110,13 +119,12 @@ def reset(
 
 @routine
 def _first_not_finite(memory: Memory, s: Settings, n_action: int) -> int:
-    single = memory.view(np.float32)
-    n_bad = 0
-    for k in range(s.actions, s.actions + s.n_rows * n_action):
-        n_bad += not abs(single[k]) < np.inf
+    n_bad, size = 0, s.n_rows * n_action
+    for k in range(size):
+        n_bad += not abs(load_single(memory, s.actions + k, _ONE, 1)[0]) < np.inf
     if n_bad:
-        for k in range(s.n_rows * n_action):
-            if not abs(single[s.actions + k]) < np.inf:
+        for k in range(size):
+            if not abs(load_single(memory, s.actions + k, _ONE, 1)[0]) < np.inf:
                 return k
     return -1
 
@@ -132,18 +140,13 @@ def _receive(
     row: int,
     n: int,
 ) -> None:
-    single = memory.view(np.float32)
     n_action = len(shapes.action)
-    at = base + slots.action * LANES
+    at, flag = base + slots.action * LANES, s.flags + 3 * s.n_rows + row
     for i in range(n):
-        raw = load(single, s.actions + (row + i) * n_action, shapes.action, 1)
-        store(memory, at + i, raw, LANES)
-    byte = memory.view(np.uint8)
-    flag = s.flags + 3 * s.n_rows + row
-    for i in range(n):
-        action, clipped = clip(load(memory, at + i, shapes.action, LANES))
+        given = load_single(memory, s.actions + (row + i) * n_action, shapes.action, 1)
+        action, clipped = clip(given)
         store(memory, at + i, action, LANES)
-        byte[flag + i] = clipped
+        store_byte(memory, flag + i, (clipped,), 1)
 
 
 @scalar
@@ -221,9 +224,8 @@ def _judge(
 
     A state that is no longer a number ends the episode; see `_mend`.
     """
-    byte = memory.view(np.uint8)
     results, flags = s.results + row, s.flags + row
-    clock = base + slots.clock * LANES
+    elapsed, running = base + (slots.clock + 3) * LANES, base + (slots.clock + 4) * LANES
     n_broken, n_ended = 0, 0
     for i in range(n):
         y = load(memory, base + i, shapes.state, LANES)
@@ -239,16 +241,14 @@ def _judge(
         for k in range(len(terms)):
             reward = fma(c[k], terms[k], reward)
         store(memory, results + i, (cost, *terms, reward), s.n_rows)
-        elapsed = memory[clock + 3 * LANES + i] + 1.0
-        over, late = done | (broken != 0), elapsed >= s.max_steps
-        memory[clock + 3 * LANES + i] = elapsed
+        steps = load(memory, elapsed + i, _ONE, 1)[0] + 1.0
+        store(memory, elapsed + i, (steps,), 1)
+        over, late = done | (broken != 0), steps >= s.max_steps
         ended = over | late
-        memory[clock + 4 * LANES + i] = select(ended, 0.0, 1.0)
+        store(memory, running + i, (select(ended, 0.0, 1.0),), 1)
         n_ended += ended
-        byte[flags + i] = over
-        byte[flags + s.n_rows + i] = late
-        byte[flags + 2 * s.n_rows + i] = success
-        byte[flags + 4 * s.n_rows + i] = broken
+        store_byte(memory, flags + i, (over, late, success), s.n_rows)
+        store_byte(memory, flags + 4 * s.n_rows + i, (broken,), 1)
         n_broken += broken
     if n_broken:
         _mend(shapes, memory, s, slots, base, row, n)
@@ -323,12 +323,12 @@ def _publish(
     memory: Memory, s: Settings, slots: Slots, base: int, row: int, first: int, last: int
 ) -> None:
     """Observations as float32, one row after the other."""
-    single = memory.view(np.float32)
     at = base + slots.observation * LANES
     target = s.observations + row * s.n_observation
     for k in range(s.n_observation):
         for i in range(first, last):
-            single[target + i * s.n_observation + k] = memory[at + k * LANES + i]
+            value = load(memory, at + k * LANES + i, _ONE, 1)
+            store_single(memory, target + i * s.n_observation + k, value, 1)
 
 
 @routine

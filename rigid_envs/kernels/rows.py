@@ -6,7 +6,9 @@ row never overlap and turns every loop over the rows of a block into vector inst
 of the public interface hold one row after the other; there the numbers of a row are adjacent.
 
 `load` and `store` move a whole row of numbers between an array and a tuple. The number of numbers
-is taken from a tuple of that length, so that it is known when the loop is compiled.
+is taken from a tuple of that length, so that it is known when the loop is compiled. `load_single`,
+`store_single` and `store_byte` do the same on parts of the memory that hold float32 or bytes; their
+positions count in those.
 """
 
 from collections.abc import Callable
@@ -26,50 +28,76 @@ Memory = npt.NDArray[np.float64]
 Step = Callable[[Row, Row, Row, float], Row]
 Restore = Callable[[Row], Row]
 
-__all__ = ["LANES", "advance_rows", "integrate", "load", "restore_rows", "store"]
+__all__ = [
+    "LANES",
+    "advance_rows",
+    "integrate",
+    "load",
+    "load_single",
+    "restore_rows",
+    "store",
+    "store_byte",
+    "store_single",
+]
 
 LANES = 64
 
 
-def _pointer(context: Any, builder: Any, array_type: Any, array: Any, start: Any) -> Any:
-    return builder.gep(context.make_array(array_type)(context, builder, array).data, [start])
+def _elements(
+    context: Any, builder: Any, signature: Any, arguments: Any, kind: Any, count: int
+) -> list[Any]:
+    """Pointers to ``array[start + k * stride]``, k below `count`, the memory seen as `kind`."""
+    array, start, _, stride = arguments
+    data = context.make_array(signature.args[0])(context, builder, array).data
+    data = builder.bitcast(data, context.get_value_type(kind).as_pointer())
+    offsets = (builder.mul(ir.Constant(stride.type, k), stride) for k in range(count))
+    return [builder.gep(data, [builder.add(start, offset)]) for offset in offsets]
 
 
-def _element(builder: Any, base: Any, k: int, stride: Any) -> Any:
-    return builder.gep(base, [builder.mul(ir.Constant(stride.type, k), stride)])
+def _load_as(kind: Any) -> Callable[..., Any]:
+    """An instruction that reads numbers of this kind; of the array's own kind for None."""
+
+    def load(
+        _context: Any, array: Any, start: Any, like: Any, stride: Any
+    ) -> tuple[Signature, Callable[..., Any]]:
+        """``tuple(array[start + k * stride] for k in range(len(like)))``."""
+        source, target = kind or array.dtype, types.float64 if kind else array.dtype
+        result: Any = types.UniTuple(target, len(like)) if len(like) else types.Tuple(())
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            places = _elements(context, builder, signature, arguments, source, len(like))
+            values = [context.cast(builder, builder.load(p), source, target) for p in places]
+            return context.make_tuple(builder, result, values)
+
+        return result(array, types.intp, like, types.intp), generate
+
+    return instruction(load)
 
 
-@instruction
-def load(
-    _context: Any, array: Any, start: Any, like: Any, stride: Any
-) -> tuple[Signature, Callable[..., Any]]:
-    """``tuple(array[start + k * stride] for k in range(len(like)))``."""
-    result: Any = types.UniTuple(array.dtype, len(like)) if len(like) else types.Tuple(())
+def _store_as(kind: Any) -> Callable[..., None]:
+    """An instruction that writes numbers of this kind; of the array's own kind for None."""
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        base = _pointer(context, builder, signature.args[0], arguments[0], arguments[1])
-        stride = arguments[3]
-        values = [builder.load(_element(builder, base, k, stride)) for k in range(len(like))]
-        return context.make_tuple(builder, result, values)
+    def store(
+        _context: Any, array: Any, start: Any, values: Any, stride: Any
+    ) -> tuple[Signature, Callable[..., Any]]:
+        """Write ``values[k]`` to ``array[start + k * stride]`` for every k."""
+        target = kind or array.dtype
 
-    return result(array, types.intp, like, types.intp), generate
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            places = _elements(context, builder, signature, arguments, target, len(values))
+            for k, (place, given) in enumerate(zip(places, values, strict=True)):
+                value = builder.extract_value(arguments[2], k)
+                builder.store(context.cast(builder, value, given, target), place)
+            return context.get_dummy_value()
+
+        return types.void(array, types.intp, values, types.intp), generate
+
+    return instruction(store)
 
 
-@instruction
-def store(
-    _context: Any, array: Any, start: Any, values: Any, stride: Any
-) -> tuple[Signature, Callable[..., Any]]:
-    """Write ``values[k]`` to ``array[start + k * stride]`` for every k."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        base = _pointer(context, builder, signature.args[0], arguments[0], arguments[1])
-        for k, kind in enumerate(values):
-            value = builder.extract_value(arguments[2], k)
-            value = context.cast(builder, value, kind, array.dtype)
-            builder.store(value, _element(builder, base, k, arguments[3]))
-        return context.get_dummy_value()
-
-    return types.void(array, types.intp, values, types.intp), generate
+load, store = _load_as(None), _store_as(None)
+load_single, store_single = _load_as(types.float32), _store_as(types.float32)
+store_byte = _store_as(types.uint8)
 
 
 @phase
