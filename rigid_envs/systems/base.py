@@ -234,6 +234,8 @@ class System(abc.ABC):
             lead = np.broadcast_shapes(y[-1].shape[:-1], inputs.shape[1:-1])
             if m == 0:
                 y[0] = np.broadcast_to(start, (*lead, start.shape[-1]))
+            missing = (1,) * (len(lead) + 2 - inputs.ndim)  # leading axes stand after the stages
+            inputs = inputs.reshape(len(inputs), *missing, *inputs.shape[1:])
             inputs = np.broadcast_to(inputs, (len(inputs), *lead, inputs.shape[-1]))
             y.append(self._run(y[-1], inputs, plan)[-1])
         return np.stack(y)

@@ -1,0 +1,237 @@
+"""`simulate`: times, steps, held and sampled inputs, and the trajectory it returns."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from rigid_envs.systems import FreeBody, HeavyTop, RollingBall, Trajectory
+from tests.systems.examples import SYSTEMS, inputs, name_of, states
+
+EPS = np.finfo(np.float64).eps
+BODY, TOP, BALL = SYSTEMS
+each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
+
+
+def fixed_axis():
+    """A body turning about e3 only: omega3 and the angle are integrals of the torque."""
+    body = FreeBody(1.0, 1.0, 2.0)
+    return body, body.state(omega_body=(0.0, 0.0, 0.3))
+
+
+@each_system
+def test_a_trajectory_begins_with_the_first_state_and_keeps_the_times(system):
+    y, t = states(system, np.random.default_rng(1), 2), [0.5, 0.6, 0.9]
+    trajectory = system.simulate(y, t)
+    assert isinstance(trajectory, Trajectory)
+    assert trajectory.system is system
+    assert len(trajectory) == 3
+    np.testing.assert_array_equal(trajectory.t, t)
+    np.testing.assert_array_equal(trajectory.y[0], y)
+
+
+@each_system
+def test_a_trajectory_gives_every_named_quantity_at_all_times(system):
+    y = states(system, np.random.default_rng(2), 4)
+    trajectory = system.simulate(y, np.linspace(0.0, 0.1, 6))
+    assert set(trajectory) == set(system.accessors)
+    for name in trajectory:
+        values = trajectory[name]
+        assert values.shape[:2] == (6, 4)
+        np.testing.assert_array_equal(values[3], system.accessors[name](trajectory.y[3]))
+    for name, values in trajectory.invariants.items():
+        np.testing.assert_array_equal(values[5], system.invariants(trajectory.y[5])[name])
+
+
+@each_system
+@pytest.mark.parametrize("u", [None, "held", "sampled"])
+def test_a_single_time_gives_the_first_state(system, u):
+    y = states(system, np.random.default_rng(3))
+    row = np.zeros(len(system.input_entries))
+    chosen = {None: None, "held": row, "sampled": lambda _: row}[u]
+    np.testing.assert_array_equal(system.simulate(y, [1.0], chosen).y, y[None])
+
+
+@each_system
+@pytest.mark.parametrize("n_rows", [1, 3, 64, 65, 130])
+def test_rows_are_simulated_as_if_each_were_alone(system, n_rows):
+    rng = np.random.default_rng(4)
+    y, u = states(system, rng, n_rows), inputs(system, rng, 3, n_rows)
+    t = np.array([0.0, 0.02, 0.03, 0.05])
+    together = system.simulate(y, t, u, max_step=0.01).y
+    for k in {0, n_rows // 2, n_rows - 1}:
+        alone = system.simulate(y[k], t, u[:, k], max_step=0.01).y
+        np.testing.assert_array_equal(together[:, k], alone)
+
+
+@each_system
+def test_one_start_is_broadcast_to_many_inputs_and_many_starts_to_one(system):
+    rng = np.random.default_rng(5)
+    y, u, t = states(system, rng), inputs(system, rng, 1, 4), [0.0, 0.05]
+    fan = system.simulate(y, t, u, max_step=0.01).y
+    assert fan.shape == (2, 4, len(system.state_entries))
+    np.testing.assert_array_equal(fan[1, 2], system.simulate(y, t, u[0, 2], max_step=0.01).y[1])
+    np.testing.assert_array_equal(fan[0], np.tile(y, (4, 1)))
+    many = states(system, rng, 2, 3)
+    assert system.simulate(many, t, u[0, 0]).y.shape == (2, 2, 3, len(system.state_entries))
+    assert system.simulate(many, t, lambda _: u[0, :3]).y.shape == (2, 2, 3, many.shape[-1])
+
+
+@each_system
+def test_inputs_are_held_over_their_intervals(system):
+    rng = np.random.default_rng(6)
+    y, u = states(system, rng), inputs(system, rng, 4)
+    t = np.cumsum([0.0, 0.02, 0.01, 0.03, 0.02])
+    trajectory = system.simulate(y, t, u, max_step=0.01)
+    # The same steps by hand. Their lengths are differences of t: roundings.
+    for k, n_substeps in enumerate((2, 1, 3, 2)):
+        y = system.advance(y, u[k], t[k + 1] - t[k], n_substeps)
+        np.testing.assert_allclose(trajectory.y[k + 1], y, rtol=0, atol=64 * EPS)
+
+
+@each_system
+def test_one_input_row_is_held_for_ever(system):
+    rng = np.random.default_rng(7)
+    y, u, t = states(system, rng), inputs(system, rng), np.linspace(0.0, 0.1, 4)
+    held = system.simulate(y, t, u, max_step=0.01).y
+    np.testing.assert_array_equal(system.simulate(y, t, np.tile(u, (3, 1)), max_step=0.01).y, held)
+
+
+@pytest.mark.parametrize(
+    ("max_step", "steps"), [(0.1, 10), (0.1 + 1e-12, 10), (0.1 - 1e-12, 10), (0.099, 11), (1.0, 1)]
+)
+def test_no_step_is_longer_than_asked_and_none_is_added_by_rounding(max_step, steps):
+    times = []
+
+    def torque(s):
+        times.append(s)
+        return (0.0, 0.0, 0.0)
+
+    body, y = fixed_axis()
+    body.simulate(y, [0.0, 1.0], torque, max_step=max_step)
+    # Five probes of how large the input is, then one for each of the five stages of a step.
+    assert len(times) == 5 + 5 * steps
+
+
+@each_system
+def test_as_many_rows_as_stages_are_no_stages(system):
+    rng = np.random.default_rng(12)
+    y, t = states(system, rng, 5), [0.0, 0.01]
+
+    def u(s):
+        return np.full(len(system.input_entries), 50.0 * s)
+
+    together = system.simulate(y, t, u, max_step=0.01).y
+    for k in range(5):
+        alone = system.simulate(y[k], t, u, max_step=0.01).y
+        np.testing.assert_array_equal(together[:, k], alone)
+
+
+@each_system
+def test_backwards_in_time_undoes_forwards(system):
+    rng = np.random.default_rng(8)
+    y, u, t = states(system, rng, 3), inputs(system, rng, 5), np.linspace(0.0, 1.0, 6)
+    forth = system.simulate(y, t, u, max_step=0.02)
+    back = system.simulate(forth.y[-1], t[::-1], u[::-1], max_step=0.02)
+    # The steps are symmetric: backwards they are the inverse maps, and only roundings are left.
+    np.testing.assert_allclose(back.y[::-1], forth.y, rtol=0, atol=2000 * EPS)
+
+
+@each_system
+def test_a_function_of_time_is_undone_backwards_too(system):
+    y = states(system, np.random.default_rng(9))
+    n = len(system.input_entries)
+
+    def u(s):
+        return 0.5 * np.cos(3.0 * s + np.arange(n))
+
+    forth = system.simulate(y, [0.0, 1.0], u, max_step=0.02).y[-1]
+    np.testing.assert_allclose(
+        system.simulate(forth, [1.0, 0.0], u, max_step=0.02).y[-1], y, rtol=0, atol=2000 * EPS
+    )
+
+
+def orders(errors):
+    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+
+
+def test_a_torque_of_time_is_integrated_to_fourth_order():
+    body, y = fixed_axis()
+    errors = []
+    for steps in (8, 16, 32, 64, 128):
+        end = body.simulate(
+            y, [0.0, 2.0], lambda s: (0.0, 0.0, 0.4 * math.cos(3.0 * s)), max_step=2.0 / steps
+        )
+        exact = 0.3 + 0.2 * math.sin(6.0) / 3.0
+        errors.append(abs(end["omega_body"][-1, 2] - exact))
+    np.testing.assert_allclose(orders(errors), 4.0, rtol=0, atol=0.2)
+
+
+def test_a_velocity_of_time_rolls_the_ball_to_fourth_order():
+    ball = RollingBall(0.7)
+    way = quad(lambda s: math.cos(2.0 * s) ** 2, 0.0, 3.0, epsabs=1e-14)[0]
+
+    def along_x(s):
+        return (math.cos(2.0 * s) ** 2, 0.0, 0.0)
+
+    def around(s):
+        return (math.cos(2.0 * s), math.sin(s), 0.3)
+
+    fine = ball.simulate(ball.state(), [0.0, 3.0], around, max_step=3.0 / 2048).y[-1]
+    straight, curved = [], []
+    for steps in (16, 32, 64, 128, 256):
+        step = 3.0 / steps
+        end = ball.simulate(ball.state(), [0.0, 3.0], along_x, max_step=step)
+        straight.append(abs(end["position"][-1, 0] - way))
+        end = ball.simulate(ball.state(), [0.0, 3.0], around, max_step=step)
+        curved.append(np.max(np.abs(end.y[-1] - fine)))
+    np.testing.assert_allclose(orders(straight), 4.0, rtol=0, atol=0.2)
+    np.testing.assert_allclose(orders(curved), 4.0, rtol=0, atol=0.2)
+
+
+def test_an_acceleration_of_time_moves_the_pivot_to_fourth_order():
+    top, errors = HeavyTop(), []
+
+    def shaken(s):
+        return (*(0.0,) * 6, math.sin(4.0 * s), 0.0)
+
+    for steps in (16, 32, 64, 128, 256):
+        y = top.state(pivot=(0.1, 0.2), pivot_velocity=(0.3, 0.0))
+        end = top.simulate(y, [0.0, 2.0], shaken, max_step=2.0 / steps)
+        exact = 0.1 + 0.3 * 2.0 + 2.0 / 4.0 - math.sin(8.0) / 16.0
+        errors.append(abs(end["pivot"][-1, 0] - exact))
+    np.testing.assert_allclose(orders(errors), 4.0, rtol=0, atol=0.2)
+
+
+@each_system
+def test_the_default_step_resolves_a_function_of_time(system):
+    y, n = states(system, np.random.default_rng(10)), len(system.input_entries)
+
+    def u(s):
+        return 0.5 * np.sin(2.0 * s + np.arange(n))
+
+    found = system.simulate(y, [0.0, 4.0], u).y[-1]
+    fine = system.simulate(y, [0.0, 4.0], u, max_step=4.0 / 16000).y[-1]
+    # 2000 steps of 0.002 s: h^4 times fourth derivatives of some ten, and roundings.
+    np.testing.assert_allclose(found, fine, rtol=0, atol=2e-10)
+
+
+@each_system
+def test_the_default_step_leaves_nothing_to_gain_from_a_shorter_one(system):
+    rng = np.random.default_rng(11)
+    y, u = states(system, rng), inputs(system, rng)
+    t = np.linspace(0.0, 4.0, 9)
+    for held in (None, u):
+        found = system.simulate(y, t, held)
+        rate = max(system.rate_bound(row, u, 0.5) for row in found.y)
+        fine = system.simulate(y, t, held, max_step=1.0 / 512.0 / rate)
+        # Stated: a truncation error near 1e-11 per radian, here of some 20 to 50 radians.
+        np.testing.assert_allclose(found.y, fine.y, rtol=0, atol=1e-9)
+
+
+def test_a_trajectory_knows_which_names_it_has():
+    trajectory = TOP.simulate(TOP.state(), [0.0, 0.1])
+    assert "tilt" in trajectory
+    assert "omega" not in trajectory
+    assert list(BODY.simulate(BODY.state(), [0.0, 0.1])) == list(BODY.accessors)
