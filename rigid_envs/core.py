@@ -57,8 +57,8 @@ class Core:
         """Advance all rows by one control period under `actions`.
 
         Returns:
-            The number of rows whose episode has ended; -1 - k if entry k of the (flat) actions
-            is not finite; then no row has changed.
+            0 if no flag of any row is up, a positive number if one is; -1 - k if entry k of the
+            (flat) actions is not finite: then no row has changed.
         """
         n_blocks = -(-self.n_rows // LANES)
         if self._n_threads > 1:

@@ -152,8 +152,8 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         ):
             actions = actions_of(actions, self._shape, self._name)
         core.actions[...] = actions
-        n_ended = core.step()
-        if n_ended < 0:
+        raised = core.step()
+        if raised < 0:
             actions_of(actions, self._shape, self._name)  # says which entry is not finite
         *numbers, rewards = core.results.copy()
         terminated, truncated, *flags = core.flags.copy()
@@ -161,8 +161,8 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         infos.update(zip(self._keys, (*numbers, *flags)))  # noqa: B905 - strict costs time
         if ended_before is not None:
             self._begin_next(ended_before, (rewards, terminated, truncated, *numbers, *flags))
-        self._ended = (terminated | truncated) if n_ended else self._no_row
-        if n_ended and self.autoreset_mode is AutoresetMode.SAME_STEP:
+        self._ended = (terminated | truncated) if raised else self._no_row
+        if raised and self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
             self._begin_same(infos)
         return core.observations.copy(), rewards, terminated, truncated, infos
 

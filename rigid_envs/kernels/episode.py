@@ -58,8 +58,8 @@ def step(
 ) -> int:
     """One control step of all rows of the given blocks.
 
-    Returns the number of rows whose episode has ended. If action entry k is not finite, nothing
-    at all changes, in any row, and -1 - k is returned.
+    Returns 0 if no flag of any row is up, a positive number if one is. If action entry k is not
+    finite, nothing at all changes, in any row, and -1 - k is returned.
     """
     s = read_settings(memory)
     bad = _first_not_finite(memory, s, len(shapes.action))
@@ -67,13 +67,13 @@ def step(
         return -1 - bad
     slots = slots_of(shapes, s.n_delays, s.n_observation)
     c = load(memory, s.constants, shapes.constants, 1)
-    n_ended = 0
+    n_raised = 0
     system_shapes = (shapes.state, shapes.inputs, shapes.parameters)
     for block in range(first_block, last_block):
         base = s.blocks + block * slots.total * LANES
         row = block * LANES
         n = min(LANES, s.n_rows - row)
-        _receive(clip, shapes, memory, s, slots, base, row, n)
+        n_raised += _receive(clip, shapes, memory, s, slots, base, row, n)
         if s.noisy_actions:
             _add_action_noise(clip, shapes, memory, slots, base, n)
         if s.n_delays:
@@ -81,10 +81,10 @@ def step(
         _actuate(actuate, shapes, memory, slots, base, n, c)
         h = s.dt / s.n_substeps
         integrate(advance, restore, weights, system_shapes, memory, base, n, h, s.n_substeps)
-        n_ended += _judge(judge, shapes, memory, s, slots, base, row, n, c)
+        n_raised += _judge(judge, shapes, memory, s, slots, base, row, n, c)
         _observe(observe, shapes, memory, s, slots, base, 0, n, c)
         _publish(memory, s, slots, base, row, 0, n)
-    return n_ended
+    return n_raised
 
 
 @phase
@@ -139,14 +139,18 @@ def _receive(
     base: int,
     row: int,
     n: int,
-) -> None:
+) -> int:
+    """Actions as they come, brought into their space; returns how many were outside."""
     n_action = len(shapes.action)
     at, flag = base + slots.action * LANES, s.flags + 3 * s.n_rows + row
+    n_clipped = 0
     for i in range(n):
         given = load_single(memory, s.actions + (row + i) * n_action, shapes.action, 1)
         action, clipped = clip(given)
         store(memory, at + i, action, LANES)
         store_byte(memory, flag + i, (clipped,), 1)
+        n_clipped += clipped
+    return n_clipped
 
 
 @scalar
@@ -220,13 +224,12 @@ def _judge(
 ) -> int:
     """Cost, reward terms, reward, success and ends of the episode; the clock moves on.
 
-    Returns the number of rows that end.
-
-    A state that is no longer a number ends the episode; see `_mend`.
+    Returns how many flags went up. A state that is no longer a number ends the episode; see
+    `_mend`.
     """
     results, flags = s.results + row, s.flags + row
     elapsed, running = base + (slots.clock + 3) * LANES, base + (slots.clock + 4) * LANES
-    n_broken, n_ended = 0, 0
+    n_broken, n_raised = 0, 0
     for i in range(n):
         y = load(memory, base + i, shapes.state, LANES)
         u = load(memory, base + slots.inputs * LANES + i, shapes.inputs, LANES)
@@ -244,15 +247,14 @@ def _judge(
         steps = load(memory, elapsed + i, _ONE, 1)[0] + 1.0
         store(memory, elapsed + i, (steps,), 1)
         over, late = done | (broken != 0), steps >= s.max_steps
-        ended = over | late
-        store(memory, running + i, (select(ended, 0.0, 1.0),), 1)
-        n_ended += ended
+        store(memory, running + i, (select(over | late, 0.0, 1.0),), 1)
+        n_raised += over | late | success
         store_byte(memory, flags + i, (over, late, success), s.n_rows)
         store_byte(memory, flags + 4 * s.n_rows + i, (broken,), 1)
         n_broken += broken
     if n_broken:
         _mend(shapes, memory, s, slots, base, row, n)
-    return n_ended
+    return n_raised
 
 
 @routine
