@@ -198,6 +198,22 @@ def test_noise_on_the_action_depends_on_seed_and_step_only(env_id):
         assert (plain.step(batch)[0] != result).any(axis=-1).all()
 
 
+def test_noise_on_the_action_is_independent_of_noise_on_the_observation(env_id):
+    both, acting, none = (
+        vector(env_id, N, action_noise=a, observation_noise=o)
+        for a, o in ((0.01, 0.01), (0.01, 0.0), (0.0, 0.0))
+    )
+    zero = np.zeros((N, n_actions(env_id)), dtype=np.float32)
+    starts = [envs.reset(seed=0)[0].astype(np.float64) for envs in (both, acting, none)]
+    steps = [envs.step(zero)[0].astype(np.float64) for envs in (both, acting, none)]
+    pushed = steps[1] - steps[2]
+    pushed = pushed[:, pushed.std(axis=0) > 0]
+    for blurred in (starts[0] - starts[1], steps[0] - steps[1]):
+        m = pushed.shape[1]
+        correlation = np.corrcoef(np.hstack([pushed, blurred]).T)[:m, m:]
+        assert np.abs(correlation).max() < 5 / np.sqrt(N)
+
+
 def test_noise_on_the_action_stays_inside_the_space(env_id):
     """The cost is the size of what acts: no noise makes it larger than the largest action does."""
     zero = np.zeros((N, n_actions(env_id)), dtype=np.float32)
