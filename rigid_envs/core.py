@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -21,12 +20,13 @@ from rigid_envs.kernels.layout import CLOCK, FLAGS
 from rigid_envs.kernels.rows import LANES
 from rigid_envs.tasks.base import Task
 from rigid_envs.tasks.memory import new_memory, parameter_slot, slots_for
+from rigid_envs.tasks.starts import Start
 
 __all__ = ["Core"]
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-State = npt.ArrayLike | Mapping[str, npt.ArrayLike]
+DRAWN = Start()
 
 
 class Core:
@@ -65,34 +65,22 @@ class Core:
             return self._step_in_threads(n_blocks)
         return int(self.advance(self.memory, 0, n_blocks))
 
-    def reset(
-        self,
-        rows: Integers,
-        state: State | None = None,
-        params: Mapping[str, npt.ArrayLike] | None = None,
-    ) -> None:
+    def reset(self, rows: Integers, start: Start = DRAWN) -> None:
         """Begin a new episode in the given rows; their `observations` are new.
 
         Args:
             rows: indices of the rows.
-            state: physical state to start from, y of shape (n_state,) or (len(rows), n_state), or
-                named components of it; drawn where left out.
-            params: parameters to start with, by field name; drawn where left out.
-
-        Raises:
-            ValueError: unknown names, bad shapes or values; then no row has changed.
+            start: what is given of their states and parameters; the rest is drawn.
         """
-        y = None if state is None else self._checked_state(state, len(rows))
-        values = {} if params is None else self._checked_parameters(params, len(rows))
         self.task.reset(self.memory, rows, BEGIN)
-        if values:
-            for name, value in values.items():
+        if start.parameters:
+            for name, value in start.parameters.items():
                 for position in self.task.parameter_positions()[name]:
                     self._write(rows, parameter_slot(self.task, position), value)
             self.task.reset(self.memory, rows, PARAMETERS_GIVEN)
-        if y is not None:
-            for k in _columns_of(state, self.task, y.shape[1]):
-                self._write(rows, self._slots.state + k, y[:, k])
+        if start.state:
+            for k, value in start.state.items():
+                self._write(rows, self._slots.state + k, value)
             self.task.reset(self.memory, rows, OBSERVE)
 
     def observe(self) -> None:
@@ -227,42 +215,3 @@ class Core:
             "history": (s.history, s.observation),
         }
         return {name: ends for name, ends in parts.items() if ends[0] < ends[1]}
-
-    def _checked_state(self, state: State, n: int) -> Array:
-        """The states that episodes are to start from, shape (n, n_state)."""
-        system = self.task.system_type
-        if isinstance(state, Mapping):
-            y = system.state(**state)
-        else:
-            y = system.checked_state(state)
-        if y.shape not in ((y.shape[-1],), (n, y.shape[-1])):
-            raise ValueError(
-                f"state has shape {y.shape}; expected ({y.shape[-1]},) or ({n}, {y.shape[-1]})"
-            )
-        return np.broadcast_to(y, (n, y.shape[-1]))
-
-    def _checked_parameters(self, params: Mapping[str, npt.ArrayLike], n: int) -> dict[str, Array]:
-        """Values of shape () or (n,); each row's set must be one that the task can have."""
-        known = self.task.physical_parameters()
-        values = {}
-        for name, value in params.items():
-            if name not in known:
-                raise ValueError(f"params[{name!r}] is unknown; expected some of {list(known)}")
-            values[name] = np.asarray(value, dtype=np.float64)
-            if values[name].shape not in ((), (n,)):
-                raise ValueError(
-                    f"params[{name!r}] has shape {values[name].shape}; expected () or ({n},)"
-                )
-        rows = {tuple(float(np.broadcast_to(v, n)[k]) for v in values.values()) for k in range(n)}
-        for row in rows:
-            changes: dict[str, Any] = dict(zip(values, row, strict=True))
-            replace(self.task, **changes)  # refuses what is not allowed
-        return values
-
-
-def _columns_of(state: State | None, task: Task, n_state: int) -> list[int]:
-    """Entries of y that a given state sets: all, or those of the components it names."""
-    if not isinstance(state, Mapping):
-        return list(range(n_state))
-    parts = task.system_type.components
-    return [k for name in state for k in range(n_state)[parts[name]]]

@@ -92,13 +92,13 @@ def test_threads_are_made_anew_in_a_forked_process(task):
 
 
 @pytest.mark.parametrize("n_threads", [1, 2])
-def test_step_tells_the_number_of_rows_that_end(n_threads):
+def test_step_tells_whether_any_flag_is_up(n_threads):
     n = 3 * LANES
     core = begun(BallPark(position_tolerance=1.0), n, max_steps=9, n_threads=n_threads)
     for k in range(9):
-        n_ended = act(core, k)
+        raised = act(core, k)
         terminated, truncated = core.flags[:2]
-        assert n_ended == np.count_nonzero(terminated | truncated)
+        assert (raised > 0) == core.flags.any()
         np.testing.assert_array_equal(core.running, ~(terminated | truncated))
     assert truncated.all()
 

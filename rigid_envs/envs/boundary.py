@@ -27,7 +27,6 @@ __all__ = [
 
 FLOAT32 = np.dtype(np.float32)
 INFO_FLAGS = ("is_success", "action_clipped", "physics_error")
-_OPTIONS = ("state", "params", "reset_mask")
 
 
 def new_task(task: str, render_mode: str | None, config: Mapping[str, Any]) -> Task:
@@ -69,37 +68,45 @@ def actions_of(value: Any, shape: tuple[int, ...], env_id: str) -> npt.NDArray[n
     Raises:
         ValueError: names the environment, the entry, its value and what was expected.
     """
+    if len(shape) == 2 and isinstance(value, list | tuple) and len(value) == shape[0]:
+        rows = [_action(row, shape[1:], env_id, f"action[{k}]") for k, row in enumerate(value)]
+        return np.stack(rows)
+    return _action(value, shape, env_id, "action")
+
+
+def _action(value: Any, shape: tuple[int, ...], env_id: str, name: str) -> npt.NDArray[np.float32]:
     try:
         array = np.asarray(value)
     except ValueError:
         array = np.asarray(None)
     if array.dtype.kind not in "fiu":
         raise ValueError(
-            f"{env_id}: action {value!r} is not an array of real numbers; "
+            f"{env_id}: {name} = {value!r} is not an array of real numbers; "
             f"expected shape {shape}, entries in [-1, 1]"
         )
     if array.shape != shape:
-        raise ValueError(f"{env_id}: action has shape {array.shape}; expected {shape}")
+        raise ValueError(f"{env_id}: {name} has shape {array.shape}; expected {shape}")
     with np.errstate(over="ignore"):
         single = array.astype(np.float32)
     if not np.isfinite(single).all():
         index = tuple(int(k) for k in np.argwhere(~np.isfinite(single))[0])
-        where = f"[{index[-1]}]" if len(index) == 1 else f"[{index[0]}, {index[1]}]"
         raise ValueError(
-            f"{env_id}: action{where} = {array[index]}; expected a finite number in [-1, 1]"
+            f"{env_id}: {name}{list(index)} = {array[index]}; expected a finite number in [-1, 1]"
         )
     return single
 
 
-def options_of(options: Mapping[str, Any] | None, env_id: str) -> Mapping[str, Any]:
+def options_of(
+    options: Mapping[str, Any] | None, known: tuple[str, ...], env_id: str
+) -> Mapping[str, Any]:
     """Options of a reset, unknown keys refused.
 
     Raises:
         ValueError: names the key and the known ones.
     """
     for key in options or {}:
-        if key not in _OPTIONS:
-            raise ValueError(f"{env_id}: options[{key!r}] is unknown; expected some of {_OPTIONS}")
+        if key not in known:
+            raise ValueError(f"{env_id}: options[{key!r}] is unknown; expected some of {known}")
     return options or {}
 
 

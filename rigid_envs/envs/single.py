@@ -24,6 +24,7 @@ from rigid_envs.envs.boundary import (
     stream_key,
 )
 from rigid_envs.systems import System
+from rigid_envs.tasks.starts import start_from
 
 __all__ = ["RigidEnv"]
 
@@ -138,12 +139,13 @@ class RigidEnv(gym.Env[Observation, Observation]):
         """
         if self._status == _CLOSED:
             raise ClosedEnvironmentError(f"{self._name}: reset after close; make a new environment")
-        given = options_of(options, self._name)
+        given = options_of(options, ("state", "params"), self._name)
+        start = start_from(self.task, 1, given.get("state"), given.get("params"))
         super().reset(seed=python_seed(seed))
         if self.np_random is not self._keyed_by:
             self._core.seed(self._row, np.array([stream_key(self.np_random)]))
             self._keyed_by = self.np_random
-        self._core.reset(self._row, given.get("state"), given.get("params"))
+        self._core.reset(self._row, start)
         self._status = _RUNNING
         return self._core.observation.copy(), self._blank_info.copy()
 

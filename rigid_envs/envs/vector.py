@@ -24,6 +24,7 @@ from rigid_envs.envs.boundary import (
 )
 from rigid_envs.systems import System
 from rigid_envs.tasks import ConfigError, Task
+from rigid_envs.tasks.starts import start_from
 
 __all__ = ["RigidVectorEnv"]
 
@@ -66,6 +67,8 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
     ) -> None:
         """Check the configuration, then lay out the rows."""
         counts: dict[str, Any] = {"num_envs": num_envs, "num_threads": num_threads}
+        if max_episode_steps is not None:
+            counts["max_episode_steps"] = max_episode_steps
         for name, value in counts.items():
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
                 raise ConfigError(f"config.{name}: {value!r}; expected a positive integer")
@@ -119,10 +122,11 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         """
         if self.closed:
             raise ClosedEnvironmentError(f"{self._name}: reset after close; make a new environment")
-        given = options_of(options, self._name)
+        given = options_of(options, ("state", "params", "reset_mask"), self._name)
         rows = self._rows_to_reset(given.get("reset_mask"))
+        start = start_from(self.task, len(rows), given.get("state"), given.get("params"))
         self._seed(seed, rows)
-        self._core.reset(rows, given.get("state"), given.get("params"))
+        self._core.reset(rows, start)
         self._ended = self._ended.copy()
         self._ended[rows] = False
         self._fresh = self._fresh and bool(self._ended.any())

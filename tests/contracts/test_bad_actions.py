@@ -107,7 +107,6 @@ def test_vector_environment_refuses_rows_that_are_no_action(env_id):
                 assert_refused(envs, batch)
 
 
-@pytest.mark.xfail(reason="a batch is looked at as a whole")
 def test_vector_environment_names_the_row_that_is_no_action(env_id):
     envs = vector(env_id, 7, **rich(env_id))
     envs.reset(seed=0)

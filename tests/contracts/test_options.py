@@ -203,7 +203,6 @@ def test_bad_options_are_refused_by_name_and_change_nothing(env_id, kind):
         assert_same_bits(env.get_state(), before)
 
 
-@pytest.mark.xfail(reason="the seed is taken before state and params are checked")
 @pytest.mark.parametrize("kind", KINDS[1:])
 def test_a_seed_beside_bad_options_is_not_taken(env_id, kind):
     options, _ = bad_options(env_id)[kind]
@@ -229,7 +228,6 @@ def test_masks_that_choose_no_rows_are_refused_and_change_nothing(env_id, mask):
     assert_same_bits(envs.get_state(), before)
 
 
-@pytest.mark.xfail(reason="a single environment ignores reset_mask")
 def test_a_single_environment_has_no_rows_to_choose(env_id):
     env = single(env_id)
     with pytest.raises(ValueError, match="reset_mask"):

@@ -91,7 +91,6 @@ def test_drawn_parameters_are_observed_on_request_behind_the_rest(env_id):
         assert shown.single_observation_space.high[n_plain + k] == np.float32(high)
 
 
-@pytest.mark.xfail(reason="given parameters are not held against the bounds of the observation")
 def test_given_parameters_outside_an_observed_range_do_not_leave_the_space(env_id):
     env = single(env_id, **ranges(env_id), observe_params=True)
     for name, (low, high) in ranges(env_id).items():

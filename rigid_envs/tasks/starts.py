@@ -1,0 +1,93 @@
+"""What a caller of `reset` wants an episode to start with, checked before anything changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.tasks.base import Array, Task
+from rigid_envs.tasks.fields import span
+
+__all__ = ["Start", "start_from"]
+
+
+@dataclass(frozen=True)
+class Start:
+    """Numbers that are given instead of drawn, each of shape () or one for each row.
+
+    Attributes:
+        state: by their position in y.
+        parameters: by field of the task.
+    """
+
+    state: Mapping[int, Array] = field(default_factory=dict)
+    parameters: Mapping[str, Array] = field(default_factory=dict)
+
+
+def start_from(
+    task: Task,
+    n_rows: int,
+    state: npt.ArrayLike | Mapping[str, npt.ArrayLike] | None,
+    params: Mapping[str, npt.ArrayLike] | None,
+) -> Start:
+    """Check a state and parameters for `n_rows` rows.
+
+    Args:
+        task: what the rows do.
+        n_rows: number of rows that begin.
+        state: y of shape (n_state,) or (n_rows, n_state), or named components of it; the others
+            are drawn.
+        params: parameters of the system by field, numbers or one for each row.
+
+    Raises:
+        ValueError: unknown names, bad shapes, values that cannot be.
+    """
+    return Start(
+        {} if state is None else _state(task, n_rows, state),
+        {} if params is None else _parameters(task, n_rows, params),
+    )
+
+
+def _state(
+    task: Task, n: int, state: npt.ArrayLike | Mapping[str, npt.ArrayLike]
+) -> dict[int, Array]:
+    system = task.system_type
+    if isinstance(state, Mapping):
+        y = system.state(**state)
+        columns = [k for name in state for k in range(y.shape[-1])[system.components[name]]]
+    else:
+        y = system.checked_state(state)
+        columns = list(range(y.shape[-1]))
+    if y.shape[:-1] not in ((), (n,)):
+        raise ValueError(
+            f"state has shape {y.shape}; expected ({y.shape[-1]},) or ({n}, {y.shape[-1]})"
+        )
+    return {k: y[..., k] for k in columns}
+
+
+def _parameters(task: Task, n: int, params: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
+    known, values = task.physical_parameters(), {}
+    for name, value in params.items():
+        if name not in known:
+            raise ValueError(f"params[{name!r}] is unknown; expected some of {list(known)}")
+        values[name] = np.asarray(value, dtype=np.float64)
+        if values[name].shape not in ((), (n,)):
+            raise ValueError(
+                f"params[{name!r}] has shape {values[name].shape}; expected () or ({n},)"
+            )
+    rows = {tuple(float(np.broadcast_to(v, n)[k]) for v in values.values()) for k in range(n)}
+    for row in rows:
+        changes: dict[str, Any] = dict(zip(values, row, strict=True))
+        replace(task, **changes)  # refuses what is not allowed
+    for name in set(values) & set(task.observed_parameters()):
+        low, high = span(getattr(task, name))
+        if not np.all((low <= values[name]) & (values[name] <= high)):
+            raise ValueError(
+                f"params[{name!r}] = {values[name]} is observed in [{low}, {high}]; "
+                "expected a value inside, or a wider range in the configuration"
+            )
+    return values
