@@ -176,7 +176,8 @@ class RigidEnv(gym.Env[Observation, Observation]):
         """
         self._core.set_state({name: np.asarray(part)[None] for name, part in state.items()})
         self._keyed_by = self.np_random  # the stream, too, goes on
-        self._status = _RUNNING if self._core.running[0] else _ENDED
+        if self._status != _CLOSED:
+            self._status = _RUNNING if self._core.running[0] else _ENDED
 
     @property
     def _name(self) -> str:

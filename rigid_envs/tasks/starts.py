@@ -70,11 +70,16 @@ def _state(
 
 
 def _parameters(task: Task, n: int, params: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
+    if not isinstance(params, Mapping):
+        raise ValueError(f"params = {params!r}; expected numbers by name")
     known, values = task.physical_parameters(), {}
     for name, value in params.items():
         if name not in known:
             raise ValueError(f"params[{name!r}] is unknown; expected some of {list(known)}")
-        values[name] = np.asarray(value, dtype=np.float64)
+        try:
+            values[name] = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ValueError(f"params[{name!r}] = {value!r}; expected a number") from None
         if values[name].shape not in ((), (n,)):
             raise ValueError(
                 f"params[{name!r}] has shape {values[name].shape}; expected () or ({n},)"

@@ -96,17 +96,6 @@ def test_a_bad_row_beyond_the_first_block_advances_no_row(env_id):
             assert_refused(envs, batch, f"action[{row}, {n_actions(env_id) - 1}] = nan")
 
 
-def test_vector_environment_refuses_rows_that_are_no_action(env_id):
-    envs = vector(env_id, 7, **rich(env_id))
-    envs.reset(seed=0)
-    for row in range(7):
-        for name, value in shapeless(n_actions(env_id)).items():
-            if name != "bool":  # among rows of numbers a row of bools is one of numbers
-                batch = list(actions(env_id, 1, 7)[0])
-                batch[row] = value
-                assert_refused(envs, batch)
-
-
 def test_vector_environment_names_the_row_that_is_no_action(env_id):
     envs = vector(env_id, 7, **rich(env_id))
     envs.reset(seed=0)

@@ -187,6 +187,23 @@ def bad_options(env_id: str) -> dict[str, tuple[Any, str]]:
     }
 
 
+@pytest.mark.parametrize(
+    "make_options",
+    [
+        lambda name: [name],
+        lambda name: {"params": [1.0]},
+        lambda name: {"params": {name: "heavy"}},
+        lambda name: {"params": {name: {}}},
+    ],
+    ids=["options", "params", "text", "dict"],
+)
+def test_options_of_the_wrong_kind_are_refused_by_name(env_id, make_options):
+    name = next(iter(ranges(env_id)))
+    for env in (single(env_id), vector(env_id, 3)):
+        with pytest.raises(ValueError, match=r"options|params"):
+            env.reset(options=make_options(name))
+
+
 KINDS = tuple(bad_options("RigidEnvs/BallPark-v0"))
 
 
@@ -203,7 +220,7 @@ def test_bad_options_are_refused_by_name_and_change_nothing(env_id, kind):
         assert_same_bits(env.get_state(), before)
 
 
-@pytest.mark.parametrize("kind", KINDS[1:])
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_seed_beside_bad_options_is_not_taken(env_id, kind):
     options, _ = bad_options(env_id)[kind]
     for env in (single(env_id, **rich(env_id)), vector(env_id, 3, **rich(env_id))):

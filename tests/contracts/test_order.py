@@ -40,6 +40,9 @@ def test_step_and_reset_after_close_raise(env_id, make):
         env.step(actions(env_id, 1, 1)[0, 0])
     with pytest.raises(ClosedEnvironmentError):
         env.reset()
+    env.unwrapped.set_state(env.unwrapped.get_state())
+    with pytest.raises(ClosedEnvironmentError):
+        env.step(actions(env_id, 1, 1)[0, 0])
 
 
 @pytest.mark.parametrize("mode", MODES)
