@@ -11,6 +11,8 @@ the same bits on any x86-64 processor, at any number of rows and threads.
 `algebra`          vectors and quaternions as tuples
 `randoms`          counter-based random numbers, one stream per row and episode
 `free_body` ...    one file per physical system: equations of motion, invariants, one step
+`layout`           where everything of a batch stands in its one array
+`channel`          noise and delay between the agent and the physics
 `episode`          the step and the reset of an environment, over all rows
 =================  =================================================================
 """

@@ -19,7 +19,15 @@ import numpy as np
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.attitude import write_attitude
-from rigid_envs.kernels.compiler import phase, routine, scalar
+from rigid_envs.kernels.channel import (
+    DRAW_PARAMETERS,
+    DRAW_START,
+    add_action_noise,
+    add_observation_noise,
+    delay_actions,
+    stream_of,
+)
+from rigid_envs.kernels.compiler import phase, routine
 from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.kernels.layout import Memory, Settings, Shapes, Slots, read_settings, slots_of
 from rigid_envs.kernels.rows import (
@@ -35,7 +43,6 @@ from rigid_envs.kernels.rows import (
 __all__ = ["BEGIN", "OBSERVE", "PARAMETERS_GIVEN", "reset", "step"]
 
 BEGIN, PARAMETERS_GIVEN, OBSERVE = range(3)  # what `reset` does, see there
-_DRAW_PARAMETERS, _DRAW_START, _DRAW_ACTION, _DRAW_OBSERVATION = range(4)
 _ONE = (0.0,)
 _LARGEST = 1e9  # a state beyond this is no longer physics: the episode is ended
 
@@ -75,9 +82,9 @@ def step(
         n = min(LANES, s.n_rows - row)
         n_raised += _receive(clip, shapes, memory, s, slots, base, row, n)
         if s.noisy_actions:
-            _add_action_noise(clip, shapes, memory, slots, base, n)
+            add_action_noise(clip, shapes, memory, slots, base, n)
         if s.n_delays:
-            _delay(memory, s, slots, base, n, len(shapes.action))
+            delay_actions(memory, s, slots, base, n, len(shapes.action))
         _actuate(actuate, shapes, memory, slots, base, n, c)
         h = s.dt / s.n_substeps
         integrate(advance, restore, weights, system_shapes, memory, base, n, h, s.n_substeps)
@@ -151,52 +158,6 @@ def _receive(
         store_byte(memory, flag + i, (clipped,), 1)
         n_clipped += clipped
     return n_clipped
-
-
-@scalar
-def _stream(memory: Memory, clock: int, use: int) -> randoms.Stream:
-    """Random numbers of one row, episode and use."""
-    high, low = np.uint64(memory[clock]), np.uint64(memory[clock + LANES])
-    key = (high << np.uint64(32)) | low
-    return key, np.uint64(memory[clock + 2 * LANES]), np.uint64(use)
-
-
-@scalar
-def _noise(memory: Memory, clock: int, use: int, k: int) -> float:
-    """Standard normal number k of this row at this step (k below 256)."""
-    index = int(memory[clock + 3 * LANES]) * 128 + k // 2
-    pair = randoms.normal_pair(_stream(memory, clock, use), index)
-    return pair[k % 2]
-
-
-@phase
-def _add_action_noise(
-    clip: Function, shapes: Shapes, memory: Memory, slots: Slots, base: int, n: int
-) -> None:
-    at = base + slots.action * LANES
-    for i in range(n):
-        clock = base + slots.clock * LANES + i
-        sigma = memory[base + slots.channel * LANES + i]
-        for k in range(len(shapes.action)):
-            memory[at + k * LANES + i] += sigma * _noise(memory, clock, _DRAW_ACTION, k)
-        action, _ = clip(load(memory, at + i, shapes.action, LANES))
-        store(memory, at + i, action, LANES)
-
-
-@routine
-def _delay(memory: Memory, s: Settings, slots: Slots, base: int, n: int, n_action: int) -> None:
-    """Replace the action by the one of `action_delay` steps ago; zero before the first."""
-    for i in range(n):
-        lag = int(memory[base + (slots.channel + 2) * LANES + i])
-        for k in range(n_action):
-            at = base + (slots.action + k) * LANES + i
-            past = base + (slots.history + k * s.n_delays) * LANES + i
-            new = memory[at]
-            if lag > 0:
-                memory[at] = memory[past + (lag - 1) * LANES]
-            for j in range(s.n_delays - 1, 0, -1):
-                memory[past + j * LANES] = memory[past + (j - 1) * LANES]
-            memory[past] = new
 
 
 @phase
@@ -302,22 +263,7 @@ def _observe(
         for i in range(first, last):
             memory[at + k * LANES + i] = memory[source + i]
     if s.noisy_observations:
-        _add_observation_noise(memory, s, slots, base, first, last)
-
-
-@routine
-def _add_observation_noise(
-    memory: Memory, s: Settings, slots: Slots, base: int, first: int, last: int
-) -> None:
-    """Gaussian noise on every entry, kept inside the bounds of the observation space."""
-    for i in range(first, last):
-        clock = base + slots.clock * LANES + i
-        sigma = memory[base + (slots.channel + 1) * LANES + i]
-        for k in range(s.n_observation):
-            at = base + (slots.observation + k) * LANES + i
-            noisy = memory[at] + sigma * _noise(memory, clock, _DRAW_OBSERVATION, k)
-            low, high = memory[s.bounds + 2 * k], memory[s.bounds + 2 * k + 1]
-            memory[at] = min(max(noisy, low), high)
+        add_observation_noise(memory, s, slots, base, first, last)
 
 
 @routine
@@ -348,10 +294,10 @@ def _new_episode(shapes: Shapes, memory: Memory, s: Settings, slots: Slots, at: 
 def _draw_parameters(shapes: Shapes, memory: Memory, s: Settings, slots: Slots, at: int) -> None:
     """Every parameter of the system and the channel, uniform in its range; the delay whole."""
     n_raw = len(shapes.raw)
-    stream = _stream(memory, at + slots.clock * LANES, _DRAW_PARAMETERS)
+    draws = stream_of(memory, at + slots.clock * LANES, DRAW_PARAMETERS)
     for k in range(n_raw + 3):
         low, high = memory[s.ranges + 2 * k], memory[s.ranges + 2 * k + 1]
-        share = randoms.uniform(stream, k)
+        share = randoms.uniform(draws, k)
         if k == n_raw + 2:
             value = low + np.floor((high - low + 1.0) * share)
         else:
@@ -373,6 +319,6 @@ def _draw_start(
     parameters = at + slots.parameters * LANES
     p = derive(load(memory, parameters, shapes.raw, LANES))
     store(memory, parameters, p, LANES)
-    y, memo = start(_stream(memory, at + slots.clock * LANES, _DRAW_START), p, c)
+    y, memo = start(stream_of(memory, at + slots.clock * LANES, DRAW_START), p, c)
     store(memory, at, y, LANES)
     store(memory, at + slots.memo * LANES, memo, LANES)
