@@ -11,12 +11,11 @@ import tempfile
 import time
 from typing import Any
 
+import rigid_envs
 from agents import training
 from agents.config import config_from
 from agents.progress import Progress
 from agents.runs import create_run
-
-import rigid_envs
 
 
 def measure(env_id: str, steps: int, folder: str) -> tuple[float, float]:
