@@ -49,6 +49,7 @@ AT_EVERY_PUSH = (
     "haswell",
     "haswell, no FMA",
     "skylake-avx512, 256 bits",
+    "skylake-avx512, 512 bits",
     "znver4, 512 bits",
     "sapphirerapids, 512 bits",
 )
