@@ -40,11 +40,16 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$"),
-    list("-+.0123456789"),
-)
+class _Dumper(yaml.SafeDumper):
+    """Quotes every text that `_Loader` would read as a number."""
+
+
+for kind in (_Loader, _Dumper):
+    kind.add_implicit_resolver(
+        "tag:yaml.org,2002:float",
+        re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$"),
+        list("-+.0123456789"),
+    )
 
 
 def parse_yaml(text: str) -> Any:
@@ -85,7 +90,8 @@ def read_yaml(path: Path) -> dict[str, Any]:
 
 def dump_yaml(config: Config) -> str:
     """A config as a YAML file that `read_yaml` and `config_from` take back."""
-    text: str = yaml.safe_dump(config_to_dict(config), sort_keys=False, default_flow_style=None)
+    document = config_to_dict(config)
+    text: str = yaml.dump(document, Dumper=_Dumper, sort_keys=False, default_flow_style=None)
     return text
 
 
