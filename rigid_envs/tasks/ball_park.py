@@ -110,8 +110,9 @@ class BallPark(Task):
     theta_y - p_x) the mismatch between what was rolled and what is turned, the cost
     ``0.5 |p| + sqrt(|theta_z|) + cbrt(|m|)`` weighs every direction by the order of the Lie
     bracket that generates it (1, 2, 3: growth vector (2, 3, 5)); 0.02 of it is charged per step,
-    10 are paid at success. Negative distance ``|p| + angle`` alone (`weight_angle`,
-    `weight_position`) is what one would try first; it fails (see configs/ball_park_naive_ppo).
+    10 are paid at success. Negative distance ``|p| + angle`` in its place (`weight_angle`,
+    `weight_position`) is what one tries first: see configs/ball_park_naive_ppo.yaml, and the
+    README for how the two compare.
 
     Attributes:
         radius: radius of the ball [m].
