@@ -161,16 +161,20 @@ class HeavyTop(System):
         }
 
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
-        """Bound on the angular rate [rad/s].
+        """Bound on the angular rate, and on that of the pendulum the top is [rad/s].
 
         With s = sqrt(2 (E + m g ell)) >= sqrt(2 T): s' <= norm(tau) / sqrt(I_min), where tau is
-        all torque except that of gravity, and norm(omega) <= s / sqrt(I_min).
+        all torque except that of gravity, and norm(omega) <= s / sqrt(I_min). However slowly it
+        moves, weight and inertial force change it at sqrt(m ell norm(g, a) / min(I1, I2)).
         """
         least = math.sqrt(self.moments.min())
         size = np.linalg.norm(u[..., 0:3], axis=-1) + np.linalg.norm(u[..., 3:6], axis=-1)
-        size = size + self.m * self.ell * np.linalg.norm(u[..., 6:8], axis=-1)
+        push = np.linalg.norm(u[..., 6:8], axis=-1)
+        size = size + self.m * self.ell * push
         torque = float(np.max(size, initial=0.0))
         weight = self.m * self.g * self.ell
         energy = float(np.max(self.energy(y), initial=-weight)) + weight
         fall = math.sqrt(2.0 * max(energy, 0.0))
-        return (fall + torque * duration / least) / least
+        pull = float(np.max(np.hypot(self.g, push), initial=self.g))
+        pendulum = math.sqrt(self.m * self.ell * pull / min(self.I1, self.I2))
+        return max((fall + torque * duration / least) / least, pendulum)
