@@ -6,7 +6,7 @@ Every message starts with ``config.<key>:`` and states the allowed range.
 import dataclasses
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,14 +54,7 @@ class Number:
         Raises:
             ValueError: anything else.
         """
-        if self.drawn and isinstance(value, list | tuple):
-            if len(value) != 2:
-                raise ValueError
-            low, high = self._single(value[0]), self._single(value[1])
-            if low > high:
-                raise ValueError
-            return (low, high)
-        return self._single(value)
+        return _pair(value, self._single) if self.drawn and _is_pair(value) else self._single(value)
 
     def _single(self, value: Any) -> float:
         if isinstance(value, bool | np.bool_) or not isinstance(
@@ -95,14 +88,7 @@ class Integer:
         Raises:
             ValueError: anything else.
         """
-        if self.drawn and isinstance(value, list | tuple):
-            if len(value) != 2:
-                raise ValueError
-            low, high = self._single(value[0]), self._single(value[1])
-            if low > high:
-                raise ValueError
-            return (low, high)
-        return self._single(value)
+        return _pair(value, self._single) if self.drawn and _is_pair(value) else self._single(value)
 
     def _single(self, value: Any) -> int:
         if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
@@ -110,6 +96,17 @@ class Integer:
         if not self.low <= value <= self.high:
             raise ValueError
         return int(value)
+
+
+def _is_pair(value: Any) -> bool:
+    return isinstance(value, list | tuple) and len(value) == 2
+
+
+def _pair(value: Any, single: Callable[[Any], float]) -> tuple[float, float]:
+    low, high = single(value[0]), single(value[1])
+    if low > high:
+        raise ValueError
+    return (low, high)
 
 
 @dataclass(frozen=True)
