@@ -16,9 +16,19 @@ from rigid_envs.systems.attitude import ATTITUDE, quaternion
 from rigid_envs.systems.base import System
 from rigid_envs.systems.boundary import principal_moments
 
-__all__ = ["FreeBody"]
+__all__ = ["FreeBody", "fastest_turn"]
 
 Array = npt.NDArray[np.float64]
+
+
+def fastest_turn(moments: Array) -> float:
+    """Largest rate over sqrt(2 T) [1 / sqrt(kg m^2)] in the motion of a body and in its steps.
+
+    The body turns at norm(omega) <= sqrt(2 T / I_min). Its integrator turns it about L at
+    norm(L) / I2 <= sqrt(2 T I_max) / I2, faster than that where e2 is not the middle axis, and
+    about e1 and e3 at less than one of the two.
+    """
+    return max(1.0 / math.sqrt(moments.min()), math.sqrt(moments.max()) / float(moments[1]))
 
 
 @dataclass(frozen=True)
@@ -96,11 +106,11 @@ class FreeBody(System):
         }
 
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
-        """Bound on the angular rate [rad/s].
+        """Bound on the angular rate and on the rates of the turns that a step is made of [rad/s].
 
-        With s = sqrt(2 T): s' <= norm(tau) / sqrt(I_min), and norm(omega) <= s / sqrt(I_min).
+        With s = sqrt(2 T): s' <= norm(tau) / sqrt(I_min), and rates are `fastest_turn` s at most.
         """
-        least = math.sqrt(self.moments.min())
         torque = float(np.max(np.linalg.norm(u, axis=-1), initial=0.0))
         energy = float(np.max(self.kinetic_energy(y), initial=0.0))
-        return (math.sqrt(2.0 * energy) + torque * duration / least) / least
+        grown = torque * duration / math.sqrt(self.moments.min())
+        return (math.sqrt(2.0 * energy) + grown) * fastest_turn(self.moments)

@@ -15,6 +15,7 @@ from rigid_envs.kernels import heavy_top as kernels
 from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
 from rigid_envs.systems.base import System
 from rigid_envs.systems.boundary import positive, principal_moments
+from rigid_envs.systems.free_body import fastest_turn
 
 __all__ = ["HeavyTop"]
 
@@ -161,13 +162,12 @@ class HeavyTop(System):
         }
 
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
-        """Bound on the angular rate, and on that of the pendulum the top is [rad/s].
+        """Bound on the rates of the body, of the turns of a step and of the pendulum [rad/s].
 
         With s = sqrt(2 (E + m g ell)) >= sqrt(2 T): s' <= norm(tau) / sqrt(I_min), where tau is
-        all torque except that of gravity, and norm(omega) <= s / sqrt(I_min). However slowly it
-        moves, weight and inertial force change it at sqrt(m ell norm(g, a) / min(I1, I2)).
+        all torque except that of gravity, and rates are `fastest_turn` s at most. However slowly
+        it moves, weight and inertial force change it at sqrt(m ell norm(g, a) / min(I1, I2)).
         """
-        least = math.sqrt(self.moments.min())
         size = np.linalg.norm(u[..., 0:3], axis=-1) + np.linalg.norm(u[..., 3:6], axis=-1)
         push = np.linalg.norm(u[..., 6:8], axis=-1)
         size = size + self.m * self.ell * push
@@ -177,4 +177,5 @@ class HeavyTop(System):
         fall = math.sqrt(2.0 * max(energy, 0.0))
         pull = float(np.max(np.hypot(self.g, push), initial=self.g))
         pendulum = math.sqrt(self.m * self.ell * pull / min(self.I1, self.I2))
-        return max((fall + torque * duration / least) / least, pendulum)
+        grown = torque * duration / math.sqrt(self.moments.min())
+        return max((fall + grown) * fastest_turn(self.moments), pendulum)

@@ -96,6 +96,14 @@ def test_no_rate_exceeds_its_bound(system):
         assert rates.max() <= system.rate_bound(y0[k], u[k], 4.0)
 
 
+def test_the_rate_bound_knows_the_turns_that_a_step_is_made_of():
+    # A rod along e2: the turn about L goes at norm(L) / I2, far above norm(omega).
+    rod = FreeBody(1.0, 0.1, 1.0)
+    assert rod.rate_bound(rod.state(omega_body=(2.0, 0.0, 0.0)), np.zeros(3), 0.0) == 20.0
+    with pytest.raises(ValueError, match="take n_substeps >= 4"):
+        rod.advance(rod.state(omega_body=(2.0, 0.0, 0.0)), None, 0.1)
+
+
 def test_the_rate_bound_is_attained():
     body = FreeBody()
     assert body.rate_bound(body.state(omega_body=(3.0, 0.0, 0.0)), np.zeros(3), 9.0) == 3.0

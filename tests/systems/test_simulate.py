@@ -99,7 +99,7 @@ def test_one_input_row_is_held_for_ever(system):
 
 
 @pytest.mark.parametrize(
-    ("max_step", "steps"), [(0.1, 10), (0.1 + 1e-12, 10), (0.1 - 1e-12, 10), (0.099, 11), (1.0, 1)]
+    ("max_step", "steps"), [(0.1, 10), (0.1 + 1e-12, 10), (0.1 - 1e-12, 10), (0.099, 11), (0.5, 2)]
 )
 def test_no_step_is_longer_than_asked_and_none_is_added_by_rounding(max_step, steps):
     times = []

@@ -23,7 +23,6 @@ def rotation(y):
     return Rotation.from_quat(y[..., :4], scalar_first=True)
 
 
-@settings(deadline=None)
 @given(RADII, st.integers(0, 10**6), st.tuples(FLOATS, FLOATS, FLOATS))
 def test_the_contact_point_is_at_rest_at_every_instant(radius, seed, u):
     ball = RollingBall(radius)
@@ -39,7 +38,7 @@ def test_the_contact_point_is_at_rest_at_every_instant(radius, seed, u):
     assert omega[2] == pytest.approx(u[2], abs=16 * EPS * size)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(RADII, st.integers(0, 10**6), st.tuples(FLOATS, FLOATS, FLOATS), st.floats(0.01, 1.57))
 def test_every_step_turns_the_ball_by_what_its_centre_has_rolled(radius, seed, u, turn):
     ball = RollingBall(radius)
