@@ -19,10 +19,10 @@ from rigid_envs.cli.bench.accuracy import FreeRun, free_run
 from rigid_envs.cli.bench.environments import COLUMNS, gymnasium_contestants, our_contestants
 from rigid_envs.cli.bench.goals import goals
 from rigid_envs.cli.bench.mujoco_body import Opponent, mujoco_contestants, opponents
-from rigid_envs.cli.bench.provenance import provenance
 from rigid_envs.cli.bench.race import Contestant, Result, race
 from rigid_envs.cli.bench.startup import Startup
 from rigid_envs.cli.describe import example
+from rigid_envs.cli.provenance import provenance
 from rigid_envs.cli.tables import table
 from rigid_envs.envs.boundary import info_keys
 from rigid_envs.tasks import Task

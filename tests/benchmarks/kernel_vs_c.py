@@ -19,8 +19,8 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.cli.bench.provenance import provenance
 from rigid_envs.cli.bench.race import Contestant, Result, race
+from rigid_envs.cli.provenance import provenance
 from rigid_envs.cli.tables import table
 from rigid_envs.kernels import free_body
 from rigid_envs.kernels.rows import LANES, integrate

@@ -1,16 +1,16 @@
 """The measurements of `rigid-envs bench`."""
 
-import sys
 from collections.abc import Sequence
 
 from rigid_envs.cli.bench.accuracy import free_run
 from rigid_envs.cli.bench.environments import gymnasium_contestants, our_contestants
 from rigid_envs.cli.bench.goals import goals
 from rigid_envs.cli.bench.mujoco_body import is_installed, mujoco_contestants, opponents
-from rigid_envs.cli.bench.provenance import provenance
 from rigid_envs.cli.bench.race import race
 from rigid_envs.cli.bench.report import Figures
 from rigid_envs.cli.bench.startup import startup
+from rigid_envs.cli.progress import tell
+from rigid_envs.cli.provenance import provenance
 
 __all__ = ["Figures", "bench"]
 
@@ -24,20 +24,14 @@ def bench(ids: Sequence[str], quick: bool = False) -> Figures:
     """
     rounds, seconds = (12, 0.01) if quick else (80, 0.02)
     where = provenance()  # before: the load is that of the others
-    _tell("accuracy")
+    tell("accuracy")
     runs = [free_run(0.05, duration) for duration in (60.0, 6000.0)]
     rivals = opponents() if is_installed() else []
-    _tell("first steps of new processes")
+    tell("first steps of new processes")
     starts = [startup(i, 1, 1 if quick else 3) for i in (ids[:1] if quick else ids)]
-    _tell("warming up")
+    tell("warming up")
     contestants = [*our_contestants(ids), *gymnasium_contestants(), *mujoco_contestants(rivals)]
-    results = race(contestants, rounds, seconds, lambda k: _tell(f"round {k} of {rounds}"))
-    _tell("")
+    results = race(contestants, rounds, seconds, lambda k: tell(f"round {k} of {rounds}"))
+    tell("")
     found = goals(results, rivals, runs, starts)
     return Figures(where, rounds, seconds, results, rivals, runs, starts, found)
-
-
-def _tell(what: str) -> None:
-    """Progress on one line of a terminal."""
-    if sys.stderr.isatty():
-        print(f"\r\x1b[K{what}", end="", file=sys.stderr, flush=True)

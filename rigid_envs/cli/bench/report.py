@@ -10,6 +10,7 @@ from rigid_envs.cli.bench.goals import FLAGSHIP, Goal
 from rigid_envs.cli.bench.mujoco_body import Opponent
 from rigid_envs.cli.bench.race import Result
 from rigid_envs.cli.bench.startup import Startup
+from rigid_envs.cli.provenance import heading
 from rigid_envs.cli.tables import paragraphs, table
 
 __all__ = ["Figures"]
@@ -56,21 +57,14 @@ class Figures:
 
     def as_text(self) -> str:
         """Tables for a page of 100 columns."""
-        parts = [self._head(), self._speeds(), *self._mujoco(), self._starts(), self._targets()]
+        parts = [
+            heading(self.provenance),
+            self._speeds(),
+            *self._mujoco(),
+            self._starts(),
+            self._targets(),
+        ]
         return "\n\n".join(parts)
-
-    def _head(self) -> str:
-        where = self.provenance
-        versions = ", ".join(f"{name} {version}" for name, version in where["versions"].items())
-        machine = [f"{where['cpu']}, {where['cores']} cores"]
-        if where["load"] is not None:
-            machine.append(f"load before {where['load']:.1f}")
-        if where["git_commit"] is not None:
-            changed = " and changes" if where["git_dirty"] else ""
-            machine.append(f"commit {where['git_commit'][:9]}{changed}")
-        return "\n".join(
-            paragraphs(line, 0) for line in (versions, "; ".join([*machine, where["date"]]))
-        )
 
     def _speeds(self) -> str:
         names = list(dict.fromkeys(result.name for result in self.results))

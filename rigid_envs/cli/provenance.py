@@ -1,23 +1,26 @@
-"""Where figures come from: versions, machine, commit, date."""
+"""Where figures come from: versions, compiled code, machine, commit, date."""
 
 import importlib.metadata
 import os
 import platform
 import subprocess
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import rigid_envs
+from rigid_envs.cli.tables import paragraphs
+from rigid_envs.kernels.compiler import kernel_hash
 
-__all__ = ["provenance"]
+__all__ = ["heading", "provenance"]
 
 _PACKAGES = ("gymnasium", "numba", "numpy", "scipy", "mujoco")
 _ROOT = Path(rigid_envs.__file__).resolve().parents[1]
 
 
 def provenance() -> dict[str, Any]:
-    """Versions, processor, load, commit and date, as JSON values."""
+    """Versions, hash of the kernels, processor, load, commit and date, as JSON values."""
     status = _git("status", "--porcelain", "--untracked-files=no")
     return {
         "versions": {
@@ -25,6 +28,7 @@ def provenance() -> dict[str, Any]:
             "python": platform.python_version(),
             **{name: version for name in _PACKAGES if (version := _version(name))},
         },
+        "kernel_hash": kernel_hash(),
         "cpu": _cpu(),
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
@@ -33,6 +37,19 @@ def provenance() -> dict[str, Any]:
         "git_dirty": None if status is None else status != "",
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
     }
+
+
+def heading(where: Mapping[str, Any]) -> str:
+    """A provenance in two lines or so, above a report."""
+    versions = ", ".join(f"{name} {version}" for name, version in where["versions"].items())
+    machine = [f"{where['cpu']}, {where['cores']} cores"]
+    if where["load"] is not None:
+        machine.append(f"load before {where['load']:.1f}")
+    if where["git_commit"] is not None:
+        changed = " and changes" if where["git_dirty"] else ""
+        machine.append(f"commit {where['git_commit'][:9]}{changed}")
+    machine += [f"kernels {where['kernel_hash']}", where["date"]]
+    return "\n".join(paragraphs(line, 0) for line in (versions, "; ".join(machine)))
 
 
 def _version(package: str) -> str | None:
