@@ -3,6 +3,9 @@
 The C library's sin, cos, exp or atan2 differ between processors with and without FMA. These do
 not. They hold no branch, so that loops over rows are vectorised; accuracy is a few units in the
 last place over the stated range (measured in the tests against NumPy).
+
+Equations of motion are differentiated by complex step: what occurs in them takes complex numbers
+too, x + i y with a tiny y, and returns f(x) + i y f'(x).
 """
 
 import math
@@ -15,9 +18,10 @@ from numba.extending import overload
 
 from rigid_envs.kernels.compiler import instruction, scalar
 
-__all__ = ["atan2", "cbrt", "fma", "log", "select", "sincos"]
+__all__ = ["atan2", "cbrt", "fma", "log", "select", "sincos", "sqrt"]
 
 _PI = math.pi
+_DISSOLVED: Any = {"forceinline": True, "error_model": "numpy"}  # as `scalar`, one for each type
 _TO_INTEGER = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds to an integer
 # pi / 2 in three parts, the first two of 33 bits: n * part is exact for n < 2**20
 _HALF_PI = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
@@ -52,7 +56,7 @@ def fma(a: float, b: float, c: float) -> float:
     return a * b + c
 
 
-@overload(fma)
+@overload(fma, jit_options=_DISSOLVED)
 def _compiled_fma(a: Any, b: Any, c: Any) -> Callable[..., Any]:
     def fused(a: Any, b: Any, c: Any) -> Any:
         return _fma(a, b, c)
@@ -64,15 +68,49 @@ def _compiled_fma(a: Any, b: Any, c: Any) -> Callable[..., Any]:
     return plain if types.complex128 in (a, b, c) else fused
 
 
+def sqrt(x: float) -> float:
+    """Square root; of a complex ``x`` the tangent of the root at its real part."""
+    return math.sqrt(x)
+
+
+@overload(sqrt, jit_options=_DISSOLVED)
+def _compiled_sqrt(x: Any) -> Callable[..., Any]:
+    def root(x: Any) -> Any:
+        return math.sqrt(x)
+
+    def tangent(x: Any) -> Any:
+        value = math.sqrt(x.real)
+        return complex(value, 0.5 * x.imag / value)
+
+    return tangent if x == types.complex128 else root
+
+
 @scalar
 def select(condition: bool, a: float, b: float) -> float:
     """``a if condition else b``, compiled to a blend."""
     return a if condition else b
 
 
-@scalar
 def sincos(x: float) -> tuple[float, float]:
-    """Sine and cosine of ``x`` [rad], for abs(x) up to 1e6.
+    """Sine and cosine of ``x`` [rad], for abs(x) up to 1e6; see `sqrt` for a complex ``x``."""
+    return _sincos(x)
+
+
+@overload(sincos, jit_options=_DISSOLVED)
+def _compiled_sincos(x: Any) -> Callable[..., Any]:
+    def circular(x: Any) -> Any:
+        return _sincos(x)
+
+    def tangent(x: Any) -> Any:
+        s, c = _sincos(x.real)
+        return complex(s, x.imag * c), complex(c, -x.imag * s)
+
+    return tangent if x == types.complex128 else circular
+
+
+@scalar
+def _sincos(x: float) -> tuple[float, float]:
+    """Sine and cosine of a real number.
 
     Cody & Waite reduction to [-pi/4, pi/4], then the Taylor polynomials to x^17 and x^16, whose
     first neglected term is below 1e-18 there.

@@ -11,6 +11,7 @@ from rigid_envs.kernels.batch import Array
 from rigid_envs.kernels.compiler import kernel, scalar
 from rigid_envs.kernels.composition import SUZUKI
 from rigid_envs.kernels.elementary import fma
+from rigid_envs.kernels.turns import cayley, tangent
 
 __all__ = [
     "INVARIANTS",
@@ -88,25 +89,8 @@ def free_rotation(q: Quaternion, omega: Vector, ratios: Row, h: float) -> tuple[
 
 
 @scalar
-def _cayley(a: float) -> tuple[float, float]:
-    """Versine m = 1 - cos and sine s of 2 arctan(a): m^2 + s^2 = 2 m, a rotation for any a.
-
-    The versine, not the cosine: rounded cosines near 1 would let |L| drift.
-    """
-    s = 2.0 * a / fma(a, a, 1.0)
-    return s * a, s
-
-
-@scalar
-def _tangent(z: float) -> float:
-    """tan(x) / x for z = x^2; the first neglected term is 0.009 z^5."""
-    t = fma(z, fma(z, 62.0 / 2835.0, 17.0 / 315.0), 2.0 / 15.0)
-    return fma(z, fma(z, t, 1.0 / 3.0), 1.0)
-
-
-@scalar
 def _turn_about_1(q: Quaternion, omega: Vector, a: float, r23: float, r32: float) -> Turned:
-    m, s = _cayley(a)
+    m, s = cayley(a)
     turned = (fma(-a, q[1], q[0]), fma(a, q[0], q[1]), fma(a, q[3], q[2]), fma(-a, q[2], q[3]))
     w2 = fma(s * r32, omega[2], -m * omega[1]) + omega[1]
     w3 = fma(-s * r23, omega[1], -m * omega[2]) + omega[2]
@@ -115,8 +99,8 @@ def _turn_about_1(q: Quaternion, omega: Vector, a: float, r23: float, r32: float
 
 @scalar
 def _turn_about_3(q: Quaternion, omega: Vector, x: float, r12: float, r21: float) -> Turned:
-    a = x * _tangent(x * x)
-    m, s = _cayley(a)
+    a = x * tangent(x * x)
+    m, s = cayley(a)
     turned = (fma(-a, q[3], q[0]), fma(a, q[2], q[1]), fma(-a, q[1], q[2]), fma(a, q[0], q[3]))
     w1 = fma(s * r21, omega[1], -m * omega[0]) + omega[0]
     w2 = fma(-s * r12, omega[0], -m * omega[1]) + omega[1]
@@ -126,7 +110,7 @@ def _turn_about_3(q: Quaternion, omega: Vector, x: float, r12: float, r21: float
 @scalar
 def _turn_about_momentum(q: Quaternion, rate: Vector, half: float) -> Quaternion:
     x, y, z = half * rate[0], half * rate[1], half * rate[2]
-    t = _tangent(fma(x, x, fma(y, y, z * z)))
+    t = tangent(fma(x, x, fma(y, y, z * z)))
     return compose(q, (1.0, t * x, t * y, t * z))
 
 

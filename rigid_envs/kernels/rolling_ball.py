@@ -11,6 +11,7 @@ from rigid_envs.kernels.batch import Array
 from rigid_envs.kernels.compiler import kernel, scalar
 from rigid_envs.kernels.composition import EXACT
 from rigid_envs.kernels.elementary import fma
+from rigid_envs.kernels.turns import half_turn
 
 __all__ = [
     "INVARIANTS",
@@ -66,15 +67,11 @@ def rhs(y: Row, u: Row, p: Row) -> Row:
 def step(y: Row, u: Row, p: Row, h: float) -> Row:
     """Exact flow for constant input: one rotation about a fixed world axis.
 
-    The half angle x enters through cos x and sin(x) / x, Taylor polynomials in x^2 that are
-    exact to rounding for turns up to pi / 2 per step.
+    The rotation is exact to rounding for turns up to pi / 2 per step.
     """
     half = 0.5 * h
     omega = rolling_rate(u, p)
-    x, y_, z = half * omega[0], half * omega[1], half * omega[2]
-    square = fma(x, x, fma(y_, y_, z * z))
-    sinc = _sinc(square)
-    turn = (_cosine(square), sinc * x, sinc * y_, sinc * z)
+    turn = half_turn((half * omega[0], half * omega[1], half * omega[2]))
     q = compose(turn, (y[0], y[1], y[2], y[3]))
     return (*q, fma(h, u[0], y[4]), fma(h, u[1], y[5]))
 
@@ -83,24 +80,6 @@ def step(y: Row, u: Row, p: Row, h: float) -> Row:
 def restore(y: Row) -> Row:
     """The same state with a quaternion of unit length: roundings of many turns add up."""
     return (*normalize_near_unit((y[0], y[1], y[2], y[3])), y[4], y[5])
-
-
-@scalar
-def _sinc(z: float) -> float:
-    """sin(x) / x for z = x^2; the first neglected term is x^16 / 17!."""
-    s = fma(z, -1.0 / 1307674368000.0, 1.0 / 6227020800.0)
-    s = fma(z, fma(z, s, -1.0 / 39916800.0), 1.0 / 362880.0)
-    s = fma(z, fma(z, s, -1.0 / 5040.0), 1.0 / 120.0)
-    return fma(z, fma(z, s, -1.0 / 6.0), 1.0)
-
-
-@scalar
-def _cosine(z: float) -> float:
-    """cos(x) for z = x^2; the first neglected term is x^18 / 18!."""
-    c = fma(z, 1.0 / 20922789888000.0, -1.0 / 87178291200.0)
-    c = fma(z, fma(z, c, 1.0 / 479001600.0), -1.0 / 3628800.0)
-    c = fma(z, fma(z, c, 1.0 / 40320.0), -1.0 / 720.0)
-    return fma(z, fma(z, fma(z, c, 1.0 / 24.0), -0.5), 1.0)
 
 
 @scalar

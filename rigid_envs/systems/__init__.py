@@ -5,9 +5,23 @@ Each system is a frozen dataclass of physical parameters. All of them share the 
 """
 
 from rigid_envs.systems.base import System
+from rigid_envs.systems.dynamic_ball import DynamicBall
 from rigid_envs.systems.free_body import FreeBody
 from rigid_envs.systems.heavy_top import HeavyTop
+from rigid_envs.systems.roller import Roller
 from rigid_envs.systems.rolling_ball import RollingBall
+from rigid_envs.systems.rolling_disk import RollingDisk
 from rigid_envs.systems.trajectory import Trajectory
+from rigid_envs.systems.upright_coin import UprightCoin
 
-__all__ = ["FreeBody", "HeavyTop", "RollingBall", "System", "Trajectory"]
+__all__ = [
+    "DynamicBall",
+    "FreeBody",
+    "HeavyTop",
+    "Roller",
+    "RollingBall",
+    "RollingDisk",
+    "System",
+    "Trajectory",
+    "UprightCoin",
+]

@@ -13,15 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.systems.boundary import array_of, unit_attitude
+from rigid_envs.systems.drive import Input, drive
 from rigid_envs.systems.schedule import Schedule, intervals, schedule
 from rigid_envs.systems.trajectory import Trajectory
 
 __all__ = ["System"]
 
 Array = npt.NDArray[np.float64]
-Input = npt.ArrayLike | Callable[[float], npt.ArrayLike]
-InputsAt = Callable[[int, Array], Array]  # of an interval, at times in it
-_SAMPLES = 2000  # steps over the whole time span, at least, where the input is a function of time
 
 
 @dataclass(frozen=True)
@@ -50,14 +48,22 @@ class System(abc.ABC):
 
     @abc.abstractmethod
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
-        """Largest angular rate [rad/s] that any row can reach under input u for a time [s]."""
+        """Largest angular rate [rad/s] that any row can reach under input u for a time [s].
+
+        No more than `horizon` is looked ahead.
+        """
+
+    def horizon(self, y: Array, u: Array) -> float:
+        """How long [s] `rate_bound` is good for; the steps of `simulate` are chosen anew then."""
+        return math.inf
 
     @classmethod
     def state(cls, **components: npt.ArrayLike) -> Array:
         """A state row from its named components; the rest state where one is left out.
 
         Args:
-            **components: any of `components`, each of shape (..., k), broadcast together.
+            **components: any of `components`, each of shape (..., k), or (...) where k is 1,
+                broadcast together.
 
         Returns:
             y of shape (..., n_state).
@@ -74,12 +80,14 @@ class System(abc.ABC):
         parts = {}
         for name, value in components.items():
             entries = cls.state_entries[cls.components[name]]
-            parts[name] = array_of(value, len(entries), name, ", ".join(entries))
+            rows = np.asarray(value)[..., None] if len(entries) == 1 else value
+            parts[name] = array_of(rows, len(entries), name, ", ".join(entries))
         lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts.values()))
         y = np.broadcast_to(np.array(cls._kernels.STATE), (*lead, len(cls.state_entries))).copy()
         for name, part in parts.items():
             y[..., cls.components[name]] = part
-        unit_attitude(y, "state")
+        if "q" in cls.components:
+            unit_attitude(y, "state")
         return y
 
     @property
@@ -112,7 +120,7 @@ class System(abc.ABC):
         Raises:
             ValueError: wrong last axis, NaN or inf, or a quaternion that is not a unit one.
         """
-        y_rows, u_rows = self._broadcast(self.checked_state(y), self._input(u))
+        y_rows, u_rows = self._broadcast(self.checked_state(y), self.checked_input(u))
         return self._evaluate(y_rows, u_rows, np.float64)
 
     def linearize(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> tuple[Array, Array]:
@@ -124,7 +132,7 @@ class System(abc.ABC):
         Returns:
             A of shape (..., n_state, n_state) and B of shape (..., n_state, n_input).
         """
-        y_rows, u_rows = self._broadcast(self.checked_state(y), self._input(u))
+        y_rows, u_rows = self._broadcast(self.checked_state(y), self.checked_input(u))
         tiny = 1e-100
         n, m = y_rows.shape[-1], u_rows.shape[-1]
         seeds = tiny * 1j * np.eye(n + m)
@@ -157,7 +165,7 @@ class System(abc.ABC):
             raise ValueError(f"n_substeps = {n_substeps}; expected a positive integer")
         if not math.isfinite(dt):
             raise ValueError(f"dt = {dt}; expected a finite time step [s]")
-        y_rows, u_rows = self._broadcast(self.checked_state(y), self._input(u))
+        y_rows, u_rows = self._broadcast(self.checked_state(y), self.checked_input(u))
         h = dt / n_substeps
         rate = self.rate_bound(y_rows, u_rows, abs(dt))
         if rate * abs(h) > self.envelope:
@@ -167,7 +175,7 @@ class System(abc.ABC):
                 f"take n_substeps >= {math.ceil(rate * abs(dt) / self.envelope)}"
             )
         plan = Schedule.constant(h, int(n_substeps), self.weights)
-        end: Array = self._run(y_rows, u_rows[None], plan)[-1]
+        end: Array = self.run(y_rows, u_rows[None], plan)[-1]
         return end
 
     def simulate(
@@ -199,11 +207,12 @@ class System(abc.ABC):
         times = array_of(np.asarray(t, dtype=np.float64)[..., None], 1, "t", "time [s]")[..., 0]
         dt = intervals(times)
         start = self.checked_state(y0)
-        if u is not None:
-            return Trajectory(self, times, self._drive(start, times, dt, u, max_step))
-        rest = self._input(None)
+        rest = self.checked_input(None)
+        if u is not None or math.isfinite(self.horizon(start, rest)):
+            given = rest if u is None else u
+            return Trajectory(self, times, drive(self, start, times, given, max_step))
         plan = schedule(self, start, rest, dt, max_step)
-        return Trajectory(self, times, self._run(start, rest[None], plan))
+        return Trajectory(self, times, self.run(start, rest[None], plan))
 
     @classmethod
     def checked_state(cls, y: npt.ArrayLike) -> Array:
@@ -213,53 +222,19 @@ class System(abc.ABC):
             ValueError: wrong last axis, NaN or inf, or a quaternion that is not a unit one.
         """
         rows = array_of(y, len(cls.state_entries), "y", ", ".join(cls.state_entries))
-        unit_attitude(rows, "y")
+        if "q" in cls.components:
+            unit_attitude(rows, "y")
         return rows
 
-    def _input(self, u: npt.ArrayLike | None) -> Array:
-        n = len(self.input_entries)
-        return np.zeros(n) if u is None else array_of(u, n, "u", ", ".join(self.input_entries))
-
-    def _drive(self, start: Array, t: Array, dt: Array, u: Input, max_step: float | None) -> Array:
-        """States under an input, interval by interval: the state decides on the next steps."""
-        inputs_at = self._sampled(u) if callable(u) else self._held(u, len(dt))
-        limit = float(np.sum(np.abs(dt))) / _SAMPLES if callable(u) else math.inf
-        y = [start]
-        for m in range(len(dt)):
-            probes = inputs_at(m, np.linspace(t[m], t[m + 1], 5))
-            largest = np.max(np.abs(probes), axis=0)
-            plan = schedule(self, y[-1], largest, dt[m : m + 1], max_step, limit)
-            if callable(u):
-                plan = plan.sampled()
-            inputs = inputs_at(m, plan.stage_times(t[m]))
-            lead = np.broadcast_shapes(y[-1].shape[:-1], inputs.shape[1:-1])
-            if m == 0:
-                y[0] = np.broadcast_to(start, (*lead, start.shape[-1]))
-            missing = (1,) * (len(lead) + 2 - inputs.ndim)  # leading axes stand after the stages
-            inputs = inputs.reshape(len(inputs), *missing, *inputs.shape[1:])
-            inputs = np.broadcast_to(inputs, (len(inputs), *lead, inputs.shape[-1]))
-            y.append(self._run(y[-1], inputs, plan)[-1])
-        return np.stack(y)
-
-    def _sampled(self, u: Callable[[float], npt.ArrayLike]) -> InputsAt:
-        """Inputs at given times, shape (len(times), ..., n_input)."""
-        return lambda _, times: np.stack([self._input(u(float(s))) for s in times])
-
-    def _held(self, u: npt.ArrayLike, n_intervals: int) -> InputsAt:
-        """The one input of an interval, shape (1, ..., n_input).
+    @classmethod
+    def checked_input(cls, u: npt.ArrayLike | None) -> Array:
+        """The input u as float64 of shape (..., n_input); zeros for None.
 
         Raises:
-            ValueError: `u` is neither one row nor one for each interval.
+            ValueError: wrong last axis, NaN or inf.
         """
-        rows = self._input(u)
-        if rows.ndim == 1:
-            return lambda *_: rows[None]
-        if len(rows) != n_intervals:
-            raise ValueError(
-                f"u has shape {rows.shape}; expected ({rows.shape[-1]},) or "
-                f"({n_intervals}, ..., {rows.shape[-1]}), one row for each interval of t"
-            )
-        return lambda m, _: rows[m : m + 1]
+        n = len(cls.input_entries)
+        return np.zeros(n) if u is None else array_of(u, n, "u", ", ".join(cls.input_entries))
 
     @staticmethod
     def _broadcast(y: Array, u: Array) -> tuple[Array, Array]:
@@ -276,7 +251,7 @@ class System(abc.ABC):
         self._kernels.evaluate_rows(y_rows, u_rows, self.parameters.astype(dtype), out)
         return out.reshape(y.shape)
 
-    def _run(self, y0: Array, u: Array, plan: Schedule) -> Array:
+    def run(self, y0: Array, u: Array, plan: Schedule) -> Array:
         """All states of a schedule, shape (M, ..., n_state); u[0] is held, or one u per stage."""
         rows = y0.reshape(-1, y0.shape[-1])
         y = np.empty((len(plan.h) + 1, *rows.shape))

@@ -52,10 +52,46 @@ def positive(value: float, name: str, unit: str) -> None:
     Raises:
         ValueError: names the value and its unit.
     """
-    if isinstance(value, bool) or not isinstance(value, int | float | np.floating | np.integer):
-        raise ValueError(f"{name} = {value!r}; expected a positive number [{unit}]")
-    if not (np.isfinite(value) and value > 0):
-        raise ValueError(f"{name} = {value}; expected a positive finite number [{unit}]")
+    if not (_is_finite(value) and value > 0):
+        raise ValueError(f"{name} = {value!r}; expected a positive finite number [{unit}]")
+
+
+def non_negative(value: float, name: str, unit: str) -> None:
+    """Refuse numbers that are negative or not finite.
+
+    Raises:
+        ValueError: names the value and its unit.
+    """
+    if not (_is_finite(value) and value >= 0):
+        raise ValueError(f"{name} = {value!r}; expected a finite number of at least 0 [{unit}]")
+
+
+def finite(value: float, name: str, unit: str) -> None:
+    """Refuse numbers that are not finite.
+
+    Raises:
+        ValueError: names the value and its unit.
+    """
+    if not _is_finite(value):
+        raise ValueError(f"{name} = {value!r}; expected a finite number [{unit}]")
+
+
+def ball_ratio(beta: float) -> None:
+    """Refuse ratios I / (m radius^2) that no ball has: all mass lies within the radius.
+
+    Raises:
+        ValueError: not between 0 and 2/3.
+    """
+    if not (_is_finite(beta) and 0 <= beta <= 2.0 / 3.0 + 1e-9):
+        raise ValueError(
+            f"beta = {beta!r}; expected I / (m radius^2) of a ball, between 0 (all mass at the "
+            "centre) and 2/3 (all on the surface)"
+        )
+
+
+def _is_finite(value: float) -> bool:
+    is_number = isinstance(value, int | float | np.floating | np.integer)
+    return is_number and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
 def principal_moments(I1: float, I2: float, I3: float) -> None:

@@ -66,7 +66,7 @@ class RollingBall(System):
 
     def omega_world(self, u: npt.ArrayLike) -> Array:
         """Angular velocity in world axes [rad/s] under input u, shape (..., 3)."""
-        rows = self._input(u)
+        rows = self.checked_input(u)
         vx, vy, spin = rows[..., 0], rows[..., 1], rows[..., 2]
         return np.stack([-vy / self.radius, vx / self.radius, spin], axis=-1)
 

@@ -63,8 +63,7 @@ def schedule(
     Raises:
         ValueError: `max_step` is not positive, or outside the stability envelope.
     """
-    driven = float(np.max(np.abs(dt), initial=0.0)) if np.any(u) else 0.0
-    rate = system.rate_bound(y, u, driven)
+    rate = system.rate_bound(y, u, float(np.max(np.abs(dt), initial=0.0)))
     if max_step is None:
         largest = min(limit, system.fine / rate if rate > 0 else math.inf)
     else:

@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from rigid_envs.kernels import free_body, rolling_ball
+from rigid_envs.kernels import turns
 
 EPS = float(np.finfo(np.float64).eps)
 TINY = [0.0, 1e-300, 1e-20]
@@ -13,18 +13,18 @@ TINY = [0.0, 1e-300, 1e-20]
 @pytest.mark.parametrize("x", [0.01, 0.1, 0.2, 0.3, 0.4, 0.5])
 def test_the_tangent_of_half_a_turn_is_exact_but_for_its_first_neglected_term(x):
     exact = mpmath.tan(mpmath.mpf(x)) / mpmath.mpf(x)
-    error = abs(float(free_body._tangent(x * x) - exact))
+    error = abs(float(turns.tangent(x * x) - exact))
     assert error <= 0.01 * x**10 + 2.0 * EPS
 
 
 @pytest.mark.parametrize("z", TINY)
 def test_the_tangent_of_no_turn_is_its_argument(z):
-    assert free_body._tangent(z) == 1.0
+    assert turns.tangent(z) == 1.0
 
 
 @pytest.mark.parametrize("a", [0.0, 1e-9, -0.3, 1.0, 7.0])
 def test_versine_and_sine_of_a_cayley_turn_are_those_of_its_angle(a):
-    versine, sine = free_body._cayley(a)
+    versine, sine = turns.cayley(a)
     angle = 2 * mpmath.atan(mpmath.mpf(a))
     assert sine == pytest.approx(float(mpmath.sin(angle)), rel=4.0 * EPS)
     assert versine == pytest.approx(float(1 - mpmath.cos(angle)), rel=8.0 * EPS)
@@ -34,5 +34,5 @@ def test_versine_and_sine_of_a_cayley_turn_are_those_of_its_angle(a):
 def test_a_roll_of_up_to_a_quarter_turn_is_exact_to_rounding(x):
     # A step turns by 2 x, the stability envelope of the ball is pi / 2.
     x = float(x)
-    assert rolling_ball._cosine(x * x) == pytest.approx(np.cos(x), abs=2.0 * EPS)
-    assert rolling_ball._sinc(x * x) == pytest.approx(np.sinc(x / np.pi), abs=2.0 * EPS)
+    assert turns.cosine(x * x) == pytest.approx(np.cos(x), abs=2.0 * EPS)
+    assert turns.sinc(x * x) == pytest.approx(np.sinc(x / np.pi), abs=2.0 * EPS)

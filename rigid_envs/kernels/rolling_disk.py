@@ -1,0 +1,224 @@
+"""Disk or hoop whose thin rim rolls on the plane z = 0 without slipping: the falling disk.
+
+State y = (q, omega, X, Y): attitude (w, x, y, z), angular velocity in body axes [rad/s], e3 the
+axis of the disk, and the point of contact [m]. The velocity of the centre is no state: it follows
+from omega, so the disk cannot slip.
+Inputs u = (tau_steer, tau_lean, tau_drive) [N m]: torque about n, l and e3, where n is the radius
+that points up and l = e3 x n the horizontal direction that the disk heads for.
+Parameters p = (m, radius, I1, I3, g, and what `derive` makes of them).
+
+With the angle theta between e3 and the vertical, the vertical is sin(theta) n + cos(theta) e3 and
+the contact lies at -radius n. Components of omega along n, l, e3 are written wn, wl, w3; then
+theta' = -wl, phi' = wn / sin(theta) and psi' = w3 - wn cot(theta). A disk that lies flat has no
+point of contact: sin(theta) = 0 is no state of this system.
+"""
+
+from rigid_envs.kernels import batch
+from rigid_envs.kernels.algebra import Quaternion, Row, compose, normalize, vertical
+from rigid_envs.kernels.batch import Array
+from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.composition import SUZUKI
+from rigid_envs.kernels.elementary import fma, sqrt
+from rigid_envs.kernels.turns import cayley, tangent
+
+__all__ = ["INVARIANTS", "SHAPES", "WEIGHTS", "derive", "invariants", "restore", "rhs", "step"]
+
+STATE = (0.7071067811865476, 0.7071067811865476) + (0.0,) * 7  # upright, at rest
+INPUTS = (0.0,) * 3
+PARAMETERS = (1.0,) * 12
+SHAPES = (STATE, INPUTS, PARAMETERS)
+WEIGHTS = SUZUKI
+INVARIANTS = ("energy",)
+
+
+@scalar
+def derive(raw: Row) -> Row:
+    """Parameter row p of (m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2]).
+
+    After these: moments I1 + m r^2 and I3 + m r^2 about the contact, their inverses and that of I1,
+    and the ratios I3 / I1 and m r^2 / (I3 + m r^2).
+    """
+    m, radius, I1, I3, g = raw
+    rim = m * radius * radius
+    return (
+        m,
+        radius,
+        I1,
+        I3,
+        g,
+        I1 + rim,
+        I3 + rim,
+        1.0 / I1,
+        1.0 / (I1 + rim),
+        1.0 / (I3 + rim),
+        I3 / I1,
+        rim / (I3 + rim),
+    )
+
+
+@scalar
+def inclination(q: Quaternion) -> Row:
+    """The radius n that points up, (n1, n2) in body axes, and sin and cos of theta."""
+    g1, g2, g3 = vertical(q)
+    s = sqrt(g1 * g1 + g2 * g2)
+    return (g1 / s, g2 / s, s, g3)
+
+
+@scalar
+def heading(q: Quaternion, s: float) -> tuple[float, float]:
+    """The horizontal direction l = e3 x n in world axes: (e3_y, -e3_x) / sin(theta)."""
+    w, x, y, z = q
+    return 2.0 * fma(y, z, -w * x) / s, -2.0 * fma(x, z, w * y) / s
+
+
+@scalar
+def rhs(y: Row, u: Row, p: Row) -> Row:
+    """Newton's and Euler's laws without the contact force; q' = q (0, omega) / 2.
+
+    Along n, l, e3, as seen from the body (m r^2 multiplies what the contact force contributes):
+    ``I1 wn' = (I1 - I3) wl w3 + tau_n``,
+    ``(I1 + m r^2) wl' = (I3 - I1) wn w3 + m r^2 cot(theta) wn^2 + m g r cos(theta) + tau_l``,
+    ``(I3 + m r^2) w3' = -m r^2 wn wl + tau_3``; the contact moves along l at r psi'.
+
+    Routh, *Advanced Rigid Dynamics*, section 244; O'Reilly 1996, doi:10.1007/BF01833295.
+    """
+    w, x, y_, z, w1, w2, w3 = y[0], y[1], y[2], y[3], y[4], y[5], y[6]
+    m, radius, I1, I3, g = p[0], p[1], p[2], p[3], p[4]
+    n1, n2, s, c = inclination((w, x, y_, z))
+    rim = m * radius * radius
+    wn, wl = n1 * w1 + n2 * w2, n1 * w2 - n2 * w1
+    turn = ((I1 - I3) * wl * w3 + u[0]) / I1
+    push = rim * (c / s) * wn * wn + m * g * radius * c
+    lean = ((I3 - I1) * wn * w3 + push + u[1]) / (I1 + rim)
+    roll = radius * (w3 - wn * (c / s))
+    lx, ly = heading((w, x, y_, z), s)
+    return (
+        -0.5 * (x * w1 + y_ * w2 + z * w3),
+        0.5 * (w * w1 + y_ * w3 - z * w2),
+        0.5 * (w * w2 + z * w1 - x * w3),
+        0.5 * (w * w3 + x * w2 - y_ * w1),
+        n1 * turn - n2 * lean,
+        n2 * turn + n1 * lean,
+        (u[2] - rim * wn * wl) / (I3 + rim),
+        roll * lx,
+        roll * ly,
+    )
+
+
+@scalar
+def step(y: Row, u: Row, p: Row, h: float) -> Row:
+    """Fall for half the time, roll, fall for the other half: symmetric, second order.
+
+    Steady rolling on a circle is followed exactly, at any step.
+    """
+    q = (y[0], y[1], y[2], y[3])
+    n1, n2, s, c = inclination(q)
+    forward = heading(q, s)
+    rates = (fma(n1, y[4], n2 * y[5]), fma(n1, y[5], -n2 * y[4]), y[6])
+    q, rates, (s, c) = _fall(q, (n1, n2, s, c), rates, p, 0.5 * h)
+    q, rates, (n1, n2), way = _roll(q, (n1, n2, s, c), rates, forward, u, p, h)
+    q, rates, (s, c) = _fall(q, (n1, n2, s, c), rates, p, 0.5 * h)
+    wn, wl, w3 = rates
+    q = normalize(q)
+    return (*q, fma(n1, wn, -n2 * wl), fma(n2, wn, n1 * wl), w3, y[7] + way[0], y[8] + way[1])
+
+
+Rates = tuple[float, float, float]
+Pair = tuple[float, float]
+
+
+@scalar
+def _fall(
+    q: Quaternion, place: Row, rates: Rates, p: Row, h: float
+) -> tuple[Quaternion, Rates, Pair]:
+    """Turn about l at the constant rate wl: theta changes, and with it wn and w3.
+
+    ``d(wn sin(theta)) / dtheta = (I3 / I1) w3 sin(theta)`` and
+    ``dw3 / dtheta = wn m r^2 / (I3 + m r^2)``, the latter by the trapezoidal rule. The contact
+    stays where it is, and so does l.
+    """
+    n1, n2, s, c = place
+    wn, wl, w3 = rates
+    x = 0.5 * h * wl
+    a = x * tangent(x * x)
+    versine, sine = cayley(a)
+    fallen_s, rise = fma(-sine, c, -versine * s) + s, fma(sine, s, -versine * c)
+    w3 = fma(-p[11] * x, wn, w3)
+    wn = (wn * s - p[10] * w3 * rise) / fallen_s
+    w3 = fma(-p[11] * x, wn, w3)
+    return compose(q, (1.0, -a * n2, a * n1, 0.0)), (wn, wl, w3), (fallen_s, c + rise)
+
+
+@scalar
+def _roll(
+    q: Quaternion, place: Row, rates: Rates, forward: Pair, u: Row, p: Row, h: float
+) -> tuple[Quaternion, Rates, Pair, Pair]:
+    """Precess about the vertical and spin about e3 at constant theta, while gravity changes wl.
+
+    The contact runs along an arc; returned are attitude, rates, n in body axes and the way.
+    """
+    n1, n2, s, c = place
+    wn, wl, w3 = rates
+    wn, w3 = fma(0.5 * h * p[7], u[0], wn), fma(0.5 * h * p[9], u[2], w3)
+    precession, cot = wn / s, c / s
+    spin = fma(-wn, cot, w3)
+    moment = fma(p[6] * wn, w3, fma(-p[2] * cot, wn * wn, fma(p[0] * p[4] * p[1], c, u[1])))
+    half_phi, half_psi = 0.5 * h * precession, 0.5 * h * spin
+    stretch = tangent(half_phi * half_phi)
+    a, b = half_phi * stretch, half_psi * tangent(half_psi * half_psi)
+    before_x, before_y = forward
+    q = compose((1.0, 0.0, 0.0, a), compose(q, (1.0, 0.0, 0.0, b)))
+    versine, sine = cayley(b)
+    n = (fma(sine, n2, -versine * n1) + n1, fma(-sine, n1, -versine * n2) + n2)
+    # The mean of l over the arc is the mean of its ends times tan(x) / x, x half the turn.
+    turned_versine, turned_sine = cayley(a)
+    after_x = fma(-turned_sine, before_y, -turned_versine * before_x) + before_x
+    after_y = fma(turned_sine, before_x, -turned_versine * before_y) + before_y
+    way = 0.5 * h * p[1] * spin * stretch
+    wn, w3 = fma(0.5 * h * p[7], u[0], wn), fma(0.5 * h * p[9], u[2], w3)
+    rates = (wn, fma(h * p[8], moment, wl), w3)
+    return q, rates, n, (way * (before_x + after_x), way * (before_y + after_y))
+
+
+@scalar
+def restore(y: Row) -> Row:
+    """The same state with a quaternion of unit length: `step` has seen to that."""
+    return y
+
+
+@scalar
+def invariants(y: Row, p: Row) -> Row:
+    """Energy [J], constant without input.
+
+    ``(I1 wn^2 + (I1 + m r^2) wl^2 + (I3 + m r^2) w3^2) / 2 + m g r sin(theta)``.
+    """
+    n1, n2, s, _ = inclination((y[0], y[1], y[2], y[3]))
+    wn, wl, w3 = fma(n1, y[4], n2 * y[5]), fma(n1, y[5], -n2 * y[4]), y[6]
+    kinetic = 0.5 * fma(p[2] * wn, wn, fma(p[5] * wl, wl, p[6] * w3 * w3))
+    return (fma(p[0] * p[4] * p[1], s, kinetic),)
+
+
+@kernel
+def evaluate_rows(y: Array, u: Array, p: Array, out: Array) -> None:
+    """`batch.evaluate` of this system."""
+    batch.evaluate(rhs, SHAPES, y, u, p, out)
+
+
+@kernel
+def measure_rows(y: Array, p: Array, out: Array) -> None:
+    """`batch.measure` of this system."""
+    batch.measure(invariants, SHAPES, y, p, out)
+
+
+@kernel
+def simulate_rows(
+    weights: Array,
+    p: Array,
+    u: Array,
+    u_per_stage: bool,
+    h: Array,
+    n_substeps: Array,
+    y: Array,
+) -> None:
+    """`batch.simulate` of this system."""
+    batch.simulate(step, restore, weights, SHAPES, p, u, u_per_stage, h, n_substeps, y)

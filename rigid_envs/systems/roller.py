@@ -1,0 +1,153 @@
+"""Wheel, sphere or hoop that rolls down an incline or through a valley."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.kernels import roller as kernels
+from rigid_envs.systems.base import System
+from rigid_envs.systems.boundary import finite, non_negative, positive
+
+__all__ = ["Roller"]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Roller(System):
+    """Round body that rolls without slipping along a path in a vertical plane.
+
+    The path of its centre descends by the angle ``slope - curvature s`` after a way s: an incline
+    where the curvature is 0, else a circle of radius 1 / curvature: a valley (curvature > 0, its
+    bottom at s = slope / curvature) or a hill. ``(1 + beta) m s'' = m g sin(slope - curvature s)
+    + force``.
+
+    State y = (s, v): way along the path [m], velocity [m/s].
+    Input u = (force,): along the path, at the centre [N].
+
+    Rolling needs friction. `contact_force` says how much, `needed_friction` which coefficient, and
+    `slips` whether that exceeds `mu`; the motion itself is that without slip.
+
+    The integrator is symplectic, composed to fourth order, and exact on an incline.
+
+    Attributes:
+        m: mass [kg].
+        radius: rolling radius [m].
+        beta: inertia ratio I / (m radius^2): 2/5 solid sphere, 1/2 cylinder, 1 hoop,
+            0 a block without friction; above 1 what rolls on an axle.
+        g: gravitational acceleration [m/s^2].
+        slope: angle of descent at s = 0 [rad].
+        curvature: of the path of the centre, positive in a valley [1/m].
+        mu: coefficient of static friction.
+
+    Raises:
+        ValueError: parameters that no roller has.
+
+    Source: Goldstein, Poole & Safko, *Classical Mechanics*, section 2.4.
+    """
+
+    m: float = 1.0
+    radius: float = 1.0
+    beta: float = 0.4
+    g: float = 9.81
+    slope: float = 0.0
+    curvature: float = 0.0
+    mu: float = 1.0
+
+    _kernels: ClassVar[Any] = kernels
+    state_entries: ClassVar[tuple[str, ...]] = ("s", "v")
+    input_entries: ClassVar[tuple[str, ...]] = ("force",)
+    components: ClassVar[Mapping[str, slice]] = {"way": slice(0, 1), "velocity": slice(1, 2)}
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        positive(self.m, "m", "kg")
+        positive(self.radius, "radius", "m")
+        non_negative(self.beta, "beta", "1")
+        positive(self.g, "g", "m/s^2")
+        finite(self.slope, "slope", "rad")
+        finite(self.curvature, "curvature", "1/m")
+        non_negative(self.mu, "mu", "1")
+
+    def way(self, y: npt.ArrayLike) -> Array:
+        """Way s along the path [m], shape (...)."""
+        return np.array(np.asarray(y, dtype=np.float64)[..., 0])
+
+    def velocity(self, y: npt.ArrayLike) -> Array:
+        """Velocity v along the path [m/s], shape (...)."""
+        return np.array(np.asarray(y, dtype=np.float64)[..., 1])
+
+    def turn(self, y: npt.ArrayLike) -> Array:
+        """Angle by which the body has turned since s = 0, s / radius [rad], shape (...)."""
+        return np.asarray(self.way(y) / self.radius)
+
+    def descent(self, y: npt.ArrayLike) -> Array:
+        """Angle of descent slope - curvature s [rad], shape (...)."""
+        return np.asarray(self.slope - self.curvature * self.way(y))
+
+    def place(self, y: npt.ArrayLike) -> Array:
+        """Centre (x, z) from where s = 0: x horizontal, z vertical [m], shape (..., 2)."""
+        s, half = self.way(y), 0.5 * self.curvature * self.way(y)
+        chord = s * np.sinc(half / np.pi)
+        mean = self.slope - half
+        return np.stack([chord * np.cos(mean), -chord * np.sin(mean)], axis=-1)
+
+    def energy(self, y: npt.ArrayLike) -> Array:
+        """Kinetic energy of motion and rotation plus m g z [J], shape (...)."""
+        kinetic = 0.5 * (1.0 + self.beta) * self.m * self.velocity(y) ** 2
+        return np.asarray(kinetic + self.m * self.g * self.place(y)[..., 1])
+
+    def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
+        """Friction along the path and normal force of the ground [N], shape (..., 2).
+
+        Friction turns the body, ``-beta m s''``; the normal force carries the weight and bends the
+        path, ``m g cos(descent) + m v^2 curvature``.
+        """
+        friction = -self.beta * self.m * self.rhs(y, u)[..., 1]
+        bend = self.m * self.curvature * self.velocity(y) ** 2
+        normal = self.m * self.g * np.cos(self.descent(y)) + bend
+        return np.stack(np.broadcast_arrays(friction, normal), axis=-1)
+
+    def needed_friction(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
+        """Least coefficient of friction without slip, shape (...); infinite without contact."""
+        friction, normal = np.moveaxis(self.contact_force(y, u), -1, 0)
+        with np.errstate(divide="ignore"):
+            ratio = np.abs(friction) / np.maximum(normal, 0.0)
+        return np.asarray(np.where(normal > 0.0, ratio, np.inf))
+
+    def slips(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> npt.NDArray[np.bool_]:
+        """Whether rolling would need more friction than `mu` gives, shape (...)."""
+        return np.asarray(self.needed_friction(y, u) > self.mu)
+
+    @property
+    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
+        """Named quantities of a state."""
+        return {
+            "way": self.way,
+            "velocity": self.velocity,
+            "turn": self.turn,
+            "descent": self.descent,
+            "place": self.place,
+            "energy": self.energy,
+            "contact_force": self.contact_force,
+            "needed_friction": self.needed_friction,
+        }
+
+    def rate_bound(self, y: Array, u: Array, duration: float) -> float:
+        """Rate at which the descent can change, v curvature, or of small oscillations [rad/s].
+
+        On a straight incline every step is exact and nothing limits it.
+        """
+        push = float(np.max(np.abs(u), initial=0.0)) / self.m
+        gain = (self.g + push) / (1.0 + self.beta)
+        speed = float(np.max(np.abs(y[..., 1]), initial=0.0))
+        swing = math.sqrt(gain * abs(self.curvature))
+        # in a valley or on a hill gravity gives back what it takes: 4 g / curvature at most
+        fall = 2.0 * swing + push / (1.0 + self.beta) * duration * abs(self.curvature)
+        return max(speed * abs(self.curvature) + fall, swing)

@@ -1,0 +1,211 @@
+"""Disk or hoop that rolls without slipping on a horizontal plane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs import rotations
+from rigid_envs.kernels import rolling_disk as kernels
+from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
+from rigid_envs.systems.base import System
+from rigid_envs.systems.boundary import positive, principal_moments
+
+__all__ = ["RollingDisk"]
+
+Array = npt.NDArray[np.float64]
+_FLAT = 1e-6  # sin(theta) below which the point of contact is lost in rounding
+
+
+@dataclass(frozen=True)
+class RollingDisk(System):
+    """Axisymmetric disk with a thin rim that rolls without slipping on the plane z = 0.
+
+    Newton's and Euler's laws with the contact force F at -radius n, n the radius that points up:
+    ``m v' = F - m g e_z``, ``dL/dt = -radius n x F + tau``, and no slip: ``v = omega x radius n``.
+    F is eliminated exactly, so the velocity of the centre is no state and cannot drift. No Euler
+    angle is used: the upright disk is a state like any other. The disk that lies flat is none: it
+    has no point of contact.
+
+    State y = (w, x, y, z, omega1, omega2, omega3, X, Y): attitude, body to world, e3 the axis;
+    angular velocity in body axes [rad/s]; point of contact on the plane [m].
+    Input u = (tau_steer, tau_lean, tau_drive): torque [N m] about n, about the horizontal
+    direction of travel l = e3 x n, and about the axis e3.
+
+    The integrator is a symmetric splitting composed to fourth order: time-reversible, so that the
+    energy error is bounded, and exact on the steady circles.
+
+    Attributes:
+        m: mass [kg].
+        radius: radius of the rim [m].
+        I1: moment of inertia about a diameter, at the centre [kg m^2].
+        I3: moment of inertia about the axis [kg m^2].
+        g: gravitational acceleration, along -z of the world [m/s^2].
+
+    Raises:
+        ValueError: parameters that no body has.
+
+    Source: Routh, *Advanced Rigid Dynamics*, section 244; O'Reilly 1996, "The dynamics of rolling
+    disks and sliding disks", doi:10.1007/BF01833295.
+    """
+
+    m: float = 1.0
+    radius: float = 1.0
+    I1: float = 0.25
+    I3: float = 0.5
+    g: float = 9.81
+
+    _kernels: ClassVar[Any] = kernels
+    state_entries: ClassVar[tuple[str, ...]] = (
+        *("w", "x", "y", "z", "omega1", "omega2", "omega3", "X", "Y"),
+    )
+    input_entries: ClassVar[tuple[str, ...]] = ("tau_steer", "tau_lean", "tau_drive")
+    components: ClassVar[Mapping[str, slice]] = {
+        "q": slice(0, 4),
+        "omega_body": slice(4, 7),
+        "contact": slice(7, 9),
+    }
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        positive(self.m, "m", "kg")
+        positive(self.radius, "radius", "m")
+        principal_moments(self.I1, self.I1, self.I3)
+        positive(self.g, "g", "m/s^2")
+
+    @classmethod
+    def disc(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:
+        """Uniform thin disc: I3 = m radius^2 / 2, I1 = I3 / 2."""
+        rim = m * radius * radius
+        return cls(m, radius, 0.25 * rim, 0.5 * rim, g)
+
+    @classmethod
+    def hoop(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:
+        """Thin hoop: I3 = m radius^2, I1 = I3 / 2."""
+        rim = m * radius * radius
+        return cls(m, radius, 0.5 * rim, rim, g)
+
+    @classmethod
+    def checked_state(cls, y: npt.ArrayLike) -> Array:
+        """The state y as float64 of shape (..., 9).
+
+        Raises:
+            ValueError: as `System.checked_state`; also a disk that lies flat.
+        """
+        rows = super().checked_state(y)
+        s = np.ravel(_sine(rows))
+        if s.size and float(np.min(s)) < _FLAT:
+            raise ValueError(
+                f"y holds a disk with sin(theta) = {float(np.min(s)):.3g}; expected at least "
+                f"{_FLAT:g}: a disk that lies flat has no point of contact"
+            )
+        return rows
+
+    @property
+    def moments(self) -> Array:
+        """Principal moments at the centre (I1, I1, I3) [kg m^2]."""
+        return np.array([self.I1, self.I1, self.I3])
+
+    def omega_body(self, y: npt.ArrayLike) -> Array:
+        """Angular velocity in body axes [rad/s], shape (..., 3)."""
+        return np.array(np.asarray(y, dtype=np.float64)[..., 4:7])
+
+    def omega_world(self, y: npt.ArrayLike) -> Array:
+        """Angular velocity in world axes [rad/s], shape (..., 3)."""
+        return rotations.rotate(quaternion(y), self.omega_body(y))
+
+    def tilt(self, y: npt.ArrayLike) -> Array:
+        """Angle theta between the axis e3 and the vertical [rad], pi / 2 upright, shape (...)."""
+        return np.asarray(np.arctan2(_sine(y), gamma(y)[..., 2]))
+
+    def radius_up(self, y: npt.ArrayLike) -> Array:
+        """Unit vector n from the contact to the centre, in world axes, shape (..., 3)."""
+        vertical = gamma(y)
+        up = vertical[..., :2] / _sine(y)[..., None]
+        return rotations.rotate(quaternion(y), np.concatenate([up, 0.0 * up[..., :1]], axis=-1))
+
+    def contact(self, y: npt.ArrayLike) -> Array:
+        """Point of contact (X, Y) on the plane [m], shape (..., 2)."""
+        return np.array(np.asarray(y, dtype=np.float64)[..., 7:9])
+
+    def centre(self, y: npt.ArrayLike) -> Array:
+        """Centre of the disk in world axes [m], shape (..., 3)."""
+        foot = self.contact(y)
+        below = np.concatenate([foot, 0.0 * foot[..., :1]], axis=-1)
+        return below + self.radius * self.radius_up(y)
+
+    def velocity(self, y: npt.ArrayLike) -> Array:
+        """Velocity of the centre, omega x radius n, in world axes [m/s], shape (..., 3)."""
+        return np.asarray(self.radius * np.cross(self.omega_world(y), self.radius_up(y)))
+
+    def energy(self, y: npt.ArrayLike) -> Array:
+        """Kinetic energy plus m g times the height of the centre [J], shape (...)."""
+        omega = self.omega_body(y)
+        spin = np.sum(self.moments * omega * omega, axis=-1)
+        speed = np.sum(self.velocity(y) ** 2, axis=-1)
+        height = self.centre(y)[..., 2]
+        return np.asarray(0.5 * (spin + self.m * speed) + self.m * self.g * height)
+
+    def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
+        """Force of the plane on the disk, m (v' + g e_z), in world axes [N], shape (..., 3).
+
+        Its third entry is the normal force: where that is negative the disk would lift off; the
+        others are friction, which needs a coefficient of ``hypot(F_x, F_y) / F_z``.
+        """
+        rates = self.rhs(y, u)
+        omega, n = self.omega_world(y), self.radius_up(y)
+        turned = rotations.rotate(quaternion(y), rates[..., 4:7])  # omega_world' = R omega_body'
+        precession = np.sum(omega * n, axis=-1) / _sine(y)
+        frame = omega.copy()  # n turns with omega, less the spin psi' about e3
+        axis = rotations.rotate(quaternion(y), np.array([0.0, 0.0, 1.0]))
+        frame -= (self.omega_body(y)[..., 2] - precession * gamma(y)[..., 2])[..., None] * axis
+        acceleration = np.cross(turned, n) + np.cross(omega, np.cross(frame, n))
+        weight = np.array([0.0, 0.0, self.m * self.g])
+        return np.asarray(self.m * self.radius * acceleration + weight)
+
+    @property
+    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
+        """Named quantities of a state."""
+        return {
+            **ATTITUDE,
+            "omega_body": self.omega_body,
+            "omega_world": self.omega_world,
+            "tilt": self.tilt,
+            "contact": self.contact,
+            "centre": self.centre,
+            "velocity": self.velocity,
+            "contact_force": self.contact_force,
+            "energy": self.energy,
+        }
+
+    def rate_bound(self, y: Array, u: Array, duration: float) -> float:
+        """Bound on the rates of body, precession and spin for the time of `horizon` [rad/s].
+
+        With s = sqrt(2 E): s' <= norm(tau) / sqrt(I_min), and every rate is at most
+        s / sqrt(I_min); precession and spin are 1 / sin(theta) times that.
+        """
+        s = 0.5 * float(np.min(_sine(y), initial=1.0))
+        return self._fastest(y, u, min(duration, self.horizon(y, u))) / s
+
+    def horizon(self, y: Array, u: Array) -> float:
+        """Time [s] in which no disk can fall so far that sin(theta) is halved."""
+        rate = self._fastest(y, u, 0.0)
+        return 0.5 * float(np.min(_sine(y), initial=1.0)) / rate
+
+    def _fastest(self, y: Array, u: Array, duration: float) -> float:
+        """Bound on the angular rates along n, l and e3 [rad/s]."""
+        size = math.sqrt(min(self.I1, self.I3))
+        torque = float(np.max(np.linalg.norm(u, axis=-1), initial=0.0))
+        energy = float(np.max(self.energy(y), initial=self.m * self.g * self.radius))
+        return (math.sqrt(2.0 * energy) + torque * duration / size) / size
+
+
+def _sine(y: npt.ArrayLike) -> Array:
+    """sin(theta) of the angle between axis and vertical, shape (...)."""
+    vertical = gamma(y)
+    return np.asarray(np.hypot(vertical[..., 0], vertical[..., 1]))
