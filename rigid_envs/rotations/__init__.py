@@ -1,9 +1,12 @@
-"""Attitude: quaternions, rotation matrices, z-x-z Euler angles, exp and log; NumPy, leading axes.
+"""Attitude: quaternions, rotation matrices, z-x-z Euler angles, exp and log, change of frame.
 
 Conventions. A quaternion q = (w, x, y, z) is unit, Hamilton, body to world; R is its matrix,
 v_world = R v_body; Euler angles are (phi, theta, psi) with R = Rz(phi) Rx(theta) Rz(psi): phi
 precession, theta nutation, psi spin; a rotation vector is axis * angle [rad]. q and -q are the
 same attitude.
+
+At gimbal lock (sin(theta) = 0) only phi + psi or phi - psi is defined: angles are finite, with
+psi = 0, and Euler-angle rates, which do not exist there, are refused with a `ValueError`.
 
 Every function takes array-likes with any leading axes, broadcasts them, returns new float64
 arrays, and refuses bad input with a `ValueError`: wrong trailing shape, no real numbers, NaN or
@@ -51,10 +54,17 @@ from rigid_envs.rotations.quaternions import (
     rotate,
     rotate_inverse,
 )
+from rigid_envs.rotations.transport import (
+    body_rate,
+    rotate_tensor,
+    transform_tensor,
+    world_rate,
+)
 
 __all__ = [
     "angle",
     "axis_angle_from_quaternion",
+    "body_rate",
     "canonicalize",
     "conjugate",
     "distance",
@@ -85,6 +95,9 @@ __all__ = [
     "rot6d_from_matrix",
     "rotate",
     "rotate_inverse",
+    "rotate_tensor",
     "slerp",
+    "transform_tensor",
     "vee",
+    "world_rate",
 ]

@@ -9,10 +9,13 @@ from scipy.spatial.transform import Rotation
 from rigid_envs import rotations as rot
 from tests.rotations.attitudes import ULPS
 
-SHAPES = {"q": (4,), "v": (3,), "R": (3, 3), "a": (), "d": (6,), "S": (3, 3), "e": (3,), "u": (3,)}
+SHAPES = {"a": (), "d": (6,), "e": (3,), "q": (4,), "u": (3,), "v": (3,)}
+SHAPES |= {"R": (3, 3), "S": (3, 3), "T": (3, 3)}
+LEADING = ((2, 1), (3,), (2, 3), (1, 1))
 SIGNATURES = {  # the kinds of the arguments of every function that takes arrays
     "angle": "q",
     "axis_angle_from_quaternion": "q",
+    "body_rate": "qvvv",
     "canonicalize": "q",
     "conjugate": "q",
     "distance": "qq",
@@ -41,8 +44,11 @@ SIGNATURES = {  # the kinds of the arguments of every function that takes arrays
     "rot6d_from_matrix": "R",
     "rotate": "qv",
     "rotate_inverse": "qv",
+    "rotate_tensor": "qT",
     "slerp": "qqa",
+    "transform_tensor": "RT",
     "vee": "S",
+    "world_rate": "qvvv",
 }
 every_function = pytest.mark.parametrize("name", SIGNATURES)
 
@@ -66,7 +72,7 @@ def sample(kind, shape, rng):
     return rows / np.linalg.norm(rows, axis=-1, keepdims=True) if kind == "u" else rows
 
 
-def arguments(name, rng, shapes=((), (), ())):
+def arguments(name, rng, shapes=((),) * 4):
     return [sample(kind, shape, rng) for kind, shape in zip(SIGNATURES[name], shapes, strict=False)]
 
 
@@ -81,8 +87,8 @@ def test_the_table_of_signatures_lists_every_public_function():
 
 @every_function
 def test_leading_axes_broadcast_and_each_row_is_on_its_own(name, rng):
-    args = arguments(name, rng, ((2, 1), (3,), (2, 3)))
-    lead = np.broadcast_shapes(*[(2, 1), (3,), (2, 3)][: len(args)])
+    args = arguments(name, rng, LEADING)
+    lead = np.broadcast_shapes(*LEADING[: len(args)])
     kinds = SIGNATURES[name]
     spread = [np.broadcast_to(a, lead + SHAPES[k]) for a, k in zip(args, kinds, strict=True)]
     for i, rows in enumerate(outputs(name, args)):
@@ -95,7 +101,7 @@ def test_leading_axes_broadcast_and_each_row_is_on_its_own(name, rng):
 
 @every_function
 def test_results_are_new_float64_arrays_and_arguments_stay_as_they_were(name, rng):
-    args = arguments(name, rng, ((5,), (5,), (5,)))
+    args = arguments(name, rng, ((5,),) * 4)
     before = [a.copy() for a in args]
     for result in outputs(name, args):
         assert result.dtype == np.float64
