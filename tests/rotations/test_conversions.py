@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from rigid_envs import rotations as rot
 from tests.reference import cases
-from tests.rotations.attitudes import EPS, ULPS, angles, quaternions, scipy_of
+from tests.rotations.attitudes import EPS, ULPS, angles, quaternions, scipy_of, vectors
 
 every_euler_case = pytest.mark.parametrize("case", cases("euler_angles"), ids=itemgetter("id"))
 corners = st.sampled_from([0.0, 1e-300, 1e-12, 1e-8, 0.5, np.pi - 1e-8, np.pi - 1e-12, np.pi])
@@ -41,6 +41,8 @@ def test_reference_attitudes_of_euler_angles(case):
     unsigned = rot.canonicalize(rot.quaternion_from_euler(euler))
     np.testing.assert_allclose(unsigned, q, rtol=8 * EPS, atol=2 * EPS)
     for found in (rot.euler_from_quaternion(q), rot.euler_from_matrix(R)):
+        turn = found[0] + found[2] - case["out"]["phi_plus_psi_mod_2pi"]
+        assert abs(np.exp(1j * turn) - 1.0) * np.cos(euler[1] / 2) <= ULPS  # undefined at pi
         assert rot.distance(rot.quaternion_from_euler(found), q) <= ULPS
         if euler[1] > 0.0:  # the entries of q and R that carry phi - psi are rounded by 1e-16
             np.testing.assert_allclose(found, euler, rtol=0, atol=ULPS / np.sin(euler[1]))
@@ -85,6 +87,37 @@ def test_at_gimbal_lock_phi_has_all_the_turn(phi, psi, theta):
     turn = phi + psi if theta == 0.0 else phi - psi
     assert found[1] == theta and found[2] == 0.0
     assert abs(np.exp(1j * found[0]) - np.exp(1j * turn)) <= ULPS
+
+
+@given(angles, angles, nutations)
+def test_angles_of_a_matrix_are_finite_and_rebuild_it_at_gimbal_lock_too(phi, psi, theta):
+    R = Rotation.from_euler("ZXZ", [phi, theta, psi]).as_matrix()
+    found = rot.euler_from_matrix(R)
+    assert np.all(np.isfinite(found))
+    np.testing.assert_allclose(rot.matrix_from_euler(found), R, rtol=0, atol=2 * ULPS)
+
+
+@pytest.mark.parametrize("theta", [0.0, -0.0, 1e-300, 1e-16, np.pi, -np.pi, 2 * np.pi])
+@pytest.mark.parametrize("name", ["euler_rates_from_omega_body", "euler_rates_from_omega_world"])
+def test_rates_are_refused_where_they_do_not_exist_and_the_row_is_named(name, theta):
+    rows = [[0.1, 1.0, 0.2], [0.1, theta, 0.2]]
+    with pytest.raises(ValueError, match=r"^euler\[1\] = .*sin.*quaternion_rate"):
+        getattr(rot, name)(rows, [0.0, 0.0, 1.0])  # even where a limit exists: it is not unique
+
+
+@given(angles, st.floats(2e-15, 1e-3), st.booleans(), angles, vectors)
+def test_rates_beside_gimbal_lock_are_finite_and_give_back_the_angular_velocity(
+    phi, near, top, psi, omega
+):
+    euler = [phi, np.pi - near if top else near, psi]
+    if abs(np.sin(euler[1])) > 2e-15:  # pi - 2e-15 is rounded by 4e-16
+        rates = rot.euler_rates_from_omega_body(euler, omega)
+        assert np.all(np.isfinite(rates))
+        found = rot.omega_body_from_euler_rates(euler, rates)
+        # psi' cancels phi' cos(theta), which grows like |omega| / sin(theta)
+        lost = ULPS * (1.0 + np.linalg.norm(omega) / abs(np.sin(euler[1])))
+        np.testing.assert_allclose(found[:2], omega[:2], rtol=0, atol=ULPS)
+        np.testing.assert_allclose(found[2], omega[2], rtol=0, atol=lost)
 
 
 def test_rot6d_is_the_first_two_columns_one_after_the_other():
