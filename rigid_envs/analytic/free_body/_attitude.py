@@ -63,7 +63,7 @@ def _from_momentum(path: Polhode, t: ArrayLike) -> FloatArray:
     # The third component is never negative: nothing cancels, and theta <= 90 degrees.
     cos_half = np.sqrt(0.5 * (1.0 + momentum[..., 2]))
     sin_half = np.hypot(momentum[..., 0], momentum[..., 1]) / (2.0 * cos_half)
-    phi, psi = _precession(path, u, t), _spin(path, u)
+    phi, psi = precession(path, u, t), _spin(path, u)
     total, difference = 0.5 * (phi + psi), 0.5 * (phi - psi)
     parts = [
         cos_half * np.cos(total),
@@ -74,7 +74,7 @@ def _from_momentum(path: Polhode, t: ArrayLike) -> FloatArray:
     return np.stack(parts, axis=-1)
 
 
-def _precession(path: Polhode, u: FloatArray, t: ArrayLike) -> FloatArray:
+def precession(path: Polhode, u: FloatArray, t: ArrayLike) -> FloatArray:
     """Euler angle phi about L [rad], up to a constant."""
     j1, j2, _ = path.moments
     steady = path.momentum / j2 * np.asarray(t, dtype=np.float64)

@@ -68,6 +68,18 @@ class Polhode:
         """Time in which omega returns in the body, 4 K / p = 2 flip intervals [s]."""
         return 2.0 * self.flip_interval
 
+    @property
+    def flip_asymptote(self) -> float:
+        """Flip interval beside the separatrix, (2 / p) ln(4 / sqrt(1 - m)) [s].
+
+        What is left out is of the relative order of 1 - m. A perturbation eps of the spin gives
+        1 - m ~ eps^2: the interval grows by (2 / p) ln 10 for each decimal by which eps falls, and
+        a relative error x of eps moves it by 2 x / p.
+        """
+        if self.rate == 0.0 or self.m1 == 0.0:
+            return math.inf
+        return 2.0 / abs(self.rate) * (math.log(4.0) - 0.5 * math.log(self.m1))
+
     def argument(self, t: ArrayLike) -> FloatArray:
         """Argument u of the elliptic functions at the times t [s], of the shape of t."""
         return self.start + self.rate * finite("t", t)
