@@ -2,8 +2,9 @@
 
 State y = (s, v): way of the centre along its path [m], positive downhill at s = 0, and velocity
 [m/s]. Inputs u = (force,): along the path, at the centre [N].
-Parameters p = (m, radius, beta, g, slope, curvature, 1 / (1 + beta), 1 / m): beta = I / (m r^2);
-the path descends by the angle slope - curvature * s, a straight line or a circular arc.
+Parameters p = (m, radius, beta, g, slope, curvature, mu, 1 / (1 + beta), 1 / m): beta is
+I / (m r^2); the path descends by the angle slope - curvature * s, a straight line or a circular
+arc; on mu, the coefficient of friction, the motion does not depend.
 """
 
 from rigid_envs.kernels import batch
@@ -17,7 +18,7 @@ __all__ = ["INVARIANTS", "SHAPES", "WEIGHTS", "derive", "invariants", "restore",
 
 STATE = (0.0,) * 2
 INPUTS = (0.0,)
-PARAMETERS = (1.0,) * 8
+PARAMETERS = (1.0,) * 9
 SHAPES = (STATE, INPUTS, PARAMETERS)
 WEIGHTS = SUZUKI
 INVARIANTS = ("energy",)
@@ -25,15 +26,15 @@ INVARIANTS = ("energy",)
 
 @scalar
 def derive(raw: Row) -> Row:
-    """Parameter row p of (m [kg], radius [m], beta, g [m/s^2], slope [rad], curvature [1/m])."""
-    m, radius, beta, g, slope, curvature = raw
-    return (m, radius, beta, g, slope, curvature, 1.0 / (1.0 + beta), 1.0 / m)
+    """Parameter row p of (m [kg], radius [m], beta, g [m/s^2], slope [rad], curvature, mu)."""
+    m, radius, beta, g, slope, curvature, mu = raw
+    return (m, radius, beta, g, slope, curvature, mu, 1.0 / (1.0 + beta), 1.0 / m)
 
 
 @scalar
 def acceleration(s: float, u: Row, p: Row) -> float:
     """``(1 + beta) v' = g sin(slope - curvature s) + force / m``: rolling turns the body, too."""
-    return p[6] * fma(p[3], sincos(fma(-p[5], s, p[4]))[0], u[0] * p[7])
+    return p[7] * fma(p[3], sincos(fma(-p[5], s, p[4]))[0], u[0] * p[8])
 
 
 @scalar

@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from rigid_envs.kernels import dynamic_ball as kernels
 from rigid_envs.systems.attitude import ATTITUDE
-from rigid_envs.systems.base import System
 from rigid_envs.systems.boundary import ball_ratio, finite, positive
+from rigid_envs.systems.pace import PacedSystem
 
 __all__ = ["DynamicBall"]
 
@@ -22,7 +22,7 @@ Rows = npt.NDArray[Any]  # complex where an accessor is differentiated
 
 
 @dataclass(frozen=True)
-class DynamicBall(System):
+class DynamicBall(PacedSystem):
     """Ball that rolls without slipping on a plate, pushed by gravity, a force and the plate.
 
     The plate turns about the point O of its surface: plate axes are P = Rx(alpha_x) Ry(alpha_y) of
@@ -171,26 +171,18 @@ class DynamicBall(System):
             "energy": self.energy,
         }
 
-    def rate_bound(self, y: Array, u: Array, duration: float) -> float:
-        """Rate of the ball, and what it gains at the present acceleration [rad/s]."""
-        rate, gain = self._pace(y, u)
-        return rate + gain * min(duration, rate / gain)
-
-    def horizon(self, y: Array, u: Array) -> float:
-        """Time [s] in which the rate of the ball grows by no more than itself."""
-        rate, gain = self._pace(y, u)
-        return rate / gain
-
-    def _pace(self, y: Array, u: Array) -> tuple[float, float]:
-        """Largest rate [rad/s], not below sqrt(g / radius), and how fast it may grow [rad/s^2]."""
+    def pace(self, y: Array, u: Array) -> tuple[float, float]:
+        """Rates of ball and plate and sqrt(g / radius), and how fast they grow at present."""
         rows, inputs = self._broadcast(y, u)
         fall = self.g / self.radius
         plate = np.linalg.norm(self.tilt_rate(rows), axis=-1) + abs(self.turntable_rate)
         rate = np.linalg.norm(self.omega_plate(rows), axis=-1) + plate
         pushed = np.linalg.norm(self.rhs(rows, inputs)[..., 6:8], axis=-1) / self.radius
-        turned = np.linalg.norm(inputs[..., 2:], axis=-1)
-        gain = float(np.max(pushed + turned, initial=0.0)) + fall
-        return float(np.max(rate, initial=0.0)) + math.sqrt(fall), gain
+        gain = pushed + np.linalg.norm(inputs[..., 2:], axis=-1)
+        return (
+            float(np.max(rate, initial=0.0)) + math.sqrt(fall),
+            float(np.max(gain, initial=0.0)) + fall,
+        )
 
     def _centre(self, y: Rows) -> Rows:
         """Centre in plate axes (X, Y, radius) [m]."""

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from rigid_envs import rotations
 from rigid_envs.kernels import rolling_disk as kernels
 from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
-from rigid_envs.systems.base import System
 from rigid_envs.systems.boundary import positive, principal_moments
+from rigid_envs.systems.pace import PacedSystem
 
 __all__ = ["RollingDisk"]
 
@@ -23,7 +23,7 @@ _FLAT = 1e-6  # sin(theta) below which the point of contact is lost in rounding
 
 
 @dataclass(frozen=True)
-class RollingDisk(System):
+class RollingDisk(PacedSystem):
     """Axisymmetric disk with a thin rim that rolls without slipping on the plane z = 0.
 
     Newton's and Euler's laws with the contact force F at -radius n, n the radius that points up:
@@ -70,6 +70,7 @@ class RollingDisk(System):
         "omega_body": slice(4, 7),
         "contact": slice(7, 9),
     }
+    fine: ClassVar[float] = 1.0 / 128.0  # a disk that rises from near flat turns within a few steps
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -183,26 +184,25 @@ class RollingDisk(System):
             "energy": self.energy,
         }
 
-    def rate_bound(self, y: Array, u: Array, duration: float) -> float:
-        """Bound on the rates of body, precession and spin for the time of `horizon` [rad/s].
+    def pace(self, y: Array, u: Array) -> tuple[float, float]:
+        """Rates of spin, precession, fall and sqrt(g / radius), and how fast they grow at present.
 
-        With s = sqrt(2 E): s' <= norm(tau) / sqrt(I_min), and every rate is at most
-        s / sqrt(I_min); precession and spin are 1 / sin(theta) times that.
+        Precession and fall, wn and wl, count 1 / sin(theta) times: that is how fast the heading
+        and sin(theta) itself change.
         """
-        s = 0.5 * float(np.min(_sine(y), initial=1.0))
-        return self._fastest(y, u, min(duration, self.horizon(y, u))) / s
-
-    def horizon(self, y: Array, u: Array) -> float:
-        """Time [s] in which no disk can fall so far that sin(theta) is halved."""
-        rate = self._fastest(y, u, 0.0)
-        return 0.5 * float(np.min(_sine(y), initial=1.0)) / rate
-
-    def _fastest(self, y: Array, u: Array, duration: float) -> float:
-        """Bound on the angular rates along n, l and e3 [rad/s]."""
-        size = math.sqrt(min(self.I1, self.I3))
-        torque = float(np.max(np.linalg.norm(u, axis=-1), initial=0.0))
-        energy = float(np.max(self.energy(y), initial=self.m * self.g * self.radius))
-        return (math.sqrt(2.0 * energy) + torque * duration / size) / size
+        rows, inputs = self._broadcast(y, u)
+        omega, s = self.omega_body(rows), _sine(rows)
+        across = np.linalg.norm(omega[..., :2], axis=-1)
+        rate = np.abs(omega[..., 2]) + across / s
+        fall = np.abs(np.sum(self.omega_world(rows) * self.radius_up(rows), axis=-1))
+        fall = np.sqrt(np.maximum(across**2 - fall**2, 0.0))
+        grown = np.linalg.norm(self.rhs(rows, inputs)[..., 4:7], axis=-1)
+        gain = (grown + across * fall / s) / s
+        natural = self.g / self.radius
+        return (
+            float(np.max(rate, initial=0.0)) + math.sqrt(natural),
+            float(np.max(gain, initial=0.0)) + natural,
+        )
 
 
 def _sine(y: npt.ArrayLike) -> Array:

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from rigid_envs import rotations
 from rigid_envs.kernels import upright_coin as kernels
 from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
-from rigid_envs.systems.base import System
 from rigid_envs.systems.boundary import finite, non_negative, positive
+from rigid_envs.systems.pace import PacedSystem
 
 __all__ = ["UprightCoin"]
 
@@ -22,7 +22,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class UprightCoin(System):
+class UprightCoin(PacedSystem):
     """Coin or knife edge that is held upright, rolls without slipping and is steered.
 
     ``R = Rz(phi) Rx(pi/2) Rz(psi)``: heading phi, roll phase psi. ``I1 phi'' = tau_steer``,
@@ -187,21 +187,10 @@ class UprightCoin(System):
             "energy": self.energy,
         }
 
-    def rate_bound(self, y: Array, u: Array, duration: float) -> float:
-        """Largest of phi' and psi', with what torques and gravity can add [rad/s]."""
-        steer, roll = self._gains(u)
-        rates = np.max(np.abs(np.reshape(y[..., 6:8], (-1, 2))), axis=0, initial=0.0)
-        time = min(duration, self.horizon(y, u))
-        return float(max(rates[0] + steer * time, rates[1] + roll * time))
-
-    def horizon(self, y: Array, u: Array) -> float:
-        """Time [s] in which neither rate grows by more than the largest, or by 1 rad/s."""
-        gain = max(self._gains(u))
-        rate = max(float(np.max(np.abs(y[..., 6:8]), initial=0.0)), 1.0)
-        return rate / gain if gain > 0.0 else math.inf
-
-    def _gains(self, u: Array) -> tuple[float, float]:
-        """Bounds on phi'' and psi'' [rad/s^2]."""
+    def pace(self, y: Array, u: Array) -> tuple[float, float]:
+        """The larger of phi' and psi', and what torques and gravity add to it, each at least 1."""
         steer, drive = np.max(np.abs(np.reshape(u, (-1, 2))), axis=0, initial=0.0)
         pull = self.m * self.g * abs(math.sin(self.slope)) * self.radius
-        return float(steer) / self.I1, (float(drive) + pull) / (self.I3 + self.m * self.radius**2)
+        roll = (float(drive) + pull) / (self.I3 + self.m * self.radius**2)
+        rate = float(np.max(np.abs(y[..., 6:8]), initial=1.0))
+        return rate, max(float(steer) / self.I1, roll, 1.0)
