@@ -13,10 +13,17 @@ Case = dict[str, Any]
 
 
 @cache
-def _by_kind() -> dict[str, list[Case]]:
+def all_cases() -> list[Case]:
+    """Return the cases of all kinds."""
     path = Path(__file__).parent / "data" / "reference_cases.json"
+    found: list[Case] = json.loads(path.read_text(encoding="utf-8"))["cases"]
+    return found
+
+
+@cache
+def _by_kind() -> dict[str, list[Case]]:
     kinds: dict[str, list[Case]] = {}
-    for case in json.loads(path.read_text(encoding="utf-8"))["cases"]:
+    for case in all_cases():
         kinds.setdefault(case["kind"], []).append(case)
     return kinds
 
