@@ -9,10 +9,11 @@ Modules:
     free_body: torque-free rotation of any body: angular velocity, attitude, flips, rates.
     heavy_top: symmetric top in gravity: nutation, steady precession, the sleeping top.
     rolling_ball: attitude of a ball after straight, polygonal and circular rolls.
+    roller: descent on an incline, swings in a valley, the cycloid, sliding that ends in rolling.
 
 Quaternions are (w, x, y, z), unit, body to world, as everywhere in the package.
 """
 
-from rigid_envs.analytic import elliptic, free_body, heavy_top, rolling_ball
+from rigid_envs.analytic import elliptic, free_body, heavy_top, roller, rolling_ball
 
-__all__ = ["elliptic", "free_body", "heavy_top", "rolling_ball"]
+__all__ = ["elliptic", "free_body", "heavy_top", "roller", "rolling_ball"]

@@ -3,7 +3,15 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["FloatArray", "finite", "positive", "unit_quaternion", "vector"]
+__all__ = [
+    "FloatArray",
+    "finite",
+    "non_negative",
+    "positive",
+    "strictly_between",
+    "unit_quaternion",
+    "vector",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -33,6 +41,30 @@ def positive(**values: ArrayLike) -> None:
         array = finite(name, value)
         if not np.all(array > 0.0):
             raise ValueError(f"{name} is {array.tolist()}; expected above 0")
+
+
+def non_negative(**values: ArrayLike) -> None:
+    """Refuse parameters that are not finite and at least zero.
+
+    Raises:
+        ValueError: the first that is not, by name.
+    """
+    for name, value in values.items():
+        array = finite(name, value)
+        if not np.all(array >= 0.0):
+            raise ValueError(f"{name} is {array.tolist()}; expected 0 or above")
+
+
+def strictly_between(low: float, high: float, **values: ArrayLike) -> None:
+    """Refuse parameters outside the open interval from low to high.
+
+    Raises:
+        ValueError: the first that is not inside, by name.
+    """
+    for name, value in values.items():
+        array = finite(name, value)
+        if not np.all((array > low) & (array < high)):
+            raise ValueError(f"{name} is {array.tolist()}; expected between {low} and {high}")
 
 
 def vector(name: str, value: ArrayLike, size: int) -> FloatArray:

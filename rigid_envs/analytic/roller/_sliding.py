@@ -1,0 +1,112 @@
+"""A ball that slides on level ground until friction has made it roll."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rigid_envs.analytic._inputs import FloatArray, finite, positive, vector
+
+__all__ = ["SlipToRoll", "slide", "slip_to_roll"]
+
+
+@dataclass(frozen=True)
+class SlipToRoll:
+    """The sliding of a ball and what it ends in; world axes, z up.
+
+    Attributes:
+        time: at which the ball begins to roll [s].
+        velocity: of the centre from then on, shape (2,) [m/s].
+        omega: angular velocity from then on, shape (3,) [rad/s].
+        position: of the centre where it begins to roll, from its start, shape (2,) [m].
+        slip: velocity of the contact point at the start, shape (2,) [m/s]; it dies out linearly.
+        omega_rate: constant angular acceleration while sliding, shape (3,) [rad/s^2].
+    """
+
+    time: float
+    velocity: FloatArray
+    omega: FloatArray
+    position: FloatArray
+    slip: FloatArray
+    omega_rate: FloatArray
+
+
+def slip_to_roll(
+    velocity: ArrayLike, omega: ArrayLike, *, beta: float, radius: float, mu: float, g: float
+) -> SlipToRoll:
+    """Follow a sliding ball until it rolls.
+
+    Friction mu m g points against the slip u = v + omega x (-radius e_z) and never changes its
+    direction e, for u' = -mu g (1 + 1 / beta) e: the centre runs along a parabola and
+
+        t_roll = abs(u) beta / ((1 + beta) mu g),  v_final = v - u beta / (1 + beta).
+
+    Args:
+        velocity: of the centre, shape (2,) [m/s], world.
+        omega: angular velocity, shape (3,) [rad/s], world; omega_z does not change.
+        beta: inertia ratio I / (m radius^2).
+        radius: of the ball [m].
+        mu: coefficient of sliding friction.
+        g: gravity [m/s^2].
+
+    Raises:
+        ValueError: a wrong shape, or a parameter that is not positive.
+
+    Source: Sommerfeld, Mechanics, par. 27, on the high and low shots in billiards; Coriolis (1835).
+    """
+    positive(beta=beta, radius=radius, mu=mu, g=g)
+    v, w = vector("velocity", velocity, 2), vector("omega", omega, 3)
+    slip = v + radius * np.array([-w[1], w[0]])
+    speed = float(np.hypot(*slip))
+    e = slip / speed if speed > 0.0 else np.zeros(2)
+    time = speed * beta / ((1.0 + beta) * mu * g)
+    omega_rate = mu * g / (beta * radius) * np.array([-e[1], e[0], 0.0])
+    final = v - beta / (1.0 + beta) * slip
+    return SlipToRoll(
+        time=time,
+        velocity=final,
+        omega=w + time * omega_rate,
+        position=0.5 * time * (v + final),
+        slip=slip,
+        omega_rate=omega_rate,
+    )
+
+
+def slide(
+    t: ArrayLike,
+    velocity: ArrayLike,
+    omega: ArrayLike,
+    *,
+    beta: float,
+    radius: float,
+    mu: float,
+    g: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Place, velocity and angular velocity of a ball that slides first and rolls then.
+
+    Args:
+        t: times from 0 on, any shape [s].
+        velocity: of the centre at t = 0, shape (2,) [m/s], world.
+        omega: angular velocity at t = 0, shape (3,) [rad/s], world.
+        beta: inertia ratio I / (m radius^2).
+        radius: of the ball [m].
+        mu: coefficient of sliding friction.
+        g: gravity [m/s^2].
+
+    Returns:
+        Displacement of the centre since t = 0, shape t.shape + (2,) [m], its velocity, the same
+        shape [m/s], and the angular velocity, shape t.shape + (3,) [rad/s], world.
+
+    Raises:
+        ValueError: as `slip_to_roll`, or a negative time.
+
+    Source: Sommerfeld, Mechanics, par. 27.
+    """
+    end = slip_to_roll(velocity, omega, beta=beta, radius=radius, mu=mu, g=g)
+    times = finite("t", t)[..., np.newaxis]
+    if not np.all(times >= 0.0):
+        raise ValueError(f"t is {times[..., 0].tolist()}; expected 0 or above, from the start on")
+    left = np.maximum(end.time - times, 0.0)  # of the sliding
+    rate = (np.asarray(velocity) - end.velocity) / end.time if end.time > 0.0 else np.zeros(2)
+    position = end.position + (times - end.time) * end.velocity - 0.5 * left * left * rate
+    return position, end.velocity + left * rate, end.omega - left * end.omega_rate
