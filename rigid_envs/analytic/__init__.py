@@ -8,7 +8,7 @@ Modules:
     elliptic: Jacobi functions and the integrals of motion, exact up to the separatrix.
     free_body: torque-free rotation of any body: angular velocity, attitude, flips, rates.
     heavy_top: symmetric top in gravity: nutation, steady precession, the sleeping top.
-    rolling_ball: attitude of a ball after straight, polygonal and circular rolls.
+    rolling_ball: attitude of a ball after straight, polygonal, circular rolls and whole clothoids.
     roller: descent on an incline, swings in a valley, the cycloid, sliding that ends in rolling.
 
 Quaternions are (w, x, y, z), unit, body to world, as everywhere in the package.

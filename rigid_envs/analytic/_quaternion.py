@@ -1,4 +1,4 @@
-"""The three quaternion operations that the oracles need, written apart from `rotations` on purpose.
+"""The few quaternion operations that the oracles need, written apart from `rotations` on purpose.
 
 Quaternions are (w, x, y, z) in the last axis.
 """
@@ -7,7 +7,7 @@ import numpy as np
 
 from rigid_envs.analytic._inputs import FloatArray
 
-__all__ = ["conjugate", "from_rotation_vector", "product"]
+__all__ = ["about_vertical", "conjugate", "from_rotation_vector", "product"]
 
 
 def conjugate(q: FloatArray) -> FloatArray:
@@ -29,3 +29,9 @@ def from_rotation_vector(rotation: FloatArray) -> FloatArray:
     # np.sinc(x) = sin(pi x) / (pi x) is exact at 0, where a n / a is not.
     half_sinc = 0.5 * np.sinc(angle / (2.0 * np.pi))
     return np.concatenate([np.cos(0.5 * angle), half_sinc * rotation], axis=-1)
+
+
+def about_vertical(angle: FloatArray) -> FloatArray:
+    """Rotation about world z by the angle [rad], shape (..., 4)."""
+    zero = np.zeros_like(angle)
+    return np.stack([np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle)], axis=-1)

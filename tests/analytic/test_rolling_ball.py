@@ -10,8 +10,9 @@ from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps
 
-# Velocity of the centre relative to the plane, per commanded velocity.
-SHARE = {"fixed_plane": 1.0, "top_plate": 0.5, "plane_under_fixed_centre": -1.0}
+
+def arrangement(case):
+    return rolling_ball.ARRANGEMENTS[case["in"].get("variant", "fixed_plane")]
 
 
 def matrices(turn):
@@ -24,9 +25,8 @@ def kinematic(command):
 
 def check_ball(case, place, turn):
     given, out = case["in"], case["out"]
-    if given.get("variant") != "plane_under_fixed_centre":
-        expected = np.stack([out["x"], out["y"]], axis=-1)
-        np.testing.assert_allclose(place, expected, rtol=0, atol=8 * EPS * np.max(np.abs(expected)))
+    expected = np.stack([out["x"], out["y"]], axis=-1)
+    np.testing.assert_allclose(place, expected, rtol=0, atol=8 * EPS * np.max(np.abs(expected)))
     rotation = matrices(turn) @ matrices(given["q0"])
     expected = np.array(out["R"]).reshape(-1, 3, 3)
     # cond eps from the input, and a few roundings for each of up to six rolls.
@@ -36,25 +36,75 @@ def check_ball(case, place, turn):
 @pytest.mark.parametrize("case", kinematic("segments"), ids=itemgetter("id"))
 def test_rolling_along_segments_agrees_with_the_reference(case):
     given = case["in"]
-    share = SHARE[given.get("variant", "fixed_plane")]
-    segments = np.array(given["segments"]) * np.array([share, share, 1.0, 1.0])
+    centre, roll = arrangement(case)
+    segments = np.array(given["segments"]) * np.array([roll, roll, 1.0, 1.0])
     way, turn = rolling_ball.roll_segments(case["t"], segments, given["a"])
-    check_ball(case, way + given["pos0"], turn)
+    check_ball(case, centre / roll * way + given["pos0"], turn)
 
 
 @pytest.mark.parametrize("case", kinematic("circle"), ids=itemgetter("id"))
 def test_rolling_round_a_circle_with_spin_agrees_with_the_reference(case):
     given = case["in"]
-    reverse = SHARE[given.get("variant", "fixed_plane")] < 0.0
+    centre, roll = arrangement(case)
     place, turn = rolling_ball.roll_circle(
         case["t"],
         radius=given["a"],
-        circle_radius=given["r"],
+        circle_radius=abs(roll) * given["r"],
         rate=given["rate"],
-        phase=given.get("phase0", 0.0) + (np.pi if reverse else 0.0),
+        phase=given.get("phase0", 0.0) + (np.pi if roll < 0.0 else 0.0),
         spin=given["spin"],
     )
-    check_ball(case, place, turn)
+    check_ball(case, centre / roll * place, turn)
+
+
+@pytest.mark.parametrize(
+    "case", [c for c in kinematic("circle") if "one_turn_R" in c["scalars"]], ids=itemgetter("id")
+)
+def test_one_round_with_spin_agrees_with_the_reference(case):
+    given, scalars = case["in"], case["scalars"]
+    vector = rolling_ball.circle_rotation_vector(
+        given["r"], given["a"], phase=given["phase0"], spin_per_rate=given["spin"] / given["rate"]
+    )
+    angle = scalars["one_turn_rotation_angle_unreduced"]
+    np.testing.assert_allclose(np.linalg.norm(vector), angle, rtol=8 * EPS)
+    turn = Rotation.from_rotvec(vector).as_matrix()
+    np.testing.assert_allclose(turn, scalars["one_turn_R"], rtol=0, atol=4 * EPS * angle)
+
+
+@pytest.mark.parametrize("case", kinematic("clothoid"), ids=itemgetter("id"))
+def test_the_path_along_a_clothoid_agrees_with_the_reference(case):
+    given, out = case["in"], case["out"]
+    place = rolling_ball.clothoid_path(
+        case["t"], speed=given["speed"], heading_acceleration=given["k"]
+    )
+    expected = np.stack([out["x"], out["y"]], axis=-1)
+    tolerance = 8 * EPS * max(case["cond"]["x"], case["cond"]["y"])
+    np.testing.assert_allclose(place, expected, rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize("case", cases("ball_clothoid_complete"), ids=itemgetter("id"))
+def test_the_complete_clothoid_tips_the_ball_as_in_the_reference(case):
+    given = case["in"]
+    angle = rolling_ball.complete_clothoid_angle(
+        speed=given["speed"], heading_acceleration=given["k"], radius=given["a"]
+    )
+    np.testing.assert_allclose(math.cos(angle), case["out"]["final_R33"], rtol=8 * EPS)
+
+
+@pytest.mark.parametrize("case", cases("ball_reach"), ids=itemgetter("id"))
+def test_three_straight_rolls_reach_the_pose_of_the_reference(case):
+    given, out = case["in"], case["out"]
+    plan = np.array(out["plan_displacements"])
+    length = np.sum(np.linalg.norm(plan, axis=-1))
+    assert plan.shape == (3, 2)
+    np.testing.assert_allclose(length, out["path_length"], rtol=8 * EPS)
+    np.testing.assert_allclose(
+        np.sum(plan, axis=0), given["target_xy"], rtol=0, atol=4 * EPS * length
+    )
+    # The plan is rounded where it is printed: length / radius is how much that turns the ball.
+    turn = matrices(rolling_ball.roll_polygon(plan, given["a"]))
+    tolerance = 4 * EPS * length / given["a"]
+    np.testing.assert_allclose(turn, matrices(given["target_q"]), rtol=0, atol=tolerance)
 
 
 @pytest.mark.parametrize("case", cases("ball_holonomy_circle"), ids=itemgetter("id"))
@@ -64,6 +114,12 @@ def test_a_circle_rolled_once_agrees_with_the_reference(case):
     tolerance = 4 * EPS * case["out"]["angle_unreduced"]
     expected = np.array(case["out"]["R_loop"]).reshape(3, 3)
     np.testing.assert_allclose(matrices(turn), expected, rtol=0, atol=tolerance)
+    vector = rolling_ball.circle_rotation_vector(case["in"]["r"], case["in"]["a"])
+    unreduced = case["out"]["rotation_vector_unreduced"]
+    np.testing.assert_allclose(vector, unreduced, rtol=4 * EPS, atol=0)
+    np.testing.assert_allclose(np.linalg.norm(vector), case["out"]["angle_unreduced"], rtol=4 * EPS)
+    area = math.pi * (case["in"]["r"] / case["in"]["a"]) ** 2
+    np.testing.assert_allclose(area, case["out"]["small_loop_area_over_a2"], rtol=4 * EPS)
 
 
 @pytest.mark.parametrize("case", cases("ball_holonomy_rectangle"), ids=itemgetter("id"))
@@ -72,6 +128,11 @@ def test_a_rectangle_of_straight_rolls_agrees_with_the_reference(case):
     turn = rolling_ball.roll_polygon([(x, 0.0), (0.0, y), (-x, 0.0), (0.0, -y)], case["in"]["a"])
     expected = np.array(case["out"]["R_loop"]).reshape(3, 3)
     np.testing.assert_allclose(matrices(turn), expected, rtol=0, atol=8 * EPS)
+    vector = Rotation.from_quat(turn, scalar_first=True).as_rotvec()
+    # Half a turn has two vectors, and which of them is a matter of rounding.
+    if np.linalg.norm(case["out"]["rotation_vector"]) > 3.14:
+        vector = math.copysign(1.0, vector @ case["out"]["rotation_vector"]) * vector
+    np.testing.assert_allclose(vector, case["out"]["rotation_vector"], rtol=0, atol=8 * EPS)
 
 
 @pytest.mark.parametrize("circle_radius", [1e-12, 1e-6, 1e-3])
@@ -119,6 +180,31 @@ def test_polygons_approach_the_circle_with_the_square_of_their_sides():
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.02)
 
 
+def test_ever_longer_clothoids_tip_the_ball_ever_closer_to_the_closed_form():
+    speed, k, radius = 0.9, 0.7, 0.8
+    angle = rolling_ball.complete_clothoid_angle(speed=speed, heading_acceleration=k, radius=radius)
+    for end in (10.0, 40.0):
+        t = np.linspace(-end, end, 200 * round(end) ** 2 // 10)
+        way = rolling_ball.clothoid_path(t, speed=speed, heading_acceleration=k)
+        _, x, y, z = turn = rolling_ball.roll_polygon(np.diff(way, axis=0), radius)
+        # Beyond `end` the heading spins so fast that speed / (radius k end) is left at either side;
+        # the polygon itself is 1e-3 off.
+        rest = 2.0 * speed / (radius * k * end)
+        assert matrices(turn)[2, 2] == pytest.approx(math.cos(angle), abs=rest)
+        assert abs(z) < rest * math.hypot(x, y)
+
+
+def test_a_clothoid_of_the_other_sense_is_its_mirror_image_and_a_faint_one_turns_the_ball_little():
+    t = np.linspace(-3.0, 3.0, 7)
+    left = rolling_ball.clothoid_path(t, speed=0.8, heading_acceleration=0.6)
+    right = rolling_ball.clothoid_path(t, speed=0.8, heading_acceleration=-0.6)
+    np.testing.assert_array_equal(right, left * np.array([1.0, -1.0]))
+    np.testing.assert_allclose(left, -left[::-1], rtol=4 * EPS)
+    faint = rolling_ball.complete_clothoid_angle(speed=1e-9, heading_acceleration=2.0, radius=1.0)
+    # The length of the integral of omega, sqrt(2 pi / k) speed / radius.
+    assert faint == pytest.approx(math.sqrt(math.pi) * 1e-9, rel=8 * EPS)
+
+
 def test_the_contact_point_never_slips():
     arguments = {"radius": 0.4, "circle_radius": 0.7, "rate": 1.3, "phase": 0.4, "spin": -0.6}
     t, h = np.linspace(0.0, 5.0, 11), 1e-3
@@ -151,6 +237,17 @@ def test_straight_rolls_of_any_shape_are_taken():
         (lambda: rolling_ball.roll_segments(3.0, [(1.0, 0.0, 0.0, 2.0)], 1.0), "within"),
         (lambda: rolling_ball.roll_segments(0.0, [(1.0, 0.0, 0.0, -2.0)], 1.0), "duration"),
         (lambda: rolling_ball.circle_holonomy(math.nan, 1.0), "circle_radius is nan"),
+        (lambda: rolling_ball.circle_rotation_vector(1.0, -1.0), "radius is -1.0"),
+        (
+            lambda: rolling_ball.clothoid_path(0.0, speed=1.0, heading_acceleration=0.0),
+            "use roll_straight",
+        ),
+        (
+            lambda: rolling_ball.complete_clothoid_angle(
+                speed=1.0, heading_acceleration=-1.0, radius=1.0
+            ),
+            "heading_acceleration is -1.0",
+        ),
     ],
 )
 def test_bad_input_is_refused_by_name(call, message):
