@@ -1,14 +1,27 @@
-"""The three systems with parameters of no symmetry, and random states and inputs for them."""
+"""All systems with parameters of no symmetry, and random states and inputs for them."""
 
 import numpy as np
 
-from rigid_envs.systems import FreeBody, HeavyTop, RollingBall
-
-SYSTEMS = (
-    FreeBody(1.1, 1.7, 2.3),
-    HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13),
-    RollingBall(0.7),
+from rigid_envs import rotations
+from rigid_envs.systems import (
+    DynamicBall,
+    FreeBody,
+    HeavyTop,
+    Roller,
+    RollingBall,
+    RollingDisk,
+    UprightCoin,
 )
+
+BODY = FreeBody(1.1, 1.7, 2.3)
+TOP = HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13)
+BALL = RollingBall(0.7)
+PLATE = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=9.6, turntable_rate=0.7)
+DISK = RollingDisk(m=5.0, radius=0.7, I1=1.4, I3=2.0, g=2.5)
+COIN = UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5, slope=0.3)
+ROLLER = Roller(m=1.1, radius=0.7, beta=0.45, g=9.5, slope=0.4, curvature=0.3, mu=0.6)
+SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, COIN, ROLLER)
+TURNING = tuple(system for system in SYSTEMS if "q" in system.components)
 
 
 def name_of(system):
@@ -16,10 +29,26 @@ def name_of(system):
 
 
 def states(system, rng, *lead):
-    """States of shape (*lead, n_state): attitudes all over the sphere, everything else near 1."""
+    """States of shape (*lead, n_state): attitudes all over the sphere, everything else near 1.
+
+    Coins are upright; disks lean by up to 0.4 rad, and spin fast enough to stay so.
+    """
     y = rng.normal(size=(*lead, len(system.state_entries)))
-    y[..., :4] /= np.linalg.norm(y[..., :4], axis=-1, keepdims=True)
+    if system is DISK:
+        y[..., :4] = upright(rng, 0.4, lead)
+        y[..., 6] += 4.0
+    elif system is COIN:
+        y[..., :4] = upright(rng, 0.0, lead)
+    elif system in TURNING:
+        y[..., :4] /= np.linalg.norm(y[..., :4], axis=-1, keepdims=True)
     return y
+
+
+def upright(rng, lean, lead):
+    """Attitudes of a wheel that leans by up to `lean` [rad]."""
+    phi, theta, psi = rng.uniform(-1.0, 1.0, (3, *lead))
+    angles = np.stack([np.pi * phi, 0.5 * np.pi + lean * theta, np.pi * psi], axis=-1)
+    return rotations.quaternion_from_euler(angles)
 
 
 def inputs(system, rng, *lead):

@@ -6,10 +6,10 @@ from dataclasses import FrozenInstanceError, fields
 import numpy as np
 import pytest
 
-from rigid_envs.systems import FreeBody, HeavyTop, RollingBall
-from tests.systems.examples import SYSTEMS, inputs, name_of, states
+from tests.systems.examples import BODY, COIN, DISK, SYSTEMS, TURNING, inputs, name_of, states
 
 each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
+each_type = pytest.mark.parametrize("system_type", [type(system) for system in SYSTEMS])
 # Within the stability envelope of all states and inputs of `examples`, at any number of rows.
 DT = 0.02
 
@@ -81,8 +81,11 @@ def test_lists_integers_and_strided_arrays_are_taken(system):
     y = states(system, rng, 6)
     np.testing.assert_array_equal(system.rhs(y[::2]), system.rhs(y)[::2])
     np.testing.assert_array_equal(system.rhs(np.asfortranarray(y)), system.rhs(y))
-    rest = [1] + [0] * (len(system.state_entries) - 1)
-    np.testing.assert_array_equal(system.rhs(rest), system.rhs(np.array(rest, dtype=float)))
+    u = [1] * len(system.input_entries)
+    np.testing.assert_array_equal(system.rhs(y.tolist(), u), system.rhs(y, np.ones(len(u))))
+    np.testing.assert_array_equal(
+        BODY.rhs([0, 0, 1, 0, 2, 1, 0]), BODY.rhs([0.0, 0, 1, 0, 2, 1, 0])
+    )
 
 
 @each_system
@@ -104,28 +107,37 @@ def test_substeps_are_steps(system):
 @each_system
 def test_a_state_is_made_of_its_named_components(system):
     y = states(system, np.random.default_rng(9), 4)
-    parts = {name: y[..., where] for name, where in system.components.items()}
+    parts = {name: system.accessors[name](y) for name in system.components}
     np.testing.assert_array_equal(system.state(**parts), y)
     covered = np.concatenate([np.arange(y.shape[-1])[k] for k in system.components.values()])
     np.testing.assert_array_equal(np.sort(covered), np.arange(len(system.state_entries)))
-    for name, value in parts.items():
-        np.testing.assert_array_equal(system.accessors[name](y), value)
+    for name, where in system.components.items():
+        np.testing.assert_array_equal(parts[name].reshape(4, -1), y[..., where])
 
 
 @each_system
-def test_components_left_out_are_at_rest_and_those_given_are_broadcast(system):
-    rest = system.state()
-    np.testing.assert_array_equal(rest, np.eye(len(rest))[0])
-    assert system.state(q=np.tile([1.0, 0.0, 0.0, 0.0], (5, 1, 1))).shape == (5, 1, len(rest))
-    if isinstance(system, FreeBody):
-        y = system.state(q=np.eye(4), omega_body=(1.0, 2.0, 3.0))
-        np.testing.assert_array_equal(y[:, 4:], np.tile((1.0, 2.0, 3.0), (4, 1)))
+def test_components_left_out_are_at_rest(system):
+    rest, expected = system.state(), np.zeros(len(system.state_entries))
+    if system in TURNING:
+        half = 0.25 * np.pi if system in (DISK, COIN) else 0.0  # wheels stand upright
+        expected[:2] = np.cos(half), np.sin(half)
+    np.testing.assert_allclose(rest, expected, rtol=0, atol=np.finfo(np.float64).eps)
+    name = next(iter(system.components))
+    many = np.tile(rest, (5, 1, 1))
+    np.testing.assert_array_equal(system.state(**{name: system.accessors[name](many)}), many)
 
 
-def test_the_rest_state_stays_where_nothing_pulls():
-    for system in (FreeBody(), RollingBall()):
-        assert not system.rhs(system.state()).any()
-    assert not HeavyTop().rhs(HeavyTop().state()).any()  # upright
+def test_components_are_broadcast_against_each_other():
+    y = BODY.state(q=np.eye(4), omega_body=(1.0, 2.0, 3.0))
+    np.testing.assert_array_equal(y[:, :4], np.eye(4))
+    np.testing.assert_array_equal(y[:, 4:], np.tile((1.0, 2.0, 3.0), (4, 1)))
+
+
+@each_type
+def test_the_rest_state_stays_where_nothing_pulls(system_type):
+    # Upright tops and wheels are balanced, plates level, inclines flat.
+    system = system_type()
+    assert not system.rhs(system.state()).any()
 
 
 @each_system

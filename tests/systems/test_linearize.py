@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from rigid_envs.analytic import free_body, heavy_top
-from rigid_envs.systems import FreeBody, HeavyTop, RollingBall
-from tests.systems.examples import SYSTEMS, inputs, name_of, states
+from rigid_envs.systems import DynamicBall, FreeBody, HeavyTop, RollingBall
+from tests.systems.examples import ROLLER, SYSTEMS, inputs, name_of, states
 
 EPS = np.finfo(np.float64).eps
+each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -23,19 +24,20 @@ def right(a):
     return np.array([[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]])
 
 
-@pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
+@each_system
 def test_jacobians_agree_with_finite_differences(system):
     rng = np.random.default_rng(1)
     y, u = states(system, rng, 5), inputs(system, rng, 5)
     A, B = system.linearize(y, u)
-    # rhs is a polynomial of degree 3 at most: h^2 and eps / h. The quaternion must stay near unit.
+    # h^2 times third derivatives (3e-13 times some hundred) and eps / h times the terms of rhs
+    # (4e-10 times some ten). The quaternion must stay near unit.
     h = 5e-7
     for k in range(y.shape[-1]):
         step = h * np.eye(y.shape[-1])[k]
         slope = (system.rhs(y + step, u) - system.rhs(y - step, u)) / (2.0 * h)
         np.testing.assert_allclose(A[..., k], slope, rtol=0, atol=1e-8)
     for k in range(u.shape[-1]):
-        step = np.eye(u.shape[-1])[k]  # and linear in u: any step, to rounding
+        step = np.eye(u.shape[-1])[k]  # rhs is linear in u: any step, to rounding
         slope = 0.5 * (system.rhs(y, u + step) - system.rhs(y, u - step))
         np.testing.assert_allclose(B[..., k], slope, rtol=0, atol=1e-13)
 
@@ -123,13 +125,44 @@ def test_jacobian_of_the_rolling_ball_is_that_of_the_no_slip_condition():
     np.testing.assert_array_equal(B[4:], np.eye(3)[:2])
 
 
-def test_the_jacobian_predicts_how_a_perturbation_travels():
-    top = HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13)
+def test_jacobian_of_the_ball_on_a_level_plate_is_that_of_the_textbook():
+    ball = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=9.6, turntable_rate=0.7)
+    A, B = ball.linearize(ball.state())
+    # About O the centre moves by V + r rate_y along x: m (1 + beta) (VX' + r a_y) = m g alpha_y +
+    # FX, and likewise along y with the other sign; a turntable adds k Omega n x V.
+    turn, fall, push = 0.55 / 1.55 * 0.7, 9.6 / 1.55, 1.0 / (1.2 * 1.55)
+    names = ball.state_entries[4:]
+    expected = np.zeros((9, 9))
+    for rate, name, value in (
+        *(("X", "VX", 1.0), ("Y", "VY", 1.0)),
+        *(("alpha_x", "rate_x", 1.0), ("alpha_y", "rate_y", 1.0)),
+        *(("VX", "VY", -turn), ("VY", "VX", turn)),
+        *(("VX", "alpha_y", fall), ("VY", "alpha_x", -fall)),
+    ):
+        expected[names.index(rate), names.index(name)] = value
+    np.testing.assert_allclose(A[4:, 4:], expected, rtol=0, atol=16 * EPS)
+    np.testing.assert_allclose(
+        B[6:8], [[push, 0, 0, -0.8], [0, push, 0.8, 0]], rtol=0, atol=8 * EPS
+    )
+
+
+def test_jacobian_of_the_roller_in_a_valley_is_that_of_a_pendulum():
+    y = np.array([0.7, -0.3])
+    A, B = ROLLER.linearize(y)
+    swing = 0.3 * 9.5 * np.cos(0.4 - 0.3 * 0.7) / 1.45
+    np.testing.assert_allclose(A, [[0.0, 1.0], [-swing, 0.0]], rtol=0, atol=4 * EPS)
+    np.testing.assert_allclose(B, [[0.0], [1.0 / (1.1 * 1.45)]], rtol=0, atol=4 * EPS)
+
+
+@each_system
+def test_the_jacobian_predicts_how_a_perturbation_travels(system):
     rng = np.random.default_rng(4)
-    y, u, h = states(top, rng), inputs(top, rng), 1e-4
-    A, B = top.linearize(y, u)
-    du, dy = 1e-6 * rng.normal(size=8), np.zeros(11)
-    dy[4:] = 1e-6 * rng.normal(size=7)
-    moved = top.advance(y + dy, u + du, h) - top.advance(y, u, h)
-    # exp(A h) to second order in h; what is left is h^2 |A|^2 |dy|.
-    np.testing.assert_allclose(moved, dy + h * (A @ dy + B @ du), rtol=0, atol=1e-6 * 20 * h**2)
+    y, u, h = states(system, rng), inputs(system, rng), 1e-4
+    A, B = system.linearize(y, u)
+    du, dy = 1e-6 * rng.normal(size=B.shape[1]), 1e-6 * rng.normal(size=len(y))
+    dy[system.components.get("q", slice(0))] = 0.0  # the quaternion stays a unit one
+    moved = system.advance(y + dy, u + du, h) - system.advance(y, u, h)
+    # exp(A h) to second order in h; what is left is h^2 |A|^2 |dy|, and roundings.
+    rate = 1.0 + np.linalg.norm(A, 2) + np.linalg.norm(B, 2)
+    atol = 1e-6 * rate**2 * h**2 + 8 * EPS
+    np.testing.assert_allclose(moved, dy + h * (A @ dy + B @ du), rtol=0, atol=atol)

@@ -3,20 +3,66 @@
 import numpy as np
 import pytest
 
-from rigid_envs.systems import FreeBody, HeavyTop, RollingBall
-from tests.systems.examples import SYSTEMS, name_of
+from rigid_envs.systems import (
+    DynamicBall,
+    FreeBody,
+    HeavyTop,
+    Roller,
+    RollingDisk,
+    UprightCoin,
+)
+from tests.systems.examples import BALL, BODY, COIN, DISK, PLATE, SYSTEMS, TOP, TURNING, name_of
 
-BODY, TOP, BALL = SYSTEMS
 REST = BODY.state()
 each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
+each_type = pytest.mark.parametrize("system_type", [type(system) for system in SYSTEMS])
+NO_NUMBERS = [np.nan, np.inf, "1", None, True, [1.0], 1j]
+FROM_ZERO = {(UprightCoin, "I3"), (Roller, "beta"), (Roller, "mu")}
+ANY_SIGN = {(DynamicBall, "turntable_rate"), (UprightCoin, "slope"), (Roller, "slope")}
+ANY_SIGN |= {(Roller, "curvature")}
+RATIO = {(DynamicBall, "beta")}
 
 
-@pytest.mark.parametrize("system_type", [FreeBody, HeavyTop, RollingBall])
-@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, "1", None, True, [1.0], 1j])
-def test_parameters_must_be_positive_numbers(system_type, value):
+@each_type
+@pytest.mark.parametrize("value", [0.0, -1.0, *NO_NUMBERS])
+def test_most_parameters_must_be_positive_numbers(system_type, value):
     for name in system_type.parameter_names():
-        with pytest.raises(ValueError, match=f"^{name} = .*expected a positive"):
+        if (system_type, name) not in FROM_ZERO | ANY_SIGN | RATIO:
+            with pytest.raises(ValueError, match=f"^{name} = .*expected a positive"):
+                system_type(**{name: value})
+
+
+@pytest.mark.parametrize("value", [-1e-9, *NO_NUMBERS])
+def test_some_parameters_may_be_zero_but_not_negative(value):
+    for system_type, name in FROM_ZERO:
+        system_type(**{name: 0.0})
+        with pytest.raises(ValueError, match=f"^{name} = .*expected a finite number of at least 0"):
             system_type(**{name: value})
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS)
+def test_angles_and_rates_may_have_any_sign_but_must_be_finite(value):
+    for system_type, name in ANY_SIGN:
+        system_type(**{name: -0.1})
+        with pytest.raises(ValueError, match=f"^{name} = .*expected a finite number"):
+            system_type(**{name: value})
+
+
+@pytest.mark.parametrize("value", [-0.01, 0.667, 1.0, *NO_NUMBERS])
+def test_inertia_ratios_that_no_ball_has_are_refused(value):
+    for beta in (0.0, 0.4, 2.0 / 3.0):
+        DynamicBall(beta=beta)
+    with pytest.raises(
+        ValueError, match=r"^beta = .*I / \(m radius\^2\) of a ball, between 0 .* 2/3"
+    ):
+        DynamicBall(beta=value)
+
+
+@pytest.mark.parametrize("system_type", [RollingDisk, UprightCoin])
+def test_an_axial_moment_above_twice_the_other_is_refused(system_type):
+    system_type(I1=0.5, I3=1.0)  # flat: the limit is a disk
+    with pytest.raises(ValueError, match=r"^I3 = 1\.2 exceeds I1 \+ I\d by 0\.2; expected I3 <= "):
+        system_type(I1=0.5, I3=1.2)
 
 
 @pytest.mark.parametrize("system_type", [FreeBody, HeavyTop])
@@ -52,10 +98,11 @@ def test_bad_states_are_refused_everywhere(system, call):
     for y in (rest[:-1], np.append(rest, 0.0), 1.0, []):
         with pytest.raises(ValueError, match=shape):
             call(system, y)
+    last = len(rest) - 1
     for bad in (np.nan, np.inf, -np.inf):
         y = np.tile(rest, (2, 3, 1))
-        y[1, 2, 3] = bad
-        with pytest.raises(ValueError, match=rf"y\[1, 2, 3\] = {bad}; expected finite"):
+        y[1, 2, last] = bad
+        with pytest.raises(ValueError, match=rf"y\[1, 2, {last}\] = {bad}; expected finite"):
             call(system, y)
     text, ragged = [str(x) for x in rest], [rest, rest[:-1]]
     for y in (None, "state", text, ragged, 1j * rest, {}, [None] * len(rest)):
@@ -63,7 +110,7 @@ def test_bad_states_are_refused_everywhere(system, call):
             call(system, y)
 
 
-@each_system
+@pytest.mark.parametrize("system", TURNING, ids=name_of)
 @each_call
 def test_quaternions_that_are_not_unit_are_refused_with_their_norm(system, call):
     y = system.state()
@@ -71,6 +118,29 @@ def test_quaternions_that_are_not_unit_are_refused_with_their_norm(system, call)
         y[:4] = (0.0, 0.6 * norm, 0.0, 0.8 * norm)
         with pytest.raises(ValueError, match=r"quaternion of norm .*divide q"):
             call(system, np.stack([system.state(), y]))
+
+
+@each_call
+def test_a_disk_that_lies_flat_has_no_point_of_contact(call):
+    for half in (0.0, 0.49e-6, 0.5 * np.pi - 0.49e-6):
+        y = np.stack([DISK.state(), DISK.state(q=(np.cos(half), np.sin(half), 0.0, 0.0))])
+        with pytest.raises(
+            ValueError, match=r"y holds a disk with sin\(theta\) = \S+; expected at"
+        ):
+            call(DISK, y)
+    call(DISK, DISK.state(q=(np.cos(0.1), np.sin(0.1), 0.0, 0.0)))
+
+
+@each_call
+def test_a_coin_that_leans_is_refused_with_the_remedy(call):
+    for lean in (1.1e-6, -0.3, 0.5 * np.pi):
+        half = 0.25 * np.pi - 0.5 * lean
+        y = np.stack([COIN.state(), COIN.state(q=(np.cos(half), np.sin(half), 0.0, 0.0))])
+        with pytest.raises(
+            ValueError, match=r"vertical component \S+; .*take q from UprightCoin\.a"
+        ):
+            call(COIN, y)
+    call(COIN, COIN.state(q=COIN.attitude(0.3, -2.0)))
 
 
 @each_system
@@ -87,8 +157,8 @@ def test_bad_inputs_are_refused_everywhere(system):
     for call in calls:
         with pytest.raises(ValueError, match=rf"u has shape .*\.\.\., {n}\).*\({entries}\)"):
             call(np.zeros(n + 1))
-        with pytest.raises(ValueError, match=r"u\[1\] = nan; expected finite"):
-            call([0.0, np.nan, *[0.0] * (n - 2)])
+        with pytest.raises(ValueError, match=rf"u\[{n - 1}\] = nan; expected finite"):
+            call([*[0.0] * (n - 1), np.nan])
 
 
 def test_components_of_a_state_are_checked_by_name():
@@ -98,8 +168,11 @@ def test_components_of_a_state_are_checked_by_name():
         BODY.state(omega_body=(1.0, 0.0))
     with pytest.raises(ValueError, match=r"pivot\[1\] = inf"):
         TOP.state(pivot=(0.0, np.inf))
-    with pytest.raises(ValueError, match=r"state holds a quaternion of norm 2"):
-        BALL.state(q=(2.0, 0.0, 0.0, 0.0))
+    for system in TURNING:
+        with pytest.raises(ValueError, match=r"state holds a quaternion of norm 2"):
+            system.state(q=(2.0, 0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match=r"spin\[1\b.*= nan"):
+        PLATE.state(spin=[0.0, np.nan])
 
 
 @each_system
