@@ -5,6 +5,7 @@ shared with the kernels, and nothing else of this package is imported: an agreem
 is an agreement of two independent routes.
 
 Modules:
+    ball_on_plate: ball with inertia on a turntable, a tilted or a shaken plate.
     elliptic: Jacobi functions and the integrals of motion, exact up to the separatrix.
     free_body: torque-free rotation of any body: angular velocity, attitude, flips, rates.
     heavy_top: symmetric top in gravity: nutation, steady precession, the sleeping top.
@@ -14,6 +15,6 @@ Modules:
 Quaternions are (w, x, y, z), unit, body to world, as everywhere in the package.
 """
 
-from rigid_envs.analytic import elliptic, free_body, heavy_top, roller, rolling_ball
+from rigid_envs.analytic import ball_on_plate, elliptic, free_body, heavy_top, roller, rolling_ball
 
-__all__ = ["elliptic", "free_body", "heavy_top", "roller", "rolling_ball"]
+__all__ = ["ball_on_plate", "elliptic", "free_body", "heavy_top", "roller", "rolling_ball"]
