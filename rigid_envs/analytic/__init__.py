@@ -11,10 +11,27 @@ Modules:
     heavy_top: symmetric top in gravity: nutation, steady precession, the sleeping top.
     rolling_ball: attitude of a ball after straight, polygonal, circular rolls and whole clothoids.
     roller: descent on an incline, swings in a valley, the cycloid, sliding that ends in rolling.
+    upright_coin: paths of a coin held upright, free, driven and on an incline.
 
 Quaternions are (w, x, y, z), unit, body to world, as everywhere in the package.
 """
 
-from rigid_envs.analytic import ball_on_plate, elliptic, free_body, heavy_top, roller, rolling_ball
+from rigid_envs.analytic import (
+    ball_on_plate,
+    elliptic,
+    free_body,
+    heavy_top,
+    roller,
+    rolling_ball,
+    upright_coin,
+)
 
-__all__ = ["ball_on_plate", "elliptic", "free_body", "heavy_top", "roller", "rolling_ball"]
+__all__ = [
+    "ball_on_plate",
+    "elliptic",
+    "free_body",
+    "heavy_top",
+    "roller",
+    "rolling_ball",
+    "upright_coin",
+]
