@@ -140,10 +140,11 @@ def drive_coin(
     """
     positive(m=m, radius=radius, i_perp=i_perp, i3=i3)
     times, start = finite("t", t), complex(*vector("place", place, 2))
-    steering, rolling = vector("torques", torques, 2) / (i_perp, i3 + m * radius * radius)
+    inertias = np.array([i_perp, i3 + m * radius * radius])
+    steering, rolling = (vector("torques", torques, 2) / inertias).tolist()
 
     def heading(s: FloatArray) -> FloatArray:
-        return phi + s * (phi_rate + 0.5 * steering * s)
+        return np.asarray(phi + s * (phi_rate + 0.5 * steering * s))
 
     reach = float(np.max(np.abs(times), initial=0.0))
     swept = reach * (abs(float(finite("phi_rate", phi_rate))) + abs(steering) * reach)
