@@ -23,18 +23,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: its words; None takes those of the process.
 
     Returns:
-        The exit status: 0, or 2 for words that make no sense.
+        The exit status: 0, 1 for laws that do not hold, or 2 for words that make no sense.
     """
     options, rest = _parser().parse_known_args(argv)
+    status = 0
     try:
-        options.act(options, rest)
+        status = options.act(options, rest) or 0
         sys.stdout.flush()
     except ValueError as error:
         print(f"rigid-envs: {error}", file=sys.stderr)
         return 2
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 0
+    return status
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -70,6 +71,23 @@ def _parser() -> argparse.ArgumentParser:
     benching.add_argument("--quick", action="store_true", help="a first look, half a minute")
     benching.add_argument("--json", type=Path, metavar="FILE", help="write every sample there")
     benching.set_defaults(act=_bench)
+    verifying = verbs.add_parser(
+        "verify",
+        help="the laws of the physics, each with its error and its bound",
+        description="Compare the physics with closed forms, conserved quantities and Newton's law "
+        "in world axes. The exit status is 1 if a law does not hold. Takes half a minute the first "
+        "time, a few seconds later.",
+        allow_abbrev=False,
+    )
+    verifying.add_argument("subjects", nargs="*", metavar="SUBJECT", help="only these subjects")
+    verifying.add_argument(
+        "--json",
+        nargs="?",
+        const="-",
+        metavar="FILE",
+        help="print JSON instead of tables, or write it to FILE as well",
+    )
+    verifying.set_defaults(act=_verify)
     return parser
 
 
@@ -85,8 +103,7 @@ def _describe(options: argparse.Namespace, rest: list[str]) -> None:
 def _bench(options: argparse.Namespace, rest: list[str]) -> None:
     _refuse(rest)
     ids = [catalogue.checked_id(env_id) for env_id in options.ids or ENVIRONMENTS]
-    if options.json and not options.json.parent.is_dir():
-        raise ValueError(f"--json {options.json}: there is no folder {options.json.parent}")
+    _refuse_missing_folder(options.json)
     from rigid_envs.cli.bench import bench  # takes what it measures with it: import only here
 
     figures = bench(list(dict.fromkeys(ids)), options.quick)
@@ -94,6 +111,29 @@ def _bench(options: argparse.Namespace, rest: list[str]) -> None:
     if options.json:
         options.json.write_text(json.dumps(figures.as_json(), indent=1) + "\n")
         print(f"\nwritten to {options.json}")
+
+
+def _verify(options: argparse.Namespace, rest: list[str]) -> int:
+    _refuse(rest)
+    from rigid_envs.cli.verify import SUBJECTS, checked_subject, verify  # SciPy takes its time
+
+    names = [checked_subject(name) for name in options.subjects]
+    if options.json in SUBJECTS:
+        raise ValueError(f"--json {options.json}: expected a file; name subjects before --json")
+    file = Path(options.json) if options.json not in (None, "-") else None
+    _refuse_missing_folder(file)
+    verdict = verify(list(dict.fromkeys(names)))
+    document = json.dumps(verdict.as_json(), indent=1, allow_nan=False)
+    print(document if options.json == "-" else verdict.as_text())
+    if file:
+        file.write_text(document + "\n")
+        print(f"\nwritten to {file}")
+    return 1 if verdict.failures else 0
+
+
+def _refuse_missing_folder(file: Path | None) -> None:
+    if file and not file.parent.is_dir():
+        raise ValueError(f"--json {file}: there is no folder {file.parent}")
 
 
 def _refuse(rest: list[str]) -> None:

@@ -1,0 +1,274 @@
+"""Laws of a body that turns about a pivot in gravity; the pivot may move."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs import rotations
+from rigid_envs.analytic import heavy_top as theory
+from rigid_envs.cli.verify.common import (
+    law_of_dalembert,
+    law_of_order,
+    law_of_rates,
+    law_of_return,
+    law_of_slopes,
+)
+from rigid_envs.cli.verify.dalembert import FREE_TURNS, Body
+from rigid_envs.cli.verify.laws import Subject
+from rigid_envs.cli.verify.motions import examples, largest, matrices, window
+from rigid_envs.cli.verify.newton import newton
+from rigid_envs.systems import HeavyTop
+
+__all__ = ["SUBJECT"]
+
+Array = npt.NDArray[np.float64]
+SUBJECT = Subject("heavy_top", "a top in gravity, under torques, on a pivot that moves")
+
+_TOP = HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13)
+_Y, _U = examples(_TOP, 20)
+_ROUND = HeavyTop(1.2, 1.2, 0.5, m=0.9, g=9.6, ell=0.14)  # what the closed forms are for
+_PLAIN = {"i_perp": 1.2, "i3": 0.5, "mgl": 0.9 * 9.6 * 0.14}
+_LONG = np.linspace(0.0, 5000.0, 5001)
+
+
+def _axis(y: Array) -> Array:
+    return np.array(matrices(y[..., :4])[..., :, 2])
+
+
+def _centre(y: Array) -> Array:
+    pivot = np.concatenate([y[..., 7:9], np.zeros_like(y[..., :1])], axis=-1)
+    return pivot + _TOP.ell * _axis(y)
+
+
+def _weight(y: Array, _: Array) -> Array:
+    return np.broadcast_to([0.0, 0.0, -_TOP.m * _TOP.g], (*y.shape[:-1], 3))
+
+
+def _torque(y: Array, u: Array) -> Array:
+    in_world = np.einsum("...ij,...j->...i", matrices(y[..., :4]), u[..., :3])
+    return np.asarray(in_world + u[..., 3:6])
+
+
+def _turns_about_pivot(y: Array) -> tuple[Array, Array]:
+    return np.cross(FREE_TURNS, _TOP.ell * _axis(y)), FREE_TURNS
+
+
+_STEINER = _TOP.m * _TOP.ell**2 * np.array([1.0, 1.0, 0.0])
+_POINTS = Body(_TOP.m, _TOP.moments - _STEINER, _centre, _weight, _torque, _turns_about_pivot)
+law_of_dalembert(SUBJECT, _TOP, _Y, _U, _POINTS)
+law_of_rates(SUBJECT, _TOP, _Y, _U)
+
+
+def _leaning(theta: float, omega: tuple[float, float, float]) -> Array:
+    q = (math.cos(0.5 * theta), math.sin(0.5 * theta), 0.0, 0.0)
+    return _ROUND.state(q=q, omega_body=omega)
+
+
+@SUBJECT.law(
+    "simulate with uniform acceleration",
+    bound=1e-12,
+    why="some hundred roundings of numbers near 1",
+)
+def the_pivot_moves_as_it_is_told() -> float:
+    """X = X0 + V t + a t^2 / 2 and V' = a, whatever the body does."""
+    t, a = 0.7, _U[:, 6:8]
+    end = _TOP.simulate(_Y, [0.0, t], _U[None]).y[-1]
+    way = _Y[:, 7:9] + t * _Y[:, 9:11] + 0.5 * t * t * a
+    return largest(end[:, 7:9] - way, end[:, 9:11] - _Y[:, 9:11] - t * a)
+
+
+@SUBJECT.law(
+    "invariants with T + m g z and R L of NumPy",
+    bound=1e-13,
+    why="some ten roundings of numbers up to 10",
+)
+def invariants_are_energy_and_momenta() -> float:
+    """E = omega . I omega / 2 + m g ell e3_z, L_z, L_3 and the velocity of the pivot."""
+    omega, found = _Y[:, 4:7], _TOP.invariants(_Y)
+    momentum = omega @ np.diag(_TOP.moments)
+    L = np.einsum("nij,nj->ni", matrices(_Y[:, :4]), momentum)
+    height = _TOP.ell * _axis(_Y)[:, 2]
+    return largest(
+        found["energy"] - 0.5 * np.sum(momentum * omega, axis=-1) - _TOP.m * _TOP.g * height,
+        found["L_vertical"] - L[:, 2],
+        found["L_spin"] - momentum[:, 2],
+        found["pivot_velocity_x"] - _Y[:, 9],
+        found["pivot_velocity_y"] - _Y[:, 10],
+    )
+
+
+@SUBJECT.law(
+    "rates of the invariants with the power and the torques",
+    bound=1e-9,
+    why="as for rhs, times momenta up to 10 N m s",
+)
+def inputs_do_their_work() -> float:
+    """E' = (tau + ell e3 x (-m a)) . omega, and L_z' is the vertical part of the torque."""
+    around = window(_TOP, _Y, _U)
+    found = _TOP.invariants(around.y)
+    inertial = np.concatenate([-_TOP.m * _U[:, 6:8], np.zeros((20, 1))], axis=-1)
+    torque = _torque(_Y, _U) + np.cross(_TOP.ell * _axis(_Y), inertial)
+    power = np.sum(torque * _TOP.omega_world(_Y), axis=-1)
+    return largest(
+        around.rate(found["energy"]) - power, around.rate(found["L_vertical"]) - torque[:, 2]
+    )
+
+
+law_of_slopes(SUBJECT, _TOP, _Y, _U)
+law_of_return(SUBJECT, _TOP, _Y, _U)
+law_of_order(SUBJECT, _TOP, _Y, _U)
+
+
+@SUBJECT.law(
+    "simulate with Newton's law in world axes, by DOP853",
+    bound=1e-8,
+    why="1e-11 per radian, some 20 radians, and what the motion makes of it; DOP853: 1e-12",
+)
+def random_inputs_act_as_newton_says() -> float:
+    """50 inputs, each held for 0.1 s: torques in both frames, weight, inertial force."""
+    inputs = np.random.default_rng(2).uniform(-1.0, 1.0, (50, 8))
+
+    def torque(R: Array, u: Array) -> Array:
+        force = _TOP.m * np.array([-u[6], -u[7], -_TOP.g])
+        return np.asarray(R @ u[:3] + u[3:6] + np.cross(_TOP.ell * R[:, 2], force))
+
+    R, omega = newton(_TOP.moments, _Y[0], 0.1, inputs, torque)
+    motion = _TOP.simulate(_Y[0], 0.1 * np.arange(51), inputs)
+    return largest(motion["R"][1:] - R, motion["omega_body"][1:] - omega)
+
+
+@SUBJECT.law(
+    "simulate with elliptic functions, 6 s",
+    bound=1e-8,
+    why="1e-11 per radian, some 30 radians, and what the motion makes of it",
+)
+def nutation_follows_its_closed_form() -> float:
+    """The tilt of 20 starts, upright and hanging ones among them."""
+    rng, t = np.random.default_rng(3), np.linspace(0.0, 6.0, 25)
+    errors = []
+    for theta in np.linspace(0.0, math.pi, 20):
+        y = _leaning(theta, tuple(rng.normal(size=3) * [1.0, 1.0, 4.0]))
+        errors.append(_ROUND.simulate(y, t)["tilt"] - theory.tilt(t, y[4:7], y[:4], **_PLAIN))
+    return largest(*errors)
+
+
+@SUBJECT.law(
+    "simulate with I theta'^2 / 2 + V(theta)",
+    bound=1e-10,
+    why="1e-11 per radian; the potential is steep near the vertical",
+)
+def the_tilt_moves_in_its_effective_potential() -> float:
+    """The energy of the tilt is E - (I3 omega3)^2 / (2 I3), with theta' from omega."""
+    y = _leaning(0.9, (0.4, -0.7, 2.5))
+    motion = _ROUND.simulate(y, np.linspace(0.0, 10.0, 101))
+    omega, gamma = motion["omega_body"], motion["gamma"]
+    # theta' = -(cos theta)' / sin theta, with gamma' = gamma x omega
+    rate = np.cross(omega, gamma)[:, 2] / np.sin(motion["tilt"])
+    p_phi, p_psi = motion["L_world"][0, 2], 0.5 * y[6]
+    mgl, i_perp = _PLAIN["mgl"], _PLAIN["i_perp"]
+    potential = theory.effective_potential(motion["tilt"], p_phi, p_psi, i_perp=i_perp, mgl=mgl)
+    expected = motion["energy"][0] - p_psi**2 / (2.0 * 0.5)
+    return largest(0.5 * i_perp * rate**2 + potential - expected)
+
+
+@SUBJECT.law(
+    "simulate with both roots of the theory",
+    bound=1e-8,
+    why="1e-11 per radian, some 60 radians; the fast precession multiplies by ten",
+)
+def steady_precession_is_steady() -> float:
+    """I cos(theta) phi'^2 - I3 omega3 phi' + m g ell = 0: the axis goes round at that rate."""
+    t, errors = np.linspace(0.0, 8.0, 17), []
+    for theta in (0.4, 1.3, 2.2):
+        for root in theory.steady_precession(theta, 7.0, **_PLAIN):
+            rate = float(root)
+            motion = _ROUND.simulate(_leaning(theta, (0.0, rate * math.sin(theta), 7.0)), t)
+            across = math.sin(theta) * np.stack([np.sin(rate * t), -np.cos(rate * t)], axis=-1)
+            errors += [motion["tilt"] - theta, motion["R"][:, :2, 2] - across]
+    return largest(*errors)
+
+
+@SUBJECT.law(
+    "eigenvalues of linearize with the exponents of the sleeping top",
+    bound=1e-13,
+    why="roundings of a matrix of norm 5",
+)
+def upright_tops_sleep_or_fall_at_their_exponents() -> float:
+    """Seen from a frame that spins with the top, below and above the threshold."""
+    errors = []
+    for spin in (0.0, 1.5, 9.0):
+        A, _ = _ROUND.linearize(_ROUND.state(omega_body=(0.0, 0.0, spin)))
+        turn = 0.5 * spin * np.array([[0.0, 1.0], [-1.0, 0.0]])  # of (x, y) in q (0, spin e3) / 2
+        kept = A[np.ix_([1, 2, 4, 5], [1, 2, 4, 5])]
+        kept[:2, :2] += turn
+        found = np.linalg.eigvals(kept)
+        for exponent in theory.sleeping_exponents(spin, **_PLAIN):
+            errors.append(np.min(np.abs(found - (exponent - 1j * spin))))
+    return largest(*errors)
+
+
+@SUBJECT.law(
+    "simulate with the homoclinic motion",
+    bound=1e-8,
+    why="1e-11 per radian, growing by exp(5) on the way up to the unstable upright state",
+)
+def a_falling_top_returns_to_upright() -> float:
+    """sin(theta / 2) = sqrt(1 - c) sech(lambda t), five e-folds from its largest tilt."""
+    spin = 2.0
+    growth = theory.sleeping_exponents(spin, **_PLAIN)[0].real
+    t = np.linspace(0.0, 5.0 / growth, 11)
+    tilt = theory.homoclinic_tilt(t, spin, **_PLAIN)
+    start = float(tilt[0])
+    # p_phi = p_psi: phi' = I3 omega3 / (I (1 + cos theta))
+    precession = 0.5 * spin / 1.2 / (1.0 + math.cos(start))
+    y = _leaning(start, (0.0, precession * math.sin(start), spin))
+    return largest(_ROUND.simulate(y, t)["tilt"] - tilt)
+
+
+@SUBJECT.law(
+    "simulate on an accelerated pivot with a tilted world",
+    bound=1e-10,
+    why="the same steps but for roundings, which grow by exp(6) or so in 3 s",
+)
+def an_accelerated_pivot_is_a_tilted_gravity() -> float:
+    """In the pivot's frame gravity is (-aX, -aY, -g): that world, turned upright again."""
+    a, b = 3.0, -4.0
+    size = math.hypot(_TOP.g, 5.0)
+    heavier = HeavyTop(1.3, 1.1, 0.6, m=0.8, g=size, ell=0.13)
+    # the turn that takes (a, b, g) to the vertical: about (b, -a, 0)
+    angle = math.atan2(5.0, _TOP.g)
+    upright = rotations.quaternion_from_axis_angle([0.2 * b, -0.2 * a, 0.0], angle)
+    t = np.linspace(0.0, 3.0, 4)
+    u = np.array([0.0] * 6 + [a, b])
+    pushed = _TOP.simulate(_Y, t, u, max_step=0.02)
+    y = heavier.state(q=rotations.multiply(upright, _Y[:, :4]), omega_body=_Y[:, 4:7])
+    tilted = heavier.simulate(y, t, max_step=0.02)
+    turned = matrices(upright) @ pushed["R"]
+    return largest(pushed["omega_body"] - tilted["omega_body"], turned - tilted["R"])
+
+
+@SUBJECT.law(
+    "momenta with their start, a hundred thousand steps",
+    bound=1e-11,
+    why="20 turns to a step: a random walk of 2e6 roundings, or a drift of 1e-16 per step",
+)
+def momenta_are_kept() -> float:
+    """L_z and, of a symmetric top, L_3, without input."""
+    motion = _ROUND.simulate(_leaning(0.5, (0.3, -0.2, 2.0)), _LONG, max_step=0.05)
+    found = motion.invariants
+    return largest(*(found[k] - found[k][0] for k in ("L_vertical", "L_spin")))
+
+
+@SUBJECT.law(
+    "energy with its start, a hundred thousand steps",
+    bound=1e-6,
+    why="0.2 (rate x step)^4 with rate x step of 0.05: bounded for ever",
+)
+def energy_goes_nowhere() -> float:
+    """Energy without input [J], of a symmetric and of an asymmetric top."""
+    errors = []
+    for top in (_ROUND, _TOP):
+        motion = top.simulate(_leaning(0.5, (0.3, -0.2, 2.0)), _LONG, max_step=0.05)
+        errors.append(motion.invariants["energy"] - motion.invariants["energy"][0])
+    return largest(*errors)
