@@ -31,9 +31,12 @@ def name_of(system):
 def states(system, rng, *lead):
     """States of shape (*lead, n_state): attitudes all over the sphere, everything else near 1.
 
-    Coins are upright; disks lean by up to 0.4 rad, and spin fast enough to stay so.
+    Coins are upright; disks lean by up to 0.4 rad, and spin fast enough to stay so. Plates tilt by
+    some tenths.
     """
     y = rng.normal(size=(*lead, len(system.state_entries)))
+    if system is PLATE:
+        y[..., 9:] *= 0.2
     if system is DISK:
         y[..., :4] = upright(rng, 0.4, lead)
         y[..., 6] += 4.0
@@ -52,5 +55,8 @@ def upright(rng, lean, lead):
 
 
 def inputs(system, rng, *lead):
-    """Inputs of shape (*lead, n_input)."""
-    return rng.uniform(-1.0, 1.0, (*lead, len(system.input_entries)))
+    """Inputs of shape (*lead, n_input), near 1; plates are tilted gently."""
+    u = rng.uniform(-1.0, 1.0, (*lead, len(system.input_entries)))
+    if system is PLATE:
+        u[..., 2:] *= 0.2
+    return u

@@ -11,7 +11,18 @@ from rigid_envs.systems import (
     RollingDisk,
     UprightCoin,
 )
-from tests.systems.examples import BALL, BODY, COIN, DISK, PLATE, SYSTEMS, TOP, TURNING, name_of
+from tests.systems.examples import (
+    BALL,
+    BODY,
+    COIN,
+    DISK,
+    PLATE,
+    ROLLER,
+    SYSTEMS,
+    TOP,
+    TURNING,
+    name_of,
+)
 
 REST = BODY.state()
 each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
@@ -202,6 +213,28 @@ def test_steps_outside_the_stability_envelope_are_refused_with_the_remedy():
         BODY.advance(REST, (1e4, 0.0, 0.0), 0.1)  # it is the torque that makes it fast
     with pytest.raises(ValueError, match="take n_substeps"):
         BALL.advance(BALL.state(), (12.0, 0.0, 0.0), 0.1)
+
+
+@pytest.mark.parametrize(
+    ("system", "components", "u"),
+    [
+        (PLATE, {"velocity": (20.0, 0.0)}, None),
+        (PLATE, {"tilt_rate": (20.0, 0.0)}, None),
+        (PLATE, {}, (0.0, 0.0, 500.0, 0.0)),
+        (DISK, {"omega_body": (0.0, 0.0, 20.0)}, None),
+        (DISK, {"omega_body": (0.0, 20.0, 0.0)}, None),
+        (COIN, {"steer_rate": 6.0}, None),
+        (COIN, {"roll_rate": 6.0}, None),
+        (ROLLER, {"velocity": 20.0}, None),
+        (ROLLER, {}, (5000.0,)),
+    ],
+)
+def test_what_rolls_fast_or_is_pushed_hard_needs_short_steps(system, components, u):
+    y = system.state(**components)
+    with pytest.raises(ValueError, match=r"take n_substeps >= \d+$") as refused:
+        system.advance(y, u, 0.1)
+    needed = int(str(refused.value).split()[-1])
+    assert np.isfinite(system.advance(y, u, 0.1, needed)).all()
 
 
 @each_system

@@ -7,10 +7,9 @@ import pytest
 from scipy.integrate import quad
 
 from rigid_envs.systems import FreeBody, HeavyTop, RollingBall, Trajectory
-from tests.systems.examples import SYSTEMS, inputs, name_of, states
+from tests.systems.examples import BODY, SYSTEMS, TOP, inputs, name_of, states
 
 EPS = np.finfo(np.float64).eps
-BODY, TOP, BALL = SYSTEMS
 each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
 
 
