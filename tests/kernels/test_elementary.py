@@ -108,3 +108,41 @@ def compiled_select(condition, a, b):
 def test_select_takes_one_of_two_even_where_the_other_is_not_a_number():
     assert compiled_select(True, 1.0, np.nan) == 1.0
     assert compiled_select(False, np.nan, 2.0) == 2.0
+
+
+@numba.njit
+def compiled_sqrt(x):
+    return elementary.sqrt(x)
+
+
+@numba.njit
+def compiled_sincos(x):
+    return elementary.sincos(x)
+
+
+@pytest.mark.parametrize("x", [1e-12, 0.3, 1.0, 2.0, 7.5, 1e12])
+def test_the_square_root_carries_a_tiny_imaginary_part_as_its_tangent(x):
+    assert compiled_sqrt(x) == np.sqrt(x)  # rounded once
+    found = compiled_sqrt(complex(x, 1e-100))
+    assert found.real == np.sqrt(x)
+    assert found.imag == pytest.approx(1e-100 * 0.5 / np.sqrt(x), rel=1e-15)
+
+
+@pytest.mark.parametrize("x", [0.0, 1e-9, 0.3, -2.0, 0.5 * np.pi, 100.0])
+def test_sine_and_cosine_carry_a_tiny_imaginary_part_as_their_tangents(x):
+    sine, cosine = compiled_sincos(x)
+    assert (sine, cosine) == elementary.sincos(x)
+    for part in (1e-100, -3e-90):
+        along_sine, along_cosine = compiled_sincos(complex(x, part))
+        assert (along_sine.real, along_cosine.real) == (sine, cosine)
+        assert along_sine.imag == pytest.approx(part * np.cos(x), rel=1e-15, abs=1e-116)
+        assert along_cosine.imag == pytest.approx(-part * np.sin(x), rel=1e-15, abs=1e-116)
+
+
+@given(st.floats(0.1, 10.0), st.floats(-3.0, 3.0))
+def test_chains_of_them_are_differentiated_exactly(a, b):
+    sine, cosine = compiled_sincos(compiled_sqrt(complex(a, 1e-100)) * b)
+    root = np.sqrt(a)
+    slope = 0.5 * b / root
+    assert sine.imag / 1e-100 == pytest.approx(slope * np.cos(root * b), rel=1e-14, abs=1e-15)
+    assert cosine.imag / 1e-100 == pytest.approx(-slope * np.sin(root * b), rel=1e-14, abs=1e-15)

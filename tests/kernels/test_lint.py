@@ -9,8 +9,8 @@ import pytest
 
 import rigid_envs
 from rigid_envs.kernels.compiler import cache_directory
-from rigid_envs.systems import FreeBody, HeavyTop, RollingBall
 from tests.kernels.fingerprint import foreign_symbols
+from tests.systems.examples import SYSTEMS
 
 PACKAGE = Path(rigid_envs.__file__).parent
 COMPILED = sorted(
@@ -100,7 +100,7 @@ def test_the_lint_lets_exact_operations_pass(source):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads ELF objects")
 def test_the_systems_kernels_call_no_mathematics_library():
-    for system in (FreeBody(), HeavyTop(), RollingBall()):
+    for system in SYSTEMS:
         y = system.state()
         system.rhs(y), system.linearize(y), system.invariants(y), system.advance(y, None, 0.01)
     folder = cache_directory()

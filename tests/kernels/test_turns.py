@@ -3,6 +3,7 @@
 import mpmath
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from rigid_envs.kernels import turns
 
@@ -36,3 +37,12 @@ def test_a_roll_of_up_to_a_quarter_turn_is_exact_to_rounding(x):
     x = float(x)
     assert turns.cosine(x * x) == pytest.approx(np.cos(x), abs=2.0 * EPS)
     assert turns.sinc(x * x) == pytest.approx(np.sinc(x / np.pi), abs=2.0 * EPS)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_half_turn_is_the_quaternion_of_twice_its_vector(seed):
+    rng = np.random.default_rng(seed)
+    half = rng.normal(size=3)
+    half *= rng.uniform(0.0, 0.25 * np.pi) / np.linalg.norm(half)
+    expected = Rotation.from_rotvec(2.0 * half).as_quat(scalar_first=True)
+    np.testing.assert_allclose(turns.half_turn(tuple(half)), expected, rtol=0, atol=2.0 * EPS)
