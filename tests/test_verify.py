@@ -133,7 +133,7 @@ def test_subjects_can_be_chosen(capsys: Capture) -> None:
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        (["heavytop"], "no laws about 'heavytop'; did you mean 'heavy_top'? All: rotations, free_"),
+        (["heavytop"], "no laws about 'heavytop'; did you mean 'heavy_top'? All: rotations, "),
         (["--json", "heavy_top"], "expected a file; name subjects before --json"),
         (["--json", "nowhere/laws.json"], "there is no folder nowhere"),
         (["--fast"], "unknown option '--fast'"),

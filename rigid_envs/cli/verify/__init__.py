@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from rigid_envs.cli.progress import tell
 from rigid_envs.cli.provenance import provenance
-from rigid_envs.cli.verify import free_body, heavy_top, rolling_ball, rotations
+from rigid_envs.cli.verify import bodies, free_body, heavy_top, rolling_ball, rotations
 from rigid_envs.cli.verify.laws import Outcome, Subject, check
 from rigid_envs.cli.verify.report import Verdict
 
@@ -18,7 +18,7 @@ __all__ = ["SUBJECTS", "UnknownSubjectError", "Verdict", "checked_subject", "ver
 
 SUBJECTS: dict[str, Subject] = {
     module.SUBJECT.name: module.SUBJECT
-    for module in (rotations, free_body, heavy_top, rolling_ball)
+    for module in (rotations, bodies, free_body, heavy_top, rolling_ball)
 }
 
 
