@@ -1,0 +1,154 @@
+"""The two linear integrals of the falling disk, and the potential that they leave to the lean."""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rigid_envs.analytic._inputs import FloatArray, finite, positive, strictly_between
+from rigid_envs.analytic.rolling_disk._conical import conical
+from rigid_envs.analytic.rolling_disk._disk import Disk
+
+__all__ = ["effective_potential", "legendre_constants", "potential", "solution", "spins"]
+
+
+def legendre_constants(
+    theta: float,
+    phi_rate: float,
+    omega3: float,
+    *,
+    m: float,
+    radius: float,
+    i_perp: float,
+    i3: float,
+) -> tuple[float, float]:
+    """Integrals c1 and c2 of the rolling disk: its spins depend on the lean alone.
+
+    omega3 = c1 F(x) + c2 F(1 - x) with x = (1 - cos(theta)) / 2 and F = F(xi, 1 - xi; 1; x), the
+    solution of Legendre's equation that is 1 at x = 0 and infinite at x = 1, with
+    xi (1 - xi) = m radius^2 C / (A B); p = phi' sin(theta) follows as B / (m radius^2) times the
+    derivative of omega3 by theta. Without c2 the disk can fall flat.
+
+    Args:
+        theta: angle of the axis from the vertical, above 0 and below pi [rad].
+        phi_rate: phi' [rad/s].
+        omega3: axial angular velocity [rad/s].
+        m: mass [kg].
+        radius: of the rim [m].
+        i_perp: A, moment about a diameter [kg m^2].
+        i3: C, axial moment [kg m^2].
+
+    Returns:
+        c1 and c2 [rad/s].
+
+    Raises:
+        ValueError: a parameter outside its range.
+
+    Source: Appell (1900); Korteweg (1900); Borisov, Mamaev & Kilin (2003), Reg. Chaotic Dyn. 8:201,
+        doi:10.1070/RD2003v008n02ABEH000237.
+    """
+    disk = Disk(m, radius, i_perp, i3)
+    strictly_between(0.0, math.pi, theta=theta)
+    spin = float(finite("phi_rate", phi_rate)) * math.sin(theta)
+    axial, across = _basis(np.asarray(theta), disk)
+    c1, c2 = np.linalg.solve(np.stack([axial, across]), [float(finite("omega3", omega3)), spin])
+    return float(c1), float(c2)
+
+
+def spins(
+    theta: ArrayLike,
+    c1: float,
+    c2: float,
+    *,
+    m: float,
+    radius: float,
+    i_perp: float,
+    i3: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Precession and axial spin at any lean, from the two integrals of the motion.
+
+    Args:
+        theta: angle of the axis from the vertical, above 0 and below pi, any shape [rad].
+        c1: first of `legendre_constants` [rad/s].
+        c2: second of `legendre_constants` [rad/s].
+        m: mass [kg].
+        radius: of the rim [m].
+        i_perp: A, moment about a diameter [kg m^2].
+        i3: C, axial moment [kg m^2].
+
+    Returns:
+        phi' and omega3, of the shape of theta [rad/s].
+
+    Raises:
+        ValueError: a parameter outside its range.
+
+    Source: as `legendre_constants`.
+    """
+    strictly_between(0.0, math.pi, theta=theta)
+    angle = np.asarray(theta, dtype=np.float64)
+    p, axial = solution(angle, c1, c2, Disk(m, radius, i_perp, i3))
+    return p / np.sin(angle), axial
+
+
+def effective_potential(
+    theta: ArrayLike,
+    c1: float,
+    c2: float,
+    *,
+    m: float,
+    radius: float,
+    i_perp: float,
+    i3: float,
+    g: float,
+) -> FloatArray:
+    """Potential in which the lean moves, J theta'^2 / 2 + V(theta) = E.
+
+    V = (A p^2 + B omega3^2) / 2 + m g radius sin(theta), p and omega3 from `spins`.
+
+    Args:
+        theta: angle of the axis from the vertical, above 0 and below pi, any shape [rad].
+        c1: first of `legendre_constants` [rad/s].
+        c2: second of `legendre_constants` [rad/s].
+        m: mass [kg].
+        radius: of the rim [m].
+        i_perp: A, moment about a diameter [kg m^2].
+        i3: C, axial moment [kg m^2].
+        g: gravity [m/s^2].
+
+    Returns:
+        V, of the shape of theta [J].
+
+    Raises:
+        ValueError: a parameter outside its range.
+
+    Source: O'Reilly (1996).
+    """
+    positive(g=g)
+    strictly_between(0.0, math.pi, theta=theta)
+    angle, disk = np.asarray(theta, dtype=np.float64), Disk(m, radius, i_perp, i3)
+    return potential(angle, *solution(angle, c1, c2, disk), disk, g)
+
+
+def potential(
+    theta: ArrayLike, p: ArrayLike, omega3: ArrayLike, disk: Disk, g: float
+) -> FloatArray:
+    """Energy without that of the tipping, (A p^2 + B omega3^2) / 2 + m g radius sin(theta) [J]."""
+    spinning = disk.i_perp * np.square(p) + disk.axial * np.square(omega3)
+    return np.asarray(0.5 * spinning + disk.m * g * disk.radius * np.sin(theta))
+
+
+def solution(theta: FloatArray, c1: float, c2: float, disk: Disk) -> tuple[FloatArray, FloatArray]:
+    """The spins p = phi' sin(theta) and omega3 at any lean [rad/s]."""
+    axial, across = _basis(theta, disk)
+    return c1 * across[..., 0] + c2 * across[..., 1], c1 * axial[..., 0] + c2 * axial[..., 1]
+
+
+def _basis(theta: FloatArray, disk: Disk) -> tuple[FloatArray, FloatArray]:
+    """omega3 and p of the two solutions (1, 0) and (0, 1), each of shape (..., 2)."""
+    low, high = np.sin(0.5 * theta) ** 2, np.cos(0.5 * theta) ** 2
+    mu = disk.steiner * disk.i3 / (disk.i_perp * disk.axial)
+    first, first_slope = conical(low, high, mu)
+    second, second_slope = conical(high, low, mu)
+    lever = 0.5 * disk.axial / disk.steiner * np.sin(theta)
+    across = np.stack([lever * first_slope, -lever * second_slope], axis=-1)
+    return np.stack([first, second], axis=-1), across

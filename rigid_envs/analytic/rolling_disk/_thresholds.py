@@ -1,0 +1,105 @@
+"""How fast an upright disk must roll, or a coin spin, not to fall over."""
+
+import cmath
+import math
+
+from rigid_envs.analytic._inputs import finite, positive
+
+__all__ = ["rolling_exponent", "rolling_threshold", "spinning_exponent", "spinning_threshold"]
+
+
+def rolling_threshold(*, m: float, radius: float, i_perp: float, i3: float, g: float) -> float:
+    """Least rate at which an upright disk rolls straight on without falling [rad/s].
+
+    omega3^2 = A m g radius / (C (C + m radius^2)); the speed radius omega3 is then
+    sqrt(g radius / 3) for a disc and sqrt(g radius / 4) for a hoop.
+
+    Args:
+        m: mass [kg].
+        radius: of the rim [m].
+        i_perp: A, moment about a diameter [kg m^2].
+        i3: C, axial moment [kg m^2].
+        g: gravity [m/s^2].
+
+    Raises:
+        ValueError: a parameter that is not positive.
+
+    Source: Routh, Advanced Part, par. 244; Bloch, Nonholonomic Mechanics and Control, sec. 1.5.
+    """
+    positive(m=m, radius=radius, i_perp=i_perp, i3=i3, g=g)
+    return math.sqrt(i_perp * m * g * radius / (i3 * (i3 + m * radius * radius)))
+
+
+def spinning_threshold(*, m: float, radius: float, i_perp: float, g: float) -> float:
+    """Least rate at which a coin spins about a vertical diameter without falling [rad/s].
+
+    phi'^2 = m g radius / (A + m radius^2).
+
+    Args:
+        m: mass [kg].
+        radius: of the rim [m].
+        i_perp: A, moment about a diameter [kg m^2].
+        g: gravity [m/s^2].
+
+    Raises:
+        ValueError: a parameter that is not positive.
+
+    Source: Routh, Advanced Part, par. 244.
+    """
+    positive(m=m, radius=radius, i_perp=i_perp, g=g)
+    return math.sqrt(m * g * radius / (i_perp + m * radius * radius))
+
+
+def rolling_exponent(
+    omega3: float, *, m: float, radius: float, i_perp: float, i3: float, g: float
+) -> complex:
+    """Exponent lambda of a small lean of a disk that rolls upright [1/s].
+
+    lambda^2 = B C / (A J) (threshold^2 - omega3^2): real below the threshold, where the lean grows
+    as exp(lambda t), and imaginary above, where the disk wobbles at the frequency abs(lambda).
+
+    Args:
+        omega3: rate of rolling [rad/s].
+        m: mass [kg].
+        radius: of the rim [m].
+        i_perp: A, moment about a diameter [kg m^2].
+        i3: C, axial moment [kg m^2].
+        g: gravity [m/s^2].
+
+    Raises:
+        ValueError: a parameter that is not positive, or omega3 not finite.
+
+    Source: Routh, Advanced Part, par. 244.
+    """
+    least = rolling_threshold(m=m, radius=radius, i_perp=i_perp, i3=i3, g=g)
+    about_contact = m * radius * radius
+    factor = i3 * (i3 + about_contact) / (i_perp * (i_perp + about_contact))
+    return _exponent(factor, least, float(finite("omega3", omega3)))
+
+
+def spinning_exponent(
+    phi_rate: float, *, m: float, radius: float, i_perp: float, g: float
+) -> complex:
+    """Exponent lambda of a small lean of a coin that spins about a vertical diameter [1/s].
+
+    lambda^2 = threshold^2 - phi'^2.
+
+    Args:
+        phi_rate: rate of spinning [rad/s].
+        m: mass [kg].
+        radius: of the rim [m].
+        i_perp: A, moment about a diameter [kg m^2].
+        g: gravity [m/s^2].
+
+    Raises:
+        ValueError: a parameter that is not positive, or phi_rate not finite.
+
+    Source: Routh, Advanced Part, par. 244.
+    """
+    least = spinning_threshold(m=m, radius=radius, i_perp=i_perp, g=g)
+    return _exponent(1.0, least, float(finite("phi_rate", phi_rate)))
+
+
+def _exponent(factor: float, threshold: float, rate: float) -> complex:
+    """Root of factor (threshold^2 - rate^2), the difference taken without cancellation."""
+    return cmath.sqrt(factor * (threshold - rate) * (threshold + rate))
