@@ -1,0 +1,131 @@
+"""Does verification notice a wrong sign? Plant every single one and see.
+
+Run from the checkout: ``python -m tests.mutations [--sources free_body heavy_top] [--jobs 2]
+[--sample 20 --seed 0] [--json FILE]``. A mutant takes some 4 s, most of it compilation. The status
+is 1 if a mutant survives that is not known to be equivalent, or if an equivalent no longer is one.
+"""
+
+import argparse
+import json
+import queue
+import random
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+from tests.mutations.equivalents import EQUIVALENTS, Equivalent
+from tests.mutations.mutants import Mutant, mutants_of
+from tests.mutations.report import as_json, as_markdown, survivors
+from tests.mutations.trials import Laboratory, Trial
+
+
+class Source(NamedTuple):
+    """A file of kernels, who is asked about it, and the functions that have no part in motions."""
+
+    subjects: tuple[str, ...]
+    leave_out: frozenset[str] = frozenset()
+
+
+SOURCES = {
+    "free_body": Source(("free_body",)),
+    "heavy_top": Source(("heavy_top",)),
+    "rolling_ball": Source(("rolling_ball",)),
+    "turns": Source(("rolling_ball", "free_body")),
+    # the rest of it is for observations and tasks
+    "algebra": Source(
+        ("heavy_top", "rolling_ball"), frozenset({"matrix", "log_rotation", "scaled"})
+    ),
+    "composition": Source(("rolling_ball", "free_body")),
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Plant mutants and print what became of them."""
+    options = _options(argv)
+    laboratories = [Laboratory() for _ in range(options.jobs)]
+    try:
+        _refuse_broken_laws(laboratories[0], options.sources)
+        every = [
+            (name, mutant)
+            for name in options.sources
+            for mutant in mutants_of(laboratories[0].source(name), SOURCES[name].leave_out)
+        ]
+        chosen = every
+        if options.sample is not None:
+            chosen = random.Random(options.seed).sample(every, min(options.sample, len(every)))
+            chosen.sort(key=every.index)
+        trials = _try_all(chosen, laboratories)
+    finally:
+        for laboratory in laboratories:
+            laboratory.close()
+    print(as_markdown(trials, EQUIVALENTS))
+    if options.json:
+        options.json.write_text(json.dumps(as_json(trials), indent=1) + "\n")
+    mistaken = _mistaken(every, trials, options.sources)
+    for equivalent, what in mistaken:
+        print(f"\n{equivalent.source}.py ({equivalent.function}) `{equivalent.term}`: {what}")
+    return 1 if mistaken or survivors(trials, EQUIVALENTS) else 0
+
+
+def _options(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser("tests.mutations", allow_abbrev=False)
+    parser.add_argument("--sources", nargs="+", choices=SOURCES, default=list(SOURCES))
+    parser.add_argument("--jobs", type=int, default=1, help="processes at a time")
+    parser.add_argument("--sample", type=int, help="only so many mutants, drawn at random")
+    parser.add_argument("--seed", type=int, default=0, help="of the sample")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write every trial there")
+    return parser.parse_args(argv)
+
+
+def _refuse_broken_laws(laboratory: Laboratory, names: Sequence[str]) -> None:
+    """Stop if a law fails without any mutant."""
+    subjects = dict.fromkeys(s for name in names for s in SOURCES[name].subjects)
+    law, error = laboratory.first_broken(tuple(subjects))
+    if law:
+        raise SystemExit(f"a law fails without any mutant: {law} ({error})")
+
+
+def _try_all(chosen: list[tuple[str, Mutant]], laboratories: list[Laboratory]) -> list[Trial]:
+    free: queue.SimpleQueue[Laboratory] = queue.SimpleQueue()
+    for laboratory in laboratories:
+        free.put(laboratory)
+
+    def one(number: int, name: str, mutant: Mutant) -> Trial:
+        laboratory = free.get()
+        try:
+            trial = laboratory.trial(name, mutant, SOURCES[name].subjects)
+        finally:
+            free.put(laboratory)
+        verdict = f"{trial.law} ({trial.error})" if trial.law else "SURVIVED"
+        print(
+            f"{number}/{len(chosen)} {name}.py:{mutant.line} {mutant.term}: {verdict}",
+            file=sys.stderr,
+            flush=True,
+        )
+        return trial
+
+    with ThreadPoolExecutor(len(laboratories)) as pool:
+        futures = [pool.submit(one, k + 1, *each) for k, each in enumerate(chosen)]
+        return [future.result() for future in futures]
+
+
+def _mistaken(
+    every: list[tuple[str, Mutant]], trials: list[Trial], names: Sequence[str]
+) -> list[tuple[Equivalent, str]]:
+    """Equivalents that are no mutants any more, or that a law has noticed."""
+    there = {(name, mutant.key) for name, mutant in every}
+    noticed = {(t.source, t.mutant.key): t.law for t in trials if t.law}
+    found = []
+    for known in EQUIVALENTS:
+        key = (known.source, known[1:5])
+        if known.source in names and key not in there:
+            found.append((known, "is called equivalent, but there is no such term"))
+        elif key in noticed:
+            found.append((known, f"is called equivalent, but {noticed[key]} notices it"))
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,125 @@
+"""Planting a mutant in a copy of the package, and asking the laws about it."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.mutations.mutants import Mutant
+
+__all__ = ["Laboratory", "Trial"]
+
+ROOT = Path(__file__).parents[2]
+_LIMIT = 300.0  # [s] a mutant that takes so long has run wild, which is noticed too
+# Until the first law fails. The file is printed as proof that it is the copy that was looked at.
+_PROGRAM = """
+import json, sys
+import rigid_envs
+from rigid_envs.cli.verify import SUBJECTS
+from rigid_envs.cli.verify.laws import check
+broken = None
+for law in (law for name in sys.argv[1:] for law in SUBJECTS[name].laws):
+    outcome = check(law)
+    if not outcome.holds:
+        broken = [law.subject, law.name, outcome.error, outcome.message]
+        break
+print(json.dumps([rigid_envs.__file__, broken]))
+"""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What the laws say of a mutant.
+
+    Attributes:
+        source: name of the source file, without its ending.
+        mutant: what was planted.
+        law: the first law that failed, "subject: name"; empty if all of them hold.
+        error: its error, or what it raised.
+    """
+
+    source: str
+    mutant: Mutant
+    law: str
+    error: str
+
+    @property
+    def is_void(self) -> bool:
+        """Whether nothing was planted: the term is no number, and the compiler says so."""
+        return self.error.startswith(("TypingError", "LoweringError"))
+
+
+class Laboratory:
+    """A copy of the package in a folder of its own; the checkout is never touched.
+
+    Args:
+        package: the package to copy.
+    """
+
+    def __init__(self, package: Path = ROOT / "rigid_envs") -> None:
+        self._folder = Path(tempfile.mkdtemp(prefix="mutants-"))
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(package, self._folder / "rigid_envs", ignore=ignored)
+
+    def close(self) -> None:
+        """Remove the copy."""
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def source(self, name: str) -> str:
+        """Text of a file of the kernels."""
+        return self._path(name).read_text(encoding="utf-8")
+
+    def first_broken(self, subjects: tuple[str, ...]) -> tuple[str, str]:
+        """The first law that fails as the copy stands, and its error; empty if none does.
+
+        Raises:
+            RuntimeError: the copy could not be asked.
+        """
+        cache = self._folder / "cache"
+        environment = {
+            **os.environ,
+            "PYTHONPATH": str(self._folder),
+            "PYTHONDONTWRITEBYTECODE": "1",  # a mutant can have the size and the second of another
+            "NUMBA_CACHE_DIR": str(cache),
+            "NUMBA_OPT": "0",  # the same numbers, compiled in less time
+            "OMP_NUM_THREADS": "1",
+        }
+        try:
+            done = subprocess.run(
+                [sys.executable, "-P", "-c", _PROGRAM, *subjects],
+                cwd=self._folder,
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=_LIMIT,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return "none: the time is up", f"{_LIMIT:g} s"
+        finally:
+            shutil.rmtree(cache, ignore_errors=True)
+        if done.returncode != 0:
+            raise RuntimeError(f"the copy could not be asked: {done.stderr[-2000:]}")
+        file, broken = json.loads(done.stdout.splitlines()[-1])
+        if not Path(file).is_relative_to(self._folder):
+            raise RuntimeError(f"{file} was looked at and not the copy in {self._folder}")
+        if broken is None:
+            return "", ""
+        subject, name, error, message = broken
+        return f"{subject}: {name}", message.splitlines()[0] if message else f"{error:.1e}"
+
+    def trial(self, name: str, mutant: Mutant, subjects: tuple[str, ...]) -> Trial:
+        """Plant a mutant in the kernel file `name`, ask, and take it out again."""
+        path, source = self._path(name), self.source(name)
+        path.write_text(mutant.planted(source), encoding="utf-8")
+        try:
+            return Trial(name, mutant, *self.first_broken(subjects))
+        finally:
+            path.write_text(source, encoding="utf-8")
+
+    def _path(self, name: str) -> Path:
+        return self._folder / "rigid_envs" / "kernels" / f"{name}.py"

@@ -1,0 +1,104 @@
+"""The mutation run: which wrong signs are planted, where, and that one is noticed."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from tests.mutations.__main__ import SOURCES, main
+from tests.mutations.equivalents import EQUIVALENTS
+from tests.mutations.mutants import mutants_of
+from tests.mutations.trials import ROOT, Laboratory
+
+SOURCE = '''
+STATE = (1.0, 0.0)
+INDEX = tuple[float, float]
+RATIO = 1.0 - 4.0 ** (1.0 / 3.0)
+
+
+@scalar
+def f(v: Vector, x: float) -> float:
+    """Documented."""
+    a, b = v[0], -x
+    w = (2.0 * x, *v)
+    return a * (x - b) + fma(x, b, -g(w, x**2))
+
+
+@kernel
+def loop(x: float) -> float:
+    return -x
+'''
+KERNELS = ROOT / "rigid_envs" / "kernels"
+
+
+def test_every_term_has_its_mutant_and_nothing_else() -> None:
+    terms = [(mutant.function, mutant.line, mutant.term) for mutant in mutants_of(SOURCE)]
+    assert terms == [
+        ("module", 4, "1.0"),
+        ("module", 4, "4.0 ** (1.0 / 3.0)"),
+        ("module", 4, "1.0 / 3.0"),
+        ("f", 10, "v[0]"),
+        ("f", 10, "-x"),
+        ("f", 11, "2.0 * x"),
+        ("f", 12, "a * (x - b)"),
+        ("f", 12, "x"),
+        ("f", 12, "b"),
+        ("f", 12, "fma(x, b, -g(w, x**2))"),
+        ("f", 12, "x"),
+        ("f", 12, "-g(w, x**2)"),
+        ("f", 12, "x**2"),
+    ]
+    assert [mutant.nth for mutant in mutants_of(SOURCE) if mutant.term == "x"] == [0, 1]
+
+
+def test_a_mutant_differs_from_the_source_by_one_sign() -> None:
+    def value(source: str) -> float:
+        scope = {
+            "scalar": lambda function: function,
+            "kernel": lambda function: function,
+            "fma": lambda a, b, c: a * b + c,
+            "g": lambda w, x: w[0] + 10.0 * x,
+            "Vector": SimpleNamespace,
+        }
+        exec(source, scope)
+        result: float = scope["f"]((3.0, 5.0), 7.0)
+        return result
+
+    right = value(SOURCE)
+    assert right == 3.0 * 14.0 - 49.0 - 504.0
+    planted = {m.term: value(m.planted(SOURCE)) for m in mutants_of(SOURCE) if m.line == 12}
+    assert planted["a * (x - b)"] == right - 2.0 * 3.0 * 14.0
+    assert planted["-g(w, x**2)"] == right + 2.0 * 504.0
+    assert planted["x**2"] == right + 20.0 * 49.0
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_equivalents_are_terms_that_are_still_there(name: str) -> None:
+    source = (KERNELS / f"{name}.py").read_text(encoding="utf-8")
+    keys = {mutant.key for mutant in mutants_of(source, SOURCES[name].leave_out)}
+    for equivalent in EQUIVALENTS:
+        if equivalent.source == name:
+            assert equivalent[1:5] in keys
+    assert {equivalent.source for equivalent in EQUIVALENTS} <= set(SOURCES)
+
+
+def test_a_wrong_sign_in_a_copy_is_noticed_and_the_checkout_stays_as_it_was() -> None:
+    before = {path: path.read_bytes() for path in KERNELS.glob("*.py")}
+    laboratory = Laboratory()
+    try:
+        rates = [m for m in mutants_of(laboratory.source("rolling_ball")) if m.function == "rhs"]
+        trial = laboratory.trial("rolling_ball", rates[-1], ("rolling_ball",))
+        assert trial.law == "rolling_ball: rhs is the rate of the motion"
+        assert laboratory.source("rolling_ball") == before[KERNELS / "rolling_ball.py"].decode()
+    finally:
+        laboratory.close()
+    assert {path: path.read_bytes() for path in before} == before
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", SOURCES)
+def test_a_sample_of_wrong_signs_is_noticed(
+    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert main(["--sources", name, "--sample", "5", "--json", str(tmp_path / "trials.json")]) == 0
+    assert "No survivor." in capsys.readouterr().out
