@@ -6,6 +6,7 @@ package is imported: an agreement between the two is an agreement of two indepen
 
 Modules:
     ball_on_plate: ball with inertia on a turntable, a tilted or a shaken plate.
+    brackets: Lie brackets of control fields and growth vectors of rolling bodies.
     elliptic: Jacobi functions and the integrals of motion, exact up to the separatrix.
     free_body: torque-free rotation of any body: angular velocity, attitude, flips, rates.
     heavy_top: symmetric top in gravity: nutation, steady precession, the sleeping top.
@@ -19,6 +20,7 @@ Quaternions are (w, x, y, z), unit, body to world, as everywhere in the package.
 
 from rigid_envs.analytic import (
     ball_on_plate,
+    brackets,
     elliptic,
     free_body,
     heavy_top,
@@ -30,6 +32,7 @@ from rigid_envs.analytic import (
 
 __all__ = [
     "ball_on_plate",
+    "brackets",
     "elliptic",
     "free_body",
     "heavy_top",

@@ -14,8 +14,8 @@ p = phi' sin(theta) Newton's and Euler's laws leave
     dp / dtheta = -p cot(theta) + C / A omega3,    domega3 / dtheta = m radius^2 / B p.
 
 Sources: Routh, Dynamics of a System of Rigid Bodies, Advanced Part, par. 244; Appell (1900), Rend.
-Circ. Mat. Palermo 14:1; Korteweg (1900), ibid. 14:7; O'Reilly (1996), Nonlinear Dynamics 10:287,
-doi:10.1007/BF00045108.
+Circ. Mat. Palermo 14:1; Korteweg (1900), ibid. 14:7; O'Reilly (1996), The dynamics of rolling
+disks and sliding disks, Nonlinear Dynamics 10:287.
 """
 
 from rigid_envs.analytic.rolling_disk._fall import Fall, fall
