@@ -79,7 +79,10 @@ def test_the_drift_across_the_slope_agrees_with_the_reference_and_the_motion(cas
     np.testing.assert_allclose(drift, case["scalars"]["drift_vx"], rtol=8 * EPS)
     rounds = 2.0 * math.pi / (BETA[given["beta"]] / (1.0 + BETA[given["beta"]]) * given["Omega"])
     moved = np.diff(rolled(case, np.array([0.0, 10.0 * rounds])).centre, axis=0)[0]
-    np.testing.assert_allclose(moved, (10.0 * rounds * drift, 0.0, 0.0), rtol=0, atol=1e-12)
+    # 63 radians are rounded, on circles of less than 2 m and ways of 45 m.
+    np.testing.assert_allclose(
+        moved, (10.0 * rounds * drift, 0.0, 0.0), rtol=0, atol=63 * 2 * 8 * EPS
+    )
 
 
 def test_a_ball_that_stands_in_space_turns_as_in_the_reference():

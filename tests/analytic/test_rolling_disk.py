@@ -55,8 +55,8 @@ def test_integrals_turning_points_and_period_agree_with_the_reference(case):
     for name, value in measured.items():
         # Some sums and a linear system of two equations, of condition 10 at the most.
         np.testing.assert_allclose(value, scalars[name], rtol=16 * EPS, err_msg=name)
-    # The time hangs on the distance of the turning points from each other, 0.007 to 0.46 of E, and
-    # from the next one: the disk that starts 1e-3 from upright lingers there.
+    # A lean, itself rounded, is the worse known the closer the turning points are to each other or
+    # to upright, where the disk that starts 1e-3 from it lingers.
     start = abs(UPRIGHT - case["in"]["theta"])
     rtol = 16 * EPS / min(start, motion.theta_max - motion.theta_min, 1.0)
     np.testing.assert_allclose(motion.period, scalars["lean_period"], rtol=rtol)
