@@ -80,7 +80,8 @@ def rhs(y: Row, u: Row, p: Row) -> Row:
     ``(I1 + m r^2) wl' = (I3 - I1) wn w3 + m r^2 cot(theta) wn^2 + m g r cos(theta) + tau_l``,
     ``(I3 + m r^2) w3' = -m r^2 wn wl + tau_3``; the contact moves along l at r psi'.
 
-    Routh, *Advanced Rigid Dynamics*, section 244; O'Reilly 1996, doi:10.1007/BF01833295.
+    Routh, *Advanced Rigid Dynamics*, section 244; Borisov, Mamaev & Kilin 2003, "Dynamics of
+    rolling disk", Regular and Chaotic Dynamics 8:201.
     """
     w, x, y_, z, w1, w2, w3 = y[0], y[1], y[2], y[3], y[4], y[5], y[6]
     m, radius, I1, I3, g = p[0], p[1], p[2], p[3], p[4]

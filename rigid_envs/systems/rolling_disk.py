@@ -50,8 +50,8 @@ class RollingDisk(PacedSystem):
     Raises:
         ValueError: parameters that no body has.
 
-    Source: Routh, *Advanced Rigid Dynamics*, section 244; O'Reilly 1996, "The dynamics of rolling
-    disks and sliding disks", doi:10.1007/BF01833295.
+    Source: Routh, *Advanced Rigid Dynamics*, section 244; Borisov, Mamaev & Kilin 2003,
+    "Dynamics of rolling disk", Regular and Chaotic Dynamics 8:201.
     """
 
     m: float = 1.0
