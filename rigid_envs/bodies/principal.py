@@ -81,7 +81,7 @@ def principal_axes(inertia: Array) -> PrincipalAxes:
     rest = _projector(vectors[:, equal[1]])
     e2 = _nearest_to_a_coordinate_axis(rest - np.outer(e1, e1 @ rest))
     axes = np.stack([e1, e2, np.cross(e1, e2)], axis=-1)
-    return PrincipalAxes(np.maximum(moments, 0.0), axes + 0.0)  # + 0.0 makes a zero of -0.0
+    return PrincipalAxes(np.maximum(moments, 0.0), axes)
 
 
 def _projector(orthonormal: Array) -> Array:

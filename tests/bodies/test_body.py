@@ -214,6 +214,8 @@ def test_the_moment_that_breaks_the_triangle_is_named_with_the_excess(q):
     below = r"principal moment I1 = -0.5 kg m\^2, below 0 by 0.5: expected.*-sum m x y"
     with pytest.raises(ValueError, match=below):
         Body(1.0, R @ np.diag([1.0, 1.0, -0.5]) @ R.T)
+    with pytest.raises(ValueError, match=r"I1 = .* below 0 by 1e-08"):
+        Body(1.0, R @ np.diag([-1e-8, 1.0, 1.0]) @ R.T)
 
 
 @pytest.mark.parametrize("moments", [(0, 0, 0), (0, 1, 1), (1, 2, 3), (1, 1, 2), (1, 2, 3 + 2e-9)])

@@ -58,6 +58,14 @@ def test_a_diagonal_tensor_in_ascending_order_has_the_construction_axes(moments,
 def test_a_diagonal_tensor_in_any_order_has_axes_along_them(moments, axes):
     found = Body(1.0, np.diag(np.array(moments, dtype=float))).principal()
     assert np.array_equal(found.axes, axes) and np.array_equal(found.moments, sorted(moments))
+    assert not np.any(np.signbit(found.axes[found.axes == 0.0]))
+
+
+def test_moments_that_differ_by_more_than_roundings_have_axes_of_their_own():
+    R = matrix(np.array([np.cos(0.2), 0.0, 0.0, np.sin(0.2)]))
+    axes = turned((1.0, 1.0 + 1e-10, 1.5), R).principal().axes
+    # Rounding of the tensor turns them by its size over the gap
+    np.testing.assert_allclose(axes[:, 0], R[:, 0], rtol=0, atol=ROUNDING / 1e-10)
 
 
 @given(attitudes, st.floats(-np.pi, np.pi), st.sampled_from([(1, 1, 1.5), (1, 1.5, 1.5)]))
