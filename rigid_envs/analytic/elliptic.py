@@ -10,11 +10,21 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ellipkm1, elliprf, elliprj
+from scipy.special import ellipkm1, elliprc, elliprf, elliprj
 
 from rigid_envs.analytic._inputs import FloatArray
 
-__all__ = ["argument", "cn2_integral", "jacobi", "quarter_period", "split_half_periods"]
+__all__ = [
+    "SMALLEST",
+    "argument",
+    "cn2_integral",
+    "jacobi",
+    "quarter_period",
+    "split_half_periods",
+]
+
+SMALLEST = 1e-290
+"""1 - m below which the squares of cn and dn underflow, perturbations of 1e-145: take 0 instead."""
 
 # The arithmetic-geometric mean converges quadratically: one step after 1e-8 is full precision.
 _AGM_TOLERANCE = 1e-8
@@ -95,7 +105,7 @@ def cn2_integral(u: ArrayLike, nu: float, m1: float) -> FloatArray:
 
     Args:
         u: argument, any shape; infinite only where m1 = 0.
-        nu: minus the characteristic of Legendre's Pi, >= 0 (> 0 where m1 = 0).
+        nu: minus the characteristic of Legendre's Pi, >= 0.
         m1: complementary parameter 1 - m, in [0, 1].
 
     Returns:
@@ -104,8 +114,8 @@ def cn2_integral(u: ArrayLike, nu: float, m1: float) -> FloatArray:
     Source: DLMF 19.25(i), 19.7.8.
     """
     if m1 == 0.0:
-        root = math.sqrt(nu)
-        return np.asarray(np.arctan(root * np.tanh(u)) / root, dtype=np.float64)
+        x = np.tanh(u)
+        return np.asarray(x * elliprc(1.0, 1.0 + nu * x * x), dtype=np.float64)
     n, v = split_half_periods(u, m1)
     complete = _cn2_within(np.array(1.0), np.array(0.0), np.array(math.sqrt(m1)), nu, m1)
     return 2.0 * n * complete + _cn2_within(*jacobi(v, m1), nu, m1)

@@ -67,7 +67,7 @@ def poinsot(moments: ArrayLike, omega0: ArrayLike) -> Poinsot:
     Raises:
         ValueError: a wrong shape, a moment that is not positive, or a number that is not finite.
 
-    Source: Landau & Lifshitz, par. 37; Whittaker, Analytical Dynamics, sec. 69.
+    Source: Landau & Lifshitz, par. 37; Whittaker, Analytical Dynamics, ch. VI.
     """
     path = polhode(moments, omega0)
     (j1, j2, j3), (a1, a2, _) = path.moments, path.amplitudes

@@ -24,9 +24,6 @@ from rigid_envs.analytic._inputs import FloatArray, finite, positive, vector
 
 __all__ = ["Polhode", "omega", "polhode"]
 
-# 1 - m below which the squares of cn and dn underflow: perturbations of 1e-145.
-_SMALLEST = 1e-290
-
 
 @dataclass(frozen=True)
 class Polhode:
@@ -121,7 +118,7 @@ def polhode(moments: ArrayLike, omega0: ArrayLike) -> Polhode:
     sn, cn, dn = w2 / a2 if a2 else 0.0, w1 / a1 if a1 else 1.0, w3 / a3 if a3 else 1.0
     return Polhode(
         m=j1 * abs(j2 - j1) * a1 * a1 / scale if scale else 0.0,
-        m1=min(m1, 1.0) if m1 > _SMALLEST else 0.0,
+        m1=min(m1, 1.0) if m1 > elliptic.SMALLEST else 0.0,
         rate=math.copysign(size * a3 * math.sqrt((j3 - j2) * (j3 - j1) / (j1 * j2)), j3 - j2),
         start=float(elliptic.argument(sn, cn, dn)),
         momentum=size * float(np.linalg.norm(inertia * (rates / size))),
