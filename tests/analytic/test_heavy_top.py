@@ -46,6 +46,26 @@ def test_turning_points_and_period_agree_with_the_reference(case):
     np.testing.assert_allclose(swing.period, scalars["nutation_period"], rtol=8 * EPS)
 
 
+@pytest.mark.parametrize("case", cases("heavy_top"), ids=itemgetter("id"))
+def test_the_roots_of_the_cubic_agree_with_the_reference(case):
+    swing = heavy_top.nutation(case["in"]["w0"], case["in"]["q0"], **top(case))
+    expected = case["scalars"]["cubic_roots_u"]
+    np.testing.assert_allclose(swing.roots, expected, rtol=8 * EPS, atol=4 * EPS)
+    # Where 1 - u or 1 + u is small it is kept apart, with all its digits.
+    for root, depth, height in zip(swing.roots, swing.depths, swing.heights, strict=True):
+        assert depth == pytest.approx(abs(1.0 - root), rel=0, abs=4 * EPS * (1.0 + abs(root)))
+        assert height == pytest.approx(1.0 + root, rel=0, abs=4 * EPS * (1.0 + abs(root)))
+
+
+def test_the_smallest_tilt_keeps_its_digits_beside_the_vertical():
+    # A cusp at the start: the smallest tilt is that of the start, from 1e-1 down to 1e-70 rad,
+    # whose fourth power, in the cubic, is still a number.
+    for tilt in 10.0 ** -np.arange(1.0, 71.0, 3.0):
+        for spin in (2.0, 3.999, 4.001, 9.0):
+            swing = heavy_top.nutation((0.0, 0.0, spin), leaning(tilt), **TOP)
+            assert swing.theta_min == pytest.approx(tilt, rel=8 * EPS)
+
+
 def test_the_exactly_upright_top_stays_upright():
     for case in cases("heavy_top"):
         if case["scalars"]["path"] == "sleeping":
@@ -70,6 +90,10 @@ def test_steady_precession_agrees_with_the_reference(case):
         frequency = heavy_top.nutation_frequency(given["theta"], rate, given["w3"], **axial)
         np.testing.assert_allclose(rate, out[f"phid_{name}"], rtol=8 * EPS)
         np.testing.assert_allclose(frequency, out[f"nutation_frequency_{name}"], rtol=8 * EPS)
+    threshold = heavy_top.steady_threshold(given["theta"], **body)
+    np.testing.assert_allclose(threshold, out["w3_min_for_this_theta"], rtol=8 * EPS)
+    fast = heavy_top.fast_top(given["theta"], given["w3"], **body)
+    np.testing.assert_allclose(fast.precession, out["fast_top_estimate"], rtol=8 * EPS)
     sine, cosine = math.sin(given["theta"]), math.cos(given["theta"])
     p_psi = given["I3"] * given["w3"]
     p_phi = given["Iperp"] * 0.5 * sine**2 + p_psi * cosine
@@ -82,12 +106,15 @@ def test_steady_precession_agrees_with_the_reference(case):
 
 def test_no_steady_precession_below_the_least_spin_and_one_at_the_horizontal():
     theta = np.array([0.3, 1.2])
-    least = np.sqrt(4.0 * np.cos(theta)) / TOP["i3"]
+    least = heavy_top.steady_threshold(theta, **TOP)
+    np.testing.assert_allclose(least, 4.0 * np.sqrt(np.cos(theta)), rtol=4 * EPS)
     assert np.isnan(heavy_top.steady_precession(theta, 0.999 * least, **TOP)).all()
     assert np.isfinite(heavy_top.steady_precession(theta, 1.001 * least, **TOP)).all()
     slow, fast = heavy_top.steady_precession(0.5 * np.pi, 6.0, **TOP)
     assert slow == pytest.approx(1.0 / 3.0, rel=1e-15)
     assert abs(fast) > 1e15
+    assert heavy_top.steady_threshold(2.0, **TOP) == 0.0
+    assert heavy_top.steady_threshold(0.0, **TOP) == heavy_top.sleeping_threshold(**TOP)
 
 
 @pytest.mark.parametrize("branch", [0, 1])
@@ -135,6 +162,8 @@ def test_the_homoclinic_tilt_agrees_with_the_reference(case):
     tilt = heavy_top.homoclinic_tilt([0.0, out["t"]], case["in"]["w3"], **top(case))
     expected = out["theta_max"], out["theta_at_t_after_theta_max"]
     np.testing.assert_allclose(tilt, expected, rtol=1e-14)
+    growth = heavy_top.sleeping_exponents(case["in"]["w3"], **top(case))[0].real
+    np.testing.assert_allclose(growth, out["growth_rate"], rtol=8 * EPS)
 
 
 def test_the_homoclinic_tilt_grows_out_of_the_sleeping_top_at_its_rate():

@@ -11,26 +11,41 @@ Sources: Goldstein, Classical Mechanics, sec. 5.7; Landau & Lifshitz, Mechanics,
 Whittaker, Analytical Dynamics, ch. VI.
 """
 
+from rigid_envs.analytic.heavy_top._attitude import attitude, euler_angles, omega
+from rigid_envs.analytic.heavy_top._fast import FastTop, fast_top
 from rigid_envs.analytic.heavy_top._nutation import Nutation, nutation, tilt
+from rigid_envs.analytic.heavy_top._precession import Precession, precession
 from rigid_envs.analytic.heavy_top._sleeping import (
     homoclinic_tilt,
     sleeping_exponents,
     sleeping_threshold,
 )
+from rigid_envs.analytic.heavy_top._start import Invariants, invariants
 from rigid_envs.analytic.heavy_top._steady import (
     effective_potential,
     nutation_frequency,
     steady_precession,
+    steady_threshold,
 )
 
 __all__ = [
+    "FastTop",
+    "Invariants",
     "Nutation",
+    "Precession",
+    "attitude",
     "effective_potential",
+    "euler_angles",
+    "fast_top",
     "homoclinic_tilt",
+    "invariants",
     "nutation",
     "nutation_frequency",
+    "omega",
+    "precession",
     "sleeping_exponents",
     "sleeping_threshold",
     "steady_precession",
+    "steady_threshold",
     "tilt",
 ]

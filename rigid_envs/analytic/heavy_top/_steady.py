@@ -5,7 +5,12 @@ from numpy.typing import ArrayLike
 
 from rigid_envs.analytic._inputs import FloatArray, finite, positive
 
-__all__ = ["effective_potential", "nutation_frequency", "steady_precession"]
+__all__ = [
+    "effective_potential",
+    "nutation_frequency",
+    "steady_precession",
+    "steady_threshold",
+]
 
 
 def effective_potential(
@@ -90,3 +95,24 @@ def nutation_frequency(
     spin = i3 / i_perp * finite("omega3", omega3)
     frequency = np.hypot(rate * np.sin(theta), spin - 2.0 * rate * np.cos(theta))
     return np.asarray(frequency, dtype=np.float64)
+
+
+def steady_threshold(theta: ArrayLike, *, i_perp: float, i3: float, mgl: float) -> FloatArray:
+    """Axial rate from which a top can precess steadily at a tilt: 2 sqrt(I mgl cos theta) / I3.
+
+    0 from the horizontal on, where it can at any rate. Upright it is the sleeping threshold.
+
+    Args:
+        theta: tilt, any shape [rad].
+        i_perp: transverse moment about the pivot [kg m^2].
+        i3: axial moment [kg m^2].
+        mgl: weight times distance of the centre of mass [N m].
+
+    Returns:
+        Smallest abs(omega3), of the shape of theta [rad/s].
+
+    Source: Goldstein, sec. 5.7.
+    """
+    positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    level = np.maximum(np.cos(finite("theta", theta)), 0.0)
+    return np.asarray(2.0 * np.sqrt(i_perp * mgl * level) / i3, dtype=np.float64)
