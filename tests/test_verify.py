@@ -2,10 +2,12 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
 
+from rigid_envs import systems
 from rigid_envs.cli import main, verify
 from rigid_envs.cli.verify.laws import Subject
 
@@ -72,6 +74,13 @@ def test_json_has_every_law_with_its_error_bound_and_reason(found: verify.Verdic
         assert 0.0 <= row["error"] <= row["bound"]
         assert row["statement"] and row["compared"] and row["why"]
     assert {"versions", "kernel_hash", "cpu"} <= set(document["provenance"])
+
+
+def test_every_system_is_a_subject() -> None:
+    kinds = [getattr(systems, name) for name in systems.__all__]
+    kinds = [kind for kind in kinds if issubclass(kind, systems.System)]
+    names = {re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower() for kind in kinds}
+    assert names - {"system"} <= set(verify.SUBJECTS)
 
 
 @pytest.mark.parametrize("subject", verify.SUBJECTS.values(), ids=verify.SUBJECTS)

@@ -10,16 +10,34 @@ from collections.abc import Sequence
 
 from rigid_envs.cli.progress import tell
 from rigid_envs.cli.provenance import provenance
-from rigid_envs.cli.verify import bodies, free_body, heavy_top, rolling_ball, rotations
+from rigid_envs.cli.verify import (
+    bodies,
+    dynamic_ball,
+    free_body,
+    heavy_top,
+    roller,
+    rolling_ball,
+    rolling_disk,
+    rotations,
+    upright_coin,
+)
 from rigid_envs.cli.verify.laws import Outcome, Subject, check
 from rigid_envs.cli.verify.report import Verdict
 
 __all__ = ["SUBJECTS", "UnknownSubjectError", "Verdict", "checked_subject", "verify"]
 
-SUBJECTS: dict[str, Subject] = {
-    module.SUBJECT.name: module.SUBJECT
-    for module in (rotations, bodies, free_body, heavy_top, rolling_ball)
-}
+_MODULES = (
+    rotations,
+    bodies,
+    free_body,
+    heavy_top,
+    rolling_ball,
+    dynamic_ball,
+    rolling_disk,
+    upright_coin,
+    roller,
+)
+SUBJECTS: dict[str, Subject] = {module.SUBJECT.name: module.SUBJECT for module in _MODULES}
 
 
 class UnknownSubjectError(ValueError):

@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from rigid_envs.cli.verify.motions import Window, largest
 
-__all__ = ["FREE_TURNS", "Body", "imbalance"]
+__all__ = ["FREE_TURNS", "Body", "imbalance", "missing"]
 
 Array = npt.NDArray[np.float64]
 Vectors = Callable[[Array, Array], Array]
@@ -56,15 +56,19 @@ class Body:
 
 def imbalance(body: Body, around: Window) -> float:
     """Largest violation of the principle, per unit of displacement [J]."""
+    force, torque = missing(body, around)
+    dr, dtheta = body.displacements(around.now)
+    return largest(np.sum(force * dr, axis=-1) + np.sum(torque * dtheta, axis=-1))
+
+
+def missing(body: Body, around: Window) -> tuple[Array, Array]:
+    """Force m r'' - F [N] and torque D - tau [N m] of the constraints, each of shape (..., 3)."""
     R = around.system.accessors["R"](around.y)
     second_moment = np.diag(0.5 * np.sum(body.moments) - body.moments)
     push = body.mass * around.acceleration(body.centre(around.y))
-    points = R[4] @ second_moment @ np.swapaxes(around.acceleration(R), -1, -2)
-    turn = _axial(points)
-    dr, dtheta = body.displacements(around.now)
-    work = np.sum((push - body.force(around.now, around.u)) * dr, axis=-1)
-    work += np.sum((turn - body.torque(around.now, around.u)) * dtheta, axis=-1)
-    return largest(work)
+    turn = _axial(R[4] @ second_moment @ np.swapaxes(around.acceleration(R), -1, -2))
+    force, torque = body.force(around.now, around.u), body.torque(around.now, around.u)
+    return push - force, turn - torque
 
 
 def _axial(matrix: Array) -> Array:

@@ -1,0 +1,169 @@
+"""Laws of the disk that rolls on its rim."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs import rotations
+from rigid_envs.analytic import rolling_disk as theory
+from rigid_envs.cli.verify.common import (
+    law_of_contact,
+    law_of_dalembert,
+    law_of_order,
+    law_of_rates,
+    law_of_return,
+    law_of_slopes,
+)
+from rigid_envs.cli.verify.dalembert import FREE_TURNS, Body
+from rigid_envs.cli.verify.laws import Subject
+from rigid_envs.cli.verify.motions import examples, largest, matrices, window
+from rigid_envs.systems import RollingDisk
+
+__all__ = ["SUBJECT"]
+
+Array = npt.NDArray[np.float64]
+SUBJECT = Subject("rolling_disk", "a disk that rolls on its rim, under torques")
+
+_DISK = RollingDisk(m=1.2, radius=0.7, I1=0.21, I3=0.35, g=2.5)  # a weak gravity: it falls slowly
+_PLAIN = {"m": 1.2, "radius": 0.7, "i_perp": 0.21, "i3": 0.35}
+_Y, _U = examples(_DISK, 20, 0.7)
+_LEANS = np.random.default_rng(10).uniform([-3.0, 0.9, -3.0], [3.0, 2.2, 3.0], (20, 3))
+_Y[:, :4] = rotations.quaternion_from_euler(_LEANS)
+
+
+def _frame(y: Array) -> tuple[Array, Array, Array]:
+    """The radius n that points up, the horizontal l = e3 x n and the axis e3."""
+    axis = np.array(matrices(y[..., :4])[..., :, 2])
+    up = np.array([0.0, 0.0, 1.0]) - axis[..., 2:] * axis
+    n = up / np.linalg.norm(up, axis=-1, keepdims=True)
+    return n, np.cross(axis, n), axis
+
+
+def _centre(y: Array) -> Array:
+    foot = np.concatenate([y[..., 7:9], np.zeros_like(y[..., :1])], axis=-1)
+    return foot + 0.7 * _frame(y)[0]
+
+
+def _weight(y: Array, _: Array) -> Array:
+    return np.broadcast_to([0.0, 0.0, -1.2 * 2.5], (*y.shape[:-1], 3))
+
+
+def _torque(y: Array, u: Array) -> Array:
+    return np.asarray(np.einsum("...k,k...i->...i", u, np.stack(_frame(y))))
+
+
+def _rolling_turns(y: Array) -> tuple[Array, Array]:
+    return np.cross(FREE_TURNS, 0.7 * _frame(y)[0]), FREE_TURNS
+
+
+_POINTS = Body(1.2, _DISK.moments, _centre, _weight, _torque, _rolling_turns)
+law_of_dalembert(SUBJECT, _DISK, _Y, _U, _POINTS)
+
+
+@SUBJECT.law(
+    "velocity of the contact point of simulate with 0",
+    bound=1e-10,
+    why="differences of order 8 in steps of 0.01 s",
+)
+def the_contact_point_is_at_rest() -> float:
+    """The point at -r n: v + omega x (-r n) = 0, omega from R' R^T, which is that of the state."""
+    around = window(_DISK, _Y, _U)
+    omega = around.omega()
+    v = around.rate(_centre(around.y))
+    in_body = np.einsum("nji,nj->ni", matrices(_Y[:, :4]), omega)
+    return largest(v + np.cross(omega, -0.7 * _frame(_Y)[0]), in_body - _Y[:, 4:7])
+
+
+law_of_rates(SUBJECT, _DISK, _Y, _U)
+
+
+@SUBJECT.law(
+    "invariants with T + m g z of NumPy",
+    bound=1e-13,
+    why="some ten roundings of numbers up to 10",
+)
+def the_invariant_is_the_energy() -> float:
+    """E = (m v^2 + omega . I omega) / 2 + m g z, with v = omega x r n."""
+    omega = np.einsum("nij,nj->ni", matrices(_Y[:, :4]), _Y[:, 4:7])
+    v = np.cross(omega, 0.7 * _frame(_Y)[0])
+    turning = np.sum(_DISK.moments * _Y[:, 4:7] ** 2, axis=-1)
+    energy = 0.5 * (1.2 * np.sum(v * v, axis=-1) + turning) + 1.2 * 2.5 * _centre(_Y)[:, 2]
+    return largest(_DISK.invariants(_Y)["energy"] - energy)
+
+
+@SUBJECT.law(
+    "rate of the energy invariant with tau . omega",
+    bound=1e-9,
+    why="as for rhs, times momenta up to 10 N m s",
+)
+def torque_does_its_work() -> float:
+    """E' = tau . omega: the contact force does none."""
+    around = window(_DISK, _Y, _U)
+    power = np.sum(_torque(_Y, _U) * _DISK.omega_world(_Y), axis=-1)
+    return largest(around.rate(_DISK.invariants(around.y)["energy"]) - power)
+
+
+law_of_slopes(SUBJECT, _DISK, _Y, _U)
+law_of_return(SUBJECT, _DISK, _Y, _U)
+law_of_order(SUBJECT, _DISK, _Y, _U, 0.2)
+law_of_contact(
+    SUBJECT,
+    *(_DISK, _Y, _U, _POINTS),
+    lambda y, u: (_DISK.contact_force(y, u), -0.7 * _frame(y)[0]),
+)
+
+
+def _start(theta: float, theta_rate: float, phi_rate: float, omega3: float) -> Array:
+    """Contact in the origin, phi = psi = 0: n is e2 and l is -e1."""
+    q = rotations.quaternion_from_euler([0.0, theta, 0.0])
+    return _DISK.state(q=q, omega_body=(theta_rate, phi_rate * math.sin(theta), omega3))
+
+
+@SUBJECT.law(
+    "simulate on both steady circles of a lean with the theory",
+    bound=1e-8,
+    why="1e-11 per radian, some 100 radians",
+)
+def steady_circles_are_steady() -> float:
+    """Constant lean; the contact runs round a circle of the radius of the theory at phi'."""
+    t, errors = np.linspace(0.0, 2.0, 9), []
+    for theta, omega3 in ((0.9, 5.0), (2.1, -3.0)):
+        for circle in theory.steady_precession(theta, omega3, g=2.5, **_PLAIN):
+            motion = _DISK.simulate(_start(theta, 0.0, circle.precession, omega3), t)
+            angle = circle.precession * t
+            arc = circle.contact_radius * np.stack([np.sin(angle), 1.0 - np.cos(angle)], -1)
+            errors += [motion["tilt"] - theta, motion["contact"] - arc]
+    return largest(*errors)
+
+
+@SUBJECT.law(
+    "simulate with Legendre's integrals",
+    bound=1e-8,
+    why="1e-11 per radian, some 100 radians; precession grows as the disk lies down",
+)
+def spins_depend_on_the_lean_alone() -> float:
+    """omega3 and p = phi' sin(theta) at every lean, from the two constants of the start."""
+    theta, phi_rate, omega3 = 1.2, 0.8, 2.5
+    c1, c2 = theory.legendre_constants(theta, phi_rate, omega3, **_PLAIN)
+    motion = _DISK.simulate(_start(theta, 0.3, phi_rate, omega3), np.linspace(0.0, 6.0, 61))
+    precession, axial = theory.spins(motion["tilt"], c1, c2, **_PLAIN)
+    n = _frame(motion.y)[0]
+    p = np.sum(motion["omega_world"] * n, axis=-1)
+    return largest(motion["omega_body"][:, 2] - axial, p - precession * np.sin(motion["tilt"]))
+
+
+@SUBJECT.law(
+    "simulate for a period with the quadrature of the effective potential",
+    bound=1e-8,
+    why="1e-11 per radian, some 30 radians",
+)
+def a_disk_nods_between_its_turning_points() -> float:
+    """Started at its smallest lean it is there again after a period, and at its largest halfway."""
+    theta, phi_rate, omega3 = 1.0, 1.2, 3.0
+    nod = theory.fall(theta, 0.0, phi_rate, omega3, g=2.5, **_PLAIN)
+    times = [0.0, 0.5 * nod.period, nod.period]
+    tilt = _DISK.simulate(_start(theta, 0.0, phi_rate, omega3), times)["tilt"]
+    ends = np.array([nod.theta_min, nod.theta_max])
+    other = ends[np.argmax(np.abs(ends - theta))]
+    return largest(tilt - [theta, other, theta])

@@ -1,0 +1,155 @@
+"""Laws of the coin that is held upright, rolls and is steered."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.analytic import upright_coin as theory
+from rigid_envs.cli.verify.common import (
+    law_of_contact,
+    law_of_dalembert,
+    law_of_order,
+    law_of_rates,
+    law_of_return,
+    law_of_slopes,
+)
+from rigid_envs.cli.verify.dalembert import Body
+from rigid_envs.cli.verify.laws import Subject
+from rigid_envs.cli.verify.motions import examples, largest, matrices, window
+from rigid_envs.systems import UprightCoin
+
+__all__ = ["SUBJECT"]
+
+Array = npt.NDArray[np.float64]
+SUBJECT = Subject("upright_coin", "a coin held upright that rolls and is steered on a slope")
+
+_COIN = UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5, slope=0.3)
+_Y, _U = examples(_COIN, 20)
+_Y[:, :4] = _COIN.attitude(*np.random.default_rng(9).uniform(-3.0, 3.0, (2, 20)))
+_NORMAL = np.array([0.0, 0.0, 1.0])
+_WEIGHT = 1.1 * 9.5 * np.array([math.sin(0.3), 0.0, -math.cos(0.3)])
+
+
+def _axis(y: Array) -> Array:
+    return np.array(matrices(y[..., :4])[..., :, 2])
+
+
+def _centre(y: Array) -> Array:
+    return np.concatenate([y[..., 4:6], np.full_like(y[..., :1], 0.7)], axis=-1)
+
+
+def _steer_and_roll(y: Array) -> tuple[Array, Array]:
+    axis = _axis(y)
+    along = 0.7 * np.cross(axis, _NORMAL)
+    return np.stack([0.0 * along, along]), np.stack([0.0 * axis + _NORMAL, axis])
+
+
+def _torque(y: Array, u: Array) -> Array:
+    """The torque of the inputs."""
+    return np.asarray(u[..., :1] * _NORMAL + u[..., 1:] * _axis(y))
+
+
+def _held_torque(y: Array, u: Array) -> Array:
+    """That torque, and the one that holds the coin upright."""
+    along = np.cross(_axis(y), _NORMAL)
+    return np.asarray(_torque(y, u) + _COIN.upright_torque(y, u)[..., None] * along)
+
+
+def _weight(y: Array, _: Array) -> Array:
+    return np.broadcast_to(_WEIGHT, (*y.shape[:-1], 3))
+
+
+_MOMENTS = np.array([0.3, 0.3, 0.4])
+_POINTS = Body(1.1, _MOMENTS, _centre, _weight, _torque, _steer_and_roll)
+_HELD = Body(1.1, _MOMENTS, _centre, _weight, _held_torque, _steer_and_roll)
+law_of_dalembert(SUBJECT, _COIN, _Y, _U, _POINTS)
+
+
+@SUBJECT.law(
+    "velocity of the contact point of simulate with 0",
+    bound=1e-10,
+    why="differences of order 8 in steps of 0.01 s",
+)
+def the_contact_point_is_at_rest() -> float:
+    """The point at -r n: v + omega x (-r n) = 0, omega from R' R^T; the axis is level."""
+    around = window(_COIN, _Y, _U)
+    omega, axis = around.omega(), _axis(around.y)
+    return largest(
+        around.rate(_centre(around.y)) + np.cross(omega, -0.7 * _NORMAL),
+        axis[..., 2],
+        omega[:, 2] - _Y[:, 6],
+        np.sum(omega * axis[4], axis=-1) - _Y[:, 7],
+    )
+
+
+law_of_rates(SUBJECT, _COIN, _Y, _U)
+
+
+@SUBJECT.law(
+    "invariants with T - m g . x of NumPy",
+    bound=1e-13,
+    why="some ten roundings of numbers near 1",
+)
+def invariants_are_energy_and_steer_rate() -> float:
+    """E = (m v^2 + I1 phi'^2 + I3 psi'^2) / 2 - m g sin(slope) X."""
+    steer, roll = _Y[:, 6], _Y[:, 7]
+    kinetic = 0.5 * (1.1 * (0.7 * roll) ** 2 + 0.3 * steer**2 + 0.4 * roll**2)
+    found = _COIN.invariants(_Y)
+    return largest(found["energy"] - kinetic + _WEIGHT[0] * _Y[:, 4], found["steer_rate"] - steer)
+
+
+law_of_slopes(SUBJECT, _COIN, _Y, _U)
+law_of_return(SUBJECT, _COIN, _Y, _U)
+law_of_order(SUBJECT, _COIN, _Y, _U, 2.0)
+law_of_contact(
+    SUBJECT, _COIN, _Y, _U, _HELD, lambda y, u: (_COIN.contact_force(y, u), -0.7 * _NORMAL)
+)
+
+
+@SUBJECT.law(
+    "simulate under constant torques with Fresnel's integrals",
+    bound=1e-9,
+    why="1e-11 per radian, some 50 radians",
+)
+def a_driven_coin_follows_its_closed_form() -> float:
+    """Place and attitude on a level plane, steered and driven for 6 s."""
+    level = UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5)
+    t, torques = np.linspace(0.0, 6.0, 13), (0.2, -0.3)
+    exact = theory.drive_coin(
+        t,
+        m=1.1,
+        radius=0.7,
+        i_perp=0.3,
+        i3=0.4,
+        torques=torques,
+        phi_rate=0.6,
+        psi_rate=1.1,
+        phi=0.7,
+        psi=-0.4,
+        place=(0.3, 0.2),
+    )
+    start = level.state(
+        q=level.attitude(0.7, -0.4), contact=(0.3, 0.2), steer_rate=0.6, roll_rate=1.1
+    )
+    motion = level.simulate(start, t, torques)
+    return largest(motion["contact"] - exact.place, motion["R"] - matrices(exact.attitude))
+
+
+@SUBJECT.law(
+    "simulate on the slope with the closed form",
+    bound=1e-9,
+    why="1e-11 per radian, some 50 radians",
+)
+def a_steered_coin_drifts_across_the_slope() -> float:
+    """Place and speed while the heading turns at a constant rate: it never runs away downhill."""
+    t, beta = np.linspace(0.0, 8.0, 17), 0.4 / (1.1 * 0.7**2)
+    phi, steer, roll = 0.7, 1.3, 0.9
+    exact = theory.steer_on_incline(
+        t,
+        **{"slope": 0.3, "beta": beta, "g": 9.5, "steering_rate": steer},
+        **{"speed": 0.7 * roll, "heading": phi + math.pi},  # it heads for -(cos phi, sin phi)
+    )
+    start = _COIN.state(q=_COIN.attitude(phi, 0.2), steer_rate=steer, roll_rate=roll)
+    motion = _COIN.simulate(start, t)
+    return largest(motion["contact"] - exact.place, 0.7 * motion["roll_rate"] - exact.speed)
