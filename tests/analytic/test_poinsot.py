@@ -88,7 +88,7 @@ RATE = st.one_of(
 OMEGA = st.tuples(RATE, RATE, RATE)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(moments=MOMENTS, omega0=OMEGA, seed=st.integers(0, 2**32 - 1))
 def test_the_herpolhode_is_where_the_attitude_takes_omega(moments, omega0, seed):
     q0 = Rotation.random(rng=np.random.default_rng(seed)).as_quat(scalar_first=True)

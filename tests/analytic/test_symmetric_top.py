@@ -65,7 +65,7 @@ MOMENT = st.floats(0.1, 10.0)
 RATE = st.one_of(st.just(0.0), st.floats(1e-3, 3.0), st.floats(-3.0, -1e-3))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(i_perp=MOMENT, i3=MOMENT, omega0=st.tuples(RATE, RATE, RATE), shift=st.integers(0, 2))
 def test_the_body_cone_rolls_on_the_space_cone(i_perp, i3, omega0, shift):
     moments = np.roll([i_perp, i_perp, i3], shift)
