@@ -1,0 +1,29 @@
+"""Every reference case is asked for by at least one test that runs by default."""
+
+import re
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+from tests.reference import all_cases
+
+ROOT = Path(__file__).parent.parent
+
+
+def collected_ids() -> set[str]:
+    """What stands in the brackets of the names of all tests, part by part."""
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
+    listing = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    return set(re.findall(r"\[(.+)\]$", listing, flags=re.MULTILINE))
+
+
+def test_every_reference_case_is_covered(record_property):
+    asked = collected_ids()
+    kinds = Counter(case["kind"] for case in all_cases())
+    covered = Counter(case["kind"] for case in all_cases() if case["id"] in asked)
+    table = "\n".join(f"{covered[kind]:4d} of {n:3d} {kind}" for kind, n in sorted(kinds.items()))
+    record_property("reference cases", table)
+    print(f"{covered.total()} of {kinds.total()} reference cases:\n{table}")
+    assert covered == kinds, table
+    assert kinds.total() == 316
