@@ -22,7 +22,10 @@ from tests.mutations.trials import Laboratory, Trial
 
 
 class Source(NamedTuple):
-    """A file of kernels, who is asked about it, and the functions that have no part in motions."""
+    """A file of kernels, who is asked about it, and its functions that have no part in motions.
+
+    These are for observations, actions and random numbers.
+    """
 
     subjects: tuple[str, ...]
     leave_out: frozenset[str] = frozenset()
@@ -32,10 +35,16 @@ SOURCES = {
     "free_body": Source(("free_body",)),
     "heavy_top": Source(("heavy_top",)),
     "rolling_ball": Source(("rolling_ball",)),
+    "dynamic_ball": Source(("dynamic_ball",)),
+    "rolling_disk": Source(("rolling_disk",)),
+    "upright_coin": Source(("upright_coin",)),
+    "roller": Source(("roller",)),
     "turns": Source(("rolling_ball", "free_body")),
-    # the rest of it is for observations and tasks
     "algebra": Source(
         ("heavy_top", "rolling_ball"), frozenset({"matrix", "log_rotation", "scaled"})
+    ),
+    "elementary": Source(
+        ("roller", "dynamic_ball", "rolling_disk"), frozenset({"atan2", "cbrt", "log", "select"})
     ),
     "composition": Source(("rolling_ball", "free_body")),
 }

@@ -25,4 +25,21 @@ class Equivalent(NamedTuple):
     reason: str
 
 
-EQUIVALENTS: tuple[Equivalent, ...] = ()
+EQUIVALENTS: tuple[Equivalent, ...] = (
+    Equivalent(
+        "free_body",
+        "free_rotation",
+        "q, w1, w2 = _turn_about_3(q, (omega[0], w2, w3), 0.5 * h * k3 * w3, r12, r21)",
+        "w3",
+        0,
+        "a turn about e3 keeps omega3 and does not read it; its angle is another argument",
+    ),
+    Equivalent(
+        "free_body",
+        "free_rotation",
+        "q, w2, w3 = _turn_about_1(q, (w1, w2, w3), 0.25 * h * k1 * w1, r23, r32)",
+        "w1",
+        0,
+        "a turn about e1 keeps omega1 and does not read it; its angle is another argument",
+    ),
+)

@@ -74,10 +74,18 @@ def _places(tree: ast.Module) -> Iterator[tuple[str, list[ast.expr]]]:
     """Terms of each function, and of the module itself."""
     for node in tree.body:
         if isinstance(node, ast.FunctionDef):
-            if _decorators(node) & {"scalar", "phase", "routine"}:
-                yield node.name, list(_of_function(node))
+            for function in _compiled(node):
+                yield function.name, list(_of_function(function))
         elif isinstance(node, ast.Assign) and not _is_shape(node) and _is_arithmetic(node.value):
             yield "module", list(_terms(node.value, True))
+
+
+def _compiled(node: ast.FunctionDef) -> list[ast.FunctionDef]:
+    """The function itself, or those that are compiled in the place of another."""
+    names = {d.func.id if isinstance(d, ast.Call) else d.id for d in node.decorator_list}
+    if "overload" in names:
+        return [inner for inner in node.body if isinstance(inner, ast.FunctionDef)]
+    return [node] if names & {"scalar", "phase", "routine"} else []
 
 
 def _is_shape(node: ast.Assign) -> bool:
@@ -97,10 +105,6 @@ def _is_arithmetic(value: ast.expr) -> bool:
         and any(isinstance(n, ast.Constant) for n in ast.walk(value))
         and not any(isinstance(side, ast.Tuple) for n in joined for side in (n.left, n.right))
     )
-
-
-def _decorators(node: ast.FunctionDef) -> set[str]:
-    return {decorator.id for decorator in node.decorator_list if isinstance(decorator, ast.Name)}
 
 
 def _is_name(node: ast.expr, name: str) -> bool:
@@ -152,9 +156,16 @@ def _terms(node: ast.expr, whole: bool) -> Iterator[ast.expr]:
     elif isinstance(node, ast.Starred):
         yield from _terms(node.value, False)
     else:
-        if whole:
+        if whole and not _is_condition(node):
             yield node
         yield from _within(node)
+
+
+def _is_condition(node: ast.expr) -> bool:
+    """Whether it is true or false, which has no sign."""
+    return isinstance(node, ast.Compare) or (
+        isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr | ast.BitAnd)
+    )
 
 
 def _within(node: ast.expr) -> Iterator[ast.expr]:
@@ -162,16 +173,17 @@ def _within(node: ast.expr) -> Iterator[ast.expr]:
     if isinstance(node, ast.BinOp) and isinstance(node.op, _TIMES):
         yield from _terms(node.left, False)
         yield from _terms(node.right, False)
-    elif isinstance(node, ast.BinOp):  # a power
+    elif isinstance(node, ast.BinOp):  # a power, or one condition or the other
         yield from _terms(node.left, False)
-        yield from _terms(node.right, not isinstance(node.right, ast.Constant))
+        yield from _terms(node.right, not isinstance(node.right, ast.Constant | ast.Compare))
     elif isinstance(node, ast.UnaryOp):
         yield from _terms(node.operand, False)
     elif isinstance(node, ast.Call):
-        product = 2 if _is_name(node.func, "fma") else 0
+        # of the two factors of an fma one stands for the product; sizes and conditions have no sign
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        without = {"fma": 1, "abs": 0, "select": 0}.get(name, -1)
         for k, argument in enumerate(node.args):
-            # of the two factors of an fma one stands for the product
-            yield from _terms(argument, not isinstance(argument, ast.Tuple) and k + 1 != product)
+            yield from _terms(argument, not isinstance(argument, ast.Tuple) and k != without)
     elif isinstance(node, ast.Compare):
         for side in (node.left, *node.comparators):
             yield from _terms(side, True)

@@ -16,7 +16,7 @@ from rigid_envs.cli.verify.common import (
 )
 from rigid_envs.cli.verify.dalembert import FREE_TURNS, Body
 from rigid_envs.cli.verify.laws import Subject
-from rigid_envs.cli.verify.motions import examples, largest, matrices, window
+from rigid_envs.cli.verify.motions import EPS, examples, largest, matrices, window
 from rigid_envs.systems import DynamicBall
 
 __all__ = ["SUBJECT"]
@@ -125,6 +125,20 @@ def invariants_are_kept_on_a_turntable_that_leans() -> float:
     y[:, 11:] = 0.0
     around = window(_BALL, y, np.zeros((20, 4)))
     return largest(*(around.rate(value) for value in _BALL.invariants(around.y).values()))
+
+
+@SUBJECT.law(
+    "rhs with cosines of NumPy, up to a million radians",
+    bound=4 * EPS,
+    why="a rounding or two of numbers up to 1",
+)
+def gravity_pulls_by_the_cosine_of_any_angle() -> float:
+    """X'' = g cos(alpha_x) sin(alpha_y) with alpha_y a right angle, of a ball without inertia."""
+    ball = DynamicBall(m=1.0, radius=1.0, beta=0.0, g=1.0)
+    small, large = np.linspace(-10.0, 10.0, 2001), np.geomspace(10.0, 1e6, 2001)
+    alpha = np.concatenate([small, large, -large])
+    y = ball.state(tilt=np.stack([alpha, np.full_like(alpha, 0.5 * math.pi)], axis=-1))
+    return largest(ball.rhs(y)[:, 6] - np.cos(alpha))
 
 
 law_of_slopes(SUBJECT, _BALL, _Y, _U)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from rigid_envs.analytic import roller as theory
 from rigid_envs.cli.verify.common import law_of_order, law_of_rates, law_of_return, law_of_slopes
 from rigid_envs.cli.verify.laws import Subject
-from rigid_envs.cli.verify.motions import examples, largest, window
+from rigid_envs.cli.verify.motions import EPS, examples, largest, window
 from rigid_envs.systems import Roller
 
 __all__ = ["SUBJECT"]
@@ -73,6 +73,20 @@ def the_invariant_is_the_energy() -> float:
         errors.append(roller.invariants(_FAR)["energy"] - energy)
     errors.append(_ROLLER.invariants(np.array([0.0, 2.0]))["energy"] - 1.1 * 1.45 * 2.0)
     return largest(*errors)
+
+
+@SUBJECT.law(
+    "rhs with sines of NumPy, up to a million radians",
+    bound=4 * EPS,
+    why="a rounding or two of numbers up to 1",
+)
+def gravity_pulls_by_the_sine_of_any_descent() -> float:
+    """A block without inertia on a circle of radius 1, g = 1: the rate of v is sin(-s)."""
+    block = Roller(m=1.0, radius=1.0, beta=0.0, g=1.0, curvature=1.0)
+    small, large = np.linspace(-10.0, 10.0, 2001), np.geomspace(10.0, 1e6, 2001)
+    s = np.concatenate([small, large, -large])
+    y = np.stack([s, np.zeros_like(s)], axis=-1)
+    return largest(block.rhs(y)[:, 1] - np.sin(-s))
 
 
 law_of_slopes(SUBJECT, _ROLLER, _FAR, _PUSHED)
