@@ -18,6 +18,7 @@ __all__ = [
     "law_of_contact",
     "law_of_dalembert",
     "law_of_order",
+    "law_of_parameters",
     "law_of_rates",
     "law_of_return",
     "law_of_slopes",
@@ -82,6 +83,16 @@ def law_of_rates(subject: Subject, system: System, y: Array, u: Array) -> None:
         """The rates are y' = rhs(y, u)."""
         around = window(system, y, u)
         return largest(system.rhs(y, u) - around.rate(around.y))
+
+
+def law_of_parameters(subject: Subject, system: System) -> None:
+    """Kernels are given the parameters of the system."""
+
+    @subject.law("parameters with the fields of the system", bound=0.0, why="they are copied")
+    def kernels_get_the_parameters() -> float:
+        """The row of parameters begins with the fields, in their order."""
+        fields = [getattr(system, name) for name in system.parameter_names()]
+        return largest(system.parameters[: len(fields)] - np.array(fields))
 
 
 def law_of_slopes(subject: Subject, system: System, y: Array, u: Array) -> None:

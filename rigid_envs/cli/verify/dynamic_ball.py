@@ -10,6 +10,7 @@ from rigid_envs.cli.verify.common import (
     law_of_contact,
     law_of_dalembert,
     law_of_order,
+    law_of_parameters,
     law_of_rates,
     law_of_return,
     law_of_slopes,
@@ -141,6 +142,7 @@ def gravity_pulls_by_the_cosine_of_any_angle() -> float:
     return largest(ball.rhs(y)[:, 6] - np.cos(alpha))
 
 
+law_of_parameters(SUBJECT, _BALL)
 law_of_slopes(SUBJECT, _BALL, _Y, _U)
 law_of_return(SUBJECT, _BALL, _Y, _U)
 law_of_order(SUBJECT, _BALL, _Y, _U, 0.6)

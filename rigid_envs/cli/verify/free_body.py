@@ -7,6 +7,7 @@ from rigid_envs.analytic import free_body as theory
 from rigid_envs.cli.verify.common import (
     law_of_dalembert,
     law_of_order,
+    law_of_parameters,
     law_of_rates,
     law_of_return,
     law_of_slopes,
@@ -78,6 +79,7 @@ def torque_does_its_work() -> float:
     return largest(around.rate(_BODY.invariants(around.y)["energy"]) - power)
 
 
+law_of_parameters(SUBJECT, _BODY)
 law_of_slopes(SUBJECT, _BODY, _Y, _U)
 law_of_return(SUBJECT, _BODY, _Y, _U)
 law_of_order(SUBJECT, _BODY, _Y, _U)

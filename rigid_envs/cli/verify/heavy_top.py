@@ -10,6 +10,7 @@ from rigid_envs.analytic import heavy_top as theory
 from rigid_envs.cli.verify.common import (
     law_of_dalembert,
     law_of_order,
+    law_of_parameters,
     law_of_rates,
     law_of_return,
     law_of_slopes,
@@ -115,6 +116,7 @@ def inputs_do_their_work() -> float:
     )
 
 
+law_of_parameters(SUBJECT, _TOP)
 law_of_slopes(SUBJECT, _TOP, _Y, _U)
 law_of_return(SUBJECT, _TOP, _Y, _U)
 law_of_order(SUBJECT, _TOP, _Y, _U)

@@ -6,7 +6,13 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.analytic import roller as theory
-from rigid_envs.cli.verify.common import law_of_order, law_of_rates, law_of_return, law_of_slopes
+from rigid_envs.cli.verify.common import (
+    law_of_order,
+    law_of_parameters,
+    law_of_rates,
+    law_of_return,
+    law_of_slopes,
+)
 from rigid_envs.cli.verify.laws import Subject
 from rigid_envs.cli.verify.motions import EPS, examples, largest, window
 from rigid_envs.systems import Roller
@@ -89,6 +95,7 @@ def gravity_pulls_by_the_sine_of_any_descent() -> float:
     return largest(block.rhs(y)[:, 1] - np.sin(-s))
 
 
+law_of_parameters(SUBJECT, _ROLLER)
 law_of_slopes(SUBJECT, _ROLLER, _FAR, _PUSHED)
 law_of_return(SUBJECT, _ROLLER, _Y, _U)
 law_of_order(SUBJECT, _ROLLER, _Y, _U, 2.5)

@@ -6,7 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.analytic import rolling_ball as theory
-from rigid_envs.cli.verify.common import law_of_rates, law_of_return, law_of_slopes
+from rigid_envs.cli.verify.common import (
+    law_of_parameters,
+    law_of_rates,
+    law_of_return,
+    law_of_slopes,
+)
 from rigid_envs.cli.verify.laws import Subject
 from rigid_envs.cli.verify.motions import EPS, examples, largest, matrices, window
 from rigid_envs.systems import RollingBall
@@ -62,6 +67,7 @@ def quaternions_are_kept_unit() -> float:
     return largest(np.linalg.norm(found[:, :4], axis=-1) - 1.0, found[:, :4] - expected[:, :4])
 
 
+law_of_parameters(SUBJECT, _BALL)
 law_of_slopes(SUBJECT, _BALL, _Y, _U)
 law_of_return(SUBJECT, _BALL, _Y, _U)
 

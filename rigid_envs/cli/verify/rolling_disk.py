@@ -11,6 +11,7 @@ from rigid_envs.cli.verify.common import (
     law_of_contact,
     law_of_dalembert,
     law_of_order,
+    law_of_parameters,
     law_of_rates,
     law_of_return,
     law_of_slopes,
@@ -104,6 +105,7 @@ def torque_does_its_work() -> float:
     return largest(around.rate(_DISK.invariants(around.y)["energy"]) - power)
 
 
+law_of_parameters(SUBJECT, _DISK)
 law_of_slopes(SUBJECT, _DISK, _Y, _U)
 law_of_return(SUBJECT, _DISK, _Y, _U)
 law_of_order(SUBJECT, _DISK, _Y, _U, 0.2)

@@ -10,6 +10,7 @@ from rigid_envs.cli.verify.common import (
     law_of_contact,
     law_of_dalembert,
     law_of_order,
+    law_of_parameters,
     law_of_rates,
     law_of_return,
     law_of_slopes,
@@ -99,6 +100,7 @@ def invariants_are_energy_and_steer_rate() -> float:
     return largest(found["energy"] - kinetic + _WEIGHT[0] * _Y[:, 4], found["steer_rate"] - steer)
 
 
+law_of_parameters(SUBJECT, _COIN)
 law_of_slopes(SUBJECT, _COIN, _Y, _U)
 law_of_return(SUBJECT, _COIN, _Y, _U)
 law_of_order(SUBJECT, _COIN, _Y, _U, 2.0)
