@@ -8,8 +8,8 @@ Modules:
     ball_on_plate: ball with inertia on a turntable, a tilted or a shaken plate.
     brackets: Lie brackets of control fields and growth vectors of rolling bodies.
     elliptic: Jacobi functions and the integrals of motion, exact up to the separatrix.
-    free_body: torque-free rotation of any body: angular velocity, attitude, flips, rates.
-    heavy_top: symmetric top in gravity: nutation, steady precession, the sleeping top.
+    free_body: torque-free rotation of any body: attitude, flips, Poinsot's construction, cones.
+    heavy_top: symmetric top in gravity: attitude, nutation, precession, the sleeping top.
     roller: descent on an incline, swings in a valley, the cycloid, sliding that ends in rolling.
     rolling_ball: attitude of a ball after straight, polygonal, circular rolls and whole clothoids.
     rolling_disk: steady circles, upright stability, and the nodding of the falling disk.

@@ -139,10 +139,9 @@ ATTITUDE = st.integers(0, 2**32 - 1).map(
 @given(moments=MOMENTS, omega0=OMEGA, q0=ATTITUDE)
 def test_energy_and_spatial_momentum_stay_for_any_body_and_start(moments, omega0, q0):
     t = np.array([0.0, -7.0, 0.1, 13.0])
-    omega = free_body.omega(t, moments, omega0)
-    momentum = np.einsum(
-        "nij,nj->ni", matrices(free_body.attitude(t, moments, omega0, q0)), moments * omega
-    )
+    omega, q = free_body.omega(t, moments, omega0), free_body.attitude(t, moments, omega0, q0)
+    assert np.all(np.abs(np.linalg.norm(q, axis=-1) - 1.0) <= 8 * EPS)
+    momentum = np.einsum("nij,nj->ni", matrices(q), moments * omega)
     # 100 eps: t L / J of some 50 radians is rounded once, and all else a few times.
     scale = np.dot(omega0, omega0)
     np.testing.assert_allclose(omega[0], omega0, rtol=0, atol=8 * EPS * math.sqrt(scale))
