@@ -106,5 +106,9 @@ def test_the_systems_kernels_call_no_mathematics_library():
     folder = cache_directory()
     if folder is None:
         pytest.skip("compiled code is not kept on this machine")
+    kept = {path.name.partition("-")[0] for path in folder.rglob("*.nbc")}
+    for system in SYSTEMS:
+        kernels = system._kernels.__name__.rpartition(".")[2]
+        assert {f"{kernels}.{verb}_rows" for verb in ("evaluate", "measure", "simulate")} <= kept
     # Whether fma must be an instruction depends on the processor: see test_cpu_targets.
     assert foreign_symbols(folder) <= {"fma"}
