@@ -88,19 +88,6 @@ law_of_rates(SUBJECT, _BALL, _Y, _U)
 
 
 @SUBJECT.law(
-    "simulate with uniform acceleration",
-    bound=1e-12,
-    why="some hundred roundings of numbers near 1",
-)
-def the_plate_moves_as_it_is_told() -> float:
-    """Both angles of the plate are parabolas in time."""
-    t, a = 0.7, _U[:, 2:]
-    end = _BALL.simulate(_Y, [0.0, t], _U[None]).y[-1]
-    angles = _Y[:, 9:11] + t * _Y[:, 11:] + 0.5 * t * t * a
-    return largest(end[:, 9:11] - angles, end[:, 11:] - _Y[:, 11:] - t * a)
-
-
-@SUBJECT.law(
     "invariants with T + m g z of NumPy",
     bound=1e-12,
     why="some ten roundings of numbers up to 50",
@@ -140,6 +127,19 @@ def gravity_pulls_by_the_cosine_of_any_angle() -> float:
     alpha = np.concatenate([small, large, -large])
     y = ball.state(tilt=np.stack([alpha, np.full_like(alpha, 0.5 * math.pi)], axis=-1))
     return largest(ball.rhs(y)[:, 6] - np.cos(alpha))
+
+
+@SUBJECT.law(
+    "simulate with uniform acceleration",
+    bound=1e-12,
+    why="some hundred roundings of numbers near 1",
+)
+def the_plate_moves_as_it_is_told() -> float:
+    """Both angles of the plate are parabolas in time."""
+    t, a = 0.7, _U[:, 2:]
+    end = _BALL.simulate(_Y, [0.0, t], _U[None]).y[-1]
+    angles = _Y[:, 9:11] + t * _Y[:, 11:] + 0.5 * t * t * a
+    return largest(end[:, 9:11] - angles, end[:, 11:] - _Y[:, 11:] - t * a)
 
 
 law_of_parameters(SUBJECT, _BALL)

@@ -67,19 +67,6 @@ def _leaning(theta: float, omega: tuple[float, float, float]) -> Array:
 
 
 @SUBJECT.law(
-    "simulate with uniform acceleration",
-    bound=1e-12,
-    why="some hundred roundings of numbers near 1",
-)
-def the_pivot_moves_as_it_is_told() -> float:
-    """X = X0 + V t + a t^2 / 2 and V' = a, whatever the body does."""
-    t, a = 0.7, _U[:, 6:8]
-    end = _TOP.simulate(_Y, [0.0, t], _U[None]).y[-1]
-    way = _Y[:, 7:9] + t * _Y[:, 9:11] + 0.5 * t * t * a
-    return largest(end[:, 7:9] - way, end[:, 9:11] - _Y[:, 9:11] - t * a)
-
-
-@SUBJECT.law(
     "invariants with T + m g z and R L of NumPy",
     bound=1e-13,
     why="some ten roundings of numbers up to 10",
@@ -114,6 +101,19 @@ def inputs_do_their_work() -> float:
     return largest(
         around.rate(found["energy"]) - power, around.rate(found["L_vertical"]) - torque[:, 2]
     )
+
+
+@SUBJECT.law(
+    "simulate with uniform acceleration",
+    bound=1e-12,
+    why="some hundred roundings of numbers near 1",
+)
+def the_pivot_moves_as_it_is_told() -> float:
+    """X = X0 + V t + a t^2 / 2 and V' = a, whatever the body does."""
+    t, a = 0.7, _U[:, 6:8]
+    end = _TOP.simulate(_Y, [0.0, t], _U[None]).y[-1]
+    way = _Y[:, 7:9] + t * _Y[:, 9:11] + 0.5 * t * t * a
+    return largest(end[:, 7:9] - way, end[:, 9:11] - _Y[:, 9:11] - t * a)
 
 
 law_of_parameters(SUBJECT, _TOP)
