@@ -100,5 +100,5 @@ def test_a_wrong_sign_in_a_copy_is_noticed_and_the_checkout_stays_as_it_was() ->
 def test_a_sample_of_wrong_signs_is_noticed(
     name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    assert main(["--sources", name, "--sample", "5", "--json", str(tmp_path / "trials.json")]) == 0
+    assert main(["--subjects", name, "--sample", "5", "--json", str(tmp_path / "trials.json")]) == 0
     assert "No survivor." in capsys.readouterr().out

@@ -1,6 +1,6 @@
 """Does verification notice a wrong sign? Plant every single one and see.
 
-Run from the checkout: ``python -m tests.mutations [--sources free_body heavy_top] [--jobs 2]
+Run from the checkout: ``python -m tests.mutations [--subjects free_body heavy_top] [--jobs 2]
 [--sample 20 --seed 0] [--json FILE]``. A mutant takes a second, or ten where only the compiled
 kernels show it. The status is 1 if a mutant survives that is not known to be equivalent, or if an
 equivalent no longer is one.
@@ -56,10 +56,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = _options(argv)
     laboratories = [Laboratory() for _ in range(options.jobs)]
     try:
-        _refuse_broken_laws(laboratories[0], options.sources)
+        _refuse_broken_laws(laboratories[0], options.subjects)
         every = [
             (name, mutant)
-            for name in options.sources
+            for name in options.subjects
             for mutant in mutants_of(laboratories[0].source(name), SOURCES[name].leave_out)
         ]
         chosen = every
@@ -73,7 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     print(as_markdown(trials, EQUIVALENTS))
     if options.json:
         options.json.write_text(json.dumps(as_json(trials), indent=1) + "\n")
-    mistaken = _mistaken(every, trials, options.sources)
+    mistaken = _mistaken(every, trials, options.subjects)
     for equivalent, what in mistaken:
         print(f"\n{equivalent.source}.py ({equivalent.function}) `{equivalent.term}`: {what}")
     return 1 if mistaken or survivors(trials, EQUIVALENTS) else 0
@@ -81,7 +81,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser("tests.mutations", allow_abbrev=False)
-    parser.add_argument("--sources", nargs="+", choices=SOURCES, default=list(SOURCES))
+    parser.add_argument(
+        "--subjects",
+        nargs="+",
+        choices=SOURCES,
+        default=list(SOURCES),
+        metavar="FILE",
+        help="only these files of kernels: " + ", ".join(SOURCES),
+    )
     parser.add_argument("--jobs", type=int, default=1, help="processes at a time")
     parser.add_argument("--sample", type=int, help="only so many mutants, drawn at random")
     parser.add_argument("--seed", type=int, default=0, help="of the sample")
