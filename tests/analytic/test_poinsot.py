@@ -95,6 +95,7 @@ def test_the_herpolhode_is_where_the_attitude_takes_omega(moments, omega0, seed)
     t = np.array([0.0, -7.0, 0.3, 2.0, 11.0])
     z = contact(t, moments, omega0, q0)
     radius, angle = free_body.herpolhode(t, moments, omega0)
+    assert angle[0] == 0.0
     found = radius * np.exp(1j * angle)
     # 200 eps: t omega of some 25 radians is rounded once, and all else a few times.
     tolerance = 200.0 * EPS * (1.0 + float(np.linalg.norm(omega0)))
