@@ -110,6 +110,24 @@ law_of_contact(
 
 
 @SUBJECT.law(
+    "advance in steps of 0.1 s with arcs in closed form",
+    bound=1e-12,
+    why="roundings of some thousand turns: at constant rates a step is the exact arc",
+)
+def arcs_are_exact() -> float:
+    """Place and attitude after 10 s at constant rates."""
+    level = UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5)
+    exact = theory.roll_coin(
+        10.0, radius=0.7, phi_rate=0.8, psi_rate=-1.1, phi=0.7, psi=-0.4, place=(0.3, 0.2)
+    )
+    start = level.state(
+        q=level.attitude(0.7, -0.4), contact=(0.3, 0.2), steer_rate=0.8, roll_rate=-1.1
+    )
+    end = level.advance(start, None, 10.0, 100)
+    return largest(end[4:6] - exact.place, matrices(end[:4]) - matrices(exact.attitude))
+
+
+@SUBJECT.law(
     "simulate under constant torques with Fresnel's integrals",
     bound=1e-9,
     why="1e-11 per radian, some 50 radians",
