@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.systems.boundary import array_of, unit_attitude
-from rigid_envs.systems.drive import Input, drive
+from rigid_envs.systems.drive import Input, drive, march
 from rigid_envs.systems.schedule import Schedule, intervals, schedule
 from rigid_envs.systems.trajectory import Trajectory
 
@@ -175,8 +175,7 @@ class System(abc.ABC):
                 f"take n_substeps >= {math.ceil(rate * abs(dt) / self.envelope)}"
             )
         plan = Schedule.constant(h, int(n_substeps), self.weights)
-        end: Array = self.run(y_rows, u_rows[None], plan)[-1]
-        return end
+        return march(self, y_rows, u_rows[None], plan, 0.0)
 
     def simulate(
         self,

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.systems.schedule import schedule
+from rigid_envs.systems.schedule import SLACK, Schedule, schedule
 
 if TYPE_CHECKING:
     from rigid_envs.systems.base import System
 
-__all__ = ["Input", "drive"]
+__all__ = ["Input", "drive", "march"]
 
 Array = npt.NDArray[np.float64]
 Input = npt.ArrayLike | Callable[[float], npt.ArrayLike]
 InputsAt = Callable[[int, Array], Array]  # of an interval, at times in it
+_WATCHED = 4096  # states that are kept at once, to be looked at
 _SAMPLES = 2000  # steps over the whole time span, at least, where the input is a function of time
 
 
@@ -57,10 +59,65 @@ def _interval(
         plan = schedule(system, y, largest, np.array([span]), max_step, limit)
         if limit < math.inf:
             plan = plan.sampled()
-        u = inputs_at(m, plan.stage_times(now))
+        y = march(system, y, inputs_at(m, plan.stage_times(now)), plan, now)
         now = end if span == end - now else now + span
-        y = _checked(system, system.run(*_aligned(y, u), plan)[-1], now)
     return y
+
+
+def march(system: System, y: Array, u: Array, plan: Schedule, start: float) -> Array:
+    """The state at the end of a schedule of one interval; every step is looked at on the way.
+
+    Args:
+        system: what moves.
+        y: state, shape (..., n_state).
+        u: inputs, shape (1 or number of stages, ..., n_input).
+        plan: steps of one length that is within the envelope at the beginning.
+        start: time of the beginning [s], for messages.
+
+    Raises:
+        ValueError: the motion becomes too fast for the step, or reaches a state that is none.
+    """
+    y, u = _aligned(y, u)
+    largest = np.max(np.abs(u), axis=0)
+    if math.isinf(system.horizon(y, largest)):
+        end: Array = system.run(y, u, plan)[-1]
+        return end
+    h, n, n_stages = float(plan.h[0]), int(plan.n_substeps[0]), len(plan.weights)
+    chunk = max(1, _WATCHED * y.shape[-1] // max(y.size, 1))
+    for done in range(0, n, chunk):
+        k = min(chunk, n - done)
+        part = u[done * n_stages : (done + k) * n_stages] if plan.per_stage else u
+        piece = replace(plan, h=np.full(k, h), n_substeps=np.ones(k, dtype=np.int64))
+        states = system.run(y, part, piece)
+        _watch(system, states[1:], largest, h, start + done * h)
+        y = states[-1]
+    return y
+
+
+def _watch(system: System, states: Array, u: Array, h: float, start: float) -> None:
+    """Refuse states, one step of length h after the other, that h does not suit.
+
+    Raises:
+        ValueError: says when the first one was reached, and the remedy.
+    """
+    limit = system.envelope * (1.0 + SLACK)
+    try:
+        if system.rate_bound(system.checked_state(states), u, 0.0) * abs(h) <= limit:
+            return
+    except ValueError:
+        pass  # which one it is and when is said below
+    for k, y in enumerate(states):
+        now = start + (k + 1) * h
+        try:
+            rate = system.rate_bound(system.checked_state(y), u, 0.0)
+        except ValueError as error:
+            raise ValueError(f"at t = {now:.6g} s the motion ends: {error}") from None
+        if rate * abs(h) > limit:
+            raise ValueError(
+                f"a step of {abs(h):.6g} s is too long from t = {now:.6g} s on, at rates up to "
+                f"{rate:.6g} rad/s: expected a product of at most {system.envelope}; "
+                f"take steps of at most {system.envelope / rate:.6g} s"
+            )
 
 
 def _aligned(y: Array, u: Array) -> tuple[Array, Array]:
@@ -72,18 +129,6 @@ def _aligned(y: Array, u: Array) -> tuple[Array, Array]:
         np.broadcast_to(y, (*lead, y.shape[-1])),
         np.broadcast_to(u, (len(u), *lead, u.shape[-1])),
     )
-
-
-def _checked(system: System, y: Array, t: float) -> Array:
-    """The state itself.
-
-    Raises:
-        ValueError: it is none; says when.
-    """
-    try:
-        return system.checked_state(y)
-    except ValueError as error:
-        raise ValueError(f"at t = {t:.6g} s the motion ends: {error}") from None
 
 
 def _sampled(system: System, u: Callable[[float], npt.ArrayLike]) -> InputsAt:

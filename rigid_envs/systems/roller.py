@@ -117,7 +117,7 @@ class Roller(System):
     def needed_friction(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
         """Least coefficient of friction without slip, shape (...); infinite without contact."""
         friction, normal = np.moveaxis(self.contact_force(y, u), -1, 0)
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.abs(friction) / np.maximum(normal, 0.0)
         return np.asarray(np.where(normal > 0.0, ratio, np.inf))
 

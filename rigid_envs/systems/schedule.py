@@ -14,11 +14,11 @@ from rigid_envs.kernels.composition import SUZUKI
 if TYPE_CHECKING:
     from rigid_envs.systems.base import System
 
-__all__ = ["Schedule", "intervals", "schedule"]
+__all__ = ["SLACK", "Schedule", "intervals", "schedule"]
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-_SLACK = 1e-9  # differences of times are rounded: no second step for an excess this small
+SLACK = 1e-9  # differences of times are rounded: no second step for an excess this small
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def schedule(
         largest = min(limit, system.fine / rate if rate > 0 else math.inf)
     else:
         largest = _checked_step(system, max_step, rate)
-    n = np.maximum(1, np.ceil(np.abs(dt) / largest * (1.0 - _SLACK))).astype(np.int64)
+    n = np.maximum(1, np.ceil(np.abs(dt) / largest * (1.0 - SLACK))).astype(np.int64)
     return Schedule(dt / n, n, np.array(system.weights))
 
 
@@ -89,7 +89,7 @@ def intervals(t: Array) -> Array:
 def _checked_step(system: System, max_step: float, rate: float) -> float:
     if not (math.isfinite(max_step) and max_step > 0):
         raise ValueError(f"max_step = {max_step}; expected a positive time [s]")
-    if rate * max_step > system.envelope * (1.0 + _SLACK):
+    if rate * max_step > system.envelope * (1.0 + SLACK):
         raise ValueError(
             f"max_step = {max_step} s at rates up to {rate:.6g} rad/s: expected a product "
             f"of at most {system.envelope}; take max_step <= {system.envelope / rate:.6g}"
