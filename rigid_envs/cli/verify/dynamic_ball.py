@@ -145,7 +145,7 @@ def the_plate_moves_as_it_is_told() -> float:
 law_of_parameters(SUBJECT, _BALL)
 law_of_slopes(SUBJECT, _BALL, _Y, _U)
 law_of_return(SUBJECT, _BALL, _Y, _U)
-law_of_order(SUBJECT, _BALL, _Y, _U, 0.6)
+law_of_order(SUBJECT, _BALL, _Y, _U, 0.5)
 law_of_contact(
     SUBJECT,
     *(_BALL, _Y, _U, _POINTS),
@@ -154,16 +154,16 @@ law_of_contact(
 
 
 @SUBJECT.law(
-    "advance in steps of 0.1 s with exp(i k Omega t)",
+    "advance in steps of 0.05 s with exp(i k Omega t)",
     bound=1e-12,
     why="roundings of some thousand turns: a kick is the exact turn",
 )
 def turntables_turn_the_velocity_exactly() -> float:
-    """V' = k Omega n x V with k = beta / (1 + beta), at any step, for 20 s."""
+    """V' = k Omega n x V with k = beta / (1 + beta), at any step, for 10 s."""
     ball = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=0.1, turntable_rate=0.7)
     v = 0.3 * _Y[:, 6:8]
-    end = ball.advance(ball.state(velocity=v), None, 20.0, 200)
-    turned = np.exp(20.0j * 0.55 / 1.55 * 0.7) * (v[:, 0] + 1j * v[:, 1])
+    end = ball.advance(ball.state(velocity=v), None, 10.0, 200)
+    turned = np.exp(10.0j * 0.55 / 1.55 * 0.7) * (v[:, 0] + 1j * v[:, 1])
     return largest(end[:, 6] - turned.real, end[:, 7] - turned.imag)
 
 

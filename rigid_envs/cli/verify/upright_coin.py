@@ -103,7 +103,7 @@ def invariants_are_energy_and_steer_rate() -> float:
 law_of_parameters(SUBJECT, _COIN)
 law_of_slopes(SUBJECT, _COIN, _Y, _U)
 law_of_return(SUBJECT, _COIN, _Y, _U)
-law_of_order(SUBJECT, _COIN, _Y, _U, 2.0)
+law_of_order(SUBJECT, _COIN, _Y, _U, 1.5)
 law_of_contact(
     SUBJECT, _COIN, _Y, _U, _HELD, lambda y, u: (_COIN.contact_force(y, u), -0.7 * _NORMAL)
 )
