@@ -240,9 +240,7 @@ def test_what_becomes_too_fast_on_the_way_is_refused_with_the_time_and_the_remed
     y, u = PLATE.state(), (0.0, 0.0, 500.0, 0.0)  # the plate reaches 50 rad/s
     with pytest.raises(ValueError, match=r"take n_substeps >= 2$"):
         PLATE.advance(y, u, 0.1)
-    with pytest.raises(
-        ValueError, match=r"0\.01 s is too long from t = 0\.\d+ s on"
-    ):
+    with pytest.raises(ValueError, match=r"0\.01 s is too long from t = 0\.\d+ s on"):
         PLATE.advance(y, u, 0.1, 10)
     assert np.isfinite(PLATE.advance(y, u, 0.1, 40)).all()
 
