@@ -156,13 +156,15 @@ def _terms(node: ast.expr, whole: bool) -> Iterator[ast.expr]:
     elif isinstance(node, ast.Starred):
         yield from _terms(node.value, False)
     else:
-        if whole and not _is_condition(node):
+        if whole and not _has_no_sign(node):
             yield node
         yield from _within(node)
 
 
-def _is_condition(node: ast.expr) -> bool:
-    """Whether it is true or false, which has no sign."""
+def _has_no_sign(node: ast.expr) -> bool:
+    """Whether it is zero, or true or false."""
+    if isinstance(node, ast.Constant):
+        return node.value == 0.0
     return isinstance(node, ast.Compare) or (
         isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr | ast.BitAnd)
     )

@@ -157,6 +157,28 @@ def steps_on_a_steady_circle_are_exact() -> float:
 
 
 @SUBJECT.law(
+    "advance in steps of 0.05 s without weight with uniform turning",
+    bound=1e-11,
+    why="steps are exact there: roundings, and a weight of 1e-12 N",
+)
+def a_disk_that_only_tips_tips_uniformly() -> float:
+    """With omega along l the contact stays: theta = theta0 - omega_l t."""
+    light = RollingDisk(m=1.2, radius=0.7, I1=0.21, I3=0.35, g=1e-12)
+    theta, rate = 2.0, 0.8
+    q = rotations.quaternion_from_euler([0.4, theta, 0.9])
+    l_body = np.einsum("ji,j->i", matrices(q), _frame(q)[1])
+    start = light.state(q=q, omega_body=rate * l_body, contact=(0.3, 0.2))
+    end = light.advance(start, None, 1.0, 20)
+    l_after = _frame(end)[1]
+    return largest(
+        light.tilt(end) - (theta - rate),
+        end[7:9] - [0.3, 0.2],
+        light.omega_world(end) - rate * l_after,
+        l_after - _frame(q)[1],
+    )
+
+
+@SUBJECT.law(
     "simulate with Legendre's integrals",
     bound=1e-8,
     why="1e-11 per radian, some 100 radians; precession grows as the disk lies down",
