@@ -89,4 +89,8 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         )
         for term in ("fma(n1, y[4], n2 * y[5])", "fma(n1, y[5], -n2 * y[4])", "y[6]")
     ),
+    Equivalent(
+        *("roller", "invariants", "sunk = y[0] * mean * ratio(x)"),
+        *("x", 0, "sin(x) / x is even"),
+    ),
 )

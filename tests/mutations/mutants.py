@@ -163,11 +163,12 @@ def _terms(node: ast.expr, whole: bool) -> Iterator[ast.expr]:
 
 def _has_no_sign(node: ast.expr) -> bool:
     """Whether it is zero, or true or false."""
-    if isinstance(node, ast.Constant):
-        return node.value == 0.0
-    return isinstance(node, ast.Compare) or (
-        isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr | ast.BitAnd)
-    )
+    either = isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr | ast.BitAnd)
+    return _is_zero(node) or isinstance(node, ast.Compare) or either
+
+
+def _is_zero(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and node.value == 0.0
 
 
 def _within(node: ast.expr) -> Iterator[ast.expr]:
@@ -187,8 +188,11 @@ def _within(node: ast.expr) -> Iterator[ast.expr]:
         for k, argument in enumerate(node.args):
             yield from _terms(argument, not isinstance(argument, ast.Tuple) and k != without)
     elif isinstance(node, ast.Compare):
-        for side in (node.left, *node.comparators):
-            yield from _terms(side, True)
+        sides = [node.left, *node.comparators]
+        # equal to zero is what the negative is, too
+        ordered = not (isinstance(node.ops[0], ast.Eq | ast.NotEq) and any(map(_is_zero, sides)))
+        for side in sides:
+            yield from _terms(side, ordered)
     elif isinstance(node, ast.IfExp):
         for part in (node.test, node.body, node.orelse):
             yield from _terms(part, part is not node.test)
