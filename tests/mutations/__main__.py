@@ -42,7 +42,8 @@ SOURCES = {
     "roller": Source(("roller",)),
     "turns": Source(("rolling_ball", "free_body")),
     "algebra": Source(
-        ("heavy_top", "rolling_ball"), frozenset({"matrix", "log_rotation", "scaled"})
+        ("heavy_top", "rolling_ball", "rolling_disk"),
+        frozenset({"matrix", "log_rotation", "scaled"}),
     ),
     "elementary": Source(
         ("roller", "dynamic_ball", "rolling_disk"), frozenset({"atan2", "cbrt", "log", "select"})

@@ -93,4 +93,15 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         *("roller", "invariants", "sunk = y[0] * mean * ratio(x)"),
         *("x", 0, "sin(x) / x is even"),
     ),
+    Equivalent(
+        *("elementary", "module"),
+        "_TO_INTEGER = 6755399441055744.0  "
+        "# 1.5 * 2**52: adding and subtracting it rounds to an integer",
+        *("6755399441055744.0", 0, "numbers about -1.5 * 2**52 are as far apart"),
+    ),
+    Equivalent(
+        *("elementary", "_sincos"),
+        "s = fma(z, 1.0 / 355687428096000.0, -1.0 / 1307674368000.0)",
+        *("z", 0, "x^17 / 17! is 5e-17 at pi / 4: it is there to be less than a rounding"),
+    ),
 )
