@@ -160,10 +160,10 @@ law_of_contact(
 )
 def turntables_turn_the_velocity_exactly() -> float:
     """V' = k Omega n x V with k = beta / (1 + beta), at any step, for 10 s."""
-    ball = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=0.1, turntable_rate=0.7)
+    ball = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=0.1, turntable_rate=2.0)
     v = 0.3 * _Y[:, 6:8]
     end = ball.advance(ball.state(velocity=v), None, 10.0, 200)
-    turned = np.exp(10.0j * 0.55 / 1.55 * 0.7) * (v[:, 0] + 1j * v[:, 1])
+    turned = np.exp(10.0j * 0.55 / 1.55 * 2.0) * (v[:, 0] + 1j * v[:, 1])
     return largest(end[:, 6] - turned.real, end[:, 7] - turned.imag)
 
 
