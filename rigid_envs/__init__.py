@@ -18,18 +18,24 @@ ENVIRONMENTS = {
     "RigidEnvs/IntermediateAxis-v0": ("rigid_envs.tasks:IntermediateAxis", 300),
     "RigidEnvs/SleepingTop-v0": ("rigid_envs.tasks:SleepingTop", 300),
     "RigidEnvs/BallPark-v0": ("rigid_envs.tasks:BallPark", 100),
+    "RigidEnvs/BallParkGoal-v0": ("rigid_envs.tasks:BallParkGoal", 100),
+    "RigidEnvs/BallGrid-v0": ("rigid_envs.tasks:BallGrid", 50),
 }
 """Every id with its task and its time limit in steps."""
+
+_GOALS = {"RigidEnvs/BallParkGoal-v0"}
+"""Ids that are goal environments."""
 
 
 def _register() -> None:
     """Register all ids; again is harmless."""
     for env_id, (task, max_episode_steps) in ENVIRONMENTS.items():
         if env_id not in gymnasium.registry:
+            kind = "RigidGoal" if env_id in _GOALS else "Rigid"
             gymnasium.register(
                 env_id,
-                entry_point="rigid_envs.envs:RigidEnv",
-                vector_entry_point="rigid_envs.envs:RigidVectorEnv",
+                entry_point=f"rigid_envs.envs:{kind}Env",
+                vector_entry_point=f"rigid_envs.envs:{kind}VectorEnv",
                 max_episode_steps=max_episode_steps,
                 kwargs={"task": task},
                 # the environments refuse bad actions and a missing reset themselves

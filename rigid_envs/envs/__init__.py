@@ -1,6 +1,7 @@
 """Gymnasium shells around `rigid_envs.core`: spaces, seeding, autoreset; no physics."""
 
+from rigid_envs.envs.goal import RigidGoalEnv, RigidGoalVectorEnv
 from rigid_envs.envs.single import RigidEnv
 from rigid_envs.envs.vector import RigidVectorEnv
 
-__all__ = ["RigidEnv", "RigidVectorEnv"]
+__all__ = ["RigidEnv", "RigidGoalEnv", "RigidGoalVectorEnv", "RigidVectorEnv"]

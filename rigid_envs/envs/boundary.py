@@ -1,7 +1,7 @@
 """What the two shells share: spaces, action checks, options and random streams."""
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,13 +9,14 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.utils import seeding
 
-from rigid_envs.tasks import ConfigError, Task
+from rigid_envs.tasks import ConfigError, Entry, Task
 from rigid_envs.tasks.fields import from_config
 
 __all__ = [
     "INFO_FLAGS",
     "action_space",
     "actions_of",
+    "goal_parts",
     "info_keys",
     "new_task",
     "observation_space",
@@ -45,13 +46,35 @@ def new_task(task: str, render_mode: str | None, config: Mapping[str, Any]) -> T
 
 
 def action_space(task: Task) -> spaces.Space[Any]:
-    """Box(-1, 1), one entry for each of the task's actions."""
+    """Box(-1, 1), one entry for each of the task's actions; Discrete where they are choices."""
+    if task.n_choices:
+        return spaces.Discrete(task.n_choices)
     return spaces.Box(-1.0, 1.0, (len(task.shapes.action),), np.float32)
 
 
 def observation_space(task: Task) -> spaces.Space[Any]:
-    """Box with the bounds of the task's observation entries."""
-    entries = task.observations()
+    """Box with the bounds of the task's observation entries; a Dict of boxes for a goal task."""
+    entries, n = task.observations(), task.n_goal
+    if not n:
+        return _box(entries)
+    parts = {
+        "observation": entries[2 * n :],
+        "achieved_goal": entries[:n],
+        "desired_goal": entries[n : 2 * n],
+    }
+    return spaces.Dict({name: _box(part) for name, part in parts.items()})
+
+
+def goal_parts(flat: npt.NDArray[np.float32], n_goal: int) -> dict[str, npt.NDArray[np.float32]]:
+    """A flat observation (..., 2 n_goal + n) of a goal task by its parts, each a view."""
+    return {
+        "observation": flat[..., 2 * n_goal :],
+        "achieved_goal": flat[..., :n_goal],
+        "desired_goal": flat[..., n_goal : 2 * n_goal],
+    }
+
+
+def _box(entries: Sequence[Entry]) -> spaces.Box:
     low = np.array([entry.low for entry in entries], dtype=np.float32)
     high = np.array([entry.high for entry in entries], dtype=np.float32)
     return spaces.Box(low, high, dtype=np.float32)
@@ -62,12 +85,17 @@ def info_keys(task: Task) -> tuple[str, ...]:
     return ("cost", *(f"reward/{term}" for term in task.terms), *INFO_FLAGS)
 
 
-def actions_of(value: Any, shape: tuple[int, ...], env_id: str) -> npt.NDArray[np.float32]:
-    """`value` as finite float32 of this shape.
+def actions_of(
+    task: Task, value: Any, lead: tuple[int, ...], env_id: str
+) -> npt.NDArray[np.float32]:
+    """`value` as finite float32 of shape (*lead, n_action); a choice as its number.
 
     Raises:
         ValueError: names the environment, the entry, its value and what was expected.
     """
+    if task.n_choices:
+        return _choices(value, lead, task.n_choices, env_id).astype(np.float32)[..., None]
+    shape = (*lead, len(task.shapes.action))
     if len(shape) == 2 and isinstance(value, list | tuple) and len(value) == shape[0]:
         rows = [_action(row, shape[1:], env_id, f"action[{k}]") for k, row in enumerate(value)]
         return np.stack(rows)
@@ -94,6 +122,22 @@ def _action(value: Any, shape: tuple[int, ...], env_id: str, name: str) -> npt.N
             f"{env_id}: {name}{list(index)} = {array[index]}; expected a finite number in [-1, 1]"
         )
     return single
+
+
+def _choices(value: Any, lead: tuple[int, ...], n: int, env_id: str) -> npt.NDArray[np.int64]:
+    expected = f"expected integers from 0 to {n - 1} of shape {lead}"
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        array = np.asarray(None)
+    if array.dtype.kind not in "iu" or array.shape != lead:
+        raise ValueError(f"{env_id}: action = {value!r}; {expected}")
+    outside = (array < 0) | (array >= n)
+    if np.any(outside):
+        index = tuple(int(k) for k in np.argwhere(outside)[0])
+        name = f"action{list(index)}" if index else "action"
+        raise ValueError(f"{env_id}: {name} = {array[index]}; {expected}")
+    return array.astype(np.int64)
 
 
 def options_of(

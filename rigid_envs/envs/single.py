@@ -59,7 +59,8 @@ class RigidEnv(gym.Env[Observation, Observation]):
         keys = info_keys(self.task)
         self._numbers = keys[: -len(INFO_FLAGS)]
         self._blank_info = {key: 0.0 if key in self._numbers else False for key in keys}
-        self._shape = (len(self.task.actions()),)
+        # what needs no check but that of its numbers; choices do
+        self._shape = () if self.task.n_choices else (len(self.task.actions()),)
         self._status = _FRESH
         self._keyed_by: np.random.Generator | None = None
         self._bind()
@@ -106,12 +107,12 @@ class RigidEnv(gym.Env[Observation, Observation]):
         ):
             row_action[...] = action
         else:
-            row_action[...] = actions_of(action, self._shape, self._name)
+            row_action[...] = actions_of(self.task, action, (), self._name)
         terminated = False
         info = self._blank_info.copy()
         if raised := advance(memory, 0, 1):
             if raised < 0:
-                actions_of(action, self._shape, self._name)  # says which entry is not finite
+                actions_of(self.task, action, (), self._name)  # says which entry is not finite
             terminated, _, *flags = flag.tolist()
             info.update(zip(INFO_FLAGS, flags, strict=True))
             self._status = _ENDED if terminated else _RUNNING

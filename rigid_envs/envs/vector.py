@@ -90,7 +90,8 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._core = Core(self.task, self.num_envs, max_episode_steps, int(num_threads))
         self._rows = np.arange(self.num_envs)
-        self._shape = (self.num_envs, len(self.task.actions()))
+        # what needs no check but that of its numbers; choices do
+        self._shape = () if self.task.n_choices else (self.num_envs, len(self.task.actions()))
         self._keys = info_keys(self.task)
         everywhere = np.ones(self.num_envs, dtype=np.bool_)
         everywhere.flags.writeable = False
@@ -155,11 +156,11 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
             and actions.dtype is FLOAT32
             and actions.shape == self._shape
         ):
-            actions = actions_of(actions, self._shape, self._name)
+            actions = actions_of(self.task, actions, (self.num_envs,), self._name)
         core.actions[...] = actions
         raised = core.step()
-        if raised < 0:
-            actions_of(actions, self._shape, self._name)  # says which entry is not finite
+        if raised < 0:  # say which entry is not finite
+            actions_of(self.task, actions, (self.num_envs,), self._name)
         *numbers, rewards = core.results.copy()
         terminated, truncated, *flags = core.flags.copy()
         infos = self._masks.copy()

@@ -7,17 +7,45 @@ import numpy as np
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
 
-__all__ = ["clip_to_box", "clip_to_disc"]
+__all__ = [
+    "clip_to_ball",
+    "clip_to_box",
+    "clip_to_disc",
+    "clip_to_interval",
+    "clip_to_square",
+    "keep",
+    "single",
+]
 
 # a float32 vector that was scaled to length 1 may have this squared length at most
 _ROUNDED_UNIT = 1.0 + 2.0**-22
 
 
 @scalar
+def clip(a: float) -> float:
+    """One component, into [-1, 1]."""
+    return min(max(a, -1.0), 1.0)
+
+
+@scalar
+def clip_to_interval(action: Row) -> tuple[Row, bool]:
+    """A single component, into [-1, 1]."""
+    x = clip(action[0])
+    return (x,), x != action[0]
+
+
+@scalar
+def clip_to_square(action: Row) -> tuple[Row, bool]:
+    """Two components, each into [-1, 1]."""
+    x, y = clip(action[0]), clip(action[1])
+    return (x, y), (x != action[0]) | (y != action[1])
+
+
+@scalar
 def clip_to_box(action: Row) -> tuple[Row, bool]:
     """Three components, each into [-1, 1]."""
     a, b, c = action
-    x, y, z = min(max(a, -1.0), 1.0), min(max(b, -1.0), 1.0), min(max(c, -1.0), 1.0)
+    x, y, z = clip(a), clip(b), clip(c)
     return (x, y, z), (x != a) | (y != b) | (z != c)
 
 
@@ -28,9 +56,32 @@ def clip_to_disc(action: Row) -> tuple[Row, bool]:
     The result is rounded to float32, so that clipping it again changes nothing.
     """
     x, y = action
-    square = x * x + y * y
+    scale, outside = shrink(x * x + y * y)
+    return (single(x * scale), single(y * scale)), outside
+
+
+@scalar
+def clip_to_ball(action: Row) -> tuple[Row, bool]:
+    """Three components, by their norm, as `clip_to_disc`."""
+    x, y, z = action
+    scale, outside = shrink(x * x + y * y + z * z)
+    return (single(x * scale), single(y * scale), single(z * scale)), outside
+
+
+@scalar
+def keep(action: Row) -> tuple[Row, bool]:
+    """A choice, which has been checked already."""
+    return action, False
+
+
+@scalar
+def shrink(square: float) -> tuple[float, bool]:
+    """Factor that brings a vector of this squared length to length 1, and whether it must be."""
     outside = square > _ROUNDED_UNIT
-    scale = 1.0 / math.sqrt(square) if outside else 1.0
-    x = float(np.float32(x * scale)) if outside else x
-    y = float(np.float32(y * scale)) if outside else y
-    return (x, y), outside
+    return (1.0 / math.sqrt(square) if outside else 1.0), outside
+
+
+@scalar
+def single(x: float) -> float:
+    """The nearest float32."""
+    return float(np.float32(x))

@@ -77,11 +77,11 @@ def delay_actions(
 def add_observation_noise(
     memory: Memory, s: Settings, slots: Slots, base: int, first: int, last: int
 ) -> None:
-    """Gaussian noise on every entry, kept inside the bounds of the observation space."""
+    """Gaussian noise on every entry but goals, kept inside the bounds of the observation space."""
     for i in range(first, last):
         clock = base + slots.clock * LANES + i
         sigma = memory[base + (slots.channel + 1) * LANES + i]
-        for k in range(s.n_observation):
+        for k in range(s.n_exact, s.n_observation):
             at = base + (slots.observation + k) * LANES + i
             noisy = memory[at] + sigma * noise(memory, clock, DRAW_OBSERVATION, k)
             low, high = memory[s.bounds + 2 * k], memory[s.bounds + 2 * k + 1]

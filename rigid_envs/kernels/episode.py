@@ -4,7 +4,7 @@ A task gives five functions of one row; the two loops here are the same for all 
 
 ``start(stream, p, c) -> (y, memo)``           first state of an episode
 ``clip(a) -> (a, clipped)``                    action brought into the action space
-``actuate(a, y, p, c) -> u``                   physical input
+``actuate(a, y, memo, p, c) -> (y, u)``        state after what acts at once, and input held
 ``judge(y, u, memo, p, c, dt) -> (memo, terms, cost, success, done)``
 ``observe(y, memo, p, c) -> features``         what is observed besides the attitude
 
@@ -167,8 +167,11 @@ def _actuate(
     for i in range(n):
         y = load(memory, base + i, shapes.state, LANES)
         p = load(memory, base + slots.parameters * LANES + i, shapes.parameters, LANES)
+        memo = load(memory, base + slots.memo * LANES + i, shapes.memo, LANES)
         a = load(memory, base + slots.action * LANES + i, shapes.action, LANES)
-        store(memory, base + slots.inputs * LANES + i, actuate(a, y, p, c), LANES)
+        y, u = actuate(a, y, memo, p, c)
+        store(memory, base + i, y, LANES)
+        store(memory, base + slots.inputs * LANES + i, u, LANES)
 
 
 @phase

@@ -59,6 +59,7 @@ class Settings(NamedTuple):
     n_delays: int
     n_observed: int
     n_observation: int
+    n_exact: int
     rotation: int
     noisy_actions: int
     noisy_observations: int
@@ -112,6 +113,7 @@ def read_settings(memory: Memory) -> Settings:
         int(memory[17]),
         int(memory[18]),
         int(memory[19]),
+        int(memory[20]),
     )
 
 

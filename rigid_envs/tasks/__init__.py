@@ -4,10 +4,21 @@ A task is a frozen dataclass of hyperparameters over a physical system, with a f
 functions of one row; `rigid_envs.core` runs it. `TASKS` names them all.
 """
 
+from rigid_envs.tasks.ball_grid import BallGrid
 from rigid_envs.tasks.ball_park import BallPark
+from rigid_envs.tasks.ball_park_goal import BallParkGoal
 from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import ConfigError
 from rigid_envs.tasks.intermediate_axis import IntermediateAxis
 from rigid_envs.tasks.sleeping_top import SleepingTop
 
-__all__ = ["BallPark", "ConfigError", "Entry", "IntermediateAxis", "SleepingTop", "Task"]
+__all__ = [
+    "BallGrid",
+    "BallPark",
+    "BallParkGoal",
+    "ConfigError",
+    "Entry",
+    "IntermediateAxis",
+    "SleepingTop",
+    "Task",
+]

@@ -36,9 +36,9 @@ def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
 
 
 @scalar
-def actuate(a: Row, y: Row, p: Row, c: Row) -> Row:
+def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
     """Velocity of the centre; the ball does not spin about the vertical."""
-    return (c[_RATE] * p[0] * a[0], c[_RATE] * p[0] * a[1], 0.0)
+    return y, (c[_RATE] * p[0] * a[0], c[_RATE] * p[0] * a[1], 0.0)
 
 
 @scalar

@@ -96,6 +96,12 @@ class Task(abc.ABC):
     """Names of the reward terms, in the order of the weights in `constants`."""
     cost_unit: ClassVar[str]
     """What ``info["cost"]`` measures, with its unit."""
+    n_choices: ClassVar[int] = 0
+    """Number of actions of a task with discrete actions; 0 where they are continuous."""
+    n_goal: ClassVar[int] = 0
+    """Number of entries of a goal; then `features` begins with the achieved and the desired one."""
+    reach: ClassVar[Any] = None
+    """Compiled ``reach(achieved, desired, constants, out) -> None`` of a goal task."""
     memo_names: ClassVar[tuple[str, ...]] = ()
     """Names of the numbers a task carries from step to step (goal, counters)."""
     aliases: ClassVar[Mapping[str, str]] = {}
@@ -125,6 +131,27 @@ class Task(abc.ABC):
     def observations(self) -> tuple[Entry, ...]:
         """All entries of the observation: features, attitude, drawn parameters."""
         return (*self.features(), *_attitude_entries(self.rotation), *self._drawn_entries())
+
+    def reached(self, achieved: npt.ArrayLike, desired: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Whether goals are reached, by the very function that `step` uses; shape (...).
+
+        Args:
+            achieved: shape (..., n_goal), as observed.
+            desired: shape (..., n_goal).
+
+        Raises:
+            ValueError: wrong shapes.
+        """
+        pair = [np.asarray(goal, dtype=np.float64) for goal in (achieved, desired)]
+        if not pair[0].shape == pair[1].shape or pair[0].shape[-1:] != (self.n_goal,):
+            raise ValueError(
+                f"goals have shapes {pair[0].shape} and {pair[1].shape}; "
+                f"expected (..., {self.n_goal}) twice"
+            )
+        rows = [np.ascontiguousarray(goal.reshape(-1, self.n_goal)) for goal in pair]
+        out = np.empty(len(rows[0]))
+        self.reach(*rows, np.array(self.constants()), out)
+        return out.reshape(pair[0].shape[:-1]) > 0.0
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Range of every number that is drawn at reset: the system's, then the channel's."""

@@ -32,9 +32,9 @@ def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
 
 
 @scalar
-def actuate(a: Row, y: Row, p: Row, c: Row) -> Row:
+def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
     """Torque about the three body axes."""
-    return (c[_TORQUE] * a[0], c[_TORQUE] * a[1], c[_TORQUE] * a[2])
+    return y, (c[_TORQUE] * a[0], c[_TORQUE] * a[1], c[_TORQUE] * a[2])
 
 
 @scalar

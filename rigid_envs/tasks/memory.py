@@ -50,6 +50,7 @@ def new_memory(
         n_delays=int(delay),
         n_observed=len(observed),
         n_observation=len(bounds) // 2,
+        n_exact=2 * task.n_goal,
         rotation=task.rotation_code,
         noisy_actions=int(noise > 0),
         noisy_observations=int(blur > 0),

@@ -43,9 +43,9 @@ def derive(raw: Row) -> Row:
 
 
 @scalar
-def actuate(a: Row, y: Row, p: Row, c: Row) -> Row:
+def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
     """Horizontal torque in world axes."""
-    return (0.0, 0.0, 0.0, c[_TORQUE] * a[0], c[_TORQUE] * a[1], 0.0, 0.0, 0.0)
+    return y, (0.0, 0.0, 0.0, c[_TORQUE] * a[0], c[_TORQUE] * a[1], 0.0, 0.0, 0.0)
 
 
 @scalar

@@ -1,0 +1,86 @@
+"""Goal environments: observations are a dictionary, and rewards can be computed anew.
+
+The interface of Gymnasium-Robotics and of hindsight experience replay: `observation`,
+`achieved_goal`, `desired_goal`, and ``compute_reward(achieved, desired, info)``, bit for bit what
+`step` pays. The episode does not end at the goal: staying there pays best.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.envs.boundary import goal_parts
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.tasks import Task
+
+__all__ = ["RigidGoalEnv", "RigidGoalVectorEnv"]
+
+
+class _Goals:
+    """What follows from achieved and desired goals alone, single or in batches."""
+
+    task: Task
+
+    def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
+        """0 where the goal is reached, else -1 (times the weight); float64.
+
+        Args:
+            achieved_goal: shape (..., n_goal).
+            desired_goal: shape (..., n_goal).
+            info: not used.
+
+        Raises:
+            ValueError: wrong shapes.
+        """
+        weight = self.task.constants()[0]
+        reward = weight * (self.task.reached(achieved_goal, desired_goal) - 1.0)
+        return reward if np.ndim(reward) else float(reward)
+
+    def compute_terminated(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
+        """False everywhere."""
+        return _nowhere(achieved_goal)
+
+    def compute_truncated(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
+        """False everywhere: time limits are the wrapper's."""
+        return _nowhere(achieved_goal)
+
+
+class RigidGoalEnv(_Goals, RigidEnv):
+    """One row of a goal task; arguments and errors as `RigidEnv`."""
+
+    def step(self, action: npt.ArrayLike) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """One control period; see `RigidEnv.step`."""
+        flat, reward, terminated, truncated, info = super().step(action)
+        return goal_parts(flat, self.task.n_goal), reward, terminated, truncated, info
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin a new episode; see `RigidEnv.reset`."""
+        flat, info = super().reset(seed=seed, options=options)
+        return goal_parts(flat, self.task.n_goal), info
+
+
+class RigidGoalVectorEnv(_Goals, RigidVectorEnv):
+    """N rows of a goal task; arguments and errors as `RigidVectorEnv`."""
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """One control period of all rows; see `RigidVectorEnv.step`."""
+        flat, rewards, terminated, truncated, infos = super().step(actions)
+        if "final_obs" in infos:
+            infos["final_obs"] = goal_parts(infos["final_obs"], self.task.n_goal)
+        return goal_parts(flat, self.task.n_goal), rewards, terminated, truncated, infos
+
+    def reset(self, **arguments: Any) -> tuple[Any, dict[str, Any]]:
+        """Begin new episodes; see `RigidVectorEnv.reset`."""
+        flat, infos = super().reset(**arguments)
+        return goal_parts(flat, self.task.n_goal), infos
+
+
+def _nowhere(goal: npt.ArrayLike) -> Any:
+    shape = np.shape(goal)[:-1]
+    return np.zeros(shape, dtype=np.bool_) if shape else False
