@@ -1,10 +1,11 @@
 """Roller: a wheel, sphere or hoop that rolls without slipping on an incline or in a valley.
 
 State y = (s, v): way of the centre along its path [m], positive downhill at s = 0, and velocity
-[m/s]. Inputs u = (force,): along the path, at the centre [N].
-Parameters p = (m, radius, beta, g, slope, curvature, mu, 1 / (1 + beta), 1 / m): beta is
-I / (m r^2); the path descends by the angle slope - curvature * s, a straight line or a circular
-arc; on mu, the coefficient of friction, the motion does not depend.
+[m/s]. Inputs u = (force, beta_change): force along the path, at the centre [N], and what is added
+to the inertia ratio while the input is held.
+Parameters p = (m, radius, beta, g, slope, curvature, mu, 1 / m): beta is I / (m r^2); the path
+descends by the angle slope - curvature * s, a straight line or a circular arc; on mu, the
+coefficient of friction, the motion does not depend.
 """
 
 from rigid_envs.kernels import batch
@@ -17,8 +18,8 @@ from rigid_envs.kernels.elementary import fma, sincos
 __all__ = ["INVARIANTS", "SHAPES", "WEIGHTS", "derive", "invariants", "restore", "rhs", "step"]
 
 STATE = (0.0,) * 2
-INPUTS = (0.0,)
-PARAMETERS = (1.0,) * 9
+INPUTS = (0.0,) * 2
+PARAMETERS = (1.0,) * 8
 SHAPES = (STATE, INPUTS, PARAMETERS)
 WEIGHTS = SUZUKI
 INVARIANTS = ("energy",)
@@ -28,13 +29,17 @@ INVARIANTS = ("energy",)
 def derive(raw: Row) -> Row:
     """Parameter row p of (m [kg], radius [m], beta, g [m/s^2], slope [rad], curvature, mu)."""
     m, radius, beta, g, slope, curvature, mu = raw
-    return (m, radius, beta, g, slope, curvature, mu, 1.0 / (1.0 + beta), 1.0 / m)
+    return (m, radius, beta, g, slope, curvature, mu, 1.0 / m)
 
 
 @scalar
 def acceleration(s: float, u: Row, p: Row) -> float:
-    """``(1 + beta) v' = g sin(slope - curvature s) + force / m``: rolling turns the body, too."""
-    return p[7] * fma(p[3], sincos(fma(-p[5], s, p[4]))[0], u[0] * p[8])
+    """``(1 + beta + beta_change) v' = g sin(slope - curvature s) + force / m``.
+
+    Rolling turns the body, too.
+    """
+    pull = fma(p[3], sincos(fma(-p[5], s, p[4]))[0], u[0] * p[7])
+    return pull / (1.0 + (p[2] + u[1]))
 
 
 @scalar
@@ -59,7 +64,7 @@ def restore(y: Row) -> Row:
 
 @scalar
 def invariants(y: Row, p: Row) -> Row:
-    """Energy (1 + beta) m v^2 / 2 + m g height [J], the height 0 at s = 0.
+    """Energy (1 + beta) m v^2 / 2 + m g height [J], the height 0 at s = 0; constant without input.
 
     The path has sunk by sin(x) / x sin(slope - curvature s / 2) s there, with x = curvature s / 2.
     """

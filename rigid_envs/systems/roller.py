@@ -25,11 +25,14 @@ class Roller(System):
 
     The path of its centre descends by the angle ``slope - curvature s`` after a way s: an incline
     where the curvature is 0, else a circle of radius 1 / curvature: a valley (curvature > 0, its
-    bottom at s = slope / curvature) or a hill. ``(1 + beta) m s'' = m g sin(slope - curvature s)
-    + force``.
+    bottom at s = slope / curvature) or a hill. ``(1 + beta + beta_change) m s'' =
+    m g sin(slope - curvature s) + force``.
 
     State y = (s, v): way along the path [m], velocity [m/s].
-    Input u = (force,): along the path, at the centre [N].
+    Input u = (force, beta_change): along the path, at the centre [N]; and what is added to the
+    inertia ratio, by masses moved outwards along spokes. It is held or changes while v goes on
+    steadily; where masses move at once, it is (1 + beta + beta_change) v that is kept, the
+    momentum about the contact: then v is the caller's to change.
 
     Rolling needs friction. `contact_force` says how much, `needed_friction` which coefficient, and
     `slips` whether that exceeds `mu`; the motion itself is that without slip.
@@ -62,7 +65,7 @@ class Roller(System):
 
     _kernels: ClassVar[Any] = kernels
     state_entries: ClassVar[tuple[str, ...]] = ("s", "v")
-    input_entries: ClassVar[tuple[str, ...]] = ("force",)
+    input_entries: ClassVar[tuple[str, ...]] = ("force", "beta_change")
     components: ClassVar[Mapping[str, slice]] = {"way": slice(0, 1), "velocity": slice(1, 2)}
 
     def __post_init__(self) -> None:
@@ -74,6 +77,22 @@ class Roller(System):
         finite(self.slope, "slope", "rad")
         finite(self.curvature, "curvature", "1/m")
         non_negative(self.mu, "mu", "1")
+
+    @classmethod
+    def checked_input(cls, u: npt.ArrayLike | None) -> Array:
+        """The input u as float64 of shape (..., 2); zeros for None.
+
+        Raises:
+            ValueError: as `System.checked_input`; also a ratio made smaller than beta.
+        """
+        rows = super().checked_input(u)
+        least = float(np.min(rows[..., 1], initial=0.0))
+        if least < 0.0:
+            raise ValueError(
+                f"u holds beta_change = {least:.6g}; expected 0 or above: "
+                "let beta be the least inertia ratio, and add to it"
+            )
+        return rows
 
     def way(self, y: npt.ArrayLike) -> Array:
         """Way s along the path [m], shape (...)."""
@@ -106,10 +125,11 @@ class Roller(System):
     def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
         """Friction along the path and normal force of the ground [N], shape (..., 2).
 
-        Friction turns the body, ``-beta m s''``; the normal force carries the weight and bends the
-        path, ``m g cos(descent) + m v^2 curvature``.
+        Friction turns the body, ``-(beta + beta_change) m s''``; the normal force carries the
+        weight and bends the path, ``m g cos(descent) + m v^2 curvature``.
         """
-        friction = -self.beta * self.m * self.rhs(y, u)[..., 1]
+        ratio = self.beta + self.checked_input(u)[..., 1]
+        friction = -ratio * self.m * self.rhs(y, u)[..., 1]
         bend = self.m * self.curvature * self.velocity(y) ** 2
         normal = self.m * self.g * np.cos(self.descent(y)) + bend
         return np.stack(np.broadcast_arrays(friction, normal), axis=-1)
@@ -142,12 +162,16 @@ class Roller(System):
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
         """Rate at which the descent can change, v curvature, or of small oscillations [rad/s].
 
-        On a straight incline every step is exact and nothing limits it.
+        On a straight incline every step is exact and nothing limits it. A ratio that changes adds
+        as much to the motion as a force by which the acceleration of gravity would differ.
         """
-        push = float(np.max(np.abs(u), initial=0.0)) / self.m
-        gain = (self.g + push) / (1.0 + self.beta)
+        rows, inertia = np.abs(u), 1.0 + self.beta
+        push = float(np.max(rows[..., 0], initial=0.0)) / self.m
+        gain = (self.g + push) / inertia
         speed = float(np.max(np.abs(y[..., 1]), initial=0.0))
         swing = math.sqrt(gain * abs(self.curvature))
+        change = float(np.max(rows[..., 1], initial=0.0))
+        push += (self.g + push) * change / (inertia + change)
         # in a valley or on a hill gravity gives back what it takes: 4 g / curvature at most
-        fall = 2.0 * swing + push / (1.0 + self.beta) * duration * abs(self.curvature)
+        fall = 2.0 * swing + push / inertia * duration * abs(self.curvature)
         return max(speed * abs(self.curvature) + fall, swing)

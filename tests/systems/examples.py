@@ -55,8 +55,10 @@ def upright(rng, lean, lead):
 
 
 def inputs(system, rng, *lead):
-    """Inputs of shape (*lead, n_input), near 1; plates are tilted gently."""
+    """Inputs of shape (*lead, n_input), near 1; plates are tilted gently, ratios increased."""
     u = rng.uniform(-1.0, 1.0, (*lead, len(system.input_entries)))
     if system is PLATE:
         u[..., 2:] *= 0.2
+    elif system is ROLLER:
+        u[..., 1] = np.abs(u[..., 1])
     return u

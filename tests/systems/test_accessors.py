@@ -1,5 +1,7 @@
 """Named quantities of a state, against their definitions in plain NumPy and SciPy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -196,6 +198,12 @@ def test_the_path_of_the_roller_is_the_integral_of_its_descent():
         z = quad(lambda w: -np.sin(0.4 - 0.3 * w), 0.0, s, epsabs=1e-14)[0]
         np.testing.assert_allclose(ROLLER.place(y), (x, z), rtol=0, atol=1e-14)
         assert ROLLER.turn(y) == pytest.approx(s / 0.7, rel=1e-15)
+
+
+def test_friction_turns_a_roller_of_larger_ratio_harder():
+    y, heavier = states(ROLLER, np.random.default_rng(20), 20), replace(ROLLER, beta=0.8)
+    found, expected = ROLLER.contact_force(y, (0.3, 0.35)), heavier.contact_force(y, (0.3, 0.0))
+    np.testing.assert_allclose(found, expected, rtol=1e-14)
 
 
 def test_the_critical_spin_is_the_sleeping_threshold():

@@ -225,7 +225,7 @@ def test_steps_outside_the_stability_envelope_are_refused_with_the_remedy():
         (COIN, {"steer_rate": 6.0}, None),
         (COIN, {"roll_rate": 6.0}, None),
         (ROLLER, {"velocity": 20.0}, None),
-        (ROLLER, {}, (5000.0,)),
+        (ROLLER, {}, (5000.0, 0.0)),
     ],
 )
 def test_what_rolls_fast_or_is_pushed_hard_needs_short_steps(system, components, u):
@@ -260,6 +260,11 @@ def test_a_disk_that_falls_flat_within_a_step_is_refused(n_substeps):
 def test_the_largest_step_must_be_a_positive_time(system, max_step):
     with pytest.raises(ValueError, match=f"max_step = {max_step}; expected a positive"):
         system.simulate(system.state(), [0.0, 1.0], max_step=max_step)
+
+
+def test_a_ratio_below_the_rollers_own_is_refused():
+    with pytest.raises(ValueError, match=r"beta_change = -0\.1; expected 0 or above"):
+        ROLLER.rhs(ROLLER.state(), [(0.0, 0.2), (0.0, -0.1)])
 
 
 @pytest.mark.parametrize(

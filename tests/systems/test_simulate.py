@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from rigid_envs.analytic import roller
 from rigid_envs.systems import FreeBody, HeavyTop, RollingBall, Trajectory
-from tests.systems.examples import BODY, SYSTEMS, TOP, inputs, name_of, states
+from tests.systems.examples import BODY, ROLLER, SYSTEMS, TOP, inputs, name_of, states
 
 EPS = np.finfo(np.float64).eps
 each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
@@ -17,6 +18,13 @@ def fixed_axis():
     """A body turning about e3 only: omega3 and the angle are integrals of the torque."""
     body = FreeBody(1.0, 1.0, 2.0)
     return body, body.state(omega_body=(0.0, 0.0, 0.3))
+
+
+def wave(system, rate):
+    """Inputs that change with time, each in a phase of its own."""
+    phase = np.arange(len(system.input_entries))
+    level = np.array([0.0, 0.5]) if system is ROLLER else 0.0  # a ratio is only increased
+    return lambda s: level + 0.5 * np.sin(rate * s + phase)
 
 
 @each_system
@@ -139,12 +147,7 @@ def test_backwards_in_time_undoes_forwards(system):
 
 @each_system
 def test_a_function_of_time_is_undone_backwards_too(system):
-    y = states(system, np.random.default_rng(9))
-    n = len(system.input_entries)
-
-    def u(s):
-        return 0.5 * np.cos(3.0 * s + np.arange(n))
-
+    y, u = states(system, np.random.default_rng(9)), wave(system, 3.0)
     forth = system.simulate(y, [0.0, 1.0], u, max_step=0.02).y[-1]
     np.testing.assert_allclose(
         system.simulate(forth, [1.0, 0.0], u, max_step=0.02).y[-1], y, rtol=0, atol=2000 * EPS
@@ -205,11 +208,7 @@ def test_an_acceleration_of_time_moves_the_pivot_to_fourth_order():
 
 @each_system
 def test_the_default_step_resolves_a_function_of_time(system):
-    y, n = states(system, np.random.default_rng(10)), len(system.input_entries)
-
-    def u(s):
-        return 0.5 * np.sin(2.0 * s + np.arange(n))
-
+    y, u = states(system, np.random.default_rng(10)), wave(system, 2.0)
     found = system.simulate(y, [0.0, 4.0], u).y[-1]
     fine = system.simulate(y, [0.0, 4.0], u, max_step=4.0 / 16000).y[-1]
     # 2000 steps of 0.002 s: h^4 times fourth derivatives of some ten, and roundings.
@@ -227,6 +226,15 @@ def test_the_default_step_leaves_nothing_to_gain_from_a_shorter_one(system):
         fine = system.simulate(y, t, held, max_step=1.0 / 512.0 / rate)
         # Stated: a truncation error near 1e-11 per radian, here of some 20 to 50 radians.
         np.testing.assert_allclose(found.y, fine.y, rtol=0, atol=1e-9)
+
+
+def test_a_roller_whose_ratio_is_increased_swings_as_one_of_that_ratio():
+    t, bottom = np.linspace(0.0, 15.0, 31), 0.4 / 0.3
+    motion = ROLLER.simulate((bottom + 2.0, -1.0), t, (0.0, 0.35))
+    place, speed = roller.valley(t, 2.0, -1.0, curvature=0.3, beta=0.8, g=9.5)
+    # Stated: 1e-11 per radian, some 10 of them, at places of 3 m.
+    np.testing.assert_allclose(motion["way"] - bottom, place, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(motion["velocity"], speed, rtol=0, atol=1e-9)
 
 
 def test_a_trajectory_knows_which_names_it_has():

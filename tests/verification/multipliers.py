@@ -171,7 +171,7 @@ def roller_in_valley(roller: Roller, z: Array, u: Array) -> Held:
     along_t = np.cross(down_t, E_Y)
     lever_t = roller.radius * (np.cross(down_t, along) + np.cross(down, along_t))
     drift = np.array([-v @ along_t - omega @ lever_t, -v @ down_t, 0.0, 0.0, 0.0])
-    inertia = roller.beta * roller.m * roller.radius**2 * np.eye(3)
+    inertia = (roller.beta + u[1]) * roller.m * roller.radius**2 * np.eye(3)
     force = u[0] * along - roller.m * roller.g * E_Z
     found, forces = accelerations(
         roller.m, inertia, omega, np.concatenate([force, np.zeros(3)]), rows, drift

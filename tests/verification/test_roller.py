@@ -100,7 +100,7 @@ def swinging(system, seed):
 @pytest.mark.parametrize("system", [VALLEY, HILL], ids=["valley", "hill"])
 def test_random_forces_agree_with_newtons_law(system, seed):
     y, rng = swinging(system, seed)
-    u = rng.uniform(-3.0, 3.0, (20, 1))
+    u = rng.uniform((-3.0, 0.0), (3.0, 0.6), (20, 2))
     (x, z), descent = system.place(y), float(system.descent(y))
     # The middle of the circle lies over s = 0 along the normal there.
     middle = np.array([math.sin(system.slope), 0.0, math.cos(system.slope)]) / system.curvature
@@ -124,7 +124,7 @@ def test_random_forces_agree_with_newtons_law(system, seed):
 @pytest.mark.parametrize("system", [VALLEY, HILL], ids=["valley", "hill"])
 def test_the_energy_grows_by_the_power_of_the_force(system, seed):
     y, rng = swinging(system, 100 + seed)
-    u, h = rng.normal(size=1), 1e-3
+    u, h = np.array([rng.normal(), 0.0]), 1e-3
     near = np.array([system.advance(y, u, k * h) if k else y for k in (-2, -1, 0, 1, 2)])
     # h^4 / 30 times fifth derivatives, and roundings of 10 J over h.
     assert slope(system.energy(near), h) == pytest.approx(u[0] * y[1], abs=1e-10)
@@ -144,11 +144,15 @@ def test_a_block_needs_no_friction_and_a_push_at_the_centre_needs_some():
     block, wheel = Roller(beta=0.0, slope=0.7, mu=0.0), Roller(m=2.0, beta=0.5, mu=0.1)
     assert not block.slips(block.state())
     # F beta / (1 + beta) of a push F on level ground, backwards.
-    friction, normal = wheel.contact_force(wheel.state(), [6.0])
+    friction, normal = wheel.contact_force(wheel.state(), [6.0, 0.0])
     assert friction == pytest.approx(-2.0, rel=4 * EPS)
-    assert wheel.needed_friction(wheel.state(), [6.0]) == pytest.approx(2.0 / normal, rel=4 * EPS)
-    assert wheel.slips(wheel.state(), [6.0])
-    np.testing.assert_array_equal(wheel.slips(np.zeros((3, 2)), [[0.0], [5.0], [6.0]]), [0, 0, 1])
+    assert wheel.needed_friction(wheel.state(), [6.0, 0.0]) == pytest.approx(
+        2.0 / normal, rel=4 * EPS
+    )
+    assert wheel.slips(wheel.state(), [6.0, 0.0])
+    np.testing.assert_array_equal(
+        wheel.slips(np.zeros((3, 2)), [[0.0, 0.0], [5.0, 0.0], [6.0, 0.0]]), [0, 0, 1]
+    )
 
 
 @pytest.mark.parametrize(
@@ -176,10 +180,10 @@ def test_at_the_bottom_of_a_valley_the_ground_carries_more_than_the_weight():
 
 
 def pushed(t):
-    return (math.cos(3.0 * t),)
+    return math.cos(3.0 * t), 0.1 + 0.1 * math.sin(2.0 * t)
 
 
-@pytest.mark.parametrize("u", [None, (0.7,), pushed])
+@pytest.mark.parametrize("u", [None, (0.7, 0.2), pushed])
 def test_the_measured_order_is_four(u):
     y, t = VALLEY.state(way=0.2, velocity=1.0), np.linspace(0.0, 3.2, 5)
     fine = VALLEY.simulate(y, t, u, max_step=0.001).y[-1]

@@ -54,7 +54,7 @@ MIRRORED = {
     ),
     DISK: Symmetry((*FLIPPED, -1.0, 1.0, -1.0, 1.0, -1.0), (-1.0, 1.0, -1.0)),
     COIN: Symmetry((*FLIPPED, 1.0, -1.0, -1.0, -1.0), (-1.0, -1.0)),
-    ROLLER: Symmetry((-1.0, -1.0), (-1.0,), (("slope", -1.0),)),
+    ROLLER: Symmetry((-1.0, -1.0), (-1.0, 1.0), (("slope", -1.0),)),
 }
 REVERSED = {
     BALL: Symmetry(
@@ -64,7 +64,7 @@ REVERSED = {
     ),
     DISK: Symmetry((*SAME, -1.0, -1.0, -1.0, 1.0, 1.0), (1.0, 1.0, 1.0)),
     COIN: Symmetry((*SAME, 1.0, 1.0, -1.0, -1.0), (1.0, 1.0)),
-    ROLLER: Symmetry((1.0, -1.0), (1.0,)),
+    ROLLER: Symmetry((1.0, -1.0), (1.0, 1.0)),
 }
 # Four times as large takes twice the time in the same gravity.
 LARGER = {
@@ -86,13 +86,13 @@ LARGER = {
         (("radius", 4.0), ("I1", 16.0), ("I3", 16.0)),
         2.0,
     ),
-    ROLLER: Symmetry((4.0, 2.0), (1.0,), (("radius", 4.0), ("curvature", 0.25)), 2.0),
+    ROLLER: Symmetry((4.0, 2.0), (1.0, 1.0), (("radius", 4.0), ("curvature", 0.25)), 2.0),
 }
 HEAVIER = {
     BALL: Symmetry((1.0,) * 13, (3.0, 3.0, 1.0, 1.0), (("m", 3.0),)),
     DISK: Symmetry((1.0,) * 9, (3.0,) * 3, (("m", 3.0), ("I1", 3.0), ("I3", 3.0))),
     COIN: Symmetry((1.0,) * 8, (3.0,) * 2, (("m", 3.0), ("I1", 3.0), ("I3", 3.0))),
-    ROLLER: Symmetry((1.0,) * 2, (3.0,), (("m", 3.0),)),
+    ROLLER: Symmetry((1.0,) * 2, (3.0, 1.0), (("m", 3.0),)),
 }
 
 
@@ -114,6 +114,8 @@ def start(system, seed):
         y[6] += 6.0
     elif system is COIN:
         y[:4] = system.attitude(phi, psi)
+    elif system is ROLLER:
+        u[:, 1] = np.abs(u[:, 1])
     return y, u, rng
 
 

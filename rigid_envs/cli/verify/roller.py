@@ -24,6 +24,7 @@ SUBJECT = Subject("roller", "a wheel that rolls on an incline or in a valley")
 
 _ROLLER = Roller(m=1.1, radius=0.7, beta=0.45, g=9.5, slope=0.4, curvature=0.3, mu=0.6)
 _Y, _U = examples(_ROLLER, 20)
+_U[:, 1] = np.abs(_U[:, 1])  # ratios are only increased
 _FAR, _PUSHED = 4.0 * _Y, 4.0 * _U  # all round the circle
 _UP = np.array([0.0, 1.0])
 
@@ -43,7 +44,7 @@ def motions_obey_dalemberts_principle() -> float:
     """(m x'' - m g) . dx + I turn'' dturn = force ds, with dturn = ds / r."""
     around = window(_ROLLER, _FAR, _PUSHED)
     push = 1.1 * (around.acceleration(_ROLLER.place(around.y)) + 9.5 * _UP)
-    turn = 0.45 * 1.1 * 0.7**2 * around.acceleration(_ROLLER.turn(around.y))
+    turn = (0.45 + _PUSHED[:, 1]) * 1.1 * 0.7**2 * around.acceleration(_ROLLER.turn(around.y))
     return largest(np.sum(push * _along(_FAR), axis=-1) + turn / 0.7 - _PUSHED[:, 0])
 
 
@@ -109,8 +110,9 @@ law_of_order(SUBJECT, _ROLLER, _Y, _U, 2.5)
 def the_contact_force_makes_the_balance() -> float:
     """C = m x'' - m g - force, and r times its part along the path turns the wheel back."""
     around, along = window(_ROLLER, _FAR, _PUSHED), _along(_FAR)
-    force = 1.1 * (around.acceleration(_ROLLER.place(around.y)) + 9.5 * _UP) - _PUSHED * along
-    turn = 0.45 * 1.1 * 0.7**2 * around.acceleration(_ROLLER.turn(around.y))
+    force = 1.1 * (around.acceleration(_ROLLER.place(around.y)) + 9.5 * _UP)
+    force -= _PUSHED[:, :1] * along
+    turn = (0.45 + _PUSHED[:, 1]) * 1.1 * 0.7**2 * around.acceleration(_ROLLER.turn(around.y))
     friction, normal = np.moveaxis(_ROLLER.contact_force(_FAR, _PUSHED), -1, 0)
     across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     found = friction[:, None] * along + normal[:, None] * across
