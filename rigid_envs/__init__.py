@@ -16,14 +16,21 @@ __version__ = "0.1.0"
 
 ENVIRONMENTS = {
     "RigidEnvs/IntermediateAxis-v0": ("rigid_envs.tasks:IntermediateAxis", 300),
+    "RigidEnvs/IntermediateAxisRandom-v0": ("rigid_envs.tasks:IntermediateAxisRandom", 300),
+    "RigidEnvs/IntermediateAxisSingle-v0": ("rigid_envs.tasks:IntermediateAxisSingle", 300),
+    "RigidEnvs/SpinCapture-v0": ("rigid_envs.tasks:SpinCapture", 600),
+    "RigidEnvs/AxisFlip-v0": ("rigid_envs.tasks:AxisFlip", 250),
+    "RigidEnvs/Detumble-v0": ("rigid_envs.tasks:Detumble", 50),
+    "RigidEnvs/Reorient-v0": ("rigid_envs.tasks:Reorient", 200),
     "RigidEnvs/SleepingTop-v0": ("rigid_envs.tasks:SleepingTop", 300),
     "RigidEnvs/BallPark-v0": ("rigid_envs.tasks:BallPark", 100),
     "RigidEnvs/BallParkGoal-v0": ("rigid_envs.tasks:BallParkGoal", 100),
     "RigidEnvs/BallGrid-v0": ("rigid_envs.tasks:BallGrid", 50),
+    "RigidEnvs/RollPump-v0": ("rigid_envs.tasks:RollPump", 400),
 }
 """Every id with its task and its time limit in steps."""
 
-_GOALS = {"RigidEnvs/BallParkGoal-v0"}
+_GOALS = {"RigidEnvs/BallParkGoal-v0", "RigidEnvs/Reorient-v0"}
 """Ids that are goal environments."""
 
 

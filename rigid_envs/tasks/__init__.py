@@ -4,21 +4,34 @@ A task is a frozen dataclass of hyperparameters over a physical system, with a f
 functions of one row; `rigid_envs.core` runs it. `TASKS` names them all.
 """
 
+from rigid_envs.tasks.axis_flip import AxisFlip
 from rigid_envs.tasks.ball_grid import BallGrid
 from rigid_envs.tasks.ball_park import BallPark
 from rigid_envs.tasks.ball_park_goal import BallParkGoal
 from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.detumble import Detumble
 from rigid_envs.tasks.fields import ConfigError
-from rigid_envs.tasks.intermediate_axis import IntermediateAxis
+from rigid_envs.tasks.intermediate_axis import IntermediateAxis, IntermediateAxisRandom
+from rigid_envs.tasks.intermediate_axis_single import IntermediateAxisSingle
+from rigid_envs.tasks.reorient import Reorient
+from rigid_envs.tasks.roll_pump import RollPump
 from rigid_envs.tasks.sleeping_top import SleepingTop
+from rigid_envs.tasks.spin_capture import SpinCapture
 
 __all__ = [
+    "AxisFlip",
     "BallGrid",
     "BallPark",
     "BallParkGoal",
     "ConfigError",
+    "Detumble",
     "Entry",
     "IntermediateAxis",
+    "IntermediateAxisRandom",
+    "IntermediateAxisSingle",
+    "Reorient",
+    "RollPump",
     "SleepingTop",
+    "SpinCapture",
     "Task",
 ]

@@ -1,0 +1,199 @@
+"""Climb out of a valley by changing the inertia ratio of what rolls in it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from rigid_envs.kernels import episode, randoms, roller
+from rigid_envs.kernels.actions import clip_to_interval
+from rigid_envs.kernels.algebra import Row
+from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.elementary import select, sincos
+from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.systems import Roller
+from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, span
+
+__all__ = ["RollPump"]
+
+_FAST = 5.0  # speeds in units of sqrt(g / curvature) are observed no further than this
+_CHANGE, _RIM, _HEIGHT, _START = range(2, 6)  # constants after the two weights
+
+
+@scalar
+def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+    """At rest on either side: the angle uniform between half of the largest and the largest."""
+    side = select(randoms.uniform(stream, 0) < 0.5, -1.0, 1.0)
+    angle = c[_START] * (0.5 + 0.5 * randoms.uniform(stream, 1))
+    return (side * angle / p[5], 0.0), (0.0,)
+
+
+@scalar
+def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+    """The new ratio, at once: (1 + beta) v, the momentum about the contact, stays what it is."""
+    change = 0.5 * c[_CHANGE] * (1.0 + a[0])
+    v = y[1] * ((1.0 + (p[2] + memo[0])) / (1.0 + (p[2] + change)))
+    return (y[0], v), (0.0, change)
+
+
+@scalar
+def judge(
+    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
+) -> tuple[Row, Row, float, bool, bool]:
+    """Energy that is still missing, and whether the rim is passed; the ratio is remembered."""
+    sine, _ = sincos(0.5 * p[5] * y[0])
+    height = 2.0 * sine * sine  # in radii of the valley
+    kinetic = 0.5 * (1.0 + (p[2] + u[1])) * y[1] * y[1] * p[5] / p[3]
+    over = abs(p[5] * y[0]) >= c[_RIM]
+    missing = max(1.0 - (height + kinetic) / c[_HEIGHT], 0.0)
+    return (u[1],), (-min(missing, 1.0), select(over, 1.0, 0.0)), dt, over, over
+
+
+@scalar
+def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+    """Angle from the bottom, velocity in sqrt(g / curvature), and what is added to the ratio."""
+    angle, v = p[5] * y[0], y[1] * math.sqrt(p[5] / p[3])
+    return (
+        min(max(angle, -math.pi), math.pi),
+        min(max(v, -_FAST), _FAST),
+        min(memo[0] / c[_CHANGE], 1.0),
+    )
+
+
+SHAPES = Shapes(*roller.SHAPES, (1.0,) * 7, (0.0,), (0.0,), (0.0,) * 6)
+
+
+@kernel
+def step(memory: Memory, first_block: int, last_block: int) -> int:
+    """`episode.step` of this task."""
+    return episode.step(
+        roller.step,
+        roller.restore,
+        roller.WEIGHTS,
+        clip_to_interval,
+        actuate,
+        judge,
+        observe,
+        SHAPES,
+        memory,
+        first_block,
+        last_block,
+    )
+
+
+@kernel
+def reset(memory: Memory, rows: Array, mode: int) -> None:
+    """`episode.reset` of this task."""
+    episode.reset(roller.derive, start, observe, SHAPES, memory, rows, mode)
+
+
+@dataclass(frozen=True)
+class RollPump(Task):
+    """Roll out of a valley with nothing to push: only the inertia ratio can be changed.
+
+    A roller in a circular valley, ``(1 + beta) s'' = -g sin(curvature s)``, changes its ratio
+    beta = I / (m r^2) between that of a solid sphere (2/5) and that of a hoop (1) by moving masses
+    along its spokes. That acts at once and keeps the momentum about the contact, (1 + beta) v: a
+    smaller ratio at full speed costs work and gives energy, a larger one at rest costs nothing.
+    The episode ends when the rim is passed, which takes several swings.
+
+    What pays at once leads nowhere: energy comes from making the ratio smaller, and there is an
+    end to that; to make it larger again, without losing what was won, one must wait until the
+    roller stands still. From one turning point to the next, with P = (1 + beta) v,
+    ``d(P^2)/ds = -2 (1 + beta) g sin(curvature s)`` shows that the height grows by
+    ``(1 + beta_hi) / (1 + beta_lo)`` = 10/7 at most, whatever is done, and by just that where the
+    ratio is large on the way down and small on the way up. See `least_passes`.
+
+    Reward: ``shortfall`` = E / E_rim - 1, from -1 to 0, with E the energy above the bottom and
+    E_rim that of rest on the rim; and ``over`` = 1 in the step that passes the rim. Success: the
+    rim is passed.
+
+    Attributes:
+        m: mass [kg].
+        radius: rolling radius [m].
+        beta: least inertia ratio I / (m radius^2).
+        g: gravitational acceleration [m/s^2].
+        slope: 0, so that s is counted from the bottom [rad].
+        curvature: of the path of the centre, 1 over its radius [1/m].
+        mu: coefficient of static friction; the motion is that without slip.
+        beta_change: what can be added to the inertia ratio.
+        rim: angle of the rim from the bottom, at the centre of the valley [rad].
+        start_part: largest angle at the start, as a part of that of the rim; the least is half.
+        weight_shortfall: weight of ``shortfall``.
+        weight_over: weight of ``over``.
+
+    Source: Tea & Falk 1968, "Pumping on a swing", American Journal of Physics 36, for the swing
+    whose length is changed in this way.
+    """
+
+    rotation: str = setting("none", Choice("a roller is observed without attitude", ("none",)))
+    m: Range = physical(1.0, "mass", "kg")
+    radius: Range = physical(1.0, "rolling radius", "m")
+    beta: Range = physical(0.4, "least inertia ratio", "1")
+    g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
+    slope: float = setting(0.0, Number("angle at s = 0: the bottom", "rad", 0.0, 0.0))
+    curvature: Range = physical(0.2, "curvature of the path of the centre", "1/m")
+    mu: Range = physical(1.0, "coefficient of static friction", "1")
+    beta_change: float = setting(0.6, Number("largest addition to the ratio", "1", 1e-3, 1e3))
+    rim: float = setting(1.2, Number("angle of the rim", "rad", 1e-2, 3.1))
+    start_part: float = setting(0.3, Number("largest start / rim", "1", 1e-3, 0.99))
+    weight_shortfall: float = setting(0.02, Number("weight of missing energy", "1", -1e3, 1e3))
+    weight_over: float = setting(10.0, Number("weight of success", "1", -1e3, 1e3))
+
+    system_type: ClassVar = Roller
+    shapes: ClassVar = SHAPES
+    step: ClassVar = staticmethod(step)
+    reset: ClassVar = staticmethod(reset)
+    terms: ClassVar = ("shortfall", "over")
+    cost_unit: ClassVar = "time [s]"
+    memo_names: ClassVar = ("beta_change",)
+
+    def constants(self) -> tuple[float, ...]:
+        """Weights, change of the ratio, angle and height of the rim, start."""
+        return (
+            self.weight_shortfall,
+            self.weight_over,
+            self.beta_change,
+            self.rim,
+            1.0 - math.cos(self.rim),
+            self.start_part * self.rim,
+        )
+
+    def actions(self) -> tuple[Entry, ...]:
+        """What is added to the ratio: -1 nothing, 1 all."""
+        return (Entry("beta_change", "1", "-1: 0", 0.0, self.beta_change),)
+
+    def features(self) -> tuple[Entry, ...]:
+        """Angle, velocity, and what is added to the ratio."""
+        return (
+            Entry("curvature s", "rad", "path", -math.pi, math.pi),
+            Entry("v sqrt(curvature / g)", "1", "path", -_FAST, _FAST),
+            Entry("beta_change / largest", "1", "body", 0.0, 1.0),
+        )
+
+    def largest_rate(self) -> float:
+        """Through the bottom at most as fast as from the rim, the ratio then made least."""
+        swing = span(self.g)[1] * span(self.curvature)[1]
+        low = 1.0 + span(self.beta)[0]
+        share = (low + self.beta_change) / low  # of height, gained in one pass
+        return math.sqrt(swing / low * max(1.0, 2.0 * (1.0 - math.cos(self.rim)) * share))
+
+    def least_passes(self, y: Array) -> Array:
+        """Passes through the bottom that a roller at rest in y needs before it can be over the rim.
+
+        The least n with h ((1 + beta_hi) / (1 + beta_lo))^n >= h_rim: no way needs fewer.
+
+        Args:
+            y: states of rest, shape (..., 2).
+
+        Returns:
+            Whole numbers, shape (...).
+        """
+        low = 1.0 + span(self.beta)[0]
+        height = 1.0 - np.cos(span(self.curvature)[0] * y[..., 0])
+        gain = math.log((low + self.beta_change) / low)
+        return np.asarray(np.ceil(np.log((1.0 - math.cos(self.rim)) / height) / gain))

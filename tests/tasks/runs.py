@@ -1,0 +1,67 @@
+"""Whole episodes of many rows under a policy: what came of them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.envs import RigidVectorEnv
+
+Array = npt.NDArray[np.float64]
+Policy = Callable[[RigidVectorEnv], Array]
+
+
+@dataclass(frozen=True)
+class Runs:
+    """One episode of each of N rows.
+
+    Attributes:
+        success: whether the last step was a success, (N,).
+        cost: sum of ``info["cost"]``, (N,).
+        reward: sum of rewards, (N,).
+        steps: number of steps, (N,).
+        y: states from the first to the last, (T + 1, N, n_state); after the end of a row, its last.
+    """
+
+    success: npt.NDArray[np.bool_]
+    cost: Array
+    reward: Array
+    steps: npt.NDArray[np.int64]
+    y: Array
+
+
+def run(env_id: str, policy: Policy, n: int = 200, seed: int = 0, **config: Any) -> Runs:
+    """One episode of n rows, seeded seed .. seed + n - 1, under actions ``policy(envs)``."""
+    envs = gym.make_vec(
+        f"RigidEnvs/{env_id}-v0", num_envs=n, vectorization_mode="vector_entry_point", **config
+    ).unwrapped
+    envs.reset(seed=seed)
+    success, alive = np.zeros(n, dtype=bool), np.ones(n, dtype=bool)
+    cost, reward, steps = np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)
+    y = [envs.y]
+    while alive.any():
+        actions = np.asarray(policy(envs), dtype=np.float32)
+        _, rewards, terminated, truncated, infos = envs.step(actions)
+        assert not infos["physics_error"].any()
+        cost += np.where(alive, infos["cost"], 0.0)
+        reward += np.where(alive, rewards, 0.0)
+        steps += alive
+        y.append(np.where(alive[:, None], envs.y, y[-1]))
+        ended = alive & (terminated | truncated)
+        success[ended] = infos["is_success"][ended]
+        alive &= ~ended
+    return Runs(success, cost, reward, steps, np.stack(y))
+
+
+def still(envs: RigidVectorEnv) -> Array:
+    """No action."""
+    return np.zeros(envs.action_space.shape)
+
+
+def at_random(seed: int = 0) -> Policy:
+    """Actions uniform in the box, anew in every step."""
+    rng = np.random.default_rng(seed)
+    return lambda envs: rng.uniform(-1.0, 1.0, envs.action_space.shape)
