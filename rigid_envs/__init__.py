@@ -21,7 +21,7 @@ ENVIRONMENTS = {
     "RigidEnvs/SpinCapture-v0": ("rigid_envs.tasks:SpinCapture", 600),
     "RigidEnvs/AxisFlip-v0": ("rigid_envs.tasks:AxisFlip", 250),
     "RigidEnvs/Detumble-v0": ("rigid_envs.tasks:Detumble", 50),
-    "RigidEnvs/Reorient-v0": ("rigid_envs.tasks:Reorient", 200),
+    "RigidEnvs/Reorient-v0": ("rigid_envs.tasks:Reorient", 100),
     "RigidEnvs/SleepingTop-v0": ("rigid_envs.tasks:SleepingTop", 300),
     "RigidEnvs/BallPark-v0": ("rigid_envs.tasks:BallPark", 100),
     "RigidEnvs/BallParkGoal-v0": ("rigid_envs.tasks:BallParkGoal", 100),

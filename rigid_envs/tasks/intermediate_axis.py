@@ -14,9 +14,10 @@ from rigid_envs.kernels.elementary import select
 from rigid_envs.kernels.layout import Memory, Shapes
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
-from rigid_envs.tasks.fields import ConfigError, Number, Range, physical, setting, span
+from rigid_envs.tasks.fields import Number, Range, physical, setting
+from rigid_envs.tasks.moments import check_order
 
-__all__ = ["IntermediateAxis"]
+__all__ = ["IntermediateAxis", "IntermediateAxisRandom"]
 
 _FAST = 20.0  # target rates; observed no further than this
 _RATE, _TORQUE, _TOLERANCE, _HOLD, _SPREAD = range(2, 7)  # constants after the two weights
@@ -140,10 +141,7 @@ class IntermediateAxis(Task):
 
     def _check_parameters(self) -> None:
         super()._check_parameters()
-        if not span(self.I1)[1] < span(self.I2)[0]:
-            raise ConfigError(f"config.I1: {self.I1} is not below I2 = {self.I2}; expected I1 < I2")
-        if not span(self.I2)[1] < span(self.I3)[0]:
-            raise ConfigError(f"config.I3: {self.I3} is not above I2 = {self.I2}; expected I2 < I3")
+        check_order((self.I1, self.I2, self.I3))
 
     def constants(self) -> tuple[float, ...]:
         """Weights, target rate, torque, tolerance, hold, start."""
@@ -168,3 +166,35 @@ class IntermediateAxis(Task):
     def largest_rate(self) -> float:
         """Target rate and perturbation together."""
         return self.spin_rate + self.start_spread
+
+
+@dataclass(frozen=True)
+class IntermediateAxisRandom(IntermediateAxis):
+    """Hold spin about the intermediate axis e2 of a body that is drawn anew in every episode.
+
+    `IntermediateAxis` with moments that are not known: a law must hold bodies whose spin escapes
+    slowly, at 0.23 Omega, and others that escape more than twice as fast, at 0.52 Omega. The
+    ranges are as wide as they can be around I1 : I2 : I3 = 1.15 : 1.9 : 2.5 without two axes
+    changing places or a moment exceeding the sum of the others. Every start can be held by the
+    torque there is. The drawn moments are observed with `observe_params`.
+
+    Reward, success and all else are those of `IntermediateAxis`.
+
+    Attributes:
+        I1: range of the least principal moment [kg m^2].
+        I2: range of the middle principal moment [kg m^2].
+        I3: range of the largest principal moment [kg m^2].
+        spin_rate: target rate Omega [rad/s].
+        torque: largest torque about each axis [N m].
+        start_spread: radius of the ball of perturbations of omega at the start [rad/s].
+        tolerance: largest spin error of a success, as a part of Omega.
+        hold: time for which the error must have been small [s].
+        weight_spin: weight of ``spin``.
+        weight_effort: weight of ``effort``.
+
+    Source: Landau & Lifshitz, *Mechanics*, section 37.
+    """
+
+    I1: Range = physical((1.0, 1.3), "least principal moment", "kg m^2")
+    I2: Range = physical((1.7, 2.1), "middle principal moment", "kg m^2")
+    I3: Range = physical((2.3, 2.7), "largest principal moment", "kg m^2")

@@ -1,0 +1,175 @@
+"""Align a spin with the unstable intermediate axis by one torque about another axis."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from rigid_envs.kernels import episode, free_body, randoms
+from rigid_envs.kernels.actions import clip_to_interval
+from rigid_envs.kernels.algebra import Row
+from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.elementary import atan2, select
+from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.systems import FreeBody
+from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
+from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
+from rigid_envs.tasks.moments import check_order, fastest, spun_up
+
+__all__ = ["IntermediateAxisSingle"]
+
+_FAST = 20.0  # target rates; observed no further than this
+_STEPS = 300  # time limit of the registered environment, for which rates are bounded
+_RATE, _TORQUE, _TOLERANCE, _HOLD, _SPREAD = range(2, 7)  # constants after the two weights
+
+
+@scalar
+def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+    """Spin Omega about e2 and a perturbation uniform in a ball; attitude uniform on SO(3)."""
+    rate, spread = c[_RATE], c[_SPREAD]
+    a, b, d = randoms.in_ball(stream, 0)
+    q = randoms.quaternion(stream, 1 << 20)
+    return (*q, spread * a, spread * b + rate, spread * d), (0.0,)
+
+
+@scalar
+def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+    """Torque about e3."""
+    return y, (0.0, 0.0, c[_TORQUE] * a[0])
+
+
+@scalar
+def judge(
+    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
+) -> tuple[Row, Row, float, bool, bool]:
+    """Angle from e2 to the axis of spin, torque, and for how long the angle has been small."""
+    torque, tolerance, hold = c[_TORQUE], c[_TOLERANCE], c[_HOLD]
+    angle = atan2(math.sqrt(y[4] * y[4] + y[6] * y[6]), y[5])
+    share = u[2] * (1.0 / torque)
+    held = select(angle < tolerance, memo[0] + 1.0, 0.0)
+    terms = (1.0 / (1.0 + 10.0 * angle), -share * share)
+    return (held,), terms, dt * abs(u[2]), held * dt >= hold * (1.0 - 1e-9), False
+
+
+@scalar
+def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+    """Angular velocity in target rates."""
+    s = 1.0 / c[_RATE]
+    return (
+        min(max(s * y[4], -_FAST), _FAST),
+        min(max(s * y[5], -_FAST), _FAST),
+        min(max(s * y[6], -_FAST), _FAST),
+    )
+
+
+SHAPES = Shapes(*free_body.SHAPES, (1.0,) * 3, (0.0,), (0.0,), (0.0,) * 7)
+
+
+@kernel
+def step(memory: Memory, first_block: int, last_block: int) -> int:
+    """`episode.step` of this task."""
+    return episode.step(
+        free_body.step,
+        free_body.restore,
+        free_body.WEIGHTS,
+        clip_to_interval,
+        actuate,
+        judge,
+        observe,
+        SHAPES,
+        memory,
+        first_block,
+        last_block,
+    )
+
+
+@kernel
+def reset(memory: Memory, rows: Array, mode: int) -> None:
+    """`episode.reset` of this task."""
+    episode.reset(free_body.derive, start, observe, SHAPES, memory, rows, mode)
+
+
+@dataclass(frozen=True)
+class IntermediateAxisSingle(Task):
+    """Align the spin with the unstable intermediate axis e2 by a torque about e3 alone.
+
+    Without control the spin leaves e2 at the rate ``Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))``
+    and flips over. One torque is enough to hold it there: ``u3 = eps omega1 omega2 - k omega3``
+    makes e2 stable if and only if ``eps > I2 - I1``, as it then turns the sign of the gyroscopic
+    term of ``I3 omega3' = (I1 - I2) omega1 omega2 + u3``. The rate of the spin is not free: under
+    any u3 the sum ``I1 (I3 - I1) omega1^2 + I2 (I3 - I2) omega2^2`` is constant, so only the
+    direction of the spin is asked for. Bounded torque can hold the unstable mode only near the
+    axis: for the default body while abs(omega1 - sqrt(3) omega3) < 0.45; the start stays inside.
+
+    Reward: ``axis`` = 1 / (1 + 10 angle) with the angle from e2 to omega, and ``effort`` =
+    -(tau3 / torque)^2. Success: angle below `tolerance` throughout the last `hold` seconds.
+
+    The torque could spin the body up about e3 to 10 rad/s before the time limit, hence two
+    integrator steps per control period.
+
+    Attributes:
+        I1: least principal moment [kg m^2].
+        I2: middle principal moment [kg m^2].
+        I3: largest principal moment [kg m^2].
+        spin_rate: rate Omega about e2 at the start, but for the perturbation [rad/s].
+        torque: largest torque about e3 [N m].
+        start_spread: radius of the ball of perturbations of omega at the start [rad/s].
+        tolerance: largest angle between spin and e2 of a success [rad].
+        hold: time for which the angle must have been small [s].
+        weight_axis: weight of ``axis``.
+        weight_effort: weight of ``effort``.
+
+    Source: Bloch & Marsden 1990, doi:10.1016/0167-6911(90)90055-Y.
+    """
+
+    n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
+    rotation: str = setting("none", ROTATION)
+    I1: Range = physical(1.0, "least principal moment", "kg m^2")
+    I2: Range = physical(2.0, "middle principal moment", "kg m^2")
+    I3: Range = physical(3.0, "largest principal moment", "kg m^2")
+    spin_rate: float = setting(1.0, Number("rate Omega about e2", "rad/s", 1e-3, 1e3))
+    torque: float = setting(0.45, Number("largest torque about e3", "N m", 1e-6, 1e6))
+    start_spread: float = setting(0.2, Number("perturbation at the start", "rad/s", 0.0, 1e3))
+    tolerance: float = setting(0.05, Number("angle of a success", "rad", 1e-6, math.pi))
+    hold: float = setting(5.0, Number("time within tolerance", "s", 0.0, 1e4))
+    weight_axis: float = setting(1.0, Number("weight of the axis term", "1", -1e3, 1e3))
+    weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
+
+    system_type: ClassVar = FreeBody
+    shapes: ClassVar = SHAPES
+    step: ClassVar = staticmethod(step)
+    reset: ClassVar = staticmethod(reset)
+    terms: ClassVar = ("axis", "effort")
+    cost_unit: ClassVar = "torque impulse [N m s]"
+    memo_names: ClassVar = ("held",)
+
+    def _check_parameters(self) -> None:
+        super()._check_parameters()
+        check_order((self.I1, self.I2, self.I3))
+
+    def constants(self) -> tuple[float, ...]:
+        """Weights, rate, torque, tolerance, hold, start."""
+        return (
+            self.weight_axis,
+            self.weight_effort,
+            self.spin_rate,
+            self.torque,
+            self.tolerance,
+            self.hold,
+            self.start_spread,
+        )
+
+    def actions(self) -> tuple[Entry, ...]:
+        """Torque about e3."""
+        return (Entry("tau3", "N m", "body", -self.torque, self.torque),)
+
+    def features(self) -> tuple[Entry, ...]:
+        """Angular velocity in target rates."""
+        return tuple(Entry(f"omega{k} / Omega", "1", "body", -_FAST, _FAST) for k in (1, 2, 3))
+
+    def largest_rate(self) -> float:
+        """What full torque can make of the start before the time limit."""
+        moments, time = (self.I1, self.I2, self.I3), _STEPS * self.dt
+        rate = self.spin_rate + self.start_spread
+        return fastest(moments, spun_up(moments, rate, (0.0, 0.0, self.torque), time))
