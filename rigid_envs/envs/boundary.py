@@ -2,6 +2,7 @@
 
 import importlib
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -93,13 +94,14 @@ def actions_of(
     Raises:
         ValueError: names the environment, the entry, its value and what was expected.
     """
-    if task.n_choices:
-        return _choices(value, lead, task.n_choices, env_id).astype(np.float32)[..., None]
-    shape = (*lead, len(task.shapes.action))
-    if len(shape) == 2 and isinstance(value, list | tuple) and len(value) == shape[0]:
-        rows = [_action(row, shape[1:], env_id, f"action[{k}]") for k, row in enumerate(value)]
-        return np.stack(rows)
-    return _action(value, shape, env_id, "action")
+    entry = () if task.n_choices else (len(task.shapes.action),)
+    read: Any = partial(_choice, task.n_choices) if task.n_choices else _action
+    if lead and isinstance(value, list | tuple) and len(value) == lead[0]:
+        rows = [read(row, entry, env_id, f"action[{k}]") for k, row in enumerate(value)]
+        array = np.stack(rows)
+    else:
+        array = read(value, (*lead, *entry), env_id, "action")
+    return array.reshape(*lead, -1)
 
 
 def _action(value: Any, shape: tuple[int, ...], env_id: str, name: str) -> npt.NDArray[np.float32]:
@@ -124,20 +126,24 @@ def _action(value: Any, shape: tuple[int, ...], env_id: str, name: str) -> npt.N
     return single
 
 
-def _choices(value: Any, lead: tuple[int, ...], n: int, env_id: str) -> npt.NDArray[np.int64]:
-    expected = f"expected integers from 0 to {n - 1} of shape {lead}"
+def _choice(
+    n: int, value: Any, shape: tuple[int, ...], env_id: str, name: str
+) -> npt.NDArray[np.float32]:
+    expected = f"expected an integer from 0 to {n - 1}" + (f" in shape {shape}" if shape else "")
     try:
         array = np.asarray(value)
     except ValueError:
         array = np.asarray(None)
-    if array.dtype.kind not in "iu" or array.shape != lead:
-        raise ValueError(f"{env_id}: action = {value!r}; {expected}")
+    if array.dtype.kind not in "iu":
+        raise ValueError(f"{env_id}: {name} = {value!r}; {expected}")
+    if array.shape != shape:
+        raise ValueError(f"{env_id}: {name} has shape {array.shape}; {expected}")
     outside = (array < 0) | (array >= n)
     if np.any(outside):
         index = tuple(int(k) for k in np.argwhere(outside)[0])
-        name = f"action{list(index)}" if index else "action"
-        raise ValueError(f"{env_id}: {name} = {array[index]}; {expected}")
-    return array.astype(np.int64)
+        place = f"{name}{list(index)}" if index else name
+        raise ValueError(f"{env_id}: {place} = {array[index]}; {expected}")
+    return array.astype(np.float32)
 
 
 def options_of(

@@ -60,7 +60,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         self._numbers = keys[: -len(INFO_FLAGS)]
         self._blank_info = {key: 0.0 if key in self._numbers else False for key in keys}
         # what needs no check but that of its numbers; choices do
-        self._shape = () if self.task.n_choices else (len(self.task.actions()),)
+        self._shape = None if self.task.n_choices else (len(self.task.actions()),)
         self._status = _FRESH
         self._keyed_by: np.random.Generator | None = None
         self._bind()

@@ -91,7 +91,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         self._core = Core(self.task, self.num_envs, max_episode_steps, int(num_threads))
         self._rows = np.arange(self.num_envs)
         # what needs no check but that of its numbers; choices do
-        self._shape = () if self.task.n_choices else (self.num_envs, len(self.task.actions()))
+        self._shape = None if self.task.n_choices else (self.num_envs, len(self.task.actions()))
         self._keys = info_keys(self.task)
         everywhere = np.ones(self.num_envs, dtype=np.bool_)
         everywhere.flags.writeable = False

@@ -106,6 +106,9 @@ class BallGrid(Task):
     as the cell; starts are drawn among them. The episode ends at home: the cell at the origin,
     the ball upright as it would come with q = 1.
 
+    With `action_delay` the first rolls of an episode are those to +x. There is no `action_noise`:
+    a choice with noise on it is no choice.
+
     Reward: ``moves`` = -1 in every step, ``home`` = 1 in the step that comes home.
 
     Attributes:
@@ -118,6 +121,7 @@ class BallGrid(Task):
     """
 
     dt: float = setting(1.0, Number("time of a quarter roll", "s", 1.0, 1.0))
+    action_noise: float = setting(0.0, Number("choices take no noise", "1", 0.0, 0.0))
     radius: Range = physical(1.0, "radius of the ball", "m")
     start_cells: int = setting(2, Integer("largest distance from home, in cells", 0, 50))
     weight_moves: float = setting(0.05, Number("weight of -1 per step", "1", -1e3, 1e3))

@@ -1,4 +1,8 @@
-"""What every contract needs: the ids, environments to run, actions to try, bits to compare."""
+"""What every contract needs: the ids, environments to run, actions to try, bits to compare.
+
+The contracts run over every id there is. What they count (steps, episodes, drawn settings) is
+counted over all ids together, and each id gets its `share`; the long versions give it all to each.
+"""
 
 from dataclasses import fields
 from functools import cache
@@ -7,15 +11,21 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
+import pytest
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
 from rigid_envs.tasks import ConfigError, Task
+from rigid_envs.tasks.fields import span
 
 IDS = tuple(ENVIRONMENTS)
 
 # settings under which an episode may also end before its time, for the tasks that can end
-EARLY_ENDS = {"RigidEnvs/BallPark-v0": {"position_tolerance": 1.5, "angle_tolerance": 1.6}}
+EARLY_ENDS: dict[str, dict[str, Any]] = {
+    "RigidEnvs/BallPark-v0": {"position_tolerance": 1.5, "angle_tolerance": 1.6},
+    "RigidEnvs/BallGrid-v0": {"start_cells": 0},
+    "RigidEnvs/RollPump-v0": {"dt": 1.0, "n_substeps": 20, "start_part": 0.99, "beta_change": 3.0},
+}
 
 
 def single(env_id: str, **config: Any) -> RigidEnv:
@@ -36,6 +46,23 @@ def task_of(env_id: str) -> Task:
     return single(env_id).task
 
 
+DISCRETE = tuple(env_id for env_id in IDS if task_of(env_id).n_choices)
+CONTINUOUS = tuple(env_id for env_id in IDS if not task_of(env_id).n_choices)
+GOALS = tuple(env_id for env_id in IDS if task_of(env_id).n_goal)
+ATTITUDES = tuple(env_id for env_id in IDS if "q" in task_of(env_id).system_type.components)
+
+
+def share(total: int) -> int:
+    """What falls to one id of a total over all of them, rounded up."""
+    return -(-total // len(IDS))
+
+
+def counted(name: str, total: int) -> pytest.MarkDecorator:
+    """Give a test its share of a total; its long version all of it, for each id."""
+    long = pytest.param(total, id=f"{total:g} each", marks=pytest.mark.long)
+    return pytest.mark.parametrize(name, [pytest.param(share(total), id=f"{total:g} in all"), long])
+
+
 @cache
 def rules(env_id: str) -> dict[str, Any]:
     """What each setting may be."""
@@ -44,11 +71,15 @@ def rules(env_id: str) -> dict[str, Any]:
 
 @cache
 def ranges(env_id: str) -> dict[str, tuple[float, float]]:
-    """A range of a tenth around as many physical parameters as the task allows at once."""
+    """A range of a tenth around as many physical parameters as the task allows at once.
+
+    Parameters that are drawn from a range by default keep it.
+    """
     chosen: dict[str, tuple[float, float]] = {}
     for name in task_of(env_id).physical_parameters():
-        value = getattr(task_of(env_id), name)
-        for pair in ((0.9 * value, 1.1 * value), (value, 1.1 * value), (0.9 * value, value)):
+        low, high = span(getattr(task_of(env_id), name))
+        room = 0.0 if low < high else 0.1 * abs(low) or 0.01
+        for pair in ((low - room, high + room), (low, high + room), (low - room, high)):
             try:
                 single(env_id, **chosen, **{name: pair})
             except ConfigError:
@@ -59,33 +90,77 @@ def ranges(env_id: str) -> dict[str, tuple[float, float]]:
     return chosen
 
 
+def representations(env_id: str) -> tuple[str, ...]:
+    """The ways in which an environment can show its attitude; "none" is one of them."""
+    options: tuple[str, ...] = rules(env_id)["rotation"].options
+    return options
+
+
 def rich(env_id: str) -> dict[str, Any]:
     """Settings that use everything a task has: drawn parameters, noise, delay, an attitude."""
+    shown = representations(env_id)
+    noise = {} if env_id in DISCRETE else {"action_noise": (0.0, 0.2)}
     return {
         **ranges(env_id),
         **EARLY_ENDS.get(env_id, {}),
+        **noise,
         "observe_params": True,
-        "rotation": "quat",
-        "action_noise": (0.0, 0.2),
+        "rotation": shown[IDS.index(env_id) % len(shown)],
         "observation_noise": 0.02,
         "action_delay": (0, 3),
     }
 
 
 def n_actions(env_id: str) -> int:
-    """Length of an action."""
+    """Length of an action; 1 for a choice."""
     return len(task_of(env_id).actions())
 
 
-def is_disc(env_id: str) -> bool:
-    """Whether actions are clipped by their norm."""
-    return "disc" in task_of(env_id).actions()[0].frame
+def is_round(env_id: str) -> bool:
+    """Whether actions are clipped by their norm: a disc, a ball."""
+    frame = task_of(env_id).actions()[0].frame
+    return "disc" in frame or "ball" in frame
 
 
-def actions(env_id: str, n_steps: int, n_rows: int, seed: int = 0) -> npt.NDArray[np.float32]:
-    """Actions of shape (n_steps, n_rows, n_action), a few of them outside the space."""
+def actions(env_id: str, n_steps: int, n_rows: int, seed: int = 0) -> npt.NDArray[Any]:
+    """Actions of shape (n_steps, n_rows, n_action), a few of them outside the space.
+
+    Of a discrete environment: choices, of shape (n_steps, n_rows).
+    """
+    rng = np.random.default_rng(seed)
+    if n_choices := task_of(env_id).n_choices:
+        return rng.integers(0, n_choices, (n_steps, n_rows))
     shape = (n_steps, n_rows, n_actions(env_id))
-    return np.random.default_rng(seed).uniform(-1.2, 1.2, shape).astype(np.float32)
+    return rng.uniform(-1.2, 1.2, shape).astype(np.float32)
+
+
+def still(env_id: str, n_rows: int) -> npt.NDArray[Any]:
+    """The action 0 for every row: in the middle of the space, or the first choice."""
+    return np.zeros_like(actions(env_id, 1, n_rows)[0])
+
+
+def flat(observation: Any) -> npt.NDArray[np.float32]:
+    """All entries of an observation in the order of ``task.observations()``, goals first."""
+    if isinstance(observation, dict):
+        parts = ("achieved_goal", "desired_goal", "observation")
+        return np.concatenate([observation[part] for part in parts], axis=-1)
+    return np.asarray(observation)
+
+
+def bounds(space: gym.Space[Any]) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """Lower and upper bound of every entry of `flat` observations."""
+    boxes = space.spaces if isinstance(space, gym.spaces.Dict) else {"observation": space}
+    low, high = (
+        {name: getattr(box, end) for name, box in boxes.items()} for end in ("low", "high")
+    )
+    return (flat(low), flat(high)) if len(boxes) > 1 else (low["observation"], high["observation"])
+
+
+def pick(result: Any, rows: Any) -> Any:
+    """Some rows of a result: of an array, or of every array of a dictionary."""
+    if isinstance(result, dict):
+        return {key: pick(part, rows) for key, part in result.items()}
+    return result[rows]
 
 
 def assert_same_bits(a: Any, b: Any, where: str = "") -> None:
@@ -102,6 +177,16 @@ def assert_same_bits(a: Any, b: Any, where: str = "") -> None:
         x, y = np.asarray(a), np.asarray(b)
         assert (x.dtype, x.shape) == (y.dtype, y.shape), where
         assert x.tobytes() == y.tobytes(), f"{where}: {a} and {b}"
+
+
+def assert_refused(env: Any, action: Any, *names: str) -> None:
+    """An action is refused, naming the id and `names`; the state keeps every bit."""
+    before = env.unwrapped.get_state()
+    with pytest.raises(ValueError) as refusal:
+        env.step(action)
+    for name in (env.spec.id, *names):
+        assert name in str(refusal.value)
+    assert_same_bits(env.unwrapped.get_state(), before)
 
 
 def row_of(infos: dict[str, Any], row: int) -> dict[str, Any]:
@@ -124,5 +209,5 @@ def break_physics(env: RigidEnv | RigidVectorEnv, row: int = 0) -> None:
     """Put a state into a row that no physics leads to; the next step ends its episode."""
     state = env.get_state()
     y = state["y"][row] if isinstance(env, RigidVectorEnv) else state["y"]
-    y[-1] = np.nan
+    y[:] = np.nan
     env.set_state(state)
