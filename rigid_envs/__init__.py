@@ -27,6 +27,10 @@ ENVIRONMENTS = {
     "RigidEnvs/BallParkGoal-v0": ("rigid_envs.tasks:BallParkGoal", 100),
     "RigidEnvs/BallGrid-v0": ("rigid_envs.tasks:BallGrid", 50),
     "RigidEnvs/RollPump-v0": ("rigid_envs.tasks:RollPump", 400),
+    "RigidEnvs/PivotTop-v0": ("rigid_envs.tasks:PivotTop", 400),
+    "RigidEnvs/TopPrecession-v0": ("rigid_envs.tasks:TopPrecession", 400),
+    "RigidEnvs/TopRandom-v0": ("rigid_envs.tasks:TopRandom", 300),
+    "RigidEnvs/SleepingTopRandom-v0": ("rigid_envs.tasks:SleepingTopRandom", 300),
 }
 """Every id with its task and its time limit in steps."""
 

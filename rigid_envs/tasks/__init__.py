@@ -13,10 +13,13 @@ from rigid_envs.tasks.detumble import Detumble
 from rigid_envs.tasks.fields import ConfigError
 from rigid_envs.tasks.intermediate_axis import IntermediateAxis, IntermediateAxisRandom
 from rigid_envs.tasks.intermediate_axis_single import IntermediateAxisSingle
+from rigid_envs.tasks.pivot_top import PivotTop
 from rigid_envs.tasks.reorient import Reorient
 from rigid_envs.tasks.roll_pump import RollPump
-from rigid_envs.tasks.sleeping_top import SleepingTop
+from rigid_envs.tasks.sleeping_top import SleepingTop, SleepingTopRandom
 from rigid_envs.tasks.spin_capture import SpinCapture
+from rigid_envs.tasks.top_precession import TopPrecession
+from rigid_envs.tasks.top_random import TopRandom
 
 __all__ = [
     "AxisFlip",
@@ -29,9 +32,13 @@ __all__ = [
     "IntermediateAxis",
     "IntermediateAxisRandom",
     "IntermediateAxisSingle",
+    "PivotTop",
     "Reorient",
     "RollPump",
     "SleepingTop",
+    "SleepingTopRandom",
     "SpinCapture",
     "Task",
+    "TopPrecession",
+    "TopRandom",
 ]

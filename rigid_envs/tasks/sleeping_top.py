@@ -14,10 +14,12 @@ from rigid_envs.kernels.elementary import atan2, fma, select, sincos
 from rigid_envs.kernels.layout import Memory, Shapes
 from rigid_envs.systems import HeavyTop
 from rigid_envs.tasks.base import Array, Entry, Task
-from rigid_envs.tasks.fields import ConfigError, Number, Range, physical, setting, span
+from rigid_envs.tasks.fields import ConfigError, Integer, Number, Range, physical, setting, span
+from rigid_envs.tasks.tops import derive_symmetric, fastest_top, weight
 
-__all__ = ["SleepingTop"]
+__all__ = ["SleepingTop", "SleepingTopRandom"]
 
+_STEPS = 300  # time limit of the registered environments
 _FAST = 20.0  # rad/s; observed no further than this
 _TORQUE, _TOLERANCE, _HOLD, _TILT, _SPIN_LOW, _SPIN_HIGH = range(2, 8)  # after two weights
 
@@ -34,12 +36,6 @@ def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
     tilted = (cosine, sine * azimuth[0], sine * azimuth[1], 0.0)
     q = compose(tilted, (phase[0], 0.0, 0.0, phase[1]))
     return (*q, 0.0, 0.0, spin, 0.0, 0.0, 0.0, 0.0), (0.0,)
-
-
-@scalar
-def derive(raw: Row) -> Row:
-    """Parameters of a symmetric top: I2 is I1, also where a range is drawn from."""
-    return heavy_top.derive((raw[0], raw[0], raw[2], raw[3], raw[4], raw[5]))
 
 
 @scalar
@@ -97,7 +93,7 @@ def step(memory: Memory, first_block: int, last_block: int) -> int:
 @kernel
 def reset(memory: Memory, rows: Array, mode: int) -> None:
     """`episode.reset` of this task."""
-    episode.reset(derive, start, observe, SHAPES, memory, rows, mode)
+    episode.reset(derive_symmetric, start, observe, SHAPES, memory, rows, mode)
 
 
 @dataclass(frozen=True)
@@ -189,3 +185,52 @@ class SleepingTop(Task):
         weight = span(self.m)[1] * span(self.g)[1] * span(self.ell)[1]
         critical = 2.0 * math.sqrt(span(self.I_perp)[1] * weight) / span(self.I3)[0]
         return self.start_spin_high * critical + 2.0 * math.sqrt(weight / span(self.I_perp)[0])
+
+
+@dataclass(frozen=True)
+class SleepingTopRandom(SleepingTop):
+    """Keep a slow top upright that is drawn anew in every episode.
+
+    `SleepingTop` with moments, mass and length that are not known. Tops fall at rates from 0.8 to
+    1.2 of those of the default top and answer to the torque with 0.8 to 1.2 of its strength; the
+    spin is 0.3 to 0.95 of the critical one of the top that was drawn, 0.8 to 5.6 rad/s, so that the
+    spin that is observed does not tell how far below the threshold it is. Wider ranges would hold
+    tops that the torque cannot catch: with x the unstable mode, from a tilt theta at rest,
+    ``m g ell theta sqrt(1 - (spin / critical)^2) < torque`` is needed, here 0.24 of 0.3 N m. The
+    drawn values are observed with `observe_params`.
+
+    Reward, success and all else are those of `SleepingTop`; two substeps in a control period, since
+    a light top may be spun up faster.
+
+    Attributes:
+        I_perp: range of the moments I1 = I2 about the pivot [kg m^2].
+        I3: range of the moment about the axis of symmetry [kg m^2].
+        m: range of the mass [kg].
+        g: gravitational acceleration [m/s^2].
+        ell: range of the distance from the pivot to the centre of mass [m].
+        torque: largest torque [N m].
+        start_tilt: largest tilt at the start [rad].
+        start_spin_low: least spin at the start, as a part of the critical one.
+        start_spin_high: largest spin at the start, as a part of the critical one.
+        tolerance: largest tilt of a success [rad].
+        hold: time for which the tilt must have been small [s].
+        weight_upright: weight of ``upright``.
+        weight_effort: weight of ``effort``.
+
+    Source: Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7.
+    """
+
+    n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
+    I_perp: Range = physical((0.85, 1.2), "moments I1 = I2 about the pivot", "kg m^2")
+    I3: Range = physical((0.42, 0.6), "moment about the axis of symmetry", "kg m^2")
+    m: Range = physical((0.8, 1.2), "mass", "kg")
+    ell: Range = physical((0.95 / 9.81, 1.05 / 9.81), "distance from pivot to centre of mass", "m")
+
+    def largest_rate(self) -> float:
+        """What gravity and full torque make of the fastest start before the time limit."""
+        mgl = weight(self.m, self.g, self.ell)
+        moments = (self.I_perp, self.I_perp, self.I3)
+        low = min(span(moment)[0] for moment in moments)
+        critical = 2.0 * math.sqrt(span(self.I_perp)[1] * mgl) / span(self.I3)[0]
+        growth = self.torque / math.sqrt(low) * _STEPS * self.dt
+        return fastest_top(moments, self.start_spin_high * critical, 0.0, mgl, growth)

@@ -1,0 +1,200 @@
+"""Balance a slow top by moving the point that it stands on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from rigid_envs.kernels import episode, heavy_top, randoms
+from rigid_envs.kernels.actions import clip_to_disc
+from rigid_envs.kernels.algebra import Row, rotate, vertical
+from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.elementary import atan2, fma, select
+from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.systems import HeavyTop
+from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.fields import Number, Range, physical, setting, span
+from rigid_envs.tasks.tops import derive_symmetric, fastest_spinning, tilted, weight
+
+__all__ = ["PivotTop"]
+
+_STEPS = 400  # time limit of the registered environment
+_FAST = 20.0  # rad/s and m/s; observed no further than this
+_PUSH, _ARENA, _TILT, _CENTRE, _HOLD, _START, _SPIN = range(3, 10)  # after three weights
+
+
+@scalar
+def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+    """A slow spin, a small tilt, the pivot at rest in the centre."""
+    q = tilted(stream, c[_START] * fma(2.0 / 3.0, randoms.uniform(stream, 0), 1.0 / 3.0))
+    critical = 2.0 * math.sqrt(p[0] * p[3] * p[4] * p[5]) / p[2]
+    spin = critical * c[_SPIN] * fma(0.7, randoms.uniform(stream, 1), 0.3)
+    return (*q, 0.0, 0.0, spin, 0.0, 0.0, 0.0, 0.0), (0.0,)
+
+
+@scalar
+def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+    """Horizontal acceleration of the pivot in world axes."""
+    return y, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, c[_PUSH] * a[0], c[_PUSH] * a[1])
+
+
+@scalar
+def judge(
+    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
+) -> tuple[Row, Row, float, bool, bool]:
+    """Tilt, distance from the centre, acceleration, and for how long the first two were small."""
+    push, arena, hold = c[_PUSH], c[_ARENA], c[_HOLD]
+    up = vertical((y[0], y[1], y[2], y[3]))
+    tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
+    away = math.sqrt(y[7] * y[7] + y[8] * y[8])
+    size = math.sqrt(u[6] * u[6] + u[7] * u[7])
+    held = select((tilt < c[_TILT]) & (away < c[_CENTRE]), memo[0] + 1.0, 0.0)
+    terms = (
+        1.0 / (1.0 + 10.0 * tilt),
+        1.0 / (1.0 + 10.0 * away / arena),
+        -(size * size) * (1.0 / (push * push)),
+    )
+    return (held,), terms, dt * size, held * dt >= hold * (1.0 - 1e-9), away > arena
+
+
+@scalar
+def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+    """Angular velocity in world axes, position in arenas and velocity of the pivot."""
+    omega = rotate((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
+    x, y_ = y[7] / c[_ARENA], y[8] / c[_ARENA]
+    return (
+        min(max(omega[0], -_FAST), _FAST),
+        min(max(omega[1], -_FAST), _FAST),
+        min(max(omega[2], -_FAST), _FAST),
+        min(max(x, -2.0), 2.0),
+        min(max(y_, -2.0), 2.0),
+        min(max(y[9], -_FAST), _FAST),
+        min(max(y[10], -_FAST), _FAST),
+    )
+
+
+SHAPES = Shapes(*heavy_top.SHAPES, (1.0,) * 6, (0.0,), (0.0,) * 2, (0.0,) * 10)
+
+
+@kernel
+def step(memory: Memory, first_block: int, last_block: int) -> int:
+    """`episode.step` of this task."""
+    return episode.step(
+        heavy_top.step,
+        heavy_top.restore,
+        heavy_top.WEIGHTS,
+        clip_to_disc,
+        actuate,
+        judge,
+        observe,
+        SHAPES,
+        memory,
+        first_block,
+        last_block,
+    )
+
+
+@kernel
+def reset(memory: Memory, rows: Array, mode: int) -> None:
+    """`episode.reset` of this task."""
+    episode.reset(derive_symmetric, start, observe, SHAPES, memory, rows, mode)
+
+
+@dataclass(frozen=True)
+class PivotTop(Task):
+    """Balance a slowly spinning top by moving its pivot: the spinning spherical cart-pole.
+
+    A top whose spin is 0.3 to 0.95 of the sleeping threshold ``2 sqrt(I1 m g ell) / I3`` falls,
+    more slowly the faster it spins, and it precesses as it falls. Here nothing but the point it
+    stands on can be moved: ``I1 e'' - i I3 omega3 e' - m g ell e = -m ell a`` for a small tilt e =
+    e_x + i e_y, and ``X'' = a``. To come back the pivot must first run further away: the top falls
+    like a pendulum of length I1 / (m ell) = 9.8 m, so some metres are needed, and the arena has a
+    radius of 5 m. Leaving it ends the episode. The top is symmetric, I1 = I2 (`I_perp`).
+
+    Reward: ``upright`` = 1 / (1 + 10 theta), ``centre`` = 1 / (1 + 10 d / arena) with the distance
+    d of the pivot from the centre, and ``effort`` = -|a|^2 / push^2. Success: theta below
+    `tilt_tolerance` and d below `centre_tolerance` throughout the last `hold` seconds.
+
+    Attributes:
+        I_perp: moments I1 = I2 about the pivot [kg m^2].
+        I3: moment about the axis of symmetry [kg m^2].
+        m: mass [kg].
+        g: gravitational acceleration [m/s^2].
+        ell: distance from the pivot to the centre of mass [m].
+        push: largest acceleration of the pivot [m/s^2].
+        arena: distance from the centre at which the episode ends [m].
+        start_tilt: largest tilt at the start [rad]; the least is a third of it, so that no top
+            stays up by itself until the end.
+        start_spin: largest spin at the start, as a part of the critical one; the least is 0.3 of
+            it.
+        tilt_tolerance: largest tilt of a success [rad].
+        centre_tolerance: largest distance of the pivot from the centre of a success [m].
+        hold: time for which both must have been small [s].
+        weight_upright: weight of ``upright``.
+        weight_centre: weight of ``centre``.
+        weight_effort: weight of ``effort``.
+
+    Source: Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7, in the accelerated frame
+    of the pivot.
+    """
+
+    dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
+    I_perp: Range = physical(1.0, "moments I1 = I2 about the pivot", "kg m^2")
+    I3: Range = physical(0.5, "moment about the axis of symmetry", "kg m^2")
+    m: Range = physical(1.0, "mass", "kg")
+    g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
+    ell: Range = physical(1.0 / 9.81, "distance from pivot to centre of mass", "m")
+    push: float = setting(3.0, Number("largest acceleration of the pivot", "m/s^2", 1e-6, 1e6))
+    arena: float = setting(5.0, Number("radius of the arena", "m", 1e-3, 1e6))
+    start_tilt: float = setting(0.15, Number("largest tilt at the start", "rad", 0.0, math.pi))
+    start_spin: float = setting(0.95, Number("largest spin / critical spin", "1", 0.0, 10.0))
+    tilt_tolerance: float = setting(0.05, Number("tilt of a success", "rad", 1e-6, math.pi))
+    centre_tolerance: float = setting(0.1, Number("distance of a success", "m", 1e-6, 1e6))
+    hold: float = setting(5.0, Number("time within tolerance", "s", 0.0, 1e4))
+    weight_upright: float = setting(1.0, Number("weight of the upright term", "1", -1e3, 1e3))
+    weight_centre: float = setting(0.5, Number("weight of the centre term", "1", -1e3, 1e3))
+    weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
+
+    system_type: ClassVar = HeavyTop
+    shapes: ClassVar = SHAPES
+    step: ClassVar = staticmethod(step)
+    reset: ClassVar = staticmethod(reset)
+    terms: ClassVar = ("upright", "centre", "effort")
+    cost_unit: ClassVar = "acceleration times time [m/s]"
+    memo_names: ClassVar = ("held",)
+    aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
+
+    def constants(self) -> tuple[float, ...]:
+        """Weights, acceleration, arena, tolerances, hold, start."""
+        return (
+            self.weight_upright,
+            self.weight_centre,
+            self.weight_effort,
+            self.push,
+            self.arena,
+            self.tilt_tolerance,
+            self.centre_tolerance,
+            self.hold,
+            self.start_tilt,
+            self.start_spin,
+        )
+
+    def actions(self) -> tuple[Entry, ...]:
+        """Acceleration of the pivot, in a disc."""
+        return tuple(Entry(f"a{k}", "m/s^2", "world, disc", -self.push, self.push) for k in "XY")
+
+    def features(self) -> tuple[Entry, ...]:
+        """Angular velocity, position and velocity of the pivot."""
+        return (
+            *(Entry(f"omega_{k}", "rad/s", "world", -_FAST, _FAST) for k in "xyz"),
+            *(Entry(f"{k} / arena", "1", "world", -2.0, 2.0) for k in "XY"),
+            *(Entry(f"V{k}", "m/s", "world", -_FAST, _FAST) for k in "XY"),
+        )
+
+    def largest_rate(self) -> float:
+        """What gravity and full acceleration make of the start before the time limit."""
+        mgl = weight(self.m, self.g, self.ell)
+        spin = self.start_spin * 2.0 * math.sqrt(span(self.I_perp)[1] * mgl) / span(self.I3)[0]
+        impulse = span(self.m)[1] * span(self.ell)[1] * self.push * _STEPS * self.dt
+        return fastest_spinning(self.I_perp, self.I3, spin, 0.0, mgl, impulse)

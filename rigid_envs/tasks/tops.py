@@ -1,0 +1,79 @@
+"""What the tasks of a heavy top share: how it is released, and a bound on its rates."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rigid_envs.kernels import heavy_top, randoms
+from rigid_envs.kernels.algebra import Quaternion, Row, compose
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.elementary import sincos
+from rigid_envs.systems.free_body import fastest_turn
+from rigid_envs.tasks.fields import Range, span
+
+__all__ = ["derive_symmetric", "fastest_spinning", "fastest_top", "tilted", "weight"]
+
+
+@scalar
+def derive_symmetric(raw: Row) -> Row:
+    """Parameters of a symmetric top: I2 is I1, also where a range is drawn from."""
+    return heavy_top.derive((raw[0], raw[0], raw[2], raw[3], raw[4], raw[5]))
+
+
+@scalar
+def tilted(stream: randoms.Stream, tilt: float) -> Quaternion:
+    """Attitude of this tilt [rad], azimuth and phase uniform."""
+    azimuth = randoms.direction(stream, 1 << 20)
+    phase = randoms.direction(stream, 1 << 21)
+    sine, cosine = sincos(0.5 * tilt)
+    axis = (cosine, sine * azimuth[0], sine * azimuth[1], 0.0)
+    return compose(axis, (phase[0], 0.0, 0.0, phase[1]))
+
+
+def weight(m: Range, g: Range, ell: Range) -> float:
+    """Largest m g ell [N m] of the ranges."""
+    return span(m)[1] * span(g)[1] * span(ell)[1]
+
+
+def fastest_top(
+    moments: tuple[Range, Range, Range], spin: float, across: float, mgl: float, growth: float
+) -> float:
+    """Largest rate [rad/s] in the motion of a top and in its steps, over an episode.
+
+    With the energy E, ``sqrt(2 (E + m g ell)) >= sqrt(2 T)``, by which `fastest_turn` bounds the
+    rates, is not changed by gravity.
+
+    Args:
+        moments: I1, I2, I3 about the pivot [kg m^2].
+        spin: largest omega3 at the start [rad/s].
+        across: largest rate across e3 at the start [rad/s].
+        mgl: largest m g ell [N m].
+        growth: what torques can add to sqrt(2 (E + m g ell)) until the end.
+    """
+    low, high = ([span(moment)[k] for moment in moments] for k in (0, 1))
+    start = high[2] * spin**2 + max(high[0], high[1]) * across**2 + 4.0 * mgl
+    worst = np.array([min(low), low[1], max(high)])
+    return (math.sqrt(start) + growth) * fastest_turn(worst)
+
+
+def fastest_spinning(
+    I_perp: Range, I3: Range, spin: float, across: float, mgl: float, impulse: float
+) -> float:
+    """`fastest_top` of a symmetric top whose spin nothing changes.
+
+    Then it is W = I_perp omega_perp^2 / 2 + m g ell (1 + cos theta) that grows, by ``sqrt(2 W)' <=
+    tau / sqrt(I_perp)``. Steps turn the top about L at norm(L) / I_perp.
+
+    Args:
+        I_perp: moments about the axes across e3 [kg m^2].
+        I3: moment about e3 [kg m^2].
+        spin: largest omega3 [rad/s].
+        across: largest rate across e3 at the start [rad/s].
+        mgl: largest m g ell [N m].
+        impulse: largest torque times the length of an episode [N m s].
+    """
+    low, high = span(I_perp)
+    root = math.sqrt(high * across**2 + 4.0 * mgl) + impulse / math.sqrt(low)
+    return math.hypot(root / math.sqrt(low), spin * max(1.0, span(I3)[1] / low))
