@@ -37,7 +37,8 @@ class _Goals:
             ValueError: wrong shapes.
         """
         weight = self.task.constants()[0]
-        reward = weight * (self.task.reached(achieved_goal, desired_goal) - 1.0)
+        # + 0.0: as `step`, 0 and not -0, also for a negative weight
+        reward = weight * (self.task.reached(achieved_goal, desired_goal) - 1.0) + 0.0
         return reward if np.ndim(reward) else float(reward)
 
     def compute_terminated(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
