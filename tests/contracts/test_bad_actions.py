@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 
 from tests.contracts.environments import (
+    CONTINUOUS,
     actions,
+    assert_refused,
     assert_same_bits,
     n_actions,
     rich,
     single,
     vector,
 )
+
+pytestmark = pytest.mark.parametrize("env_id", CONTINUOUS)
 
 ENTRIES = {"nan": np.nan, "+inf": np.inf, "-inf": -np.inf, "1e39": 1e39}
 
@@ -39,16 +43,6 @@ def with_entry(m: int, k: int, value: float, dtype: type) -> Any:
     action[k] = value
     with np.errstate(over="ignore"):
         return action.astype(dtype)
-
-
-def assert_refused(env: Any, action: Any, *names: str) -> None:
-    """Refused, naming the id and `names`; the state keeps every bit."""
-    before = env.unwrapped.get_state()
-    with pytest.raises(ValueError) as refusal:
-        env.step(action)
-    for name in (env.spec.id, *names):
-        assert name in str(refusal.value)
-    assert_same_bits(env.unwrapped.get_state(), before)
 
 
 @pytest.mark.parametrize("make", [single, gym.make], ids=["unwrapped", "wrapped"])
