@@ -156,8 +156,8 @@ class AxisFlip(Task):
     memo_names: ClassVar = ("time_left", "kept")
 
     def _check_parameters(self) -> None:
-        super()._check_parameters()
         check_order((self.I1, self.I2, self.I3))
+        super()._check_parameters()
 
     def constants(self) -> tuple[float, ...]:
         """Weights, rate, torque, tolerance, start, commanded times."""

@@ -145,8 +145,8 @@ class IntermediateAxisSingle(Task):
     memo_names: ClassVar = ("held",)
 
     def _check_parameters(self) -> None:
-        super()._check_parameters()
         check_order((self.I1, self.I2, self.I3))
+        super()._check_parameters()
 
     def constants(self) -> tuple[float, ...]:
         """Weights, rate, torque, tolerance, hold, start."""

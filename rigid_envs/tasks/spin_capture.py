@@ -168,8 +168,8 @@ class SpinCapture(Task):
     memo_names: ClassVar = ("held",)
 
     def _check_parameters(self) -> None:
-        super()._check_parameters()
         check_order((self.I1, self.I2, self.I3))
+        super()._check_parameters()
 
     def torques(self) -> tuple[float, float, float]:
         """Largest torque about each body axis [N m]; 0 where there is no actuator."""
