@@ -31,6 +31,7 @@ ENVIRONMENTS = {
     "RigidEnvs/TopPrecession-v0": ("rigid_envs.tasks:TopPrecession", 400),
     "RigidEnvs/TopRandom-v0": ("rigid_envs.tasks:TopRandom", 300),
     "RigidEnvs/SleepingTopRandom-v0": ("rigid_envs.tasks:SleepingTopRandom", 300),
+    "RigidEnvs/CoinPark-v0": ("rigid_envs.tasks:CoinPark", 100),
 }
 """Every id with its task and its time limit in steps."""
 

@@ -9,6 +9,7 @@ from rigid_envs.tasks.ball_grid import BallGrid
 from rigid_envs.tasks.ball_park import BallPark
 from rigid_envs.tasks.ball_park_goal import BallParkGoal
 from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.coin_park import CoinPark
 from rigid_envs.tasks.detumble import Detumble
 from rigid_envs.tasks.fields import ConfigError
 from rigid_envs.tasks.intermediate_axis import IntermediateAxis, IntermediateAxisRandom
@@ -26,6 +27,7 @@ __all__ = [
     "BallGrid",
     "BallPark",
     "BallParkGoal",
+    "CoinPark",
     "ConfigError",
     "Detumble",
     "Entry",

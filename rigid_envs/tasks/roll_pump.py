@@ -21,7 +21,7 @@ from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, sp
 __all__ = ["RollPump"]
 
 _FAST = 5.0  # speeds in units of sqrt(g / curvature) are observed no further than this
-_CHANGE, _RIM, _HEIGHT, _START = range(2, 6)  # constants after the two weights
+_CHANGE, _RIM, _START = range(2, 5)  # constants after the two weights
 
 
 @scalar
@@ -41,15 +41,21 @@ def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
 
 
 @scalar
+def height(angle: float) -> float:
+    """Height above the bottom in radii of the valley, 1 - cos(angle)."""
+    sine, _ = sincos(0.5 * angle)
+    return 2.0 * sine * sine
+
+
+@scalar
 def judge(
     y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
 ) -> tuple[Row, Row, float, bool, bool]:
     """Energy that is still missing, and whether the rim is passed; the ratio is remembered."""
-    sine, _ = sincos(0.5 * p[5] * y[0])
-    height = 2.0 * sine * sine  # in radii of the valley
+    angle = p[5] * y[0]
     kinetic = 0.5 * (1.0 + (p[2] + u[1])) * y[1] * y[1] * p[5] / p[3]
-    over = abs(p[5] * y[0]) >= c[_RIM]
-    missing = max(1.0 - (height + kinetic) / c[_HEIGHT], 0.0)
+    over = abs(angle) >= c[_RIM]
+    missing = max(1.0 - (height(angle) + kinetic) / height(c[_RIM]), 0.0)
     return (u[1],), (-min(missing, 1.0), select(over, 1.0, 0.0)), dt, over, over
 
 
@@ -64,7 +70,7 @@ def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
     )
 
 
-SHAPES = Shapes(*roller.SHAPES, (1.0,) * 7, (0.0,), (0.0,), (0.0,) * 6)
+SHAPES = Shapes(*roller.SHAPES, (1.0,) * 7, (0.0,), (0.0,), (0.0,) * 5)
 
 
 @kernel
@@ -106,7 +112,8 @@ class RollPump(Task):
     roller stands still. From one turning point to the next, with P = (1 + beta) v,
     ``d(P^2)/ds = -2 (1 + beta) g sin(curvature s)`` shows that the height grows by
     ``(1 + beta_hi) / (1 + beta_lo)`` = 10/7 at most, whatever is done, and by just that where the
-    ratio is large on the way down and small on the way up. See `least_passes`.
+    ratio is large on the way down and small on the way up. So from rest at the height h to the rim
+    it takes ``log(h_rim / h) / log(10/7)`` passes, rounded up: 7 to 11 from the starts here.
 
     Reward: ``shortfall`` = E / E_rim - 1, from -1 to 0, with E the energy above the bottom and
     E_rim that of rest on the rim; and ``over`` = 1 in the step that passes the rim. Success: the
@@ -153,13 +160,12 @@ class RollPump(Task):
     memo_names: ClassVar = ("beta_change",)
 
     def constants(self) -> tuple[float, ...]:
-        """Weights, change of the ratio, angle and height of the rim, start."""
+        """Weights, change of the ratio, rim, start."""
         return (
             self.weight_shortfall,
             self.weight_over,
             self.beta_change,
             self.rim,
-            1.0 - math.cos(self.rim),
             self.start_part * self.rim,
         )
 
@@ -180,20 +186,19 @@ class RollPump(Task):
         swing = span(self.g)[1] * span(self.curvature)[1]
         low = 1.0 + span(self.beta)[0]
         share = (low + self.beta_change) / low  # of height, gained in one pass
-        return math.sqrt(swing / low * max(1.0, 2.0 * (1.0 - math.cos(self.rim)) * share))
+        rim = min(2.0, 0.5 * self.rim**2)  # at least 1 - cos(rim)
+        return math.sqrt(swing / low * max(1.0, 2.0 * rim * share))
 
-    def least_passes(self, y: Array) -> Array:
-        """Passes through the bottom that a roller at rest in y needs before it can be over the rim.
+    def lower_bound(self, y: Array) -> Array:
+        """Time [s] that no way to the rim can beat, from rest in y, shape (...).
 
-        The least n with h ((1 + beta_hi) / (1 + beta_lo))^n >= h_rim: no way needs fewer.
-
-        Args:
-            y: states of rest, shape (..., 2).
-
-        Returns:
-            Whole numbers, shape (...).
+        The angle of (curvature s, P) in the plane, with P measured so that the smallest ratio goes
+        round in circles, changes by sqrt(g curvature / (1 + beta)) at most. With n passes, the
+        least number, it must change by (n - 1/2) pi.
         """
         low = 1.0 + span(self.beta)[0]
-        height = 1.0 - np.cos(span(self.curvature)[0] * y[..., 0])
         gain = math.log((low + self.beta_change) / low)
-        return np.asarray(np.ceil(np.log((1.0 - math.cos(self.rim)) / height) / gain))
+        start = 1.0 - np.cos(span(self.curvature)[1] * y[..., 0])
+        n = np.ceil(np.log((1.0 - np.cos(self.rim)) / start) / gain)
+        swing = math.sqrt(span(self.g)[1] * span(self.curvature)[1] / low)
+        return np.asarray((n - 0.5) * math.pi / swing)

@@ -76,4 +76,5 @@ def fastest_spinning(
     """
     low, high = span(I_perp)
     root = math.sqrt(high * across**2 + 4.0 * mgl) + impulse / math.sqrt(low)
-    return math.hypot(root / math.sqrt(low), spin * max(1.0, span(I3)[1] / low))
+    turn = spin * max(1.0, span(I3)[1] / low)
+    return math.sqrt(root**2 / low + turn**2)
