@@ -10,7 +10,16 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 
 import rigid_envs
-from tests.contracts.environments import IDS, assert_same_bits, ranges, single, vector
+from rigid_envs.envs import RigidEnv, RigidGoalEnv, RigidGoalVectorEnv, RigidVectorEnv
+from tests.contracts.environments import (
+    GOALS,
+    IDS,
+    assert_same_bits,
+    ranges,
+    representations,
+    single,
+    vector,
+)
 
 
 def test_import_registers_every_id_under_the_namespace():
@@ -38,13 +47,16 @@ def test_make_with_the_module_in_the_id_imports_the_package():
     assert done.stdout == "RigidEnvs/BallPark-v0 RigidVectorEnv\n", done.stderr
 
 
-def test_a_native_vector_environment_is_what_make_vec_makes(env_id):
-    assert type(gym.make_vec(env_id, num_envs=2)) is type(vector(env_id, 2))
+def test_an_id_is_of_the_kind_that_its_task_asks_for(env_id):
+    kinds = (RigidGoalEnv, RigidGoalVectorEnv) if env_id in GOALS else (RigidEnv, RigidVectorEnv)
+    assert (type(single(env_id)), type(vector(env_id, 2))) == kinds
+    assert type(gym.make_vec(env_id, num_envs=2)) is kinds[1]  # native unless asked otherwise
 
 
 @pytest.mark.parametrize("configured", [False, True], ids=["default", "configured"])
 def test_spec_survives_json(env_id, configured):
-    config = {**ranges(env_id), "rotation": "quat", "n_substeps": 2} if configured else {}
+    shown = representations(env_id)[-1]
+    config = {**ranges(env_id), "rotation": shown, "observation_noise": 0.1} if configured else {}
     env = gym.make(env_id, max_episode_steps=7, **config)
     text = env.spec.to_json()
     json.loads(text)
