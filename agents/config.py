@@ -8,122 +8,49 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .checks import (
-    Check,
-    ConfigError,
-    choice,
-    either,
-    flag,
-    keywords,
-    list_of,
-    matching,
-    nothing,
-    real,
-    whole,
-)
-from .names import is_name
+from .checks import ConfigError, choice, either, nothing, real, whole
+from .entries import Config, entry
 
-__all__ = ["ALGORITHMS", "Config", "PPOConfig", "config_from", "config_to_dict", "unknown_key"]
+__all__ = [
+    "ALGORITHMS",
+    "Config",
+    "DQNConfig",
+    "OffPolicyConfig",
+    "PPOConfig",
+    "SACConfig",
+    "config_from",
+    "config_to_dict",
+    "unknown_key",
+]
 
-
-def _entry(default: Any, check: Check, help: str) -> Any:
-    value = {"default_factory": dict} if default == {} else {"default": default}
-    return dataclasses.field(**value, metadata={"check": check, "help": help})
-
-
-@dataclass(frozen=True, kw_only=True)
-class Config:
-    """What every algorithm needs; each entry says of itself what it is and may be."""
-
-    env_id: str = _entry(
-        "RigidEnvs/BallPark-v0",
-        matching("the id of a registered environment", str.strip),
-        "environment to train on; `rigid-envs list` names them",
-    )
-    env_kwargs: Mapping[str, Any] = _entry(
-        {}, keywords(), "hyperparameters of the task; `rigid-envs describe ID` names them"
-    )
-    algo: str = _entry("ppo", choice("ppo"), "learning algorithm")
-    seed: int = _entry(
-        0,
-        whole(0, 2**63 - 1),
-        "seed of weights, exploration and starts; evaluations have their own",
-    )
-    total_timesteps: int = _entry(
-        1_000_000, whole(1, 10**12), "environment steps, all rows together"
-    )
-    n_envs: int = _entry(256, whole(1, 65536), "rows stepped together")
-    gamma: float = _entry(0.99, real(0, 1), "discount of the reward per step")
-    learning_rate: float | tuple[float, float] = _entry(
-        3e-4,
-        either(real(0, 1, "(]"), list_of(real(0, 1), 2, 2)),
-        "step size of the optimiser; [start, end] is a straight line over the run",
-    )
-    net_arch: tuple[int, ...] = _entry(
-        (64, 64),
-        list_of(whole(1, 4096), 0, 8),
-        "widths of the hidden layers, of the policy and of the value function each",
-    )
-    activation: str = _entry("tanh", choice("tanh", "relu", "elu", "silu"), "hidden activation")
-    normalize_observation: bool = _entry(
-        False, flag(), "shift and scale observations by their running mean and deviation"
-    )
-    normalize_reward: bool = _entry(
-        False, flag(), "scale rewards by the running deviation of the discounted return"
-    )
-    eval_every: int = _entry(
-        100_000, whole(1, 10**12), "steps between evaluations on fixed held-out starts"
-    )
-    eval_episodes: int = _entry(100, whole(1, 100_000), "episodes of one such evaluation")
-    checkpoint_every: int | None = _entry(
-        None,
-        either(nothing(), whole(1, 10**9)),
-        "updates between checkpoints; null: as often as costs at most 2 %% of the time",
-    )
-    torch_threads: int = _entry(1, whole(1, 1024), "threads of the networks; 1 is fastest here")
-    log_dir: str = _entry("logs", matching("a path", str.strip), "folder of all runs")
-    run_name: str | None = _entry(
-        None,
-        either(nothing(), matching("1 to 80 of A-Z a-z 0-9 . _ -", is_name)),
-        "folder of this run in log_dir/algo; null: the environment's name and a number",
-    )
-
-    def __post_init__(self) -> None:
-        """Check and convert every entry.
-
-        Raises:
-            ConfigError: "config.<key>: expected ..., got ...".
-        """
-        for field in dataclasses.fields(self):
-            value, check = getattr(self, field.name), field.metadata["check"]
-            try:
-                object.__setattr__(self, field.name, check.convert(value))
-            except (TypeError, ValueError, RecursionError):
-                raise ConfigError(
-                    f"config.{field.name}: expected {check.expected}, got {value!r:.100}"
-                ) from None
+_TAU = "part of a network that its target takes over at each update of the target"
 
 
 @dataclass(frozen=True, kw_only=True)
 class PPOConfig(Config):
     """Proximal policy optimisation. Source: Schulman et al. (2017), arXiv:1707.06347."""
 
-    n_steps: int = _entry(64, whole(1, 10**6), "steps of each row between updates")
-    batch_size: int = _entry(2048, whole(2, 10**7), "samples per gradient step")
-    n_epochs: int = _entry(4, whole(1, 1000), "passes over the samples of one update")
-    gae_lambda: float = _entry(0.95, real(0, 1), "trace decay of the advantage estimate")
-    clip_range: float = _entry(0.2, real(0, 1, "(]"), "largest change of a probability ratio")
-    ent_coef: float = _entry(0.0, real(0, 100), "weight of the entropy of the policy")
-    vf_coef: float = _entry(0.5, real(0, 100), "weight of the value loss")
-    max_grad_norm: float = _entry(0.5, real(0, 1e6, "(]"), "largest norm of a gradient")
-    target_kl: float | None = _entry(
+    n_steps: int = entry(64, whole(1, 10**6), "steps of each row between updates")
+    batch_size: int = entry(2048, whole(2, 10**7), "samples per gradient step")
+    n_epochs: int = entry(4, whole(1, 1000), "passes over the samples of one update")
+    gae_lambda: float = entry(0.95, real(0, 1), "trace decay of the advantage estimate")
+    clip_range: float = entry(0.2, real(0, 1, "(]"), "largest change of a probability ratio")
+    ent_coef: float = entry(0.0, real(0, 100), "weight of the entropy of the policy")
+    vf_coef: float = entry(0.5, real(0, 100), "weight of the value loss")
+    max_grad_norm: float = entry(0.5, real(0, 1e6, "(]"), "largest norm of a gradient")
+    target_kl: float | None = entry(
         None,
         either(nothing(), real(0, 100, "(]")),
         "stop an update early once the policy moved 1.5 times this divergence; null: never",
     )
-    log_std_init: float = _entry(
-        0.0, real(-20, 2), "logarithm of the initial spread of the actions"
+    log_std_init: float = entry(
+        -0.5, real(-20, 2), "logarithm of the initial spread of the actions"
     )
+
+    @property
+    def steps_per_update(self) -> int:
+        """See `Config`."""
+        return self.n_envs * self.n_steps
 
     def __post_init__(self) -> None:
         """Check the entries, and that the batches divide the samples.
@@ -132,7 +59,7 @@ class PPOConfig(Config):
             ConfigError: "config.<key>: expected ..., got ...".
         """
         super().__post_init__()
-        samples = self.n_envs * self.n_steps
+        samples = self.steps_per_update
         if samples % self.batch_size:
             raise ConfigError(
                 f"config.batch_size: expected a divisor of n_envs * n_steps = {samples} "
@@ -140,7 +67,85 @@ class PPOConfig(Config):
             )
 
 
-ALGORITHMS: dict[str, type[Config]] = {"ppo": PPOConfig}
+@dataclass(frozen=True, kw_only=True)
+class OffPolicyConfig(Config):
+    """What learns from a memory of steps. A round is a few steps of every row, then some learning.
+
+    In a goal environment the memory also has goals of hindsight: those that an episode came to
+    later on. Source: Andrychowicz et al. (2017), arXiv:1707.01495.
+    """
+
+    n_envs: int = entry(64, whole(1, 65536), "rows stepped together")
+    buffer_size: int = entry(500_000, whole(1, 10**9), "steps remembered, of all rows together")
+    learning_starts: int = entry(
+        10_000, whole(0, 10**12), "steps before the first gradient step, made at random"
+    )
+    batch_size: int = entry(256, whole(2, 10**7), "samples per gradient step")
+    train_freq: int = entry(1, whole(1, 10**6), "steps of each row in a round")
+    gradient_steps: int = entry(4, whole(1, 10**6), "gradient steps in a round")
+    tau: float = entry(0.005, real(0, 1, "(]"), _TAU)
+    log_every: int = entry(
+        2_000,
+        whole(1, 10**12),
+        "least steps between rows of the log, all rows together, in whole rounds",
+    )
+    n_sampled_goal: int = entry(
+        4, whole(0, 100), "goals of hindsight for each real one, in goal environments; 0: none"
+    )
+
+    @property
+    def rounds(self) -> int:
+        """Rounds of an update."""
+        return -(-self.log_every // (self.n_envs * self.train_freq))
+
+    @property
+    def steps_per_update(self) -> int:
+        """See `Config`."""
+        return self.rounds * self.n_envs * self.train_freq
+
+
+@dataclass(frozen=True, kw_only=True)
+class SACConfig(OffPolicyConfig):
+    """Soft actor-critic, for continuous actions. Source: Haarnoja et al. (2018), arXiv:1812.05905.
+
+    With goals in hindsight (HER) in goal environments.
+    """
+
+    ent_coef: str | float = entry(
+        "auto", either(choice("auto"), real(0, 100)), "weight of the entropy; auto: learnt"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class DQNConfig(OffPolicyConfig):
+    """Deep Q-network, for discrete actions. Source: Mnih et al. (2015), doi:10.1038/nature14236."""
+
+    tau: float = entry(1.0, real(0, 1, "(]"), _TAU)
+    target_update_interval: int = entry(
+        5_000, whole(1, 10**12), "steps between updates of the target network"
+    )
+    exploration_fraction: float = entry(
+        0.3, real(0, 1, "(]"), "part of the run over which fewer and fewer actions are random"
+    )
+    exploration_initial_eps: float = entry(1.0, real(0, 1), "random part of actions, at first")
+    exploration_final_eps: float = entry(0.05, real(0, 1), "random part of actions, later")
+    max_grad_norm: float = entry(10.0, real(0, 1e6, "(]"), "largest norm of a gradient")
+
+    def __post_init__(self) -> None:
+        """Check the entries, and that the target is not to change within a step of all rows.
+
+        Raises:
+            ConfigError: "config.<key>: expected ..., got ...".
+        """
+        super().__post_init__()
+        if self.target_update_interval < self.n_envs:
+            raise ConfigError(
+                f"config.target_update_interval: expected at least n_envs = {self.n_envs}, "
+                f"got {self.target_update_interval}"
+            )
+
+
+ALGORITHMS: dict[str, type[Config]] = {"ppo": PPOConfig, "sac": SACConfig, "dqn": DQNConfig}
 """The config of each algorithm."""
 
 

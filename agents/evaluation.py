@@ -18,11 +18,14 @@ from .statistics import wilson_interval
 __all__ = ["Actor", "Episodes", "RandomPolicy", "evaluate", "play", "summary"]
 
 
+Observations = NDArray[Any] | dict[str, NDArray[Any]]
+
+
 class Actor(Protocol):
     """What chooses actions: our policies, and SB3's models."""
 
     def predict(
-        self, observation: NDArray[Any], *, deterministic: bool = True
+        self, observation: Observations, *, deterministic: bool = True
     ) -> tuple[NDArray[Any], Any]:
         """Actions for a batch of observations."""
 
@@ -61,15 +64,16 @@ class RandomPolicy:
         self._space, self._rng = action_space, rng
 
     def predict(
-        self, observation: NDArray[Any], *, deterministic: bool = True
+        self, observation: Observations, *, deterministic: bool = True
     ) -> tuple[NDArray[Any], None]:
         """Draw an action for each observation.
 
         Args:
-            observation: Shape (N, ...).
+            observation: Shape (N, ...), or a dictionary of such.
             deterministic: Ignored.
         """
-        n, space = len(observation), self._space
+        part = next(iter(observation.values())) if isinstance(observation, dict) else observation
+        n, space = len(part), self._space
         if isinstance(space, spaces.Discrete):
             return self._rng.integers(space.start, space.start + space.n, n), None
         assert isinstance(space, spaces.Box)

@@ -63,7 +63,7 @@ def _refuse_bad_gradients(optimizer: Optimizer, *_: Any) -> None:
     present = [gradient for gradient in gradients if gradient is not None]
     if not math.isfinite(torch.nn.utils.get_total_norm(present).item()):
         raise NonFiniteError(
-            "the gradient of the loss is not finite; the weights are those of before this update. "
+            "the gradient of the loss is not finite; no weight has followed it. "
             "Try a lower learning_rate, or max_grad_norm"
         )
 

@@ -101,23 +101,38 @@ def add_config_options(parser: argparse.ArgumentParser) -> None:
     Args:
         parser: The parser.
     """
-    shared = {field.name for field in dataclasses.fields(Config)}
-    groups = [("config, all algorithms", Config, set[str]())]
-    groups += [(f"config, algo: {name}", kind, shared) for name, kind in ALGORITHMS.items()]
-    for title, kind, known in groups:
-        group = parser.add_argument_group(title)
+    groups: dict[tuple[str, ...], Any] = {}
+    for name, fields in _fields_by_name().items():
+        algos = tuple(fields)
+        if algos not in groups:
+            whose = "all algorithms" if len(algos) == len(ALGORITHMS) else ", ".join(algos)
+            groups[algos] = parser.add_argument_group(f"config, {whose}")
+        groups[algos].add_argument(
+            f"--{name}", default=argparse.SUPPRESS, metavar="VALUE", help=_help(fields)
+        )
+
+
+def _fields_by_name() -> dict[str, dict[str, dataclasses.Field[Any]]]:
+    """Every config entry, as each algorithm that has it defines it."""
+    by_name: dict[str, dict[str, dataclasses.Field[Any]]] = {}
+    for algo, kind in ALGORITHMS.items():
         for field in dataclasses.fields(kind):
-            if field.name in known:
-                continue
-            default = {} if field.default is dataclasses.MISSING else field.default
-            shown = json.dumps(default)  # as YAML would have it
-            expected = field.metadata["check"].expected
-            group.add_argument(
-                f"--{field.name}",
-                default=argparse.SUPPRESS,
-                metavar="VALUE",
-                help=f"{field.metadata['help']} ({expected}; default {shown})",
-            )
+            by_name.setdefault(field.name, {})[algo] = field
+    return by_name
+
+
+def _help(fields: Mapping[str, dataclasses.Field[Any]]) -> str:
+    """What an entry is; for each algorithm by itself where they differ."""
+    algos_by_text: dict[str, list[str]] = {}
+    for algo, field in fields.items():
+        default = {} if field.default is dataclasses.MISSING else field.default
+        shown = json.dumps(default)  # as YAML would have it
+        expected = field.metadata["check"].expected
+        text = f"{field.metadata['help']} ({expected}; default {shown})"
+        algos_by_text.setdefault(text, []).append(algo)
+    if len(algos_by_text) == 1:
+        return next(iter(algos_by_text))
+    return "; ".join(f"{', '.join(algos)}: {text}" for text, algos in algos_by_text.items())
 
 
 def load_config(path: Path | None, options: Mapping[str, str], rest: Sequence[str]) -> Config:

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor, nn
+from torch import nn
 
 from .files import DamagedFileError, canonical_json, write_atomic
+from .heads import HEADS, linear
 from .tensorfile import load_tensors, save_tensors
 
 __all__ = ["ACTIVATIONS", "Policy", "load_policy", "save_policy"]
@@ -38,9 +39,8 @@ class Policy:
 
     Attributes:
         document: JSON values: `algo`, `env_id`, `env_kwargs`, `network`, `spaces`, ...
-        arrays: `layers.<k>.weight`, `layers.<k>.bias`; for a Gaussian `log_std`; for a box of
-            actions `action.low`, `action.high`; if observations are normalised
-            `observation.mean`, `observation.var`.
+        arrays: `layers.<k>.weight`, `layers.<k>.bias`; what the head of the network needs (see
+            `heads`); if observations are normalised `observation.mean`, `observation.var`.
     """
 
     def __init__(self, document: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -56,21 +56,20 @@ class Policy:
         self.document = dict(document)
         self.arrays = {key: np.array(value) for key, value in arrays.items()}
         network = document["network"]
-        self._gaussian = {"gaussian": True, "categorical": False}[network["distribution"]]
+        head, activation = HEADS[network["distribution"]], ACTIVATIONS[network["activation"]]
         weights = _weights(self.arrays)
-        self._net = _perceptron(self.arrays, len(weights), ACTIVATIONS[network["activation"]])
-        self._n_obs, n_out = weights[0].shape[1], len(weights[-1])
-        for name in ("observation.mean", "observation.var"):
-            self._check(name, (self._n_obs,), np.float64, network["normalized"])
-        for name in ("log_std", "action.low", "action.high"):
-            self._check(name, (n_out,), np.float32, self._gaussian)
+        self._n_obs, n_hidden, n_out = weights[0].shape[1], weights[-1].shape[1], len(weights[-1])
+        self._inputs = _inputs(network.get("inputs"), self._n_obs)
         self._normalized = bool(network["normalized"])
         if self._normalized:
             self._clip, self._epsilon = float(network["clip"]), float(network["epsilon"])
+        _check(self.arrays, head.needs(n_hidden, n_out), self._n_obs if self._normalized else None)
+        self._body = _body(self.arrays, len(weights) - 1, activation)
+        self._head = head(linear(self.arrays, f"layers.{len(weights) - 1}"), self.arrays)
 
     def predict(
         self,
-        observation: NDArray[Any],
+        observation: NDArray[Any] | Mapping[str, NDArray[Any]],
         state: Any = None,
         episode_start: Any = None,
         deterministic: bool = True,
@@ -79,7 +78,8 @@ class Policy:
         """Actions for observations, in SB3's form.
 
         Args:
-            observation: One observation (n,) or a batch (N, n), as the environment gives them.
+            observation: One observation (n,) or a batch (N, n), as the environment gives them; a
+                dictionary of such from a goal environment.
             state: Returned as it is; there is no memory.
             episode_start: Ignored, for the same reason.
             deterministic: The most likely action, or else a draw.
@@ -91,7 +91,7 @@ class Policy:
         Raises:
             ValueError: The observation has another shape, or is not finite.
         """
-        obs = np.asarray(observation)
+        obs = self._flat(observation)
         if obs.shape[-1:] != (self._n_obs,) or obs.ndim > 2 or not np.isfinite(obs).all():
             raise ValueError(
                 f"observation of shape {obs.shape}: expected ({self._n_obs},) or "
@@ -99,40 +99,27 @@ class Policy:
             )
         batch = torch.as_tensor(self._normalize(np.atleast_2d(obs)))
         with torch.no_grad():
-            output = self._net(batch)
-            actions = self._act(output, deterministic, generator)
+            actions = self._head.act(self._body(batch), deterministic, generator)
         return (actions if obs.ndim == 2 else actions.squeeze(axis=0)), state
+
+    def _flat(self, observation: NDArray[Any] | Mapping[str, NDArray[Any]]) -> NDArray[Any]:
+        """The parts of an observation side by side, in the order that the network takes them."""
+        if self._inputs is None:
+            return np.asarray(observation)
+        names = [name for name, _ in self._inputs]
+        if not isinstance(observation, Mapping) or not set(names) <= set(observation):
+            raise ValueError(f"observation: expected a dictionary of {', '.join(names)}")
+        parts = [np.asarray(observation[name]) for name in names]
+        for (name, size), part in zip(self._inputs, parts, strict=True):
+            if part.shape[-1:] != (size,):
+                raise ValueError(f"observation[{name!r}]: shape {part.shape}, expected {size} last")
+        return np.concatenate(parts, axis=-1)
 
     def _normalize(self, obs: NDArray[Any]) -> NDArray[np.float32]:
         if self._normalized:
             mean, var = self.arrays["observation.mean"], self.arrays["observation.var"]
             obs = np.clip((obs - mean) / np.sqrt(var + self._epsilon), -self._clip, self._clip)
         return obs.astype(np.float32)
-
-    def _act(
-        self, output: Tensor, deterministic: bool, generator: torch.Generator | None
-    ) -> NDArray[Any]:
-        if not self._gaussian:
-            chances = torch.softmax(output - output.logsumexp(dim=-1, keepdim=True), dim=-1)
-            if deterministic:
-                return chances.argmax(dim=1).numpy()
-            return torch.multinomial(chances, 1, True, generator=generator)[:, 0].numpy()
-        if not deterministic:
-            spread = torch.ones_like(output) * torch.from_numpy(self.arrays["log_std"]).exp()
-            zero, one = torch.zeros_like(output), torch.ones_like(output)
-            output = output + torch.normal(zero, one, generator=generator) * spread
-        low, high = self.arrays["action.low"], self.arrays["action.high"]
-        clipped: NDArray[np.float32] = np.clip(output.numpy(), low, high)
-        return clipped
-
-    def _check(self, name: str, shape: tuple[int, ...], dtype: type, wanted: bool) -> None:
-        array = self.arrays.get(name)
-        if not wanted:
-            if array is not None:
-                raise ValueError(f"{name} has no use here")
-        elif array is None or array.shape != shape or array.dtype != dtype:
-            found = "nothing" if array is None else f"{array.dtype}{array.shape}"
-            raise ValueError(f"{name}: expected {np.dtype(dtype)}{shape}, found {found}")
 
 
 def save_policy(policy: Policy, folder: Path) -> Path:
@@ -180,9 +167,19 @@ def load_policy(path: str | Path) -> Policy:
         raise DamagedFileError(f"{path}: not a policy: {error!r:.200}") from error
 
 
+def _inputs(value: Any, n_obs: int) -> list[tuple[str, int]] | None:
+    """Names and sizes of the parts of an observation; None if it is one array."""
+    if value is None:
+        return None
+    inputs = [(str(name), int(size)) for name, size in value]
+    if sum(size for _, size in inputs) != n_obs:
+        raise ValueError(f"inputs: {inputs} do not make up the {n_obs} numbers of layers.0")
+    return inputs
+
+
 def _weights(arrays: Mapping[str, NDArray[Any]]) -> list[NDArray[np.float32]]:
     """The matrices of the layers, each checked to take what the one before gives."""
-    count = sum(name.endswith(".weight") for name in arrays)
+    count = sum(name.startswith("layers.") and name.endswith(".weight") for name in arrays)
     if not 1 <= count <= _LAYER_LIMIT:
         raise ValueError(f"expected 1 to {_LAYER_LIMIT} layers, found {count}")
     weights = [arrays[f"layers.{k}.weight"] for k in range(count)]
@@ -197,13 +194,23 @@ def _weights(arrays: Mapping[str, NDArray[Any]]) -> list[NDArray[np.float32]]:
     return weights
 
 
-def _perceptron(
+def _check(
+    arrays: Mapping[str, NDArray[Any]], needs: Mapping[str, tuple[int, ...]], n_normal: int | None
+) -> None:
+    """Refuse any array beside the layers that is missing, of another shape, or of no use."""
+    wanted = {name: ("float32", shape) for name, shape in needs.items()}
+    if n_normal is not None:
+        for name in ("observation.mean", "observation.var"):
+            wanted[name] = ("float64", (n_normal,))
+    found = {k: (str(a.dtype), a.shape) for k, a in arrays.items() if not k.startswith("layers.")}
+    for name in sorted(wanted.keys() | found.keys()):
+        if wanted.get(name) != found.get(name):
+            raise ValueError(f"{name}: expected {wanted.get(name)}, found {found.get(name)}")
+
+
+def _body(
     arrays: Mapping[str, NDArray[Any]], count: int, activation: type[nn.Module]
 ) -> nn.Sequential:
-    modules: list[nn.Module] = []
-    for k in range(count):
-        weight, bias = (torch.tensor(arrays[f"layers.{k}.{part}"]) for part in ("weight", "bias"))
-        layer = nn.Linear(weight.shape[1], weight.shape[0], device="meta").to_empty(device="cpu")
-        layer.load_state_dict({"weight": weight, "bias": bias})
-        modules += [layer, activation()]
-    return nn.Sequential(*modules[:-1])
+    """All layers but the last."""
+    pairs = [(linear(arrays, f"layers.{k}"), activation()) for k in range(count)]
+    return nn.Sequential(*[module for pair in pairs for module in pair])

@@ -9,7 +9,7 @@ from typing import Any
 from stable_baselines3.common.logger import Logger
 
 from .adapter import EpisodeEnds
-from .algorithms import PROGRESS_COLUMNS
+from .algorithms import progress_columns
 from .config import Config
 from .logs import CsvLog, ProgressLog, TensorBoardLog
 from .runs import Run
@@ -39,7 +39,9 @@ class Records:
         about = json.dumps({"env_id": config.env_id, "t_start": 0, "t_unit": "steps"})
         self._n_envs = config.n_envs
         self._csv = {
-            "progress": CsvLog(run / "progress.csv", PROGRESS_COLUMNS, "", at.get("progress")),
+            "progress": CsvLog(
+                run / "progress.csv", progress_columns(config), "", at.get("progress")
+            ),
             "monitor": CsvLog(
                 run / "monitor.csv", ("r", "l", "t", "is_success"), f"#{about}\n", at.get("monitor")
             ),

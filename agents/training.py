@@ -12,11 +12,12 @@ from stable_baselines3.common.utils import safe_mean
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from .adapter import GymnasiumVecEnv
-from .algorithms import build_model, collect, export_policy, update
-from .checkpoints import capture, load_newest, restore, save_newest
+from .algorithms import build_model, check_fit, iterate
+from .checkpoints import load_newest, save_newest
 from .checks import ConfigError
 from .config import Config, config_to_dict
 from .environments import make
+from .exporting import export_policy
 from .files import sweep
 from .guards import NonFiniteError
 from .policies import save_policy
@@ -26,6 +27,7 @@ from .records import Records
 from .runs import Run, create_run, open_run
 from .seeds import row_seeds
 from .signals import StopSignals
+from .snapshots import capture, restore
 from .validation import Validation
 
 __all__ = ["Outcome", "train", "train_in"]
@@ -96,7 +98,9 @@ def train_in(run: Run, quiet: bool = False) -> Outcome:
     """
     config = run.config()
     try:
-        make(config.env_id, config.env_kwargs, 1).close()
+        venv = make(config.env_id, config.env_kwargs, 1)
+        check_fit(config, venv)
+        venv.close()
     except ConfigError:
         run.discard()
         raise
@@ -151,22 +155,21 @@ class Trainer:
         _, self._callback = self.model._setup_learn(config.total_timesteps)
         if document:
             self._restore(arrays, document)
-        update = config.n_envs * self.model.n_steps  # the last one is made in full
+        update = config.steps_per_update  # the last one is made in full
         progress.start(-(-config.total_timesteps // update) * update, self.model.num_timesteps)
 
     def is_complete(self) -> bool:
         """Whether all steps are made."""
-        return self.model.num_timesteps >= self._config.total_timesteps
+        return bool(self.model.num_timesteps >= self._config.total_timesteps)
 
     def seconds(self) -> float:
         """Time spent on the run, all sessions together."""
         return self._spent + time.perf_counter() - self._begin
 
     def iterate(self) -> None:
-        """One update: collect, learn, evaluate if it is time, log."""
+        """One update: play and learn, evaluate if it is time, log."""
         before, total = self.model.num_timesteps, self._config.total_timesteps
-        collect(self.model, self._callback)
-        update(self.model, total)
+        iterate(self.model, self._config, self._callback)
         self._iterations += 1
         figures = self._figures()
         if self._validation.is_due(before, self.model.num_timesteps, total):

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from agents.config import PPOConfig, config_from, config_to_dict
+from agents.config import ALGORITHMS, config_from, config_to_dict
 from agents.environments import make
 from agents.loading import dump_yaml, load_config, parse_yaml, read_yaml
 from agents.names import is_name
+from agents.training import train
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
 
@@ -45,17 +46,100 @@ BAD: dict[str, list[Any]] = {
     "target_kl": [0, -1, True, math.nan, "x"],
     "log_std_init": [3, -21, None, True, math.nan],
 }
+BAD_OFF_POLICY: dict[str, list[Any]] = {
+    "buffer_size": [0, None, 1.5, True, "x"],
+    "learning_starts": [-1, None, 0.5, math.inf],
+    "batch_size": [1, None, True, 2.5],
+    "train_freq": [0, None, [1, "episode"], True],
+    "gradient_steps": [0, -1, None, 1.5],
+    "tau": [0, 1.1, None, True, math.nan],
+    "log_every": [0, None, 1.5, True],
+    "n_sampled_goal": [-1, 101, None, 1.5, True],
+}
+BAD_SAC: dict[str, list[Any]] = {"ent_coef": [-1, None, True, math.inf, "automatic", "auto_0.1"]}
+BAD_DQN: dict[str, list[Any]] = {
+    "target_update_interval": [0, None, 1.5, 63],  # less than the rows
+    "exploration_fraction": [0, 1.1, None, True],
+    "exploration_initial_eps": [-0.1, 1.1, None, True, math.nan],
+    "exploration_final_eps": [-0.1, 1.1, None, True, math.nan],
+    "max_grad_norm": [0, -1, None, True, math.inf],
+}
+BY_ALGORITHM = {
+    "ppo": BAD,
+    "sac": BAD_OFF_POLICY | BAD_SAC,
+    "dqn": BAD_OFF_POLICY | BAD_DQN,
+}
 
 
-def test_every_entry_is_tried() -> None:
-    assert set(BAD) == set(config_to_dict(PPOConfig()))
+@pytest.mark.parametrize("algo", ALGORITHMS)
+def test_every_entry_is_tried(algo: str) -> None:
+    own = set(config_to_dict(config_from({"algo": algo})))
+    shared = set.intersection(*[set(config_to_dict(config_from({"algo": a}))) for a in ALGORITHMS])
+    assert set(BAD) >= shared and set(BY_ALGORITHM[algo]) | shared == own
 
 
-@pytest.mark.parametrize(("key", "value"), [(k, v) for k, bad in BAD.items() for v in bad])
-def test_a_bad_value_is_refused_by_key_with_what_is_expected(key: str, value: Any) -> None:
+@pytest.mark.parametrize(
+    ("algo", "key", "value"),
+    [(a, k, v) for a, entries in BY_ALGORITHM.items() for k, bad in entries.items() for v in bad],
+)
+def test_a_bad_value_is_refused_by_key_with_what_is_expected(
+    algo: str, key: str, value: Any
+) -> None:
     with pytest.raises(ValueError, match=rf"^config\.{key}: expected ") as error:
-        config_from({key: value})
+        config_from({"algo": algo, key: value})
     assert "got" in str(error.value)
+
+
+def test_an_entry_of_another_algorithm_is_unknown() -> None:
+    with pytest.raises(ValueError, match=r"^config\.buffer_size: unknown key"):
+        config_from({"buffer_size": 1000})
+    with pytest.raises(ValueError, match=r"^config\.n_epochs: unknown key"):
+        config_from({"algo": "sac", "n_epochs": 3})
+
+
+@pytest.mark.parametrize(
+    ("values", "rounds", "steps"),
+    [
+        ({"n_envs": 64, "log_every": 2000}, 32, 2048),
+        ({"n_envs": 64, "log_every": 2048}, 32, 2048),
+        ({"n_envs": 7, "train_freq": 3, "log_every": 1}, 1, 21),
+    ],
+)
+def test_an_update_is_the_least_number_of_whole_rounds(
+    values: dict[str, Any], rounds: int, steps: int
+) -> None:
+    config: Any = config_from({"algo": "sac", **values})
+    assert (config.rounds, config.steps_per_update) == (rounds, steps)
+
+
+@pytest.mark.parametrize(
+    ("env_id", "values", "message"),
+    [
+        (
+            "RigidEnvs/BallGrid-v0",
+            {"algo": "sac"},
+            r"^config\.algo: sac is for Box .*Discrete\(4\)",
+        ),
+        ("RigidEnvs/BallPark-v0", {"algo": "dqn"}, r"^config\.algo: dqn is for Discrete .*Box"),
+        (
+            "RigidEnvs/BallParkGoal-v0",
+            {"algo": "sac", "n_envs": 8, "buffer_size": 807},
+            r"^config\.buffer_size: expected at least 808, 101 steps of each of 8 rows",
+        ),
+        (
+            "RigidEnvs/BallPark-v0",
+            {"algo": "sac", "n_envs": 8, "buffer_size": 7},
+            r"^config\.buffer_size: expected at least 8",
+        ),
+    ],
+)
+def test_what_an_algorithm_cannot_learn_from_is_refused_before_the_run_begins(
+    tmp_path: Path, env_id: str, values: dict[str, Any], message: str
+) -> None:
+    config = config_from({"env_id": env_id, "log_dir": str(tmp_path), **values})
+    with pytest.raises(ValueError, match=message):
+        train(config, quiet=True)
+    assert list(tmp_path.rglob("config.yaml")) == []
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """A NaN ends the run before it reaches the weights, and says where it came up."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from agents.guards import NonFiniteError, all_finite, bad_row, guard_optimizer
 from agents.tensorfile import load_tensors
 from agents.training import Trainer, train
 from tests.agents.sessions import SMALL
+
+MEMORY = {"env_id": "Drift-v0", "n_envs": 16, "learning_starts": 32, "log_every": 64}
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), -float("inf")])
@@ -42,20 +45,28 @@ def test_a_nan_reward_stops_the_run_and_leaves_good_checkpoints(tmp_path: Path) 
     assert (run / "progress.csv").read_text().count("\n") == 1 + 9
 
 
+@pytest.mark.parametrize(
+    ("values", "factor"),
+    [
+        (SMALL, "ent_coef"),
+        (MEMORY | {"algo": "sac"}, "gamma"),
+        (MEMORY | {"algo": "dqn", "env_id": "RigidEnvs/BallGrid-v0"}, "gamma"),
+    ],
+)
 def test_a_nan_loss_stops_the_run_before_the_optimiser_steps(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, values: dict[str, Any], factor: str
 ) -> None:
     seen = {}
 
     def iterate(self: Trainer) -> None:
-        self.model.ent_coef = float("nan")
+        setattr(self.model, factor, float("nan"))
         seen["weights"] = [p.detach().clone() for p in self.model.policy.parameters()]
         seen["policy"] = self.model.policy
         original(self)
 
     original = Trainer.iterate
     monkeypatch.setattr(Trainer, "iterate", iterate)
-    config = config_from({**SMALL, "log_dir": str(tmp_path)})
+    config = config_from({**values, "log_dir": str(tmp_path)})
     with pytest.raises(NonFiniteError, match=r"gradient of the loss .*seed 0"):
         train(config, quiet=True)
     for before, after in zip(seen["weights"], seen["policy"].parameters(), strict=True):

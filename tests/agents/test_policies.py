@@ -12,17 +12,23 @@ import numpy as np
 import pytest
 import torch
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from stable_baselines3 import DQN
 from stable_baselines3.common.vec_env import VecNormalize
 
+import tests.agents.drift  # noqa: F401, registers the environment
 from agents.adapter import GymnasiumVecEnv
-from agents.algorithms import build_model, export_policy
+from agents.algorithms import build_model
 from agents.config import config_from
+from agents.environments import make
+from agents.exporting import export_policy
 from agents.files import DamagedFileError
 from agents.policies import Policy, load_policy, save_policy
 from agents.tensorfile import load_tensors, save_tensors
-from tests.agents.drift import Drift
 
-SMALL = {"n_envs": 4, "n_steps": 16, "batch_size": 32, "n_epochs": 2, "env_id": "Drift-v0"}
+PPO = {"n_steps": 16, "batch_size": 32, "n_epochs": 2}
+MEMORY = {"batch_size": 32, "learning_starts": 420, "train_freq": 8, "gradient_steps": 1}
+GOAL = "RigidEnvs/BallParkGoal-v0"
+GRID = "RigidEnvs/BallGrid-v0"
 
 
 def cart_pole() -> GymnasiumVecEnv:
@@ -30,13 +36,14 @@ def cart_pole() -> GymnasiumVecEnv:
     return GymnasiumVecEnv(SyncVectorEnv(rows, autoreset_mode=AutoresetMode.SAME_STEP))
 
 
-def trained(kind: str, **entries: Any) -> Any:
-    env: Any = cart_pole() if kind == "discrete" else GymnasiumVecEnv(Drift(4))
+def trained(kind: str, env_id: str = "Drift-v0", **entries: Any) -> Any:
+    env: Any = cart_pole() if kind == "discrete" else GymnasiumVecEnv(make(env_id, {}, 4))
     if kind == "normalized":
         env = VecNormalize(env, clip_obs=2.0)
-    config = config_from({**SMALL, **entries})
+    own = PPO if entries.get("algo", "ppo") == "ppo" else MEMORY
+    config = config_from({"env_id": env_id, "n_envs": 4, **own, **entries})
     model = build_model(config, env)
-    model.learn(256)
+    model.learn(512)
     return model, export_policy(model, config)
 
 
@@ -48,7 +55,30 @@ CASES: list[tuple[str, dict[str, Any]]] = [
     ("box", {"activation": "silu"}),
     ("normalized", {"normalize_observation": True}),
     ("discrete", {}),
+    ("box", {"env_id": GOAL}),
+    ("normalized", {"env_id": GOAL}),
+    ("box", {"algo": "sac"}),
+    ("box", {"algo": "sac", "net_arch": []}),
+    ("normalized", {"algo": "sac", "env_id": GOAL}),
+    ("grid", {"env_id": GRID}),
+    ("grid", {"algo": "dqn", "env_id": GRID, "net_arch": [16], "activation": "relu"}),
 ]
+
+
+def observations(space: gym.Space[Any], n: int, rng: np.random.Generator) -> Any:
+    if isinstance(space, gym.spaces.Dict):
+        return {name: observations(part, n, rng) for name, part in space.items()}
+    return rng.normal(scale=2, size=(n, *(space.shape or ()))).astype(np.float32)
+
+
+def first(obs: Any) -> Any:
+    return {name: part[0] for name, part in obs.items()} if isinstance(obs, dict) else obs[0]
+
+
+def acted(model: Any, seen: Any, deterministic: bool) -> Any:
+    """DQN's own exploration is no part of its policy."""
+    actor = model.policy if isinstance(model, DQN) else model
+    return actor.predict(seen, deterministic=deterministic)[0]
 
 
 @pytest.mark.parametrize(("kind", "entries"), CASES, ids=str)
@@ -59,13 +89,12 @@ def test_a_loaded_policy_acts_as_the_model_bit_by_bit(
     loaded = load_policy(save_policy(policy, tmp_path / "policy"))
     normalize = model.get_vec_normalize_env()
     rng = np.random.default_rng(0)
-    n = model.observation_space.shape[0]
     for batch in (1, 2, 7, 500):
-        obs = rng.normal(scale=2, size=(batch, n)).astype(np.float32)
+        obs = observations(model.observation_space, batch, rng)
         seen = obs if normalize is None else normalize.normalize_obs(obs)
         for deterministic in (True, False):
             torch.manual_seed(batch)
-            expected, _ = model.predict(seen, deterministic=deterministic)
+            expected = acted(model, seen, deterministic)
             torch.manual_seed(batch)
             actions, _ = loaded.predict(obs, deterministic=deterministic)
             np.testing.assert_array_equal(actions, expected)
@@ -73,8 +102,8 @@ def test_a_loaded_policy_acts_as_the_model_bit_by_bit(
         generator = torch.Generator().manual_seed(batch)
         drawn, _ = loaded.predict(obs, deterministic=False, generator=generator)
         np.testing.assert_array_equal(drawn, expected)
-    single, _ = loaded.predict(obs[0])
-    expected, _ = model.predict(seen[0], deterministic=True)
+    single, _ = loaded.predict(first(obs))
+    expected = acted(model, first(seen), True)
     np.testing.assert_array_equal(single, expected)
     assert np.shape(single) == np.shape(expected)
 
@@ -110,9 +139,27 @@ def test_an_observation_that_does_not_fit_is_refused(obs: Any) -> None:
         example().predict(obs)
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"observation": None}, "dictionary of achieved_goal, desired_goal, observation"),
+        ({"achieved_goal": np.zeros((2, 3))}, r"\['achieved_goal'\]: shape \(2, 3\), expected 11"),
+        ({"achieved_goal": np.full((2, 11), np.nan)}, "every entry finite"),
+        ({"achieved_goal": np.zeros((3, 11))}, "dimensions"),
+    ],
+)
+def test_a_dictionary_that_does_not_fit_is_refused(change: dict[str, Any], message: str) -> None:
+    sizes = dict(example(env_id=GOAL).document["network"]["inputs"])
+    obs = {name: np.zeros((2, size)) for name, size in sizes.items()} | change
+    with pytest.raises(ValueError, match=message):
+        example(env_id=GOAL).predict({k: part for k, part in obs.items() if part is not None})
+    with pytest.raises(ValueError, match="expected a dictionary"):
+        example(env_id=GOAL).predict(np.zeros((2, sum(sizes.values()))))
+
+
 @functools.cache
-def example() -> Policy:
-    return trained("box")[1]  # type: ignore[no-any-return]
+def example(**entries: Any) -> Policy:
+    return trained("box", **entries)[1]  # type: ignore[no-any-return]
 
 
 def damaged(arrays: dict[str, Any], document: dict[str, Any], how: str) -> None:
@@ -153,6 +200,12 @@ def damaged(arrays: dict[str, Any], document: dict[str, Any], how: str) -> None:
         arrays["observation.mean"] = np.zeros(2)
     elif how == "statistics missing":
         document["network"]["normalized"] = True
+    elif how == "spread of another kind":
+        document["network"]["distribution"] = "squashed gaussian"
+    elif how == "bounds of no box":
+        document["network"]["distribution"] = "greedy"
+    elif how == "inputs that do not fit":
+        document["network"]["inputs"] = [["achieved_goal", 11]]
     elif how == "bounds that do not fit":
         arrays["action.low"] = np.zeros(3, np.float32)
     else:
@@ -166,6 +219,7 @@ def damaged(arrays: dict[str, Any], document: dict[str, Any], how: str) -> None:
         "unknown distribution", "no layers", "a gap", "too many layers", "not finite", "double",
         "a vector", "layers that do not fit", "bias that does not fit", "no spread",
         "statistics without use", "statistics missing", "bounds that do not fit",
+        "spread of another kind", "bounds of no box", "inputs that do not fit",
     ],
 )  # fmt: skip
 def test_a_malformed_policy_is_refused_by_name(tmp_path: Path, how: str) -> None:

@@ -23,6 +23,9 @@ SAME = (
     "last_model/policy.json",
     "best_model/policy.safetensors",
 )
+PPO_ONLY = ("n_steps", "batch_size", "n_epochs")
+MEMORY = {"log_every": 512, "learning_starts": 2000, "batch_size": 64, "train_freq": 2,
+          "gradient_steps": 1, "buffer_size": 50_000}  # fmt: skip
 VARIANTS: dict[str, dict[str, Any]] = {
     "plain": {},
     "normalized": {"normalize_observation": True, "normalize_reward": True, "seed": 2**40},
@@ -30,12 +33,29 @@ VARIANTS: dict[str, dict[str, Any]] = {
         "env_id": "RigidEnvs/BallPark-v0",
         "env_kwargs": {"radius": [0.9, 1.1], "observation_noise": 0.01, "action_delay": 2},
     },
+    "sac, hindsight, normalized, overflowing": MEMORY
+    | {
+        "algo": "sac",
+        "env_id": "RigidEnvs/BallParkGoal-v0",
+        "train_freq": 8,
+        "buffer_size": 8000,
+        "normalize_observation": True,
+    },
+    "dqn": MEMORY
+    | {"algo": "dqn", "env_id": "RigidEnvs/BallGrid-v0", "target_update_interval": 700},
 }
 
 
+def base(values: dict[str, Any]) -> dict[str, Any]:
+    """The small run; of another algorithm only what all have in common."""
+    algo = values.get("algo", "ppo")
+    return {k: v for k, v in SMALL.items() if algo == "ppo" or k not in PPO_ONLY} | values
+
+
 def whole(folder: Path, **values: Any) -> Path:
-    assert finish(start({**SMALL, **values, "log_dir": str(folder), "run_name": "whole"})) == 0
-    return folder / "ppo" / "whole"
+    entries = base(values) | {"log_dir": str(folder), "run_name": "whole"}
+    assert finish(start(entries)) == 0
+    return folder / str(entries.get("algo", "ppo")) / "whole"
 
 
 def newest(run: Path) -> Path:
@@ -71,7 +91,7 @@ def wait_for(run: Path, updates: int) -> None:
 def kill_at_random(folder: Path, values: dict[str, Any], kills: int, seed: int) -> Path:
     """Start a run and kill it that often, at random moments of its life."""
     rng = np.random.default_rng(seed)
-    run = folder / "ppo" / "killed"
+    run = folder / str(values.get("algo", "ppo")) / "killed"
     updates = values["total_timesteps"] // 512
     moments = np.sort(rng.choice(np.arange(1, updates - 5), kills, replace=False))
     session = start({**values, "log_dir": str(folder), "run_name": "killed"})
@@ -94,7 +114,7 @@ def kill_at_random(folder: Path, values: dict[str, Any], kills: int, seed: int) 
 def test_a_run_killed_three_times_is_bitwise_the_one_that_never_was(
     tmp_path: Path, variant: str
 ) -> None:
-    values = {**SMALL, **VARIANTS[variant], "total_timesteps": 512 * 60}
+    values = base(VARIANTS[variant]) | {"total_timesteps": 512 * 60}
     reference = whole(tmp_path, **values)
     assert_same(reference, kill_at_random(tmp_path, values, kills=3, seed=0))
 
@@ -105,7 +125,7 @@ def test_a_run_killed_three_times_is_bitwise_the_one_that_never_was(
 def test_a_run_killed_ten_times_is_bitwise_the_one_that_never_was(
     tmp_path: Path, variant: str, seed: int
 ) -> None:
-    values = {**SMALL, **VARIANTS[variant], "total_timesteps": 512 * 300, "checkpoint_every": 1}
+    values = base(VARIANTS[variant]) | {"total_timesteps": 512 * 300, "checkpoint_every": 1}
     reference = whole(tmp_path, **values)
     assert_same(reference, kill_at_random(tmp_path, values, kills=10, seed=seed))
 
