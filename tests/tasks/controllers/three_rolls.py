@@ -1,0 +1,141 @@
+"""Any pose of a rolling ball from any other by three straight rolls.
+
+Kendall's problem, solved by Hammersley: three rolls along straight lines are enough, and two are
+not. Three displacements have six numbers, a pose has five, so each plan belongs to a family of one
+parameter; here the family's shortest is looked for.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs import rotations
+
+__all__ = ["plan", "three_rolls"]
+
+Array = npt.NDArray[np.float64]
+
+_AXES = np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 0.0]])  # rotation vector of a displacement
+_EXACT = 1e-12  # rad; a plan is accepted if it misses the attitude by no more
+_N_GUESSES, _N_KEPT, _N_ROUNDS = 40, 5, 20
+_ONTO, _ALONG = 20, 40  # iterations onto a plan, and along its family
+
+
+def plan(
+    start: npt.ArrayLike, goal: npt.ArrayLike, *, radius: npt.ArrayLike = 1.0, seed: int = 0
+) -> Array:
+    """Displacements of three straight rolls from one pose to another.
+
+    Args:
+        start: states (w, x, y, z, X, Y) of `RollingBall`, shape (..., 6).
+        goal: as `start`, broadcast against it.
+        radius: of the balls, shape (...) [m].
+        seed: of the first guesses.
+
+    Returns:
+        Displacements of the centre, in the order in which they are rolled, shape (..., 3, 2) [m].
+    """
+    begin, end = np.broadcast_arrays(np.asarray(start, float), np.asarray(goal, float))
+    turn = rotations.multiply(end[..., :4], rotations.conjugate(begin[..., :4]))
+    scale = np.broadcast_to(np.asarray(radius, float), begin.shape[:-1])[..., None]
+    way = (end[..., 4:6] - begin[..., 4:6]) / scale
+    rolls = three_rolls(turn.reshape(-1, 4), way.reshape(-1, 2), seed=seed)
+    return scale[..., None] * rolls.reshape(*begin.shape[:-1], 3, 2)
+
+
+def three_rolls(turn: Array, way: Array, *, seed: int = 0) -> Array:
+    """Displacements d1, d2, d3 with d1 + d2 + d3 = way and exp(d3*) exp(d2*) exp(d1*) = turn.
+
+    Lengths are in radii and d* = (-d_y, d_x, 0) is the rotation vector of a roll. With d3 = way -
+    d1 - d2 there are three equations for four unknowns. Newton's method, with the smallest of all
+    steps that solve the linearised equations, converges from nearly every guess. The best of the
+    plans found are then shortened along their families, by steps against the part of the gradient
+    of the length that keeps the equations. Rows without a plan are tried again.
+
+    Args:
+        turn: rotation of the ball, world, shape (N, 4).
+        way: displacement of its centre, shape (N, 2) [radii].
+        seed: of the guesses.
+
+    Returns:
+        Displacements, shape (N, 3, 2) [radii].
+
+    Raises:
+        ArithmeticError: no plan after so many guesses.
+
+    Source: Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79.
+    """
+    rng = np.random.default_rng(seed)
+    rolls, length = np.zeros((len(turn), 3, 2)), np.full(len(turn), np.inf)
+    for _ in range(_N_ROUNDS):
+        rows = np.flatnonzero(np.isinf(length))
+        if len(rows) == 0:
+            return rolls
+        rolls[rows], length[rows] = _best_of(_guesses(rng), turn[rows, None], way[rows, None])
+    raise ArithmeticError(f"no three rolls turn a ball by {turn[rows[0]]} over {way[rows[0]]}")
+
+
+def _guesses(rng: np.random.Generator) -> Array:
+    """First two displacements: none, and of all sizes from a tenth of a radius on, shape (n, 4)."""
+    size = np.concatenate([[0.0], np.geomspace(0.1, 5.0, _N_GUESSES - 1)])
+    return size[:, None] * rng.uniform(-1.0, 1.0, (_N_GUESSES, 4))
+
+
+def _best_of(guesses: Array, turn: Array, way: Array) -> tuple[Array, Array]:
+    """The shortest plan of each row, and its length; infinite if none converged."""
+    found = _solve(np.broadcast_to(guesses, (len(turn), *guesses.shape)), turn, way, _ONTO)
+    best = np.argsort(_length(found, turn, way), axis=1)[:, :_N_KEPT, None]
+    kept = np.take_along_axis(found, best, axis=1)
+    short = _solve(_solve(kept, turn, way, _ALONG, shorten=1.0), turn, way, _ONTO)
+    # a family may lead to where the equations are singular: the plans before count as well
+    ends = np.concatenate([short, kept], axis=1)
+    length = _length(ends, turn, way)
+    row, first = np.arange(len(turn)), np.argmin(length, axis=1)
+    return _rolls(ends, way)[row, first], length[row, first]
+
+
+def _solve(free: Array, turn: Array, way: Array, n: int, shorten: float = 0.0) -> Array:
+    """Newton steps on the first two displacements, and steps that shorten the plan besides."""
+    for _ in range(n):
+        rolls = _rolls(free, way)
+        missing, jacobian = _linearise(rolls, turn)
+        transposed = np.swapaxes(jacobian, -1, -2)
+        inverse = transposed @ np.linalg.inv(jacobian @ transposed + 1e-12 * np.eye(3))
+        ahead = rolls / np.maximum(np.linalg.norm(rolls, axis=-1, keepdims=True), 1e-12)
+        downhill = shorten * (ahead[..., 2:, :] - ahead[..., :2, :]).reshape(free.shape)
+        residual = missing - (jacobian @ downhill[..., None])[..., 0]
+        move = downhill + (inverse @ residual[..., None])[..., 0]
+        size = np.linalg.norm(move, axis=-1, keepdims=True)
+        free = free + move / np.maximum(1.0, size / (0.5 if shorten else 1.5))
+    return free
+
+
+def _linearise(rolls: Array, turn: Array) -> tuple[Array, Array]:
+    """What is missing of the turn, a rotation vector, and its Jacobian, shape (..., 3, 4).
+
+    A change of roll i turns the ball by J_i d*_i, J_i the left Jacobian of its rotation vector,
+    carried along by the rolls that follow; and d3 changes by -d1 - d2.
+    """
+    vectors = rolls @ _AXES.T
+    q1, q2, q3 = np.moveaxis(rotations.exp(vectors), -2, 0)
+    q32 = rotations.multiply(q3, q2)
+    total = rotations.multiply(q32, q1)
+    missing = rotations.log(rotations.multiply(turn, rotations.conjugate(total)))
+    left1, left2, left3 = np.moveaxis(rotations.left_jacobian(vectors), -3, 0)
+    first = rotations.matrix_from_quaternion(q32) @ left1 - left3
+    second = rotations.matrix_from_quaternion(q3) @ left2 - left3
+    return missing, np.concatenate([first @ _AXES, second @ _AXES], axis=-1)
+
+
+def _rolls(free: Array, way: Array) -> Array:
+    """All three displacements of the first two, shape (..., 3, 2)."""
+    two = free.reshape(*free.shape[:-1], 2, 2)
+    last = way - np.sum(two, axis=-2)
+    return np.concatenate([two, last[..., None, :]], axis=-2)
+
+
+def _length(free: Array, turn: Array, way: Array) -> Array:
+    """Length of the plans [radii]; infinite where one misses the turn."""
+    rolls = _rolls(free, way)
+    missing, _ = _linearise(rolls, turn)
+    length = np.sum(np.linalg.norm(rolls, axis=-1), axis=-1)
+    return np.where(np.linalg.norm(missing, axis=-1) <= _EXACT, length, np.inf)
