@@ -6,8 +6,12 @@ functions of one row; `rigid_envs.core` runs it. `TASKS` names them all.
 
 from rigid_envs.tasks.axis_flip import AxisFlip
 from rigid_envs.tasks.ball_grid import BallGrid
-from rigid_envs.tasks.ball_park import BallPark
+from rigid_envs.tasks.ball_park import BallPark, BallParkRandom
+from rigid_envs.tasks.ball_park_dynamic import BallParkDynamic
 from rigid_envs.tasks.ball_park_goal import BallParkGoal
+from rigid_envs.tasks.ball_plate import BallPlate
+from rigid_envs.tasks.ball_reorient import BallReorient
+from rigid_envs.tasks.ball_steer import BallSteer
 from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.coin_park import CoinPark
 from rigid_envs.tasks.detumble import Detumble
@@ -26,7 +30,12 @@ __all__ = [
     "AxisFlip",
     "BallGrid",
     "BallPark",
+    "BallParkDynamic",
     "BallParkGoal",
+    "BallParkRandom",
+    "BallPlate",
+    "BallReorient",
+    "BallSteer",
     "CoinPark",
     "ConfigError",
     "Detumble",

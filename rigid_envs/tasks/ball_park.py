@@ -19,9 +19,9 @@ from rigid_envs.systems import RollingBall
 from rigid_envs.tasks.base import Array, Entry, Task
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 
-__all__ = ["BallPark"]
+__all__ = ["FAR", "BallPark", "BallParkRandom", "misplacement"]
 
-_FAR = 50.0  # radii; offsets are observed and punished no further than this
+FAR = 50.0  # radii; offsets are observed and punished no further than this
 _SMOOTH = 1e-3  # rounds the roots off at the origin
 _RATE, _POSITION, _ANGLE, _SQUARE = range(5, 9)  # constants after the five weights
 
@@ -42,23 +42,30 @@ def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
-    """Cost by the order of the Lie bracket that generates each direction (see `BallPark`)."""
-    x, y_ = y[4] * p[1], y[5] * p[1]
+def misplacement(y: Row, scale: float) -> tuple[float, float, float, float]:
+    """Distance [radii], sqrt|theta_z|, |m| and |theta| of `BallPark`; `scale` is 1 / radius."""
+    x, y_ = y[4] * scale, y[5] * scale
     theta = log_rotation((y[0], y[1], y[2], y[3]))
     distance = math.sqrt(x * x + y_ * y_)
     angle = math.sqrt(theta[0] * theta[0] + theta[1] * theta[1] + theta[2] * theta[2])
     a, b = theta[0] + y_, theta[1] - x
     mismatch = math.sqrt(a * a + b * b + _SMOOTH * _SMOOTH)
     twist = math.sqrt(math.sqrt(theta[2] * theta[2] + _SMOOTH * _SMOOTH))
+    return distance, twist, mismatch, angle
+
+
+@scalar
+def judge(
+    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
+) -> tuple[Row, Row, float, bool, bool]:
+    """The terms of `BallPark`, and whether the ball is parked."""
+    distance, twist, mismatch, angle = misplacement(y, p[1])
     parked = (distance * p[0] <= c[_POSITION]) & (angle <= c[_ANGLE])
     rolled = dt * math.sqrt(u[0] * u[0] + u[1] * u[1])
     terms = (
-        -min(distance, _FAR),
+        -min(distance, FAR),
         -twist,
-        -cbrt(min(mismatch, _FAR)),
+        -cbrt(min(mismatch, FAR)),
         -angle,
         select(parked, 1.0, 0.0),
     )
@@ -69,7 +76,7 @@ def judge(
 def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
     """Position in radii."""
     x, y_ = y[4] * p[1], y[5] * p[1]
-    return (min(max(x, -_FAR), _FAR), min(max(y_, -_FAR), _FAR))
+    return (min(max(x, -FAR), FAR), min(max(y_, -FAR), FAR))
 
 
 SHAPES = Shapes(*rolling_ball.SHAPES, (1.0,), (), (0.0,) * 2, (0.0,) * 9)
@@ -174,8 +181,8 @@ class BallPark(Task):
     def features(self) -> tuple[Entry, ...]:
         """Offset in radii."""
         return (
-            Entry("X / radius", "1", "world", -_FAR, _FAR),
-            Entry("Y / radius", "1", "world", -_FAR, _FAR),
+            Entry("X / radius", "1", "world", -FAR, FAR),
+            Entry("Y / radius", "1", "world", -FAR, FAR),
         )
 
     def largest_rate(self) -> float:
@@ -186,3 +193,25 @@ class BallPark(Task):
         """Path length [m] that no plan can beat: max(distance, radius * angle) to the origin."""
         distance = np.hypot(y[..., 4], y[..., 5])
         return np.maximum(distance, span(self.radius)[0] * rotations.angle(y[..., :4]))
+
+
+@dataclass(frozen=True)
+class BallParkRandom(BallPark):
+    """Park balls of every size: `BallPark` with a radius that is drawn in every episode.
+
+    Rolling knows no length but the radius. Positions are observed in radii and actions are rolling
+    rates, so one and the same manoeuvre parks balls of all sizes. What does not scale are the
+    square of the starts and the tolerance, which stay in metres: a ball of 0.5 m starts up to 5.7
+    of its radii away and is parked within 0.2 of them, one of 2 m starts at no more than 1.4 and is
+    parked within 0.05. With `observe_params` the radius is observed. Reward and success are those
+    of `BallPark`.
+
+    Attributes:
+        radius: radius of the ball, from half to twice that of `BallPark` [m].
+        roll_per_step, start_half_width, position_tolerance, angle_tolerance: as in `BallPark`.
+        weight_position, weight_twist, weight_mismatch, weight_angle, weight_parked: likewise.
+
+    Source: as `BallPark`.
+    """
+
+    radius: Range = physical((0.5, 2.0), "radius of the ball", "m")
