@@ -14,7 +14,7 @@ from rigid_envs.kernels import episode, free_body, goals, randoms
 from rigid_envs.kernels.actions import clip_to_box, single
 from rigid_envs.kernels.algebra import Quaternion, Row, Vector, matrix
 from rigid_envs.kernels.compiler import kernel, scalar
-from rigid_envs.kernels.elementary import select
+from rigid_envs.kernels.elementary import select, sincos
 from rigid_envs.kernels.layout import Memory, Shapes
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks.base import Array, Entry, Task
@@ -25,7 +25,7 @@ __all__ = ["Reorient"]
 
 _FAST = 20.0  # rad/s; observed no further than this
 _STEPS = 100  # time limit of the registered environment, for which rates are bounded
-_TORQUE, _COSINE, _RATE = range(1, 4)  # constants after the weight
+_TORQUE, _ANGLE, _RATE = range(1, 4)  # constants after the weight
 _REST = (0.0, 0.0, 0.0)
 
 
@@ -70,7 +70,8 @@ def reached(achieved: Row, desired: Row, c: Row) -> bool:
         trace += achieved[k] * desired[k]
     for k in range(9, 12):
         square += (achieved[k] - desired[k]) * (achieved[k] - desired[k])
-    near: bool = trace >= 1.0 + 2.0 * c[_COSINE]
+    _, cosine = sincos(c[_ANGLE])
+    near: bool = trace >= 1.0 + 2.0 * cosine
     return near & (square <= c[_RATE] * c[_RATE])
 
 
@@ -181,7 +182,7 @@ class Reorient(Task):
         return (
             self.weight_reached,
             self.torque,
-            math.cos(min(self.angle_tolerance, math.pi)),
+            min(self.angle_tolerance, math.pi),
             self.rate_tolerance,
         )
 
