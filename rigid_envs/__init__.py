@@ -37,6 +37,8 @@ ENVIRONMENTS = {
     "RigidEnvs/TopRandom-v0": ("rigid_envs.tasks:TopRandom", 300),
     "RigidEnvs/SleepingTopRandom-v0": ("rigid_envs.tasks:SleepingTopRandom", 300),
     "RigidEnvs/CoinPark-v0": ("rigid_envs.tasks:CoinPark", 100),
+    "RigidEnvs/DiskRoll-v0": ("rigid_envs.tasks:DiskRoll", 400),
+    "RigidEnvs/DiskRollRandom-v0": ("rigid_envs.tasks:DiskRollRandom", 400),
 }
 """Every id with its task and its time limit in steps."""
 

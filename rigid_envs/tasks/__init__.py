@@ -15,6 +15,7 @@ from rigid_envs.tasks.ball_steer import BallSteer
 from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.coin_park import CoinPark
 from rigid_envs.tasks.detumble import Detumble
+from rigid_envs.tasks.disk_roll import DiskRoll, DiskRollRandom
 from rigid_envs.tasks.fields import ConfigError
 from rigid_envs.tasks.intermediate_axis import IntermediateAxis, IntermediateAxisRandom
 from rigid_envs.tasks.intermediate_axis_single import IntermediateAxisSingle
@@ -39,6 +40,8 @@ __all__ = [
     "CoinPark",
     "ConfigError",
     "Detumble",
+    "DiskRoll",
+    "DiskRollRandom",
     "Entry",
     "IntermediateAxis",
     "IntermediateAxisRandom",

@@ -1,0 +1,82 @@
+"""What the tasks of a rolling disk share: how it rolls, and how fast it can become."""
+
+from __future__ import annotations
+
+import math
+
+from rigid_envs.kernels import rolling_disk
+from rigid_envs.kernels.algebra import Row
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.elementary import fma
+from rigid_envs.tasks.fields import Range, span
+
+__all__ = ["TIGHT", "fastest_disk", "rolling", "threshold"]
+
+TIGHT = 10.0  # curvatures times the radius are observed no further than this
+_STEPS = 200  # of cos(theta), in which rates are summed up
+
+
+@scalar
+def rolling(y: Row) -> Row:
+    """Sine and cosine of the lean, its rate, turn rate wn, roll rate w3, curvature times radius.
+
+    The contact goes round at phi' = wn / cos(lean), along the way at the rate psi' = w3 + wn
+    tan(lean) times the radius. (The lean is theta - pi / 2.)
+    """
+    n1, n2, s, c = rolling_disk.inclination((y[0], y[1], y[2], y[3]))
+    wn, wl = fma(n1, y[4], n2 * y[5]), fma(n1, y[5], -n2 * y[4])
+    way = y[6] - wn * c / s
+    curvature = wn / s * way / max(way * way, 1e-9)
+    return (-c, s, -wl, wn, y[6], min(max(curvature, -TIGHT), TIGHT))
+
+
+def threshold(mgr: float, I1: float, I3: float, rim: float) -> float:
+    """Roll rate [rad/s] above which an upright disk rolls on by itself.
+
+    ``I3 (I3 + m r^2) w3^2 = I1 m g r``: w3^2 = g / (3 r) for a disc, g / (4 r) for a hoop.
+
+    Args:
+        mgr: m g radius [N m].
+        I1: moment about a diameter [kg m^2].
+        I3: moment about the axis [kg m^2].
+        rim: m radius^2 [kg m^2].
+
+    Source: Routh, *Advanced Rigid Dynamics*, section 244.
+    """
+    return math.sqrt(mgr * I1 / (I3 * (I3 + rim)))
+
+
+def fastest_disk(
+    parameters: tuple[Range, Range, Range, Range, Range],
+    speed: float,
+    turn: float,
+    torque: float,
+) -> float:
+    """Largest rate [rad/s] until the lean is 60 degrees, as `RollingDisk.pace` counts it.
+
+    Whatever the lean torque, wn and w3 depend on theta alone. With c = cos(theta), ``d(wn
+    sin(theta))/dc = -(I3 / I1) w3`` and ``dw3/dc = -m r^2 / (I3 + m r^2) wn / sin(theta)``: both
+    are summed up from upright, in the sense in which both grow. What is left of the energy, and
+    the work of the torque over 120 degrees, is a rate of the lean.
+
+    Args:
+        parameters: m, radius, I1, I3 and g, numbers or ranges.
+        speed: largest w3 at the start, as a part of the `threshold`.
+        turn: largest wn and wl at the start [rad/s].
+        torque: largest lean torque [N m].
+
+    Source: Routh, *Advanced Rigid Dynamics*, section 244.
+    """
+    low = [span(value)[0] for value in parameters]
+    m, radius, I1, I3, g = (span(value)[1] for value in parameters)
+    rim, least = m * radius**2, low[0] * low[1] ** 2
+    w3 = speed * threshold(m * g * radius, I1, low[3], least)
+    across, h = turn, 0.5 * math.sqrt(3.0) / _STEPS
+    for k in range(1, _STEPS + 1):
+        sine = math.sqrt(1.0 - (h * k) ** 2)
+        w3 += h * rim / (low[3] + rim) * across / sine**2
+        across += h * I3 / low[2] * w3
+    wn = across / sine
+    energy = m * g * radius + I1 * wn**2 + (I3 + rim) * w3**2 + 8.0 * math.pi / 6.0 * torque
+    wl = math.sqrt(energy / (low[2] + least) + turn**2)
+    return w3 + math.sqrt(wn**2 + wl**2) / sine + math.sqrt(g / low[1])
