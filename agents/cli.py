@@ -1,4 +1,4 @@
-"""The command line: `python -m agents [train | evaluate | enjoy]`.
+"""The command line: `python -m agents [train | evaluate | enjoy | benchmark]`.
 
 Importing torch and SB3 takes seconds, so it waits until it is clear that there is work to do.
 """
@@ -8,17 +8,24 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import importlib
+import re
 import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rigid_envs import ENVIRONMENTS
 
 from .checks import ConfigError
 from .config import ALGORITHMS
 from .files import DamagedFileError
-from .loading import add_config_options, dump_yaml, load_config
+from .loading import add_config_options, dump_yaml, load_config, parse_yaml
 from .runs import Run, RunInUseError, create_run, find_run, open_run
 from .seeds import TEST_SEED, row_seeds
+
+if TYPE_CHECKING:
+    from .training import Outcome
 
 __all__ = ["main"]
 
@@ -65,6 +72,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_train(verbs.add_parser("train", help="train, then evaluate", allow_abbrev=False))
     _add_evaluate(verbs.add_parser("evaluate", help="success, cost, return on unseen starts"))
     _add_enjoy(verbs.add_parser("enjoy", help="print one episode, step by step"))
+    _add_benchmark(verbs.add_parser("benchmark", help="train every environment; one table of all"))
     for verb in verbs.choices.values():
         verb.add_argument(
             "--allow-import",
@@ -110,6 +118,21 @@ def _add_enjoy(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--random", action="store_true", help="act at random instead")
 
 
+def _add_benchmark(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(act=_benchmark)
+    parser.description = (
+        "Train every environment with its config (configs/NAME_ALGO.yaml, or else the defaults of "
+        "the algorithm that suits it), compare with a random policy on the same unseen starts, "
+        "and write one table. The same command goes on where it was stopped."
+    )
+    parser.add_argument("--ids", nargs="+", metavar="ID", default=list(ENVIRONMENTS), help="(all)")
+    parser.add_argument("--steps", metavar="N", help="of each training (as its config says)")
+    parser.add_argument("--seed", default="0", help="of the trainings (0)")
+    parser.add_argument("--episodes", type=int, default=_STARTS, metavar="N", help="(500)")
+    parser.add_argument("--out", default="logs/benchmark", metavar="FOLDER", help="(%(default)s)")
+    parser.add_argument("--quiet", action="store_true", help="no progress, only the table")
+
+
 def _add_policy_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("path", type=Path, metavar="RUN_OR_POLICY")
     parser.add_argument("--which", choices=("best", "last"), default="best", help="of a run (best)")
@@ -133,7 +156,7 @@ def _train(options: argparse.Namespace, rest: list[str]) -> int:
                 f"{outcome.timesteps:,} steps; all is saved. To go on:\n  {again}"
             )
             return 128 + outcome.stopped_by
-        return _finish(run, outcome.seconds)
+        return _finish(run, outcome)
     except KeyboardInterrupt:
         print("interrupted; the training is complete and saved. To evaluate it: ", again)
         raise
@@ -161,16 +184,12 @@ def _resumed(options: argparse.Namespace, entries: dict[str, str], rest: list[st
     return open_run(options.resume)
 
 
-def _finish(run: Run, seconds: float) -> int:
-    from .plotting import draw_learning_curve
-    from .reports import report, table, write_report
+def _finish(run: Run, outcome: Outcome) -> int:
+    from .reports import conclude, table
 
-    figures, episodes = report(_policy_file(run.folder, "best"), _STARTS, TEST_SEED)
-    figures["training_seconds"] = round(seconds, 3)
-    write_report(run.folder, figures, episodes)
-    draw_learning_curve(run)
+    figures = conclude(run, outcome, _STARTS, TEST_SEED)
     print(
-        f"\n{table(figures)}\n\ntrained in {seconds:.0f} s. In {run.folder}:\n"
+        f"\n{table(figures)}\n\ntrained in {outcome.seconds:.0f} s. In {run.folder}:\n"
         "  best_model/, last_model/                policies\n"
         "  results.json, episodes.csv              the table above, and every start of it\n"
         "  learning_curve.png, evaluations.npz     how it learnt\n"
@@ -182,8 +201,7 @@ def _finish(run: Run, seconds: float) -> int:
 
 def _evaluate(options: argparse.Namespace, rest: list[str]) -> int:
     _refuse(rest)
-    if not 1 <= options.episodes <= 1_000_000:
-        raise ConfigError(f"--episodes: expected 1 to 1000000, got {options.episodes}")
+    _refuse_episodes(options.episodes)
     from .reports import report, table, write_report
 
     figures, episodes = report(
@@ -210,6 +228,30 @@ def _enjoy(options: argparse.Namespace, rest: list[str]) -> int:
     return 0
 
 
+def _benchmark(options: argparse.Namespace, rest: list[str]) -> int:
+    _refuse(rest)
+    _refuse_episodes(options.episodes)
+    from .benchmark import benchmark
+    from .recipes import config_for
+
+    entries = {"seed": parse_yaml(options.seed), "log_dir": options.out}
+    if options.steps is not None:
+        entries["total_timesteps"] = parse_yaml(options.steps)
+    configs = [
+        config_for(env_id, {**entries, "run_name": re.split("[:/]", env_id)[-1]})
+        for env_id in dict.fromkeys(options.ids)
+    ]
+    folder = Path(options.out)
+    status = benchmark(configs, folder, options.episodes, options.quiet)
+    if status >= 128:
+        print(f"stopped by {signal.Signals(status - 128).name}; the same command goes on")
+    else:
+        print(
+            f"\n{(folder / 'benchmark.md').read_text()}\nwritten to {folder}: benchmark.md, .json"
+        )
+    return status
+
+
 def _policy_file(path: Path, which: str) -> Path:
     if _is_run(path):
         path = path / f"{which}_model"
@@ -218,6 +260,11 @@ def _policy_file(path: Path, which: str) -> Path:
 
 def _is_run(path: Path) -> bool:
     return (path / "config.yaml").is_file()
+
+
+def _refuse_episodes(n: int) -> None:
+    if not 1 <= n <= 1_000_000:
+        raise ConfigError(f"--episodes: expected 1 to 1000000, got {n}")
 
 
 def _refuse(rest: list[str]) -> None:

@@ -12,10 +12,34 @@ from rigid_envs.kernels.compiler import kernel_hash
 from .environments import cost_unit
 from .evaluation import Episodes, evaluate, summary
 from .files import canonical_json, write_atomic
+from .plotting import draw_learning_curve
 from .policies import Policy, load_policy
 from .provenance import manifest, source
+from .runs import Run
+from .training import Outcome
 
-__all__ = ["report", "table", "write_report"]
+__all__ = ["conclude", "report", "table", "write_report"]
+
+
+def conclude(run: Run, outcome: Outcome, n: int, seed: int) -> dict[str, Any]:
+    """Evaluate the best policy of a run, and write figures and learning curve into it.
+
+    Args:
+        run: A run that is complete.
+        outcome: How it ended.
+        n: Number of starts.
+        seed: Seed of the starts.
+
+    Returns:
+        The figures of `report`, where `training_timesteps` is the age of that policy, and of all
+        the training `run_timesteps` and `training_seconds`.
+    """
+    figures, episodes = report(run / "best_model" / "policy.safetensors", n, seed)
+    figures["run_timesteps"] = outcome.timesteps
+    figures["training_seconds"] = round(outcome.seconds, 3)
+    write_report(run.folder, figures, episodes)
+    draw_learning_curve(run)
+    return figures
 
 
 def report(path: Path, n: int, seed: int) -> tuple[dict[str, Any], Episodes]:

@@ -113,6 +113,8 @@ def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
         (["evaluate", "nowhere"], 1, "nowhere"),
         (["evaluate", "nowhere", "--episodes", "0"], 2, "--episodes: expected 1 to"),
         (["enjoy", "x", "--fast"], 2, "unknown option --fast"),
+        (["benchmark", "--ids", "BallPark"], 2, r"config\.env_id: .*BallPark-v0"),
+        (["benchmark", "--steps", "0"], 2, r"config\.total_timesteps: expected"),
     ],
 )
 def test_a_mistake_is_answered_in_one_line(
@@ -143,7 +145,7 @@ def test_the_config_is_printed_and_nothing_is_made(
     assert capsys.readouterr().out == printed
 
 
-@pytest.mark.parametrize("verb", [[], ["train"], ["evaluate"], ["enjoy"]], ids=str)
+@pytest.mark.parametrize("verb", [[], ["train"], ["evaluate"], ["enjoy"], ["benchmark"]], ids=str)
 def test_help_is_there(verb: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main([*verb, "--help"])
