@@ -32,7 +32,7 @@ def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
     half = c[_SQUARE]
     x = half * (2.0 * randoms.uniform(stream, 0) - 1.0)
     y = half * (2.0 * randoms.uniform(stream, 1) - 1.0)
-    return (*randoms.quaternion(stream, 2), x, y), ()
+    return (*randoms.quaternion(stream, 2), x + 0.0, y + 0.0), ()  # -0.0 is 0.0
 
 
 @scalar

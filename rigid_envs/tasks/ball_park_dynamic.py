@@ -30,7 +30,6 @@ def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
     half = c[_SQUARE]
     x = half * (2.0 * randoms.uniform(stream, 0) - 1.0)
     y = half * (2.0 * randoms.uniform(stream, 1) - 1.0)
-    # at rest on a turntable a ball spins with the surface: then no force is on it
     q = randoms.quaternion(stream, 2)
     return (*q, x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), ()
 
