@@ -10,7 +10,7 @@ from rigid_envs.kernels import episode, goals, randoms, rolling_ball
 from rigid_envs.kernels.actions import clip_to_disc, single
 from rigid_envs.kernels.algebra import Row, matrix
 from rigid_envs.kernels.compiler import kernel, scalar
-from rigid_envs.kernels.elementary import select
+from rigid_envs.kernels.elementary import select, sincos
 from rigid_envs.kernels.layout import Memory, Shapes
 from rigid_envs.systems import RollingBall
 from rigid_envs.tasks.base import Array, Entry, Task
@@ -19,7 +19,7 @@ from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 __all__ = ["BallParkGoal"]
 
 _FAR = 50.0  # m, and radii; positions are observed no further than this
-_RATE, _POSITION, _COSINE, _SQUARE = range(1, 5)  # constants after the weight
+_RATE, _POSITION, _ANGLE, _SQUARE = range(1, 5)  # constants after the weight
 
 
 @scalar
@@ -67,7 +67,8 @@ def reached(achieved: Row, desired: Row, c: Row) -> bool:
     for k in range(2, 11):
         trace += achieved[k] * desired[k]
     near: bool = dx * dx + dy * dy <= c[_POSITION] * c[_POSITION]
-    return near & (trace >= 1.0 + 2.0 * c[_COSINE])
+    _, cosine = sincos(c[_ANGLE])
+    return near & (trace >= 1.0 + 2.0 * cosine)
 
 
 @scalar
@@ -174,7 +175,7 @@ class BallParkGoal(Task):
             self.weight_reached,
             self.roll_per_step / self.dt,
             self.position_tolerance,
-            math.cos(min(self.angle_tolerance, math.pi)),
+            min(self.angle_tolerance, math.pi),
             self.start_half_width,
         )
 
