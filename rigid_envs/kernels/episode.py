@@ -157,6 +157,9 @@ def _receive(
         store(memory, at + i, action, LANES)
         store_byte(memory, flag + i, (clipped,), 1)
         n_clipped += clipped
+    for k in range(n_action):
+        for i in range(n):
+            memory[at + k * LANES + i] += 0.0  # -0 becomes 0
     return n_clipped
 
 
