@@ -20,10 +20,22 @@ from rigid_envs.tasks.fields import span
 
 IDS = tuple(ENVIRONMENTS)
 
+_NEAR = {"position_tolerance": 1.5, "angle_tolerance": 1.6}
+
 # settings under which an episode may also end before its time, for the tasks that can end
 EARLY_ENDS: dict[str, dict[str, Any]] = {
-    "RigidEnvs/BallPark-v0": {"position_tolerance": 1.5, "angle_tolerance": 1.6},
+    "RigidEnvs/BallPark-v0": _NEAR,
+    "RigidEnvs/BallParkRandom-v0": _NEAR,
+    "RigidEnvs/BallReorient-v0": _NEAR,
+    "RigidEnvs/BallParkDynamic-v0": {**_NEAR, "speed_tolerance": 5.0},
+    "RigidEnvs/BallPlate-v0": {"margin": 0.1, "start_speed": 5.0, "n_substeps": 4},
     "RigidEnvs/BallGrid-v0": {"start_cells": 0},
+    "RigidEnvs/CoinPark-v0": {
+        "position_tolerance": 1.5,
+        "heading_tolerance": 1.5,
+        "phase_tolerance": 1.5,
+    },
+    "RigidEnvs/PivotTop-v0": {"arena": 0.02},
     "RigidEnvs/RollPump-v0": {"dt": 1.0, "n_substeps": 20, "start_part": 0.99, "beta_change": 3.0},
 }
 
@@ -102,13 +114,17 @@ def rich(env_id: str) -> dict[str, Any]:
     noise = {} if env_id in DISCRETE else {"action_noise": (0.0, 0.2)}
     return {
         **ranges(env_id),
-        **EARLY_ENDS.get(env_id, {}),
         **noise,
         "observe_params": True,
         "rotation": shown[IDS.index(env_id) % len(shown)],
         "observation_noise": 0.02,
         "action_delay": (0, 3),
     }
+
+
+def ending(env_id: str) -> dict[str, Any]:
+    """The same, and episodes that may also end before their time where the task can end."""
+    return {**rich(env_id), **EARLY_ENDS.get(env_id, {})}
 
 
 def n_actions(env_id: str) -> int:

@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+from collections import ChainMap
 from dataclasses import fields
 from typing import Any
 
@@ -10,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigid_envs.tasks import ConfigError, Task
-from rigid_envs.tasks.fields import Choice, Flag, Integer
+from rigid_envs.tasks.fields import Choice, Flag, Integer, span
 from tests.contracts.environments import IDS, rules, single, task_of, vector
 
 MANY_ROWS = 2**40  # more than any machine can lay out: what is refused, is refused before
@@ -63,7 +64,7 @@ def sized(low: float, high: float) -> st.SearchStrategy[float]:
 
 
 @st.composite
-def free_bodies(draw: st.DrawFn) -> dict[str, Any]:
+def three_moments(draw: st.DrawFn) -> dict[str, Any]:
     """Moments I1 < I2 < I3 <= I1 + I2 of any size, one of them a range."""
     size, a, b = draw(sized(1e-6, 1e5)), draw(st.floats(1.01, 3.0)), draw(st.floats(0.05, 0.95))
     I1, I2 = size, size * a
@@ -75,33 +76,50 @@ def free_bodies(draw: st.DrawFn) -> dict[str, Any]:
 
 
 @st.composite
-def tops(draw: st.DrawFn) -> dict[str, Any]:
-    """Moments I3 <= 2 I_perp, a spin range in order, a weight that sets a moderate rate."""
-    I_perp, slim = draw(sized(1e-6, 1e5)), draw(st.floats(0.1, 1.9))
+def two_moments(draw: st.DrawFn, across: str) -> dict[str, Any]:
+    """Moments of a body of revolution, that about its axis at most twice that across it."""
+    size, slim = draw(sized(1e-6, 1e5)), draw(st.floats(0.1, 1.9))
+    wide = draw(st.booleans())
+    return {across: (size, 1.5 * size) if wide else size, "I3": slim * size}
+
+
+@st.composite
+def weights(draw: st.DrawFn, moments: st.SearchStrategy[dict[str, Any]]) -> dict[str, Any]:
+    """Moments, and a weight that sets a moderate rate."""
+    config = draw(moments)
     g, ell = draw(st.floats(0.1, 100.0)), draw(st.floats(0.01, 1.0))
-    low, high = sorted((draw(st.floats(0.0, 10.0)), draw(st.floats(0.0, 10.0))))
-    return {
-        "I_perp": (I_perp, 1.5 * I_perp) if draw(st.booleans()) else I_perp,
-        "I3": slim * I_perp,
-        "m": max(1e-9, min(1e6, I_perp / (g * ell))),
-        "g": g,
-        "ell": ell,
-        "start_spin_low": low,
-        "start_spin_high": high,
-    }
+    m = min(span(value)[0] for value in config.values()) / (g * ell)
+    return config | {"m": max(1e-9, min(1e6, m)), "g": g, "ell": ell}
 
 
-# settings that must fit together, for the tasks that have such
-TOGETHER = {"RigidEnvs/IntermediateAxis-v0": free_bodies(), "RigidEnvs/SleepingTop-v0": tops()}
+@st.composite
+def ordered(draw: st.DrawFn, low: str, high: str, rule: Any) -> dict[str, Any]:
+    """Two ends of a range that are settings of their own."""
+    ends = sorted(draw(st.floats(rule.low, min(rule.high, 10.0))) for _ in range(2))
+    return dict(zip((low, high), ends, strict=True))
+
+
+def together(env_id: str) -> st.SearchStrategy[dict[str, Any]]:
+    """Settings that must fit together."""
+    names, parts = rules(env_id), [st.just({})]
+    if {"I1", "I2", "I3"} <= set(names):
+        parts.append(three_moments())
+    elif "I3" in names:
+        parts.append(two_moments("I_perp" if "I_perp" in names else "I1"))
+    if "ell" in names:
+        parts.append(weights(parts.pop()))
+    for low in (name for name in names if name.endswith("_low")):
+        parts.append(ordered(low, low.removesuffix("low") + "high", names[low]))
+    return st.tuples(*parts).map(lambda configs: dict(ChainMap(*configs)))
 
 
 @st.composite
 def valid(draw: st.DrawFn, env_id: str) -> dict[str, Any]:
     """Settings that a task must accept, but for the step that its fastest motion asks for."""
-    together = draw(TOGETHER.get(env_id, st.just({})))
-    free = [name for other, name in RULES if other == env_id and name not in together]
+    config = draw(together(env_id))
+    free = [name for other, name in RULES if other == env_id and name not in config]
     names = draw(st.lists(st.sampled_from(free), max_size=5, unique=True))
-    return {**together, **{name: draw(inside(RULES[env_id, name])) for name in names}}
+    return {**config, **{name: draw(inside(RULES[env_id, name])) for name in names}}
 
 
 @settings(max_examples=500, deadline=None, derandomize=True, database=None)

@@ -90,7 +90,7 @@ def test_entries_of_the_observation_are_named_with_their_bounds(env_id):
         assert low.shape == (len(entries),)
         n = task_of(env_id).n_goal
         for part in (entries[:n], entries[n : 2 * n], entries[2 * n :]):
-            assert len({entry.symbol for entry in part}) == len(part)
+            assert len({(entry.symbol, entry.frame) for entry in part}) == len(part)
         assert all(entry.unit and entry.frame for entry in entries)
         np.testing.assert_array_equal(low, np.float32([e.low for e in entries]))
         np.testing.assert_array_equal(high, np.float32([e.high for e in entries]))
