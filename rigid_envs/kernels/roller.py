@@ -3,9 +3,9 @@
 State y = (s, v): way of the centre along its path [m], positive downhill at s = 0, and velocity
 [m/s]. Inputs u = (force, beta_change): force along the path, at the centre [N], and what is added
 to the inertia ratio while the input is held.
-Parameters p = (m, radius, beta, g, slope, curvature, mu, 1 / m): beta is I / (m r^2); the path
-descends by the angle slope - curvature * s, a straight line or a circular arc; on mu, the
-coefficient of friction, the motion does not depend.
+Parameters p = (m, radius, beta, g, slope, curvature, mu, 1 / (1 + beta), 1 / m): beta is
+I / (m r^2); the path descends by the angle slope - curvature * s, a straight line or a circular
+arc; on mu, the coefficient of friction, the motion does not depend.
 """
 
 from rigid_envs.kernels import batch
@@ -19,7 +19,7 @@ __all__ = ["INVARIANTS", "SHAPES", "WEIGHTS", "derive", "invariants", "restore",
 
 STATE = (0.0,) * 2
 INPUTS = (0.0,) * 2
-PARAMETERS = (1.0,) * 8
+PARAMETERS = (1.0,) * 9
 SHAPES = (STATE, INPUTS, PARAMETERS)
 WEIGHTS = SUZUKI
 INVARIANTS = ("energy",)
@@ -29,7 +29,7 @@ INVARIANTS = ("energy",)
 def derive(raw: Row) -> Row:
     """Parameter row p of (m [kg], radius [m], beta, g [m/s^2], slope [rad], curvature, mu)."""
     m, radius, beta, g, slope, curvature, mu = raw
-    return (m, radius, beta, g, slope, curvature, mu, 1.0 / m)
+    return (m, radius, beta, g, slope, curvature, mu, 1.0 / (1.0 + beta), 1.0 / m)
 
 
 @scalar
@@ -38,8 +38,8 @@ def acceleration(s: float, u: Row, p: Row) -> float:
 
     Rolling turns the body, too.
     """
-    pull = fma(p[3], sincos(fma(-p[5], s, p[4]))[0], u[0] * p[7])
-    return pull / (1.0 + (p[2] + u[1]))
+    pull = p[7] * fma(p[3], sincos(fma(-p[5], s, p[4]))[0], u[0] * p[8])
+    return pull / fma(p[7], u[1], 1.0)
 
 
 @scalar

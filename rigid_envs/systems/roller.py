@@ -162,16 +162,23 @@ class Roller(System):
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
         """Rate at which the descent can change, v curvature, or of small oscillations [rad/s].
 
-        On a straight incline every step is exact and nothing limits it. A ratio that changes adds
-        as much to the motion as a force by which the acceleration of gravity would differ.
+        On a straight incline every step is exact and nothing limits it. A ratio that changes works
+        like a force, of the size of weight and force at most; it counts until the `horizon`.
         """
         rows, inertia = np.abs(u), 1.0 + self.beta
         push = float(np.max(rows[..., 0], initial=0.0)) / self.m
-        gain = (self.g + push) / inertia
-        speed = float(np.max(np.abs(y[..., 1]), initial=0.0))
-        swing = math.sqrt(gain * abs(self.curvature))
         change = float(np.max(rows[..., 1], initial=0.0))
-        push += (self.g + push) * change / (inertia + change)
+        speed = float(np.max(np.abs(y[..., 1]), initial=0.0))
+        swing = math.sqrt((self.g + push) / inertia * abs(self.curvature))
         # in a valley or on a hill gravity gives back what it takes: 4 g / curvature at most
-        fall = 2.0 * swing + push / inertia * duration * abs(self.curvature)
+        fall = (2.0 + change / (inertia + change)) * swing
+        fall += push / inertia * duration * abs(self.curvature)
         return max(speed * abs(self.curvature) + fall, swing)
+
+    def horizon(self, y: Array, u: Array) -> float:
+        """One radian of small oscillations [s] where the ratio may change, else for ever."""
+        push, change = np.max(np.abs(np.reshape(u, (-1, 2))), axis=0, initial=0.0)
+        if change == 0.0 or self.curvature == 0.0:
+            return math.inf
+        gain = (self.g + float(push) / self.m) / (1.0 + self.beta)
+        return 1.0 / math.sqrt(gain * abs(self.curvature))

@@ -239,6 +239,20 @@ def test_no_rate_exceeds_its_bound_before_the_horizon(system):
         assert np.max(rates) <= system.rate_bound(y0[k], u[k], horizon)
 
 
+def test_no_rate_of_a_roller_exceeds_its_bound_before_the_horizon_however_the_ratio_changes():
+    rng, most = np.random.default_rng(21), np.array([0.5, 2.0])
+    y0, share = states(ROLLER, rng, 30), 0.0
+    for y in y0 * [4.0, 4.0]:
+        horizon = ROLLER.horizon(y, most)
+        u = most * rng.choice([0.0, 1.0], (10, 2))
+        motion = ROLLER.simulate(y, np.linspace(0.0, horizon, 11), u)
+        rate, bound = 0.3 * np.max(np.abs(motion["velocity"])), ROLLER.rate_bound(y, most, horizon)
+        assert rate <= bound
+        share = max(share, rate / bound)
+    assert share > 0.5  # nor is the bound far away
+    assert ROLLER.horizon(y0, np.array([0.5, 0.0])) == np.inf
+
+
 def test_the_rate_bound_knows_the_turns_that_a_step_is_made_of():
     # A rod along e2: the turn about L goes at norm(L) / I2, far above norm(omega).
     rod = FreeBody(1.0, 0.1, 1.0)
