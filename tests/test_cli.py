@@ -11,6 +11,7 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium import spaces
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.cli import main
@@ -21,7 +22,8 @@ from rigid_envs.cli.bench.goals import goals
 from rigid_envs.cli.bench.mujoco_body import Opponent, mujoco_contestants, opponents
 from rigid_envs.cli.bench.race import Contestant, Result, race
 from rigid_envs.cli.bench.startup import Startup
-from rigid_envs.cli.describe import example
+from rigid_envs.cli.catalogue import size_of
+from rigid_envs.cli.describe import describe, example
 from rigid_envs.cli.provenance import provenance
 from rigid_envs.cli.tables import table
 from rigid_envs.envs.boundary import info_keys
@@ -59,14 +61,23 @@ def section(text: str, title: str) -> str:
 
 def test_list_shows_every_id_with_its_summary_limit_and_cost(capsys: Capture) -> None:
     text = said(capsys, "list")
+    words = " ".join(text.split())
     for env_id in IDS:
         env, task = gymnasium.make(env_id), task_of(env_id)
-        row = next(line for line in text.splitlines() if line.startswith(env_id))
-        assert str(env.action_space.shape) in row
-        assert str(env.observation_space.shape) in row
-        assert f"{env.spec.max_episode_steps} steps" in row
-        assert task.cost_unit in row
-        assert str(type(task).__doc__).splitlines()[0] in text
+        assert f"{env_id} {' '.join(str(type(task).__doc__).splitlines()[0].split())[:40]}" in words
+        *_, row = (line for line in text.splitlines() if line.startswith(f"{env_id} "))
+        for space in (env.action_space, env.observation_space):
+            assert f" {size_of(space)} " in row
+        assert f"{env.spec.max_episode_steps} x {task.dt:g} s" in row
+        assert task.cost_unit.split()[0] in row
+
+
+def test_size_of_a_space_is_told_in_few_words() -> None:
+    box = spaces.Box(-1.0, 1.0, (3,))
+    assert size_of(box) == "3"
+    assert size_of(spaces.Discrete(4)) == "4 choices"
+    parts = {"observation": box, "achieved_goal": box, "desired_goal": box}
+    assert size_of(spaces.Dict(parts)) == "3, goal 3"
 
 
 @pytest.mark.parametrize("env_id", IDS)
@@ -94,12 +105,19 @@ def test_lines_fit_a_page_of_100_columns(capsys: Capture, env_id: str) -> None:
 
 
 @pytest.mark.parametrize("env_id", IDS)
-@pytest.mark.parametrize("config", [{}, {"rotation": "quat", "action_noise": (0.0, 0.1)}])
-def test_example_of_a_description_runs(
-    capsys: Capture, env_id: str, config: dict[str, object]
-) -> None:
-    exec(example(env_id, config), {})
-    assert "is_success" in capsys.readouterr().out
+def test_example_of_a_description_runs(capsys: Capture, env_id: str) -> None:
+    for config in ({}, {"observe_params": True, "observation_noise": (0.0, 0.1)}):
+        exec(example(env_id, config), {})
+        assert "is_success" in capsys.readouterr().out
+
+
+def test_description_tells_choices_and_goals() -> None:
+    for env_id in IDS:
+        text, task = describe(env_id, {}), task_of(env_id)
+        assert (f"one of {task.n_choices} choices" in text) == bool(task.n_choices)
+        assert ("achieved_goal and desired_goal" in text) == bool(task.n_goal)
+        n_rows = len(re.findall(r"^ +\d+  ", section(text, "Observation"), re.MULTILINE))
+        assert n_rows == len(task.observations()) - task.n_goal  # the two goals are alike
 
 
 def test_description_takes_hyperparameters(capsys: Capture) -> None:
@@ -159,6 +177,15 @@ def test_long_cells_are_wrapped_and_columns_stay_aligned() -> None:
     assert max(map(len, lines)) <= 40
     assert {line[:5].strip() for line in lines} == {"key", "---", "a", "", "bb"}
     assert all(line[5] != " " for line in lines)
+
+
+def test_what_has_no_blank_is_wrapped_last() -> None:
+    rows = [("RigidEnvs/IntermediateAxisRandom-v0", "word " * 9)]
+    lines = table(("id", "meaning"), rows, indent=0, width=50).splitlines()
+    assert max(map(len, lines)) <= 50
+    assert rows[0][0] in lines[2]
+    narrow = table(("id", "meaning"), rows, indent=0, width=40).splitlines()
+    assert max(map(len, narrow)) <= 40
 
 
 def test_race_takes_turns_and_counts_steps() -> None:

@@ -5,12 +5,22 @@ import inspect
 from collections.abc import Mapping
 from typing import Any
 
+from gymnasium import spaces
+
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.cli.tables import table
 from rigid_envs.envs.boundary import action_space, new_task, observation_space
 from rigid_envs.tasks import Task
 
-__all__ = ["UnknownIdError", "checked_id", "list_all", "story", "task_of", "time_limit"]
+__all__ = [
+    "UnknownIdError",
+    "checked_id",
+    "list_all",
+    "size_of",
+    "story",
+    "task_of",
+    "time_limit",
+]
 
 
 class UnknownIdError(ValueError):
@@ -50,6 +60,15 @@ def story(kind: type[object]) -> list[str]:
     return [" ".join(part.replace("``", "`").split()) for part in kept]
 
 
+def size_of(space: spaces.Space[Any]) -> str:
+    """How many numbers, how many choices, or how many numbers beside a goal of how many."""
+    if isinstance(space, spaces.Discrete):
+        return f"{space.n} choices"
+    if isinstance(space, spaces.Dict):
+        return f"{size_of(space['observation'])}, goal {size_of(space['desired_goal'])}"
+    return ", ".join(map(str, space.shape or ()))
+
+
 def time_limit(env_id: str, task: Task) -> str:
     """The time limit of an id in steps and in seconds."""
     steps = ENVIRONMENTS[env_id][1]
@@ -57,21 +76,19 @@ def time_limit(env_id: str, task: Task) -> str:
 
 
 def list_all() -> str:
-    """Every id with its summary, shapes, control period, time limit and cost."""
-    header = ("id", "action", "observation", "dt [s]", "time limit", "cost")
+    """Every id with what is to be done, then with its sizes, time limit and cost."""
     tasks = {env_id: task_of(env_id) for env_id in ENVIRONMENTS}
+    summaries = [(env_id, story(type(task))[0]) for env_id, task in tasks.items()]
+    header = ("id", "action", "observation", "time limit", "cost")
     rows = [
         (
             env_id,
-            str(action_space(task).shape),
-            str(observation_space(task).shape),
-            f"{task.dt:g}",
-            time_limit(env_id, task),
+            size_of(action_space(task)),
+            size_of(observation_space(task)),
+            f"{ENVIRONMENTS[env_id][1]} x {task.dt:g} s",
             task.cost_unit,
         )
         for env_id, task in tasks.items()
     ]
-    head, rule, *lines = table(header, rows, "<<<>", indent=0).splitlines()
-    summaries = (story(type(task))[0] for task in tasks.values())
-    entries = (f"{line}\n    {text}" for line, text in zip(lines, summaries, strict=True))
-    return "\n".join([head, rule, *entries])
+    parts = (table(("id", "task"), summaries, indent=0), table(header, rows, "<>>>", indent=0))
+    return "\n\n".join(parts)

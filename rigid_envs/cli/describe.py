@@ -10,7 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
-from rigid_envs.cli.catalogue import story, task_of, time_limit
+from gymnasium import spaces
+
+from rigid_envs.cli.catalogue import size_of, story, task_of, time_limit
 from rigid_envs.cli.tables import WIDTH, paragraphs, table
 from rigid_envs.envs.boundary import action_space, info_keys, observation_space
 from rigid_envs.tasks import Entry, Task
@@ -51,10 +53,8 @@ def describe(env_id: str, config: Mapping[str, Any]) -> str:
     sections = {
         env_id: paragraphs("\n\n".join(story(type(task)))),
         f"System: {system.__name__}": paragraphs("\n\n".join(story(system))),
-        _heading("Action", action_space(task)): _entries(task.actions(), "at -1", "at +1"),
-        _heading("Observation", observation_space(task)): _entries(
-            task.observations(), "low", "high"
-        ),
+        _heading("Action", action_space(task)): _actions(task),
+        _heading("Observation", observation_space(task)): _observations(task),
         "Reward: the sum of weight x term": _terms(task),
         "Episode": _episode(env_id, task),
         "Hyperparameters: keyword arguments of gym.make": _hyperparameters(task, config),
@@ -70,8 +70,26 @@ def example(env_id: str, config: Mapping[str, Any]) -> str:
     return _EXAMPLE.format(env_id=env_id, settings=settings, given=", **settings" if config else "")
 
 
-def _heading(name: str, space: Any) -> str:
-    return f"{name}: {space.shape[0]} numbers, {space.dtype}"
+def _heading(name: str, space: spaces.Space[Any]) -> str:
+    if isinstance(space, spaces.Dict):
+        return f"{name}: a dictionary of {', '.join(space)}"
+    if isinstance(space, spaces.Discrete):
+        return f"{name}: one of {size_of(space)}, {space.dtype}"
+    return f"{name}: {size_of(space)} number{'s' * (space.shape != (1,))}, {space.dtype}"
+
+
+def _actions(task: Task) -> str:
+    ends = ("first", "last") if task.n_choices else ("at -1", "at +1")
+    return _entries(task.actions(), *ends)
+
+
+def _observations(task: Task) -> str:
+    entries, n = task.observations(), task.n_goal
+    text = _entries(entries[2 * n :], "low", "high")
+    if not n:
+        return text
+    goal = _entries(entries[n : 2 * n], "low", "high")
+    return f"  observation\n\n{text}\n\n  achieved_goal and desired_goal\n\n{goal}"
 
 
 def _entries(entries: Sequence[Entry], low: str, high: str) -> str:
@@ -93,7 +111,8 @@ def _terms(task: Task) -> str:
 
 
 def _episode(env_id: str, task: Task) -> str:
-    start = inspect.getdoc(sys.modules[type(task).__module__].start) or ""
+    # beside the kernel, which a subclass in another file takes over
+    start = inspect.getdoc(sys.modules[task.reset.__module__].start) or ""
     rows = [
         ("start", " ".join(start.split())),
         ("step", f"{task.dt:g} s, in {task.n_substeps} integrator step(s)"),
@@ -129,4 +148,6 @@ def _allowed(rule: Number | Integer | Choice | Flag) -> str:
         return ", ".join(rule.options)
     if isinstance(rule, Flag):
         return "True, False"
+    if rule.low == rule.high:
+        return f"{rule.low:g}"
     return f"{rule.low:g} .. {rule.high:g}" + (" ~" if rule.drawn else "")

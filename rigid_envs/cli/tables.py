@@ -17,7 +17,7 @@ def table(
     indent: int = 2,
     width: int = WIDTH,
 ) -> str:
-    """Aligned columns under a ruled header; cells that are too long are wrapped.
+    """Aligned columns under a ruled header; cells that are too long are wrapped between words.
 
     Args:
         header: names of the columns.
@@ -28,9 +28,15 @@ def table(
     """
     cells = [list(header), *map(list, rows)]
     sizes = [max(len(row[k]) for row in cells) for k in range(len(header))]
+    words = [
+        max(len(word) for row in cells for word in row[k].split() or [""])
+        for k in range(len(header))
+    ]
     room = width - indent - _GAP * (len(header) - 1)
     while sum(sizes) > room and max(sizes) > _NARROWEST:
-        sizes[sizes.index(max(sizes))] -= 1
+        # the widest column that can be wrapped between words, if there is one
+        k = max(range(len(header)), key=lambda k: (sizes[k] > words[k], sizes[k]))
+        sizes[k] -= 1
     sides = align.ljust(len(header), "<")
     lines = [line for row in cells for line in _lines(row, sizes, sides)]
     n_header = len(_lines(cells[0], sizes, sides))
@@ -47,7 +53,10 @@ def paragraphs(text: str, indent: int = 2, width: int = WIDTH) -> str:
 
 def _lines(row: Sequence[str], sizes: Sequence[int], sides: str) -> list[str]:
     """The lines of one row of cells."""
-    wrapped = [textwrap.wrap(cell, size) or [""] for cell, size in zip(row, sizes, strict=True)]
+    wrapped = [
+        textwrap.wrap(cell, size, break_on_hyphens=False) or [""]
+        for cell, size in zip(row, sizes, strict=True)
+    ]
     height = max(map(len, wrapped))
     return [
         (" " * _GAP).join(
