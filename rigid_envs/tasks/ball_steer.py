@@ -158,10 +158,10 @@ class BallSteer(Task):
     as polygons, one side in each control period.
 
     Why it is hard: five errors, two controls. To first order the error of the attitude turns with
-    the rolling reference, ``theta' = d omega + omega_reference x theta``, which is what makes all
-    of it controllable; but along a straight line ``theta_y - p_x`` (x along the line) does not
-    change at all. Only the bends of the path bring the ball into step, and only along them can it
-    be done at once in all five.
+    the rolling reference, ``theta' = d omega + omega_reference x theta``, which is what makes it
+    controllable; but along a straight line ``theta_y - p_x`` (x along the line) does not change at
+    all, and only the bends of the path bring it down. Copying the reference keeps the mean error
+    at its first value, 1.03 on average; steps down the slope of the error bring it to 0.13.
 
     Reward: ``close`` = 1 / (1 + 5 error), with the pose error ``sqrt(|p|^2 + |theta|^2)``: p the
     offset in radii and theta the rotation vector from the attitude of the reference to that of the
