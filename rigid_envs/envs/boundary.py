@@ -28,6 +28,7 @@ __all__ = [
 ]
 
 FLOAT32 = np.dtype(np.float32)
+_INTEGERS = (int, np.int64)
 INFO_FLAGS = ("is_success", "action_clipped", "physics_error")
 
 
@@ -94,6 +95,8 @@ def actions_of(
     Raises:
         ValueError: names the environment, the entry, its value and what was expected.
     """
+    if value.__class__ in _INTEGERS and not lead and 0 <= value < task.n_choices:
+        return np.array([value], dtype=np.float32)  # what DQN gives, ten times as fast as below
     entry = () if task.n_choices else (len(task.shapes.action),)
     read: Any = partial(_choice, task.n_choices) if task.n_choices else _action
     if lead and isinstance(value, list | tuple) and len(value) == lead[0]:
