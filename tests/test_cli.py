@@ -18,11 +18,11 @@ from rigid_envs.cli import main
 from rigid_envs.cli.bench import Figures
 from rigid_envs.cli.bench.accuracy import FreeRun, free_run
 from rigid_envs.cli.bench.environments import COLUMNS, gymnasium_contestants, our_contestants
-from rigid_envs.cli.bench.goals import goals
+from rigid_envs.cli.bench.goals import FLAGSHIP, goals
 from rigid_envs.cli.bench.mujoco_body import Opponent, mujoco_contestants, opponents
 from rigid_envs.cli.bench.race import Contestant, Result, race
 from rigid_envs.cli.bench.startup import Startup
-from rigid_envs.cli.catalogue import size_of
+from rigid_envs.cli.catalogue import one_of_each, size_of
 from rigid_envs.cli.describe import describe, example
 from rigid_envs.cli.provenance import provenance
 from rigid_envs.cli.tables import table
@@ -211,10 +211,19 @@ def test_single_episodes_in_the_bench_end_at_their_time_limit() -> None:
     assert made.burst(3) == bare.burst(3) == 900
 
 
-def test_every_form_of_every_environment_races_beside_gymnasium() -> None:
-    contestants = [*our_contestants(IDS), *gymnasium_contestants()]
+def test_bench_is_about_one_environment_of_every_system_and_kind() -> None:
+    chosen = [task_of(env_id) for env_id in one_of_each()]
+    assert {task.system_type for task in chosen} == {task_of(i).system_type for i in IDS}
+    assert any(task.n_choices for task in chosen)
+    assert any(task.n_goal for task in chosen)
+    assert one_of_each()[0] == f"RigidEnvs/{FLAGSHIP}"
+    assert len(set(one_of_each())) == len(chosen) <= len(IDS)
+
+
+def test_every_form_of_every_kind_of_environment_races_beside_gymnasium() -> None:
+    contestants = [*our_contestants(one_of_each()), *gymnasium_contestants()]
     forms = {(c.name, c.column) for c in contestants}
-    for env_id in IDS:
+    for env_id in one_of_each():
         assert {(env_id.removeprefix("RigidEnvs/"), column) for column in COLUMNS} <= forms
     assert {("CartPole-v1", "made"), ("Pendulum-v1, sync", "256")} <= forms
     assert ("CartPole-v1, NumPy", "4096") in forms

@@ -16,6 +16,7 @@ __all__ = [
     "UnknownIdError",
     "checked_id",
     "list_all",
+    "one_of_each",
     "size_of",
     "story",
     "task_of",
@@ -51,6 +52,15 @@ def task_of(env_id: str, config: Mapping[str, Any] | None = None) -> Task:
         ConfigError: unknown key or bad value.
     """
     return new_task(ENVIRONMENTS[checked_id(env_id)][0], None, config or {})
+
+
+def one_of_each() -> list[str]:
+    """The first id of every system and kind: with numbers, with choices, with goals."""
+    first: dict[tuple[Any, ...], str] = {}
+    for env_id in ENVIRONMENTS:
+        task = task_of(env_id)
+        first.setdefault((task.system_type, task.n_choices > 0, task.n_goal > 0), env_id)
+    return list(first.values())
 
 
 def story(kind: type[object]) -> list[str]:

@@ -20,7 +20,7 @@ def bench(ids: Sequence[str], quick: bool = False) -> Figures:
 
     Args:
         ids: the environments to measure.
-        quick: few rounds and one start: half a minute, for a first look.
+        quick: few rounds and one start: a minute, for a first look.
     """
     rounds, seconds = (12, 0.01) if quick else (80, 0.02)
     where = provenance()  # before: the load is that of the others

@@ -95,7 +95,7 @@ def _staggered(env_id: str, n: int, n_threads: int) -> Any:
     limit = gymnasium.spec(env_id).max_episode_steps or 1
     envs = gymnasium.make_vec(env_id, n, "vector_entry_point", num_threads=n_threads)
     envs.reset(seed=0)
-    still = np.zeros(envs.action_space.shape or (), dtype=np.float32)
+    still = np.zeros_like(envs.action_space.sample())
     turn = np.arange(n) * limit // n
     for step in range(limit):
         mask = turn == step
