@@ -10,15 +10,16 @@ import pytest
 from rigid_envs.core import Core
 from rigid_envs.kernels.layout import FLAGS
 from rigid_envs.kernels.rows import LANES
-from rigid_envs.tasks import BallPark, IntermediateAxis, SleepingTop
+from rigid_envs.tasks import BallPark
+from rigid_envs.tasks.fields import span
+from tests.contracts.environments import IDS, task_of
 
-TASKS = (IntermediateAxis(), SleepingTop(), BallPark())
 SIZES = (1, LANES - 1, LANES, LANES + 1, 3 * LANES + 5)
 
 
-@pytest.fixture(params=TASKS, ids=lambda task: type(task).__name__)
+@pytest.fixture(params=IDS)
 def task(request):
-    return request.param
+    return task_of(request.param)
 
 
 def begun(task, n, **settings):
@@ -32,8 +33,10 @@ def begun(task, n, **settings):
 
 def act(core, seed=0):
     """A step under random actions."""
-    n_actions = core.actions.shape[1]
-    core.actions[...] = np.random.default_rng(seed).uniform(-1, 1, (1000, n_actions))[: core.n_rows]
+    rng, shape = np.random.default_rng(seed), (1000, core.actions.shape[1])
+    n_choices = core.task.n_choices
+    actions = rng.integers(0, n_choices, shape) if n_choices else rng.uniform(-1, 1, shape)
+    core.actions[...] = actions[: core.n_rows]
     return core.step()
 
 
@@ -73,8 +76,8 @@ def test_threads_share_the_rows_and_change_no_bit(task, n_threads):
         assert shared.results.tobytes() == alone.results.tobytes()
 
 
-def test_threads_are_made_anew_in_a_forked_process(task):
-    core = begun(task, 5 * LANES, n_threads=2)
+def test_threads_are_made_anew_in_a_forked_process():
+    core = begun(BallPark(), 5 * LANES, n_threads=2)
     act(core)
     ours, theirs = multiprocessing.Pipe()
 
@@ -172,23 +175,32 @@ def test_parts_of_a_state_that_do_not_fit_are_refused_and_change_nothing(task, w
 def test_seeding_some_rows_leaves_the_others_alone(task):
     core, twin = begun(task, 10), begun(task, 10)
     core.seed(np.array([2, 5]), np.array([77, 78], dtype=np.uint64))
-    for each in (core, twin):
-        each.reset(np.arange(10))
-    same = (core.y == twin.y).all(axis=1)
-    assert same.tolist() == [k not in (2, 5) for k in range(10)]
+    different = np.zeros(10, dtype=np.bool_)
+    for _ in range(3):  # one start may be like another where there are few
+        for each in (core, twin):
+            each.reset(np.arange(10))
+        different |= (core.y != twin.y).any(axis=1)
+    assert np.flatnonzero(different).tolist() == [2, 5]
 
 
 def test_all_64_bits_of_a_key_count(task):
     keys = np.array([0, 1, 2**31, 2**32, 2**53 + 1, 2**63, 2**64 - 1], dtype=np.uint64)
     core = Core(task, len(keys))
     core.seed(np.arange(len(keys)), keys)
-    core.reset(np.arange(len(keys)))
-    assert len(np.unique(core.y, axis=0)) == len(keys)
+    begun = []
+    for _ in range(3):
+        core.reset(np.arange(len(keys)))
+        begun.append(core.y)
+    assert len(np.unique(np.hstack(begun), axis=0)) == len(keys)
 
 
 def test_parameters_are_those_of_the_task_by_its_names(task):
     core = begun(task, 3)
     for name, values in core.parameters.items():
-        assert set(values) == {getattr(task, name)}
+        low, high = span(getattr(task, name))
+        assert ((low <= values) & (values <= high)).all()
+        assert len(set(values)) == (3 if low < high else 1)
     assert set(core.parameters) >= set(task.physical_parameters())
-    assert task.system(core.system_parameters(2)) == task.system()
+    system = task.system(core.system_parameters(2))
+    for name in system.parameter_names():
+        assert getattr(system, name) == core.parameters[task.aliases.get(name, name)][2]
