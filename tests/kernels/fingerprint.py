@@ -1,7 +1,7 @@
-"""What the environments compute on the processor that Numba is told to compile for, as JSON.
+"""What environments compute on the processor that Numba is told to compile for, as JSON.
 
-Run as a program: ``python -m tests.kernels.fingerprint CACHE``, where CACHE is also what
-``NUMBA_CACHE_DIR`` names. Prints a hash over every number of some thousand steps for each of the
+Run as a program: ``python -m tests.kernels.fingerprint CACHE ID ...``, where CACHE is also what
+``NUMBA_CACHE_DIR`` names. Prints hashes over every number of some thousand steps of each of the
 environments, plain and with everything switched on, and the symbols their kernels call.
 """
 
@@ -11,47 +11,32 @@ import struct
 import sys
 from pathlib import Path
 
-import gymnasium as gym
 import numpy as np
 
-import rigid_envs  # noqa: F401 - registers the environments
+from tests.contracts.environments import actions, ending, flat, vector
 
-__all__ = ["foreign_symbols", "hash_of"]
+__all__ = ["foreign_symbols", "hashes_of"]
 
-CHANNEL = {
-    "action_noise": 0.1,
-    "observation_noise": (0.0, 0.1),
-    "action_delay": (0, 3),
-    "observe_params": True,
-}
-SWITCHED_ON = {
-    "IntermediateAxis-v0": {"I1": (1.0, 1.2), "rotation": "euler"},
-    "SleepingTop-v0": {"I3": (0.4, 0.6), "rotation": "rot6d", "n_substeps": 3},
-    "BallPark-v0": {"radius": (0.9, 1.2), "rotation": "quat", "n_substeps": 2},
-}
 # What Numba's own runtime and the Python interpreter provide, and moves of memory.
 RUNTIME = ("Py", "_Py", "NRT_", "numba_", "mem")
 ROWS = 67  # a full block and the scalar remainder of a second one
 STEPS = 200  # 13 400 of a row; fma without hardware takes 100 ns
 
 
-def hash_of(name: str, **config: object) -> str:
-    """Hash of all that the steps return and of all states, with episodes of 60 steps at most."""
-    env = gym.make_vec(
-        f"RigidEnvs/{name}",
-        ROWS,
-        vectorization_mode="vector_entry_point",
-        autoreset_mode="SameStep",
-        max_episode_steps=60,
-        **config,
-    )
-    rng, digest = np.random.default_rng(0), hashlib.sha256()
-    digest.update(env.reset(seed=2**40)[0].tobytes())
-    for _ in range(STEPS):
-        actions = rng.uniform(-1.2, 1.2, env.action_space.shape).astype(np.float32)
-        *results, infos = env.step(actions)
+def hashes_of(env_id: str) -> list[str]:
+    """Hash of all that steps return and of all states: plain, and with everything switched on."""
+    return [_hash_of(env_id, {}), _hash_of(env_id, ending(env_id))]
+
+
+def _hash_of(env_id: str, config: dict[str, object]) -> str:
+    """Episodes have 60 steps at most, so that many of them begin and end."""
+    envs = vector(env_id, ROWS, autoreset_mode="SameStep", max_episode_steps=60, **config)
+    digest = hashlib.sha256()
+    digest.update(flat(envs.reset(seed=2**40)[0]).tobytes())
+    for batch in actions(env_id, STEPS, ROWS):
+        observations, *results, infos = envs.step(batch)
         infos = [infos[key] for key in sorted(infos) if key.startswith(("reward/", "cost"))]
-        for numbers in (*results, *infos, *env.get_state().values()):
+        for numbers in (flat(observations), *results, *infos, *envs.get_state().values()):
             digest.update(np.ascontiguousarray(numbers).tobytes())
     return digest.hexdigest()
 
@@ -86,7 +71,6 @@ def _undefined(elf: bytes) -> set[str]:
 
 
 if __name__ == "__main__":
-    hashes = {}
-    for name, config in SWITCHED_ON.items():
-        hashes[name] = (hash_of(name), hash_of(name, **CHANNEL, **config))
-    print(json.dumps({"hashes": hashes, "symbols": sorted(foreign_symbols(Path(sys.argv[1])))}))
+    cache, *ids = sys.argv[1:]
+    hashes = {env_id: hashes_of(env_id) for env_id in ids}
+    print(json.dumps({"hashes": hashes, "symbols": sorted(foreign_symbols(Path(cache)))}))

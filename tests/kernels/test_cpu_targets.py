@@ -4,6 +4,8 @@ Numba compiles for the processor it is told of, so one machine can stand for man
 without FMA or AVX, newer ones with vectors of 256 or 512 bits. Features this machine lacks are
 masked off. Where the target has no FMA, fma is the C library's, which rounds once like the
 instruction; that library is then told to leave out its own FMA code too.
+
+What all must agree with is computed here, on this machine as it is.
 """
 
 import json
@@ -12,7 +14,6 @@ import platform
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -20,6 +21,8 @@ import pytest
 from llvmlite import binding
 
 from rigid_envs.kernels.compiler import kernel_hash
+from tests.contracts.environments import IDS, task_of
+from tests.kernels.fingerprint import hashes_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -43,7 +46,8 @@ TARGETS = {
     "sapphirerapids, 256 bits": ("sapphirerapids", "+prefer-256-bit"),
     "sapphirerapids, 512 bits": ("sapphirerapids", "-prefer-256-bit"),
 }
-# Those that differ most, as many as fit into a minute and a half on two cores.
+# Those that differ most. Compiling takes ten seconds for each environment and target: here every
+# environment gets one of the targets, and every target its share of the environments.
 AT_EVERY_PUSH = (
     "nehalem",
     "haswell",
@@ -75,7 +79,7 @@ def has_fma(target: str) -> bool:
     return name != "nehalem" and changes != "-fma" and binding.get_host_cpu_features()["fma"]
 
 
-def report(target: str, cache: Path) -> dict:
+def report(target: str, ids: list[str], cache: Path) -> dict:
     """What `fingerprint` prints when it is compiled for a target; kernels of old code are removed.
 
     Every target has a cache folder of its own, kept between runs.
@@ -84,7 +88,7 @@ def report(target: str, cache: Path) -> dict:
         if old.name != kernel_hash():
             shutil.rmtree(old)
     done = subprocess.run(
-        [sys.executable, "-m", "tests.kernels.fingerprint", str(cache)],
+        [sys.executable, "-m", "tests.kernels.fingerprint", str(cache), *ids],
         cwd=ROOT,
         env=environment(target, cache),
         capture_output=True,
@@ -95,24 +99,34 @@ def report(target: str, cache: Path) -> dict:
     return json.loads(done.stdout)
 
 
-def check(targets: Iterable[str], cache: Path) -> None:
-    """Two targets at a time; all must agree with the first, and call nothing they may not."""
-    targets = list(targets)
+def check(shares: dict[str, list[str]], cache: Path) -> None:
+    """Two targets at a time; all must agree with this machine, and call nothing they may not."""
+    folders = [cache / target.replace(", ", "-").replace(" ", "-") for target in shares]
     with ThreadPoolExecutor(2) as pool:
-        folders = [cache / target.replace(", ", "-").replace(" ", "-") for target in targets]
-        reports = dict(zip(targets, pool.map(report, targets, folders), strict=True))
-    expected = reports[targets[0]]["hashes"]
-    for target, found in reports.items():
-        assert found["hashes"] == expected, f"{target} differs from {targets[0]}"
+        reports = list(pool.map(report, shares, shares.values(), folders))
+    for (target, ids), found in zip(shares.items(), reports, strict=True):
+        for env_id in ids:
+            assert found["hashes"][env_id] == hashes_of(env_id), f"{env_id} differs on {target}"
         # Also a proof that the emulation works: fma is called exactly where there is none.
         assert found["symbols"] == ([] if has_fma(target) else ["fma"]), target
 
 
+def dealt() -> dict[str, list[str]]:
+    """Environments for each target, those with the same kernels together: they compile once."""
+    kernels = list(dict.fromkeys(task_of(env_id).step for env_id in IDS))
+    return {
+        target: [i for i in IDS if kernels.index(task_of(i).step) % len(AT_EVERY_PUSH) == k]
+        for k, target in enumerate(AT_EVERY_PUSH)
+    }
+
+
 def test_same_bits_without_libm_on_different_processors(pytestconfig: pytest.Config) -> None:
-    check(AT_EVERY_PUSH, pytestconfig.cache.mkdir("cpu_targets"))
+    shares = dealt()
+    assert sorted(env_id for ids in shares.values() for env_id in ids) == sorted(IDS)
+    check(shares, pytestconfig.cache.mkdir("cpu_targets"))
 
 
 @pytest.mark.long
 def test_same_bits_without_libm_on_eleven_processors(pytestconfig: pytest.Config) -> None:
     assert len(TARGETS) == 11
-    check(TARGETS, pytestconfig.cache.mkdir("cpu_targets"))
+    check({target: list(IDS) for target in TARGETS}, pytestconfig.cache.mkdir("cpu_targets"))
