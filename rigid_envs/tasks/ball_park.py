@@ -110,30 +110,59 @@ def reset(memory: Memory, rows: Array, mode: int) -> None:
 class BallPark(Task):
     """Park the ball: position at the origin and orientation upright, by rolling alone.
 
-    Five dimensions, two controls: every way to the goal is a manoeuvre. Roll with the centre
-    velocity; each step is an exact rotation. The episode ends when the ball is parked.
+    A ball rolls on a plane without slipping. Its centre is driven with a velocity; it cannot be
+    turned about the vertical, nor about any axis without moving on. It starts anywhere, turned in
+    any way, and is to be brought to the origin with the attitude R = 1.
 
-    Reward. With p the offset in radii, theta = log R (world axes) and m = (theta_x + p_y,
-    theta_y - p_x) the mismatch between what was rolled and what is turned, the cost
-    ``0.5 |p| + sqrt(|theta_z|) + cbrt(|m|)`` weighs every direction by the order of the Lie
-    bracket that generates it (1, 2, 3: growth vector (2, 3, 5)); 0.02 of it is charged per step,
-    10 are paid at success. Negative distance ``|p| + angle`` in its place (`weight_angle`,
-    `weight_position`) is what one tries first: see configs/ball_park_naive_ppo.yaml, and the
-    README for how the two compare.
+    There are five dimensions and two controls. A ball that rolls somewhere and back on one line is
+    not turned at all; what turns it is the area of the loop that its centre runs round. So nearly
+    every way to the goal leads away from it first, in distance or in angle.
 
-    Attributes:
-        radius: radius of the ball [m].
-        roll_per_step: largest roll in one control period [rad].
-        start_half_width: half the side of the square of starting positions [m].
-        position_tolerance: parked if the offset is at most this [m],
-        angle_tolerance: and the angle of the attitude is at most this [rad].
-        weight_position: weight of ``position`` = -|p|.
-        weight_twist: weight of ``twist`` = -sqrt(|theta_z|).
-        weight_mismatch: weight of ``mismatch`` = -cbrt(|m|).
-        weight_angle: weight of ``angle`` = -|theta|.
-        weight_parked: weight of ``parked`` = 1 in the step that parks the ball.
+    Physics:
+        Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
+        ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
+        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
 
-    Source: Jurdjevic 1993, doi:10.1007/BF00375605; shortest paths: Arthurs & Walsh 1986.
+        The two fields of controls and their Lie brackets span 2, 3 and 5 dimensions (growth vector
+        (2, 3, 5)): a small counter-clockwise loop of area A turns the ball by ``-A / radius^2``
+        about the vertical, second order in the size of the loop; moving it in place by a small
+        offset or tilt is third order. Nothing moves while the action is 0.
+
+    Rewards:
+        The cost is a distance that knows these orders. With p the offset in radii, theta = log R
+        the rotation vector in world axes and ``m = (theta_x + p_y, theta_y - p_x)`` the mismatch
+        between what was rolled and what is turned, ``position`` = ``-|p|``, ``twist`` =
+        ``-sqrt(|theta_z|)`` and ``mismatch`` = ``-cbrt(|m|)``: every direction by the order 1, 2
+        or 3 of the bracket that generates it, with roots that are rounded off within 0.001 of 0.
+        |p| and |m| count up to 50. ``parked`` = 1 in the step that parks the ball.
+
+        Negative distance is what one tries first: `weight_position` and `weight_angle`, of
+        ``angle`` = ``-|theta|``, in place of `weight_twist` and `weight_mismatch`, as in
+        configs/ball_park_naive_ppo.yaml.
+
+    Starting State:
+        Position uniform in the square ``|X|, |Y| <= start_half_width``, attitude uniform on SO(3).
+
+    Episode End:
+        The episode terminates when the ball is parked: its offset is at most `position_tolerance`
+        and the angle of its attitude at most `angle_tolerance`. That step is the success
+        (`info["is_success"]`).
+
+    Reference:
+        Three straight rolls, found by Newton's method (two are not enough for every pose): 200 of
+        200 starts are parked, in 21 steps and 7.79 m on average. Actions of 0 and random actions
+        park none of 200.
+
+        Bound: no path is shorter than ``max(distance, radius angle)``, on average 2.40 m from these
+        starts, less the tolerance. The shortest paths are known to be elasticae.
+
+    Version History:
+        v0: first version.
+
+    Source:
+        Jurdjevic 1993, "The geometry of the plate-ball problem", doi:10.1007/BF00375605; shortest
+        paths: Arthurs & Walsh 1986; three rolls: Hammersley 1983, "Oxford commemoration ball", LMS
+        Lecture Notes 79.
     """
 
     radius: Range = physical(1.0, "radius of the ball", "m")
@@ -141,13 +170,13 @@ class BallPark(Task):
         math.pi / 8, Number("largest roll per control period", "rad", 1e-3, math.pi / 2)
     )
     start_half_width: float = setting(2.0, Number("half side of the start square", "m", 0.0, 20.0))
-    position_tolerance: float = setting(0.1, Number("parking tolerance", "m", 1e-6, 10.0))
-    angle_tolerance: float = setting(0.15, Number("parking tolerance", "rad", 1e-6, 3.2))
+    position_tolerance: float = setting(0.1, Number("largest offset when parked", "m", 1e-6, 10.0))
+    angle_tolerance: float = setting(0.15, Number("largest angle when parked", "rad", 1e-6, 3.2))
     weight_position: float = setting(0.01, Number("weight of -|p|", "1", -1e3, 1e3))
     weight_twist: float = setting(0.02, Number("weight of -sqrt|theta_z|", "1", -1e3, 1e3))
     weight_mismatch: float = setting(0.02, Number("weight of -cbrt|m|", "1", -1e3, 1e3))
     weight_angle: float = setting(0.0, Number("weight of -|theta|", "1", -1e3, 1e3))
-    weight_parked: float = setting(10.0, Number("weight of success", "1", -1e3, 1e3))
+    weight_parked: float = setting(10.0, Number("weight of the step that parks", "1", -1e3, 1e3))
 
     system_type: ClassVar = RollingBall
     shapes: ClassVar = SHAPES
@@ -203,15 +232,15 @@ class BallParkRandom(BallPark):
     rates, so one and the same manoeuvre parks balls of all sizes. What does not scale are the
     square of the starts and the tolerance, which stay in metres: a ball of 0.5 m starts up to 5.7
     of its radii away and is parked within 0.2 of them, one of 2 m starts at no more than 1.4 and is
-    parked within 0.05. With `observe_params` the radius is observed. Reward and success are those
-    of `BallPark`.
+    parked within 0.05. With `observe_params` the radius is observed.
 
-    Attributes:
-        radius: radius of the ball, from half to twice that of `BallPark` [m].
-        roll_per_step, start_half_width, position_tolerance, angle_tolerance: as in `BallPark`.
-        weight_position, weight_twist, weight_mismatch, weight_angle, weight_parked: likewise.
+    Reference:
+        Three straight rolls, as in `BallPark`, planned with the radius that was drawn: 200 of 200
+        starts are parked, in 21 steps and 10.1 m on average. Actions of 0 and random actions park
+        none of 200.
 
-    Source: as `BallPark`.
+        Bound: no path is shorter than ``max(distance, radius angle)``, on average 3.04 m from these
+        starts, less the tolerance.
     """
 
     radius: Range = physical((0.5, 2.0), "radius of the ball", "m")
