@@ -35,6 +35,8 @@ EARLY_ENDS: dict[str, dict[str, Any]] = {
         "heading_tolerance": 1.5,
         "phase_tolerance": 1.5,
     },
+    "RigidEnvs/DiskRoll-v0": {"start_lean": 1.0},
+    "RigidEnvs/DiskRollRandom-v0": {"start_lean": 1.0},
     "RigidEnvs/PivotTop-v0": {"arena": 0.02},
     "RigidEnvs/RollPump-v0": {"dt": 1.0, "n_substeps": 20, "start_part": 0.99, "beta_change": 3.0},
 }
