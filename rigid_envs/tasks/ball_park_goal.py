@@ -129,35 +129,66 @@ class BallParkGoal(Task):
     The ball of `BallPark`, as a goal environment: the observation is a dictionary, the goals are
     position and rotation matrix, and ``compute_reward`` says what any pair of them pays. What is
     observed besides the goals does not depend on the desired one, so a step may be remembered as
-    one towards any other goal. The episode goes on at the goal, where staying pays best.
+    one towards any other goal.
 
-    Why it is hard: five dimensions are reached by two velocities ``v = omega x radius e_z`` through
-    manoeuvres alone, and nothing is paid on the way. One in three million of the poses in the
-    square is within tolerance of a goal.
+    Why it is hard: five dimensions are reached by two velocities, through manoeuvres alone, and
+    nothing is paid on the way. One in three million of the poses in the square is within tolerance
+    of a goal.
 
-    Reward: ``reached`` = 0 where position and angle are within tolerance, else -1. Success: the
-    same in the last step.
+    Physics:
+        Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
+        ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
+        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
 
-    Attributes:
-        radius: radius of the ball [m].
-        roll_per_step: largest roll in one control period [rad].
-        start_half_width: half the side of the square of positions, of ball and goal [m].
-        position_tolerance: reached if the distance is at most this [m],
-        angle_tolerance: and the angle between the attitudes is at most this [rad].
-        weight_reached: weight of ``reached``.
+        Rolling does not depend on the place or on how the ball is marked. So what leads from pose
+        to goal depends on nothing but their difference: the way between them, and the rotation
+        from one attitude to the other in world axes.
 
-    Source: Jurdjevic 1993, doi:10.1007/BF00375605; hindsight experience replay: Andrychowicz et
-    al. 2017, arXiv:1707.01495.
+    Rewards:
+        ``reached`` = 0 where the distance to the goal is at most `position_tolerance` and the angle
+        between the attitudes at most `angle_tolerance`, else -1: the return is minus the number of
+        steps away from the goal. What is compared are the goals as they are observed, so rewards
+        that are computed anew are those that were paid, to the bit.
+
+    Starting State:
+        Positions of ball and goal uniform in the square ``|X|, |Y| <= start_half_width``, both
+        attitudes uniform on SO(3).
+
+    Episode End:
+        The episode goes on at the goal, where staying pays best. Success (`info["is_success"]`) is
+        told of every step; that of an episode is that of its last step.
+
+    Reference:
+        Three straight rolls, found by Newton's method from pose to goal, and then rest: all of 500
+        starts are successes, in 7.50 m and with a return of -19.6 on average. Actions of 0 and
+        random actions reach the goal from none of 500, and return -100.
+
+        Bound: no path is shorter than ``max(distance, radius angle)`` from pose to goal, on average
+        2.58 m from these starts, less the tolerance.
+
+    Version History:
+        v0: first version.
+
+    Source:
+        Jurdjevic 1993, "The geometry of the plate-ball problem", doi:10.1007/BF00375605; three
+        rolls: Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79; hindsight
+        experience replay: Andrychowicz et al. 2017, arXiv:1707.01495.
     """
 
     radius: Range = physical(1.0, "radius of the ball", "m")
     roll_per_step: float = setting(
         math.pi / 8, Number("largest roll per control period", "rad", 1e-3, math.pi / 2)
     )
-    start_half_width: float = setting(2.0, Number("half side of the square", "m", 0.0, 20.0))
-    position_tolerance: float = setting(0.1, Number("tolerance", "m", 1e-6, 10.0))
-    angle_tolerance: float = setting(0.15, Number("tolerance", "rad", 1e-3, 3.2))
-    weight_reached: float = setting(1.0, Number("weight of not being there", "1", -1e3, 1e3))
+    start_half_width: float = setting(
+        2.0, Number("half side of the square of poses", "m", 0.0, 20.0)
+    )
+    position_tolerance: float = setting(
+        0.1, Number("largest distance at the goal", "m", 1e-6, 10.0)
+    )
+    angle_tolerance: float = setting(0.15, Number("largest angle at the goal", "rad", 1e-3, 3.2))
+    weight_reached: float = setting(
+        1.0, Number("weight of -1 per step off the goal", "1", -1e3, 1e3)
+    )
 
     system_type: ClassVar = RollingBall
     shapes: ClassVar = SHAPES

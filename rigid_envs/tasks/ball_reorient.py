@@ -16,30 +16,37 @@ class BallReorient(BallPark):
 
     `BallPark` from position 0 and an attitude uniform on SO(3). A ball that rolls out and back on
     one line is not turned at all; what turns it is the area of the loop that its centre runs round.
-    A small counter-clockwise loop of area A turns it by ``-A / radius^2`` about the vertical,
-    second order in the size of the loop; a tilt is third order, from two loops of opposite sense,
-    one beside the other. Commanding another attitude than upright would be the same task for other
-    body axes: rolling does not know how the ball is marked.
+    Commanding another attitude than upright would be the same task for other body axes: rolling
+    does not know how the ball is marked.
 
     Why it is hard: what is gained in attitude by rolling away is lost again by rolling straight
-    back, so the way home must differ from the way out, and by the right area. The reward, a cost
-    that knows the orders of the Lie brackets, is that of `BallPark`, and so is success: within
-    `position_tolerance` and `angle_tolerance`, which ends the episode.
+    back, so the way home must differ from the way out, and by the right area.
 
-    Attributes:
-        radius: radius of the ball [m].
-        roll_per_step: largest roll in one control period [rad].
-        start_half_width: half the side of the square of starting positions [m]; 0 here.
-        position_tolerance: parked if the offset is at most this [m],
-        angle_tolerance: and the angle of the attitude is at most this [rad].
-        weight_position: weight of ``position`` = -|p|.
-        weight_twist: weight of ``twist`` = -sqrt(|theta_z|).
-        weight_mismatch: weight of ``mismatch`` = -cbrt(|m|).
-        weight_angle: weight of ``angle`` = -|theta|.
-        weight_parked: weight of ``parked`` = 1 in the step that brings the ball back upright.
+    Physics:
+        Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
+        ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
+        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
 
-    Source: Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79;
-    Jurdjevic 1993, doi:10.1007/BF00375605; shortest paths: Arthurs & Walsh 1986.
+        A small counter-clockwise loop of area A turns the ball by ``-A / radius^2`` about the
+        vertical (a circle of radius rho by ``-A / radius^2 (1 - 3 (rho / radius)^2 / 4)`` to the
+        next order), second order in the size of the loop. A tilt is third order, from two loops of
+        opposite sense, one beside the other.
+
+    Starting State:
+        Position 0 (uniform in a square where `start_half_width` is not 0), attitude uniform on
+        SO(3).
+
+    Reference:
+        Three straight rolls, as in `BallPark`: all of 500 starts are parked, in 22.6 steps and
+        8.28 m on average. Actions of 0 and random actions park none of 500.
+
+        Bound: no path is shorter than ``radius angle``, on average 2.23 m from these starts
+        (``pi / 2 + 2 / pi`` = 2.21 over all attitudes), less the tolerance.
+
+    Source:
+        Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79; Jurdjevic 1993, "The
+        geometry of the plate-ball problem", doi:10.1007/BF00375605; shortest paths: Arthurs & Walsh
+        1986.
     """
 
     start_half_width: float = setting(0.0, Number("half side of the start square", "m", 0.0, 20.0))

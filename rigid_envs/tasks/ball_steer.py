@@ -151,37 +151,59 @@ class BallSteer(Task):
     """Follow another ball, which rolls along a path of its own, in position and attitude.
 
     Both balls roll alike, so whoever begins at no offset and copies the velocity of the reference
-    stays at no offset, exactly: the reference is rolled by actions that are rounded as any other.
-    The paths are elasticae of Euler, ``heading'' = -w^2 sin(heading - axis)`` along the way, w the
-    `wavenumber`, those along which the shortest ways of a ball lead from pose to pose: the closed
-    one, a figure eight (modulus 0.909), and others of modulus 0.6 to 1.2. The reference rolls them
-    as polygons, one side in each control period.
+    stays at no offset, exactly. Who begins at an offset must find the way to none while both roll.
+    Only the difference of the two attitudes matters, and it is observed; the attitude itself is not
+    (`rotation`).
 
     Why it is hard: five errors, two controls. To first order the error of the attitude turns with
     the rolling reference, ``theta' = d omega + omega_reference x theta``, which is what makes it
     controllable; but along a straight line ``theta_y - p_x`` (x along the line) does not change at
-    all, and only the bends of the path bring it down. Copying the reference keeps the mean error
-    at its first value, 1.03 on average; steps down the slope of the error bring it to 0.13.
+    all, and only the bends of the path bring it down.
 
-    Reward: ``close`` = 1 / (1 + 5 error), with the pose error ``sqrt(|p|^2 + |theta|^2)``: p the
-    offset in radii and theta the rotation vector from the attitude of the reference to that of the
-    ball. Success: the mean pose error since the start is at most `bound`.
+    Physics:
+        Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
+        ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
+        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
 
-    Attributes:
-        rotation: how the attitude of the ball is observed; "none", for only the difference from
-            that of the reference matters, and that is observed.
-        radius: radius of both balls [m].
-        roll_per_step: largest roll in one control period [rad].
-        reference_speed: speed of the reference, as a part of the largest.
-        path: "eight", "elastica", or "both", each in half of the episodes.
-        wavenumber: w of the paths [1/radius]; an eight is 9.28 / w radii long.
-        start_offset: largest offset at the start [radii].
-        start_angle: largest angle between the attitudes at the start [rad].
-        bound: largest mean pose error of a success.
-        weight_close: weight of ``close``.
+        The paths are elasticae of Euler, ``heading'' = -w^2 sin(heading - axis)`` along the way, w
+        the `wavenumber`, those along which the shortest ways of a ball lead from pose to pose: the
+        closed one, a figure eight (modulus 0.909), which is ``9.28 / w`` radii long, and others of
+        modulus 0.6 to 1.2; above 1 they curl and never turn back. The reference rolls them as
+        polygons, one side in each control period, at `reference_speed` of the largest speed.
 
-    Source: elasticae: Love, *Mathematical Theory of Elasticity*, section 262; as shortest paths:
-    Arthurs & Walsh 1986; Jurdjevic 1993, doi:10.1007/BF00375605.
+    Rewards:
+        ``close`` = ``1 / (1 + 5 error)``, with the pose error ``sqrt(|p|^2 + |theta|^2)``: p the
+        offset in radii and theta the rotation vector from the attitude of the reference to that of
+        the ball: steepest at no error, and not flat at any.
+
+    Starting State:
+        The reference at the origin, upright, where its path is bent most, heading anywhere and
+        bent to either side; `path` is "eight", "elastica" (modulus uniform), or "both", each in
+        half of the episodes. The ball is away from it by an offset uniform in a disc of
+        `start_offset` radii and a rotation vector uniform in a ball of `start_angle`.
+
+    Episode End:
+        The episode does not end before its time. Success (`info["is_success"]`): the mean pose
+        error since the start is at most `bound`.
+
+    Reference:
+        The action of the reference and a step down the slope of the error, ``w = -0.6 (p_x + 1.2
+        theta_y, p_y - 1.2 theta_x)`` in radii per second: all of 500 starts are successes
+        (999 of 1000), with the mean pose error 0.13, in 58.8 m on average. Copying the
+        action of the reference alone keeps the error at its first value, 1.03 on average; actions
+        of 0 and random actions let it grow to 7.1 and 7.9. None of these succeeds from any of 500.
+
+        Exact: the error 0 for ever is feasible from no offset, as the reference is rolled by
+        actions that are rounded as any other and can be copied to the bit.
+
+    Version History:
+        v0: first version.
+
+    Source:
+        Elasticae: Love, *Mathematical Theory of Elasticity*, section 262; as shortest paths:
+        Arthurs & Walsh 1986; Jurdjevic 1993, "The geometry of the plate-ball problem",
+        doi:10.1007/BF00375605; damping control: Jurdjevic & Quinn 1978,
+        doi:10.1016/0022-0396(78)90135-3.
     """
 
     rotation: str = setting("none", ROTATION)
@@ -189,12 +211,12 @@ class BallSteer(Task):
     roll_per_step: float = setting(
         math.pi / 8, Number("largest roll per control period", "rad", 1e-3, math.pi / 2)
     )
-    reference_speed: float = setting(0.5, Number("speed of the reference", "1", 0.0, 1.0))
+    reference_speed: float = setting(0.5, Number("speed of the reference / largest", "1", 0.0, 1.0))
     path: str = setting("both", Choice("path of the reference", tuple(_EIGHTS)))
     wavenumber: float = setting(0.6, Number("wavenumber of the paths", "1/radius", 0.01, 1.0))
-    start_offset: float = setting(1.0, Number("offset at the start", "radius", 0.0, 10.0))
-    start_angle: float = setting(1.0, Number("angle at the start", "rad", 0.0, math.pi / 2))
-    bound: float = setting(0.3, Number("mean pose error of a success", "1", 1e-6, 10.0))
+    start_offset: float = setting(1.0, Number("largest offset at the start", "radius", 0.0, 10.0))
+    start_angle: float = setting(1.0, Number("largest angle at the start", "rad", 0.0, math.pi / 2))
+    bound: float = setting(0.3, Number("largest mean pose error of a success", "1", 1e-6, 10.0))
     weight_close: float = setting(1.0, Number("weight of closeness", "1", -1e3, 1e3))
 
     system_type: ClassVar = RollingBall
