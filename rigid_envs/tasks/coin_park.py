@@ -112,44 +112,52 @@ class CoinPark(Task):
     """Park an upright coin: place at the origin, heading and roll phase 0.
 
     Four dimensions, two controls: the coin rolls and is steered, also where it stands, but it
-    cannot slip sideways: ``(X', Y') = -radius psi' (cos phi, sin phi)``. Both rates are set at
-    once, so each step is an exact arc. Turning on the spot brings the heading right; the place can
-    then be reached by rolling, but the phase psi arrives as it will: to change it a way must be
-    gone whose length is not that of the straight one. The episode ends when the coin is parked.
+    cannot slip sideways.
 
-    Reward. With p = (x, y) the offset in radii, the cost ``0.5 |p| + 0.5 |phi| + sqrt(|y|) +
-    cbrt(|m|)`` weighs every direction by the order of the Lie bracket that generates it (1, 1, 2,
-    3: growth vector (2, 3, 4)): at the goal steering and rolling are at hand, the side y takes a
-    commutator of the two, and the mismatch m = x + psi (within half a turn) between what was
-    rolled and what is turned takes a commutator of that with steering. 0.02 of the cost is charged
-    per step, 10 are paid at success.
+    Why it is hard: turning on the spot brings the heading right; the place can then be reached by
+    rolling, but the phase arrives as it will. To change it a way must be gone whose length is not
+    that of the straight one.
 
-    Two straight rolls with turns between them lead home in 16 steps and 2.2 m on average; the
-    distance, or what the phase asks for if that is more, is 2.0 m (see `lower_bound`), and turning
-    while rolling saves steps.
+    Physics:
+        ``(X', Y') = -radius psi' (cos phi, sin phi)`` with the heading phi and the roll phase psi.
+        Both rates are set at once, so each step is an exact arc. Mass, moments and g have no effect
+        on a coin whose rates are given.
 
-    Attributes:
-        m: mass [kg]; like the moments and g, without effect on a coin whose rates are given.
-        radius: radius of the rim [m].
-        I1: moment about a diameter [kg m^2].
-        I3: moment about the axis [kg m^2].
-        g: gravitational acceleration [m/s^2].
-        slope: 0, a level plane [rad].
-        roll_per_step: largest roll in one control period [rad].
-        steer_per_step: largest turn of the heading in one control period [rad].
-        start_half_width: half the side of the square of starting places [m].
-        position_tolerance: parked if the offset is at most this [m],
-        heading_tolerance: the heading at most this [rad],
-        phase_tolerance: and the roll phase at most this, within half a turn [rad].
-        weight_position: weight of ``position`` = -|p|.
-        weight_heading: weight of ``heading`` = -|phi|.
-        weight_side: weight of ``side`` = -sqrt(|y|).
-        weight_mismatch: weight of ``mismatch`` = -cbrt(|m|).
-        weight_parked: weight of ``parked`` = 1 in the step that parks the coin.
+        The two fields of controls and their Lie brackets span 2, 3 and 4 dimensions (growth vector
+        (2, 3, 4)): at the goal steering and rolling are at hand, the side y takes a commutator of
+        the two, and the mismatch ``x + psi`` between what was rolled and what is turned takes a
+        commutator of that with steering. Nothing moves while the action is 0.
 
-    Source: Bloch, *Nonholonomic Mechanics and Control*, section 1.4; Murray & Sastry 1993,
-    "Nonholonomic motion planning: steering using sinusoids", IEEE Transactions on Automatic
-    Control 38.
+    Rewards:
+        The cost weighs every direction by the order of the bracket that generates it. With p = (x,
+        y) the offset in radii and m = x + psi within half a turn, ``position`` = ``-|p|``,
+        ``heading`` = ``-|phi|``, ``side`` = ``-sqrt(|y|)`` and ``mismatch`` = ``-cbrt(|m|)``:
+        orders 1, 1, 2 and 3, with roots that are rounded off within 0.001 of 0. |p|, |x| and |y|
+        count up to 50. ``parked`` = 1 in the step that parks the coin.
+
+    Starting State:
+        Place uniform in the square ``|X|, |Y| <= start_half_width``, heading and phase uniform.
+
+    Episode End:
+        The episode terminates when the coin is parked: its offset is at most `position_tolerance`,
+        its heading at most `heading_tolerance` and its phase, within half a turn, at most
+        `phase_tolerance`. That step is the success (`info["is_success"]`).
+
+    Reference:
+        Two straight rolls by a and b with turns between them, ``a u_1 + b u_2 = D`` and ``a + b =
+        2 pi k - psi`` with D the offset in radii and u the headings: all of 500 starts are parked,
+        in 16.0 steps and 2.20 m on average. Actions of 0 and random actions park none of 500.
+
+        Bound: no path is shorter than ``max(distance, radius |psi|)``, on average 2.00 m from these
+        starts, less the tolerance. Turning while rolling would save steps.
+
+    Version History:
+        v0: first version.
+
+    Source:
+        Bloch, *Nonholonomic Mechanics and Control*, section 1.4; Murray & Sastry 1993,
+        "Nonholonomic motion planning: steering using sinusoids", IEEE Transactions on Automatic
+        Control 38.
     """
 
     m: Range = physical(1.0, "mass", "kg")
@@ -165,14 +173,14 @@ class CoinPark(Task):
         math.pi / 8, Number("largest turn per control period", "rad", 1e-3, math.pi / 2)
     )
     start_half_width: float = setting(2.0, Number("half side of the start square", "m", 0.0, 20.0))
-    position_tolerance: float = setting(0.1, Number("parking tolerance", "m", 1e-6, 10.0))
-    heading_tolerance: float = setting(0.1, Number("parking tolerance", "rad", 1e-6, 3.2))
-    phase_tolerance: float = setting(0.15, Number("parking tolerance", "rad", 1e-6, 3.2))
+    position_tolerance: float = setting(0.1, Number("largest offset when parked", "m", 1e-6, 10.0))
+    heading_tolerance: float = setting(0.1, Number("largest heading when parked", "rad", 1e-6, 3.2))
+    phase_tolerance: float = setting(0.15, Number("largest phase when parked", "rad", 1e-6, 3.2))
     weight_position: float = setting(0.01, Number("weight of -|p|", "1", -1e3, 1e3))
     weight_heading: float = setting(0.01, Number("weight of -|phi|", "1", -1e3, 1e3))
     weight_side: float = setting(0.02, Number("weight of -sqrt|y|", "1", -1e3, 1e3))
     weight_mismatch: float = setting(0.02, Number("weight of -cbrt|x + psi|", "1", -1e3, 1e3))
-    weight_parked: float = setting(10.0, Number("weight of success", "1", -1e3, 1e3))
+    weight_parked: float = setting(10.0, Number("weight of the step that parks", "1", -1e3, 1e3))
 
     system_type: ClassVar = UprightCoin
     shapes: ClassVar = SHAPES

@@ -109,39 +109,54 @@ def reset(memory: Memory, rows: Array, mode: int) -> None:
 class DiskRoll(Task):
     """Keep a disk rolling that is too slow to stand, and lead it round a commanded circle.
 
-    A disk rolls upright by itself above ``w3^2 = g / (3 r)``, a hoop above g / (4 r) (in general
-    ``I3 (I3 + m r^2) w3^2 = I1 m g r``). Here it rolls at 0.5 to 0.95 of that and falls. The only
-    control is a torque about the direction of travel, and it does not act on the turn rate wn and
-    the roll rate w3 at all: those follow the lean, ``d(wn sin(theta)) = (I3 / I1) w3 sin(theta)
-    dtheta``, ``dw3 = m r^2 / (I3 + m r^2) wn dtheta``, as when a bicycle is steered by leaning. So
-    the disk must be leaned as far as the commanded circle asks for, and held there against its
-    weight. A lean of more than 60 degrees ends the episode. Where the circle lies is free.
+    A disk rolls at 0.5 to 0.95 of the speed above which it stands by itself, and is to be led round
+    a circle of a curvature that is drawn anew in every episode; where the circle lies is free. The
+    only control is a torque about the direction of travel.
 
-    Reward: ``circle`` = 1 / (1 + 10 e) with e the relative error of the curvature of the way of
-    the contact, ``upright`` = cos(lean), and ``effort`` = -(tau / torque)^2. Success: e below
-    `tolerance` throughout the last `hold` seconds, and the disk has not fallen.
+    Why it is hard: the torque does not act on the turn rate and the roll rate at all; those follow
+    the lean, as when a bicycle is steered by leaning. So the disk must be leaned as far as the
+    circle asks for, and held there against its weight.
 
-    Attributes:
-        m: mass [kg].
-        radius: radius of the rim [m].
-        I1: moment about a diameter [kg m^2].
-        I3: moment about the axis [kg m^2].
-        g: gravitational acceleration [m/s^2].
-        torque: largest lean torque [N m].
-        goal_curvature: least commanded curvature times radius; to either side.
-        goal_spread: by how much it may be larger, uniformly.
-        start_lean: largest lean at the start, to either side [rad].
-        start_rate: largest turn rate wn and lean rate wl at the start [rad/s].
-        start_speed: least roll rate w3 at the start, as a part of the threshold.
-        start_spread: by how much it may be larger, uniformly, as a part of the threshold.
-        tolerance: relative error of the curvature of a success.
-        hold: time for which the error must have been small [s].
-        weight_circle: weight of ``circle``.
-        weight_upright: weight of ``upright``.
-        weight_effort: weight of ``effort``.
+    Physics:
+        With the turn rate wn about the radius that points up, the roll rate w3 about the axis and
+        theta = pi / 2 + lean, ``d(wn sin(theta)) = (I3 / I1) w3 sin(theta) dtheta`` and ``dw3 = m
+        r^2 / (I3 + m r^2) wn dtheta``, whatever the torque. Without it the energy is conserved.
 
-    Source: Routh, *Advanced Rigid Dynamics*, section 244; O'Reilly 1996, "The dynamics of rolling
-    disks and sliding disks", doi:10.1007/BF01833295.
+        Upright rolling is stable where ``I3 (I3 + m r^2) w3^2 > I1 m g r``: a disc above
+        ``w3^2 = g / (3 r)``, a hoop above ``g / (4 r)``. Below, a small lean grows: left alone,
+        every disk of 500 came to lean by more than 20 degrees, more than half of them by more than
+        50.
+
+    Rewards:
+        ``circle`` = ``1 / (1 + 10 e)`` with e the relative error of the curvature of the way of the
+        contact, ``upright`` = ``cos(lean)``, which is paid for rolling on, and ``effort`` =
+        ``-(tau / torque)^2``.
+
+    Starting State:
+        Lean uniform within `start_lean`, turn rate and lean rate each within `start_rate`, the roll
+        rate between `start_speed` and `start_speed` + `start_spread` of the threshold. The
+        commanded curvature times radius is to either side, between `goal_curvature` and
+        `goal_curvature` + `goal_spread`. Heading and phase are uniform.
+
+    Episode End:
+        Success (`info["is_success"]`): e has been at most `tolerance` throughout the last `hold`
+        seconds, and the disk has not fallen. The episode terminates when it has, at a lean of more
+        than 60 degrees.
+
+    Reference:
+        The linear-quadratic regulator of the lean, about that with which the disk rolls on the
+        commanded circle, and the torque that holds it there: all of 500 starts are successes, with
+        12.4 N m s and a return of 392 of 400 on average. Actions of 0 and random actions succeed
+        from none of 500; 22 % and 41 % of the disks fall, the others reel.
+
+        Exact: the threshold, 1.81 rad/s for the disk of this task.
+
+    Version History:
+        v0: first version.
+
+    Source:
+        Routh, *Advanced Rigid Dynamics*, section 244; O'Reilly 1996, "The dynamics of rolling disks
+        and sliding disks", doi:10.1007/BF01833295.
     """
 
     dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
@@ -158,7 +173,7 @@ class DiskRoll(Task):
     start_rate: float = setting(0.1, Number("largest turn and lean rate", "rad/s", 0.0, 1e3))
     start_speed: float = setting(0.5, Number("least roll rate / threshold", "1", 1e-3, 10.0))
     start_spread: float = setting(0.45, Number("roll rates above the least", "1", 0.0, 10.0))
-    tolerance: float = setting(0.05, Number("relative error of a success", "1", 1e-6, 1.0))
+    tolerance: float = setting(0.05, Number("largest relative error of a success", "1", 1e-6, 1.0))
     hold: float = setting(5.0, Number("time within tolerance", "s", 0.0, 1e4))
     weight_circle: float = setting(0.5, Number("weight of the circle term", "1", -1e3, 1e3))
     weight_upright: float = setting(0.5, Number("weight of the upright term", "1", -1e3, 1e3))
@@ -220,29 +235,14 @@ class DiskRollRandom(DiskRoll):
     holds a lean differs by a factor of 1.65. Curvatures are observed as they are, so a wheel can be
     held on its circle whatever it is made of; `observe_params` shows what that is.
 
-    Reward, success and all else are those of `DiskRoll`; five substeps in a control period, for the
-    fastest wheel there could be.
+    There are five substeps in a control period, for the fastest wheel there could be.
 
-    Attributes:
-        m: range of the mass [kg].
-        radius: range of the radius of the rim [m].
-        I1: range of the moment about a diameter [kg m^2].
-        I3: range of the moment about the axis [kg m^2].
-        g: gravitational acceleration [m/s^2].
-        torque: largest lean torque [N m].
-        goal_curvature: least commanded curvature times radius; to either side.
-        goal_spread: by how much it may be larger, uniformly.
-        start_lean: largest lean at the start, to either side [rad].
-        start_rate: largest turn rate wn and lean rate wl at the start [rad/s].
-        start_speed: least roll rate w3 at the start, as a part of the threshold.
-        start_spread: by how much it may be larger, uniformly, as a part of the threshold.
-        tolerance: relative error of the curvature of a success.
-        hold: time for which the error must have been small [s].
-        weight_circle: weight of ``circle``.
-        weight_upright: weight of ``upright``.
-        weight_effort: weight of ``effort``.
+    Reference:
+        The regulator of `DiskRoll` for the middle of the ranges, which does not know the wheel: 498
+        of 500 starts are successes, with 13.9 N m s and a return of 379 of 400 on average. Actions
+        of 0 and random actions succeed from none of 500; 30 % and 47 % of the wheels fall.
 
-    Source: Routh, *Advanced Rigid Dynamics*, section 244.
+        Exact: the threshold ``I3 (I3 + m r^2) w3^2 = I1 m g r`` of each wheel.
     """
 
     n_substeps: int = setting(5, Integer("integrator steps per control period", 1, 1000))

@@ -101,40 +101,55 @@ def reset(memory: Memory, rows: Array, mode: int) -> None:
 class RollPump(Task):
     """Roll out of a valley with nothing to push: only the inertia ratio can be changed.
 
-    A roller in a circular valley, ``(1 + beta) s'' = -g sin(curvature s)``, changes its ratio
-    beta = I / (m r^2) between that of a solid sphere (2/5) and that of a hoop (1) by moving masses
-    along its spokes. That acts at once and keeps the momentum about the contact, (1 + beta) v: a
-    smaller ratio at full speed costs work and gives energy, a larger one at rest costs nothing.
-    The episode ends when the rim is passed, which takes several swings.
+    A roller in a circular valley changes its ratio beta = I / (m r^2) between that of a solid
+    sphere (2/5) and that of a hoop (1) by moving masses along its spokes, and must pass the rim,
+    which takes several swings.
 
-    What pays at once leads nowhere: energy comes from making the ratio smaller, and there is an
-    end to that; to make it larger again, without losing what was won, one must wait until the
-    roller stands still. From one turning point to the next, with P = (1 + beta) v,
-    ``d(P^2)/ds = -2 (1 + beta) g sin(curvature s)`` shows that the height grows by
-    ``(1 + beta_hi) / (1 + beta_lo)`` = 10/7 at most, whatever is done, and by just that where the
-    ratio is large on the way down and small on the way up. So from rest at the height h to the rim
-    it takes ``log(h_rim / h) / log(10/7)`` passes, rounded up: 7 to 11 from the starts here.
+    Why it is hard: what pays at once leads nowhere. Energy comes from making the ratio smaller, and
+    there is an end to that; to make it larger again, without losing what was won, one must wait
+    until the roller stands still.
 
-    Reward: ``shortfall`` = E / E_rim - 1, from -1 to 0, with E the energy above the bottom and
-    E_rim that of rest on the rim; and ``over`` = 1 in the step that passes the rim. Success: the
-    rim is passed.
+    Physics:
+        ``(1 + beta) s'' = -g sin(curvature s)``, s along the path of the centre, 0 at the bottom.
+        Masses are moved at once and keep the momentum about the contact, ``P = (1 + beta) v``: a
+        smaller ratio at full speed costs work and gives energy, a larger one at rest costs nothing.
+        Energy is conserved while the ratio stays; the motion is that without slip, whatever `mu`.
 
-    Attributes:
-        m: mass [kg].
-        radius: rolling radius [m].
-        beta: least inertia ratio I / (m radius^2).
-        g: gravitational acceleration [m/s^2].
-        slope: 0, so that s is counted from the bottom [rad].
-        curvature: of the path of the centre, 1 over its radius [1/m].
-        mu: coefficient of static friction; the motion is that without slip.
-        beta_change: what can be added to the inertia ratio.
-        rim: angle of the rim from the bottom, at the centre of the valley [rad].
-        start_part: largest angle at the start, as a part of that of the rim; the least is half.
-        weight_shortfall: weight of ``shortfall``.
-        weight_over: weight of ``over``.
+        From one turning point to the next, ``d(P^2)/ds = -2 (1 + beta) g sin(curvature s)`` shows
+        that the height grows by ``(1 + beta_hi) / (1 + beta_lo)`` = 10/7 at most, whatever is done,
+        and by just that where the ratio is large on the way down and small on the way up.
 
-    Source: Tea & Falk 1968, "Pumping on a swing", American Journal of Physics 36, for the swing
-    whose length is changed in this way.
+    Rewards:
+        ``shortfall`` = ``E / E_rim - 1``, from -1 to 0, with E the energy above the bottom and
+        E_rim that of rest on the rim, so that time costs less the higher the roller swings; and
+        ``over`` = 1 in the step that passes the rim.
+
+    Starting State:
+        At rest on either side, with the smallest ratio: the angle from the bottom uniform between
+        half of `start_part` and `start_part` of that of the rim.
+
+    Episode End:
+        The episode terminates when the angle from the bottom is `rim` or more, on either side. That
+        step is the success (`info["is_success"]`).
+
+    Reference:
+        The bang-bang law, the ratio large on the way down and small on the way up: from all of 500
+        starts the rim is passed, after 25.5 s on average, 32.5 s at most. In 98.4 % of the episodes
+        it takes the least number of passes, else one more, as actions are held for a control
+        period. Actions of 0 (the ratio in the middle), random actions and the ratio that is best
+        for the energy at once leave the valley from none of 500 starts.
+
+        Exact: 10/7 in height per pass. From rest at the height h to the rim it takes
+        ``log(h_rim / h) / log(10/7)`` passes, rounded up: 7 to 11 from the starts here, 8.56 on
+        average. No way to the rim takes less time than ``(n - 1/2) pi sqrt((1 + beta_lo) / (g
+        curvature))`` with n this number, on average 21.4 s.
+
+    Version History:
+        v0: first version.
+
+    Source:
+        Tea & Falk 1968, "Pumping on a swing", American Journal of Physics 36, for the swing whose
+        length is changed in this way.
     """
 
     rotation: str = setting("none", Choice("a roller is observed without attitude", ("none",)))
@@ -149,7 +164,7 @@ class RollPump(Task):
     rim: float = setting(1.2, Number("angle of the rim", "rad", 1e-2, 3.1))
     start_part: float = setting(0.3, Number("largest start / rim", "1", 1e-3, 0.99))
     weight_shortfall: float = setting(0.02, Number("weight of missing energy", "1", -1e3, 1e3))
-    weight_over: float = setting(10.0, Number("weight of success", "1", -1e3, 1e3))
+    weight_over: float = setting(10.0, Number("weight of passing the rim", "1", -1e3, 1e3))
 
     system_type: ClassVar = Roller
     shapes: ClassVar = SHAPES
