@@ -101,34 +101,51 @@ def reset(memory: Memory, rows: Array, mode: int) -> None:
 class Detumble(Task):
     """Bring the angular momentum of a tumbling body to zero by impulses.
 
-    Each step is an impulse j, which changes the momentum at once, ``L -> L + j``, and then a free
-    drift, which turns L in the body and keeps its size (to rounding). Momentum and impulse are
-    vectors in body axes; the angular velocity omega = I^-1 L is what is observed.
+    Each step is an impulse, which changes the momentum at once, and then a free drift, which turns
+    L in the body and keeps its size. What is observed is the angular velocity, which the drift
+    changes in a way that is not linear. But impulses act on the momentum, and of it only the size
+    counts, which the drift keeps: what is best is known exactly.
 
-    Reward: ``momentum`` = -(|L| / start_momentum)^2 after the step (not below -100) and
-    ``impulse`` = -(|j| / impulse)^2. Success: |L| below `tolerance` times start_momentum.
+    Physics:
+        An impulse j changes the momentum by ``L -> L + j``; then the body drifts freely for a
+        control period, by Euler's equations ``I omega' = I omega x omega``. Momentum and impulse
+        are vectors in body axes, which are the principal axes, and ``omega = I^-1 L``. The drift
+        keeps the size of L, and L in space, to rounding.
 
-    What is best is known exactly. With a and b the weights over the squares of start_momentum and
-    impulse, the cost to go is ``P |L|^2`` with the root ``P = (-a + sqrt(a^2 + 4 a b)) / 2`` of
-    the scalar Riccati equation ``P = b (a + P) / (a + b + P)``, under the law ``j = -L (a + P) /
-    (a + b + P)``: in n steps it pays ``P (|L_0|^2 - |L_n|^2)``. With equal weights it stays within
-    the ball of impulses for all starts. In the least time, L takes ``|L| / impulse`` steps,
-    rounded up.
+        Impulses could spin the body up to 28 rad/s before the time limit, hence six integrator
+        steps per control period.
 
-    Impulses could spin the body up to 28 rad/s before the time limit, hence six integrator steps
-    per control period.
+    Rewards:
+        ``momentum`` = ``-(|L| / start_momentum)^2`` after the step (not below -100) and ``impulse``
+        = ``-(|j| / impulse)^2``: the quadratic cost, of which the optimum is known.
 
-    Attributes:
-        I1: principal moment about e1 [kg m^2].
-        I2: principal moment about e2 [kg m^2].
-        I3: principal moment about e3 [kg m^2].
-        impulse: largest impulse of a step [N m s].
-        start_momentum: radius of the ball of angular momenta at the start [N m s].
-        tolerance: largest |L| of a success, as a part of start_momentum.
-        weight_momentum: weight of ``momentum``.
-        weight_impulse: weight of ``impulse``.
+    Starting State:
+        The angular momentum is uniform in a ball of radius `start_momentum`; the attitude is
+        uniform on SO(3).
 
-    Source: Bertsekas, *Dynamic Programming and Optimal Control*, volume I, section 4.1.
+    Episode End:
+        The episode does not end before its time. Success (`info["is_success"]`): |L| is below
+        `tolerance` times `start_momentum`.
+
+    Reference:
+        Exact: with a and b the weights over the squares of start_momentum and impulse, the cost to
+        go is ``P |L|^2`` with the root ``P = (-a + sqrt(a^2 + 4 a b)) / 2`` of the scalar Riccati
+        equation ``P = b (a + P) / (a + b + P)``, under the law ``j = -L (a + P) / (a + b + P)``: in
+        n steps it pays ``P (|L_0|^2 - |L_n|^2)``. With equal weights it stays within the ball of
+        impulses for all starts. By default ``P = 0.6134`` per (N m s)^2 and ``j = -0.1534 L``.
+
+        The law reaches all of 500 starts, with the return -3.396, which is what P says, and an
+        impulse (the sum of ``|j|``) of 2.28 N m s on average. Actions of 0 have the return -30.8,
+        random actions -98.1 (21.7 N m s); they stop none of 500.
+
+        In the least time, L takes ``|L| / impulse`` steps, rounded up: 5.0 on average and 6 at
+        most. The largest impulse against L does it from all of 500 starts, with the return -5.14.
+
+    Version History:
+        v0: first version.
+
+    Source:
+        Bertsekas, *Dynamic Programming and Optimal Control*, volume I, section 4.1.
     """
 
     n_substeps: int = setting(6, Integer("integrator steps per control period", 1, 1000))
@@ -137,8 +154,10 @@ class Detumble(Task):
     I2: Range = physical(2.0, "principal moment about e2", "kg m^2")
     I3: Range = physical(3.0, "principal moment about e3", "kg m^2")
     impulse: float = setting(0.5, Number("largest impulse of a step", "N m s", 1e-6, 1e6))
-    start_momentum: float = setting(3.0, Number("momentum at the start", "N m s", 1e-6, 1e6))
-    tolerance: float = setting(0.01, Number("momentum of a success", "1", 1e-6, 1.0))
+    start_momentum: float = setting(3.0, Number("largest |L| at the start", "N m s", 1e-6, 1e6))
+    tolerance: float = setting(
+        0.01, Number("largest |L| of a success / start_momentum", "1", 1e-6, 1.0)
+    )
     weight_momentum: float = setting(1.0, Number("weight of the momentum term", "1", -1e3, 1e3))
     weight_impulse: float = setting(1.0, Number("weight of the impulse term", "1", -1e3, 1e3))
 

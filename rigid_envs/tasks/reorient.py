@@ -132,30 +132,60 @@ def reach(achieved: Array, desired: Array, constants: Array, out: Array) -> None
 class Reorient(Task):
     """Turn a body from rest to rest to an attitude that is drawn anew in every episode.
 
-    ``I omega' = I omega x omega + tau``: a goal environment with sparse reward. Goals are the
-    rotation matrix R (body to world, row by row) and the angular velocity (body axes, [rad/s]),
-    which is zero for all goals that are drawn; what is achieved on the way has another one. The
-    turn must be begun and stopped in time, and on the way the gyroscopic term, larger than the
-    torque at the rates that are needed, turns the axis of rotation in the body. The episode goes
-    on at the goal, where staying pays best.
+    A goal environment with sparse reward. Goals are the rotation matrix R (body to world, row by
+    row) and the angular velocity (body axes, [rad/s]), which is zero for all goals that are drawn;
+    what is achieved on the way has another one.
 
-    Reward: ``reached`` = 0 where angle and rate are within tolerance, else -1. Success: the same
-    in the last step. No motion takes less time than `lower_bound`.
+    The turn must be begun and stopped in time, and on the way the gyroscopic term, as large as the
+    torque at the rates that a fast turn needs, turns the axis of rotation in the body. The episode
+    goes on at the goal, where staying pays best.
 
-    The torque could spin the body up to 7 rad/s before the time limit, hence two integrator steps
-    per control period.
+    Physics:
+        Euler's equations ``I omega' = I omega x omega + tau``, all in body axes, which are the
+        principal axes. Without torque the energy T and the angular momentum L in space are
+        conserved.
 
-    Attributes:
-        I1: principal moment about e1 [kg m^2].
-        I2: principal moment about e2 [kg m^2].
-        I3: principal moment about e3 [kg m^2].
-        torque: largest torque about each axis [N m].
-        angle_tolerance: reached if the angle between the attitudes is at most this [rad],
-        rate_tolerance: and the difference of the angular velocities is at most this [rad/s].
-        weight_reached: weight of ``reached``.
+        The gyroscopic term is at most ``(I_max - I_min) |omega|^2 / 2``, 1 N m at 1 rad/s for the
+        default body; the torque is 0.5 N m about each axis. From rest, the rate is at most
+        ``|tau| t / I_min``, as energy is gained at ``omega . tau``, and backwards from the goal
+        likewise. So no turn from rest to rest by an angle takes less than
+        ``2 sqrt(I_min angle / |tau|)`` with the largest torque ``|tau| = sqrt(3) torque``.
 
-    Source: Wie & Barba 1985, doi:10.2514/3.19988; hindsight experience replay: Andrychowicz et
-    al. 2017, arXiv:1707.01495.
+        The energy that full torque could give the body before the time limit bounds its rates by
+        6.8 rad/s (5.5 are reached with full torque along each rate), hence two integrator steps per
+        control period.
+
+    Rewards:
+        ``reached`` = 0 where angle and rate are within tolerance, else -1: the return counts the
+        steps away from the goal. `compute_reward` gives the same for any pair of goals.
+
+    Starting State:
+        At rest; the attitudes of body and goal are uniform on SO(3), each by itself.
+
+    Episode End:
+        The episode does not end before its time. Success (`info["is_success"]`): the angle to the
+        goal is at most `angle_tolerance`, and the difference of the angular velocities at most
+        `rate_tolerance`.
+
+    Reference:
+        Quaternion feedback, ``tau = -I (2 k vec(e) + 2 sqrt(k) omega)`` with
+        ``k = 6 torque / I_max`` and e the turn from goal to body, of the two signs the one with w
+        >= 0, so that the body does not unwind the long way: 500 of 500 starts reach the goal and
+        stay, after 6.71 s on average, with a torque impulse (the integral of ``|tau|``) of 2.84 N m
+        s. Actions of 0 and random actions (4.79 N m s) reach none of 500.
+
+        Bound: ``2 sqrt(I_min angle / |tau|)``, `lower_bound`, 3.15 s on average from these starts
+        and 3.81 s for a half turn; the tolerances let the goal be reached a little earlier. The
+        feedback takes 2.1 times as long, so there is room for what is better. A half turn about e1
+        by one torque, full and then full against it, takes 1.32 of the bound.
+
+    Version History:
+        v0: first version.
+
+    Source:
+        Wie & Barba 1985, doi:10.2514/3.19988; unwinding: Bhat & Bernstein 2000,
+        doi:10.1016/S0167-6911(99)00090-0; hindsight experience replay: Andrychowicz et al. 2017,
+        arXiv:1707.01495.
     """
 
     n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
@@ -163,8 +193,12 @@ class Reorient(Task):
     I2: Range = physical(2.0, "principal moment about e2", "kg m^2")
     I3: Range = physical(3.0, "principal moment about e3", "kg m^2")
     torque: float = setting(0.5, Number("largest torque about each axis", "N m", 1e-6, 1e6))
-    angle_tolerance: float = setting(0.1, Number("tolerance", "rad", 1e-3, 3.2))
-    rate_tolerance: float = setting(0.05, Number("tolerance", "rad/s", 1e-6, 1e3))
+    angle_tolerance: float = setting(
+        0.1, Number("largest angle to the goal when reached", "rad", 1e-3, 3.2)
+    )
+    rate_tolerance: float = setting(
+        0.05, Number("largest rate off the goal when reached", "rad/s", 1e-6, 1e3)
+    )
     weight_reached: float = setting(1.0, Number("weight of not being there", "1", -1e3, 1e3))
 
     system_type: ClassVar = FreeBody
