@@ -105,38 +105,55 @@ def reset(memory: Memory, rows: Array, mode: int) -> None:
 class PivotTop(Task):
     """Balance a slowly spinning top by moving its pivot: the spinning spherical cart-pole.
 
-    A top whose spin is 0.3 to 0.95 of the sleeping threshold ``2 sqrt(I1 m g ell) / I3`` falls,
-    more slowly the faster it spins, and it precesses as it falls. Here nothing but the point it
-    stands on can be moved: ``I1 e'' - i I3 omega3 e' - m g ell e = -m ell a`` for a small tilt e =
-    e_x + i e_y, and ``X'' = a``. To come back the pivot must first run further away: the top falls
-    like a pendulum of length I1 / (m ell) = 9.8 m, so some metres are needed, and the arena has a
-    radius of 5 m. Leaving it ends the episode. The top is symmetric, I1 = I2 (`I_perp`).
+    A top below the sleeping threshold falls, more slowly the faster it spins, and it precesses as
+    it falls. Here nothing but the point it stands on can be moved. To come back the pivot must
+    first run further away: some metres are needed, and the arena has a radius of 5 m. Leaving it
+    ends the episode.
 
-    Reward: ``upright`` = 1 / (1 + 10 theta), ``centre`` = 1 / (1 + 10 d / arena) with the distance
-    d of the pivot from the centre, and ``effort`` = -|a|^2 / push^2. Success: theta below
-    `tilt_tolerance` and d below `centre_tolerance` throughout the last `hold` seconds.
+    Physics:
+        ``I omega' = I omega x omega + ell e3 x R^T m (-aX, -aY, -g)`` about the pivot, in body
+        axes, and ``X'' = a`` for the pivot. The top is symmetric, I1 = I2 (`I_perp`), and its spin
+        omega3 is conserved whatever the pivot does.
 
-    Attributes:
-        I_perp: moments I1 = I2 about the pivot [kg m^2].
-        I3: moment about the axis of symmetry [kg m^2].
-        m: mass [kg].
-        g: gravitational acceleration [m/s^2].
-        ell: distance from the pivot to the centre of mass [m].
-        push: largest acceleration of the pivot [m/s^2].
-        arena: distance from the centre at which the episode ends [m].
-        start_tilt: largest tilt at the start [rad]; the least is a third of it, so that no top
-            stays up by itself until the end.
-        start_spin: largest spin at the start, as a part of the critical one; the least is 0.3 of
-            it.
-        tilt_tolerance: largest tilt of a success [rad].
-        centre_tolerance: largest distance of the pivot from the centre of a success [m].
-        hold: time for which both must have been small [s].
-        weight_upright: weight of ``upright``.
-        weight_centre: weight of ``centre``.
-        weight_effort: weight of ``effort``.
+        For a small tilt, with ``e = e_x + i e_y`` the horizontal part of the axis of the top,
+        ``I1 e'' - i I3 omega3 e' - m g ell e = -m ell a``. The sleeping threshold is the spin
+        ``2 sqrt(I1 m g ell) / I3``, here 4 rad/s; at a part s of it the tilt grows at the rate
+        ``sqrt((1 - s^2) m g ell / I1)``. Without spin the top falls like a pendulum of length
+        ``I1 / (m ell)``, 9.8 m. Under a constant acceleration it is in equilibrium, an unstable
+        one, if it leans forwards by ``arctan(a / g)``, up to 0.30 rad.
 
-    Source: Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7, in the accelerated frame
-    of the pivot.
+    Rewards:
+        ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta, ``centre`` =
+        ``1 / (1 + 10 d / arena)`` with the distance d of the pivot from the centre: both steepest
+        at the goal. ``effort`` = ``-|a|^2 / push^2``. Near the goal rewards are positive, and who
+        leaves the arena forgoes those still to come.
+
+    Starting State:
+        The tilt is uniform from a third of `start_tilt` to all of it, so that no top stays up by
+        itself until the end; the spin is uniform from 0.3 of `start_spin` to all of it, as a part
+        of the critical one (0.285 to 0.95). The direction of the tilt and the phase of the body are
+        uniform. The pivot rests in the centre.
+
+    Episode End:
+        The episode terminates when the pivot is further than `arena` from the centre. Success
+        (`info["is_success"]`): theta has been below `tilt_tolerance` and d below `centre_tolerance`
+        throughout the last `hold` seconds.
+
+    Reference:
+        LQR of the upright top and its pivot, linear in e, e', X and X' with a gain for every spin:
+        500 of 500 starts are successes, with 3.99 m/s of acceleration times time on average. The
+        pivot runs up to 4.45 m from the centre. Actions of 0 and random actions (19.0 m/s) succeed
+        from none of 500; random ones leave the arena in 490 episodes.
+
+        Threshold: the critical spin, as for `SleepingTop`. A start is caught, to first order and
+        but for the arena, if ``g theta sqrt(1 - s^2) < push``: here at most 1.4 of 3 m/s^2.
+
+    Version History:
+        v0: first version.
+
+    Source:
+        Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7, in the accelerated frame of
+        the pivot.
     """
 
     dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
@@ -147,11 +164,17 @@ class PivotTop(Task):
     ell: Range = physical(1.0 / 9.81, "distance from pivot to centre of mass", "m")
     push: float = setting(3.0, Number("largest acceleration of the pivot", "m/s^2", 1e-6, 1e6))
     arena: float = setting(5.0, Number("radius of the arena", "m", 1e-3, 1e6))
-    start_tilt: float = setting(0.15, Number("largest tilt at the start", "rad", 0.0, math.pi))
-    start_spin: float = setting(0.95, Number("largest spin / critical spin", "1", 0.0, 10.0))
-    tilt_tolerance: float = setting(0.05, Number("tilt of a success", "rad", 1e-6, math.pi))
-    centre_tolerance: float = setting(0.1, Number("distance of a success", "m", 1e-6, 1e6))
-    hold: float = setting(5.0, Number("time within tolerance", "s", 0.0, 1e4))
+    start_tilt: float = setting(
+        0.15, Number("largest tilt at the start; the least is a third", "rad", 0.0, math.pi)
+    )
+    start_spin: float = setting(
+        0.95, Number("largest spin / critical spin; the least is 0.3 of it", "1", 0.0, 10.0)
+    )
+    tilt_tolerance: float = setting(0.05, Number("largest tilt of a success", "rad", 1e-6, math.pi))
+    centre_tolerance: float = setting(
+        0.1, Number("largest pivot offset of a success", "m", 1e-6, 1e6)
+    )
+    hold: float = setting(5.0, Number("time within tolerances at the end", "s", 0.0, 1e4))
     weight_upright: float = setting(1.0, Number("weight of the upright term", "1", -1e3, 1e3))
     weight_centre: float = setting(0.5, Number("weight of the centre term", "1", -1e3, 1e3))
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
