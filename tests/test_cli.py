@@ -92,9 +92,9 @@ def test_description_names_every_entry_term_hyperparameter_and_info_key(
     for term in task.terms:
         assert re.search(rf"^  {term} ", section(text, "Reward"), re.MULTILINE)
     for field in dataclasses.fields(task):
-        assert re.search(rf"^  {field.name} ", section(text, "Hyperparameters"), re.MULTILINE)
+        assert re.search(rf"^  {field.name} ", section(text, "Arguments"), re.MULTILINE)
     for key in info_keys(task):
-        assert key in section(text, "Episode")
+        assert key in section(text, "Info")
     assert f"{ENVIRONMENTS[env_id][1]} steps" in section(text, "Episode")
 
 
@@ -125,7 +125,7 @@ def test_description_takes_hyperparameters(capsys: Capture) -> None:
     text = said(capsys, "describe", "RigidEnvs/IntermediateAxis-v0", *words)
     assert re.search(r"3 +I1 +kg m\^2 +drawn +1 +1\.4", section(text, "Observation"))
     assert re.search(r"effort +-0\.25", section(text, "Reward"))
-    assert re.search(r"I1 +\(1, 1\.4\) +1 ", section(text, "Hyperparameters"))
+    assert re.search(r"I1 +\(1, 1\.4\) +1 ", section(text, "Arguments"))
     assert "'I1': (1, 1.4)" in section(text, "Example")
 
 

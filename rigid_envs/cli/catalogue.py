@@ -1,27 +1,44 @@
 """The registered environments by id: `rigid-envs list`."""
 
 import difflib
-import inspect
 from collections.abc import Mapping
 from typing import Any
 
 from gymnasium import spaces
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.cli.sections import summary_of
 from rigid_envs.cli.tables import table
 from rigid_envs.envs.boundary import action_space, new_task, observation_space
+from rigid_envs.systems import (
+    DynamicBall,
+    FreeBody,
+    HeavyTop,
+    Roller,
+    RollingBall,
+    RollingDisk,
+    UprightCoin,
+)
 from rigid_envs.tasks import Task
 
 __all__ = [
     "UnknownIdError",
     "checked_id",
+    "families",
     "list_all",
     "one_of_each",
     "size_of",
-    "story",
     "task_of",
     "time_limit",
 ]
+
+
+_FAMILIES = {
+    "Free body": (FreeBody,),
+    "Top": (HeavyTop,),
+    "Ball": (RollingBall, DynamicBall),
+    "Coin and wheel": (UprightCoin, RollingDisk, Roller),
+}
 
 
 class UnknownIdError(ValueError):
@@ -63,11 +80,14 @@ def one_of_each() -> list[str]:
     return list(first.values())
 
 
-def story(kind: type[object]) -> list[str]:
-    """Paragraphs of the docstring of a class, without its lists of attributes and errors."""
-    parts = (inspect.getdoc(kind) or "").split("\n\n")
-    kept = [part for part in parts if not part.startswith(("Attributes:", "Raises:"))]
-    return [" ".join(part.replace("``", "`").split()) for part in kept]
+def families() -> dict[str, list[str]]:
+    """Every id, by what it is that moves."""
+    found: dict[str, list[str]] = {family: [] for family in _FAMILIES}
+    for env_id in ENVIRONMENTS:
+        system = task_of(env_id).system_type
+        (family,) = (name for name, systems in _FAMILIES.items() if system in systems)
+        found[family].append(env_id)
+    return found
 
 
 def size_of(space: spaces.Space[Any]) -> str:
@@ -88,7 +108,7 @@ def time_limit(env_id: str, task: Task) -> str:
 def list_all() -> str:
     """Every id with what is to be done, then with its sizes, time limit and cost."""
     tasks = {env_id: task_of(env_id) for env_id in ENVIRONMENTS}
-    summaries = [(env_id, story(type(task))[0]) for env_id, task in tasks.items()]
+    summaries = [(env_id, summary_of(type(task))) for env_id, task in tasks.items()]
     header = ("id", "action", "observation", "time limit", "cost")
     rows = [
         (

@@ -12,6 +12,7 @@ from typing import Any
 from rigid_envs import __version__
 from rigid_envs.cli import catalogue
 from rigid_envs.cli.describe import describe
+from rigid_envs.cli.pages import write_pages
 
 __all__ = ["main"]
 
@@ -48,6 +49,14 @@ def _parser() -> argparse.ArgumentParser:
     verbs = parser.add_subparsers(metavar="VERB", required=True)
     listing = verbs.add_parser("list", help="all environments", allow_abbrev=False)
     listing.set_defaults(act=_list)
+    _add_describe(verbs)
+    _add_docs(verbs)
+    _add_bench(verbs)
+    _add_verify(verbs)
+    return parser
+
+
+def _add_describe(verbs: Any) -> None:
     describing = verbs.add_parser(
         "describe",
         help="one environment: action, observation, reward, hyperparameters",
@@ -58,6 +67,21 @@ def _parser() -> argparse.ArgumentParser:
     )
     describing.add_argument("id", metavar="ID")
     describing.set_defaults(act=_describe)
+
+
+def _add_docs(verbs: Any) -> None:
+    writing = verbs.add_parser(
+        "docs",
+        help="a page for every environment, in Markdown",
+        description="Write a page for every environment, and their index README.md, from the "
+        "docstrings. In the repository they are in docs/environments.",
+        allow_abbrev=False,
+    )
+    writing.add_argument("folder", metavar="FOLDER", type=Path)
+    writing.set_defaults(act=_docs)
+
+
+def _add_bench(verbs: Any) -> None:
     benching = verbs.add_parser(
         "bench",
         help="speed and accuracy, beside Gymnasium's environments and MuJoCo",
@@ -72,6 +96,9 @@ def _parser() -> argparse.ArgumentParser:
     benching.add_argument("--quick", action="store_true", help="a first look, a minute")
     benching.add_argument("--json", type=Path, metavar="FILE", help="write every sample there")
     benching.set_defaults(act=_bench)
+
+
+def _add_verify(verbs: Any) -> None:
     verifying = verbs.add_parser(
         "verify",
         help="the laws of the physics, each with its error and its bound",
@@ -89,7 +116,6 @@ def _parser() -> argparse.ArgumentParser:
         help="print JSON instead of tables, or write it to FILE as well",
     )
     verifying.set_defaults(act=_verify)
-    return parser
 
 
 def _list(_options: argparse.Namespace, rest: list[str]) -> None:
@@ -99,6 +125,16 @@ def _list(_options: argparse.Namespace, rest: list[str]) -> None:
 
 def _describe(options: argparse.Namespace, rest: list[str]) -> None:
     print(describe(options.id, _config(rest)))
+
+
+def _docs(options: argparse.Namespace, rest: list[str]) -> None:
+    _refuse(rest)
+    if options.folder.exists() and not options.folder.is_dir():
+        raise ValueError(f"{options.folder} is a file; expected a folder for the pages")
+    changed, strangers = write_pages(options.folder)
+    print(f"written to {options.folder}: {', '.join(changed) or 'nothing, all is as it was'}")
+    if strangers:
+        print(f"no id has these, remove them: {', '.join(strangers)}")
 
 
 def _bench(options: argparse.Namespace, rest: list[str]) -> None:

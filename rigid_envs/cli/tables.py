@@ -45,10 +45,17 @@ def table(
 
 
 def paragraphs(text: str, indent: int = 2, width: int = WIDTH) -> str:
-    """Text with its paragraphs filled to the width."""
+    """Text with its paragraphs filled to the width; an item of a list hangs from its dash."""
     margin = " " * indent
-    fill = textwrap.TextWrapper(width, initial_indent=margin, subsequent_indent=margin).fill
-    return "\n\n".join(fill(" ".join(part.split())) for part in text.split("\n\n"))
+    return "\n\n".join(
+        textwrap.fill(
+            " ".join(part.split()),
+            width,
+            initial_indent=margin,
+            subsequent_indent=margin + "  " * part.startswith("- "),
+        )
+        for part in text.split("\n\n")
+    )
 
 
 def _lines(row: Sequence[str], sizes: Sequence[int], sides: str) -> list[str]:

@@ -115,8 +115,8 @@ class BallPark(Task):
     any way, and is to be brought to the origin with the attitude R = 1.
 
     There are five dimensions and two controls. A ball that rolls somewhere and back on one line is
-    not turned at all; what turns it is the area of the loop that its centre runs round. So nearly
-    every way to the goal leads away from it first, in distance or in angle.
+    not turned at all; what turns it is the area of the loop that its centre runs round. So the
+    straight way home arrives with the wrong side up, and the way that does not is a manoeuvre.
 
     Physics:
         Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
@@ -124,17 +124,18 @@ class BallPark(Task):
         exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
 
         The two fields of controls and their Lie brackets span 2, 3 and 5 dimensions (growth vector
-        (2, 3, 5)): a small counter-clockwise loop of area A turns the ball by ``-A / radius^2``
-        about the vertical, second order in the size of the loop; moving it in place by a small
-        offset or tilt is third order. Nothing moves while the action is 0.
+        (2, 3, 5)). A small counter-clockwise loop of area A turns the ball by ``-A / radius^2``
+        about the vertical: second order in the size of the loop. To tilt it where it stands, or to
+        shift it without turning it, takes two such loops: third order. Nothing moves while the
+        action is 0.
 
     Rewards:
-        The cost is a distance that knows these orders. With p the offset in radii, theta = log R
-        the rotation vector in world axes and ``m = (theta_x + p_y, theta_y - p_x)`` the mismatch
-        between what was rolled and what is turned, ``position`` = ``-|p|``, ``twist`` =
-        ``-sqrt(|theta_z|)`` and ``mismatch`` = ``-cbrt(|m|)``: every direction by the order 1, 2
-        or 3 of the bracket that generates it, with roots that are rounded off within 0.001 of 0.
-        |p| and |m| count up to 50. ``parked`` = 1 in the step that parks the ball.
+        The terms make up a distance that weighs every direction by the order 1, 2 or 3 of the Lie
+        bracket that generates it. With p the offset in radii, theta = log R the rotation vector in
+        world axes and ``m = (theta_x + p_y, theta_y - p_x)`` the mismatch between what was rolled
+        and what is turned, ``position`` = ``-|p|``, ``twist`` = ``-sqrt(|theta_z|)`` and
+        ``mismatch`` = ``-cbrt(|m|)``; the roots are rounded off within 0.001 of 0, and lengths
+        count up to 50. ``parked`` = 1 in the step that parks the ball.
 
         Negative distance is what one tries first: `weight_position` and `weight_angle`, of
         ``angle`` = ``-|theta|``, in place of `weight_twist` and `weight_mismatch`, as in
@@ -232,7 +233,8 @@ class BallParkRandom(BallPark):
     rates, so one and the same manoeuvre parks balls of all sizes. What does not scale are the
     square of the starts and the tolerance, which stay in metres: a ball of 0.5 m starts up to 5.7
     of its radii away and is parked within 0.2 of them, one of 2 m starts at no more than 1.4 and is
-    parked within 0.05. With `observe_params` the radius is observed.
+    parked within 0.05. The bounds of the action in m/s are those of the largest ball. With
+    `observe_params` the radius is observed.
 
     Reference:
         Three straight rolls, as in `BallPark`, planned with the radius that was drawn: 200 of 200

@@ -1,0 +1,201 @@
+"""All that a newcomer wants to know of one environment, in the order of Gymnasium's pages.
+
+Everything is read off the task, its docstring, its fields and the registry. How it looks in a
+terminal or on a page is left to `describe` and `markdown`.
+"""
+
+import inspect
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from gymnasium import spaces
+
+from rigid_envs.cli.catalogue import time_limit
+from rigid_envs.cli.facts import (
+    RANGE_NOTE,
+    Table,
+    action_table,
+    argument_table,
+    goal_table,
+    info_table,
+    observation_table,
+    sample_arguments,
+    term_table,
+)
+from rigid_envs.cli.sections import Story, story_of, text_of
+from rigid_envs.envs.boundary import action_space
+from rigid_envs.tasks import Task
+
+__all__ = ["Code", "Section", "document", "observed", "short"]
+
+_ATTITUDES = {
+    "matrix": "the 9 entries of R, row by row",
+    "rot6d": "its first two columns",
+    "quat": "w, x, y, z with w >= 0",
+    "euler": "phi, theta, psi about z-x-z, singular at theta = 0",
+    "none": "not at all",
+}
+_REFUSED = (
+    "Wrong shapes, NaN and infinity are refused with a `ValueError`, and nothing changes then."
+)
+_REWARD = (
+    "The reward of a step is the sum of weight x term. The weights are arguments; the terms "
+    'without their weights are in `info["reward/<term>"]`.'
+)
+_PHYSICS_ERROR = (
+    'It terminates besides, without reward and with `info["physics_error"]`, should a number of '
+    "the state leave all bounds (1e9)."
+)
+_ARGUMENTS = (
+    "Keyword arguments of `gym.make` and `gym.make_vec`. Unknown names and values that are not "
+    "allowed are refused with an error that names them."
+)
+_INFO = "The same keys at every step and reset; at a reset, numbers are 0 and flags are False."
+_ACCESS = (
+    "`env.unwrapped.system` is this system with the parameters of the episode: `rhs(y, u)`, "
+    "`linearize(y, u)`, `invariants(y)`, `simulate(y, t, u)`; `env.unwrapped.y` is its state."
+)
+
+
+@dataclass(frozen=True)
+class Code:
+    """Lines of Python."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """A title, what stands under it, and the sections inside."""
+
+    title: str
+    body: Sequence[str | Table | Code]
+    parts: Sequence["Section"] = ()
+
+
+def document(env_id: str, task: Task, given: Mapping[str, Any]) -> list[Section]:
+    """What an environment asks, shows, pays and takes.
+
+    Args:
+        env_id: id of the environment.
+        task: its task.
+        given: hyperparameters of the task that were not left at their defaults.
+
+    Raises:
+        DocstringError: the docstring of the task lacks a section.
+    """
+    story = story_of(type(task))
+    told = story.sections
+    return [
+        Section("Description", story.description),
+        Section("Action Space", _action(task)),
+        _observation(task),
+        Section("Rewards", [*told["Rewards"], _REWARD, term_table(task)]),
+        Section("Starting State", [*told["Starting State"], _options(task)]),
+        _episode_end(env_id, task, story),
+        _arguments(env_id, task, given),
+        Section("Info", [_INFO, info_table(task)]),
+        _physics(task, story),
+        Section("Reference score", told["Reference"]),
+        Section("Version History", told["Version History"]),
+        Section("References", told["Source"]),
+    ]
+
+
+def short(method: Any) -> str:
+    """What a method gives, as its docstring says, without capital and full stop."""
+    text = (inspect.getdoc(method) or "").partition("\n")[0].rstrip(".")
+    return text[:1].lower() + text[1:]
+
+
+def observed(task: Task) -> str:
+    """What the entries of an observation are."""
+    attitude = ", attitude" if task.rotation != "none" else ""
+    return short(type(task).features) + attitude
+
+
+def _action(task: Task) -> list[str | Table | Code]:
+    what, table = short(type(task).actions), action_table(task)
+    if isinstance(action_space(task), spaces.Discrete):
+        lead = f"An integer, one of {task.n_choices} choices: {what}."
+        return [lead, table, "Any other value is refused with a `ValueError`."]
+    lead = (
+        f"{_array(len(table.rows))}: {what}. The last two columns are what -1 and 1 stand for; "
+        "in between it is linear."
+    )
+    return [lead, table, f'{_clipping(task)} `info["action_clipped"]` tells. {_REFUSED}']
+
+
+def _clipping(task: Task) -> str:
+    """How actions outside their space are brought back into it; a round space is in the frame."""
+    shape = {entry.frame.rpartition(", ")[2] for entry in task.actions()} & {"disc", "ball"}
+    if shape:
+        return f"Actions form the unit {shape.pop()}: a longer one is shortened to length 1."
+    return "Entries outside [-1, 1] are clipped to it, each by itself."
+
+
+def _array(n: int) -> str:
+    return f"An array of shape ({n},) and type float32"
+
+
+def _observation(task: Task) -> Section:
+    title, what = "Observation Space", observed(task)
+    table, attitude = observation_table(task), _attitude(task)
+    if not task.n_goal:
+        return Section(title, [f"{_array(len(table.rows))}: {what}.", table, *attitude])
+    goal = goal_table(task)
+    lead = (
+        f"A dictionary of arrays of type float32: {what}. "
+        "`env.unwrapped.compute_reward(achieved_goal, desired_goal, info)` computes rewards anew, "
+        "for any number of pairs."
+    )
+    parts = [
+        Section("`observation`", [f"{_array(len(table.rows))}.", table]),
+        Section("`achieved_goal` and `desired_goal`", [f"{_array(len(goal.rows))} each.", goal]),
+    ]
+    return Section(title, [lead, *attitude], parts)
+
+
+def _attitude(task: Task) -> list[str]:
+    """What `rotation` and `observe_params` do to the observation."""
+    rules = {field.name: field.metadata["rule"] for field in fields(task)}
+    options = rules["rotation"].options
+    drawn = "`observe_params=True` appends the parameters that are drawn from ranges."
+    if len(options) == 1:
+        return [drawn]
+    ways = "; ".join(f'`"{option}"`, {_ATTITUDES[option]}' for option in options)
+    return [f"The attitude, body to world, is shown as `rotation` says: {ways}. {drawn}"]
+
+
+def _options(task: Task) -> str:
+    names = ", ".join(f"`{name}`" for name in task.system_type.components)
+    parameters = ", ".join(f"`{name}`" for name in task.physical_parameters())
+    return (
+        f'`reset(options={{"state": {{...}}}})` starts from a state of your own, given by '
+        f"components ({names}), or by some of them while the others are drawn; "
+        f'`"params"` does so for parameters ({parameters}).'
+    )
+
+
+def _episode_end(env_id: str, task: Task, story: Story) -> Section:
+    limit = (
+        f"After {time_limit(env_id, task)}; `gym.make(..., max_episode_steps=N)` says otherwise."
+    )
+    parts = [
+        Section("Termination", [*story.sections["Episode End"], _PHYSICS_ERROR]),
+        Section("Truncation", [limit]),
+    ]
+    return Section("Episode End", [], parts)
+
+
+def _arguments(env_id: str, task: Task, given: Mapping[str, Any]) -> Section:
+    words = [f"{key}={value!r}" for key, value in (given or sample_arguments(task)).items()]
+    code = f'env = gym.make("{env_id}", {", ".join(words)})'
+    return Section("Arguments", [_ARGUMENTS, argument_table(task, given), RANGE_NOTE, Code(code)])
+
+
+def _physics(task: Task, story: Story) -> Section:
+    system = task.system_type
+    part = Section(f"System `{system.__name__}`", [*text_of(system), _ACCESS])
+    return Section("Physics", story.sections["Physics"], [part])

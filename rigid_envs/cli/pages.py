@@ -1,0 +1,125 @@
+"""Pages of the documentation, one for each id, and their index: `rigid-envs docs`."""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.cli.catalogue import families, size_of, task_of, time_limit
+from rigid_envs.cli.document import document, observed, short
+from rigid_envs.cli.facts import Table
+from rigid_envs.cli.markdown import markdown, table_lines
+from rigid_envs.cli.sections import summary_of
+from rigid_envs.envs.boundary import action_space, observation_space
+from rigid_envs.tasks import Task
+
+__all__ = ["INDEX", "file_of", "index", "page", "pages", "write_pages"]
+
+INDEX = "README.md"
+_SPACE = "RigidEnvs/"
+_NOTE = "<!-- Written by `rigid-envs docs`, from the docstrings: change those, not this page. -->"
+_INTRODUCTION = (
+    "The namespace of all ids is `RigidEnvs`. Numbers of the actions and observations are told "
+    "before what they are: of a goal environment, those of its `observation` and of each of its "
+    "goals. `rigid-envs describe ID` shows a page in the terminal, for any arguments."
+)
+
+
+def file_of(env_id: str) -> str:
+    """Name of the file of the page of an id."""
+    return env_id.removeprefix(_SPACE).removesuffix("-v0") + ".md"
+
+
+def pages() -> dict[str, str]:
+    """Every file of the documentation of the environments by its name: its text."""
+    return {INDEX: index(), **{file_of(env_id): page(env_id) for env_id in ENVIRONMENTS}}
+
+
+def write_pages(folder: Path) -> tuple[list[str], list[str]]:
+    """Write every page, each at once: a reader sees the old or the new one.
+
+    Returns:
+        The names of the files that are new or changed, and of pages there that no id has.
+
+    Raises:
+        DocstringError: a docstring lacks a section; nothing is written.
+    """
+    texts = pages()
+    folder.mkdir(parents=True, exist_ok=True)
+    there = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.md"))}
+    changed = [name for name, text in texts.items() if there.get(name) != text]
+    for name in changed:
+        temporary = folder / f".{name}.{os.getpid()}.tmp"
+        temporary.write_text(texts[name], encoding="utf-8")
+        temporary.replace(folder / name)
+    return changed, [name for name in there if name not in texts]
+
+
+def page(env_id: str) -> str:
+    """The page of an environment.
+
+    Raises:
+        UnknownIdError: no such id.
+        DocstringError: the docstring of its task lacks a section.
+    """
+    task = task_of(env_id)
+    (family,) = (name for name, ids in families().items() if env_id in ids)
+    anchor = family.lower().replace(" ", "-")
+    header = ("id", f"`{env_id}`")
+    rows = [
+        ("Action Space", _space(action_space(task))),
+        ("Observation Space", _space(observation_space(task))),
+        ("import", f'gym.make("{env_id}")'),
+    ]
+    head = [
+        _NOTE,
+        f"# {file_of(env_id).removesuffix('.md')}",
+        summary_of(type(task)),
+        f"One of the [{family}]({INDEX}#{anchor}) environments.",
+        "\n".join(table_lines(Table(header, rows, "<="))),
+    ]
+    return "\n\n".join([*head, markdown(document(env_id, task, {}))]) + "\n"
+
+
+def index() -> str:
+    """The page that lists all environments by family."""
+    parts = [_NOTE, "# Environments", _INTRODUCTION]
+    for family, ids in families().items():
+        parts += [f"## {family}", "\n".join(table_lines(_family(ids)))]
+    return "\n\n".join(parts) + "\n"
+
+
+def _family(ids: Iterable[str]) -> Table:
+    rows = []
+    for env_id in ids:
+        task = task_of(env_id)
+        link = f"[`{env_id.removeprefix(_SPACE)}`]({file_of(env_id)})"
+        summary = summary_of(type(task))
+        rows.append((link, summary, _acts(task), _sees(task), time_limit(env_id, task)))
+    return Table(("id", "Task", "Action", "Observation", "Time limit"), rows, "<<<<<")
+
+
+def _acts(task: Task) -> str:
+    return f"{size_of(action_space(task))}: {short(type(task).actions)}"
+
+
+def _sees(task: Task) -> str:
+    return f"{size_of(observation_space(task))}: {observed(task)}"
+
+
+def _space(space: spaces.Space[Any]) -> str:
+    """A space on one line; bounds that differ are those of the table."""
+    if isinstance(space, spaces.Dict):
+        parts = ", ".join(f"{name}: {_space(part)}" for name, part in space.items())
+        return f"Dict({parts})"
+    if not isinstance(space, spaces.Box):
+        return repr(space)
+    low, high = (
+        str(bound[0]) if np.all(bound == bound[0]) else name
+        for name, bound in (("Min", space.low), ("Max", space.high))
+    )
+    return f"Box({low}, {high}, {space.shape}, {space.dtype})"

@@ -1,0 +1,270 @@
+"""The pages of the environments: complete, up to date, and true of what `gym.make` gives.
+
+Pages are read as the Markdown that they are; only one test makes them anew.
+"""
+
+import ast
+import dataclasses
+import re
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium import spaces
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.cli import main
+from rigid_envs.cli.pages import INDEX, file_of, pages
+from rigid_envs.envs.boundary import info_keys
+from rigid_envs.tasks import Task
+
+ROOT = Path(__file__).parents[1]
+FOLDER = ROOT / "docs" / "environments"
+MEND = "write the pages anew: rigid-envs docs docs/environments"
+IDS = list(ENVIRONMENTS)
+TITLES = [
+    "Description",
+    "Action Space",
+    "Observation Space",
+    "Rewards",
+    "Starting State",
+    "Episode End",
+    "Arguments",
+    "Info",
+    "Physics",
+    "Reference score",
+    "Version History",
+    "References",
+]
+Rows = list[dict[str, str]]
+
+each_id = pytest.mark.parametrize("env_id", IDS)
+each_file = pytest.mark.parametrize("name", [INDEX, *map(file_of, IDS)])
+
+
+def text_of(name: str) -> str:
+    path = FOLDER / name
+    assert path.is_file(), f"{path} is not there; {MEND}"
+    return path.read_text(encoding="utf-8")
+
+
+def sections_of(env_id: str) -> dict[str, str]:
+    """What stands under each heading of the second level."""
+    _, *parts = re.split(r"^## (.+)\n", text_of(file_of(env_id)), flags=re.MULTILINE)
+    assert len(set(parts[::2])) == len(parts[::2])
+    return dict(zip(parts[::2], parts[1::2], strict=True))
+
+
+def cells(line: str) -> list[str]:
+    """Cells of a row of a table, as they are read: without code marks, bars as bars."""
+    assert line.startswith("| ")
+    assert line.endswith(" |")
+    found = re.split(r"(?<!\\)\|", line[1:-1])
+    return [cell.strip().strip("`").replace(r"\|", "|") for cell in found]
+
+
+def tables_of(text: str) -> list[Rows]:
+    """Every table as rows by the names of its columns."""
+    found = []
+    for block in re.findall(r"(?:^\|.*\n?)+", text, flags=re.MULTILINE):
+        header, rule, *rows = map(cells, block.splitlines())
+        assert all(re.fullmatch("-{3}:?", cell) for cell in rule)
+        assert {len(row) for row in rows} == {len(header)} == {len(rule)}
+        found.append([dict(zip(header, row, strict=True)) for row in rows])
+    return found
+
+
+def assert_is_space(rows: Rows, space: spaces.Box, low: str, high: str) -> None:
+    assert space.shape == (len(rows),)
+    assert [row["Num"] for row in rows] == [str(k) for k in range(len(rows))]
+    # written with 6 digits
+    for column, bound in ((low, space.low), (high, space.high)):
+        np.testing.assert_allclose([float(row[column]) for row in rows], bound, rtol=5e-6)
+
+
+@each_id
+def test_page_has_every_section_in_order_and_none_is_empty(env_id: str) -> None:
+    sections = sections_of(env_id)
+    assert list(sections) == TITLES
+    for title, text in sections.items():
+        assert len(text.split()) >= 3, title
+    assert re.findall("^### (.+)", sections["Episode End"], re.MULTILINE) == [
+        "Termination",
+        "Truncation",
+    ]
+
+
+def test_pages_are_what_the_docstrings_say_now() -> None:
+    stale = [name for name, text in pages().items() if text_of(name) != text]
+    assert not stale, f"{', '.join(stale)} differ from the docstrings; {MEND}"
+
+
+def test_there_is_no_page_without_an_id() -> None:
+    known = {INDEX, *map(file_of, IDS)}
+    assert len(known) == 1 + len(IDS)
+    assert {path.name for path in FOLDER.iterdir()} == known, "remove the pages that no id has"
+
+
+@each_id
+def test_page_begins_with_the_id_and_its_spaces(env_id: str) -> None:
+    env = gymnasium.make(env_id)
+    head = text_of(file_of(env_id)).partition("\n## ")[0]
+    (rows,) = tables_of(head)
+    facts = {row["id"]: row[env_id] for row in rows}
+    assert facts["import"] == f'gym.make("{env_id}")'
+    for title, space in (
+        ("Action Space", env.action_space),
+        ("Observation Space", env.observation_space),
+    ):
+        parts = list(space.values()) if isinstance(space, spaces.Dict) else [space]
+        told = re.findall(r"Box\([^()]*\([^()]*\), \w+\)|Discrete\(\d+\)", facts[title])
+        assert len(told) == len(parts)
+        for text, part in zip(told, parts, strict=True):
+            if isinstance(part, spaces.Discrete):
+                assert text == f"Discrete({part.n})"
+            else:
+                assert text.endswith(f"{part.shape}, {part.dtype})")
+
+
+@each_id
+def test_table_of_actions_is_the_action_space(env_id: str) -> None:
+    env = gymnasium.make(env_id)
+    text = sections_of(env_id)["Action Space"]
+    (rows,) = tables_of(text)
+    if isinstance(env.action_space, spaces.Discrete):
+        (row,) = rows
+        last = str(env.action_space.n - 1)
+        assert (row["Control Min"], row["Control Max"]) == ("0", last)
+        assert f"one of {env.action_space.n} choices" in text
+        return
+    assert_is_space(rows, env.action_space, "Control Min", "Control Max")
+    assert f"shape {env.action_space.shape} and type {env.action_space.dtype}" in text
+    for row, entry in zip(rows, env.unwrapped.task.actions(), strict=True):
+        assert (row["Action"], row["Unit"]) == (entry.symbol, entry.unit)
+        values = float(row["Value at Min"]), float(row["Value at Max"])
+        assert values == pytest.approx((entry.low, entry.high), rel=5e-6)
+
+
+@each_id
+def test_table_of_observations_is_the_observation_space(env_id: str) -> None:
+    space = gymnasium.make(env_id).observation_space
+    text = sections_of(env_id)["Observation Space"]
+    tables = tables_of(text)
+    if isinstance(space, spaces.Dict):
+        assert re.findall(r"^### (.+)", text, re.MULTILINE) == [
+            "`observation`",
+            "`achieved_goal` and `desired_goal`",
+        ]
+        assert space["achieved_goal"] == space["desired_goal"]
+        parts = [space["observation"], space["achieved_goal"]]
+    else:
+        parts = [space]
+    for rows, part in zip(tables, parts, strict=True):
+        assert_is_space(rows, part, "Min", "Max")
+        assert f"shape {part.shape} and type {part.dtype}" in text
+        symbols = [row["Observation"] for row in rows]
+        assert len(set(symbols)) == len(symbols)
+
+
+@each_id
+def test_table_of_rewards_names_every_term_with_its_weight(env_id: str) -> None:
+    task: Task = gymnasium.make(env_id).unwrapped.task
+    (rows,) = tables_of(sections_of(env_id)["Rewards"])
+    assert tuple(row["Term"] for row in rows) == task.terms
+    for row in rows:
+        assert row["Argument"] == f"weight_{row['Term']}"
+        assert float(row["Weight"]) == pytest.approx(getattr(task, row["Argument"]), rel=5e-6)
+        assert row["Meaning"]
+    prose = sections_of(env_id)["Rewards"].partition("\n| ")[0]
+    assert not [term for term in task.terms if f"`{term}`" not in prose]
+
+
+def value_of(text: str) -> object:
+    try:
+        return ast.literal_eval(text)
+    except (ValueError, SyntaxError):
+        return text
+
+
+@each_id
+def test_arguments_are_those_that_are_accepted_with_their_defaults(env_id: str) -> None:
+    task: Task = gymnasium.make(env_id).unwrapped.task
+    (rows,) = tables_of(sections_of(env_id)["Arguments"])
+    given = {row["Argument"]: value_of(row["Default"]) for row in rows}
+    assert len(given) == len(rows)
+    assert set(given) == {field.name for field in dataclasses.fields(task)}
+    made = gymnasium.make(env_id, **given).unwrapped.task
+    for name, value in dataclasses.asdict(task).items():
+        told = getattr(made, name)
+        assert told == (value if isinstance(value, str | bool) else pytest.approx(value, rel=5e-6))
+    assert all(row["Meaning"] and row["Allowed"] for row in rows)
+
+
+@each_id
+def test_example_of_the_arguments_is_accepted(env_id: str) -> None:
+    (code,) = re.findall(r"```python\n(.+)\n```", sections_of(env_id)["Arguments"])
+    names = {"gym": gymnasium}
+    exec(code, names)
+    assert names["env"].spec.id == env_id  # type: ignore[attr-defined]
+    assert names["env"].spec.kwargs.keys() > {"task"}  # type: ignore[attr-defined]
+
+
+@each_id
+def test_info_and_time_limit_are_those_of_the_environment(env_id: str) -> None:
+    env, sections = gymnasium.make(env_id), sections_of(env_id)
+    (rows,) = tables_of(sections["Info"])
+    assert tuple(row["Key"] for row in rows) == info_keys(env.unwrapped.task)
+    assert env.unwrapped.task.cost_unit in rows[0]["Meaning"]
+    assert f"After {env.spec.max_episode_steps} steps" in sections["Episode End"]
+
+
+@each_file
+def test_markdown_is_well_formed_and_its_links_lead_somewhere(name: str) -> None:
+    text = text_of(name)
+    assert text.endswith("\n")
+    assert text.startswith("<!--")
+    prose = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+    for line in prose.splitlines():
+        bare = re.sub(r"`[^`]+`", "", line)
+        assert "`" not in bare, line
+        assert not re.search(r"<(?!!--)\w|~~|\*\*|__", bare), line
+    for target in re.findall(r"\]\(([^)]+)\)", prose):
+        file, _, anchor = target.partition("#")
+        assert (FOLDER / file).is_file()
+        headings = re.findall(r"^#+ (.+)", text_of(file), re.MULTILINE)
+        assert not anchor or anchor in {title.lower().replace(" ", "-") for title in headings}
+
+
+@pytest.mark.parametrize(
+    ("file", "prefix"), [(FOLDER / INDEX, ""), (ROOT / "README.md", "docs/environments/")]
+)
+def test_every_environment_is_listed_once_and_linked(file: Path, prefix: str) -> None:
+    text = file.read_text(encoding="utf-8")
+    for env_id in IDS:
+        assert text.count(f"]({prefix}{file_of(env_id)})") == 1, env_id
+
+
+def test_command_writes_what_is_missing_and_names_what_is_too_much(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    folder = tmp_path / "new" / "pages"
+    assert main(["docs", str(folder)]) == 0
+    assert {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()} == pages()
+    assert file_of(IDS[0]) in capsys.readouterr().out
+    (folder / file_of(IDS[0])).write_text("old")
+    (folder / "Gone.md").write_text("of an id that is no more")
+    assert main(["docs", str(folder)]) == 0
+    told, strangers = capsys.readouterr().out.splitlines()
+    assert told == f"written to {folder}: {file_of(IDS[0])}"
+    assert strangers.endswith("remove them: Gone.md")
+    assert (folder / "Gone.md").exists()
+
+
+def test_command_refuses_a_file_for_a_folder(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "pages"
+    file.write_text("")
+    assert main(["docs", str(file)]) == 2
+    assert "expected a folder" in capsys.readouterr().err
