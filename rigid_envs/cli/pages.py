@@ -1,6 +1,7 @@
 """Pages of the documentation, one for each id, and their index: `rigid-envs docs`."""
 
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -66,23 +67,14 @@ def page(env_id: str) -> str:
         UnknownIdError: no such id.
         DocstringError: the docstring of its task lacks a section.
     """
-    task = task_of(env_id)
-    (family,) = (name for name, ids in families().items() if env_id in ids)
-    anchor = family.lower().replace(" ", "-")
-    header = ("id", f"`{env_id}`")
-    rows = [
-        ("Action Space", _space(action_space(task))),
-        ("Observation Space", _space(observation_space(task))),
-        ("import", f'gym.make("{env_id}")'),
-    ]
-    head = [
-        _NOTE,
-        f"# {file_of(env_id).removesuffix('.md')}",
+    task, name = task_of(env_id), file_of(env_id).removesuffix(".md")
+    parts = [
         summary_of(type(task)),
-        f"One of the [{family}]({INDEX}#{anchor}) environments.",
-        "\n".join(table_lines(Table(header, rows, "<="))),
+        _family_of(env_id),
+        "\n".join(table_lines(_glance(env_id, task))),
+        markdown(document(env_id, task, {})),
     ]
-    return "\n\n".join([*head, markdown(document(env_id, task, {}))]) + "\n"
+    return "\n\n".join([_NOTE, f"# {name}", *(_linked(part, name) for part in parts)]) + "\n"
 
 
 def index() -> str:
@@ -91,6 +83,26 @@ def index() -> str:
     for family, ids in families().items():
         parts += [f"## {family}", "\n".join(table_lines(_family(ids)))]
     return "\n\n".join(parts) + "\n"
+
+
+def _family_of(env_id: str) -> str:
+    (family,) = (name for name, ids in families().items() if env_id in ids)
+    return f"One of the [{family}]({INDEX}#{family.lower().replace(' ', '-')}) environments."
+
+
+def _glance(env_id: str, task: Task) -> Table:
+    rows = [
+        ("Action Space", _space(action_space(task))),
+        ("Observation Space", _space(observation_space(task))),
+        ("import", f'gym.make("{env_id}")'),
+    ]
+    return Table(("id", f"`{env_id}`"), rows, "<=")
+
+
+def _linked(text: str, name: str) -> str:
+    """Text in which every other environment is a link to its page."""
+    others = {file_of(env_id).removesuffix(".md") for env_id in ENVIRONMENTS} - {name}
+    return re.sub(f"`({'|'.join(sorted(others))})`", r"[`\1`](\1.md)", text)
 
 
 def _family(ids: Iterable[str]) -> Table:
