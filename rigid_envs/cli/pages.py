@@ -22,6 +22,7 @@ __all__ = ["INDEX", "file_of", "index", "page", "pages", "write_pages"]
 
 INDEX = "README.md"
 _SPACE = "RigidEnvs/"
+_DOI = re.compile(r"\bdoi:(10\.[^\s;,]*[^\s;,.])")
 _NOTE = "<!-- Written by `rigid-envs docs`, from the docstrings: change those, not this page. -->"
 _INTRODUCTION = (
     "The namespace of all ids is `RigidEnvs`. Numbers of the actions and observations are told "
@@ -100,9 +101,10 @@ def _glance(env_id: str, task: Task) -> Table:
 
 
 def _linked(text: str, name: str) -> str:
-    """Text in which every other environment is a link to its page."""
+    """Text in which every other environment is a link to its page, and every paper one to it."""
     others = {file_of(env_id).removesuffix(".md") for env_id in ENVIRONMENTS} - {name}
-    return re.sub(f"`({'|'.join(sorted(others))})`", r"[`\1`](\1.md)", text)
+    text = re.sub(f"`({'|'.join(sorted(others))})`", r"[`\1`](\1.md)", text)
+    return _DOI.sub(r"[doi:\1](https://doi.org/\1)", text)
 
 
 def _family(ids: Iterable[str]) -> Table:
