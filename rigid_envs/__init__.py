@@ -27,7 +27,7 @@ ENVIRONMENTS = {
     "RigidEnvs/BallParkGoal-v0": ("rigid_envs.tasks:BallParkGoal", 100),
     "RigidEnvs/BallParkRandom-v0": ("rigid_envs.tasks:BallParkRandom", 100),
     "RigidEnvs/BallReorient-v0": ("rigid_envs.tasks:BallReorient", 100),
-    "RigidEnvs/BallParkDynamic-v0": ("rigid_envs.tasks:BallParkDynamic", 200),
+    "RigidEnvs/BallParkDynamic-v0": ("rigid_envs.tasks:BallParkDynamic", 100),
     "RigidEnvs/BallSteer-v0": ("rigid_envs.tasks:BallSteer", 300),
     "RigidEnvs/BallPlate-v0": ("rigid_envs.tasks:BallPlate", 200),
     "RigidEnvs/BallGrid-v0": ("rigid_envs.tasks:BallGrid", 30),
