@@ -15,6 +15,7 @@ from rigid_envs.tasks.fields import from_config
 
 __all__ = [
     "INFO_FLAGS",
+    "INTEGERS",
     "action_space",
     "actions_of",
     "goal_parts",
@@ -28,7 +29,7 @@ __all__ = [
 ]
 
 FLOAT32 = np.dtype(np.float32)
-_INTEGERS = (int, np.int64)
+INTEGERS = (int, np.int64)
 INFO_FLAGS = ("is_success", "action_clipped", "physics_error")
 
 
@@ -95,8 +96,6 @@ def actions_of(
     Raises:
         ValueError: names the environment, the entry, its value and what was expected.
     """
-    if value.__class__ in _INTEGERS and not lead and 0 <= value < task.n_choices:
-        return np.array([value], dtype=np.float32)  # what DQN gives, ten times as fast as below
     entry = () if task.n_choices else (len(task.shapes.action),)
     read: Any = partial(_choice, task.n_choices) if task.n_choices else _action
     if lead and isinstance(value, list | tuple) and len(value) == lead[0]:

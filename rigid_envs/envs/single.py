@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import gymnasium as gym
@@ -14,6 +14,7 @@ from rigid_envs.core import Core
 from rigid_envs.envs.boundary import (
     FLOAT32,
     INFO_FLAGS,
+    INTEGERS,
     action_space,
     actions_of,
     info_keys,
@@ -61,6 +62,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         self._blank_info = {key: 0.0 if key in self._numbers else False for key in keys}
         # what needs no check but that of its numbers; choices do
         self._shape = None if self.task.n_choices else (len(self.task.actions()),)
+        self._n_choices = self.task.n_choices
         self._status = _FRESH
         self._keyed_by: np.random.Generator | None = None
         self._bind()
@@ -73,14 +75,20 @@ class RigidEnv(gym.Env[Observation, Observation]):
     def _bind(self) -> None:
         """What `step` works on, in one place: it takes a microsecond, and each look-up counts."""
         core = self._core
+        self._observe = self._observer()
         self._row_of_core = (
             core.advance,
             core.memory,
             core.action,
-            core.observation,
+            self._observe,
             core.result,
             core.flag,
         )
+
+    def _observer(self) -> Callable[[], Any]:
+        """What copies the observation out of the memory."""
+        copy: Callable[[], Observation] = self._core.observation.copy
+        return copy
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """One control period.
@@ -99,13 +107,15 @@ class RigidEnv(gym.Env[Observation, Observation]):
         """
         if self._status != _RUNNING:
             self._refuse_step()
-        advance, memory, row_action, observation, result, flag = self._row_of_core
+        advance, memory, row_action, observe, result, flag = self._row_of_core
         if (
             action.__class__ is np.ndarray
             and action.dtype is FLOAT32
             and action.shape == self._shape
         ):
             row_action[...] = action
+        elif action.__class__ in INTEGERS and 0 <= int(action) < self._n_choices:
+            row_action[0] = action
         else:
             row_action[...] = actions_of(self.task, action, (), self._name)
         terminated = False
@@ -114,12 +124,12 @@ class RigidEnv(gym.Env[Observation, Observation]):
             if raised < 0:
                 actions_of(self.task, action, (), self._name)  # says which entry is not finite
             terminated, _, *flags = flag.tolist()
-            info.update(zip(INFO_FLAGS, flags, strict=True))
+            info["is_success"], info["action_clipped"], info["physics_error"] = flags
             self._status = _ENDED if terminated else _RUNNING
         *numbers, reward = result.tolist()
         for key, number in zip(self._numbers, numbers):  # noqa: B905 - strict costs 100 ns
             info[key] = number
-        return observation.copy(), reward, terminated, False, info
+        return observe(), reward, terminated, False, info
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -148,7 +158,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
             self._keyed_by = self.np_random
         self._core.reset(self._row, start)
         self._status = _RUNNING
-        return self._core.observation.copy(), self._blank_info.copy()
+        return self._observe(), self._blank_info.copy()
 
     def close(self) -> None:
         """No further step or reset."""
