@@ -14,7 +14,7 @@ point of contact: sin(theta) = 0 is no state of this system.
 """
 
 from rigid_envs.kernels import batch
-from rigid_envs.kernels.algebra import Quaternion, Row, compose, normalize, vertical
+from rigid_envs.kernels.algebra import Quaternion, Row, normalize, vertical
 from rigid_envs.kernels.batch import Array
 from rigid_envs.kernels.compiler import kernel, scalar
 from rigid_envs.kernels.composition import SUZUKI
@@ -25,7 +25,7 @@ __all__ = ["INVARIANTS", "SHAPES", "WEIGHTS", "derive", "invariants", "restore",
 
 STATE = (0.7071067811865476, 0.7071067811865476) + (0.0,) * 7  # upright, at rest
 INPUTS = (0.0,) * 3
-PARAMETERS = (1.0,) * 12
+PARAMETERS = (1.0,) * 13
 SHAPES = (STATE, INPUTS, PARAMETERS)
 WEIGHTS = SUZUKI
 INVARIANTS = ("energy",)
@@ -36,7 +36,7 @@ def derive(raw: Row) -> Row:
     """Parameter row p of (m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2]).
 
     After these: moments I1 + m r^2 and I3 + m r^2 about the contact, their inverses and that of I1,
-    and the ratios I3 / I1 and m r^2 / (I3 + m r^2).
+    the ratios I3 / I1 and m r^2 / (I3 + m r^2), and m g r.
     """
     m, radius, I1, I3, g = raw
     rim = m * radius * radius
@@ -53,6 +53,7 @@ def derive(raw: Row) -> Row:
         1.0 / (I3 + rim),
         I3 / I1,
         rim / (I3 + rim),
+        m * g * radius,
     )
 
 
@@ -110,75 +111,95 @@ def rhs(y: Row, u: Row, p: Row) -> Row:
 def step(y: Row, u: Row, p: Row, h: float) -> Row:
     """Fall for half the time, roll, fall for the other half: symmetric, second order.
 
-    Steady rolling on a circle is followed exactly, at any step.
+    Steady rolling on a circle is followed exactly, at any step. With the Euler angles of q, w + i z
+    is cos(theta / 2) exp(i (phi + psi) / 2) and x + i y is sin(theta / 2) exp(i (phi - psi) / 2):
+    rolling turns these two numbers, falling stretches them.
     """
-    q = (y[0], y[1], y[2], y[3])
-    n1, n2, s, c = inclination(q)
-    forward = heading(q, s)
-    rates = (fma(n1, y[4], n2 * y[5]), fma(n1, y[5], -n2 * y[4]), y[6])
-    q, rates, (s, c) = _fall(q, (n1, n2, s, c), rates, p, 0.5 * h)
-    q, rates, (n1, n2), way = _roll(q, (n1, n2, s, c), rates, forward, u, p, h)
-    q, rates, (s, c) = _fall(q, (n1, n2, s, c), rates, p, 0.5 * h)
-    wn, wl, w3 = rates
-    q = normalize(q)
-    return (*q, fma(n1, wn, -n2 * wl), fma(n2, wn, n1 * wl), w3, y[7] + way[0], y[8] + way[1])
+    w, x, y_, z = y[0], y[1], y[2], y[3]
+    wx, wy, xz, yz = w * x, w * y_, x * z, y_ * z
+    g1, g2 = xz - wy, yz + wx  # along n, sin(theta) / 2 long
+    half_s = sqrt(fma(g1, g1, g2 * g2))
+    k = 1.0 / half_s
+    rates = (fma(g1, y[4], g2 * y[5]) * k, fma(g1, y[5], -g2 * y[4]) * k, y[6])
+    place = (2.0 * half_s, fma(w, w, z * z) - fma(x, x, y_ * y_), 0.5 * k)
+    rates, place, first = _fall(rates, place, p, 0.5 * h)
+    rates, (a, b), way = _roll(rates, place, u, p, h)
+    (wn, wl, w3), _, last = _fall(rates, place, p, 0.5 * h)
+    w, z = _turned(_turned((w, z), a), b)
+    x, y_ = _turned(_turned((x, y_), a), -b)
+    high, low = first[0] * last[0], first[1] * last[1]
+    q = normalize((high * w, low * x, low * y_, high * z))
+    versine, sine = cayley(b)
+    n1, n2 = g1 * k, g2 * k
+    n1, n2 = fma(sine, n2, -versine * n1) + n1, fma(-sine, n1, -versine * n2) + n2
+    ahead, aside = _turned(((yz - wx) * k, -(xz + wy) * k), a)  # l and half the precession
+    return (
+        *q,
+        fma(n1, wn, -n2 * wl),
+        fma(n2, wn, n1 * wl),
+        w3,
+        fma(way, ahead, y[7]),
+        fma(way, aside, y[8]),
+    )
 
 
 Rates = tuple[float, float, float]
+Place = tuple[float, float, float]
 Pair = tuple[float, float]
 
 
 @scalar
-def _fall(
-    q: Quaternion, place: Row, rates: Rates, p: Row, h: float
-) -> tuple[Quaternion, Rates, Pair]:
+def _turned(v: Pair, a: float) -> Pair:
+    """The product (v0 + i v1) (1 + i a): v turned by arctan(a), and longer."""
+    return fma(-a, v[1], v[0]), fma(a, v[0], v[1])
+
+
+@scalar
+def _fall(rates: Rates, place: Place, p: Row, h: float) -> tuple[Rates, Place, Pair]:
     """Turn about l at the constant rate wl: theta changes, and with it wn and w3.
 
     ``d(wn sin(theta)) / dtheta = (I3 / I1) w3 sin(theta)`` and
     ``dw3 / dtheta = wn m r^2 / (I3 + m r^2)``, the latter by the trapezoidal rule. The contact
-    stays where it is, and so does l.
+    stays where it is, and so does l. Returned are the rates, the place (sin, cos and 1 / sin of
+    theta), and the factors of cos(theta / 2) and sin(theta / 2), times sqrt(d).
     """
-    n1, n2, s, c = place
     wn, wl, w3 = rates
+    s, c, r = place
     x = 0.5 * h * wl
     a = x * tangent(x * x)
-    versine, sine = cayley(a)
-    fallen_s, rise = fma(-sine, c, -versine * s) + s, fma(sine, s, -versine * c)
+    d = fma(a, a, 1.0)
+    stands, rise = fma(-a, fma(a, s, 2.0 * c), s), 2.0 * a * fma(-a, c, s)
+    inverse = 1.0 / (d * stands)  # sin(theta) becomes stands / d, and cos(theta) grows by rise / d
     w3 = fma(-p[11] * x, wn, w3)
-    wn = (wn * s - p[10] * w3 * rise) / fallen_s
+    wn = fma(d * s, wn, -p[10] * rise * w3) * (d * inverse)
     w3 = fma(-p[11] * x, wn, w3)
-    return compose(q, (1.0, -a * n2, a * n1, 0.0)), (wn, wl, w3), (fallen_s, c + rise)
+    part = stands * inverse  # 1 / d
+    place = (stands * part, fma(rise, part, c), d * d * inverse)
+    m = a * r
+    mean = fma(-m, c, 1.0)
+    return (wn, wl, w3), place, (mean + m, mean - m)
 
 
 @scalar
-def _roll(
-    q: Quaternion, place: Row, rates: Rates, forward: Pair, u: Row, p: Row, h: float
-) -> tuple[Quaternion, Rates, Pair, Pair]:
+def _roll(rates: Rates, place: Place, u: Row, p: Row, h: float) -> tuple[Rates, Pair, float]:
     """Precess about the vertical and spin about e3 at constant theta, while gravity changes wl.
 
-    The contact runs along an arc; returned are attitude, rates, n in body axes and the way.
+    Returned are the rates, the tangents (a, b) of half the two angles, and the chord of the
+    contact's arc by the length of l + a l', where l' is l turned by a right angle.
     """
-    n1, n2, s, c = place
     wn, wl, w3 = rates
-    wn, w3 = fma(0.5 * h * p[7], u[0], wn), fma(0.5 * h * p[9], u[2], w3)
-    precession, cot = wn / s, c / s
+    _, c, r = place
+    kick_n, kick_3 = 0.5 * h * p[7] * u[0], 0.5 * h * p[9] * u[2]
+    wn, w3 = wn + kick_n, w3 + kick_3
+    cot = c * r
     spin = fma(-wn, cot, w3)
-    moment = fma(p[6] * wn, w3, fma(-p[2] * cot, wn * wn, fma(p[0] * p[4] * p[1], c, u[1])))
-    half_phi, half_psi = 0.5 * h * precession, 0.5 * h * spin
+    moment = fma(wn, fma(p[6], w3, -p[2] * cot * wn), fma(p[12], c, u[1]))
+    half_phi, half_psi = 0.5 * h * r * wn, 0.5 * h * spin
     stretch = tangent(half_phi * half_phi)
     a, b = half_phi * stretch, half_psi * tangent(half_psi * half_psi)
-    before_x, before_y = forward
-    q = compose((1.0, 0.0, 0.0, a), compose(q, (1.0, 0.0, 0.0, b)))
-    versine, sine = cayley(b)
-    n = (fma(sine, n2, -versine * n1) + n1, fma(-sine, n1, -versine * n2) + n2)
-    # The mean of l over the arc is the mean of its ends times tan(x) / x, x half the turn.
-    turned_versine, turned_sine = cayley(a)
-    after_x = fma(-turned_sine, before_y, -turned_versine * before_x) + before_x
-    after_y = fma(turned_sine, before_x, -turned_versine * before_y) + before_y
-    way = 0.5 * h * p[1] * spin * stretch
-    wn, w3 = fma(0.5 * h * p[7], u[0], wn), fma(0.5 * h * p[9], u[2], w3)
-    rates = (wn, fma(h * p[8], moment, wl), w3)
-    return q, rates, n, (way * (before_x + after_x), way * (before_y + after_y))
+    # The mean of l over the arc points where l points half way; it is sin(x) / x long, x half_phi.
+    way = 2.0 * p[1] * half_psi * stretch / fma(a, a, 1.0)
+    return (wn + kick_n, fma(h * p[8], moment, wl), w3 + kick_3), (a, b), way
 
 
 @scalar
