@@ -21,7 +21,17 @@ from rigid_envs.kernels.composition import SUZUKI
 from rigid_envs.kernels.elementary import fma, sincos
 from rigid_envs.kernels.turns import cayley, half_turn, tangent
 
-__all__ = ["INVARIANTS", "SHAPES", "WEIGHTS", "derive", "invariants", "restore", "rhs", "step"]
+__all__ = [
+    "INVARIANTS",
+    "SHAPES",
+    "WEIGHTS",
+    "derive",
+    "invariants",
+    "level_step",
+    "restore",
+    "rhs",
+    "step",
+]
 
 STATE = (1.0,) + (0.0,) * 12
 INPUTS = (0.0,) * 4
@@ -166,22 +176,44 @@ def step(y: Row, u: Row, p: Row, h: float) -> Row:
 
 
 @scalar
-def _kick(y: Row, u: Row, p: Row, h: float) -> Vector:
-    """Velocity and spin after h [s] at one place: a turn of the velocity between half pushes.
+def level_step(y: Row, u: Row, p: Row, h: float) -> Row:
+    """What `step` does, to the bit, on a plate that is level and stays so.
 
-    The turn keeps the speed to rounding, as the turntable does.
+    Neither tilt nor gravity is looked at, and the spin is kept: a quarter of the work.
     """
+    half = 0.5 * h
+    push, kappa = (p[7] * (u[0] * p[5]), p[7] * (u[1] * p[5])), p[2] * p[4] * p[7]
+    vx, vy = _pushed((y[6], y[7]), push, kappa, 0.5 * half)
+    x, y_ = fma(half, vx, y[4]), fma(half, vy, y[5])
+    a, b, c = ball_rate((*y[:4], x, y_, vx, vy, y[8]), (0.0, 0.0, 0.0), p)
+    q = compose(half_turn((half * a, half * b, half * c)), (y[0], y[1], y[2], y[3]))
+    x, y_ = fma(half, vx, x), fma(half, vy, y_)
+    return (*q, x, y_, *_pushed((vx, vy), push, kappa, 0.5 * half), *y[8:])
+
+
+@scalar
+def _kick(y: Row, u: Row, p: Row, h: float) -> Vector:
+    """Velocity and spin after h [s] at one place."""
     plate = plate_rate((y[9], y[10], y[11], y[12]))
     half = 0.5 * h
     spin = fma(half, _spin_rate(y, plate, p), y[8])
-    ax, ay = push((*y[:8], spin, *y[9:]), u, plate, p)
-    vx, vy = fma(half, ax, y[6]), fma(half, ay, y[7])
-    x = half * gyration(plate, p)
-    versine, sine = cayley(x * tangent(x * x))
-    vx, vy = fma(-sine, vy, -versine * vx) + vx, fma(sine, vx, -versine * vy) + vy
-    vx, vy = fma(half, ax, vx), fma(half, ay, vy)
+    pushed = push((*y[:8], spin, *y[9:]), u, plate, p)
+    vx, vy = _pushed((y[6], y[7]), pushed, gyration(plate, p), half)
     after = (*y[:6], vx, vy, spin, *y[9:])
     return vx, vy, fma(half, _spin_rate(after, plate, p), spin)
+
+
+@scalar
+def _pushed(v: Pair, push: Pair, kappa: float, half: float) -> Pair:
+    """Velocity after a time 2 half [s]: a turn at the rate kappa between half pushes.
+
+    The turn keeps the speed to rounding, as the turntable does.
+    """
+    vx, vy = fma(half, push[0], v[0]), fma(half, push[1], v[1])
+    x = half * kappa
+    versine, sine = cayley(x * tangent(x * x))
+    vx, vy = fma(-sine, vy, -versine * vx) + vx, fma(sine, vx, -versine * vy) + vy
+    return fma(half, push[0], vx), fma(half, push[1], vy)
 
 
 @scalar

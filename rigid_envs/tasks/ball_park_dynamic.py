@@ -82,7 +82,7 @@ SHAPES = Shapes(*dynamic_ball.SHAPES, (1.0,) * 5, (), (0.0,) * 2, (0.0,) * 12)
 def step(memory: Memory, first_block: int, last_block: int) -> int:
     """`episode.step` of this task."""
     return episode.step(
-        dynamic_ball.step,
+        dynamic_ball.level_step,
         dynamic_ball.restore,
         dynamic_ball.WEIGHTS,
         clip_to_disc,
@@ -212,6 +212,7 @@ class BallParkDynamic(Task):
     reset: ClassVar = staticmethod(reset)
     terms: ClassVar = ("position", "twist", "mismatch", "angle", "parked", "off")
     cost_unit: ClassVar = "impulse of the force [N s]"
+    still: ClassVar = ("tilt", "tilt_rate")
 
     def constants(self) -> tuple[float, ...]:
         """Weights, force, tolerances, start square, edge."""

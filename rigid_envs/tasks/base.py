@@ -104,6 +104,8 @@ class Task(abc.ABC):
     """Compiled ``reach(achieved, desired, constants, out) -> None`` of a goal task."""
     memo_names: ClassVar[tuple[str, ...]] = ()
     """Names of the numbers a task carries from step to step (goal, counters)."""
+    still: ClassVar[tuple[str, ...]] = ()
+    """Components of the state that stay 0; a start that gives others is refused."""
     aliases: ClassVar[Mapping[str, str]] = {}
     """Field that stands for a parameter of the system, where the names differ."""
 

@@ -144,3 +144,25 @@ def test_the_bound_on_the_speed_solves_its_inequality():
     for kappa in (0.0, 0.1, 1.0, 10.0, 1e3):
         v = speed_bound(1.0, 1.0, kappa)
         assert (v - kappa) ** 3 >= 6.0 * (v - kappa) + 1.0 + 6.0 * kappa
+
+
+@pytest.mark.parametrize("turntable_rate", [0.0, -0.7])
+def test_steps_on_the_level_plate_are_those_of_the_system_to_the_bit(turntable_rate):
+    envs = rows(70, turntable_rate=turntable_rate, radius=0.7, beta=0.6, n_substeps=15)
+    task, rng = envs.task, np.random.default_rng(5)
+    y = envs.y
+    y[:, 6:9] = rng.uniform(-1.0, 1.0, (70, 3))  # spinning, too
+    envs.reset(options={"state": y})
+    for _ in range(6):
+        action = rng.uniform(-0.7, 0.7, (70, 2)).astype(np.float32)
+        assert not envs.step(action)[2].any()
+        force = task.force * np.concatenate([action, np.zeros((70, 2))], axis=1)
+        y = task.system().advance(y, force, task.dt, task.n_substeps)
+        np.testing.assert_array_equal(envs.y, y)
+
+
+@pytest.mark.parametrize("name", ["tilt", "tilt_rate"])
+def test_a_tilted_plate_is_refused(name):
+    envs = rows(2)
+    with pytest.raises(ValueError, match=rf"{name} = \[0\. +0\.1\]; expected 0"):
+        envs.reset(options={"state": {name: [0.0, 0.1]}})
