@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rigid_envs import __version__
+from rigid_envs import ENVIRONMENTS, __version__
 from rigid_envs.cli import catalogue
 from rigid_envs.cli.describe import describe
 from rigid_envs.cli.pages import write_pages
@@ -85,14 +85,13 @@ def _add_bench(verbs: Any) -> None:
     benching = verbs.add_parser(
         "bench",
         help="speed and accuracy, beside Gymnasium's environments and MuJoCo",
-        description="Measure environment steps per second of one environment for every physical "
-        "system and kind of action and goal, single and vectorised, beside Gymnasium's CartPole "
-        "and Pendulum and, where it is installed, a free body in MuJoCo, all in one interleaved "
-        "run; then accuracy and start-up, and which of the goals are met. Takes about five "
-        "minutes on an idle machine.",
+        description="Measure environment steps per second of every environment, single and "
+        "vectorised, beside Gymnasium's CartPole and Pendulum and, where it is installed, a free "
+        "body in MuJoCo, all in one interleaved run; then accuracy and start-up, and which of the "
+        "goals are met. Takes about five minutes on an idle machine.",
         allow_abbrev=False,
     )
-    benching.add_argument("--ids", nargs="+", metavar="ID", help="these environments instead")
+    benching.add_argument("--ids", nargs="+", metavar="ID", help="only these environments")
     benching.add_argument("--quick", action="store_true", help="a first look, a minute")
     benching.add_argument("--json", type=Path, metavar="FILE", help="write every sample there")
     benching.set_defaults(act=_bench)
@@ -139,7 +138,7 @@ def _docs(options: argparse.Namespace, rest: list[str]) -> None:
 
 def _bench(options: argparse.Namespace, rest: list[str]) -> None:
     _refuse(rest)
-    ids = [catalogue.checked_id(env_id) for env_id in options.ids or catalogue.one_of_each()]
+    ids = [catalogue.checked_id(env_id) for env_id in options.ids or ENVIRONMENTS]
     _refuse_missing_folder(options.json)
     from rigid_envs.cli.bench import bench  # takes what it measures with it: import only here
 

@@ -8,8 +8,9 @@ import gymnasium
 import numpy as np
 
 from rigid_envs.cli.bench.race import Contestant
+from rigid_envs.kernels.layout import CLOCK
 
-__all__ = ["COLUMNS", "gymnasium_contestants", "our_contestants"]
+__all__ = ["COLUMNS", "gymnasium_contestants", "our_contestants", "staggered"]
 
 COLUMNS = ("made", "bare", "N = 1", "16", "256", "4096", "2 threads")
 """Single as `gymnasium.make` gives it and without its wrappers; N rows; 4096 rows in 2 threads."""
@@ -26,8 +27,8 @@ def our_contestants(ids: Sequence[str]) -> list[Contestant]:
         name = env_id.removeprefix("RigidEnvs/")
         contestants += _singles(env_id, name)
         for column, n in _ROWS.items():
-            contestants.append(Contestant(name, column, _vector(_staggered(env_id, n, 1))))
-        contestants.append(Contestant(name, "2 threads", _vector(_staggered(env_id, 4096, 2))))
+            contestants.append(Contestant(name, column, _vector(staggered(env_id, n, 1))))
+        contestants.append(Contestant(name, "2 threads", _vector(staggered(env_id, 4096, 2))))
     return contestants
 
 
@@ -90,16 +91,12 @@ def _vector(envs: Any) -> Callable[[int], int]:
     return burst
 
 
-def _staggered(env_id: str, n: int, n_threads: int) -> Any:
+def staggered(env_id: str, n: int, n_threads: int) -> Any:
     """Rows whose episodes end in turn, not all in the same step."""
     limit = gymnasium.spec(env_id).max_episode_steps or 1
-    envs = gymnasium.make_vec(env_id, n, "vector_entry_point", num_threads=n_threads)
+    envs: Any = gymnasium.make_vec(env_id, n, "vector_entry_point", num_threads=n_threads)
     envs.reset(seed=0)
-    still = np.zeros_like(envs.action_space.sample())
-    turn = np.arange(n) * limit // n
-    for step in range(limit):
-        mask = turn == step
-        if mask.any():
-            envs.reset(options={"reset_mask": mask})
-        envs.step(still)
+    state = envs.get_state()
+    state["clock"][:, CLOCK.index("elapsed")] = np.arange(n) * limit // n
+    envs.set_state(state)
     return envs

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from rigid_envs.cli.bench.accuracy import FreeRun
+from rigid_envs.cli.bench.costs import FORMS, Cost
 from rigid_envs.cli.bench.environments import COLUMNS
 from rigid_envs.cli.bench.goals import FLAGSHIP, Goal
 from rigid_envs.cli.bench.mujoco_body import Opponent
@@ -26,6 +27,7 @@ class Figures:
         seconds: aimed length of a turn [s].
         results: speeds.
         opponents: the MuJoCo bodies, if it is installed.
+        costs: of a step of every environment, beside the others.
         runs: free runs for 60 and 6000 s.
         startups: processes started.
         goals: figures with a target.
@@ -36,6 +38,7 @@ class Figures:
     seconds: float
     results: Sequence[Result]
     opponents: Sequence[Opponent]
+    costs: Sequence[Cost]
     runs: Sequence[FreeRun]
     startups: Sequence[Startup]
     goals: Sequence[Goal]
@@ -50,6 +53,7 @@ class Figures:
                 {**asdict(r), "median": r.median, "quartiles": r.quartiles} for r in self.results
             ],
             "mujoco": [{"name": o.name, **asdict(o)} for o in self.opponents],
+            "costs": [asdict(cost) for cost in self.costs],
             "accuracy": [asdict(run) for run in self.runs],
             "import_to_first_step": [asdict(startup) for startup in self.startups],
             "goals": [{**asdict(goal), "is_met": goal.is_met} for goal in self.goals],
@@ -61,6 +65,7 @@ class Figures:
             heading(self.provenance),
             self._speeds(),
             *self._mujoco(),
+            *self._costs(),
             self._starts(),
             self._targets(),
         ]
@@ -88,6 +93,21 @@ class Figures:
         ]
         header = ("substeps per control period", "energy error", "within", "chosen for")
         return [table(header, rows, "<>>", indent=0)]
+
+    def _costs(self) -> list[str]:
+        if not self.costs:
+            return []
+        cells = {
+            (cost.name, cost.column): (_seconds(cost.seconds), f"{cost.ratio:.2f}")
+            for cost in self.costs
+        }
+        names = dict.fromkeys(cost.name for cost in self.costs)
+        rows = [
+            (name, *(cell for column in FORMS for cell in cells.get((name, column), ("", ""))))
+            for name in names
+        ]
+        header = ["time of", *(word for text in FORMS.values() for word in (text, "x median"))]
+        return [table(header, rows, "<" + ">" * 2 * len(FORMS), indent=0)]
 
     def _starts(self) -> str:
         rows = [(s.env_id, f"{s.medians[1]:.2f} s", f"{s.medians[0]:.2f} s") for s in self.startups]
@@ -118,6 +138,10 @@ def _speed(result: Result) -> str:
 def _steps(speed: float) -> str:
     unit, size = ("M", 1e6) if speed >= 999.5e3 else ("k", 1e3)
     return f"{speed / size:.3g}{unit}"
+
+
+def _seconds(time: float) -> str:
+    return f"{1e6 * time:.2f} us" if time >= 1e-6 else f"{1e9 * time:.1f} ns"
 
 
 def _number(value: float) -> str:
