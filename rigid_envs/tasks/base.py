@@ -113,6 +113,7 @@ class Task(abc.ABC):
         """Check every field by its rule, and the parameters together."""
         check_fields(self)
         self._check_parameters()
+        self._check_lengths()
 
     @abc.abstractmethod
     def constants(self) -> tuple[float, ...]:
@@ -212,6 +213,20 @@ class Task(abc.ABC):
                 f"{envelope / rate:.4g} s: "
                 f"take n_substeps >= {math.ceil(rate * self.dt / envelope)}"
             )
+
+    def _check_lengths(self) -> None:
+        """Compiled functions read as many numbers as `shapes` says, whoever's they are."""
+        pairs = {
+            "constants()": (len(self.constants()), len(self.shapes.constants)),
+            "memo_names": (len(self.memo_names), len(self.shapes.memo)),
+            "actions()": (len(self.actions()), len(self.shapes.action)),
+        }
+        for name, (given, expected) in pairs.items():
+            if given != expected:
+                raise TypeError(
+                    f"{type(self).__name__}: {name} has {given} entries, its SHAPES {expected}; "
+                    "expected as many"
+                )
 
     def _drawn_entries(self) -> tuple[Entry, ...]:
         rules = {field.name: field.metadata["rule"] for field in fields(self)}

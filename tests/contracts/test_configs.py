@@ -6,6 +6,7 @@ from collections import ChainMap
 from dataclasses import fields
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -217,6 +218,16 @@ def test_a_step_too_long_is_refused_with_the_least_number_of_substeps_that_will_
     task(**longest, n_substeps=needed)
     with pytest.raises(ConfigError, match=f"n_substeps >= {needed}$"):
         task(**longest, n_substeps=needed - 1)
+
+
+@pytest.mark.parametrize(
+    "env_id", [i for i in IDS if "omega_body" in task_of(i).system().accessors]
+)
+def test_no_start_turns_faster_than_the_steps_are_chosen_for(env_id):
+    envs = vector(env_id, 500)
+    envs.reset(seed=0)
+    rates = np.linalg.norm(task_of(env_id).system().accessors["omega_body"](envs.y), axis=-1)
+    assert np.max(rates) <= task_of(env_id).largest_rate()
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -160,3 +160,20 @@ def test_ranges_within_which_some_body_cannot_be_are_refused():
 def test_parameters_that_are_drawn_as_one_count_as_one():
     # I1 = I2 = I_perp: that I1 = 1 and I2 = 3 would break the triangle inequality is no matter
     SleepingTop(I_perp=(1.0, 3.0))
+
+
+def test_what_the_compiled_functions_would_misread_is_refused_by_name():
+    @dataclass(frozen=True)
+    class Longer(SleepingTop):
+        def constants(self):
+            return (*super().constants(), 0.0)
+
+    @dataclass(frozen=True)
+    class Forgetful(SleepingTop):
+        memo_names: ClassVar = ()
+
+    n = len(SleepingTop.shapes.constants)
+    with pytest.raises(TypeError, match=rf"^Longer: constants\(\) has {n + 1} .*, its SHAPES {n};"):
+        Longer()
+    with pytest.raises(TypeError, match=r"^Forgetful: memo_names has 0 entries, its SHAPES"):
+        Forgetful()
