@@ -174,7 +174,7 @@ class Reorient(Task):
         stay, after 6.71 s on average, with a torque impulse (the integral of ``|tau|``) of 2.84 N m
         s. Actions of 0 and random actions (4.79 N m s) reach none of 500.
 
-        Bound: ``2 sqrt(I_min angle / |tau|)``, `lower_bound`, 3.15 s on average from these starts
+        Bound: ``2 sqrt(I_min angle / |tau|)``, `least_time`, 3.15 s on average from these starts
         and 3.81 s for a half turn; the tolerances let the goal be reached a little earlier. The
         feedback takes 2.1 times as long, so there is room for what is better. A half turn about e1
         by one torque, full and then full against it, takes 1.32 of the bound.
@@ -236,7 +236,7 @@ class Reorient(Task):
         moments, time = (self.I1, self.I2, self.I3), _STEPS * self.dt
         return fastest(moments, spun_up(moments, 0.0, (self.torque,) * 3, time))
 
-    def lower_bound(self, q: npt.ArrayLike, goal: npt.ArrayLike) -> Array:
+    def least_time(self, q: npt.ArrayLike, goal: npt.ArrayLike) -> Array:
         """Time [s] that no turn from rest to rest beats: 2 sqrt(I_min angle / |tau|).
 
         From rest, the rate is at most ``|tau| t / I_min``, as energy is gained at ``omega . tau``;

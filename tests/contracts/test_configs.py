@@ -230,6 +230,15 @@ def test_no_start_turns_faster_than_the_steps_are_chosen_for(env_id):
     assert np.max(rates) <= task_of(env_id).largest_rate()
 
 
+@pytest.mark.parametrize("env_id", [i for i in IDS if hasattr(task_of(i), "lower_bound")])
+def test_the_least_cost_is_known_from_the_state_alone(env_id):
+    envs = vector(env_id, 50)
+    envs.reset(seed=0)
+    bounds = task_of(env_id).lower_bound(envs.y)
+    assert bounds.shape == (50,)
+    assert (bounds >= 0.0).all()
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [

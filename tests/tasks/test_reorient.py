@@ -30,16 +30,16 @@ def test_quaternion_feedback_reaches_every_goal():
     assert found.reward.mean() > -75.0  # steps until the goal is reached; 66 of 1000 starts
 
 
-def test_no_goal_is_reached_before_the_lower_bound():
+def test_no_goal_is_reached_before_the_least_time():
     envs, task = rows(200), Reorient()
     envs.reset(seed=0)
-    least = task.lower_bound(envs.y[:, :4], goals(envs))
+    least = task.least_time(envs.y[:, :4], goals(envs))
     reached = np.full(200, np.inf)
     for k in range(1, 101):
         success = envs.step(turn(envs).astype(np.float32))[4]["is_success"]
         reached = np.where(success & np.isinf(reached), k * task.dt, reached)
     # the tolerances let the end come earlier than rest at the very goal
-    slack = task.lower_bound([1.0, 0.0, 0.0, 0.0], rotations.exp([task.angle_tolerance, 0, 0]))
+    slack = task.least_time([1.0, 0.0, 0.0, 0.0], rotations.exp([task.angle_tolerance, 0, 0]))
     assert (reached > least - slack).all()
     assert 1.5 < np.mean(reached) / np.mean(least) < 2.5  # room for what is better
 
@@ -57,7 +57,7 @@ def test_a_turn_about_one_axis_at_full_torque_takes_the_time_of_the_bound_about_
     # half the time is rounded by dt / 2 at most, at twice the largest rate
     off = task.dt * 0.5 * time * task.torque
     np.testing.assert_allclose(rotations.angle(envs.y[0, :4]), np.pi, atol=off)
-    bound = task.lower_bound([1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0])
+    bound = task.least_time([1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0])
     np.testing.assert_allclose(time / bound, 3.0**0.25)
 
 
