@@ -79,7 +79,7 @@ class Figures:
             f"Environment steps per second, resets included: median and half the interquartile "
             f"range of {self.rounds} interleaved rounds of {1e3 * self.seconds:.0f} ms. Single as "
             "gymnasium.make gives it (made) and without its wrappers (bare); vectors of N rows in "
-            "one thread; 4096 rows in 2 threads."
+            "one thread; 4096 rows in 2 threads. By CPU time, but 2 threads by wall-clock time."
         )
         header = ("", *COLUMNS)
         return paragraphs(title, 0) + "\n\n" + table(header, rows, "<" + ">" * 7, indent=0)
