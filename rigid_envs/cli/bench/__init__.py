@@ -24,7 +24,7 @@ def bench(ids: Sequence[str], quick: bool = False) -> Figures:
         ids: the environments to measure.
         quick: few rounds and one start: a minute, for a first look.
     """
-    rounds, seconds = (12, 0.01) if quick else (40, 0.02)
+    rounds, seconds = (12, 0.01) if quick else (50, 0.02)
     where = provenance()  # before: the load is that of the others
     tell("accuracy")
     runs = [free_run(0.05, duration) for duration in (60.0, 6000.0)]
