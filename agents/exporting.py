@@ -37,6 +37,7 @@ def export_policy(model: BaseAlgorithm, config: Config) -> Policy:
             "activation": config.activation,
             "distribution": network.head,
             "inputs": _inputs(model.observation_space),
+            "attitudes": list(model.policy.features_extractor_kwargs.values()) or None,
             "normalized": normalized,
             "clip": normalize.clip_obs if normalized else None,
             "epsilon": normalize.epsilon if normalized else None,

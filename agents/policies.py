@@ -17,6 +17,7 @@ from torch import nn
 from .files import DamagedFileError, canonical_json, write_atomic
 from .heads import HEADS, linear
 from .tensorfile import load_tensors, save_tensors
+from .turns import Turn
 
 __all__ = ["ACTIVATIONS", "Policy", "load_policy", "save_policy"]
 
@@ -59,12 +60,14 @@ class Policy:
         head, activation = HEADS[network["distribution"]], ACTIVATIONS[network["activation"]]
         weights = _weights(self.arrays)
         self._n_obs, n_hidden, n_out = weights[0].shape[1], weights[-1].shape[1], len(weights[-1])
+        first = _turn(network.get("attitudes"), self._n_obs)
+        self._n_obs -= Turn.n_more * len(first)
         self._inputs = _inputs(network.get("inputs"), self._n_obs)
         self._normalized = bool(network["normalized"])
         if self._normalized:
             self._clip, self._epsilon = float(network["clip"]), float(network["epsilon"])
         _check(self.arrays, head.needs(n_hidden, n_out), self._n_obs if self._normalized else None)
-        self._body = _body(self.arrays, len(weights) - 1, activation)
+        self._body = nn.Sequential(*first, *_body(self.arrays, len(weights) - 1, activation))
         self._head = head(linear(self.arrays, f"layers.{len(weights) - 1}"), self.arrays)
 
     def predict(
@@ -177,6 +180,16 @@ def _inputs(value: Any, n_obs: int) -> list[tuple[str, int]] | None:
     return inputs
 
 
+def _turn(places: Any, n_inputs: int) -> list[Turn]:
+    """What comes before the layers that take so many inputs: nothing, or the turn of attitudes."""
+    if places is None:
+        return []
+    achieved, desired = places
+    if not all(type(at) is int and 0 <= at <= n_inputs - Turn.n_more - 9 for at in places):
+        raise ValueError(f"attitudes: no matrices at {places} among the inputs of layers.0")
+    return [Turn(achieved, desired)]
+
+
 def _weights(arrays: Mapping[str, NDArray[Any]]) -> list[NDArray[np.float32]]:
     """The matrices of the layers, each checked to take what the one before gives."""
     count = sum(name.startswith("layers.") and name.endswith(".weight") for name in arrays)
@@ -210,7 +223,7 @@ def _check(
 
 def _body(
     arrays: Mapping[str, NDArray[Any]], count: int, activation: type[nn.Module]
-) -> nn.Sequential:
+) -> list[nn.Module]:
     """All layers but the last."""
     pairs = [(linear(arrays, f"layers.{k}"), activation()) for k in range(count)]
-    return nn.Sequential(*[module for pair in pairs for module in pair])
+    return [module for pair in pairs for module in pair]

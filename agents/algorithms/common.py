@@ -16,6 +16,7 @@ from torch.optim import Optimizer
 from ..config import Config
 from ..policies import ACTIVATIONS
 from ..seeds import row_seeds
+from .attitudes import AttitudeExtractor, attitudes
 
 __all__ = ["Network", "Parts", "arguments", "layers", "policy_arguments"]
 
@@ -68,16 +69,20 @@ def arguments(config: Config, env: VecEnv) -> dict[str, Any]:
     }
 
 
-def policy_arguments(config: Config) -> dict[str, Any]:
+def policy_arguments(config: Config, env: VecEnv) -> dict[str, Any]:
     """Arguments of the networks that every algorithm has.
 
     Args:
         config: What to build.
+        env: What to train it on.
     """
-    return {
-        "net_arch": list(config.net_arch),
-        "activation_fn": ACTIVATIONS[config.activation],
+    plain = {"net_arch": list(config.net_arch), "activation_fn": ACTIVATIONS[config.activation]}
+    places = attitudes(env)
+    told = {
+        "features_extractor_class": AttitudeExtractor,
+        "features_extractor_kwargs": places,
     }
+    return {**plain, **(told if places else {})}
 
 
 def layers(modules: Iterable[nn.Module]) -> Arrays:

@@ -52,7 +52,7 @@ def build(config: DQNConfig, env: VecEnv) -> DQN:
         exploration_initial_eps=config.exploration_initial_eps,
         exploration_final_eps=config.exploration_final_eps,
         max_grad_norm=config.max_grad_norm,
-        policy_kwargs=policy_arguments(config),
+        policy_kwargs=policy_arguments(config, env),
         **memory_arguments(config, env),
     )
 

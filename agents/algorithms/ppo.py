@@ -54,7 +54,7 @@ def build(config: PPOConfig, env: VecEnv) -> PPO:
         vf_coef=config.vf_coef,
         max_grad_norm=config.max_grad_norm,
         target_kl=config.target_kl,
-        policy_kwargs={**policy_arguments(config), "log_std_init": config.log_std_init},
+        policy_kwargs={**policy_arguments(config, env), "log_std_init": config.log_std_init},
         **arguments(config, env),
     )
 

@@ -51,7 +51,7 @@ def build(config: SACConfig, env: VecEnv) -> SAC:
     """
     return SAC(
         ent_coef=config.ent_coef,
-        policy_kwargs=policy_arguments(config),
+        policy_kwargs=policy_arguments(config, env),
         **memory_arguments(config, env),
     )
 

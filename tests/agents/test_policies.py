@@ -24,6 +24,7 @@ from agents.exporting import export_policy
 from agents.files import DamagedFileError
 from agents.policies import Policy, load_policy, save_policy
 from agents.tensorfile import load_tensors, save_tensors
+from rigid_envs import rotations
 
 PPO = {"n_steps": 16, "batch_size": 32, "n_epochs": 2}
 MEMORY = {"batch_size": 32, "learning_starts": 420, "train_freq": 8, "gradient_steps": 1}
@@ -106,6 +107,22 @@ def test_a_loaded_policy_acts_as_the_model_bit_by_bit(
     expected = acted(model, first(seen), True)
     np.testing.assert_array_equal(single, expected)
     assert np.shape(single) == np.shape(expected)
+
+
+@pytest.mark.parametrize("name", ["Reorient", "BallParkGoal"])
+def test_a_network_with_goals_is_told_the_turn_in_body_and_world_axes(name: str) -> None:
+    env = GymnasiumVecEnv(make(f"RigidEnvs/{name}-v0", {}, 50))
+    config = config_from({"env_id": f"RigidEnvs/{name}-v0", "n_envs": 50, **PPO})
+    obs: Any = env.reset()
+    policy = build_model(config, env).policy
+    told = policy.extract_features(policy.obs_to_tensor(obs)[0]).numpy()
+    envs: Any = env.venv.unwrapped
+    here, there = envs.y[:, :4], envs.get_state()["memo"][:, :4]
+    back = rotations.conjugate(here)
+    for turn, at in ((rotations.multiply(back, there), -18), (rotations.multiply(there, back), -9)):
+        expected = rotations.matrix_from_quaternion(turn).reshape(50, 9)
+        np.testing.assert_allclose(told[:, at:][:, :9], expected, atol=1e-6)  # of float32
+    np.testing.assert_array_equal(told[:, :-18], np.hstack([obs[part] for part in sorted(obs)]))
 
 
 def test_the_json_beside_it_is_what_is_inside(tmp_path: Path) -> None:
@@ -206,6 +223,8 @@ def damaged(arrays: dict[str, Any], document: dict[str, Any], how: str) -> None:
         document["network"]["distribution"] = "greedy"
     elif how == "inputs that do not fit":
         document["network"]["inputs"] = [["achieved_goal", 11]]
+    elif how == "attitudes that do not fit":
+        document["network"]["attitudes"] = [0, 9]
     elif how == "bounds that do not fit":
         arrays["action.low"] = np.zeros(3, np.float32)
     else:
@@ -220,6 +239,7 @@ def damaged(arrays: dict[str, Any], document: dict[str, Any], how: str) -> None:
         "a vector", "layers that do not fit", "bias that does not fit", "no spread",
         "statistics without use", "statistics missing", "bounds that do not fit",
         "spread of another kind", "bounds of no box", "inputs that do not fit",
+        "attitudes that do not fit",
     ],
 )  # fmt: skip
 def test_a_malformed_policy_is_refused_by_name(tmp_path: Path, how: str) -> None:
