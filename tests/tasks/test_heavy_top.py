@@ -118,6 +118,27 @@ def test_leaving_the_arena_ends_the_episode():
         assert not info["is_success"]
 
 
+def test_a_fall_ends_the_episode():
+    env = gym.make("RigidEnvs/PivotTop-v0").unwrapped
+    for tilt, fallen in ((0.49, False), (0.51, True)):
+        q = rotations.quaternion_from_axis_angle([0.0, 1.0, 0.0], tilt)
+        env.reset(options={"state": {"q": q, "omega_body": (0.0, 0.0, 0.0)}})
+        _, _, terminated, _, info = env.step(np.zeros(2, dtype=np.float32))
+        assert terminated == fallen  # within a step the tilt grows by tilt dt^2 / 2, 0.6 mrad
+        assert not info["is_success"]
+
+
+def test_the_centre_pays_an_upright_top_only():
+    env = gym.make("RigidEnvs/PivotTop-v0").unwrapped
+    paid = []
+    for tilt in (0.0, 0.4):
+        q = rotations.quaternion_from_axis_angle([0.0, 1.0, 0.0], tilt)
+        env.reset(options={"state": {"q": q, "omega_body": (0.0, 0.0, 0.0)}})
+        paid.append(env.step(np.zeros(2, dtype=np.float32))[4]["reward/centre"])
+    assert paid[0] == 1.0
+    np.testing.assert_allclose(paid[1], 1.0 / (1.0 + 10.0 * 0.4), rtol=2e-3)  # 0.5 mrad of falling
+
+
 def test_accelerating_the_pivot_tilts_the_vertical():
     """In the frame of the pivot gravity is (-a, 0, -g): a top at rest along it stays there."""
     env = RigidEnv("rigid_envs.tasks:PivotTop", push=3.0, arena=1e6)
