@@ -77,6 +77,11 @@ class Config:
     normalize_reward: bool = entry(
         False, flag(), "scale rewards by the running deviation of the discounted return"
     )
+    goal_turn: bool = entry(
+        False,
+        flag(),
+        "tell networks the turn from the achieved to the desired attitude, in goal environments",
+    )
     eval_every: int = entry(
         100_000, whole(1, 10**12), "steps between evaluations on fixed held-out starts"
     )

@@ -9,9 +9,11 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
+from ..checks import ConfigError
 from ..config import Config
 from ..guards import guard_optimizer
 from . import dqn, ppo, sac
+from .attitudes import attitudes
 from .common import Network, Parts
 
 __all__ = ["Algorithm", "algorithm_of", "build_model", "check_fit", "iterate", "progress_columns"]
@@ -85,6 +87,8 @@ def check_fit(config: Config, venv: VectorEnv[Any, Any, Any]) -> None:
     Raises:
         ConfigError: "config.<key>: ...".
     """
+    if config.goal_turn and not attitudes(getattr(venv.unwrapped, "task", None)):
+        raise ConfigError(f"config.goal_turn: the goals of {config.env_id} hold no attitude")
     _ALGORITHMS[config.algo].check(config, venv)
 
 

@@ -1,10 +1,11 @@
-"""Networks of goal environments are told the turn from the attitude that is to the desired one."""
+"""Networks of goal environments that are told the turn from the attitude to the desired one."""
 
 from __future__ import annotations
 
+from typing import Any
+
 from gymnasium import spaces
 from stable_baselines3.common.torch_layers import CombinedExtractor
-from stable_baselines3.common.vec_env import VecEnv
 from torch import Tensor
 
 from ..turns import Turn
@@ -27,13 +28,12 @@ class AttitudeExtractor(CombinedExtractor):
         return turned
 
 
-def attitudes(env: VecEnv) -> dict[str, int]:
+def attitudes(task: Any) -> dict[str, int]:
     """Where the rotation matrices of both goals begin in what a network takes; empty without.
 
     Args:
-        env: The environment.
+        task: The task of an environment; None for one that has none.
     """
-    task = env.get_attr("task", [0])[0] if env.has_attr("task") else None
     symbols = [] if task is None else [entry.symbol for entry in task.features()[: task.n_goal]]
     if "R11" not in symbols:
         return {}

@@ -77,12 +77,13 @@ def policy_arguments(config: Config, env: VecEnv) -> dict[str, Any]:
         env: What to train it on.
     """
     plain = {"net_arch": list(config.net_arch), "activation_fn": ACTIVATIONS[config.activation]}
-    places = attitudes(env)
-    told = {
+    if not config.goal_turn:
+        return plain
+    return {
+        **plain,
         "features_extractor_class": AttitudeExtractor,
-        "features_extractor_kwargs": places,
+        "features_extractor_kwargs": attitudes(env.get_attr("task", [0])[0]),
     }
-    return {**plain, **(told if places else {})}
 
 
 def layers(modules: Iterable[nn.Module]) -> Arrays:

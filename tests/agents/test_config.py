@@ -29,6 +29,7 @@ BAD: dict[str, list[Any]] = {
     "activation": ["tan", 1, None, True],
     "normalize_observation": [0, 1, "true", None],
     "normalize_reward": [0, "no", None],
+    "goal_turn": [0, "yes", None],
     "eval_every": [0, -1, math.nan, None, "x"],
     "eval_episodes": [0, 100_001, None, True],
     "checkpoint_every": [0, -1, 0.5, "auto", True],
@@ -130,6 +131,11 @@ def test_an_update_is_the_least_number_of_whole_rounds(
             "RigidEnvs/BallPark-v0",
             {"algo": "sac", "n_envs": 8, "buffer_size": 7},
             r"^config\.buffer_size: expected at least 8",
+        ),
+        (
+            "RigidEnvs/BallPark-v0",
+            {"goal_turn": True},
+            r"^config\.goal_turn: the goals of RigidEnvs/BallPark-v0 hold no attitude",
         ),
     ],
 )

@@ -61,6 +61,8 @@ CASES: list[tuple[str, dict[str, Any]]] = [
     ("box", {"algo": "sac"}),
     ("box", {"algo": "sac", "net_arch": []}),
     ("normalized", {"algo": "sac", "env_id": GOAL}),
+    ("normalized", {"algo": "sac", "env_id": GOAL, "goal_turn": True}),
+    ("box", {"env_id": GOAL, "goal_turn": True}),
     ("grid", {"env_id": GRID}),
     ("grid", {"algo": "dqn", "env_id": GRID, "net_arch": [16], "activation": "relu"}),
 ]
@@ -112,7 +114,7 @@ def test_a_loaded_policy_acts_as_the_model_bit_by_bit(
 @pytest.mark.parametrize("name", ["Reorient", "BallParkGoal"])
 def test_a_network_with_goals_is_told_the_turn_in_body_and_world_axes(name: str) -> None:
     env = GymnasiumVecEnv(make(f"RigidEnvs/{name}-v0", {}, 50))
-    config = config_from({"env_id": f"RigidEnvs/{name}-v0", "n_envs": 50, **PPO})
+    config = config_from({"env_id": f"RigidEnvs/{name}-v0", "n_envs": 50, "goal_turn": True, **PPO})
     obs: Any = env.reset()
     policy = build_model(config, env).policy
     told = policy.extract_features(policy.obs_to_tensor(obs)[0]).numpy()
