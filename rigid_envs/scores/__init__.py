@@ -1,0 +1,1 @@
+"""How good a policy can be: reference controllers by environment id."""

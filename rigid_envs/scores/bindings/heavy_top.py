@@ -1,0 +1,7 @@
+"""Policies for the tasks of a heavy top."""
+
+from rigid_envs.scores.policy import Builder
+
+__all__ = ["REFERENCES"]
+
+REFERENCES: dict[str, dict[str, Builder]] = {}
