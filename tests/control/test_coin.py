@@ -1,0 +1,121 @@
+"""TwoRolls: plans that lead from any pose to any other, by the closed form of the coin's arcs."""
+
+import numpy as np
+import pytest
+
+from rigid_envs import rotations
+from rigid_envs.analytic.upright_coin import roll_coin
+from rigid_envs.control.coin import TwoRolls
+from rigid_envs.systems import UprightCoin
+
+COIN = UprightCoin(radius=0.4)
+SIZES = (0.3, 0.5)  # roll and steer in a step
+PLANNER = TwoRolls(COIN, *SIZES)
+HOME = COIN.state(q=COIN.attitude(0.0, 0.0))
+# A plan misses by its rounding, 1e-9 radii at the most; so does the sum of its steps
+EXACT = 1e-9
+
+
+def poses(seed, n, way):
+    rng = np.random.default_rng(seed)
+    q = COIN.attitude(*rng.uniform(-np.pi, np.pi, (2, n)))
+    return COIN.state(q=q, contact=way * rng.uniform(-1.0, 1.0, (n, 2)))
+
+
+def driven(y, actions):
+    """Poses (place, attitude) of one coin after all actions, each an exact arc."""
+    place, q = y[4:6], y[:4]
+    heading, phase = COIN.heading(y), COIN.phase(y)
+    for roll, steer in actions * SIZES:
+        rates = {"psi_rate": roll, "phi_rate": steer, "phi": heading, "psi": phase}
+        arc = roll_coin(1.0, radius=COIN.radius, place=place, **rates)
+        place, q, heading, phase = arc.place, arc.attitude, heading + steer, phase + roll
+    return place, q
+
+
+@pytest.mark.parametrize("way", [0.0, 1e-6, 1.0, 30.0])
+def test_two_rolls_lead_from_any_pose_to_any_other(way):
+    start, goal = poses(0, 20, way), poses(1, 20, way)
+    plan = PLANNER(start, goal)
+    for k in range(20):
+        place, q = driven(start[k], plan.actions[:, k])
+        np.testing.assert_allclose(place, goal[k, 4:6], rtol=0, atol=10 * EXACT)
+        assert rotations.distance(q, goal[k, :4]) < 10 * EXACT
+
+
+def test_the_goal_is_home_if_none_is_given():
+    y = poses(2, 5, 1.0)
+    np.testing.assert_array_equal(PLANNER(y).actions, PLANNER(y, HOME).actions)
+
+
+def test_legs_are_taken_in_steps_of_the_largest_size_or_less():
+    plan = PLANNER(poses(3, 50, 2.0))
+    assert np.max(np.abs(plan.actions)) <= 1.0
+    assert not (plan.actions[..., 0] * plan.actions[..., 1]).any()
+    moves = (plan.actions != 0.0).any(axis=-1)
+    np.testing.assert_array_equal(np.sum(moves, axis=0), plan.steps)
+    # the fewest steps of which each leg can be made up
+    sizes = np.array([SIZES[1], SIZES[0], SIZES[1], SIZES[0], SIZES[1]])
+    assert (np.sum(np.abs(plan.legs) / sizes, axis=1) <= plan.steps).all()
+    assert (np.sum(np.abs(plan.legs) / sizes, axis=1) > plan.steps - 5).all()
+
+
+def test_no_plan_is_shorter_than_distance_and_phase_ask_for():
+    y = poses(4, 100, 2.0)
+    bound = np.maximum(np.hypot(y[:, 4], y[:, 5]), COIN.radius * np.abs(COIN.phase(y)))
+    length = PLANNER(y).length
+    assert (length > bound - EXACT).all()
+    assert np.mean(length / bound) < 1.5
+
+
+@pytest.mark.parametrize(
+    ("pose", "legs"),
+    [
+        ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0)),
+        ((0.0, 0.0, 1.0, 0.0), (-1.0, 0.0, 0.0, 0.0, 0.0)),
+        ((0.8, 0.0, 0.0, -2.0), (0.0, 2.0, 0.0, 0.0, 0.0)),
+        ((-0.8, 0.0, 0.0, 2.0), (0.0, -2.0, 0.0, 0.0, 0.0)),
+    ],
+    ids=["there already", "a turn", "forward", "backward"],
+)
+def test_where_a_turn_or_a_roll_is_enough_it_is_the_plan(pose, legs):
+    x, y, heading, phase = pose
+    start = COIN.state(q=COIN.attitude(heading, phase), contact=[x, y])
+    found = PLANNER(start).legs
+    np.testing.assert_allclose(found[[1, 3]].sum(), legs[1], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(np.abs(found).sum(), np.abs(legs).sum(), rtol=0, atol=1e-9)
+
+
+def test_plans_do_not_depend_on_where_the_goal_is_or_how_it_is_turned():
+    """The same way in another frame: turned by 0.7, shifted, phase shifted."""
+    start, goal = poses(5, 30, 2.0), poses(6, 30, 2.0)
+    c, s = np.cos(0.7), np.sin(0.7)
+    moved = []
+    for y in (start, goal):
+        q = COIN.attitude(COIN.heading(y) + 0.7, COIN.phase(y) + 0.2)
+        place = y[:, 4:6] @ np.array([[c, s], [-s, c]]) + [3.0, -1.0]
+        moved.append(COIN.state(q=q, contact=place))
+    before, after = PLANNER(start, goal), PLANNER(*moved)
+    np.testing.assert_allclose(after.length, before.length, rtol=1e-9)
+    np.testing.assert_array_equal(after.steps, before.steps)
+
+
+def test_each_row_of_a_batch_is_planned_as_alone():
+    y = poses(7, 6, 2.0).reshape(2, 3, 8)
+    plan = PLANNER(y)
+    for row in np.ndindex(2, 3):
+        alone = PLANNER(y[row])
+        np.testing.assert_array_equal(plan.actions[: len(alone.actions), *row], alone.actions)
+        assert plan.length[row] == alone.length
+        assert plan.steps[row] == alone.steps
+
+
+def test_bad_numbers_are_refused():
+    with pytest.raises(ValueError, match="roll_per_step = 0"):
+        TwoRolls(COIN, 0.0, 0.5)
+    with pytest.raises(ValueError, match="steer_per_step = nan"):
+        TwoRolls(COIN, 0.3, float("nan"))
+    with pytest.raises(ValueError, match="directions = -1"):
+        TwoRolls(COIN, 0.3, 0.5, directions=-1)
+    with pytest.raises(ValueError, match="y has shape"):
+        PLANNER(np.zeros(6))
