@@ -1,0 +1,146 @@
+"""Linear feedback: a motion sampled and linearised, its LQR, and gains scheduled on what varies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import RegularGridInterpolator
+from scipy.linalg import expm, solve_discrete_are
+
+__all__ = ["Regulator", "lqr", "scheduled", "step_jacobian", "zero_order_hold"]
+
+Array = npt.NDArray[np.float64]
+Matrix = npt.NDArray[Any]  # real or complex
+_H = 1e-5  # differences: truncation h^2, rounding eps / h, both near 1e-10
+
+
+class Regulator(NamedTuple):
+    """A linear feedback and what it costs.
+
+    The arrays may have leading axes, broadcast against those of the states, and be complex.
+
+    Attributes:
+        gain: K of the feedback u = -K x, shape (..., m, n).
+        riccati: P of the cost to go x* P x, shape (..., n, n), symmetric or Hermitian.
+    """
+
+    gain: Matrix
+    riccati: Matrix
+
+    def feedback(self, x: Matrix) -> Matrix:
+        """The input -K x of states x, shape (..., n); of shape (..., m)."""
+        return -np.asarray(np.einsum("...ij,...j->...i", self.gain, x))
+
+    def value(self, x: Matrix) -> Array:
+        """Cost to go x* P x of states x, shape (..., n); of shape (...)."""
+        return np.asarray(np.einsum("...i,...ij,...j->...", x.conj(), self.riccati, x).real)
+
+
+def zero_order_hold(
+    A: Matrix, B: Matrix, dt: float, turn: Matrix | None = None
+) -> tuple[Matrix, Matrix]:
+    """F and G of ``x+ = F x + G u`` for ``x' = A x + B u`` under an input held over dt, exactly.
+
+    The upper rows (F G) of ``exp(dt (A B; 0 S))``, with S = 0 unless the frame of u turns.
+
+    Args:
+        A: shape (n, n) [1/s].
+        B: shape (n, m).
+        dt: control period [s].
+        turn: S of ``u' = S u`` for an input that is held in another frame than that in which it is
+            given, shape (m, m) [1/s].
+
+    Returns:
+        F of shape (n, n) and G of shape (n, m).
+
+    Source: Van Loan 1978, doi:10.1109/TAC.1978.1101743.
+    """
+    n, m = B.shape
+    S = np.zeros((m, m)) if turn is None else turn
+    whole = expm(dt * np.block([[A, B], [np.zeros((m, n)), S]]))
+    return whole[:n, :n], whole[:n, n:]
+
+
+def step_jacobian(
+    advance: Callable[[Array, Array], Array], x: Array, n_input: int
+) -> tuple[Array, Array]:
+    """F and G of ``x+ = x + F dx + G u`` about a fixed point x of a step, by central differences.
+
+    Args:
+        advance: ``advance(x, u)`` with rows x (N, n) and u (N, n_input): the states after a control
+            period under the input held over it. Coordinates x do not take part in the motion that
+            goes on at the fixed point (the spin of a top, the place of a wheel).
+        x: the fixed point, shape (n,).
+        n_input: number of inputs.
+
+    Returns:
+        F of shape (n, n) and G of shape (n, n_input), with errors near 1e-10 of their scale.
+    """
+    n = len(x)
+    moves = _H * np.eye(n + n_input)
+    rows = [advance(x + sign * moves[:, :n], sign * moves[:, n:]) for sign in (1.0, -1.0)]
+    jacobian = (rows[0] - rows[1]).T / (2.0 * _H)
+    return jacobian[:, :n], jacobian[:, n:]
+
+
+def lqr(F: Matrix, G: Matrix, Q: npt.ArrayLike, R: npt.ArrayLike) -> Regulator:
+    """The feedback u = -K x that minimises the sum of ``x* Q x + u* R u``.
+
+    ``P = Q + F* P (F - G K)`` and ``K = (R + G* P G)^-1 G* P F``: from x the sum is ``x* P x``,
+    which decreases along every motion, so all eigenvalues of F - G K are inside the unit circle.
+
+    Args:
+        F: shape (n, n), real or complex.
+        G: shape (n, m).
+        Q: weights of the state, diagonal, shape (n,).
+        R: weights of the input, diagonal, shape (m,).
+
+    Raises:
+        ValueError: weights that are not positive, or no feedback that makes the motion stable.
+
+    Source: Anderson & Moore, *Optimal Control: Linear Quadratic Methods*, section 3.3.
+    """
+    weights = np.diag(_weights(Q, len(F), "Q")), np.diag(_weights(R, G.shape[1], "R"))
+    try:
+        P = solve_discrete_are(F, G, *weights)
+    except np.linalg.LinAlgError as error:
+        raise ValueError(f"no feedback makes the motion stable: {error}") from None
+    back = G.conj().T @ P
+    return Regulator(np.linalg.solve(weights[1] + back @ G, back @ F), P)
+
+
+def scheduled(regulator: Callable[..., Regulator], *grids: Array) -> Callable[..., Regulator]:
+    """The same regulator as a function of arrays, by linear interpolation on a grid.
+
+    Exact at the nodes; beyond the grid the nearest node counts. P stays positive definite.
+
+    Args:
+        regulator: of one number for each grid.
+        *grids: ascending nodes of each number.
+    """
+    points = np.stack(np.meshgrid(*grids, indexing="ij"), axis=-1)
+    found = [regulator(*point) for point in points.reshape(-1, len(grids))]
+    shapes = [part.shape for part in found[0]]
+    n = found[0].gain.size
+    table = np.array([np.concatenate([part.ravel() for part in each]) for each in found])
+    interpolate = RegularGridInterpolator(grids, table.reshape(*points.shape[:-1], -1))
+
+    def look_up(*at: npt.ArrayLike) -> Regulator:
+        inside = [np.clip(x, grid[0], grid[-1]) for x, grid in zip(at, grids, strict=True)]
+        flat = np.asarray(interpolate(np.stack(np.broadcast_arrays(*inside), axis=-1)))
+        lead = np.broadcast_shapes(*(x.shape for x in inside))
+        return Regulator(
+            flat[..., :n].reshape(*lead, *shapes[0]), flat[..., n:].reshape(*lead, *shapes[1])
+        )
+
+    return look_up
+
+
+def _weights(values: npt.ArrayLike, n: int, name: str) -> Array:
+    weights = np.asarray(values, dtype=np.float64)
+    if weights.shape != (n,) or not (weights > 0.0).all():
+        raise ValueError(f"{name} = {values!r}; expected {n} positive weights")
+    return weights

@@ -1,0 +1,60 @@
+"""Sampled closed loops: their motion, and from how far they come back."""
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["motion", "region"]
+
+Array = npt.NDArray[np.float64]
+
+
+def motion(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Array:
+    """States under a step that is repeated: y, step(y), step(step(y)) and so on.
+
+    With ``step = lambda y: system.advance(y, law.inputs(law(y)), dt, n_substeps)`` this is the
+    closed loop as an environment runs it, the limits of the actuator included.
+
+    Args:
+        step: the state after a control period, as a function of states (..., n).
+        y: first states, shape (..., n).
+        n_steps: number of steps.
+
+    Returns:
+        Shape (n_steps + 1, ..., n).
+    """
+    states = [np.asarray(y, dtype=np.float64)]
+    for _ in range(n_steps):
+        states.append(step(states[-1]))
+    return np.stack(states)
+
+
+def region(
+    succeeds: Callable[[Array], npt.NDArray[np.bool_]],
+    directions: npt.ArrayLike,
+    sizes: npt.ArrayLike,
+) -> Array:
+    """From how far a closed loop succeeds, in each of several directions.
+
+    Every size is tried; what lies beyond the first failure does not count.
+
+    Args:
+        succeeds: whether motions succeed that start with perturbations of shape (..., k); of shape
+            (...).
+        directions: shape (N, k).
+        sizes: what the directions are multiplied by, ascending, positive, shape (M,).
+
+    Returns:
+        For each direction the last size before the first failure, 0 if already the first one fails;
+        shape (N,).
+
+    Raises:
+        ValueError: sizes that are not positive and ascending.
+    """
+    tried = np.asarray(sizes, dtype=np.float64)
+    if tried.ndim != 1 or not (np.diff(tried, prepend=0.0) > 0.0).all():
+        raise ValueError(f"sizes = {sizes!r}; expected positive numbers in ascending order")
+    won = succeeds(tried[:, None, None] * np.asarray(directions, dtype=np.float64))
+    n_won = np.sum(np.logical_and.accumulate(won, axis=0), axis=0)
+    return np.asarray(np.concatenate([[0.0], tried])[n_won])
