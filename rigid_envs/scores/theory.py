@@ -1,0 +1,175 @@
+"""What no policy can beat, from each start: bounds and optima, in closed form."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs import rotations
+from rigid_envs.control.momentum import MomentumRegulator
+from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.systems import UprightCoin
+
+__all__ = ["THEORY", "Theory", "least_time", "theory_of"]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Theory:
+    """What theory says of a metric.
+
+    Attributes:
+        kind: "exact", the best that there is, or a "bound", which may be out of reach.
+        text: Why.
+        values: Value of every start, shape (N,), of rows that have just begun; None where the
+            reference controller is proven to be optimal, and its own values are those.
+    """
+
+    kind: Literal["exact", "bound"]
+    text: str
+    values: Callable[[RigidVectorEnv], Array] | None
+
+
+def least_time(length: Array, acceleration: npt.ArrayLike, speed: npt.ArrayLike) -> Array:
+    """Least time [s] over a length from rest to a speed of at most w: 2 sqrt(A / a) - w / a.
+
+    The speed is ``a t`` at most, and ``w + a t`` at most at the time t before the end; the area
+    under the smaller of the two is ``a (T + w / a)^2 / 4 - w^2 / (2 a)``, so that
+    ``A = length + w^2 / (2 a)``. A length below ``w^2 / (2 a)`` is run through without braking.
+
+    Args:
+        length: Lengths [m or rad], shape (...).
+        acceleration: Largest acceleration a.
+        speed: Largest speed w at the end.
+    """
+    a, w = np.asarray(acceleration, dtype=np.float64), np.asarray(speed, dtype=np.float64)
+    braked = 2.0 * np.sqrt((length + 0.5 * w * w / a) / a) - w / a
+    return np.asarray(np.where(length > 0.5 * w * w / a, braked, np.sqrt(2.0 * length / a)))
+
+
+def _rows(envs: RigidVectorEnv, name: str) -> Array:
+    """A parameter of the system of every row, shape (N,)."""
+    return np.array([getattr(system, name) for system in envs.systems])
+
+
+def _roll(envs: RigidVectorEnv) -> Array:
+    """Length [m] of any way of a ball from its pose to within tolerance of its goal."""
+    task: Any = envs.task
+    home = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    goal = envs.get_state()["memo"] if task.n_goal else home
+    y = envs.y
+    distance = np.linalg.norm(y[:, 4:6] - goal[..., 4:6], axis=-1) - task.position_tolerance
+    angle = rotations.distance(y[:, :4], goal[..., :4]) - task.angle_tolerance
+    return np.asarray(np.maximum(np.maximum(distance, _rows(envs, "radius") * angle), 0.0))
+
+
+def _push(envs: RigidVectorEnv) -> Array:
+    """Time [s] to push a ball along that length, with its inertia."""
+    task: Any = envs.task
+    inertia = _rows(envs, "m") * (1.0 + _rows(envs, "beta"))
+    return least_time(_roll(envs), task.force / inertia, task.speed_tolerance)
+
+
+def _coin(envs: RigidVectorEnv) -> Array:
+    """Length [m] of any way of a coin to within tolerance of place and phase."""
+    task: Any = envs.task
+    distance = np.hypot(envs.y[:, 4], envs.y[:, 5]) - task.position_tolerance
+    roll = _rows(envs, "radius") * (np.abs(UprightCoin().phase(envs.y)) - task.phase_tolerance)
+    return np.asarray(np.maximum(np.maximum(distance, roll), 0.0))
+
+
+def _turn(envs: RigidVectorEnv) -> Array:
+    """Time [s] of any turn from rest to within tolerance of the goal.
+
+    With e = sqrt(2 T / I_min), which is at least the rate, ``|e'| <= |tau| / I_min``; at the end it
+    is sqrt(I_max / I_min) times the tolerated rate at most.
+    """
+    task: Any = envs.task
+    moments = np.stack([_rows(envs, name) for name in ("I1", "I2", "I3")])
+    least, most = moments.min(axis=0), moments.max(axis=0)
+    angle = rotations.distance(envs.y[:, :4], envs.get_state()["memo"]) - task.angle_tolerance
+    rate = np.sqrt(most / least) * task.rate_tolerance
+    return least_time(np.maximum(angle, 0.0), math.sqrt(3.0) * task.torque / least, rate)
+
+
+def _momentum(envs: RigidVectorEnv) -> Array:
+    """|L| [N m s]."""
+    return np.array(
+        [
+            np.linalg.norm(system.L_body(y))  # type: ignore[attr-defined]
+            for system, y in zip(envs.systems, envs.y, strict=True)
+        ]
+    )
+
+
+def _impulses(envs: RigidVectorEnv) -> Array:
+    """Least number of largest impulses until |L| is within tolerance, as a time [s]."""
+    task: Any = envs.task
+    rest = _momentum(envs) - task.tolerance * task.start_momentum
+    return np.asarray(task.dt * np.maximum(np.ceil(rest / task.impulse), 1.0))
+
+
+def _riccati(envs: RigidVectorEnv) -> Array:
+    """Return of the law of least cost; what it leaves after 50 steps is 1e-7 of it."""
+    task: Any = envs.task
+    law = MomentumRegulator(
+        task.system(),
+        task.impulse,
+        task.weight_momentum / task.start_momentum**2,
+        task.weight_impulse / task.impulse**2,
+    )
+    return -law.riccati * _momentum(envs) ** 2
+
+
+def _zero(envs: RigidVectorEnv) -> Array:
+    return np.zeros(envs.num_envs)
+
+
+def _one(envs: RigidVectorEnv) -> Array:
+    return np.ones(envs.num_envs)
+
+
+def _pump(envs: RigidVectorEnv) -> Array:
+    task: Any = envs.task
+    return np.asarray(task.lower_bound(envs.y))
+
+
+_SUCCESS = Theory("bound", "no rate is larger than 1", _one)
+_LENGTH = Theory("bound", "max(distance, radius angle), less the tolerances", _roll)
+_SHORTEST = "the fewest moves, by breadth-first search"
+
+THEORY: dict[str, dict[str, Theory]] = {
+    "Detumble": {
+        "return": Theory("exact", "the root of the scalar Riccati equation", _riccati),
+        "time": Theory("exact", "|L| over the largest impulse, rounded up", _impulses),
+    },
+    "Reorient": {
+        "time": Theory("bound", "2 sqrt(I_min angle / |tau|), less the tolerances", _turn)
+    },
+    "BallPark": {"path": _LENGTH},
+    "BallParkRandom": {"path": _LENGTH},
+    "BallParkGoal": {"path": _LENGTH},
+    "BallReorient": {"path": _LENGTH},
+    "BallParkDynamic": {
+        "time": Theory("bound", "2 sqrt(length (1 + beta) m / F), less the tolerances", _push)
+    },
+    "BallSteer": {"error": Theory("bound", "no error; feasible from no offset only", _zero)},
+    "BallGrid": {
+        name: Theory("exact", _SHORTEST, None) for name in ("success", "return", "time", "path")
+    },
+    "RollPump": {"time": Theory("bound", "(n - 1/2) half swings, n the least passes", _pump)},
+    "CoinPark": {"path": Theory("bound", "max(distance, radius |phase|), less tolerances", _coin)},
+}
+"""What is known, by task and metric; of success it is for all tasks that no rate is beyond 1."""
+
+
+def theory_of(task_name: str, metric: str) -> Theory | None:
+    """What theory says of a metric of a task; None where it is silent."""
+    known = THEORY.get(task_name, {})
+    return known.get(metric, _SUCCESS if metric == "success" else None)
