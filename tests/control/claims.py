@@ -1,0 +1,29 @@
+"""Claims that hold of every law, and derivatives along a motion."""
+
+import numpy as np
+
+from rigid_envs import rotations
+
+
+def assert_within_limits_row_by_row(law, *args, ball=False):
+    """Actions stay in their space, some of them at its boundary, and rows are independent."""
+    actions = law(*args)
+    size = np.linalg.norm(actions, axis=-1) if ball else np.abs(actions).max(axis=-1)
+    assert size.max() <= 1.0 + 4.0 * np.finfo(float).eps * ball
+    assert (size > 1.0 - 1e-12).any()
+    for row in np.ndindex(actions.shape[:-1]):
+        # sums may be taken in another order
+        np.testing.assert_allclose(law(*(a[row] for a in args)), actions[row], atol=1e-13)
+
+
+def spinning(rng, lead, scale=1.0):
+    """States of a free body, any attitude, omega normal [rad/s]."""
+    omega = scale * rng.normal(size=(*lead, 3))
+    return np.concatenate([rotations.random_quaternion(rng, lead), omega], axis=-1)
+
+
+def rate_along(function, y, y_rate, columns):
+    """Derivative along a motion of a function that is at most quadratic in these columns of y."""
+    moved = np.zeros_like(y)
+    moved[..., columns] = y_rate[..., columns]
+    return 0.5 * (function(y + moved) - function(y - moved))
