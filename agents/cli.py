@@ -1,4 +1,4 @@
-"""The command line: `python -m agents [train | evaluate | enjoy | benchmark]`.
+"""The command line: `python -m agents VERB`: train, evaluate, leaderboard, enjoy, benchmark.
 
 Importing torch and SB3 takes seconds, so it waits until it is clear that there is work to do.
 """
@@ -31,6 +31,7 @@ __all__ = ["main"]
 
 _DEFAULT = Path(__file__).resolve().parent.parent / "configs" / "ball_park_ppo.yaml"
 _STARTS = 500
+_RESULTS = Path("logs/results")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -70,7 +71,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     verbs = parser.add_subparsers(metavar="VERB", required=True)
     _add_train(verbs.add_parser("train", help="train, then evaluate", allow_abbrev=False))
-    _add_evaluate(verbs.add_parser("evaluate", help="success, cost, return on unseen starts"))
+    _add_evaluate(verbs.add_parser("evaluate", help="metrics and scores on unseen starts"))
+    _add_leaderboard(verbs.add_parser("leaderboard", help="one table and plot of evaluations"))
     _add_enjoy(verbs.add_parser("enjoy", help="print one episode, step by step"))
     _add_benchmark(verbs.add_parser("benchmark", help="train every environment; one table of all"))
     for verb in verbs.choices.values():
@@ -103,12 +105,32 @@ def _add_train(parser: argparse.ArgumentParser) -> None:
 
 def _add_evaluate(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(act=_evaluate)
-    _add_policy_options(parser)
+    parser.description = (
+        "Play one episode from each of the fixed starts: a policy, or with --controller what needs "
+        "no training: a reference controller by its name, `reference` for the best one, `sampling` "
+        "or `random`."
+    )
+    _add_policy_options(parser, "?")
+    parser.add_argument("--controller", metavar="NAME", help="in place of a policy")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--ids", nargs="+", metavar="ID", default=[], help="for --controller")
+    which.add_argument("--all", action="store_true", help="all ids that have such a controller")
     parser.add_argument("--episodes", type=int, default=_STARTS, metavar="N", help="(500)")
     parser.add_argument("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})")
     parser.add_argument(
-        "--out", type=Path, metavar="FOLDER", help="for results.json, episodes.csv (the run)"
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="for results.json, episodes.csv (the run; of a controller logs/results/ID/NAME)",
     )
+
+
+def _add_leaderboard(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(act=_leaderboard)
+    parser.description = (
+        "Collect all results.json below a folder into leaderboard.md and leaderboard.png there."
+    )
+    parser.add_argument("folder", type=Path, metavar="FOLDER")
 
 
 def _add_enjoy(parser: argparse.ArgumentParser) -> None:
@@ -133,8 +155,8 @@ def _add_benchmark(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress, only the table")
 
 
-def _add_policy_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("path", type=Path, metavar="RUN_OR_POLICY")
+def _add_policy_options(parser: argparse.ArgumentParser, number: str | None = None) -> None:
+    parser.add_argument("path", type=Path, metavar="RUN_OR_POLICY", nargs=number)
     parser.add_argument("--which", choices=("best", "last"), default="best", help="of a run (best)")
 
 
@@ -202,6 +224,12 @@ def _finish(run: Run, outcome: Outcome) -> int:
 def _evaluate(options: argparse.Namespace, rest: list[str]) -> int:
     _refuse(rest)
     _refuse_episodes(options.episodes)
+    if (options.path is None) == (options.controller is None):
+        raise ConfigError("expected a run or policy, or --controller NAME")
+    if options.controller is not None:
+        return _evaluate_controller(options)
+    if options.ids or options.all:
+        raise ConfigError("--ids, --all: a policy knows its environment; leave them out")
     from .reports import report, table, write_report
 
     figures, episodes = report(
@@ -213,6 +241,39 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> int:
         folder.mkdir(parents=True, exist_ok=True)
         write_report(folder, figures, episodes)
         print(f"written to {folder}: results.json, episodes.csv")
+    return 0
+
+
+def _evaluate_controller(options: argparse.Namespace) -> int:
+    from rigid_envs.scores.players import player_of
+
+    from .reports import report_controller, table, write_report
+
+    if not (options.ids or options.all):
+        raise ConfigError("--controller: expected --ids ID ... or --all")
+    chosen = []
+    for env_id in ENVIRONMENTS if options.all else dict.fromkeys(options.ids):
+        try:
+            chosen.append((env_id, player_of(env_id, options.controller)[0]))
+        except ValueError as error:
+            if not options.all:
+                raise ConfigError(f"--controller: {error}") from None
+    if not chosen:
+        raise ConfigError(f"--controller: no id has a controller {options.controller!r}")
+    for env_id, name in chosen:
+        figures, episodes = report_controller(name, env_id, options.episodes, options.seed)
+        folder = (options.out or _RESULTS) / env_id.split("/")[-1] / name
+        folder.mkdir(parents=True, exist_ok=True)
+        write_report(folder, figures, episodes)
+        print(f"{table(figures)}\nwritten to {folder}: results.json, episodes.csv\n", flush=True)
+    return 0
+
+
+def _leaderboard(options: argparse.Namespace, rest: list[str]) -> int:
+    _refuse(rest)
+    from .leaderboard import leaderboard
+
+    print(f"{leaderboard(options.folder)}\nwritten to {options.folder}: leaderboard.md, .png")
     return 0
 
 

@@ -11,13 +11,24 @@ from numpy.typing import NDArray
 
 from rigid_envs.scores import episodes
 from rigid_envs.scores.chance import RandomPolicy
-from rigid_envs.scores.episodes import Actor, Episodes, Error
+from rigid_envs.scores.episodes import Actor, Episodes
+from rigid_envs.scores.evaluation import Player, actor, at_random
+from rigid_envs.scores.metrics import error_of
+from rigid_envs.tasks import Task
 
 from .environments import make
 from .seeds import TEST_SEED, row_seeds
 from .statistics import wilson_interval
 
-__all__ = ["Actor", "Episodes", "RandomPolicy", "evaluate", "play", "summary"]
+__all__ = [
+    "Actor",
+    "Episodes",
+    "RandomPolicy",
+    "evaluate",
+    "evaluate_player",
+    "play",
+    "summary",
+]
 
 
 def evaluate(
@@ -36,28 +47,45 @@ def evaluate(
         seed: Seed that the starts are spawned from.
         env_kwargs: Hyperparameters of the task.
     """
-    venv = make(env_id, env_kwargs or {}, n)
+    return evaluate_player(
+        at_random(seed) if policy is None else actor(policy), env_id, n, seed, env_kwargs
+    )
+
+
+def evaluate_player(
+    player: Player,
+    env_id: str,
+    n: int = 500,
+    seed: int = TEST_SEED,
+    env_kwargs: Mapping[str, Any] | None = None,
+) -> Episodes:
+    """The same for anything that plays, such as a reference controller.
+
+    Args:
+        player: What acts; see `rigid_envs.scores.players`.
+        env_id: The environment.
+        n: Number of starts.
+        seed: Seed that the starts are spawned from.
+        env_kwargs: Hyperparameters of the task.
+    """
+    venv: Any = make(env_id, env_kwargs or {}, n)
+    task = getattr(venv, "task", None)
+    error = error_of(task) if isinstance(task, Task) else None
     try:
-        if policy is None:
-            stream = np.random.default_rng(row_seeds(seed, 1, "random policy"))
-            policy = RandomPolicy(venv.single_action_space, stream)
-        return play(policy, venv, row_seeds(seed, n, "test"))
+        return episodes.play(player(venv), venv, row_seeds(seed, n, "test"), error)
     finally:
         venv.close()
 
 
-def play(
-    policy: Actor, venv: VectorEnv[Any, Any, Any], seeds: list[int], error: Error | None = None
-) -> Episodes:
+def play(policy: Actor, venv: VectorEnv[Any, Any, Any], seeds: list[int]) -> Episodes:
     """Play exactly one episode in each row, as `rigid_envs.scores.episodes.play` does.
 
     Args:
         policy: What acts.
         venv: A vector environment that resets in the same step.
         seeds: Seed of each row.
-        error: What to take the root mean square of.
     """
-    return episodes.play(lambda obs: policy.predict(obs, deterministic=True)[0], venv, seeds, error)
+    return episodes.play(lambda obs: policy.predict(obs, deterministic=True)[0], venv, seeds)
 
 
 def summary(episodes: Episodes) -> dict[str, Any]:

@@ -18,9 +18,9 @@ from .files import write_atomic
 from .runs import Run
 from .statistics import wilson_interval
 
-__all__ = ["draw_learning_curve"]
+__all__ = ["INK", "MUTED", "draw_learning_curve", "dress"]
 
-_INK, _MUTED, _GRID = "#22272e", "#6b7480", "#e3e7ec"
+INK, MUTED, _GRID = "#22272e", "#6b7480", "#e3e7ec"
 _HELD_OUT, _TRAINING = "#1f5fbf", "#c9772b"
 
 
@@ -44,9 +44,9 @@ def draw_learning_curve(run: Run) -> Path:
     _draw_return(bottom, rows, held_out)
     top.set_title(
         f"{config.env_id}   {config.algo.upper()}   seed {config.seed}",
-        loc="left", fontsize=12, color=_INK, pad=26,
+        loc="left", fontsize=12, color=INK, pad=26,
     )  # fmt: skip
-    bottom.set_xlabel("environment steps", color=_MUTED)
+    bottom.set_xlabel("environment steps", color=MUTED)
     bottom.xaxis.set_major_formatter(FuncFormatter(_steps))
     bottom.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
     bottom.set_xlim(0, 1.02 * held_out["timesteps"].max(initial=1))
@@ -68,10 +68,10 @@ def _draw_success(axes: Axes, rows: Sequence[dict[str, str]], held_out: dict[str
               label=f"{wins.shape[1]} held-out starts, 95 % interval")  # fmt: skip
     axes.set_ylim(-3, 103)
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.0f} %"))
-    _dress(axes, "success")
+    dress(axes, "success")
     axes.legend(
         loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=2, frameon=False, fontsize=9,
-        labelcolor=_MUTED, borderaxespad=0.2, handlelength=1.6,
+        labelcolor=MUTED, borderaxespad=0.2, handlelength=1.6,
     )  # fmt: skip
 
 
@@ -82,15 +82,21 @@ def _draw_return(axes: Axes, rows: Sequence[dict[str, str]], held_out: dict[str,
     axes.fill_between(steps, low, high, color=_HELD_OUT, alpha=0.15, lw=0)
     axes.plot(steps, results.mean(axis=1), color=_HELD_OUT, lw=2, marker="o", ms=3.5)
     axes.annotate("band: middle half of the episodes", (0.99, 0.04), xycoords="axes fraction",
-                  ha="right", fontsize=9, color=_MUTED)  # fmt: skip
-    _dress(axes, "return of an episode")
+                  ha="right", fontsize=9, color=MUTED)  # fmt: skip
+    dress(axes, "return of an episode")
 
 
-def _dress(axes: Axes, label: str) -> None:
-    axes.set_ylabel(label, color=_MUTED)
+def dress(axes: Axes, label: str) -> None:
+    """Give a plot our looks.
+
+    Args:
+        axes: The plot.
+        label: What its vertical axis shows.
+    """
+    axes.set_ylabel(label, color=MUTED)
     axes.grid(True, color=_GRID, lw=0.8)
     axes.set_axisbelow(True)
-    axes.tick_params(colors=_MUTED, length=0)
+    axes.tick_params(colors=MUTED, length=0)
     axes.spines[["top", "right", "left"]].set_visible(False)
     axes.spines["bottom"].set_color(_GRID)
 

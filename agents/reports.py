@@ -8,17 +8,20 @@ from pathlib import Path
 from typing import Any
 
 from rigid_envs.kernels.compiler import kernel_hash
+from rigid_envs.scores.evaluation import Player, actor
+from rigid_envs.scores.players import player_of
 
 from .environments import cost_unit
-from .evaluation import Episodes, evaluate, summary
+from .evaluation import Episodes, evaluate, evaluate_player, summary
 from .files import canonical_json, write_atomic
 from .plotting import draw_learning_curve
 from .policies import Policy, load_policy
 from .provenance import manifest, source
 from .runs import Run
+from .scoring import measures
 from .training import Outcome
 
-__all__ = ["conclude", "report", "table", "write_report"]
+__all__ = ["conclude", "report", "report_controller", "table", "write_report"]
 
 
 def conclude(run: Run, outcome: Outcome, n: int, seed: int) -> dict[str, Any]:
@@ -53,23 +56,56 @@ def report(path: Path, n: int, seed: int) -> tuple[dict[str, Any], Episodes]:
     Returns:
         Figures and where they come from, as JSON values; and the episodes of the policy.
     """
-    begin = time.perf_counter()
     policy: Policy = load_policy(path)
-    env_id, env_kwargs = policy.document["env_id"], policy.document["env_kwargs"]
-    episodes = evaluate(policy, env_id, n, seed, env_kwargs)
+    document = policy.document
+    figures, episodes = _measured(
+        actor(policy), document["env_id"], document["env_kwargs"], n, seed
+    )
+    figures |= {
+        "algo": document["algo"],
+        "training_seed": document["seed"],
+        "training_timesteps": document["timesteps"],
+        "policy_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+    }
+    return figures, episodes
+
+
+def report_controller(name: str, env_id: str, n: int, seed: int) -> tuple[dict[str, Any], Episodes]:
+    """Evaluate what needs no training, and the random policy, on the same starts.
+
+    Args:
+        name: Name of the controller; see `rigid_envs.scores.players`.
+        env_id: The environment.
+        n: Number of starts.
+        seed: Seed of the starts.
+
+    Returns:
+        As `report`, `algo` the name.
+
+    Raises:
+        ValueError: The environment has no such controller.
+    """
+    own_name, player = player_of(env_id, name)
+    figures, episodes = _measured(player, env_id, {}, n, seed)
+    return figures | {"algo": own_name}, episodes
+
+
+def _measured(
+    player: Player, env_id: str, env_kwargs: dict[str, Any], n: int, seed: int
+) -> tuple[dict[str, Any], Episodes]:
+    begin = time.perf_counter()
+    episodes = evaluate_player(player, env_id, n, seed, env_kwargs)
+    chance = evaluate(None, env_id, n, seed, env_kwargs)
     figures = {
         "env_id": env_id,
         "env_kwargs": env_kwargs,
-        "algo": policy.document["algo"],
-        "training_seed": policy.document["seed"],
-        "training_timesteps": policy.document["timesteps"],
         "policy": summary(episodes),
-        "random_policy": summary(evaluate(None, env_id, n, seed, env_kwargs)),
+        "random_policy": summary(chance),
         "cost_unit": cost_unit(env_id, env_kwargs),
         "test_seed": seed,
-        "policy_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
         "kernel_hash": kernel_hash(),
         "evaluation_seconds": round(time.perf_counter() - begin, 3),
+        **measures(env_id, env_kwargs, episodes, chance),
         **manifest(),
         **source(),
     }
@@ -123,7 +159,16 @@ def table(figures: dict[str, Any]) -> str:
     title = f"{figures['env_id']}: {policy['episodes']} unseen starts, one episode from each"
     unit = figures["cost_unit"]
     notes = [rule] if unit is None else [rule, f"cost: {unit}"]
+    notes += [_score(name, score) for name, score in figures.get("scores", {}).items()]
     return "\n".join([title, rule, lines[0], rule, *lines[1:], *notes])
+
+
+def _score(name: str, score: dict[str, Any]) -> str:
+    low, high = score["interval_95"]
+    return (
+        f"score of {name}: {score['score']:.3f} ({low:.3f} .. {high:.3f}); "
+        f"1 is {score['anchor']:.4g} ({score['kind']}: {score['why']}), 0 the random policy"
+    )
 
 
 def _row(name: str, figures: dict[str, Any]) -> tuple[str, ...]:

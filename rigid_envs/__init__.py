@@ -8,9 +8,12 @@ Importing the package registers its ids, ``RigidEnvs/<Name>-v0``::
     envs = gym.make_vec("RigidEnvs/BallPark-v0", num_envs=256)
 """
 
+import importlib
+from typing import Any
+
 import gymnasium
 
-__all__ = ["ENVIRONMENTS", "__version__"]
+__all__ = ["ENVIRONMENTS", "__version__", "score"]
 
 __version__ = "0.1.0"
 
@@ -44,6 +47,22 @@ ENVIRONMENTS = {
 
 _GOALS = {"RigidEnvs/BallParkGoal-v0", "RigidEnvs/Reorient-v0"}
 """Ids that are goal environments."""
+
+
+def score(env_id: str, metric: str | None = None) -> Any:
+    """The scale that maps a figure of an environment to 0 (random policy) .. 1 (anchor).
+
+    It is called with the figure, and says in ``kind`` and ``why`` what the anchor is: "exact", a
+    "bound" or a "reference" controller; see `rigid_envs.scores.anchors.Scale`.
+
+    Args:
+        env_id: The id.
+        metric: Name of the metric; None takes the one that ranks policies.
+
+    Raises:
+        ValueError: no anchors for the id, or none for the metric; names those that there are.
+    """
+    return importlib.import_module("rigid_envs.scores.anchors").score(env_id, metric)
 
 
 def _register() -> None:

@@ -53,6 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_docs(verbs)
     _add_bench(verbs)
     _add_verify(verbs)
+    _add_anchors(verbs)
     return parser
 
 
@@ -114,7 +115,27 @@ def _add_verify(verbs: Any) -> None:
         metavar="FILE",
         help="print JSON instead of tables, or write it to FILE as well",
     )
+    verifying.add_argument(
+        "--scores",
+        action="store_true",
+        help="compute anchors of scores anew instead, of the ids given as subjects or of one for "
+        "every system, and compare them with the data",
+    )
     verifying.set_defaults(act=_verify)
+
+
+def _add_anchors(verbs: Any) -> None:
+    anchoring = verbs.add_parser(
+        "anchors",
+        help="compute what scores are measured by, and keep it as data",
+        description="Play the evaluation set of every id with the random policy and with its "
+        "reference controller, put theory beside them, and write the anchors of all scores.",
+        allow_abbrev=False,
+    )
+    anchoring.add_argument("--ids", nargs="+", metavar="ID", help="these environments only")
+    anchoring.add_argument("--starts", type=int, metavar="N", help="fewer starts, for a first look")
+    anchoring.add_argument("--out", type=Path, metavar="FILE", help="instead of the package's data")
+    anchoring.set_defaults(act=_anchors)
 
 
 def _list(_options: argparse.Namespace, rest: list[str]) -> None:
@@ -149,8 +170,29 @@ def _bench(options: argparse.Namespace, rest: list[str]) -> None:
         print(f"\nwritten to {options.json}")
 
 
+def _anchors(options: argparse.Namespace, rest: list[str]) -> None:
+    _refuse(rest)
+    ids = [catalogue.checked_id(env_id) for env_id in options.ids or ENVIRONMENTS]
+    from rigid_envs.cli.scoring import make_anchors
+    from rigid_envs.scores.anchors import ANCHORS
+    from rigid_envs.scores.starts import N_STARTS
+
+    n = N_STARTS if options.starts is None else options.starts
+    if not 1 <= n <= N_STARTS or (n < N_STARTS and options.out is None):
+        raise ValueError(f"--starts {n}: expected 1 to {N_STARTS}, and --out FILE if it is less")
+    _refuse_missing_folder(options.out)
+    make_anchors(list(dict.fromkeys(ids)), n, options.out or ANCHORS)
+
+
 def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     _refuse(rest)
+    if options.scores:
+        if options.json:
+            raise ValueError("--scores: prints a table only; leave out --json")
+        from rigid_envs.cli.scoring import verify_scores
+
+        ids = [catalogue.checked_id(env_id) for env_id in options.subjects]
+        return 0 if verify_scores(list(dict.fromkeys(ids))) else 1
     from rigid_envs.cli.verify import SUBJECTS, checked_subject, verify  # SciPy takes its time
 
     names = [checked_subject(name) for name in options.subjects]
@@ -169,7 +211,7 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
 
 def _refuse_missing_folder(file: Path | None) -> None:
     if file and not file.parent.is_dir():
-        raise ValueError(f"--json {file}: there is no folder {file.parent}")
+        raise ValueError(f"{file}: there is no folder {file.parent}")
 
 
 def _refuse(rest: list[str]) -> None:

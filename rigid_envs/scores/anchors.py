@@ -82,8 +82,8 @@ def anchors() -> Mapping[str, Mapping[str, Scale]]:
         return {}
     data = json.loads(ANCHORS.read_text())
     return {
-        env_id: {scale["metric"]: Scale(**scale) for scale in scales}
-        for env_id, scales in data["ids"].items()
+        env_id: {scale["metric"]: Scale(**scale) for scale in entry["scales"]}
+        for env_id, entry in data["ids"].items()
     }
 
 
@@ -137,5 +137,11 @@ def document(
         "evaluation_set": {"version": VERSION, "seed": TEST_SEED, "starts": n},
         "metrics": {name: metric.text for name, metric in METRICS.items()},
         "provenance": dict(provenance),
-        "ids": {env_id: [asdict(scale) for scale in scales] for env_id, scales in ids.items()},
+        "ids": {
+            env_id: {
+                **{key: provenance[key] for key in ("kernel_hash", "git_commit", "date")},
+                "scales": [asdict(scale) for scale in scales],
+            }
+            for env_id, scales in ids.items()
+        },
     }

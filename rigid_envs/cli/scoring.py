@@ -1,0 +1,84 @@
+"""The anchors of the scores: made anew, and a sample of them compared with the data."""
+
+import json
+import math
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from rigid_envs.cli.catalogue import one_of_each
+from rigid_envs.cli.progress import tell
+from rigid_envs.cli.provenance import heading, provenance
+from rigid_envs.cli.tables import table
+from rigid_envs.scores.anchors import Scale, anchors, compute, document
+
+__all__ = ["make_anchors", "verify_scores"]
+
+_TOLERANCE = 1e-3
+"""Difference in score. The kernels give the same bits anywhere, but controllers use LAPACK, whose
+roundings differ by machine: an episode in 500 may end some steps earlier or later."""
+
+
+def make_anchors(ids: Sequence[str], n: int, file: Path) -> None:
+    """Compute the anchors of some ids and write them; those of other ids stay as they are.
+
+    Args:
+        ids: the ids.
+        n: number of starts.
+        file: where to write.
+    """
+    where = provenance()
+    kept = dict(json.loads(file.read_text())["ids"]) if file.exists() else {}
+    made = {}
+    for env_id in ids:
+        tell(env_id)
+        begin = time.perf_counter()
+        made[env_id] = compute(env_id, n)
+        tell("")
+        print(f"{env_id}   {time.perf_counter() - begin:.1f} s\n{_scales(made[env_id])}\n")
+    command = " ".join(["rigid-envs", *sys.argv[1:]])
+    data = document(made, {**where, "command": command}, n)
+    data["ids"] = {**kept, **data["ids"]}
+    file.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n")
+    print(f"written to {file}")
+
+
+def verify_scores(ids: Sequence[str]) -> bool:
+    """Compute the anchors of some ids anew, and say how far they are from the data.
+
+    Args:
+        ids: the ids; one environment of every system and kind if there are none.
+
+    Returns:
+        Whether all agree.
+    """
+    print(heading(provenance()), end="\n\n")
+    rows, holds = [], True
+    for env_id in ids or one_of_each():
+        tell(env_id)
+        now = {scale.metric: scale for scale in compute(env_id)}
+        for name, scale in anchors().get(env_id, {}).items():
+            off = _difference(scale, now.get(name))
+            holds &= off <= _TOLERANCE
+            verdict = "holds" if off <= _TOLERANCE else "FAILS"
+            rows.append((env_id, name, f"{scale.anchor:.6g}", scale.kind, f"{off:.1e}", verdict))
+        if env_id not in anchors():
+            rows.append((env_id, "", "", "", "", "no data"))
+            holds = False
+    tell("")
+    print(table(("id", "metric", "anchor", "kind", "off by", ""), rows, "<<><>"))
+    print(f"\noff by: the larger difference of score, of random policy and anchor; {_TOLERANCE:g}")
+    return holds
+
+
+def _difference(then: Scale, now: Scale | None) -> float:
+    """How far both ends of a scale have moved, in scores of the data."""
+    if now is None or (now.kind, now.why) != (then.kind, then.why):
+        return math.inf
+    return float(max(abs(then(now.random)), abs(then(now.anchor) - 1.0)))
+
+
+def _scales(scales: Sequence[Scale]) -> str:
+    rows = [(s.metric, f"{s.random:.5g}", f"{s.anchor:.5g}", s.kind, s.why) for s in scales]
+    return table(("metric", "random", "anchor", "kind", "why"), rows, "<>>")

@@ -1,0 +1,154 @@
+"""Sampling model predictive control of any environment: its own kernels are the model.
+
+Every decision copies the state of a row K times, rolls K plans out, and takes the first step of
+what came of them. There is no physics and no cost here: the copies are stepped and paid by the very
+functions that step and pay the rows. This is what their speed is for.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.control.mppi import CrossEntropyChoices, PathIntegral
+from rigid_envs.core import Core
+from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.kernels.layout import CLOCK
+from rigid_envs.scores.policy import Policy
+from rigid_envs.tasks import Task
+
+__all__ = ["Rollouts", "SamplingController", "sampling"]
+
+Array = npt.NDArray[np.float64]
+
+_COPIES = 8192  # rows that are rolled out together: they stay in the cache
+_ELAPSED = CLOCK.index("elapsed")
+
+
+class Rollouts:
+    """Copies of rows, and what plans cost from there.
+
+    A copy goes on as its row would, with the same parameters and the same noise. Its cost is the
+    negative sum of its rewards until its episode ends; in a goal task, where the reward says
+    nothing on the way, each step also costs the squared distance of the achieved goal from the
+    desired one.
+    """
+
+    def __init__(self, task: Task, n_rows: int, n_samples: int) -> None:
+        """Make room for copies.
+
+        Args:
+            task: What the rows do.
+            n_rows: Number of rows N.
+            n_samples: Copies of each row K.
+        """
+        self._task, self._k = task, n_samples
+        self._block = min(n_rows, max(1, _COPIES // n_samples))
+        self._core = Core(task, self._block * n_samples)
+
+    def __call__(self, state: dict[str, Array], actions: npt.NDArray[Any]) -> Array:
+        """Costs of plans, shape (N, K).
+
+        Args:
+            state: From `RigidVectorEnv.get_state`, of N rows.
+            actions: Shape (N, K, T, m).
+        """
+        n = len(actions)
+        costs = np.empty((n, self._k))
+        for first in range(0, n, self._block):
+            rows = np.arange(first, first + self._block)
+            copies = {key: part[rows % n].repeat(self._k, axis=0) for key, part in state.items()}
+            found = self._roll(copies, actions[rows % n]).reshape(self._block, self._k)
+            costs[first : first + self._block] = found[: n - first]
+        return costs
+
+    def _roll(self, copies: dict[str, Array], actions: npt.NDArray[Any]) -> Array:
+        core = self._core
+        core.set_state(copies)
+        cost, alive = np.zeros(core.n_rows), np.ones(core.n_rows, dtype=bool)
+        steps = actions.reshape(core.n_rows, *actions.shape[2:]).swapaxes(0, 1)
+        for action in steps:
+            core.actions[...] = action
+            core.step()
+            cost -= np.where(alive, core.results[-1] - self._distance(), 0.0)
+            alive &= ~core.flags[0]
+        return cost
+
+    def _distance(self) -> Array | float:
+        n = self._task.n_goal
+        if not n:
+            return 0.0
+        off = self._core.observations[:, :n] - self._core.observations[:, n : 2 * n]
+        return np.asarray(np.sum(off.astype(np.float64) ** 2, axis=-1))
+
+
+class SamplingController:
+    """A policy for rows of any task, by sampling.
+
+    Attributes:
+        planner: How plans are drawn and improved.
+    """
+
+    def __init__(
+        self,
+        planner: PathIntegral | CrossEntropyChoices,
+        rng: np.random.Generator,
+    ) -> None:
+        """Plan nothing yet.
+
+        Args:
+            planner: How plans are drawn and improved.
+            rng: Source of the draws.
+        """
+        self.planner, self._rng = planner, rng
+        self._plan = np.zeros((0, 0, 0))
+        self._rollouts: Rollouts | None = None
+
+    def __call__(self, envs: RigidVectorEnv) -> npt.NDArray[Any]:
+        """Actions of all rows; a row at its first step gets a new plan."""
+        if self._rollouts is None or len(self._plan) != envs.num_envs:
+            self._rollouts = Rollouts(envs.task, envs.num_envs, self.planner.n_samples)
+            self._plan = self._blank(envs)
+        state = envs.get_state()
+        fresh = state["clock"][:, _ELAPSED] == 0
+        self._plan[fresh] = self._blank(envs)[fresh]
+        samples: Any = self.planner.sample(self._plan, self._rng)
+        actions = samples.reshape(*samples.shape[:3], -1)
+        plan = self.planner.improve(samples, self._rollouts(state, actions))
+        self._plan = self.planner.shift(plan)
+        return plan[:, 0].argmax(axis=-1) if envs.task.n_choices else plan[:, 0]
+
+    def _blank(self, envs: RigidVectorEnv) -> Array:
+        if isinstance(self.planner, CrossEntropyChoices):
+            return self.planner.start((envs.num_envs,))
+        return self.planner.start((envs.num_envs,), len(envs.task.actions()))
+
+
+def sampling(
+    task: Task,
+    n_samples: int = 256,
+    horizon: int = 30,
+    spread: float = 0.5,
+    temperature: float = 0.1,
+    memory: float = 0.0,
+    seed: int = 0,
+) -> Policy:
+    """A policy by sampling, for the settings of any task.
+
+    Args:
+        task: The task.
+        n_samples: Plans that are tried in each step.
+        horizon: Their number of steps.
+        spread: See `PathIntegral`.
+        temperature: See `PathIntegral`.
+        memory: See `PathIntegral`.
+        seed: Seed of the draws.
+    """
+    planner: PathIntegral | CrossEntropyChoices
+    if task.n_choices:
+        planner = CrossEntropyChoices(n_samples, horizon, task.n_choices, temperature)
+    else:
+        planner = PathIntegral(n_samples, horizon, spread, temperature, memory)
+    return SamplingController(planner, np.random.default_rng(seed))
