@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from rigid_envs.control.energy_casimir import EnergyCasimir, SingleTorque
 from rigid_envs.control.linear import step_jacobian
 from rigid_envs.control.region import motion, region
 from rigid_envs.control.saddle import saddle
-from rigid_envs.control.spin import EnergyCasimir, SingleTorque, SpinRegulator
+from rigid_envs.control.spin import SpinRegulator
 from rigid_envs.systems import FreeBody
 from tests.control.claims import assert_within_limits_row_by_row, rate_along, spinning
 
