@@ -1,7 +1,109 @@
-"""Policies for the tasks of a free body."""
+"""Policies for the tasks of a free body; where moments are drawn, they know the middle ones."""
 
-from rigid_envs.scores.policy import Builder
+from __future__ import annotations
+
+from rigid_envs.control.attitude import QuaternionPD
+from rigid_envs.control.energy_casimir import EnergyCasimir, SingleTorque
+from rigid_envs.control.flip import ForcedFlip, TimedFlip
+from rigid_envs.control.momentum import MomentumBrake, MomentumRegulator
+from rigid_envs.control.saddle import SeparatrixSteering
+from rigid_envs.control.spin import SpinRegulator
+from rigid_envs.scores.policy import Builder, Policy
+from rigid_envs.systems import FreeBody
+from rigid_envs.tasks import (
+    AxisFlip,
+    Detumble,
+    IntermediateAxis,
+    IntermediateAxisSingle,
+    Reorient,
+    SpinCapture,
+    Task,
+)
 
 __all__ = ["REFERENCES"]
 
-REFERENCES: dict[str, dict[str, Builder]] = {}
+
+def body_of(task: Task) -> FreeBody:
+    """The body of a task, with the middle of each range."""
+    body = task.system()
+    assert isinstance(body, FreeBody)
+    return body
+
+
+def spin_regulator(task: IntermediateAxis) -> Policy:
+    """The spin held by linear feedback."""
+    law = SpinRegulator(body_of(task), task.spin_rate, task.torque, task.dt)
+    return lambda envs: law(envs.y)
+
+
+def energy_casimir(task: IntermediateAxis) -> Policy:
+    """The spin held by energy-Casimir feedback."""
+    law = EnergyCasimir(body_of(task), task.spin_rate, task.torque)
+    return lambda envs: law(envs.y)
+
+
+def single_torque(
+    task: IntermediateAxisSingle, strength: float = 3.0, damping: float = 5.0 / 3.0
+) -> Policy:
+    """The spin aligned by one torque; see `SingleTorque` for its two gains."""
+    law = SingleTorque(body_of(task), task.spin_rate, task.torque, strength, damping)
+    return lambda envs: law(envs.y)
+
+
+def separatrix_steering(task: SpinCapture) -> Policy:
+    """The spin steered onto the way to e2, and caught there."""
+    first, second, third = (torque > 0.0 for torque in task.torques())
+    law = SeparatrixSteering(
+        body_of(task), task.spin_rate, task.torque, task.dt, axes=(first, second, third)
+    )
+    return lambda envs: law(envs.y)
+
+
+def timed_flip(task: AxisFlip) -> Policy:
+    """The free flip, to arrive with 0.6 of the tolerance at the commanded time."""
+    law = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
+    time_left = task.memo_names.index("time_left")
+    return lambda envs: law(envs.y, envs.get_state()["memo"][:, time_left])
+
+
+def forced_flip(task: AxisFlip) -> Policy:
+    """The flip by brute force, at once."""
+    law = ForcedFlip(body_of(task), task.spin_rate, task.torque)
+    return lambda envs: law(envs.y)
+
+
+def momentum_regulator(task: Detumble) -> Policy:
+    """The impulses of least cost, by the weights of the reward."""
+    law = MomentumRegulator(
+        body_of(task),
+        task.impulse,
+        weight_momentum=task.weight_momentum / task.start_momentum**2,
+        weight_impulse=task.weight_impulse / task.impulse**2,
+    )
+    return lambda envs: law(envs.y)
+
+
+def momentum_brake(task: Detumble) -> Policy:
+    """Rest in the least number of steps."""
+    law = MomentumBrake(body_of(task), task.impulse)
+    return lambda envs: law(envs.y)
+
+
+def quaternion_pd(task: Reorient) -> Policy:
+    """The short way to the goal."""
+    law = QuaternionPD(body_of(task), task.torque)
+    return lambda envs: law(envs.y, envs.get_state()["memo"])
+
+
+REFERENCES: dict[str, dict[str, Builder]] = {
+    "RigidEnvs/IntermediateAxis-v0": {"lqr": spin_regulator, "energy_casimir": energy_casimir},
+    "RigidEnvs/IntermediateAxisRandom-v0": {
+        "lqr": spin_regulator,
+        "energy_casimir": energy_casimir,
+    },
+    "RigidEnvs/IntermediateAxisSingle-v0": {"energy_casimir": single_torque},
+    "RigidEnvs/SpinCapture-v0": {"separatrix": separatrix_steering},
+    "RigidEnvs/AxisFlip-v0": {"timed": timed_flip, "brute_force": forced_flip},
+    "RigidEnvs/Detumble-v0": {"riccati": momentum_regulator, "brake": momentum_brake},
+    "RigidEnvs/Reorient-v0": {"quaternion_pd": quaternion_pd},
+}
