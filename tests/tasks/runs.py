@@ -1,6 +1,5 @@
 """Whole episodes of many rows under a policy: what came of them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.scores.policy import Builder, Policy
 
 Array = npt.NDArray[np.float64]
-Policy = Callable[[RigidVectorEnv], Array]
 
 
 @dataclass(frozen=True)
@@ -54,6 +53,18 @@ def run(env_id: str, policy: Policy, n: int = 200, seed: int = 0, **config: Any)
         success[ended] = infos["is_success"][ended]
         alive &= ~ended
     return Runs(success, cost, reward, steps, np.stack(y))
+
+
+def bound(builder: Builder) -> Policy:
+    """A reference controller for the task of the environment that it meets first."""
+    policies: list[Policy] = []
+
+    def policy(envs: RigidVectorEnv) -> Array:
+        if not policies:
+            policies.append(builder(envs.task))
+        return policies[0](envs)
+
+    return policy
 
 
 def still(envs: RigidVectorEnv) -> Array:

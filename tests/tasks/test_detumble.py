@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
+from rigid_envs.control.momentum import MomentumRegulator
 from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.scores.bindings.free_body import momentum_brake, momentum_regulator
 from rigid_envs.tasks import Detumble
-from tests.tasks.controllers.free_body import brake, riccati_gain, riccati_law
-from tests.tasks.runs import run, still
+from tests.tasks.runs import bound, run, still
 
 SETTINGS = [
     {},
@@ -23,18 +24,26 @@ def sizes(found):
     return np.linalg.norm(found.y[..., 4:7] * [1.0, 2.0, 3.0], axis=-1)
 
 
+def weights(task):
+    """Of |L + j|^2 and |j|^2 in the cost of a step."""
+    momentum = task.weight_momentum / task.start_momentum**2
+    return momentum, task.weight_impulse / task.impulse**2
+
+
+def regulator(task):
+    return MomentumRegulator(task.system(), task.impulse, *weights(task))
+
+
 def value(task):
     """P of the cost to go P |L|^2, by SciPy: x' = x + u at the cost a (x + u)^2 + b u^2."""
-    a = task.weight_momentum / task.start_momentum**2
-    b = task.weight_impulse / task.impulse**2
-    one = np.eye(1)
+    (a, b), one = weights(task), np.eye(1)
     return solve_discrete_are(one, one, a * one, (a + b) * one, s=a * one)[0, 0]
 
 
 @pytest.mark.parametrize("settings", SETTINGS)
 def test_the_optimal_law_costs_exactly_what_the_riccati_equation_says(settings):
     task, limit = Detumble(**settings), 50
-    found = run("Detumble", lambda envs: riccati_law(envs.task, envs.y), **settings)
+    found = run("Detumble", bound(momentum_regulator), **settings)
     size = sizes(found)
     # Rounding the actions to float32 changes a least cost in the second order only, by
     # (6e-8)^2. There remain the roundings of float64: in every step those of a free drift, of 30
@@ -47,30 +56,28 @@ def test_the_optimal_law_costs_exactly_what_the_riccati_equation_says(settings):
 @pytest.mark.parametrize("settings", SETTINGS)
 def test_the_gain_in_closed_form_is_that_of_the_riccati_equation(settings):
     task = Detumble(**settings)
-    P, b = value(task), task.weight_impulse / task.impulse**2
-    assert riccati_gain(task) == pytest.approx(P / b, rel=1e-12)
-    a = task.weight_momentum / task.start_momentum**2
+    P, a, b = value(task), *weights(task)
+    assert regulator(task).gain == pytest.approx(P / b, rel=1e-12)
     stated = 0.5 * (-a + math.sqrt(a * a + 4.0 * a * b))  # as in the docstring of the task
     assert stated == pytest.approx(P, rel=1e-12)
 
 
 @pytest.mark.parametrize("factor", [0.8, 0.95, 1.05, 1.2])
 def test_other_gains_cost_more(factor):
-    best, other = (
-        run("Detumble", lambda envs, k=k: k * riccati_law(envs.task, envs.y)) for k in (1.0, factor)
-    )
+    law = bound(momentum_regulator)
+    best, other = run("Detumble", law), run("Detumble", lambda envs: factor * law(envs))
     assert (other.reward < best.reward).all()
 
 
 @pytest.mark.parametrize("share", [0.05, 1.0 / 6.0, 0.4, 1.0, 3.0])
 def test_with_equal_weights_the_optimal_law_stays_within_the_ball_for_all_starts(share):
     task = Detumble(impulse=3.0 * share, n_substeps=100)
-    assert riccati_gain(task) * task.start_momentum < task.impulse
+    assert regulator(task).reach > task.start_momentum
 
 
 def test_the_optimal_law_and_the_brake_succeed_from_every_start():
-    for law in (riccati_law, brake):
-        found = run("Detumble", lambda envs, law=law: law(envs.task, envs.y))
+    for law in (momentum_regulator, momentum_brake):
+        found = run("Detumble", bound(law))
         assert found.success.all()
         # both push against L only: |L| is what they cost
         np.testing.assert_allclose(found.cost, sizes(found)[0], rtol=1e-3)
@@ -78,7 +85,7 @@ def test_the_optimal_law_and_the_brake_succeed_from_every_start():
 
 def test_the_least_time_is_the_momentum_over_the_largest_impulse():
     task = Detumble()
-    found = run("Detumble", lambda envs: brake(envs.task, envs.y))
+    found = run("Detumble", bound(momentum_brake))
     size = sizes(found)
     least = np.ceil(size[0] / task.impulse)
     for k in range(1, 8):

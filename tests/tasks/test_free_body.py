@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS
-from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import AxisFlip, ConfigError, IntermediateAxisSingle, SpinCapture
 from rigid_envs.tasks.moments import fastest, spun_up
-from tests.tasks.controllers.free_body import saddle
 from tests.tasks.runs import at_random, run, still
 
 BOUNDED = ("IntermediateAxisSingle", "SpinCapture", "AxisFlip", "Detumble", "Reorient")
@@ -59,20 +57,3 @@ def test_moments_out_of_order_are_refused_by_name(task):
         task(I1=2.5)
     with pytest.raises(ConfigError, match=r"^config\.I3: .* is not above I2 = .*; expected"):
         task(I2=(1.5, 2.5), I3=(2.4, 2.45))
-
-
-def test_saddle_coordinates_turn_eulers_equations_into_theirs():
-    rng = np.random.default_rng(0)
-    for moments in ((1.0, 2.0, 3.0), (1.1, 1.8, 2.5), (0.3, 0.4, 0.5)):
-        r, growth, bend = body = saddle(np.array(moments))
-        y = FreeBody.state(omega_body=rng.normal(size=(50, 3)))
-        rates = FreeBody(*moments).rhs(y)[:, 4:7]
-        (d, s), w2 = body.coordinates(y[:, 4:7]), y[:, 5]
-        d_rate, s_rate = body.coordinates(rates)
-        for found, expected in (
-            (d_rate, growth * w2 * d),
-            (s_rate, -growth * w2 * s),
-            (rates[:, 1], bend * (s**2 - d**2)),
-        ):
-            # a few roundings of terms of the size r omega^2
-            np.testing.assert_allclose(found, expected, atol=1e-14 * (1.0 + r) * np.max(y**2))

@@ -1,7 +1,5 @@
 """Tops that are kept up, led into steady precession, or known to fall."""
 
-from functools import cache
-
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -9,30 +7,23 @@ import pytest
 from rigid_envs import rotations
 from rigid_envs.analytic.heavy_top import sleeping_exponents, steady_precession
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
-from rigid_envs.systems import HeavyTop
-from rigid_envs.tasks import PivotTop, SleepingTop, SleepingTopRandom, TopPrecession, TopRandom
-from tests.tasks.controllers.heavy_top import (
-    balance,
-    balance_asymmetric,
-    balance_by_pivot,
-    nutating,
-    precess,
+from rigid_envs.scores.bindings.heavy_top import (
+    asymmetric_balance,
+    pivot_balance,
+    precession_regulator,
+    upright_balance,
 )
-from tests.tasks.runs import at_random, run, still
+from rigid_envs.systems import HeavyTop
+from rigid_envs.tasks import SleepingTopRandom
+from tests.tasks.runs import at_random, bound, run, still
 
 TOP = {"i_perp": 1.0, "i3": 0.5, "mgl": 1.0}
-LAWS = {
-    "SleepingTop": lambda: balance(SleepingTop()),
-    "SleepingTopRandom": lambda: balance(SleepingTopRandom()),
-    "PivotTop": lambda: balance_by_pivot(PivotTop()),
-    "TopRandom": lambda: balance_asymmetric(TopRandom()),
+UPRIGHT = {
+    "SleepingTop": upright_balance,
+    "SleepingTopRandom": upright_balance,
+    "PivotTop": pivot_balance,
+    "TopRandom": asymmetric_balance,
 }
-
-
-@cache
-def steering(branch):
-    """The law that leads into steady precession."""
-    return precess(TopPrecession(branch=branch))
 
 
 def goals(envs):
@@ -40,16 +31,14 @@ def goals(envs):
     return envs.get_state()["memo"][:, 1]
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", UPRIGHT)
 def test_tops_are_kept_upright_by_linear_feedback_from_every_start(name):
-    law = LAWS[name]()
-    assert run(name, lambda envs: law(envs.y)).success.all()
+    assert run(name, bound(UPRIGHT[name])).success.all()
 
 
 @pytest.mark.parametrize("branch", ["slow", "fast"])
 def test_linear_feedback_leads_into_steady_precession_from_every_start(branch):
-    law = steering(branch)
-    found = run("TopPrecession", lambda envs: law(envs.y, goals(envs)), branch=branch)
+    found = run("TopPrecession", bound(precession_regulator), branch=branch)
     assert found.success.mean() >= 0.99
 
 
@@ -94,9 +83,15 @@ def test_steady_precession_needs_no_torque():
         envs.reset(seed=0)
         goal, spin = goals(envs), envs.y[:, 6]
         rate = steady_precession(goal, spin, **TOP)[branch]
-        y = nutating(np.stack([goal, 0.0 * goal, rate], axis=-1), spin)
-        envs.reset(seed=0, options={"state": {"q": y[:, :4], "omega_body": y[:, 4:7]}})
-        np.testing.assert_allclose(steering(name)(envs.y, goal), 0.0, atol=1e-9)
+        zero = 0.0 * goal
+        rates = np.stack([rate, zero, spin - rate * np.cos(goal)], axis=-1)
+        angles = np.stack([zero, goal, zero], axis=-1)
+        state = {
+            "q": rotations.quaternion_from_euler(angles),
+            "omega_body": rotations.omega_body_from_euler_rates(angles, rates),
+        }
+        envs.reset(seed=0, options={"state": state})
+        np.testing.assert_allclose(precession_regulator(envs.task)(envs), 0.0, atol=1e-9)
         for _ in range(100):
             observation, *_, infos = envs.step(np.zeros((100, 2), dtype=np.float32))
         assert infos["is_success"].all()

@@ -1,22 +1,23 @@
 """Spin about the intermediate axis: holding, aligning, capturing and flipping it."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 
+from rigid_envs.control.saddle import saddle
 from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.tasks import IntermediateAxisRandom
-from tests.tasks.controllers.free_body import (
+from rigid_envs.scores.bindings.free_body import (
     energy_casimir,
-    energy_casimir_single,
-    force_flip,
-    hold_by_lqr,
-    saddle,
+    forced_flip,
     separatrix_steering,
+    single_torque,
+    spin_regulator,
     timed_flip,
 )
-from tests.tasks.runs import run
+from rigid_envs.tasks import IntermediateAxisRandom
+from tests.tasks.runs import bound, run
 
 GROWTH = 1.0 / math.sqrt(3.0)  # of the default body at Omega = 1, [1/s]
 LEAST = 2.0 * 2.0 * 1.0  # 2 L = 2 I2 Omega [N m s]
@@ -27,19 +28,10 @@ def bang_bang(seed=0):
     return lambda envs: rng.choice([-1.0, 1.0], envs.action_space.shape)
 
 
-def steer(envs):
-    return separatrix_steering(envs.task, envs.y)
-
-
-def flip_in_time(envs):
-    left = np.maximum(envs.get_state()["memo"][:, 0], 0.0)
-    return timed_flip(envs.task, envs.y, left)
-
-
-@pytest.mark.parametrize("law", [hold_by_lqr, energy_casimir])
+@pytest.mark.parametrize("law", [spin_regulator, energy_casimir])
 @pytest.mark.parametrize("name", ["IntermediateAxis", "IntermediateAxisRandom"])
 def test_linear_and_energy_casimir_feedback_hold_the_intermediate_axis(name, law):
-    found = run(name, lambda envs: law(envs.task, envs.y))
+    found = run(name, bound(law))
     assert found.success.all()
     assert found.cost.mean() < 0.6  # N m s
 
@@ -56,8 +48,7 @@ def test_every_start_of_every_drawn_body_can_be_held_by_the_torque_there_is():
 
 
 def test_one_torque_aligns_the_spin_with_the_intermediate_axis():
-    found = run("IntermediateAxisSingle", lambda envs: energy_casimir_single(envs.task, envs.y))
-    assert found.success.all()
+    assert run("IntermediateAxisSingle", bound(single_torque)).success.all()
 
 
 def test_one_torque_stabilises_just_above_its_threshold_and_not_just_below():
@@ -67,7 +58,7 @@ def test_one_torque_stabilises_just_above_its_threshold_and_not_just_below():
     for strength in (0.95, 1.05):
         success[strength] = run(
             "IntermediateAxisSingle",
-            lambda envs, eps=strength: energy_casimir_single(envs.task, envs.y, eps, 1.0 / 3.0),
+            bound(partial(single_torque, strength=strength, damping=1.0 / 3.0)),
             start_spread=0.05,
             max_episode_steps=1200,
         ).success
@@ -104,7 +95,7 @@ def test_the_invariant_of_the_single_torque_holds_in_its_own_task():
 
 def test_a_torque_about_e3_alone_captures_no_spin():
     """It keeps omega1^2 + omega2^2 = c: no nearer to e2 than abs(sqrt(c) - 1)."""
-    for policy in (steer, bang_bang()):
+    for policy in (bound(separatrix_steering), bang_bang()):
         found = run("SpinCapture", policy, actuators="e3")
         omega = found.y[..., 4:7]
         nearest = np.abs(np.hypot(omega[0, :, 0], omega[0, :, 1]) - 1.0)
@@ -115,19 +106,18 @@ def test_a_torque_about_e3_alone_captures_no_spin():
 
 
 @pytest.mark.parametrize(
-    ("actuators", "least"), [("e1 e2 e3", 0.99), ("e1 e3", 0.97), ("e2 e3", 0.75), ("e1 e2", 0.55)]
+    ("actuators", "least"), [("e1 e2 e3", 0.99), ("e1 e3", 0.99), ("e2 e3", 0.94), ("e1 e2", 0.9)]
 )
 def test_steering_onto_the_separatrix_captures_the_spin(actuators, least):
-    """Of 1000 starts: 1000, 993, 846 and 671."""
-    found = run("SpinCapture", steer, actuators=actuators)
+    """Of 1000 starts: 1000, 1000, 979 and 950."""
+    found = run("SpinCapture", bound(separatrix_steering), actuators=actuators)
     assert found.success.mean() >= least
     if actuators == "e1 e2 e3":
-        assert found.cost.mean() < 2.5  # N m s
+        assert found.cost.mean() < 1.6  # N m s
 
 
 def test_the_timed_flip_comes_in_time_for_a_twentieth_of_brute_force():
-    timed = run("AxisFlip", flip_in_time)
-    forced = run("AxisFlip", lambda envs: force_flip(envs.task, envs.y))
+    timed, forced = (run("AxisFlip", bound(law)) for law in (timed_flip, forced_flip))
     assert timed.success.all()
     assert forced.success.all()
     assert timed.cost.mean() < 0.05 * forced.cost.mean()
@@ -151,7 +141,9 @@ def test_the_impulse_of_a_free_flip_falls_exponentially_with_the_time_that_is_gi
     """Like exp(-lambda T): a push of this size grows in T to the size of Omega."""
     times = np.array([16.0, 18.0, 20.0, 22.0])
     flips = [
-        run("AxisFlip", flip_in_time, n=1, start_spread=0.0, flip_time=t, max_episode_steps=270)
+        run(
+            "AxisFlip", bound(timed_flip), n=1, start_spread=0.0, flip_time=t, max_episode_steps=270
+        )
         for t in times.tolist()
     ]
     assert all(flip.success.all() for flip in flips)
