@@ -98,7 +98,7 @@ class MomentumRegulator(ImpulseLaw):
 
     @property
     def gain(self) -> float:
-        """G, the part of L that is taken in a step."""
+        """Part g of L that is taken in a step."""
         ratio = self.weight_momentum / self.weight_impulse
         return 2.0 * ratio / (math.sqrt(ratio * (ratio + 4.0)) + ratio)  # nothing cancels
 

@@ -146,7 +146,7 @@ class PrecessionRegulator:
         )
 
     def _deviation(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> tuple[Array, Regulator]:
-        """X and the regulator there."""
+        """The deviation x, and the regulator there."""
         spin, tilt = HeavyTop.checked_state(y)[..., 6], np.asarray(goal, dtype=np.float64)
         steady = self.steady_rate(tilt, spin)
         x = nutation_of(y) - np.stack(np.broadcast_arrays(tilt, 0.0, steady), axis=-1)

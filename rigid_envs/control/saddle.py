@@ -78,9 +78,9 @@ class SeparatrixSteering(SpinLaw):
     included (pushing and catching may add to it). With two actuators it rests only on the motions
     that lead to e2 or -e2, and on steady spins about an axis.
 
-    Region: measured for the body (1, 2, 3), Omega = 1 and 0.1 N m, within 60 s from spins of 0.5 to
-    1.5 rad/s in any direction: all with three actuators and with e1 and e3, 97 % with e2 and e3,
-    95 % with e1 and e2. The others, fast about e3 at first, take longer.
+    Region: measured for the body (1, 2, 3), Omega = 1 and 0.1 N m, all spins of 0.5 to 1.5 rad/s in
+    any direction are captured within 150 s by any two actuators or three. Within 60 s all are by
+    three and by e1 and e3, 97 % by e2 and e3, 95 % by e1 and e2; the others spin fast about e3.
 
     Attributes:
         body: the body, I1 < I2 < I3.

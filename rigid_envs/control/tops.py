@@ -48,7 +48,7 @@ class TopBalance(abc.ABC):
 
     Attributes:
         top: the top, I1 = I2.
-        limit: largest input.
+        limit: largest input [N m or m/s^2].
         dt: control period [s].
 
     Raises:
@@ -70,7 +70,7 @@ class TopBalance(abc.ABC):
         """Check the symmetry of the top and the numbers."""
         if self.top.I1 != self.top.I2:
             raise ValueError(f"top = {self.top}; expected I1 = I2: a symmetric top")
-        positive(self.limit, "limit", "of the input")
+        positive(self.limit, "limit", "N m or m/s^2")
         positive(self.dt, "dt", "s")
 
     @abc.abstractmethod

@@ -96,17 +96,18 @@ def test_between_samples_the_lyapunov_function_is_kept_and_over_them_it_falls():
     ("axes", "share"),
     [
         ((True, True, True), 1.0),
-        ((True, False, True), 0.995),
-        ((False, True, True), 0.95),
-        ((True, True, False), 0.92),
+        ((True, False, True), 1.0),
+        ((False, True, True), 0.93),
+        ((True, True, False), 0.9),
     ],
 )
-def test_weak_torque_captures_the_spin_from_where_the_law_says(axes, share):
-    """Of 1000 starts: 1000, 1000, 972 and 946."""
-    law, y = steering(axes, FreeBody(), 1.0), starts(np.random.default_rng(1), 300)
-    states = motion(lambda y: law.body.advance(y, law.inputs(law(y)), DT, 3), y, 600)
-    error = np.linalg.norm(law.error(states[-50:]), axis=-1)
-    assert (error < 0.05).all(axis=0).mean() >= share
+def test_weak_torque_captures_every_spin_and_most_of_them_in_a_minute(axes, share):
+    """Of 1000 starts 1000, 1000, 972 and 946 in a minute."""
+    law, y = steering(axes, FreeBody(), 1.0), starts(np.random.default_rng(1), 200)
+    states = motion(lambda y: law.body.advance(y, law.inputs(law(y)), DT, 3), y, 1500)
+    there = np.linalg.norm(law.error(states), axis=-1) < 0.05
+    assert there[550:600].all(axis=0).mean() >= share
+    assert there[-50:].all()
 
 
 def test_what_is_caught_is_held():

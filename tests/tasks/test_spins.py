@@ -106,10 +106,10 @@ def test_a_torque_about_e3_alone_captures_no_spin():
 
 
 @pytest.mark.parametrize(
-    ("actuators", "least"), [("e1 e2 e3", 0.99), ("e1 e3", 0.99), ("e2 e3", 0.94), ("e1 e2", 0.9)]
+    ("actuators", "least"), [("e1 e2 e3", 0.99), ("e1 e3", 0.99), ("e2 e3", 0.93), ("e1 e2", 0.9)]
 )
 def test_steering_onto_the_separatrix_captures_the_spin(actuators, least):
-    """Of 1000 starts: 1000, 1000, 979 and 950."""
+    """Of 1000 starts: 1000, 1000, 967 and 949."""
     found = run("SpinCapture", bound(separatrix_steering), actuators=actuators)
     assert found.success.mean() >= least
     if actuators == "e1 e2 e3":
