@@ -33,9 +33,10 @@ def weights(costs: npt.ArrayLike, temperature: float) -> Array:
 class PathIntegral:
     """Plans of continuous actions, moved towards the better ones of many that are tried.
 
-    Around the plan u, K plans ``v_k = clip(u + e_k)`` are drawn, e_k Gaussian with the deviation
-    `spread` and from one step to the next the correlation `memory`; each is rolled out, to the cost
-    S_k, and the plan becomes
+    Around the plan u, K plans ``v_k = clip(u + s_k e_k)`` are drawn, e_k Gaussian with the
+    deviation `spread` and from one step to the next the correlation `memory`, and s_k from 1 down
+    to `finest` in equal ratios: coarse tries find the way, fine ones keep to it. Each is rolled
+    out, to the cost S_k, and the plan becomes
 
         u <- sum_k w_k v_k,   w_k ~ exp(-S_k / lambda)   (see `weights`).
 
@@ -49,6 +50,7 @@ class PathIntegral:
         spread: deviation of what is tried from the plan [actions].
         temperature: lambda over the standard deviation of the costs.
         memory: correlation of e between neighbouring steps, in [0, 1).
+        finest: the least s_k, in (0, 1].
 
     Raises:
         ValueError: numbers outside their range.
@@ -62,6 +64,7 @@ class PathIntegral:
     spread: float = 0.5
     temperature: float = 0.1
     memory: float = 0.0
+    finest: float = 0.03
 
     def __post_init__(self) -> None:
         """Check the numbers."""
@@ -70,6 +73,8 @@ class PathIntegral:
             raise ValueError(f"spread = {self.spread}; expected a positive number")
         if not 0.0 <= self.memory < 1.0:
             raise ValueError(f"memory = {self.memory}; expected a number in [0, 1)")
+        if not 0.0 < self.finest <= 1.0:
+            raise ValueError(f"finest = {self.finest}; expected a number in (0, 1]")
 
     def start(self, lead: tuple[int, ...], n_action: int) -> Array:
         """Plans that do nothing, shape (*lead, T, n_action)."""
@@ -78,7 +83,8 @@ class PathIntegral:
     def sample(self, plan: Array, rng: np.random.Generator) -> Array:
         """Plans to roll out, shape (..., K, T, m), of plans (..., T, m); the first is the plan."""
         shape = (*plan.shape[:-2], self.n_samples, *plan.shape[-2:])
-        e = self.spread * rng.standard_normal(shape)
+        scales = self.spread * np.geomspace(1.0, self.finest, self.n_samples)
+        e = scales[:, None, None] * rng.standard_normal(shape)
         fresh = np.sqrt(1.0 - self.memory**2)
         for t in range(1, self.horizon):
             e[..., t, :] = self.memory * e[..., t - 1, :] + fresh * e[..., t, :]

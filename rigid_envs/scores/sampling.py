@@ -129,10 +129,10 @@ class SamplingController:
 def sampling(
     task: Task,
     n_samples: int = 256,
-    horizon: int = 30,
+    horizon: int | None = None,
     spread: float = 0.5,
     temperature: float = 0.1,
-    memory: float = 0.0,
+    memory: float = 0.8,
     seed: int = 0,
 ) -> Policy:
     """A policy by sampling, for the settings of any task.
@@ -140,12 +140,13 @@ def sampling(
     Args:
         task: The task.
         n_samples: Plans that are tried in each step.
-        horizon: Their number of steps.
+        horizon: Their number of steps; None for those of 3 s, and 30 at least.
         spread: See `PathIntegral`.
         temperature: See `PathIntegral`.
         memory: See `PathIntegral`.
         seed: Seed of the draws.
     """
+    horizon = max(30, round(3.0 / task.dt)) if horizon is None else horizon
     planner: PathIntegral | CrossEntropyChoices
     if task.n_choices:
         planner = CrossEntropyChoices(n_samples, horizon, task.n_choices, temperature)

@@ -1,0 +1,171 @@
+"""Metrics against the motion itself, bounds against what was reached, rollouts against rows."""
+
+import numpy as np
+import pytest
+
+from rigid_envs import ENVIRONMENTS, rotations
+from rigid_envs.scores.bootstrap import mean_interval
+from rigid_envs.scores.evaluation import at_random, controller, evaluate, make_rows
+from rigid_envs.scores.metrics import metrics_of
+from rigid_envs.scores.references import REFERENCES
+from rigid_envs.scores.sampling import Rollouts, sampling
+from rigid_envs.scores.starts import evaluation_seeds, row_seeds
+from rigid_envs.scores.theory import THEORY, least_time, theory_of
+
+TOP = "RigidEnvs/SleepingTop-v0"
+DETUMBLE = "RigidEnvs/Detumble-v0"
+SEEDS = [5677982223520472754, 1865544673836395877]
+OTHERS = {"success": 0.0, "return": 0.0, "time": 0.0, "error": 0.0}
+
+
+def best(env_id):
+    return controller(next(iter(REFERENCES[env_id].values())))
+
+
+def test_the_evaluation_set_is_the_published_one():
+    assert evaluation_seeds(2) == SEEDS
+    assert evaluation_seeds() == row_seeds(314159, 500, "test")
+    assert len(set(evaluation_seeds())) == 500
+
+
+def test_an_evaluation_repeats_and_fewer_starts_are_the_first_of_more():
+    few, many = (evaluate(DETUMBLE, best(DETUMBLE), n).values() for n in (5, 20))
+    for name, values in evaluate(DETUMBLE, best(DETUMBLE), 20).values().items():
+        np.testing.assert_array_equal(values, many[name])
+        np.testing.assert_array_equal(few[name], values[:5])
+
+
+def test_metrics_are_those_of_the_motion():
+    """Tilt from the states: its root mean square, and the last time that it was not small."""
+    n, envs = 20, make_rows(TOP, 20)
+    envs.reset(seed=evaluation_seeds(n))
+    policy = next(iter(REFERENCES[TOP].values()))(envs.task)
+    tilts = []
+    for _ in range(299):  # with the 300th the rows start anew
+        envs.step(np.asarray(policy(envs), dtype=np.float32))
+        up = rotations.rotate(envs.y[:, :4], [0.0, 0.0, 1.0])
+        tilts.append(np.arctan2(np.hypot(up[:, 0], up[:, 1]), up[:, 2]))
+    tilts = np.array(tilts)
+    found = evaluate(TOP, best(TOP), n).values()
+    late = 299 - np.argmax((tilts >= envs.task.tolerance)[::-1], axis=0)
+    late[~(tilts >= envs.task.tolerance).any(axis=0)] = 0
+    np.testing.assert_allclose(found["time"], late * envs.task.dt, rtol=1e-12)
+    rms = np.sqrt((tilts**2).sum(axis=0) / 300)  # without the last step, which is hardly tilted
+    np.testing.assert_allclose(found["error"], rms, rtol=1e-3)
+    np.testing.assert_array_equal(found["success"], 1.0)
+
+
+def test_failures_count_as_chance_and_as_the_time_limit():
+    chance = evaluate(TOP, at_random(), 20)
+    assert not chance.episodes.successes.any()
+    np.testing.assert_array_equal(chance.values()["time"], 15.0)
+    np.testing.assert_array_equal(chance.values({"effort": 7.0} | OTHERS)["effort"], 7.0)
+    won = evaluate(TOP, best(TOP), 20)
+    np.testing.assert_array_equal(
+        won.values({"effort": 7.0} | OTHERS)["effort"], won.episodes.costs
+    )
+
+
+@pytest.mark.parametrize(
+    "env_id", [i for i in REFERENCES if THEORY.get(i.split("/")[1].removesuffix("-v0"))]
+)
+def test_no_reference_beats_theory_from_any_start(env_id):
+    n = 20
+    found = evaluate(env_id, best(env_id), n)
+    envs = make_rows(env_id, n)
+    envs.reset(seed=evaluation_seeds(n))
+    won = found.episodes.successes
+    for metric in metrics_of(found.task):
+        theory = theory_of(type(found.task).__name__, metric.name)
+        if theory is None or theory.values is None:
+            continue
+        best_there_is, value = theory.values(envs)[won], found.values()[metric.name][won]
+        sign = 1.0 if metric.more else -1.0
+        # float32 actions and what the finite horizon leaves change a return by less than this
+        assert (sign * (value - best_there_is) <= 1e-6 * np.abs(best_there_is)).all()
+
+
+def test_detumbling_reaches_both_of_its_optima():
+    n = 20
+    envs = make_rows(DETUMBLE, n)
+    envs.reset(seed=evaluation_seeds(n))
+    theory = THEORY["Detumble"]
+    laws = {name: controller(law) for name, law in REFERENCES[DETUMBLE].items()}
+    returns = evaluate(DETUMBLE, laws["riccati"], n).values()["return"]
+    # actions are float32, and the cost is least there: errors enter squared, but for |L| itself
+    np.testing.assert_allclose(returns, theory["return"].values(envs), rtol=1e-6)
+    times = evaluate(DETUMBLE, laws["brake"], n).values()["time"]
+    np.testing.assert_allclose(times, theory["time"].values(envs), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("length", "speed"), [(2.0, 0.0), (2.0, 0.5), (0.01, 0.5)])
+def test_the_least_time_is_that_of_full_thrust_and_full_brake(length, speed):
+    a, dt = 3.0, 1e-5
+    x = v = t = 0.0
+    while x < length:  # thrust as long as the speed at the end can still be brought down
+        v += a * dt if v * v <= speed * speed + 2.0 * a * (length - x) else -a * dt
+        x += v * dt
+        t += dt
+    # one step too long at the largest speed shifts v^2 by 2 a v dt: so much speed is left at rest
+    off = np.sqrt(2.0 * np.sqrt(2.0 * a * length) * dt / a)
+    np.testing.assert_allclose(least_time(np.array(length), a, speed), t, atol=off)
+
+
+def test_the_bootstrap_interval_covers_a_known_mean():
+    rng = np.random.default_rng(0)
+    n, covered = 200, 0
+    for k in range(n):
+        low, high = mean_interval(rng.exponential(size=80), 300, seed=k)
+        covered += low <= 1.0 <= high
+    # 95 %, less the 2 % or so that percentiles lose on 80 skew values; 5 standard errors of 1.5 %
+    assert 0.855 < covered / n
+
+
+def test_the_bootstrap_interval_of_a_normal_sample_is_that_of_its_standard_error():
+    x = np.random.default_rng(1).normal(size=500)
+    low, high = mean_interval(x)
+    width = 1.959964 * x.std() / np.sqrt(500)
+    # quantiles of 2000 draws are uncertain by 5 % or so of the width
+    np.testing.assert_allclose([low, high], [x.mean() - width, x.mean() + width], atol=0.15 * width)
+
+
+@pytest.mark.parametrize(
+    ("name", "config"),
+    [("DiskRollRandom", {"start_lean": 1.0}), ("BallGrid", {"start_cells": 0})],
+    ids=str,
+)
+def test_rollouts_cost_what_rows_are_paid_until_they_end(name, config):
+    n, k, steps = 12, 4, 25
+    envs = make_rows(f"RigidEnvs/{name}-v0", n, config)
+    envs.reset(seed=0)
+    state, rng = envs.get_state(), np.random.default_rng(0)
+    if envs.task.n_choices:
+        actions = rng.integers(0, 4, (n, k, steps, 1))
+    else:
+        actions = rng.uniform(-1.0, 1.0, (n, k, steps, 1)).astype(np.float32)
+    costs = Rollouts(envs.task, n, k)(state, actions)
+    n_ended = 0
+    for j in range(k):
+        envs.reset(seed=0)
+        alive, paid = np.ones(n, dtype=bool), np.zeros(n)
+        for t in range(steps):
+            action = actions[:, j, t, 0] if envs.task.n_choices else actions[:, j, t]
+            _, rewards, terminated, _, _ = envs.step(action)
+            paid += np.where(alive, rewards, 0.0)
+            alive &= ~terminated
+        n_ended += (~alive).sum()
+        np.testing.assert_array_equal(costs[:, j], -paid)
+    assert 0 < n_ended < n * k
+
+
+def test_sampling_solves_the_grid_that_chance_does_not():
+    env_id = "RigidEnvs/BallGrid-v0"
+    found = evaluate(env_id, controller(sampling), 5)
+    assert found.episodes.successes.all()
+    assert not evaluate(env_id, at_random(), 5).episodes.successes.any()
+
+
+def test_every_id_has_metrics_that_matter():
+    for env_id in ENVIRONMENTS:
+        names = [metric.name for metric in metrics_of(make_rows(env_id, 1).task)]
+        assert {"success", "return"} < set(names) and len(set(names)) == len(names)
