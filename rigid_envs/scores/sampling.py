@@ -130,7 +130,7 @@ def sampling(
     task: Task,
     n_samples: int = 256,
     horizon: int | None = None,
-    spread: float = 0.5,
+    spread: float = 1.0,
     temperature: float = 0.1,
     memory: float = 0.8,
     seed: int = 0,
