@@ -1,14 +1,13 @@
 """RollPump: what a changing inertia ratio can gain, and that nothing gains more."""
 
-import math
-
 import numpy as np
 import pytest
 
+from rigid_envs.control.pumping import Pump
 from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.scores.bindings.coin_and_wheel import pump
 from rigid_envs.tasks import RollPump
-from tests.tasks.controllers.roller import pump
-from tests.tasks.runs import at_random, run, still
+from tests.tasks.runs import at_random, bound, run, still
 
 GAIN = 10.0 / 7.0  # (1 + 1) / (1 + 2/5)
 KAPPA, G = 0.2, 9.81
@@ -31,10 +30,6 @@ def height(envs):
     return (1.0 - np.cos(KAPPA * s)) / KAPPA + 0.5 * (1.4 + change(envs)) * v**2 / G
 
 
-def bang_bang(envs):
-    return pump(envs.task, envs.y, change(envs))
-
-
 def greedy(envs):
     """The ratio with which the energy is largest at once: P^2 / (2 (1 + beta)) of the momentum."""
     momentum = (1.4 + change(envs)) * envs.y[:, 1]
@@ -47,12 +42,6 @@ def passes(found):
     return np.sum(np.diff(np.sign(found.y[..., 0]), axis=0) != 0, axis=0)
 
 
-def least_passes(found):
-    """The least n with h (10/7)^n >= h_rim."""
-    start = 1.0 - np.cos(KAPPA * found.y[0, :, 0])
-    return np.ceil(np.log((1.0 - math.cos(1.2)) / start) / math.log(GAIN))
-
-
 def late(dt):
     """Part of a gain that is lost at most where the two switches come up to dt late or early.
 
@@ -63,15 +52,15 @@ def late(dt):
 
 
 def test_the_bang_bang_law_climbs_out_in_hardly_more_passes_than_it_must():
-    found = run("RollPump", bang_bang)
-    least = least_passes(found)
+    found = run("RollPump", bound(pump))
+    least = Pump(RollPump().system(), 0.6, 0.1).least_passes(found.y[0], 1.2)
     assert found.success.all()
     assert (passes(found) >= least).all()
     assert np.mean(passes(found) == least) > 0.95  # steps of 0.1 s cost a pass here and there
     assert set(least) == {7, 8, 9, 10, 11}
-    bound = RollPump().lower_bound(found.y[0])
-    assert (found.cost >= bound).all()
-    assert np.mean(found.cost) < 1.2 * np.mean(bound)
+    shortest = RollPump().lower_bound(found.y[0])
+    assert (found.cost >= shortest).all()
+    assert np.mean(found.cost) < 1.2 * np.mean(shortest)
 
 
 @pytest.mark.parametrize("policy", [still, at_random(), greedy])
@@ -94,7 +83,7 @@ def test_ratios_held_for_random_times_do_not_climb_out(n_held):
 
 def test_every_pass_of_the_bang_bang_law_gains_ten_sevenths():
     envs = rows(1, dt=0.01, rim=3.0, start_part=0.1)
-    turned, before = [height(envs)[0]], 0.0
+    turned, before, bang_bang = [height(envs)[0]], 0.0, bound(pump)
     while len(turned) < 8:
         envs.step(bang_bang(envs))
         v = envs.y[0, 1]

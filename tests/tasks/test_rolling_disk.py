@@ -5,12 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from rigid_envs.control.disk import Rolling, rolling, rolling_state
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
+from rigid_envs.scores.bindings.coin_and_wheel import circle_regulator
 from rigid_envs.systems import RollingDisk
 from rigid_envs.tasks import DiskRoll, DiskRollRandom
 from rigid_envs.tasks.disks import threshold
-from tests.tasks.controllers.rolling_disk import circle, rates_of, rolling_state
-from tests.tasks.runs import at_random, run, still
+from tests.tasks.runs import at_random, bound, run, still
 
 G = 9.81
 TASKS = {"DiskRoll": DiskRoll, "DiskRollRandom": DiskRollRandom}
@@ -18,15 +19,11 @@ TASKS = {"DiskRoll": DiskRoll, "DiskRollRandom": DiskRollRandom}
 SHAPES = {"disc": (0.25, 0.5, 1.0 / 3.0), "hoop": (0.5, 1.0, 1.0 / 4.0)}
 
 
-def goals(envs):
-    """Commanded curvatures times radius."""
-    return envs.get_state()["memo"][:, 1]
-
-
 @pytest.mark.parametrize("name", TASKS)
 def test_linear_feedback_leads_disks_round_their_circles_from_every_start(name):
-    law = circle(TASKS[name]())
-    assert run(name, lambda envs: law(envs.y, goals(envs))).success.mean() >= 0.99
+    success = run(name, bound(circle_regulator)).success
+    # of the wheels that are drawn, three in ten thousand need more torque than there is
+    assert success.all() if name == "DiskRoll" else success.mean() >= 0.99
 
 
 @pytest.mark.parametrize("policy", [still, at_random()], ids=["zero", "random"])
@@ -41,7 +38,7 @@ def leans(shape, share):
     I1, I3, _ = SHAPES[shape]
     config = {"I1": I1, "I3": I3, "start_lean": 1e-6, "start_rate": 0.0, "n_substeps": 8}
     y = run("DiskRoll", still, n=20, start_speed=share, start_spread=0.0, **config).y
-    lean = rates_of(y)[0]
+    lean = rolling(y).lean
     return lean / lean[0]
 
 
@@ -90,7 +87,7 @@ def test_the_threshold_of_starts_is_that_of_the_books(shape):
 def test_a_lean_beyond_sixty_degrees_ends_the_episode():
     env = RigidEnv("rigid_envs.tasks:DiskRoll", dt=1e-4)
     for degrees, fallen in ((59.9, False), (60.1, True), (-59.9, False), (-60.1, True)):
-        y = rolling_state(*np.array([np.radians(degrees), 0.0, 0.0, 1.0]))
+        y = rolling_state(Rolling(np.radians(degrees), 0.0, 0.0, 1.0))
         env.reset(options={"state": y})
         _, _, terminated, _, info = env.step(np.zeros(1, dtype=np.float32))
         assert terminated == fallen
@@ -100,7 +97,7 @@ def test_a_lean_beyond_sixty_degrees_ends_the_episode():
 def test_the_observed_curvature_is_that_of_the_way_of_the_contact():
     """From three places of the contact, of a disk that rolls steadily under the torque it needs."""
     disk, lean, wn, w3 = RollingDisk(), 0.3, 0.9, 1.2
-    y = rolling_state(*np.array([lean, 0.0, wn, w3]))
+    y = rolling_state(Rolling(lean, 0.0, wn, w3))
     spin = w3 - wn / np.tan(0.5 * np.pi + lean)  # psi'; n = e2 turns towards e1 of the body at psi'
     hold = np.array([0.0, (disk.rhs(y)[4] - spin * wn) * (disk.I1 + disk.m), 0.0])  # l = -e1
     a, b, c = disk.simulate(y, [0.0, 0.4, 0.8], hold)["contact"]
@@ -114,16 +111,16 @@ def test_the_observed_curvature_is_that_of_the_way_of_the_contact():
 
 def test_turn_and_roll_rate_follow_the_lean_whatever_the_torque():
     """Two histories of the torque that meet at a lean agree in wn and w3 there."""
-    rng, start = np.random.default_rng(5), np.array([0.1, 0.0, 0.2, 1.5])
+    rng, start = np.random.default_rng(5), Rolling(0.1, 0.0, 0.2, 1.5)
     curves = []
     for _ in range(2):
         env = RigidEnv("rigid_envs.tasks:DiskRoll", dt=0.01)
-        env.reset(options={"state": rolling_state(*start)})
+        env.reset(options={"state": rolling_state(start)})
         rows = [env.y]
         for _ in range(60):
             env.step(np.array([rng.uniform(-1.0, 0.2)], dtype=np.float32))
             rows.append(env.y)
-        lean, _, wn, w3 = rates_of(np.array(rows))
+        lean, _, wn, w3 = rolling(np.array(rows))
         curves.append((lean, wn, w3))
     at = np.linspace(max(min(c[0]) for c in curves), min(max(c[0]) for c in curves), 9)[1:-1]
     assert np.ptp(at) > 0.05
@@ -150,5 +147,5 @@ def test_no_disk_becomes_faster_than_the_bound_before_it_has_fallen(name):
             y = envs.y
             rates = [systems[i].pace(y[i], nothing)[0] for i in np.flatnonzero(upright)]
             assert max(rates, default=0.0) <= task.largest_rate()
-            over = -np.sign(rates_of(y)[0]) * (-1.0) ** (k // n_held)
+            over = -np.sign(rolling(y).lean) * (-1.0) ** (k // n_held)
             upright &= ~envs.step(over[:, None].astype(np.float32))[2]

@@ -5,34 +5,22 @@ import pytest
 
 from rigid_envs.analytic.upright_coin import roll_coin
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
+from rigid_envs.scores.bindings.coin_and_wheel import two_rolls
 from rigid_envs.systems import UprightCoin
 from rigid_envs.tasks import CoinPark
-from tests.tasks.controllers.upright_coin import park
-from tests.tasks.runs import at_random, run, still
+from tests.tasks.runs import at_random, bound, run, still
 
 COIN = UprightCoin()
 
 
-class Planned:
-    """The plan made at the start, carried out without looking."""
-
-    def __init__(self):
-        self.actions = None
-
-    def __call__(self, envs):
-        if self.actions is None:
-            self.actions = iter(park(envs.task, envs.y))
-        return next(self.actions)
-
-
 def test_two_straight_rolls_park_the_coin_from_every_start():
-    found = run("CoinPark", Planned())
+    found = run("CoinPark", bound(two_rolls))
     assert found.success.all()
     assert found.steps.mean() < 17.0
     # hardly longer than the bound; what is saved at the end is within the tolerance
-    bound = CoinPark().lower_bound(found.y[0])
-    assert (found.cost >= bound - 0.15).all()
-    assert found.cost.mean() < 1.15 * bound.mean()
+    shortest = CoinPark().lower_bound(found.y[0])
+    assert (found.cost >= shortest - 0.15).all()
+    assert found.cost.mean() < 1.15 * shortest.mean()
 
 
 @pytest.mark.parametrize("policy", [still, at_random()], ids=["zero", "random"])
