@@ -1,29 +1,41 @@
-"""Any pose of a rolling ball from any other by three straight rolls.
+"""Any pose of a rolling ball from any other by three straight rolls."""
 
-Kendall's problem, solved by Hammersley: three rolls along straight lines are enough, and two are
-not. Three displacements have six numbers, a pose has five, so each plan belongs to a family of one
-parameter; here the family's shortest is looked for.
-"""
+from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.control.rolling import difference, rolled
 
-__all__ = ["plan", "three_rolls"]
+__all__ = ["three_rolls"]
 
 Array = npt.NDArray[np.float64]
 
-_AXES = np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 0.0]])  # rotation vector of a displacement
 _EXACT = 1e-12  # rad; a plan is accepted if it misses the attitude by no more
 _N_GUESSES, _N_KEPT, _N_ROUNDS = 40, 5, 20
 _ONTO, _ALONG = 20, 40  # iterations onto a plan, and along its family
+_BLOCK = 1000  # rows that are planned at a time: some hundred MB
 
 
-def plan(
+def three_rolls(
     start: npt.ArrayLike, goal: npt.ArrayLike, *, radius: npt.ArrayLike = 1.0, seed: int = 0
 ) -> Array:
-    """Displacements of three straight rolls from one pose to another.
+    """Displacements of three straight rolls that lead a ball from one pose to another.
+
+    Kendall's problem, solved by Hammersley: three rolls along straight lines are enough, and two
+    are not. In radii, with the rotation vector d* = (-d_y, d_x, 0) of a roll by d,
+
+        d1 + d2 + d3 = way   and   exp(d3*) exp(d2*) exp(d1*) = turn.
+
+    With d3 = way - d1 - d2 there are three equations for four unknowns, so each plan belongs to a
+    family of one parameter. Newton's method, with the smallest of all steps that solve the
+    linearised equations, converges from nearly every guess. The best of the plans found are then
+    shortened along their families, by steps against the part of the gradient of the length that
+    keeps the equations, and the shortest of all is returned. Rows without a plan are tried again.
+
+    What is rolled does not depend on how many rows there are. The polygon is a path like any other:
+    `roll_along` lays it out in steps, `shortest_path` is never longer.
 
     Args:
         start: states (w, x, y, z, X, Y) of `RollingBall`, shape (..., 6).
@@ -33,38 +45,26 @@ def plan(
 
     Returns:
         Displacements of the centre, in the order in which they are rolled, shape (..., 3, 2) [m].
-    """
-    begin, end = np.broadcast_arrays(np.asarray(start, float), np.asarray(goal, float))
-    turn = rotations.multiply(end[..., :4], rotations.conjugate(begin[..., :4]))
-    scale = np.broadcast_to(np.asarray(radius, float), begin.shape[:-1])[..., None]
-    way = (end[..., 4:6] - begin[..., 4:6]) / scale
-    rolls = three_rolls(turn.reshape(-1, 4), way.reshape(-1, 2), seed=seed)
-    return scale[..., None] * rolls.reshape(*begin.shape[:-1], 3, 2)
-
-
-def three_rolls(turn: Array, way: Array, *, seed: int = 0) -> Array:
-    """Displacements d1, d2, d3 with d1 + d2 + d3 = way and exp(d3*) exp(d2*) exp(d1*) = turn.
-
-    Lengths are in radii and d* = (-d_y, d_x, 0) is the rotation vector of a roll. With d3 = way -
-    d1 - d2 there are three equations for four unknowns. Newton's method, with the smallest of all
-    steps that solve the linearised equations, converges from nearly every guess. The best of the
-    plans found are then shortened along their families, by steps against the part of the gradient
-    of the length that keeps the equations. Rows without a plan are tried again.
-
-    Args:
-        turn: rotation of the ball, world, shape (N, 4).
-        way: displacement of its centre, shape (N, 2) [radii].
-        seed: of the guesses.
-
-    Returns:
-        Displacements, shape (N, 3, 2) [radii].
+        They lead to the goal within 1e-12 rad, and in place within rounding.
 
     Raises:
-        ArithmeticError: no plan after so many guesses.
+        ValueError: bad states, or a radius that is not positive.
+        ArithmeticError: no plan was found after 800 guesses.
 
     Source: Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79.
     """
-    rng = np.random.default_rng(seed)
+    turn, way = difference(start, goal, radius)
+    turns, ways = turn.reshape(-1, 4), way.reshape(-1, 2)
+    rolls = np.empty((len(turns), 3, 2))
+    for first in range(0, len(turns), _BLOCK):
+        rows = slice(first, first + _BLOCK)
+        rolls[rows] = _shortest(turns[rows], ways[rows], np.random.default_rng(seed))
+    scale = np.asarray(radius, dtype=np.float64)[..., None, None]
+    return np.asarray(scale * rolls.reshape(*way.shape[:-1], 3, 2))
+
+
+def _shortest(turn: Array, way: Array, rng: np.random.Generator) -> Array:
+    """The shortest plans found for turns, shape (N, 4), and ways, (N, 2) [radii]."""
     rolls, length = np.zeros((len(turn), 3, 2)), np.full(len(turn), np.inf)
     for _ in range(_N_ROUNDS):
         rows = np.flatnonzero(np.isinf(length))
@@ -110,20 +110,11 @@ def _solve(free: Array, turn: Array, way: Array, n: int, shorten: float = 0.0) -
 
 
 def _linearise(rolls: Array, turn: Array) -> tuple[Array, Array]:
-    """What is missing of the turn, a rotation vector, and its Jacobian, shape (..., 3, 4).
-
-    A change of roll i turns the ball by J_i d*_i, J_i the left Jacobian of its rotation vector,
-    carried along by the rolls that follow; and d3 changes by -d1 - d2.
-    """
-    vectors = rolls @ _AXES.T
-    q1, q2, q3 = np.moveaxis(rotations.exp(vectors), -2, 0)
-    q32 = rotations.multiply(q3, q2)
-    total = rotations.multiply(q32, q1)
+    """What is missing of the turn, a rotation vector, and its Jacobian, shape (..., 3, 4)."""
+    total, change = rolled(rolls)
     missing = rotations.log(rotations.multiply(turn, rotations.conjugate(total)))
-    left1, left2, left3 = np.moveaxis(rotations.left_jacobian(vectors), -3, 0)
-    first = rotations.matrix_from_quaternion(q32) @ left1 - left3
-    second = rotations.matrix_from_quaternion(q3) @ left2 - left3
-    return missing, np.concatenate([first @ _AXES, second @ _AXES], axis=-1)
+    first, second, third = np.moveaxis(change, -3, 0)
+    return missing, np.concatenate([first - third, second - third], axis=-1)
 
 
 def _rolls(free: Array, way: Array) -> Array:

@@ -7,8 +7,8 @@ import pytest
 
 from rigid_envs import rotations
 from rigid_envs.analytic import rolling_ball
+from rigid_envs.control.three_rolls import three_rolls
 from tests.reference import cases
-from tests.tasks.controllers.three_rolls import plan
 
 # The attitude is solved for to 1e-12 rad; the rest is rounding, 2.2e-16 times ways of up to 500.
 EXACT = 2e-12
@@ -22,10 +22,10 @@ def poses(seed, way, angle):
     return np.concatenate([rotations.exp(angle * rng.uniform(-1.0, 1.0, (N, 3))), position], axis=1)
 
 
-def uniform(seed, way):
+def uniform(seed, way, n=N):
     rng = np.random.default_rng(seed)
-    position = rng.uniform(-way, way, (N, 2))
-    return np.concatenate([rotations.random_quaternion(rng, (N,)), position], axis=1)
+    position = rng.uniform(-way, way, (n, 2))
+    return np.concatenate([rotations.random_quaternion(rng, (n,)), position], axis=1)
 
 
 def missed(start, goal, rolls, radius=1.0):
@@ -63,7 +63,7 @@ FROM_TO = {
 @pytest.mark.parametrize("kind", FROM_TO)
 def test_three_rolls_lead_from_any_pose_to_any_other(kind):
     start, goal = FROM_TO[kind]
-    rolls = plan(start, goal)
+    rolls = three_rolls(start, goal)
     distance, angle = missed(start, goal, rolls)
     assert rolls.shape == (N, 3, 2)
     assert np.max(distance) < EXACT
@@ -74,26 +74,59 @@ def test_three_rolls_lead_from_any_pose_to_any_other(kind):
 def test_where_one_straight_roll_is_enough_it_is_the_plan():
     way = np.random.default_rng(0).uniform(-2.0, 2.0, (N, 2))
     goal = np.concatenate([[rolling_ball.roll_straight(w, 1.0) for w in way], way], axis=1)
-    np.testing.assert_allclose(length(plan(HOME, goal)), np.linalg.norm(way, axis=1), rtol=EXACT)
+    np.testing.assert_allclose(
+        length(three_rolls(HOME, goal)), np.linalg.norm(way, axis=1), rtol=EXACT
+    )
 
 
 def test_a_ball_is_carried_along_unturned_by_rolls_of_two_whole_turns_together():
     start, goal = FROM_TO["the attitude it has"]
-    np.testing.assert_allclose(length(plan(start, goal)), 4.0 * np.pi, rtol=1e-6)
+    np.testing.assert_allclose(length(three_rolls(start, goal)), 4.0 * np.pi, rtol=1e-6)
 
 
 def test_plans_scale_with_the_radius():
     start, goal = FROM_TO["anywhere in a square"]
     size = np.array([1.0, 1.0, 1.0, 1.0, 0.3, 0.3])
-    rolls = plan(size * start, size * goal, radius=0.3)
+    rolls = three_rolls(size * start, size * goal, radius=0.3)
     assert np.max(missed(size * start, size * goal, rolls, 0.3)) < EXACT
     # the same family, and near its shortest the length depends on the place to second order only
-    np.testing.assert_allclose(length(rolls), 0.3 * length(plan(start, goal)), rtol=1e-9)
+    np.testing.assert_allclose(length(rolls), 0.3 * length(three_rolls(start, goal)), rtol=1e-9)
 
 
 @pytest.mark.parametrize("case", cases("ball_reach"), ids=itemgetter("id"))
 def test_plans_are_no_longer_than_those_of_the_reference(case):
     given = case["in"]
     goal = np.concatenate([given["target_q"], given["target_xy"]])
-    rolls = plan([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], goal, radius=given["a"])
+    rolls = three_rolls([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], goal, radius=given["a"])
     assert length(rolls) < case["out"]["path_length"] + EXACT
+
+
+def test_plans_of_a_batch_are_those_of_its_rows():
+    start = uniform(12, 2.0, 6).reshape(2, 3, 6)
+    radius = np.array([0.5, 1.0, 2.0])
+    rolls = three_rolls(start, HOME[0], radius=radius)
+    assert rolls.shape == (2, 3, 3, 2)
+    for row in np.ndindex(2, 3):
+        alone = three_rolls(start[row], HOME[0], radius=radius[row[1]])
+        # products of matrices may be summed in another order, and each plan is near its shortest
+        np.testing.assert_allclose(length(alone), length(rolls[row]), rtol=1e-9)
+    assert three_rolls(start[0, 0], HOME[0], radius=radius).shape == (3, 3, 2)
+
+
+@pytest.mark.long
+def test_ten_thousand_of_ten_thousand_poses_are_reached():
+    start = uniform(13, 2.0, 10_000)
+    distance, angle = missed(
+        start, np.broadcast_to(HOME[0], start.shape), three_rolls(start, HOME[0])
+    )
+    assert np.max(distance) < 1e-9
+    assert np.max(angle) < 1e-9
+
+
+def test_what_is_no_pose_or_no_ball_is_refused():
+    with pytest.raises(ValueError, match=r"radius = 0\.0; expected positive"):
+        three_rolls(HOME[0], HOME[0], radius=0.0)
+    with pytest.raises(ValueError, match="quaternion of norm 2"):
+        three_rolls([2.0, 0.0, 0.0, 0.0, 0.0, 0.0], HOME[0])
+    with pytest.raises(ValueError, match=r"shape \(5,\)"):
+        three_rolls(HOME[0], np.zeros(5))
