@@ -1,26 +1,39 @@
-"""BallGrid: which attitudes can be reached, and the shortest ways home."""
-
-from functools import cache
+"""BallGrid: starts that can go home, and the shortest ways there."""
 
 import numpy as np
 import pytest
 
+from rigid_envs.control.grid import SIDES, QuarterRolls, attitudes, rolled
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
-from tests.tasks.controllers.ball_grid import (
-    SIDES,
-    attitudes,
-    cells_and_attitudes,
-    fewest_moves,
-    way_home,
-)
+from rigid_envs.scores.bindings.ball import quarter_rolls
+from rigid_envs.systems import RollingBall
+from tests.tasks.runs import bound
 
 TASK = "rigid_envs.tasks:BallGrid"
-REACH = 12  # cells looked at on each side of home
+LAW = QuarterRolls(RollingBall(), 4)
 
 
-@cache
-def rolled():
-    """Number of the attitude after each of the four moves, from the environment's own steps."""
+def cells_and_attitudes(y, radius):
+    """Cells, shape (..., 2), and numbers of the attitudes, shape (...), of states (..., 6)."""
+    cells = np.rint(y[..., 4:6] / (0.5 * np.pi * radius)).astype(int)
+    return cells, np.argmax(np.abs(y[..., :4] @ attitudes().T), axis=-1)
+
+
+def play(policy, n, seed=0):
+    """Steps to the end, success and starts of one episode of n rows."""
+    envs = RigidVectorEnv(TASK, n, max_episode_steps=30)
+    envs.reset(seed=seed)
+    start = envs.y
+    steps, success, alive = np.zeros(n, int), np.zeros(n, bool), np.ones(n, bool)
+    while alive.any():
+        _, _, terminated, truncated, infos = envs.step(policy(envs))
+        steps += alive
+        success |= alive & infos["is_success"]
+        alive &= ~(terminated | truncated)
+    return steps, success, start
+
+
+def test_the_moves_are_those_of_the_policy():
     envs = RigidVectorEnv(TASK, 96)
     y = np.zeros((24, 4, 6))
     y[..., :4] = attitudes()[:, None]
@@ -28,44 +41,16 @@ def rolled():
     envs.step(np.tile(np.arange(4), 24))
     cells, number = cells_and_attitudes(envs.y, 1.0)
     np.testing.assert_array_equal(cells, np.tile(SIDES, (24, 1)))
+    np.testing.assert_array_equal(number, rolled().ravel())
     # on the grid to rounding: nothing but the 24 attitudes comes of the moves
     closest = np.max(np.abs(envs.y[:, :4] @ attitudes().T), axis=1)
     np.testing.assert_allclose(closest, 1.0, rtol=0, atol=1e-15)
-    return number.reshape(24, 4)
 
 
-@cache
-def moves():
-    return fewest_moves(rolled(), REACH)
-
-
-def play(policy, n, seed=0, **config):
-    """Steps to the end, success and starts of one episode of n rows."""
-    envs = RigidVectorEnv(TASK, n, max_episode_steps=30, **config)
-    envs.reset(seed=seed)
-    start = cells_and_attitudes(envs.y, 1.0)
-    steps, success, alive = np.zeros(n, int), np.zeros(n, bool), np.ones(n, bool)
-    while alive.any():
-        _, _, terminated, truncated, infos = envs.step(policy(*cells_and_attitudes(envs.y, 1.0)))
-        steps += alive
-        success |= alive & infos["is_success"]
-        alive &= ~(terminated | truncated)
-    return steps, success, start
-
-
-def test_a_move_is_undone_by_the_opposite_one():
-    for side in range(4):
-        there_and_back = rolled()[rolled()[:, side], (side + 2) % 4]
-        np.testing.assert_array_equal(there_and_back, np.arange(24))
-
-
-def test_exactly_twelve_of_the_24_attitudes_can_be_reached_in_each_cell():
-    reachable = moves() >= 0
-    assert (np.sum(reachable, axis=-1) == 12).all()
-    # the same twelve in all cells of one colour, the other twelve in those of the other
-    i, j = np.indices(reachable.shape[:2])
-    even = reachable[REACH, REACH]
-    np.testing.assert_array_equal(reachable, np.where(((i + j) % 2 == 0)[..., None], even, ~even))
+def everywhere():
+    """Fewest moves home from all cells and attitudes of the starts, -1 where there is no way."""
+    i, j, number = np.meshgrid(*[np.arange(-4, 5)] * 2, np.arange(24), indexing="ij")
+    return LAW.moves(LAW.state(np.stack([i, j], axis=-1), number))
 
 
 def test_starts_are_those_that_can_go_home_each_as_often():
@@ -79,8 +64,7 @@ def test_starts_are_those_that_can_go_home_each_as_often():
     )
     counts = np.zeros((9, 9, 24), int)
     np.add.at(counts, (cells[:, 0] + 4, cells[:, 1] + 4, number), 1)
-    near = slice(REACH - 4, REACH + 5)
-    reachable = moves()[near, near] >= 0
+    reachable = everywhere() >= 0
     np.testing.assert_array_equal(counts > 0, reachable)
     # chi-squared of 971 degrees of freedom: five standard deviations from its mean
     expected = n / np.sum(reachable)
@@ -89,29 +73,30 @@ def test_starts_are_those_that_can_go_home_each_as_often():
 
 
 def test_the_breadth_first_search_brings_every_ball_home_on_the_shortest_way():
-    steps, success, (cells, number) = play(way_home(rolled(), REACH), 5000)
-    least = moves()[cells[:, 0] + REACH, cells[:, 1] + REACH, number]
+    steps, success, start = play(bound(quarter_rolls), 5000)
+    least = LAW.moves(start)
     assert success.all()
     np.testing.assert_array_equal(steps, np.where(least == 0, 2, least))  # at home: out and back
 
 
 def test_the_longest_of_the_shortest_ways_is_nine_moves():
-    near = moves()[REACH - 4 : REACH + 5, REACH - 4 : REACH + 5]
-    assert np.max(near) == 9  # far below 2 (REACH + 1) - 8, where ways round the outside begin
-    np.testing.assert_allclose(np.mean(near[near >= 0]), 5.846, atol=1e-3)
+    moves = everywhere()
+    assert np.max(moves) == 9
+    np.testing.assert_allclose(np.mean(moves[moves >= 0]), 5.846, atol=1e-3)
 
 
 def test_a_way_without_a_plan_seldom_leads_home():
     rng = np.random.default_rng(0)
-    _, success, _ = play(lambda cells, _: rng.integers(0, 4, len(cells)), 5000)
+    _, success, _ = play(lambda envs: rng.integers(0, 4, envs.num_envs), 5000)
     assert np.mean(success) < 0.025
     for side in range(4):
-        _, success, _ = play(lambda cells, _, side=side: np.full(len(cells), side), 1000)
+        _, success, _ = play(lambda envs, side=side: np.full(envs.num_envs, side), 1000)
         assert np.mean(success) < 0.01
 
 
 def test_going_straight_to_the_cell_seldom_brings_the_right_side_up():
-    def straight(cells, _):
+    def straight(envs):
+        cells, _ = cells_and_attitudes(envs.y, 1.0)
         along_y = np.where(cells[:, 1] > 0, 3, 1)
         return np.where(cells[:, 0] > 0, 2, np.where(cells[:, 0] < 0, 0, along_y))
 

@@ -8,50 +8,37 @@ import pytest
 from rigid_envs import rotations
 from rigid_envs.analytic import rolling_ball
 from rigid_envs.envs import RigidEnv, RigidGoalVectorEnv, RigidVectorEnv
-from tests.tasks.controllers.ball import roll_along
-from tests.tasks.controllers.three_rolls import plan
-from tests.tasks.runs import at_random, run, still
+from rigid_envs.scores.bindings.ball import straight_rolls
+from rigid_envs.scores.references import REFERENCES
+from tests.tasks.runs import at_random, bound, run, still
 
 HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 KINDS = ("BallPark", "BallParkRandom", "BallReorient", "BallParkGoal")
 
 
-class ThreeRolls:
-    """Rolls along plans that are made in the first step."""
-
-    def __init__(self):
-        self.actions = None
-
-    def __call__(self, envs):
-        if self.actions is None:
-            memo = envs.get_state().get("memo", HOME)  # a goal, where there is one
-            radius = np.array([system.radius for system in envs.systems])
-            rolls = plan(envs.y, memo, radius=radius) / radius[:, None, None]
-            self.actions = list(roll_along(rolls, envs.task.roll_per_step))
-            self.length = radius * np.sum(np.linalg.norm(rolls, axis=-1), axis=-1)
-        return self.actions.pop(0) if len(self.actions) > 1 else self.actions[0]
-
-
 @cache
 def planned(env_id):
-    """Episodes along plans, and the lengths of these."""
-    policy = ThreeRolls()
-    return run(env_id, policy), policy.length
+    """Episodes along three straight rolls."""
+    return run(env_id, bound(REFERENCES[f"RigidEnvs/{env_id}-v0"]["three_rolls"]))
 
 
 @pytest.mark.parametrize("env_id", KINDS)
 def test_three_straight_rolls_park_every_ball(env_id):
-    found, length = planned(env_id)
+    found, n = planned(env_id), 20
     assert found.success.all()
-    # the steps along a plan make up the plan: rounded to float32, each by 6e-8
-    assert (found.cost <= length * (1.0 + 1e-6)).all()
     if env_id != "BallParkGoal":
         assert (found.steps < 50).all()
+    kind = RigidGoalVectorEnv if env_id == "BallParkGoal" else RigidVectorEnv
+    envs = kind(f"rigid_envs.tasks:{env_id}", n)
+    envs.reset(seed=0)
+    length = np.sum(np.linalg.norm(straight_rolls(envs, np.arange(n)), axis=-1), axis=-1)
+    # the steps along a plan make up the plan: rounded to float32, each by 6e-8
+    assert (found.cost[:n] <= length * (1.0 + 1e-6)).all()
 
 
 @pytest.mark.parametrize("env_id", ["BallPark", "BallReorient"])
 def test_no_way_is_shorter_than_the_bound_less_the_tolerance(env_id):
-    found, _ = planned(env_id)
+    found = planned(env_id)
     task = RigidEnv(f"rigid_envs.tasks:{env_id}").task
     least = task.lower_bound(found.y[0]) - max(task.position_tolerance, task.angle_tolerance)
     assert (found.cost >= least).all()
@@ -178,6 +165,6 @@ def test_goals_are_reached_within_both_tolerances_of_distance_and_angle():
 
 
 def test_an_episode_goes_on_at_the_goal():
-    found, _ = planned("BallParkGoal")
+    found = planned("BallParkGoal")
     assert (found.steps == 100).all()
     assert (found.reward > -50.0).all()  # the way there takes less than half of the time

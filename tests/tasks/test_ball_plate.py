@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.scores.bindings.ball import plate_regulator
 from rigid_envs.tasks import BallPlate
-from tests.tasks.controllers.ball import balance, plate_gain
-from tests.tasks.runs import at_random, run, still
+from tests.tasks.runs import at_random, bound, run, still
 
 N = 200
 
@@ -19,22 +19,10 @@ def rows(n, **config):
     return envs
 
 
-class Regulator:
-    """The linear-quadratic regulator of the first task it meets."""
-
-    def __init__(self):
-        self.gain = None
-
-    def __call__(self, envs):
-        if self.gain is None:
-            self.gain = plate_gain(envs.task)
-        return balance(envs.task, self.gain, envs.y, envs.get_state()["memo"][:, :2])
-
-
 @pytest.mark.parametrize("turntable_rate", [0.0, 1.0, -2.0])
 def test_the_regulator_holds_every_ball_on_its_point(turntable_rate):
     config = {"turntable_rate": turntable_rate, "n_substeps": 6}
-    found = run("BallPlate", Regulator(), N, **config)
+    found = run("BallPlate", bound(plate_regulator), N, **config)
     assert found.success.all()
     assert (found.steps == 200).all()
 

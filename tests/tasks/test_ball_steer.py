@@ -6,10 +6,11 @@ from scipy.special import ellipe, ellipj, ellipk
 
 from rigid_envs import rotations
 from rigid_envs.analytic import rolling_ball
+from rigid_envs.control.following import elastica_headings
 from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.scores.bindings.ball import damped, far_sighted
 from rigid_envs.tasks.ball_steer import _EIGHT, _MODULI
-from tests.tasks.controllers.ball import keep_up
-from tests.tasks.runs import at_random, run, still
+from tests.tasks.runs import at_random, bound, run, still
 
 N = 200
 PATHS = ("eight", "elastica", "both")
@@ -29,10 +30,6 @@ def error(rewards):
     return (1.0 / rewards - 1.0) / 5.0
 
 
-def follow(envs):
-    return keep_up(envs.task, envs.y, memo(envs))
-
-
 def copy(envs):
     """The action of the reference alone."""
     return envs.task.reference_speed * memo(envs)[:, 6:8]
@@ -41,7 +38,27 @@ def copy(envs):
 @pytest.mark.parametrize("path", PATHS)
 def test_going_down_the_slope_of_the_error_keeps_up_with_the_reference(path):
     # a few in a thousand begin so far off that their mean error is beyond the bound
-    assert np.mean(run("BallSteer", follow, 1000, path=path).success) > 0.99
+    assert np.mean(run("BallSteer", bound(damped), 1000, path=path).success) > 0.99
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_whoever_knows_the_path_ahead_keeps_up_from_every_start_and_closer(path):
+    found = run("BallSteer", bound(far_sighted), N, path=path)
+    assert found.success.all()
+    assert np.mean(found.reward) > 1.1 * np.mean(
+        run("BallSteer", bound(damped), N, path=path).reward
+    )
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_the_headings_that_are_looked_ahead_at_are_those_that_come(path):
+    envs, _ = rows(20, path=path, radius=0.7)
+    start, way = memo(envs), envs.task.reference_speed * envs.task.roll_per_step * 0.7
+    ahead = elastica_headings(start[:, 6:8], start[:, 8], start[:, 9:11], way, 100)
+    for heading in ahead:
+        # roundings of 100 turns, and of sines that are not NumPy's
+        np.testing.assert_allclose(memo(envs)[:, 6:8], heading, rtol=0, atol=1e-12)
+        envs.step(np.zeros((20, 2), dtype=np.float32))
 
 
 @pytest.mark.parametrize("policy", [still, at_random(), copy])
@@ -164,6 +181,7 @@ def test_the_observed_error_is_that_of_the_pose():
 def test_success_is_a_mean_error_since_the_start_within_the_bound():
     envs, _ = rows(N)
     errors = []
+    follow = bound(damped)
     for _ in range(100):
         _, rewards, *_, infos = envs.step(follow(envs).astype(np.float32))
         errors.append(error(rewards))

@@ -1,0 +1,139 @@
+"""Policies for the tasks of a ball; where its mass and inertia are drawn, the middle ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.control.following import DampedFollower, FarSightedFollower, elastica_headings
+from rigid_envs.control.grid import QuarterRolls
+from rigid_envs.control.plate import PlateRegulator
+from rigid_envs.control.polygons import PushAlong, roll_along
+from rigid_envs.control.three_rolls import three_rolls
+from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.scores.policy import Builder, Policy
+from rigid_envs.scores.scripts import Rows, Script
+from rigid_envs.systems import DynamicBall, RollingBall
+from rigid_envs.tasks import (
+    BallGrid,
+    BallPark,
+    BallParkDynamic,
+    BallParkGoal,
+    BallPlate,
+    BallSteer,
+)
+
+__all__ = ["REFERENCES", "straight_rolls"]
+
+Array = npt.NDArray[np.float64]
+_HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+_LONGEST = 30  # moves of an episode on the grid
+_AHEAD, _ANEW = 200, 100  # steps that a follower looks ahead, and after which it looks again
+
+
+def straight_rolls(envs: RigidVectorEnv, rows: Rows) -> Array:
+    """Three straight rolls from where rows are to their goals, shape (n, 3, 2) [m]."""
+    goal = envs.get_state()["memo"][rows] if envs.task.n_goal else _HOME
+    return np.asarray(three_rolls(envs.y[rows, :6], goal, radius=_radii(envs)[rows]))
+
+
+def rolled(task: BallPark | BallParkGoal) -> Policy:
+    """Three straight rolls, as fast as can be."""
+
+    def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
+        reach = task.roll_per_step * _radii(envs)[rows]
+        return roll_along(straight_rolls(envs, rows), reach).actions
+
+    return Script(plan)
+
+
+def pushed(task: BallParkDynamic) -> Policy:
+    """Three straight rolls, from rest to rest along each, kept to by feedback."""
+    law = PushAlong(_dynamic_ball(task), task.force, task.dt)
+
+    def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
+        found = law.plan(envs.y[rows], straight_rolls(envs, rows))
+        return np.concatenate([found.pushes, found.positions[:-1], found.velocities[:-1]], axis=-1)
+
+    script = Script(plan)
+    return lambda envs: law(envs.y, *np.split(script(envs), 3, axis=-1))
+
+
+def damped(task: BallSteer) -> Policy:
+    """Down the slope of the error, whatever lies ahead."""
+    law = DampedFollower(_rolling_ball(task), task.roll_per_step / task.dt)
+
+    def policy(envs: RigidVectorEnv) -> Array:
+        memo = envs.get_state()["memo"]
+        return law(envs.y, memo[:, :6], _speed(task) * memo[:, 6:8])
+
+    return policy
+
+
+def far_sighted(task: BallSteer) -> Policy:
+    """The linear-quadratic regulator along the elastica that the reference is on."""
+    law = FarSightedFollower(_rolling_ball(task), task.roll_per_step / task.dt, task.dt)
+    speed = _speed(task)
+
+    def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
+        memo = envs.get_state()["memo"][rows]
+        path = memo[:, 6:8], memo[:, 8], memo[:, 9:11]
+        return law.regulator(speed * elastica_headings(*path, speed * task.dt, _AHEAD)).gain
+
+    gains = Script(plan, _ANEW)
+
+    def policy(envs: RigidVectorEnv) -> Array:
+        memo = envs.get_state()["memo"]
+        return law(envs.y, memo[:, :6], speed * memo[:, 6:8], gains(envs))
+
+    return policy
+
+
+def plate_regulator(task: BallPlate) -> Policy:
+    """The table tilted by linear feedback."""
+    law = PlateRegulator(_dynamic_ball(task), task.tilt_rate, task.dt)
+    return lambda envs: law(envs.y, envs.get_state()["memo"][:, :2])
+
+
+def quarter_rolls(task: BallGrid) -> Policy:
+    """A shortest way home."""
+    law = QuarterRolls(_rolling_ball(task), task.start_cells + _LONGEST)
+    return lambda envs: law(envs.y)
+
+
+def _radii(envs: RigidVectorEnv) -> Array:
+    """Radius of the ball of every row, shape (N,) [m]."""
+    systems: list[Any] = envs.systems
+    return np.array([ball.radius for ball in systems])
+
+
+def _rolling_ball(task: BallSteer | BallGrid) -> RollingBall:
+    ball = task.system()
+    assert isinstance(ball, RollingBall)
+    return ball
+
+
+def _dynamic_ball(task: BallParkDynamic | BallPlate) -> DynamicBall:
+    ball = task.system()
+    assert isinstance(ball, DynamicBall)
+    return ball
+
+
+def _speed(task: BallSteer) -> float:
+    """Speed of the reference [m/s]."""
+    return task.reference_speed * task.roll_per_step / task.dt * _rolling_ball(task).radius
+
+
+_PARKING: dict[str, Builder] = {"three_rolls": rolled}
+REFERENCES: dict[str, dict[str, Builder]] = {
+    "RigidEnvs/BallPark-v0": _PARKING,
+    "RigidEnvs/BallParkRandom-v0": _PARKING,
+    "RigidEnvs/BallParkGoal-v0": _PARKING,
+    "RigidEnvs/BallReorient-v0": _PARKING,
+    "RigidEnvs/BallParkDynamic-v0": {"three_rolls": pushed},
+    "RigidEnvs/BallSteer-v0": {"lqr": far_sighted, "damping": damped},
+    "RigidEnvs/BallPlate-v0": {"lqr": plate_regulator},
+    "RigidEnvs/BallGrid-v0": {"breadth_first": quarter_rolls},
+}

@@ -1,0 +1,116 @@
+"""Scripts: what is due in each row, in episodes that begin at any time."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import rigid_envs  # noqa: F401 - registers the ids
+from rigid_envs.scores.references import REFERENCES
+from rigid_envs.scores.scripts import Script
+
+
+def rows(n, mode="NextStep", limit=7):
+    return gym.make_vec(
+        "RigidEnvs/BallPark-v0",
+        num_envs=n,
+        vectorization_mode="vector_entry_point",
+        autoreset_mode=mode,
+        max_episode_steps=limit,
+    )
+
+
+class Counted:
+    """A plan of three entries per row: which row it is, and how often it was planned for."""
+
+    def __init__(self, n):
+        self.times = np.zeros(n)
+
+    def __call__(self, envs, rows):
+        self.times[rows] += 1
+        first = np.stack([rows + 0.0, self.times[rows], 0.0 * rows], axis=-1)
+        return first + np.array([0.0, 0.0, 1.0]) * np.arange(3)[:, None, None]
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_entries_are_due_one_after_the_other_and_the_last_one_stays(mode):
+    envs, n = rows(4, mode), 4
+    script = Script(Counted(n))
+    envs.reset(seed=0)
+    steps = []
+    for _ in range(20):
+        due = script(envs.unwrapped)
+        np.testing.assert_array_equal(due[:, 0], np.arange(n))
+        steps.append(due[0, 1:])
+        envs.step(np.zeros((n, 2), dtype=np.float32))
+    # seven steps an episode; the step of a reset, in which actions do not count, is one more
+    length = 8 if mode == "NextStep" else 7
+    expected = [(1 + k // length, min(k % length, 2)) for k in range(20)]
+    np.testing.assert_array_equal(steps, expected)
+
+
+def test_only_rows_that_begin_are_planned_for():
+    envs, plan = rows(4), Counted(4)
+    script = Script(plan)
+    envs.reset(seed=0)
+    for _ in range(3):
+        script(envs.unwrapped)
+        envs.step(np.zeros((4, 2), dtype=np.float32))
+    envs.reset(options={"reset_mask": np.array([False, True, False, True])})
+    np.testing.assert_array_equal(script(envs.unwrapped)[:, 2], [2, 0, 2, 0])
+    np.testing.assert_array_equal(plan.times, [1, 2, 1, 2])
+
+
+def test_a_script_that_comes_late_begins_where_rows_are():
+    envs = rows(2)
+    envs.reset(seed=0)
+    envs.step(np.zeros((2, 2), dtype=np.float32))
+    script = Script(Counted(2))
+    np.testing.assert_array_equal(script(envs.unwrapped)[:, 2], [0, 0])
+    envs.step(np.zeros((2, 2), dtype=np.float32))
+    np.testing.assert_array_equal(script(envs.unwrapped)[:, 2], [1, 1])
+
+
+def test_plans_are_made_anew_after_a_period():
+    envs, plan = rows(2, limit=100), Counted(2)
+    script = Script(plan, period=2)
+    envs.reset(seed=0)
+    for k in range(6):
+        np.testing.assert_array_equal(script(envs.unwrapped)[:, 1:], [[1 + k // 2, k % 2]] * 2)
+        envs.step(np.zeros((2, 2), dtype=np.float32))
+
+
+@pytest.mark.parametrize("longer_first", [True, False])
+def test_plans_of_different_lengths_stand_side_by_side(longer_first):
+    lengths = iter([4, 2] if longer_first else [2, 4])
+
+    def plan(envs, rows):
+        n = next(lengths)
+        return np.tile(np.arange(1.0, n + 1.0)[:, None, None], (1, len(rows), 1))
+
+    envs, script = rows(2, limit=100), Script(plan)
+    envs.reset(seed=0)
+    script(envs.unwrapped)
+    envs.step(np.zeros((2, 2), dtype=np.float32))
+    envs.reset(options={"reset_mask": np.array([False, True])})
+    found = []
+    for _ in range(5):
+        found.append(script(envs.unwrapped)[:, 0])
+        envs.step(np.zeros((2, 2), dtype=np.float32))
+    first, second = ([2, 3, 4, 4, 4], [1, 2, 2, 2, 2]), ([2, 2, 2, 2, 2], [1, 2, 3, 4, 4])
+    np.testing.assert_array_equal(np.transpose(found), first if longer_first else second)
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_planned_balls_are_parked_episode_after_episode(mode):
+    envs = rows(8, mode, limit=100)
+    policy = REFERENCES["RigidEnvs/BallPark-v0"]["three_rolls"](envs.unwrapped.task)
+    envs.reset(seed=0)
+    ends, parked = 0, 0
+    for _ in range(90):
+        actions = policy(envs.unwrapped).astype(np.float32)
+        _, _, terminated, truncated, infos = envs.step(actions)
+        last = infos["final_info"] if "final_info" in infos else infos
+        ended = terminated | truncated
+        ends, parked = ends + np.sum(ended), parked + np.sum(last["is_success"][ended])
+    assert ends > 20
+    assert parked == ends
