@@ -17,7 +17,8 @@ __all__ = ["ShortestPath", "shortest_path"]
 Array = npt.NDArray[np.float64]
 
 _EXACT = 1e-12  # radii and rad
-_N_STARTS = 1000
+_N_STARTS = 2000  # from either end
+_SWING = 14.0  # of headings per path [rad]; starts turn no faster
 _N_KEPT = 16  # of the shortest paths found by coarse polygons
 _N_CORRECTIONS = 20
 _G = 1.1673039782614187  # the root of g^5 = g + 1: its powers spread points evenly in 4 dimensions
@@ -86,6 +87,18 @@ class ShortestPath:
             rolls = rolls + (np.linalg.pinv(flat) @ missed).reshape(n, 2)
         raise ArithmeticError(f"a polygon of n = {n} sides does not lead to the goal: take more")
 
+    def rolls_within(self, reach: float) -> Array:
+        """As few straight rolls as lead to the goal with none above `reach` [m], shape (n, 2)."""
+        n = max(1, math.ceil(self.length / reach))
+        while True:
+            try:
+                rolls = self.rolls(n)
+            except ArithmeticError:
+                rolls = np.full((1, 2), np.inf)
+            if np.max(np.linalg.norm(rolls, axis=-1)) <= reach:
+                return rolls
+            n += 1
+
     def missed(self) -> tuple[float, float]:
         """Distance [m] and angle [rad] between the goal and where the path leads to."""
         end = self.states(1)[-1]
@@ -133,10 +146,10 @@ def shortest_path(
 
     Paths that can be shortest fulfil Pontryagin's maximum principle (see `ShortestPath.steering`):
     the centre runs along an elastica. Five numbers, the first heading and its rate, the pull and
-    the length, are to solve the five equations of the goal. Newton's method is started from 1000
-    elasticae, always the same, that are spread evenly and turned to where they lead nearest; of all
-    solutions the shortest is taken. (A straight roll, the one extremal that is abnormal too, is
-    looked for first: where it leads to the goal nothing is shorter.)
+    the length, are to solve the five equations of the goal. Newton's method is started from 2000
+    elasticae from either end, always the same, that are spread evenly and turned to where they lead
+    nearest; of all solutions the shortest is taken. (A straight roll, the one extremal that is
+    abnormal too, is looked for first: where it leads to the goal nothing is shorter.)
 
     Newton's method cannot prove that there is no shorter solution.
 
@@ -157,11 +170,11 @@ def shortest_path(
         raise ValueError(f"start and goal make {turn.shape[:-1]} paths; expected one of each")
     x = _straight(turn, way)
     if x is None:
-        x = _search(np.concatenate([turn, way]))
+        x = _search(np.concatenate([turn, way]), np.concatenate(difference(goal, start, radius)))
     length = radius * float(x[4])
     c, s = math.cos(x[0]), math.sin(x[0])
-    pull = np.array([[c, -s], [s, c]]) @ x[2:4] / max(length, 1e-300) ** 2
-    turning = float(x[1]) / max(length, 1e-300)
+    bends = x[1:4] / (length or 1.0)  # nothing bends where there is no way
+    turning, pull = float(bends[0]), np.array([[c, -s], [s, c]]) @ bends[1:] / (length or 1.0)
     ends = np.array(start, dtype=np.float64), np.array(goal, dtype=np.float64)
     return ShortestPath(*ends, radius, length, float(x[0]), turning, pull)
 
@@ -174,22 +187,41 @@ def _straight(turn: Array, way: Array) -> Array | None:
     return np.array([math.atan2(way[1], way[0]), 0.0, 0.0, 0.0, math.hypot(*way)])
 
 
-def _search(target: Array) -> Array:
-    """The shortest path found to a pose (turn, way) [radii], as a row of `kernels.elastica`."""
+def _search(target: Array, back: Array) -> Array:
+    """The shortest path found to a pose (turn, way) [radii], as a row of `kernels.elastica`.
+
+    Or to the pose that leads back from it, turned round: what is hard to find from one end, because
+    it bends much there, may be easy to find from the other.
+    """
+    there, here = _shortest(target), _shortest(back)
+    x = there if there[4] <= here[4] else _turned_round(here)
+    if np.isfinite(x[4]):
+        elastica.shoot_rows(x[None], target, _sides(x))
+    if np.isinf(x[4]):
+        raise ArithmeticError(f"no path turns a ball by {target[:4]} over {target[4:]} radii")
+    return x
+
+
+def _turned_round(x: Array) -> Array:
+    """The same path from its end to its beginning."""
+    ends = np.empty((2, 8))
+    elastica.trace(x, _sides(x), ends)
+    a, rate = ends[1, :2]
+    c, s = math.cos(a), math.sin(a)
+    return np.array([x[0] + a + math.pi, -rate, c * x[2] + s * x[3], c * x[3] - s * x[2], x[4]])
+
+
+def _shortest(target: Array) -> Array:
+    """The shortest of the paths found by Newton's method from all starts; infinite without any."""
     x = _starts(target)
-    n = math.ceil(12 + math.hypot(*target[4:]))
+    n = math.ceil(10 + math.hypot(*target[4:]))
     elastica.face_rows(x, target, n)
     elastica.shoot_rows(x, target, n)
     x = x[x[:, 4] <= 1.02 * np.min(x[:, 4])]  # coarse polygons are that long within 1 %
     _, different = np.unique(np.round(x[:, 4], 6), return_index=True)
     x = x[different[:_N_KEPT]]
     elastica.shoot_rows(x, target, 8 * n)
-    best = x[[np.argmin(x[:, 4])]]
-    if np.isfinite(best[0, 4]):
-        elastica.shoot_rows(best, target, _sides(best[0]))
-    if np.isinf(best[0, 4]):
-        raise ArithmeticError(f"no path turns a ball by {target[:4]} over {target[4:]} radii")
-    return np.asarray(best[0])
+    return np.asarray(x[np.argmin(x[:, 4])])
 
 
 def _starts(target: Array) -> Array:
@@ -205,7 +237,7 @@ def _starts(target: Array) -> Array:
     angle_of_pull = 2.0 * math.pi * u[:, 2]
     columns = (
         np.zeros(_N_STARTS),
-        12.0 * (2.0 * u[:, 0] - 1.0),
+        _SWING * (2.0 * u[:, 0] - 1.0),
         rate**2 * np.cos(angle_of_pull),
         rate**2 * np.sin(angle_of_pull),
         least * (most / least) ** u[:, 3],

@@ -262,6 +262,16 @@ def test_polygons_along_paths_lead_home_exactly(n):
         assert np.max(sides) < 1.5 * path.length / n
 
 
+def test_as_few_rolls_as_a_reach_allows_lead_home():
+    for path in planned()[0][:20]:
+        rolls, reach = path.rolls_within(math.pi / 8), math.pi / 8
+        assert np.max(np.linalg.norm(rolls, axis=-1)) <= reach
+        assert len(rolls) * reach >= path.length
+        assert len(rolls) <= path.length / reach + 4  # sides are not all as long as the longest
+        turn = rolling_ball.roll_polygon(rolls, 1.0)
+        assert rotations.angle(rotations.multiply(turn, path.start[:4])) < 1e-11
+
+
 def test_polygons_along_paths_park_every_ball_of_the_environment():
     tight = {"position_tolerance": 1e-5, "angle_tolerance": 1e-5}  # else it is parked before
     envs = RigidVectorEnv("rigid_envs.tasks:BallPark", 100, **tight)

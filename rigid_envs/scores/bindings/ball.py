@@ -11,6 +11,7 @@ from rigid_envs.control.following import DampedFollower, FarSightedFollower, ela
 from rigid_envs.control.grid import QuarterRolls
 from rigid_envs.control.plate import PlateRegulator
 from rigid_envs.control.polygons import PushAlong, roll_along
+from rigid_envs.control.shortest_path import shortest_path
 from rigid_envs.control.three_rolls import three_rolls
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.scores.policy import Builder, Policy
@@ -35,8 +36,8 @@ _AHEAD, _ANEW = 200, 100  # steps that a follower looks ahead, and after which i
 
 def straight_rolls(envs: RigidVectorEnv, rows: Rows) -> Array:
     """Three straight rolls from where rows are to their goals, shape (n, 3, 2) [m]."""
-    goal = envs.get_state()["memo"][rows] if envs.task.n_goal else _HOME
-    return np.asarray(three_rolls(envs.y[rows, :6], goal, radius=_radii(envs)[rows]))
+    goals, radii = _goals(envs)[rows], _radii(envs)[rows]
+    return np.asarray(three_rolls(envs.y[rows, :6], goals, radius=radii))
 
 
 def rolled(task: BallPark | BallParkGoal) -> Policy:
@@ -45,6 +46,23 @@ def rolled(task: BallPark | BallParkGoal) -> Policy:
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
         reach = task.roll_per_step * _radii(envs)[rows]
         return roll_along(straight_rolls(envs, rows), reach).actions
+
+    return Script(plan)
+
+
+def along_shortest_path(task: BallPark | BallParkGoal) -> Policy:
+    """The shortest path, an elastica, by one straight roll per step."""
+
+    def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
+        starts, goals, radii = envs.y[rows, :6], _goals(envs)[rows], _radii(envs)[rows]
+        reach = task.roll_per_step * radii
+        each = [
+            shortest_path(start, goal, radius=radius).rolls_within(most)
+            for start, goal, radius, most in zip(starts, goals, radii, reach, strict=True)
+        ]
+        longest = max(map(len, each))
+        rolls = np.stack([np.pad(sides, [(0, longest - len(sides)), (0, 0)]) for sides in each])
+        return roll_along(rolls, reach).actions
 
     return Script(plan)
 
@@ -103,6 +121,13 @@ def quarter_rolls(task: BallGrid) -> Policy:
     return lambda envs: law(envs.y)
 
 
+def _goals(envs: RigidVectorEnv) -> Array:
+    """Pose that every row is to be parked in, shape (N, 6)."""
+    if envs.task.n_goal:
+        return np.asarray(envs.get_state()["memo"])
+    return np.tile(_HOME, (envs.num_envs, 1))
+
+
 def _radii(envs: RigidVectorEnv) -> Array:
     """Radius of the ball of every row, shape (N,) [m]."""
     systems: list[Any] = envs.systems
@@ -126,7 +151,10 @@ def _speed(task: BallSteer) -> float:
     return task.reference_speed * task.roll_per_step / task.dt * _rolling_ball(task).radius
 
 
-_PARKING: dict[str, Builder] = {"three_rolls": rolled}
+_PARKING: dict[str, Builder] = {
+    "shortest_path": along_shortest_path,
+    "three_rolls": rolled,
+}
 REFERENCES: dict[str, dict[str, Builder]] = {
     "RigidEnvs/BallPark-v0": _PARKING,
     "RigidEnvs/BallParkRandom-v0": _PARKING,
