@@ -20,6 +20,7 @@ _EXACT = 1e-12  # radii and rad
 _N_STARTS = 2000  # from either end
 _SWING = 14.0  # of headings per path [rad]; starts turn no faster
 _N_KEPT = 16  # of the shortest paths found by coarse polygons
+_FINER = (1.4, 2.0, 2.8, 4.0, 8.0)  # polygons, by and by: in one go some would not be found again
 _N_CORRECTIONS = 20
 _G = 1.1673039782614187  # the root of g^5 = g + 1: its powers spread points evenly in 4 dimensions
 
@@ -217,10 +218,10 @@ def _shortest(target: Array) -> Array:
     n = math.ceil(10 + math.hypot(*target[4:]))
     elastica.face_rows(x, target, n)
     elastica.shoot_rows(x, target, n)
-    x = x[x[:, 4] <= 1.02 * np.min(x[:, 4])]  # coarse polygons are that long within 1 %
     _, different = np.unique(np.round(x[:, 4], 6), return_index=True)
     x = x[different[:_N_KEPT]]
-    elastica.shoot_rows(x, target, 8 * n)
+    for finer in _FINER:
+        elastica.shoot_rows(x, target, math.ceil(finer * n))
     return np.asarray(x[np.argmin(x[:, 4])])
 
 
