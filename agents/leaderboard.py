@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.scores.references import REFERENCES
 
 from .checks import ConfigError
 from .files import read_bytes, write_atomic
@@ -91,13 +92,13 @@ def draw(results: Sequence[Mapping[str, Any]]) -> Figure:
     """
     scored = [result for result in results if _score(result)]
     ids = list(dict.fromkeys(result["env_id"] for result in scored))
-    names = list(dict.fromkeys(str(result["algo"]) for result in scored))
+    names = list(dict.fromkeys(map(_kind, scored)))
     figure = Figure(
         figsize=(8.0, 1.4 + 0.36 * len(ids)), dpi=150, layout="constrained", facecolor="white"
     )
     axes = figure.subplots()
     for k, name in enumerate(names):
-        own = [result for result in scored if result["algo"] == name]
+        own = [result for result in scored if _kind(result) == name]
         scores = np.array([[_score(r)["score"], *_score(r)["interval_95"]] for r in own])
         at = [-ids.index(r["env_id"]) - 0.5 * (k / max(len(names) - 1, 1) - 0.5) for r in own]
         colour = _COLOURS[k % len(_COLOURS)]
@@ -123,6 +124,12 @@ def _mark(axes: Axes, score: float, what: str) -> None:
     )  # fmt: skip
 
 
+def _kind(result: Mapping[str, Any]) -> str:
+    """What the plot calls it: each environment has reference controllers of its own names."""
+    name = str(result["algo"])
+    return "reference controller" if name in REFERENCES.get(result["env_id"], {}) else name
+
+
 def _score(result: Mapping[str, Any]) -> dict[str, Any]:
     """The score that ranks policies; empty where there is none."""
     found: dict[str, Any] = result["scores"].get(result["primary"], {})
@@ -138,8 +145,12 @@ def _cells(result: Mapping[str, Any]) -> tuple[str, ...]:
     low, high = metric["interval_95"]
     worth = ("-", "-", "-")
     if score:
-        ends = " .. ".join(f"{end:.2f}" for end in score["interval_95"])
-        worth = (f"**{score['score']:.3f}**", ends, f"{score['kind']}: {score['why']}")
+        ends = " .. ".join(f"{round(end, 2) + 0.0:.2f}" for end in score["interval_95"])
+        worth = (
+            f"**{round(score['score'], 3) + 0.0:.3f}**",
+            ends,
+            f"{score['kind']}: {score['why']}",
+        )
     return (
         f"`{result['env_id'].split('/')[-1]}`",
         str(result["algo"]),
