@@ -142,6 +142,7 @@ PRIMARY = {
     **dict.fromkeys(_AIMS, "error"),
     "BallPlate": "time",
     "Detumble": "return",
+    "PivotTop": "return",  # who falls at once spares effort
 }
 """The metric that ranks policies, by task; "effort" for a task that is not here."""
 
