@@ -147,10 +147,10 @@ class PivotTop(Task):
 
     Reference:
         LQR of the upright top and its pivot, linear in e, e', X and X' with a gain for every spin:
-        500 of 500 starts are successes, with 3.99 m/s of acceleration times time on average. The
-        pivot runs up to 4.45 m from the centre, and no tilt exceeds 0.21 rad. Actions of 0 and
-        random actions (6.43 m/s) succeed from none of 500: the top falls, or, from 7 starts under
-        random ones, the pivot leaves the arena.
+        500 of 500 starts are successes, with 4.33 m/s of acceleration times time on average. The
+        pivot runs up to 3.88 m from the centre, and no tilt exceeds 0.22 rad. Actions of 0 and
+        random actions (6.43 m/s) succeed from none of 500: the top falls, or, from a few starts
+        under random ones, the pivot leaves the arena.
 
         Threshold: the critical spin, as for `SleepingTop`. A start is caught, to first order and
         but for the arena, if ``g theta sqrt(1 - s^2) < push``: here at most 1.4 of 3 m/s^2.
