@@ -140,7 +140,7 @@ class AxisFlip(Task):
     Reference:
         Tracking of the free motion that flips in time, ``tau = -1.5 Omega I (omega - omega_free)``,
         where omega_free lies on the separatrix (a tanh and a cosh of the time left): 500 of 500
-        starts are successes, with an impulse (the integral of ``|tau|``) of 0.176 N m s on average.
+        starts are successes, with an impulse (the integral of ``|tau|``) of 0.172 N m s on average.
         Brute force, ``tau = -4 Omega I (omega + Omega e2)``: 500 of 500 with 4.04 N m s. Actions of
         0 and random actions (12.0 N m s) flip none of 500 in time for good.
 

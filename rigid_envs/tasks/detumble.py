@@ -134,8 +134,8 @@ class Detumble(Task):
         n steps it pays ``P (|L_0|^2 - |L_n|^2)``. With equal weights it stays within the ball of
         impulses for all starts. By default ``P = 0.6134`` per (N m s)^2 and ``j = -0.1534 L``.
 
-        The law reaches all of 500 starts, with the return -3.396, which is what P says, and an
-        impulse (the sum of ``|j|``) of 2.28 N m s on average. Actions of 0 have the return -30.8,
+        The law reaches all of 500 starts, with the return -3.232, which is what P says, and an
+        impulse (the sum of ``|j|``) of 2.21 N m s on average. Actions of 0 have the return -30.8,
         random actions -98.1 (21.7 N m s); they stop none of 500.
 
         In the least time, L takes ``|L| / impulse`` steps, rounded up: 5.0 on average and 6 at

@@ -146,7 +146,7 @@ class DiskRoll(Task):
     Reference:
         The linear-quadratic regulator of the lean, about that with which the disk rolls on the
         commanded circle, and the torque that holds it there: all of 500 starts are successes, with
-        12.4 N m s and a return of 392 of 400 on average. Actions of 0 and random actions succeed
+        12.1 N m s and a return of 392 of 400 on average. Actions of 0 and random actions succeed
         from none of 500; 22 % and 41 % of the disks fall, the others reel.
 
         Exact: the threshold, 1.81 rad/s for the disk of this task.
@@ -238,8 +238,8 @@ class DiskRollRandom(DiskRoll):
     There are five substeps in a control period, for the fastest wheel there could be.
 
     Reference:
-        The regulator of `DiskRoll` for the middle of the ranges, which does not know the wheel: 498
-        of 500 starts are successes, with 13.9 N m s and a return of 379 of 400 on average. Actions
+        The regulator of `DiskRoll` for the middle of the ranges, which does not know the wheel: 500
+        of 500 starts are successes, with 13.3 N m s and a return of 382 of 400 on average. Actions
         of 0 and random actions succeed from none of 500; 30 % and 47 % of the wheels fall.
 
         Exact: the threshold ``I3 (I3 + m r^2) w3^2 = I1 m g r`` of each wheel.

@@ -133,7 +133,7 @@ class IntermediateAxisSingle(Task):
     Reference:
         Energy-Casimir feedback, ``tau3 = eps omega1 omega2 - k omega3`` with ``eps = 3 (I2 - I1)``
         and ``k = 5/3 I3 Omega``: 500 of 500 starts are successes, with a torque impulse (the
-        integral of ``|tau3|``) of 0.42 N m s on average. Actions of 0 and random actions (6.74 N m
+        integral of ``|tau3|``) of 0.41 N m s on average. Actions of 0 and random actions (6.74 N m
         s) align none of 500.
 
         Threshold: ``eps = I2 - I1``. From perturbations up to 0.05 rad/s, in 120 s and with

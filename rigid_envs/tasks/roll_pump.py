@@ -134,7 +134,7 @@ class RollPump(Task):
 
     Reference:
         The bang-bang law, the ratio large on the way down and small on the way up: from all of 500
-        starts the rim is passed, after 25.5 s on average, 32.5 s at most. In 98.4 % of the episodes
+        starts the rim is passed, after 25.7 s on average, 32.5 s at most. In 98.4 % of the episodes
         it takes the least number of passes, else one more, as actions are held for a control
         period. Actions of 0 (the ratio in the middle), random actions and the ratio that is best
         for the energy at once leave the valley from none of 500 starts.

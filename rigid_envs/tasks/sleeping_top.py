@@ -138,7 +138,7 @@ class SleepingTop(Task):
 
     Reference:
         LQR of the upright top, linear in e and e' with a gain for every spin: 500 of 500 starts are
-        successes, with a torque impulse (the integral of ``|tau|``) of 0.179 N m s on average.
+        successes, with a torque impulse (the integral of ``|tau|``) of 0.238 N m s on average.
         Actions of 0 and random actions (3.32 N m s) keep up none of 500.
 
         Threshold: the critical spin. Left alone at tilts up to 0.001 rad, tops at 1.03 of it stay
@@ -242,7 +242,7 @@ class SleepingTopRandom(SleepingTop):
 
     Reference:
         The LQR of `SleepingTop` for the middle of the ranges, without the drawn values: 500 of 500
-        starts are successes, with a torque impulse (the integral of ``|tau|``) of 0.186 N m s on
+        starts are successes, with a torque impulse (the integral of ``|tau|``) of 0.240 N m s on
         average. Actions of 0 and random actions (3.32 N m s) keep up none of 500.
 
         Threshold: the critical spin ``2 sqrt(I1 m g ell) / I3`` of each top, 2.7 to 5.9 rad/s.

@@ -145,20 +145,21 @@ class SpinCapture(Task):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        Steering onto the separatrix: torque down the slope of the excess of the rate at which the
-        motion would arrive, ``(omega2^2 + b (d^2 + s^2)) / Omega^2 - 1`` with
-        ``d, s = omega1 -+ sqrt(I3 (I3 - I2) / (I1 (I2 - I1))) omega3``, and against d, the mode in
-        which it would leave e2. All of 500 starts are successes, with a torque impulse (the
-        integral of ``|tau|``) of 1.95 N m s on average. Actions of 0 and random actions (5.77 N m
-        s) capture none of 500.
+        Steering onto the separatrix: torque down the slope of ``(p^2 + E^2) / 2``, where
+        ``E = (omega2^2 + b (d^2 + s^2)) / Omega^2 - 1`` is the excess of the rate at which the
+        motion would arrive and ``p = d s / Omega^2`` with
+        ``d, s = omega1 -+ sqrt(I3 (I3 - I2) / (I1 (I2 - I1))) omega3`` vanishes on the separatrix;
+        near e2, LQR. All of 500 starts are successes, with a torque impulse (the integral of
+        ``|tau|``) of 1.32 N m s on average. Actions of 0 and random actions (5.77 N m s) capture
+        none of 500.
 
-        With the actuators "e1 e3" it captures 495 of 500, with "e2 e3" 423, with "e1 e2" 338.
+        With the actuators "e1 e3" it captures 500 of 500, with "e2 e3" 490, with "e1 e2" 479.
 
         Proof of failure: with a torque about e3 alone the default body keeps
         ``omega1^2 + omega2^2``, and omega comes no nearer to ``Omega e2`` than
-        ``|sqrt(omega1^2 + omega2^2) - Omega|``. Of 500 starts 53 have a value that will do, and
-        steering captures 41 of these and no others. About e1 alone, 28 of 500; about e2 alone,
-        none.
+        ``|sqrt(omega1^2 + omega2^2) - Omega|``. Of 500 starts 49 have a value that will do, and
+        steering captures 37 of these and no others. About e1 alone, which keeps
+        ``omega2^2 + 3 omega3^2``, 35 of 40.
 
     Version History:
         v0: first version.
