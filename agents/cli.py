@@ -254,14 +254,14 @@ def _evaluate_controller(options: argparse.Namespace) -> int:
     chosen = []
     for env_id in ENVIRONMENTS if options.all else dict.fromkeys(options.ids):
         try:
-            chosen.append((env_id, player_of(env_id, options.controller)[0]))
+            chosen.append((env_id, *player_of(env_id, options.controller)))
         except ValueError as error:
             if not options.all:
                 raise ConfigError(f"--controller: {error}") from None
     if not chosen:
         raise ConfigError(f"--controller: no id has a controller {options.controller!r}")
-    for env_id, name in chosen:
-        figures, episodes = report_controller(name, env_id, options.episodes, options.seed)
+    for env_id, name, player in chosen:
+        figures, episodes = report_controller(name, player, env_id, options.episodes, options.seed)
         folder = (options.out or _RESULTS) / env_id.split("/")[-1] / name
         folder.mkdir(parents=True, exist_ok=True)
         write_report(folder, figures, episodes)

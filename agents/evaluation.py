@@ -12,12 +12,10 @@ from numpy.typing import NDArray
 from rigid_envs.scores import episodes
 from rigid_envs.scores.chance import RandomPolicy
 from rigid_envs.scores.episodes import Actor, Episodes
-from rigid_envs.scores.evaluation import Player, actor, at_random
-from rigid_envs.scores.metrics import error_of
-from rigid_envs.tasks import Task
+from rigid_envs.scores.evaluation import Player, actor, at_random, play_starts
 
 from .environments import make
-from .seeds import TEST_SEED, row_seeds
+from .seeds import TEST_SEED
 from .statistics import wilson_interval
 
 __all__ = [
@@ -68,13 +66,7 @@ def evaluate_player(
         seed: Seed that the starts are spawned from.
         env_kwargs: Hyperparameters of the task.
     """
-    venv: Any = make(env_id, env_kwargs or {}, n)
-    task = getattr(venv, "task", None)
-    error = error_of(task) if isinstance(task, Task) else None
-    try:
-        return episodes.play(player(venv), venv, row_seeds(seed, n, "test"), error)
-    finally:
-        venv.close()
+    return play_starts(player, make(env_id, env_kwargs or {}, n), seed)
 
 
 def play(policy: Actor, venv: VectorEnv[Any, Any, Any], seeds: list[int]) -> Episodes:

@@ -9,7 +9,6 @@ from typing import Any
 
 from rigid_envs.kernels.compiler import kernel_hash
 from rigid_envs.scores.evaluation import Player, actor
-from rigid_envs.scores.players import player_of
 
 from .environments import cost_unit
 from .evaluation import Episodes, evaluate, evaluate_player, summary
@@ -70,24 +69,23 @@ def report(path: Path, n: int, seed: int) -> tuple[dict[str, Any], Episodes]:
     return figures, episodes
 
 
-def report_controller(name: str, env_id: str, n: int, seed: int) -> tuple[dict[str, Any], Episodes]:
+def report_controller(
+    name: str, player: Player, env_id: str, n: int, seed: int
+) -> tuple[dict[str, Any], Episodes]:
     """Evaluate what needs no training, and the random policy, on the same starts.
 
     Args:
-        name: Name of the controller; see `rigid_envs.scores.players`.
+        name: Name of the controller.
+        player: The controller; see `rigid_envs.scores.players`.
         env_id: The environment.
         n: Number of starts.
         seed: Seed of the starts.
 
     Returns:
         As `report`, `algo` the name.
-
-    Raises:
-        ValueError: The environment has no such controller.
     """
-    own_name, player = player_of(env_id, name)
     figures, episodes = _measured(player, env_id, {}, n, seed)
-    return figures | {"algo": own_name}, episodes
+    return figures | {"algo": name}, episodes
 
 
 def _measured(

@@ -1,6 +1,5 @@
 """Pages of the documentation, one for each id, and their index: `rigid-envs docs`."""
 
-import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -13,6 +12,7 @@ from rigid_envs import ENVIRONMENTS
 from rigid_envs.cli.catalogue import families, size_of, task_of, time_limit
 from rigid_envs.cli.document import document, observed, short
 from rigid_envs.cli.facts import Table
+from rigid_envs.cli.files import write
 from rigid_envs.cli.markdown import markdown, table_lines
 from rigid_envs.cli.sections import summary_of
 from rigid_envs.envs.boundary import action_space, observation_space
@@ -55,9 +55,7 @@ def write_pages(folder: Path) -> tuple[list[str], list[str]]:
     there = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.md"))}
     changed = [name for name, text in texts.items() if there.get(name) != text]
     for name in changed:
-        temporary = folder / f".{name}.{os.getpid()}.tmp"
-        temporary.write_text(texts[name], encoding="utf-8")
-        temporary.replace(folder / name)
+        write(folder / name, texts[name])
     return changed, [name for name in there if name not in texts]
 
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rigid_envs.cli.catalogue import one_of_each
+from rigid_envs.cli.files import write
 from rigid_envs.cli.progress import tell
 from rigid_envs.cli.provenance import heading, provenance
 from rigid_envs.cli.tables import table
@@ -40,7 +41,7 @@ def make_anchors(ids: Sequence[str], n: int, file: Path) -> None:
     command = " ".join(["rigid-envs", *sys.argv[1:]])
     data = document(made, {**where, "command": command}, n)
     data["ids"] = {**kept, **data["ids"]}
-    file.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n")
+    write(file, json.dumps(data, indent=1, allow_nan=False) + "\n")
     print(f"written to {file}")
 
 

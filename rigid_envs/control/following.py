@@ -9,13 +9,13 @@ import numpy.typing as npt
 
 from rigid_envs import rotations
 from rigid_envs.control.linear import Regulator
+from rigid_envs.control.rolling import AXES, difference
 from rigid_envs.systems import RollingBall
 from rigid_envs.systems.boundary import array_of, positive
 
 __all__ = ["DampedFollower", "FarSightedFollower", "elastica_headings", "pose_error"]
 
 Array = npt.NDArray[np.float64]
-_ACROSS = np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 0.0]])  # rolling rate of a velocity in radii/s
 _TINY = 1e-300  # no division by zero
 
 
@@ -33,9 +33,7 @@ def pose_error(ball: RollingBall, y: npt.ArrayLike, reference: npt.ArrayLike) ->
     Raises:
         ValueError: bad states.
     """
-    here, there = ball.checked_state(y), ball.checked_state(reference)
-    turn = rotations.multiply(here[..., :4], rotations.conjugate(there[..., :4]))
-    offset = (here[..., 4:6] - there[..., 4:6]) / ball.radius
+    turn, offset = difference(reference, y, ball.radius)
     return np.concatenate([offset, rotations.log(turn)], axis=-1)
 
 
@@ -197,11 +195,11 @@ class FarSightedFollower:
 
     def _steps(self, velocities: Array) -> tuple[Array, Array]:
         """F_k, shape (T, ..., 5, 5), and G_k, shape (T, ..., 5, 2), of each period."""
-        turns = self.dt / self.ball.radius * velocities @ _ACROSS.T
+        turns = self.dt / self.ball.radius * velocities @ AXES.T
         F = np.zeros((*turns.shape[:-1], 5, 5))
         F[..., :2, :2] = np.eye(2)
         F[..., 2:, 2:] = rotations.matrix_from_quaternion(rotations.exp(turns))
-        rolled = rotations.left_jacobian(turns) @ _ACROSS
+        rolled = rotations.left_jacobian(turns) @ AXES
         straight = np.broadcast_to(np.eye(2), (*turns.shape[:-1], 2, 2))
         return F, self.dt * np.concatenate([straight, rolled], axis=-2)
 

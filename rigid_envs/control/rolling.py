@@ -8,11 +8,12 @@ import numpy.typing as npt
 from rigid_envs import rotations
 from rigid_envs.systems import RollingBall
 
-__all__ = ["difference", "rolled"]
+__all__ = ["AXES", "difference", "rolled"]
 
 Array = npt.NDArray[np.float64]
 
-_AXES = np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 0.0]])  # rotation vector of a displacement
+AXES = np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 0.0]])
+"""Rotation vector of a displacement, or rolling rate of a velocity, both in radii."""
 
 
 def difference(
@@ -54,8 +55,8 @@ def rolled(rolls: Array) -> tuple[Array, Array]:
         turn, shape (..., 4), and the rotation vectors, world, per change of each roll, shape
         (..., K, 3, 2).
     """
-    vectors = rolls @ _AXES.T
-    turns, jacobians = rotations.exp(vectors), rotations.left_jacobian(vectors) @ _AXES
+    vectors = rolls @ AXES.T
+    turns, jacobians = rotations.exp(vectors), rotations.left_jacobian(vectors) @ AXES
     total, after = turns[..., -1, :], [jacobians[..., -1, :, :]]
     for k in range(rolls.shape[-2] - 2, -1, -1):
         after.append(rotations.matrix_from_quaternion(total) @ jacobians[..., k, :, :])

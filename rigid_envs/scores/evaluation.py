@@ -26,6 +26,7 @@ __all__ = [
     "controller",
     "evaluate",
     "make_rows",
+    "play_starts",
 ]
 
 Array = npt.NDArray[np.float64]
@@ -78,9 +79,24 @@ def evaluate(
         config: Hyperparameters of the task.
     """
     envs = make_rows(env_id, n, config)
-    episodes = play(player(envs), envs, row_seeds(seed, n, "test"), error_of(envs.task))
-    envs.close()
-    return Evaluation(envs.task, episodes)
+    return Evaluation(envs.task, play_starts(player, envs, seed))
+
+
+def play_starts(player: Player, envs: Any, seed: int = TEST_SEED) -> Episodes:
+    """Play one episode from the start of every row, and close the environment.
+
+    Args:
+        player: `controller`, `actor` or `at_random`.
+        envs: A vector environment, also of somebody else, whose rows reset in the step that ends
+            their episode.
+        seed: Seed that the starts are drawn from; that of the evaluation set by default.
+    """
+    task = getattr(envs, "task", None)
+    error = error_of(task) if isinstance(task, Task) else None
+    try:
+        return play(player(envs), envs, row_seeds(seed, envs.num_envs, "test"), error)
+    finally:
+        envs.close()
 
 
 def make_rows(env_id: str, n: int, config: Mapping[str, Any] | None = None) -> RigidVectorEnv:
