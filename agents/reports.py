@@ -157,16 +157,18 @@ def table(figures: dict[str, Any]) -> str:
     title = f"{figures['env_id']}: {policy['episodes']} unseen starts, one episode from each"
     unit = figures["cost_unit"]
     notes = [rule] if unit is None else [rule, f"cost: {unit}"]
-    notes += [_score(name, score) for name, score in figures.get("scores", {}).items()]
+    notes += _scores(figures.get("scores", {}))
     return "\n".join([title, rule, lines[0], rule, *lines[1:], *notes])
 
 
-def _score(name: str, score: dict[str, Any]) -> str:
-    low, high = score["interval_95"]
-    return (
-        f"score of {name}: {score['score']:.3f} ({low:.3f} .. {high:.3f}); "
-        f"1 is {score['anchor']:.4g} ({score['kind']}: {score['why']}), 0 the random policy"
-    )
+def _scores(scores: dict[str, dict[str, Any]]) -> list[str]:
+    """A line for each; none without scores."""
+    rows = []
+    for name, score in scores.items():
+        low, high = (round(end, 3) + 0.0 for end in score["interval_95"])
+        value = f"{round(score['score'], 3) + 0.0:6.3f}   {low:6.3f} .. {high:.3f}"
+        rows.append(f"{name:9}{value}   1: {score['anchor']:.4g}, {score['kind']}: {score['why']}")
+    return ["", "scores    0 is the random policy", *rows] if rows else []
 
 
 def _row(name: str, figures: dict[str, Any]) -> tuple[str, ...]:
