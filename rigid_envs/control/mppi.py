@@ -77,28 +77,31 @@ class PathIntegral:
             raise ValueError(f"finest = {self.finest}; expected a number in (0, 1]")
 
     def start(self, lead: tuple[int, ...], n_action: int) -> Array:
-        """Plans that do nothing, shape (*lead, T, n_action)."""
-        return np.zeros((*lead, self.horizon, n_action))
+        """Plans that do nothing, shape (T, *lead, m)."""
+        return np.zeros((self.horizon, *lead, n_action))
 
-    def sample(self, plan: Array, rng: np.random.Generator) -> Array:
-        """Plans to roll out, shape (..., K, T, m), of plans (..., T, m); the first is the plan."""
-        shape = (*plan.shape[:-2], self.n_samples, *plan.shape[-2:])
-        scales = self.spread * np.geomspace(1.0, self.finest, self.n_samples)
-        e = scales[:, None, None] * rng.standard_normal(shape)
+    def draw(self, rng: np.random.Generator, n_action: int) -> Array:
+        """What is added to a plan: s_k e_k, shape (T, K, m); nothing in the first of the K."""
+        e = rng.standard_normal((self.horizon, self.n_samples, n_action))
         fresh = np.sqrt(1.0 - self.memory**2)
         for t in range(1, self.horizon):
-            e[..., t, :] = self.memory * e[..., t - 1, :] + fresh * e[..., t, :]
-        e[..., 0, :, :] = 0.0
-        return np.asarray(np.clip(plan[..., None, :, :] + e, -1.0, 1.0))
+            e[t] = self.memory * e[t - 1] + fresh * e[t]
+        scales = self.spread * np.geomspace(1.0, self.finest, self.n_samples)
+        scales[0] = 0.0
+        return scales[:, None] * e
+
+    def sample(self, plan: Array, draws: Array) -> Array:
+        """Plans to roll out, shape (T, ..., K, m), of plans (T, ..., m); the first is the plan."""
+        return np.clip(plan[..., None, :] + _beside(draws, plan.ndim - 2), -1.0, 1.0)
 
     def improve(self, samples: Array, costs: npt.ArrayLike) -> Array:
-        """The new plan, shape (..., T, m), of rolled out plans (..., K, T, m), costs (..., K)."""
+        """The new plan, shape (T, ..., m), of rolled out plans (T, ..., K, m), costs (..., K)."""
         share = weights(costs, self.temperature)
-        return np.asarray(np.einsum("...k,...ktm->...tm", share, samples))
+        return np.asarray((share[..., None, :] @ samples)[..., 0, :])
 
     def shift(self, plan: Array) -> Array:
         """The plan one step later; its last action is held."""
-        return np.concatenate([plan[..., 1:, :], plan[..., -1:, :]], axis=-2)
+        return np.concatenate([plan[1:], plan[-1:]])
 
 
 @dataclass(frozen=True)
@@ -140,26 +143,33 @@ class CrossEntropyChoices:
                 "expected at least 2 choices, and mixing in (0, 1]"
             )
 
-    def start(self, lead: tuple[int, ...]) -> Array:
-        """Even plans, shape (*lead, T, n)."""
-        return np.full((*lead, self.horizon, self.n_choices), 1.0 / self.n_choices)
+    def start(self, lead: tuple[int, ...], n_action: int = 1) -> Array:
+        """Even plans, shape (T, *lead, n)."""
+        return np.full((self.horizon, *lead, self.n_choices), 1.0 / self.n_choices)
 
-    def sample(self, plan: Array, rng: np.random.Generator) -> Integers:
-        """Sequences to roll out, shape (..., K, T), of plans (..., T, n)."""
-        shape = (*plan.shape[:-2], self.n_samples, self.horizon)
-        below = np.cumsum(plan, axis=-1)[..., None, :, :-1] <= rng.random(shape)[..., None]
-        return np.asarray(below.sum(axis=-1))
+    def draw(self, rng: np.random.Generator, n_action: int = 1) -> Array:
+        """Where in [0, 1) each choice falls, shape (T, K)."""
+        return rng.random((self.horizon, self.n_samples))
+
+    def sample(self, plan: Array, draws: Array) -> Integers:
+        """Sequences to roll out, shape (T, ..., K, 1), of plans (T, ..., n)."""
+        below = np.cumsum(plan, axis=-1)[..., :-1, None] <= _beside(draws, plan.ndim - 1)
+        return np.asarray(below.sum(axis=-2)[..., None])
 
     def improve(self, samples: Integers, costs: npt.ArrayLike) -> Array:
-        """The new plan, shape (..., T, n), of sequences (..., K, T) and their costs (..., K)."""
-        chosen = samples[..., None] == np.arange(self.n_choices)
-        share = np.einsum("...k,...ktn->...tn", weights(costs, self.temperature), chosen)
+        """The new plan, shape (T, ..., n), of sequences (T, ..., K, 1) and their costs (..., K)."""
+        chosen = samples == np.arange(self.n_choices)
+        share = (weights(costs, self.temperature)[..., None, :] @ chosen)[..., 0, :]
         return np.asarray((1.0 - self.mixing) * share + self.mixing / self.n_choices)
 
     def shift(self, plan: Array) -> Array:
         """The plan one step later; its last step is even."""
-        even = np.full_like(plan[..., -1:, :], 1.0 / self.n_choices)
-        return np.concatenate([plan[..., 1:, :], even], axis=-2)
+        return np.concatenate([plan[1:], np.full_like(plan[-1:], 1.0 / self.n_choices)])
+
+
+def _beside(draws: Array, n_lead: int) -> Array:
+    """Draws (T, ...) with axes of length 1 after the first, for those of the plans."""
+    return draws.reshape(len(draws), *(1,) * n_lead, *draws.shape[1:])
 
 
 def _check_sizes(n_samples: int, horizon: int, temperature: float) -> None:

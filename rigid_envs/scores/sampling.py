@@ -7,6 +7,7 @@ functions that step and pay the rows. This is what their speed is for.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -45,36 +46,24 @@ class Rollouts:
             n_samples: Copies of each row K.
         """
         self._task, self._k = task, n_samples
-        self._block = min(n_rows, max(1, _COPIES // n_samples))
-        self._core = Core(task, self._block * n_samples)
+        self._core = Core(task, n_rows * n_samples)
 
-    def __call__(self, state: dict[str, Array], actions: npt.NDArray[Any]) -> Array:
+    def __call__(self, state: Mapping[str, Array], actions: npt.NDArray[Any]) -> Array:
         """Costs of plans, shape (N, K).
 
         Args:
             state: From `RigidVectorEnv.get_state`, of N rows.
-            actions: Shape (N, K, T, m).
+            actions: Shape (T, N, K, m).
         """
-        n = len(actions)
-        costs = np.empty((n, self._k))
-        for first in range(0, n, self._block):
-            rows = np.arange(first, first + self._block)
-            copies = {key: part[rows % n].repeat(self._k, axis=0) for key, part in state.items()}
-            found = self._roll(copies, actions[rows % n]).reshape(self._block, self._k)
-            costs[first : first + self._block] = found[: n - first]
-        return costs
-
-    def _roll(self, copies: dict[str, Array], actions: npt.NDArray[Any]) -> Array:
         core = self._core
-        core.set_state(copies)
+        core.set_state({key: part.repeat(self._k, axis=0) for key, part in state.items()})
         cost, alive = np.zeros(core.n_rows), np.ones(core.n_rows, dtype=bool)
-        steps = actions.reshape(core.n_rows, *actions.shape[2:]).swapaxes(0, 1)
-        for action in steps:
+        for action in actions.reshape(len(actions), *core.actions.shape):
             core.actions[...] = action
             core.step()
             cost -= np.where(alive, core.results[-1] - self._distance(), 0.0)
             alive &= ~core.flags[0]
-        return cost
+        return cost.reshape(-1, self._k)
 
     def _distance(self) -> Array | float:
         n = self._task.n_goal
@@ -86,6 +75,8 @@ class Rollouts:
 
 class SamplingController:
     """A policy for rows of any task, by sampling.
+
+    The same draws are added to the plans of all rows: what a row does is what it would do alone.
 
     Attributes:
         planner: How plans are drawn and improved.
@@ -104,26 +95,35 @@ class SamplingController:
         """
         self.planner, self._rng = planner, rng
         self._plan = np.zeros((0, 0, 0))
-        self._rollouts: Rollouts | None = None
+        self._blocks: list[slice] = []
+        self._rollouts: dict[int, Rollouts] = {}
 
     def __call__(self, envs: RigidVectorEnv) -> npt.NDArray[Any]:
         """Actions of all rows; a row at its first step gets a new plan."""
-        if self._rollouts is None or len(self._plan) != envs.num_envs:
-            self._rollouts = Rollouts(envs.task, envs.num_envs, self.planner.n_samples)
-            self._plan = self._blank(envs)
+        task, n, m = envs.task, envs.num_envs, len(envs.task.actions())
         state = envs.get_state()
         fresh = state["clock"][:, _ELAPSED] == 0
-        self._plan[fresh] = self._blank(envs)[fresh]
-        samples: Any = self.planner.sample(self._plan, self._rng)
-        actions = samples.reshape(*samples.shape[:3], -1)
-        plan = self.planner.improve(samples, self._rollouts(state, actions))
-        self._plan = self.planner.shift(plan)
-        return plan[:, 0].argmax(axis=-1) if envs.task.n_choices else plan[:, 0]
+        if self._plan.shape[1] != n:
+            self._make_room(task, n)
+            fresh[:] = True
+        self._plan[:, fresh] = self.planner.start((int(fresh.sum()),), m)
+        draws = self.planner.draw(self._rng, m)
+        for block in self._blocks:
+            samples: Any = self.planner.sample(self._plan[:, block], draws)
+            rollouts = self._rollouts[samples.shape[1]]
+            costs = rollouts({key: part[block] for key, part in state.items()}, samples)
+            self._plan[:, block] = self.planner.improve(samples, costs)
+        due = self._plan[0]
+        self._plan = self.planner.shift(self._plan)
+        return due.argmax(axis=-1) if task.n_choices else due
 
-    def _blank(self, envs: RigidVectorEnv) -> Array:
-        if isinstance(self.planner, CrossEntropyChoices):
-            return self.planner.start((envs.num_envs,))
-        return self.planner.start((envs.num_envs,), len(envs.task.actions()))
+    def _make_room(self, task: Task, n: int) -> None:
+        """Plans of n rows, and copies of as many of them at a time as stay in the cache."""
+        self._plan = self.planner.start((n,), len(task.actions()))
+        size = max(1, _COPIES // self.planner.n_samples)
+        self._blocks = [slice(k, min(k + size, n)) for k in range(0, n, size)]
+        sizes = {block.stop - block.start for block in self._blocks}
+        self._rollouts = {size: Rollouts(task, size, self.planner.n_samples) for size in sizes}
 
 
 def sampling(

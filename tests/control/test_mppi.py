@@ -12,10 +12,9 @@ T = 20
 
 
 def cost(x, plans):
-    """Quadratic cost of plans (..., T, 1) from x (2,)."""
-    x, total = np.broadcast_to(x, (*plans.shape[:-2], 2)), 0.0
-    for t in range(plans.shape[-2]):
-        u = plans[..., t, :]
+    """Quadratic cost of plans (T, ..., 1) from x (2,)."""
+    x, total = np.broadcast_to(x, (*plans.shape[1:-1], 2)), 0.0
+    for u in plans:
         x = x @ A.T + u @ B.T
         total = total + np.einsum("...i,ij,...j", x, Q, x) + np.einsum("...i,ij,...j", u, R, u)
     return total
@@ -37,7 +36,7 @@ def test_plans_come_near_the_optimum_of_a_linear_quadratic_problem(memory):
     x = np.array([0.3, 0.2])
     plan = planner.start((), 1)
     for _ in range(60):
-        samples = planner.sample(plan, rng)
+        samples = planner.sample(plan, planner.draw(rng, 1))
         plan = planner.improve(samples, cost(x, samples))
     assert optimum(x) <= cost(x, plan)  # nothing is better
     # measured: 1 to 3 % above, the noise of a mean of some dozens of plans that count
@@ -46,19 +45,20 @@ def test_plans_come_near_the_optimum_of_a_linear_quadratic_problem(memory):
 
 def test_a_batch_of_plans_is_its_rows():
     planner, rng = PathIntegral(8, 5), np.random.default_rng(0)
-    plan = rng.uniform(-1.0, 1.0, (3, 5, 2))
-    samples = planner.sample(plan, rng)
-    costs = rng.normal(size=(3, 8))
+    plan, draws = rng.uniform(-1.0, 1.0, (5, 3, 2)), planner.draw(rng, 2)
+    samples, costs = planner.sample(plan, draws), rng.normal(size=(3, 8))
     together = planner.improve(samples, costs)
     for k in range(3):
-        np.testing.assert_array_equal(together[k], planner.improve(samples[k], costs[k]))
+        alone = planner.sample(plan[:, k], draws)
+        np.testing.assert_array_equal(alone, samples[:, k])
+        np.testing.assert_array_equal(planner.improve(alone, costs[k]), together[:, k])
 
 
 def test_plans_stay_in_the_box_and_the_first_that_is_tried_is_the_plan():
     planner, rng = PathIntegral(64, 10, spread=3.0), np.random.default_rng(0)
-    plan = rng.uniform(-1.0, 1.0, (4, 10, 2))
-    samples = planner.sample(plan, rng)
-    np.testing.assert_array_equal(samples[:, 0], plan)
+    plan = rng.uniform(-1.0, 1.0, (10, 4, 2))
+    samples = planner.sample(plan, planner.draw(rng, 2))
+    np.testing.assert_array_equal(samples[:, :, 0], plan)
     assert np.abs(samples).max() == 1.0
     # a mean of numbers in the box, but for the roundings of its sum
     assert np.abs(planner.improve(samples, rng.normal(size=(4, 64)))).max() <= 1.0 + 1e-14
@@ -66,7 +66,7 @@ def test_plans_stay_in_the_box_and_the_first_that_is_tried_is_the_plan():
 
 def test_noise_has_the_deviation_and_the_memory_that_are_asked_for():
     planner = PathIntegral(20_000, 4, spread=0.1, memory=0.6, finest=1.0)
-    e = planner.sample(planner.start((), 1), np.random.default_rng(0))[1:, :, 0]
+    e = planner.draw(np.random.default_rng(0), 1)[:, 1:, 0].T
     # 5 standard errors of 20 000 draws: 5 / sqrt(n) of a correlation, 5 / sqrt(2 n) of a deviation
     np.testing.assert_allclose(e.std(axis=0), 0.1, rtol=0.025)
     np.testing.assert_allclose(np.corrcoef(e[:, 1], e[:, 2])[0, 1], 0.6, atol=0.036)
@@ -86,8 +86,8 @@ def test_weights_do_not_depend_on_unit_or_origin_of_costs():
 def test_choices_are_drawn_as_the_plan_says():
     planner = CrossEntropyChoices(40_000, 2, 3)
     plan = np.array([[0.2, 0.5, 0.3], [0.0, 0.0, 1.0]])
-    drawn = planner.sample(plan, np.random.default_rng(0))
-    share = np.stack([np.bincount(column, minlength=3) for column in drawn.T]) / 40_000
+    drawn = planner.sample(plan, planner.draw(np.random.default_rng(0)))[..., 0]
+    share = np.stack([np.bincount(row, minlength=3) for row in drawn]) / 40_000
     np.testing.assert_allclose(share, plan, atol=5 * 0.5 / 200)  # 5 standard errors at most
 
 
@@ -97,8 +97,8 @@ def test_choices_find_a_hidden_sequence():
     planner = CrossEntropyChoices(200, 12, 4)
     plan = planner.start(())
     for _ in range(20):
-        samples = planner.sample(plan, rng)
-        plan = planner.improve(samples, (samples != hidden).sum(axis=-1))
+        samples = planner.sample(plan, planner.draw(rng))
+        plan = planner.improve(samples, (samples[..., 0].T != hidden).sum(axis=-1))
     np.testing.assert_array_equal(plan.argmax(axis=-1), hidden)
     np.testing.assert_allclose(plan.sum(axis=-1), 1.0, rtol=1e-14)
 

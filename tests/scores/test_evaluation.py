@@ -140,16 +140,16 @@ def test_rollouts_cost_what_rows_are_paid_until_they_end(name, config):
     envs.reset(seed=0)
     state, rng = envs.get_state(), np.random.default_rng(0)
     if envs.task.n_choices:
-        actions = rng.integers(0, 4, (n, k, steps, 1))
+        actions = rng.integers(0, 4, (steps, n, k, 1))
     else:
-        actions = rng.uniform(-1.0, 1.0, (n, k, steps, 1)).astype(np.float32)
+        actions = rng.uniform(-1.0, 1.0, (steps, n, k, 1)).astype(np.float32)
     costs = Rollouts(envs.task, n, k)(state, actions)
     n_ended = 0
     for j in range(k):
         envs.reset(seed=0)
         alive, paid = np.ones(n, dtype=bool), np.zeros(n)
         for t in range(steps):
-            action = actions[:, j, t, 0] if envs.task.n_choices else actions[:, j, t]
+            action = actions[t, :, j, 0] if envs.task.n_choices else actions[t, :, j]
             _, rewards, terminated, _, _ = envs.step(action)
             paid += np.where(alive, rewards, 0.0)
             alive &= ~terminated
@@ -163,6 +163,19 @@ def test_sampling_solves_the_grid_that_chance_does_not():
     found = evaluate(env_id, controller(sampling), 5)
     assert found.episodes.successes.all()
     assert not evaluate(env_id, at_random(), 5).episodes.successes.any()
+
+
+def test_sampling_does_in_a_row_what_it_does_in_it_alone():
+    env_id, n = "RigidEnvs/AxisFlip-v0", 40  # two blocks of copies, of different sizes
+    envs, one = make_rows(env_id, n), make_rows(env_id, 1)
+    envs.reset(seed=5)
+    one.reset(seed=5 + n - 1)
+    policy, policy_alone = sampling(envs.task), sampling(one.task)
+    for _ in range(3):
+        actions, action = policy(envs), policy_alone(one)
+        np.testing.assert_array_equal(actions[-1:], action)
+        envs.step(actions.astype(np.float32))
+        one.step(action.astype(np.float32))
 
 
 def test_every_id_has_metrics_that_matter():
