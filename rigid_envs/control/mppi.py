@@ -16,16 +16,19 @@ Integers = npt.NDArray[np.int64]
 def weights(costs: npt.ArrayLike, temperature: float) -> Array:
     """What each rollout counts: w_k ~ exp(-(S_k - min S) / lambda), with sum 1.
 
-    lambda is `temperature` times the standard deviation of the costs S, so that their unit does not
-    matter; rollouts that all cost the same count the same.
+    lambda is `temperature` times the span of the least twentieth of the costs S: their unit does
+    not matter, nor does by how much the worst of them fail. Rollouts that all cost the same count
+    the same.
 
     Args:
         costs: shape (..., K).
         temperature: towards 0 only the best counts.
     """
     S = np.asarray(costs, dtype=np.float64)
-    scale = np.maximum(temperature * S.std(axis=-1, keepdims=True), 1e-300)
-    w = np.exp((S.min(axis=-1, keepdims=True) - S) / scale)
+    n = max(1, S.shape[-1] // 20)
+    best = S.min(axis=-1, keepdims=True)
+    span = np.partition(S, n, axis=-1)[..., n : n + 1] - best
+    w = np.exp((best - S) / np.maximum(temperature * span, 1e-300))
     return np.asarray(w / w.sum(axis=-1, keepdims=True))
 
 
@@ -48,7 +51,7 @@ class PathIntegral:
         n_samples: K.
         horizon: T, number of steps of a plan.
         spread: deviation of what is tried from the plan [actions].
-        temperature: lambda over the standard deviation of the costs.
+        temperature: see `weights`.
         memory: correlation of e between neighbouring steps, in [0, 1).
         finest: the least s_k, in (0, 1].
 
@@ -62,7 +65,7 @@ class PathIntegral:
     n_samples: int
     horizon: int
     spread: float = 0.5
-    temperature: float = 0.1
+    temperature: float = 0.2
     memory: float = 0.0
     finest: float = 0.03
 
@@ -131,7 +134,7 @@ class CrossEntropyChoices:
     n_samples: int
     horizon: int
     n_choices: int
-    temperature: float = 0.1
+    temperature: float = 0.2
     mixing: float = 0.1
 
     def __post_init__(self) -> None:

@@ -131,7 +131,7 @@ def sampling(
     n_samples: int = 256,
     horizon: int | None = None,
     spread: float = 1.0,
-    temperature: float = 0.1,
+    temperature: float = 0.2,
     memory: float = 0.8,
     seed: int = 0,
 ) -> Policy:

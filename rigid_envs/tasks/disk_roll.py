@@ -240,7 +240,7 @@ class DiskRollRandom(DiskRoll):
     Reference:
         The regulator of `DiskRoll` for the middle of the ranges, which does not know the wheel: 500
         of 500 starts are successes, with 12.8 N m s and a return of 384 of 400 on average. Actions
-        of 0 and random actions succeed from none of 500; 28 % and 50 % of the wheels fall.
+        of 0 and random actions succeed from none of 500; 26 % and 47 % of the wheels fall.
 
         Exact: the threshold ``I3 (I3 + m r^2) w3^2 = I1 m g r`` of each wheel.
     """
