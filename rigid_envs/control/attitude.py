@@ -13,7 +13,7 @@ from rigid_envs.control.limits import within_box
 from rigid_envs.systems import FreeBody
 from rigid_envs.systems.boundary import positive
 
-__all__ = ["QuaternionPD", "least_slew_time"]
+__all__ = ["QuaternionPD", "least_slew_time", "slew_acceleration"]
 
 Array = npt.NDArray[np.float64]
 
@@ -112,13 +112,30 @@ class QuaternionPD:
         return rotations.canonicalize(e), state[..., 4:7]
 
 
-def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Array:
-    """Time [s] that no turn from rest to rest by an angle beats.
+def slew_acceleration(moments: npt.ArrayLike, torque: float) -> Array:
+    """What the rate of a body grows by at most, from rest [rad/s^2].
 
-    ``t = 2 sqrt(angle / a)``, ``a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)``. From rest
-    the energy grows by ``(sqrt(2 T))' = omega . tau / sqrt(2 T) <= torque sqrt(sum 1 / I_k)``
-    (Cauchy and Schwarz) and ``|omega| <= sqrt(2 T / I_min)``, so the rate is at most a t; backwards
-    from the goal likewise; the angle is at most the integral of the smaller of both.
+    ``a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)``: the energy grows by
+    ``(sqrt(2 T))' = omega . tau / sqrt(2 T) <= torque sqrt(sum 1 / I_k)`` (Cauchy and Schwarz), and
+    ``|omega| <= sqrt(2 T / I_min)``, so that ``|omega| <= a t``.
+
+    Args:
+        moments: principal moments [kg m^2], shape (3, ...).
+        torque: largest torque about each axis [N m].
+
+    Returns:
+        Shape (...).
+    """
+    positive(torque, "torque", "N m")
+    inverse = 1.0 / np.asarray(moments, dtype=np.float64)
+    return np.asarray(torque * np.sqrt(inverse.sum(axis=0) * inverse.max(axis=0)))
+
+
+def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Array:
+    """Time [s] that no turn from rest to rest by an angle beats: ``2 sqrt(angle / a)``.
+
+    The rate is at most a t (`slew_acceleration`), backwards from the goal likewise, and the angle
+    is at most the integral of the smaller of both.
 
     Args:
         body: the body.
@@ -128,6 +145,5 @@ def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Arra
     Returns:
         Times of the shape of angle.
     """
-    positive(torque, "torque", "N m")
-    gain = torque * math.sqrt(float(np.sum(1.0 / body.moments) / body.moments.min()))
-    return np.asarray(2.0 * np.sqrt(np.asarray(angle, dtype=np.float64) / gain))
+    a = slew_acceleration(body.moments, torque)
+    return np.asarray(2.0 * np.sqrt(np.asarray(angle, dtype=np.float64) / a))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.control.attitude import slew_acceleration
 from rigid_envs.control.momentum import MomentumRegulator
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.systems import UprightCoin
@@ -87,15 +87,14 @@ def _coin(envs: RigidVectorEnv) -> Array:
 def _turn(envs: RigidVectorEnv) -> Array:
     """Time [s] of any turn from rest to within tolerance of the goal.
 
-    With e = sqrt(2 T / I_min), which is at least the rate, ``|e'| <= |tau| / I_min``; at the end it
-    is sqrt(I_max / I_min) times the tolerated rate at most.
+    With e = sqrt(2 T / I_min), which is at least the rate, ``|e'| <= a`` (`slew_acceleration`); at
+    the end it is sqrt(I_max / I_min) times the tolerated rate at most.
     """
     task: Any = envs.task
     moments = np.stack([_rows(envs, name) for name in ("I1", "I2", "I3")])
-    least, most = moments.min(axis=0), moments.max(axis=0)
     angle = rotations.distance(envs.y[:, :4], envs.get_state()["memo"]) - task.angle_tolerance
-    rate = np.sqrt(most / least) * task.rate_tolerance
-    return least_time(np.maximum(angle, 0.0), math.sqrt(3.0) * task.torque / least, rate)
+    rate = np.sqrt(moments.max(axis=0) / moments.min(axis=0)) * task.rate_tolerance
+    return least_time(np.maximum(angle, 0.0), slew_acceleration(moments, task.torque), rate)
 
 
 def _momentum(envs: RigidVectorEnv) -> Array:
@@ -150,7 +149,9 @@ THEORY: dict[str, dict[str, Theory]] = {
         "time": Theory("exact", "|L| over the largest impulse, rounded up", _impulses),
     },
     "Reorient": {
-        "time": Theory("bound", "2 sqrt(I_min angle / |tau|), less the tolerances", _turn)
+        "time": Theory(
+            "bound", "2 sqrt(angle / a), a the largest angular acceleration, less tolerances", _turn
+        )
     },
     "BallPark": {"path": _LENGTH},
     "BallParkRandom": {"path": _LENGTH},

@@ -6,10 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-import numpy.typing as npt
-
-from rigid_envs import rotations
 from rigid_envs.kernels import episode, free_body, goals, randoms
 from rigid_envs.kernels.actions import clip_to_box, single
 from rigid_envs.kernels.algebra import Quaternion, Row, Vector, matrix
@@ -18,7 +14,7 @@ from rigid_envs.kernels.elementary import select, sincos
 from rigid_envs.kernels.layout import Memory, Shapes
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks.base import Array, Entry, Task
-from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
+from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
 from rigid_envs.tasks.moments import fastest, spun_up
 
 __all__ = ["Reorient"]
@@ -147,9 +143,10 @@ class Reorient(Task):
 
         The gyroscopic term is at most ``(I_max - I_min) |omega|^2 / 2``, 1 N m at 1 rad/s for the
         default body; the torque is 0.5 N m about each axis. From rest, the rate is at most
-        ``|tau| t / I_min``, as energy is gained at ``omega . tau``, and backwards from the goal
-        likewise. So no turn from rest to rest by an angle takes less than
-        ``2 sqrt(I_min angle / |tau|)`` with the largest torque ``|tau| = sqrt(3) torque``.
+        ``a t``, ``a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)``, as energy is gained at
+        ``omega . tau``, and backwards from the goal likewise. So no turn from rest to rest by an
+        angle takes less than ``2 sqrt(angle / a)``
+        (`rigid_envs.control.attitude.least_slew_time`).
 
         The energy that full torque could give the body before the time limit bounds its rates by
         6.8 rad/s (5.5 are reached with full torque along each rate), hence two integrator steps per
@@ -174,10 +171,10 @@ class Reorient(Task):
         stay, after 6.74 s on average, with a torque impulse (the integral of ``|tau|``) of 2.84 N m
         s. Actions of 0 and random actions (4.82 N m s) reach none of 500.
 
-        Bound: ``2 sqrt(I_min angle / |tau|)``, `least_time`, 3.15 s on average from these starts
-        and 3.81 s for a half turn; the tolerances let the goal be reached a little earlier. The
-        feedback takes 2.1 times as long, so there is room for what is better. A half turn about e1
-        by one torque, full and then full against it, takes 1.32 of the bound.
+        Bound: ``2 sqrt(angle / a)``, 3.59 s on average from these starts and 4.31 s for a half
+        turn; the tolerances let the goal be reached a little earlier. The feedback takes 1.9 times
+        as long, so there is room for what is better. A half turn about e1 by one torque, full and
+        then full against it, takes 1.16 of the bound.
 
     Version History:
         v0: first version.
@@ -235,17 +232,3 @@ class Reorient(Task):
         """What full torque can make of rest before the time limit."""
         moments, time = (self.I1, self.I2, self.I3), _STEPS * self.dt
         return fastest(moments, spun_up(moments, 0.0, (self.torque,) * 3, time))
-
-    def least_time(self, q: npt.ArrayLike, goal: npt.ArrayLike) -> Array:
-        """Time [s] that no turn from rest to rest beats: 2 sqrt(I_min angle / |tau|).
-
-        From rest, the rate is at most ``|tau| t / I_min``, as energy is gained at ``omega . tau``;
-        backwards from the goal likewise; the angle is at most the integral of the smaller one.
-
-        Args:
-            q: attitude at the start, shape (..., 4).
-            goal: attitude at the end, shape (..., 4).
-        """
-        least = min(span(moment)[0] for moment in (self.I1, self.I2, self.I3))
-        angle = rotations.distance(q, goal)
-        return np.asarray(2.0 * np.sqrt(least * angle / (math.sqrt(3.0) * self.torque)))
