@@ -27,6 +27,7 @@ _HEADER = (
     "environment",
     "policy",
     "success",
+    "95 %",
     "metric",
     "value",
     "95 %",
@@ -78,7 +79,8 @@ def markdown(results: Sequence[Mapping[str, Any]]) -> str:
     Args:
         results: In the order of the rows.
     """
-    lines = [_HEADER, ("---", "---", "---:", "---", *["---:"] * 4, "---"), *map(_cells, results)]
+    sides = ("---", "---", "---:", "---:", "---", *["---:"] * 4, "---")
+    lines = [_HEADER, sides, *map(_cells, results)]
     table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     notes = "\n".join(dict.fromkeys(_note(result) for result in results))
     return f"{table}\n\n{notes}\n"
@@ -143,18 +145,20 @@ def _first_score(result: Mapping[str, Any]) -> float:
 def _cells(result: Mapping[str, Any]) -> tuple[str, ...]:
     metric, score = result["metrics"][result["primary"]], _score(result)
     low, high = metric["interval_95"]
+    policy = result["policy"]
     worth = ("-", "-", "-")
     if score:
         ends = " .. ".join(f"{round(end, 2) + 0.0:.2f}" for end in score["interval_95"])
         worth = (
             f"**{round(score['score'], 3) + 0.0:.3f}**",
             ends,
-            f"{score['kind']}: {score['why']}",
+            f"{score['anchor']:.4g}, {score['kind']}: {score['why']}",
         )
     return (
         f"`{result['env_id'].split('/')[-1]}`",
         str(result["algo"]),
-        f"{100 * result['policy']['success_rate']:.1f} %",
+        f"{100 * policy['success_rate']:.1f} %",
+        " .. ".join(f"{100 * end:.1f}" for end in policy["success_rate_95"]),
         result["primary"],
         f"{metric['mean']:.4g}",
         f"{low:.4g} .. {high:.4g}",

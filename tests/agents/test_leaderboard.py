@@ -58,7 +58,7 @@ def test_the_best_score_comes_first_and_the_plot_is_there(folder: Path, capsys: 
     assert text in capsys.readouterr().out
     rows = [line for line in text.splitlines() if line.startswith("| `Detumble-v0`")]
     assert len(rows) == 3 and "exact" in rows[0]
-    assert {row.replace("\\|", "").count("|") for row in rows} == {10}
+    assert {row.replace("\\|", "").count("|") for row in rows} == {11}
     assert (folder / "leaderboard.png").read_bytes().startswith(b"\x89PNG")
 
 
