@@ -121,7 +121,8 @@ def _add_evaluate(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=Path,
         metavar="FOLDER",
-        help="for results.json, episodes.csv (the run; of a controller logs/results/ID/NAME)",
+        help="for results.json, episodes.csv (the run); of controllers, ID/NAME is added to it "
+        "(logs/results)",
     )
 
 
