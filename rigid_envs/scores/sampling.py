@@ -115,7 +115,7 @@ class SamplingController:
             self._plan[:, block] = self.planner.improve(samples, costs)
         due = self._plan[0]
         self._plan = self.planner.shift(self._plan)
-        return due.argmax(axis=-1) if task.n_choices else due
+        return np.asarray(np.argmax(due, axis=-1) if task.n_choices else due)
 
     def _make_room(self, task: Task, n: int) -> None:
         """Plans of n rows, and copies of as many of them at a time as stay in the cache."""
