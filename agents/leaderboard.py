@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.scores.metrics import METRICS
 from rigid_envs.scores.references import REFERENCES
 
 from .checks import ConfigError
@@ -35,6 +36,13 @@ _HEADER = (
     "95 %",
     "score 1 is",
 )
+_INTRODUCTION = """# Leaderboard
+
+One episode from each start. A score is 0 for the random policy, and 1 where the last column says;
+policies are ranked by that of the metric in the middle.
+
+![Scores of all policies in all environments](leaderboard.png)
+"""
 _COLOURS = ("#1f5fbf", "#c9772b", "#3a8f5c", "#8a4fbf", "#b8383d", "#2a9aa8", "#7a7f2b", "#6b7480")
 
 
@@ -45,7 +53,7 @@ def leaderboard(folder: Path) -> str:
         folder: Where to look, and to write.
 
     Returns:
-        The table.
+        The page.
 
     Raises:
         ConfigError: No result below the folder.
@@ -74,7 +82,7 @@ def read_results(folder: Path) -> list[dict[str, Any]]:
 
 
 def markdown(results: Sequence[Mapping[str, Any]]) -> str:
-    """The table, and under it where its numbers come from.
+    """The page: the plot, the table, and under it where its numbers come from.
 
     Args:
         results: In the order of the rows.
@@ -82,8 +90,10 @@ def markdown(results: Sequence[Mapping[str, Any]]) -> str:
     sides = ("---", "---", "---:", "---:", "---", *["---:"] * 4, "---")
     lines = [_HEADER, sides, *map(_cells, results)]
     table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    ranking = sorted({result["primary"] for result in results})
+    meanings = "\n".join(f"- {name}: {METRICS[name].text}" for name in ranking)
     notes = "\n".join(dict.fromkeys(_note(result) for result in results))
-    return f"{table}\n\n{notes}\n"
+    return f"{_INTRODUCTION}\n{table}\n\n{meanings}\n\n{notes}\n"
 
 
 def draw(results: Sequence[Mapping[str, Any]]) -> Figure:
