@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rigid_envs import rotations
-from rigid_envs.control.attitude import QuaternionPD, least_slew_time
+from rigid_envs.control.attitude import QuaternionPD, least_slew_time, slew_acceleration
 from rigid_envs.control.linear import step_jacobian
 from rigid_envs.control.region import motion
 from rigid_envs.systems import FreeBody
@@ -147,3 +147,5 @@ def test_numbers_that_are_not_positive_are_refused():
         QuaternionPD(BODY, 1.0, -6.0)
     with pytest.raises(ValueError, match=r"^torque = nan; expected a positive"):
         least_slew_time(BODY, float("nan"), 1.0)
+    with pytest.raises(ValueError, match=r"^moments = \[1\.0, 0\.0, 3\.0\]; expected positive"):
+        slew_acceleration([1.0, 0.0, 3.0], TORQUE)
