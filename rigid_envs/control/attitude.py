@@ -132,7 +132,7 @@ def slew_acceleration(moments: npt.ArrayLike, torque: float) -> Array:
     positive(torque, "torque", "N m")
     I_k = np.asarray(moments, dtype=np.float64)
     if not ((I_k > 0.0) & (I_k < np.inf)).all():
-        raise ValueError(f"moments = {moments}; expected positive finite numbers [kg m^2]")
+        raise ValueError(f"moments = {I_k.tolist()}; expected positive finite numbers [kg m^2]")
     inverse = 1.0 / I_k
     return np.asarray(torque * np.sqrt(inverse.sum(axis=0) * inverse.max(axis=0)))
 
