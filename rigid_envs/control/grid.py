@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.control.rolling import difference
 from rigid_envs.systems import RollingBall
 
 __all__ = ["SIDES", "QuarterRolls", "attitudes", "rolled"]
@@ -159,11 +160,10 @@ class QuarterRolls:
 
     def _pose(self, y: npt.ArrayLike, goal: npt.ArrayLike | None) -> tuple[Integers, Integers]:
         """Cells to the goal, shape (..., 2), and the number of the attitude relative to it."""
-        start = self.ball.checked_state(y)
-        end = self.ball.state() if goal is None else self.ball.checked_state(goal)
-        turn = rotations.multiply(start[..., :4], rotations.conjugate(end[..., :4]))
+        end = self.ball.state() if goal is None else goal
+        turn, way = difference(end, y, self.ball.radius)
         number = np.argmax(np.abs(turn @ attitudes().T), axis=-1)
-        place = (start[..., 4:6] - end[..., 4:6]) / self._side
+        place = way * (self.ball.radius / self._side)
         cells = np.rint(place).astype(np.int64)
         away = rotations.distance(attitudes()[number], turn)
         off = max(float(np.max(gap, initial=0.0)) for gap in (np.abs(place - cells), away))
