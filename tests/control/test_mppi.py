@@ -83,6 +83,13 @@ def test_weights_do_not_depend_on_unit_or_origin_of_costs():
     np.testing.assert_array_equal(weights(np.full(8, 3.0), 0.1), 1.0 / 8.0)
 
 
+def test_how_badly_the_worst_fail_does_not_matter():
+    costs = np.sort(np.random.default_rng(0).normal(size=(5, 100)))
+    fallen = costs + np.where(np.arange(100) < 50, 0.0, 1e6)  # half of the rollouts
+    w, w_fallen = weights(costs, 0.2)[:, :50], weights(fallen, 0.2)[:, :50]
+    np.testing.assert_allclose(w_fallen / w_fallen[:, :1], w / w[:, :1], rtol=1e-14)
+
+
 def test_choices_are_drawn_as_the_plan_says():
     planner = CrossEntropyChoices(40_000, 2, 3)
     plan = np.array([[0.2, 0.5, 0.3], [0.0, 0.0, 1.0]])
