@@ -7,6 +7,8 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from rigid_envs.errors import ConfigError
+
 __all__ = [
     "Check",
     "ConfigError",
@@ -19,10 +21,6 @@ __all__ = [
     "nothing",
 ]
 __all__ += ["matching", "nothing", "real", "whole"]
-
-
-class ConfigError(ValueError):
-    """What a user asked for cannot be; the message says what can."""
 
 
 class Check(NamedTuple):

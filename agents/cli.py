@@ -13,14 +13,14 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigid_envs import ENVIRONMENTS
 
 from .checks import ConfigError
 from .config import ALGORITHMS
 from .files import DamagedFileError
-from .loading import add_config_options, dump_yaml, load_config, parse_yaml
+from .loading import add_config_options, dump_yaml, load_config, parse_yaml, read_yaml
 from .runs import Run, RunInUseError, create_run, find_run, open_run
 from .seeds import TEST_SEED, row_seeds
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
-_DEFAULT = Path(__file__).resolve().parent.parent / "configs" / "ball_park_ppo.yaml"
+_DEFAULT = "RigidEnvs/BallPark-v0"
 _STARTS = 500
 _RESULTS = Path("logs/results")
 
@@ -95,7 +95,7 @@ def _add_train(parser: argparse.ArgumentParser) -> None:
         "--env_kwargs.NAME VALUE sets a hyperparameter of the task. Ctrl-C and SIGTERM save "
         "first, and say how to go on."
     )
-    parser.add_argument("--config", type=Path, metavar="FILE", help=f"(default {_DEFAULT.name})")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="(that of the environment)")
     parser.add_argument("--resume", type=Path, metavar="RUN", help="go on with a run, to the bit")
     parser.add_argument("--overwrite", action="store_true", help="delete a run of the same name")
     parser.add_argument("--print_config", action="store_true", help="print the config and stop")
@@ -188,11 +188,22 @@ def _train(options: argparse.Namespace, rest: list[str]) -> int:
 
 
 def _started(options: argparse.Namespace, entries: dict[str, str], rest: list[str]) -> Run | None:
-    config = load_config(options.config or _DEFAULT, entries, rest)
+    config = load_config(_recipe(options.config, entries), entries, rest)
     if options.print_config:
         print(dump_yaml(config), end="")
         return None
     return create_run(config, options.overwrite)
+
+
+def _recipe(path: Path | None, entries: dict[str, str]) -> dict[str, Any]:
+    """Entries of the config file that was named, or else of the environment's own."""
+    if path is not None:
+        return read_yaml(path)
+    from .recipes import recipe_for
+
+    env_id = str(parse_yaml(entries.get("env_id", _DEFAULT)))
+    algo = parse_yaml(entries["algo"]) if "algo" in entries else None
+    return recipe_for(env_id, algo)
 
 
 def _resumed(options: argparse.Namespace, entries: dict[str, str], rest: list[str]) -> Run | None:

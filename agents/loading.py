@@ -135,19 +135,20 @@ def _help(fields: Mapping[str, dataclasses.Field[Any]]) -> str:
     return "; ".join(f"{', '.join(algos)}: {text}" for text, algos in algos_by_text.items())
 
 
-def load_config(path: Path | None, options: Mapping[str, str], rest: Sequence[str]) -> Config:
-    """The config of a YAML file, with entries of the command line put over it.
+def load_config(
+    recipe: Mapping[str, Any], options: Mapping[str, str], rest: Sequence[str]
+) -> Config:
+    """The config of a recipe, with entries of the command line put over it.
 
     Args:
-        path: The file; None for the defaults.
+        recipe: Entries, as a YAML file gives them.
         options: Entries given as options, each value as YAML text.
         rest: What no option was known for: `--env_kwargs.NAME VALUE`, or a mistake.
 
     Raises:
         ConfigError: "config.<key>: ...", or the file and what is wrong with it.
     """
-    values = {} if path is None else read_yaml(path)
-    values |= {key: _value(key, text) for key, text in options.items()}
+    values = {**recipe, **{key: _value(key, text) for key, text in options.items()}}
     keywords = _keywords(rest)
     if keywords:
         values["env_kwargs"] = {**config_from(values).env_kwargs, **keywords}

@@ -13,13 +13,13 @@ from .config import Config, config_from
 from .environments import make
 from .loading import read_yaml
 
-__all__ = ["config_for"]
+__all__ = ["config_for", "recipe_for"]
 
-_CONFIGS = Path(__file__).resolve().parent.parent / "configs"
+CONFIGS = Path(__file__).resolve().parent.parent / "configs"
 
 
 def config_for(env_id: str, entries: Mapping[str, Any]) -> Config:
-    """The shipped config of an environment, `configs/<name>_<algo>.yaml`; where none is, defaults.
+    """The shipped config of an environment, with other entries over it.
 
     Args:
         env_id: The environment.
@@ -28,16 +28,31 @@ def config_for(env_id: str, entries: Mapping[str, Any]) -> Config:
     Raises:
         ConfigError: No such environment, or an entry that cannot be.
     """
-    algos = _suitable(env_id)
+    return config_from({**recipe_for(env_id, entries.get("algo")), **entries})
+
+
+def recipe_for(env_id: str, algo: str | None = None) -> dict[str, Any]:
+    """Entries of the shipped config of an environment, `configs/<name>_<algo>.yaml`.
+
+    Where none is shipped: the id and the algorithm, for which the defaults hold.
+
+    Args:
+        env_id: The environment.
+        algo: The algorithm; None takes the most suitable one that has a config.
+
+    Raises:
+        ConfigError: No such environment.
+    """
+    algos = _suitable(env_id) if algo is None else (algo,)
     name = re.sub(r"-v\d+$", "", re.split("[:/]", env_id)[-1])
     stem = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
-    for algo in algos:
-        path = _CONFIGS / f"{stem}_{algo}.yaml"
+    for kind in algos:
+        path = CONFIGS / f"{stem}_{kind}.yaml"
         if path.is_file():
             values = read_yaml(path)
             if values.get("env_id") == env_id:
-                return config_from({**values, **entries})
-    return config_from({"env_id": env_id, "algo": algos[0], **entries})
+                return values
+    return {"env_id": env_id, "algo": algos[0]}
 
 
 def _suitable(env_id: str) -> tuple[str, ...]:

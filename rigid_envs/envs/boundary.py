@@ -10,7 +10,8 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.utils import seeding
 
-from rigid_envs.tasks import ConfigError, Entry, Task
+from rigid_envs.errors import ConfigError, UnknownKeywordError
+from rigid_envs.tasks import Entry, Task
 from rigid_envs.tasks.fields import from_config
 
 __all__ = [
@@ -37,10 +38,13 @@ def new_task(task: str, render_mode: str | None, config: Mapping[str, Any]) -> T
     """The task named "module:Class" with this configuration.
 
     Raises:
-        ConfigError: names the key, what is allowed, and the nearest known key.
+        UnknownKeywordError: names the key and the nearest known one.
+        ConfigError: names the key and what is allowed.
     """
     if render_mode is not None:
-        raise ConfigError(f"config.render_mode: {render_mode!r} is not allowed; expected None")
+        raise UnknownKeywordError(
+            f"config.render_mode: {render_mode!r} is not allowed; expected None"
+        )
     module, name = task.split(":")
     made = from_config(getattr(importlib.import_module(module), name), config)
     if not isinstance(made, Task):

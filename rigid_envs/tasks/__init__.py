@@ -4,6 +4,7 @@ A task is a frozen dataclass of hyperparameters over a physical system, with a f
 functions of one row; `rigid_envs.core` runs it. `TASKS` names them all.
 """
 
+from rigid_envs.errors import ConfigError
 from rigid_envs.tasks.axis_flip import AxisFlip
 from rigid_envs.tasks.ball_grid import BallGrid
 from rigid_envs.tasks.ball_park import BallPark, BallParkRandom
@@ -16,7 +17,6 @@ from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.coin_park import CoinPark
 from rigid_envs.tasks.detumble import Detumble
 from rigid_envs.tasks.disk_roll import DiskRoll, DiskRollRandom
-from rigid_envs.tasks.fields import ConfigError
 from rigid_envs.tasks.intermediate_axis import IntermediateAxis, IntermediateAxisRandom
 from rigid_envs.tasks.intermediate_axis_single import IntermediateAxisSingle
 from rigid_envs.tasks.pivot_top import PivotTop

@@ -12,12 +12,12 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.errors import ConfigError
 from rigid_envs.kernels import attitude
 from rigid_envs.kernels.layout import CHANNEL, Shapes
 from rigid_envs.systems import System
 from rigid_envs.tasks.fields import (
     Choice,
-    ConfigError,
     Flag,
     Integer,
     Number,

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from rigid_envs.errors import ConfigError, UnknownKeywordError
+
 __all__ = [
     "Choice",
-    "ConfigError",
     "Flag",
     "Integer",
     "Number",
@@ -27,10 +28,6 @@ __all__ = [
 ]
 
 Range = float | tuple[float, float]
-
-
-class ConfigError(ValueError):
-    """A hyperparameter that is unknown or outside its range."""
 
 
 @dataclass(frozen=True)
@@ -190,15 +187,17 @@ def from_config(kind: type[Any], config: Mapping[str, Any]) -> Any:
     """An instance of the dataclass `kind`, unknown keys refused.
 
     Raises:
-        ConfigError: an unknown key (with the nearest known one) or a value out of range.
+        UnknownKeywordError: an unknown key; names the nearest known one.
+        ConfigError: a value out of range.
     """
     known = [field.name for field in dataclasses.fields(kind)]
     for key in config:
         if key not in known:
             near = difflib.get_close_matches(str(key), known, n=1)
             hint = f"did you mean {near[0]!r}? " if near else ""
-            raise ConfigError(
-                f"config.{key}: unknown key; {hint}expected one of {', '.join(known)}"
+            raise UnknownKeywordError(
+                f"config.{key}: unknown key; {hint}expected one of {', '.join(known)} "
+                f"(unexpected keyword argument {key!r})"  # TorchRL looks for these words
             )
     return kind(**config)
 

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
+from rigid_envs.errors import ConfigError
 from rigid_envs.systems.free_body import fastest_turn
-from rigid_envs.tasks.fields import ConfigError, Range, span
+from rigid_envs.tasks.fields import Range, span
 
 __all__ = ["Moments", "check_order", "fastest", "spun_up"]
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from rigid_envs.errors import ConfigError
 from rigid_envs.kernels import episode, heavy_top, randoms
 from rigid_envs.kernels.actions import clip_to_disc
 from rigid_envs.kernels.algebra import Row, compose, rotate, vertical
@@ -14,7 +15,7 @@ from rigid_envs.kernels.elementary import atan2, fma, select, sincos
 from rigid_envs.kernels.layout import Memory, Shapes
 from rigid_envs.systems import HeavyTop
 from rigid_envs.tasks.base import Array, Entry, Task
-from rigid_envs.tasks.fields import ConfigError, Integer, Number, Range, physical, setting, span
+from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
 from rigid_envs.tasks.tops import derive_symmetric, fastest_top, weight
 
 __all__ = ["SleepingTop", "SleepingTopRandom"]

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+import yaml
 
 from agents.cli import main
 
@@ -97,6 +98,23 @@ def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=20)
     assert process.returncode == 128 + signal.SIGINT
+
+
+@pytest.mark.parametrize(
+    ("words", "entries"),
+    [
+        ([], {"env_id": "RigidEnvs/BallPark-v0", "algo": "ppo", "n_steps": 128}),
+        (["--env_id", "RigidEnvs/Reorient-v0"], {"algo": "sac", "goal_turn": True}),
+        (["--env_id", "RigidEnvs/Reorient-v0", "--algo", "ppo"], {"total_timesteps": 1_000_000}),
+        (["--env_id", "RigidEnvs/BallGrid-v0", "--seed", "7"], {"algo": "dqn", "seed": 7}),
+    ],
+)
+def test_an_environment_is_trained_with_its_own_recipe(
+    words: list[str], entries: dict[str, object], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["train", *words, "--print_config"]) == 0
+    shown = yaml.safe_load(capsys.readouterr().out)
+    assert {key: shown[key] for key in entries} == entries
 
 
 @pytest.mark.parametrize(

@@ -227,14 +227,14 @@ def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path: Path)
     file = tmp_path / "a.yaml"
     file.write_text("seed: 3\ngamma: 0.5\nenv_kwargs: {dt: 0.1, rotation: quat}\n")
     rest = ["--env_kwargs.dt", "2e-1", "--env_kwargs.goal=3"]
-    config = load_config(file, {"seed": "4", "learning_rate": "[1e-3, 0]"}, rest)
+    config = load_config(read_yaml(file), {"seed": "4", "learning_rate": "[1e-3, 0]"}, rest)
     assert (config.seed, config.gamma, config.n_envs) == (4, 0.5, 256)
     assert config.learning_rate == (1e-3, 0.0)
     assert config.env_kwargs == {"dt": 0.2, "rotation": "quat", "goal": 3}
     with pytest.raises(ValueError, match=r"^config\.seeds: unknown key; did you mean seed\?"):
-        load_config(file, {}, ["--seeds", "3"])
+        load_config(read_yaml(file), {}, ["--seeds", "3"])
     with pytest.raises(ValueError, match=r"^config\.env_kwargs\.dt: expected a value"):
-        load_config(file, {}, ["--env_kwargs.dt"])
+        load_config(read_yaml(file), {}, ["--env_kwargs.dt"])
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
