@@ -119,7 +119,8 @@ def test_an_unknown_key_is_refused_with_the_nearest_and_all_known_ones():
         from_config(Body, {"lenght": 1.0})
     assert str(refusal.value) == (
         "config.lenght: unknown key; did you mean 'length'? "
-        "expected one of length, count, colour, switch"
+        "expected one of length, count, colour, switch "
+        "(unexpected keyword argument 'lenght')"
     )
     with pytest.raises(ConfigError) as refusal:
         from_config(Body, {"xyzzy": 1.0})
