@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from rigid_envs.kernels.compiler import kernel_hash
+from rigid_envs.kernels.cache import kernel_hash
 from rigid_envs.scores.evaluation import Player, actor
 
 from .environments import cost_unit

@@ -129,7 +129,7 @@ def _action(task: Task) -> list[str | Table | Code]:
 
 def _clipping(task: Task) -> str:
     """How actions outside their space are brought back into it; a round space is in the frame."""
-    shape = {entry.frame.rpartition(", ")[2] for entry in task.actions()} & {"disc", "ball"}
+    shape = {entry.frame.rpartition(", ")[2] for entry in task.actions()} & {"disk", "ball"}
     if shape:
         return f"Actions form the unit {shape.pop()}: a longer one is shortened to length 1."
     return "Entries outside [-1, 1] are clipped to it, each by itself."

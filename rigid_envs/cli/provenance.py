@@ -11,7 +11,7 @@ from typing import Any
 
 import rigid_envs
 from rigid_envs.cli.tables import paragraphs
-from rigid_envs.kernels.compiler import kernel_hash
+from rigid_envs.kernels.cache import kernel_hash
 
 __all__ = ["heading", "provenance"]
 

@@ -119,7 +119,7 @@ def test_a_network_with_goals_is_told_the_turn_in_body_and_world_axes(name: str)
     policy = build_model(config, env).policy
     told = policy.extract_features(policy.obs_to_tensor(obs)[0]).numpy()
     envs: Any = env.venv.unwrapped
-    here, there = envs.y[:, :4], envs.get_state()["memo"][:, :4]
+    here, there = envs.y[:, :4], envs.auxiliary(*envs.task.aux_names)[:, :4]
     back = rotations.conjugate(here)
     for turn, at in ((rotations.multiply(back, there), -18), (rotations.multiply(there, back), -9)):
         expected = rotations.matrix_from_quaternion(turn).reshape(50, 9)

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from rigid_envs.cli.bench.race import Contestant, Result, race
 from rigid_envs.cli.provenance import provenance
 from rigid_envs.cli.tables import table
-from rigid_envs.kernels import free_body
+from rigid_envs.kernels.free_body import FREE_BODY
 from rigid_envs.kernels.rows import LANES, integrate
 from rigid_envs.systems import FreeBody
 
@@ -32,26 +32,28 @@ _FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC")
 _SOURCE = Path(__file__).with_name("free_body.c")
 _N = 4096
 _H = 0.1  # [s]
-_STAGES = len(free_body.WEIGHTS)
+_STEP, _RESTORE, _WEIGHTS = FREE_BODY.step, FREE_BODY.restore, FREE_BODY.weights
+_PROTOTYPES = FREE_BODY.prototypes
+_STAGES = len(_WEIGHTS)
 _TARGET = 1.5
 
 Array = npt.NDArray[np.float64]
 Loop = Callable[[Array, int, float, int], None]
-"""``loop(memory, n_blocks, h, n_substeps)``."""
+"""``loop(buffer, n_blocks, h, n_substeps)``."""
 
-_SIZE = sum(map(len, free_body.SHAPES)) * LANES
+_SIZE = sum(map(len, _PROTOTYPES)) * LANES
 
 
 @numba.njit(error_model="numpy", nogil=True)
-def kernel_loop(memory: Array, n_blocks: int, h: float, n_substeps: int) -> None:
+def kernel_loop(buffer: Array, n_blocks: int, h: float, n_substeps: int) -> None:
     """The integration loop of the environments, over blocks of rows."""
     for block in range(n_blocks):
         integrate(
-            free_body.step,
-            free_body.restore,
-            free_body.WEIGHTS,
-            free_body.SHAPES,
-            memory,
+            _STEP,
+            _RESTORE,
+            _WEIGHTS,
+            _PROTOTYPES,
+            buffer,
             block * _SIZE,
             LANES,
             h,
@@ -86,8 +88,8 @@ def _loop(library: ctypes.CDLL, name: str) -> Loop:
     function.argtypes = (ctypes.c_void_p, ctypes.c_long, ctypes.c_double, ctypes.c_long)
     function.restype = None
 
-    def loop(memory: Array, n_blocks: int, h: float, n_substeps: int) -> None:
-        function(memory.ctypes.data, n_blocks, h, n_substeps)
+    def loop(buffer: Array, n_blocks: int, h: float, n_substeps: int) -> None:
+        function(buffer.ctypes.data, n_blocks, h, n_substeps)
 
     return loop
 
@@ -101,11 +103,11 @@ def difference(loop: Loop) -> float:
 
 
 def _contestant(name: str, loop: Loop) -> Contestant:
-    memory = new_rows(_N)
+    buffer = new_rows(_N)
 
     def burst(times: int) -> int:
         for _ in range(times):
-            loop(memory, _N // LANES, _H, 1)
+            loop(buffer, _N // LANES, _H, 1)
         return times * _N
 
     return Contestant(name, "", burst)

@@ -76,7 +76,7 @@ def _places(tree: ast.Module) -> Iterator[tuple[str, list[ast.expr]]]:
         if isinstance(node, ast.FunctionDef):
             for function in _compiled(node):
                 yield function.name, list(_of_function(function))
-        elif isinstance(node, ast.Assign) and not _is_shape(node) and _is_arithmetic(node.value):
+        elif isinstance(node, ast.Assign) and _is_arithmetic(node.value):
             yield "module", list(_terms(node.value, True))
 
 
@@ -86,11 +86,6 @@ def _compiled(node: ast.FunctionDef) -> list[ast.FunctionDef]:
     if "overload" in names:
         return [inner for inner in node.body if isinstance(inner, ast.FunctionDef)]
     return [node] if names & {"scalar", "phase", "routine"} else []
-
-
-def _is_shape(node: ast.Assign) -> bool:
-    """Whether a tuple counts for its length only: where it starts is up to who simulates."""
-    return any(_is_name(node.targets[0], name) for name in ("STATE", "INPUTS", "PARAMETERS"))
 
 
 def _is_arithmetic(value: ast.expr) -> bool:

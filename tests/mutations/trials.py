@@ -36,7 +36,8 @@ _INTERPRETED_ROWS = """
 if numba.config.DISABLE_JIT:
 
     def load(array, start, like, stride):
-        return tuple(array.reshape(-1)[start : start + len(like) * stride : stride].tolist())
+        numbers = array.reshape(-1)[start : start + len(like) * stride : stride].tolist()
+        return type(like)(*numbers) if hasattr(like, "_fields") else tuple(numbers)
 
     def store(array, start, values, stride):
         array.reshape(-1)[start : start + len(values) * stride : stride] = values

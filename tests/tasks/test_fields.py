@@ -2,12 +2,13 @@
 
 import dataclasses
 import math
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import pytest
 
+from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import ConfigError, IntermediateAxis, SleepingTop
 from rigid_envs.tasks.fields import (
     Choice,
@@ -163,18 +164,47 @@ def test_parameters_that_are_drawn_as_one_count_as_one():
     SleepingTop(I_perp=(1.0, 3.0))
 
 
-def test_what_the_compiled_functions_would_misread_is_refused_by_name():
-    @dataclass(frozen=True)
-    class Longer(SleepingTop):
-        def constants(self):
-            return (*super().constants(), 0.0)
+def test_what_the_compiled_functions_would_miss_is_refused_by_name():
+    class Constants(NamedTuple):
+        torque: float
+        patience: float
+
+    with pytest.raises(TypeError, match=r"^Impatient has no patience; expected a field"):
+
+        class Impatient(SleepingTop):
+            episode: ClassVar = replace(SleepingTop.episode, Constants=Constants)
+
+    class Terms(NamedTuple):
+        upright: float
+        style: float
+
+    with pytest.raises(TypeError, match=r"^Careless has no weight_style; expected a field"):
+
+        class Careless(SleepingTop):
+            episode: ClassVar = replace(SleepingTop.episode, Terms=Terms)
+
+    with pytest.raises(TypeError, match=r"^Elsewhere: the episode is not one of FreeBody"):
+
+        class Elsewhere(SleepingTop):
+            system_type: ClassVar = FreeBody
+            episode: ClassVar = SleepingTop.episode
 
     @dataclass(frozen=True)
     class Forgetful(SleepingTop):
-        memo_names: ClassVar = ()
+        def actions(self):
+            return super().actions()[:1]
 
-    n = len(SleepingTop.shapes.constants)
-    with pytest.raises(TypeError, match=rf"^Longer: constants\(\) has {n + 1} .*, its SHAPES {n};"):
-        Longer()
-    with pytest.raises(TypeError, match=r"^Forgetful: memo_names has 0 entries, its SHAPES"):
+    with pytest.raises(TypeError, match=r"^Forgetful: actions\(\) has 1 entries; expected those"):
         Forgetful()
+
+
+def swapped(I2, I1, I3, m, g, ell): ...
+
+
+def short(I1, I2, I3, m, g): ...
+
+
+@pytest.mark.parametrize("derive", [swapped, short])
+def test_parameters_that_are_derived_in_another_order_are_refused(derive):
+    with pytest.raises(TypeError, match=r"has arguments .*; expected those that Parameters begins"):
+        replace(SleepingTop.episode, derive=derive)

@@ -99,6 +99,6 @@ def staggered(env_id: str, n: int, n_threads: int) -> Any:
     envs: Any = gymnasium.make_vec(env_id, n, "vector_entry_point", num_threads=n_threads)
     envs.reset(seed=0)
     state = envs.get_state()
-    state["clock"][:, CLOCK.index("elapsed")] = np.arange(n) * limit // n
+    state["clock"][:, CLOCK.elapsed] = np.arange(n) * limit // n
     envs.set_state(state)
     return envs

@@ -62,8 +62,7 @@ def separatrix_steering(task: SpinCapture) -> Policy:
 def timed_flip(task: AxisFlip) -> Policy:
     """The free flip, to arrive with 0.6 of the tolerance at the commanded time."""
     law = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
-    time_left = task.memo_names.index("time_left")
-    return lambda envs: law(envs.y, envs.get_state()["memo"][:, time_left])
+    return lambda envs: law(envs.y, envs.auxiliary("time_left"))
 
 
 def forced_flip(task: AxisFlip) -> Policy:
@@ -92,7 +91,7 @@ def momentum_brake(task: Detumble) -> Policy:
 def quaternion_pd(task: Reorient) -> Policy:
     """The short way to the goal."""
     law = QuaternionPD(body_of(task), task.torque)
-    return lambda envs: law(envs.y, envs.get_state()["memo"])
+    return lambda envs: law(envs.y, envs.auxiliary(*task.aux_names))
 
 
 REFERENCES: dict[str, dict[str, Builder]] = {
