@@ -20,8 +20,7 @@ _QUICK = 4  # laws of a subject that are worth interpreting: one step takes a th
 _PROGRAM = """
 import json, sys
 import rigid_envs
-from rigid_envs.cli.verify import SUBJECTS
-from rigid_envs.cli.verify.laws import check
+from rigid_envs.laws import SUBJECTS, check
 broken, count = None, int(sys.argv[1])
 for law in (law for name in sys.argv[2:] for law in SUBJECTS[name].laws[:count]):
     outcome = check(law)

@@ -1,29 +1,32 @@
-"""The outcomes of laws as text for people and as JSON for programs."""
+"""`rigid-envs verify`: the laws checked, as text for people and as JSON for programs."""
 
 import inspect
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rigid_envs.cli.provenance import heading
+from rigid_envs import laws
+from rigid_envs.cli.progress import tell
+from rigid_envs.cli.provenance import heading, provenance
 from rigid_envs.cli.tables import paragraphs, table
-from rigid_envs.cli.verify.laws import Outcome, Subject
+from rigid_envs.laws import Outcome, Subject
 
-__all__ = ["Verdict"]
+__all__ = ["Verdict", "verify"]
 
-_LONGEST = 300  # signs of a message that are shown: compilers write pages
+_LONGEST = 300  # characters of an error message that are shown: those of compilers fill pages
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """All that a verification has found.
+    """The outcomes of all laws that were checked.
 
     Attributes:
-        provenance: where and when, see `provenance`.
-        subjects: what was looked at.
-        outcomes: what became of every law.
-        seconds: time that all took, compilation included [s].
+        provenance: versions, machine and date, see `provenance`.
+        subjects: subjects that were checked.
+        outcomes: one per law, in the order of the subjects.
+        seconds: wall-clock time of all checks, compilation included [s].
     """
 
     provenance: dict[str, Any]
@@ -33,11 +36,11 @@ class Verdict:
 
     @property
     def failures(self) -> list[Outcome]:
-        """The laws that do not hold."""
+        """Outcomes of the laws that do not hold."""
         return [outcome for outcome in self.outcomes if not outcome.holds]
 
     def as_json(self) -> dict[str, Any]:
-        """JSON values; an error that is no finite number is null."""
+        """JSON values; an error that is not finite is null."""
         return {
             "provenance": self.provenance,
             "holds": not self.failures,
@@ -46,19 +49,32 @@ class Verdict:
         }
 
     def as_text(self) -> str:
-        """Tables for a page of 100 columns."""
+        """One table per subject, 100 columns wide, then the laws that fail."""
         parts = [heading(self.provenance)]
         for subject in self.subjects:
             found = [o for o in self.outcomes if o.law.subject == subject.name]
             title = f"{subject.name}: {subject.title}"
             parts.append(f"{title}\n{'=' * len(title)}\n{_rows(found)}")
-        parts += [_complaint(outcome) for outcome in self.failures]
+        parts += [_failure(outcome) for outcome in self.failures]
         return "\n\n".join([*parts, self._summary()])
 
     def _summary(self) -> str:
         n, broken = len(self.outcomes), len(self.failures)
         held = f"All {n} laws hold" if not broken else f"{broken} of {n} laws FAIL"
         return f"{held} ({self.seconds:.0f} s)."
+
+
+def verify(names: Sequence[str] = ()) -> Verdict:
+    """Check the laws of some subjects.
+
+    Args:
+        names: subjects; all of them if empty.
+    """
+    where, start = provenance(), time.perf_counter()
+    outcomes = laws.check_all(names, tell)
+    tell("")
+    subjects = [laws.SUBJECTS[name] for name in names or laws.SUBJECTS]
+    return Verdict(where, subjects, outcomes, time.perf_counter() - start)
 
 
 def _entry(outcome: Outcome) -> dict[str, Any]:
@@ -91,7 +107,7 @@ def _rows(outcomes: Sequence[Outcome]) -> str:
     return table(("law", "compared", "error", "bound", ""), rows, "<<>>")
 
 
-def _complaint(outcome: Outcome) -> str:
+def _failure(outcome: Outcome) -> str:
     law = outcome.law
     said = outcome.message or f"error {outcome.error:.3g}, bound {law.bound:.3g}: {law.why}"
     if len(said) > _LONGEST:

@@ -1,28 +1,28 @@
 """The same free body in MuJoCo: a ball joint, no gravity, three motors.
 
-MuJoCo's `rollout` steps all rows from a start of their own in compiled code, in one thread; it
-does the physics only, without observation, reward or reset.
+MuJoCo's `rollout` steps all rows in compiled code, in one thread: physics only, without
+observation, reward or reset.
 """
 
 from __future__ import annotations
 
 import importlib.util
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from rigid_envs.cli.bench.accuracy import OMEGA0, FreeRun, errors, free_run
-from rigid_envs.cli.bench.race import Contestant
+from rigid_envs.bench.accuracy import OMEGA0, FreeRun, errors, free_run
+from rigid_envs.bench.interleaved import Workload
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import IntermediateAxis
 
-__all__ = ["Opponent", "is_installed", "mujoco_contestants", "opponents"]
+__all__ = ["MujocoSetting", "is_installed", "mujoco_settings", "mujoco_workloads"]
 
 _ROWS = 4096
 _MOST_SUBSTEPS = 16
-# everything that a free body does not need is off: the fastest that MuJoCo can be
+# All that a free body does not need is disabled: MuJoCo at its fastest.
 _MODEL = """
 <mujoco>
   <option integrator="{integrator}" timestep="{timestep!r}">
@@ -43,14 +43,14 @@ _MODEL = """
 
 
 @dataclass(frozen=True)
-class Opponent:
-    """A way to integrate the body in MuJoCo, with what it costs in accuracy.
+class MujocoSetting:
+    """Integrator and substeps of the body in MuJoCo, and the accuracy they give.
 
     Attributes:
-        integrator: MuJoCo's name of it.
-        n_substeps: its steps in one control period.
-        why: why so many.
-        errors: of the torque-free run that decided it.
+        integrator: "RK4" or "Euler", as MuJoCo names it.
+        n_substeps: integrator steps per control period.
+        why: reason for that number.
+        errors: errors of a torque-free run.
     """
 
     integrator: str
@@ -60,7 +60,7 @@ class Opponent:
 
     @property
     def name(self) -> str:
-        """Its name in the report."""
+        """Name in the report."""
         return f"MuJoCo {self.integrator} x {self.n_substeps}"
 
 
@@ -69,50 +69,51 @@ def is_installed() -> bool:
     return importlib.util.find_spec("mujoco") is not None
 
 
-def opponents() -> list[Opponent]:
-    """RK4 in as few substeps as give our energy error or less, and Euler, the default, in as many.
+def mujoco_settings() -> list[MujocoSetting]:
+    """RK4 with the fewest substeps that reach our energy error, and Euler with as many.
 
-    Over an hour and a half (6000 s), our error is bounded and that of RK4 grows; so it is counted
-    once for that time and once for a minute.
+    Our energy error is bounded, that of RK4 grows with time: the substeps are found for 60 s and
+    for 6000 s. Euler is MuJoCo's default.
     """
     found = [_equal_in_energy(duration) for duration in (60.0, 6000.0)]
-    euler = Opponent("Euler", found[-1].n_substeps, "MuJoCo's default integrator", found[-1].errors)
-    return [*found, replace(euler, errors=_free_run("Euler", euler.n_substeps, 60.0))]
+    n_substeps = found[-1].n_substeps
+    euler = _free_run("Euler", n_substeps, 60.0)
+    return [*found, MujocoSetting("Euler", n_substeps, "MuJoCo's default integrator", euler)]
 
 
-def mujoco_contestants(opponents: list[Opponent]) -> list[Contestant]:
-    """One for each way, 4096 rows, one control period at a time."""
-    return [Contestant(opponent.name, "4096", _rollout(opponent)) for opponent in opponents]
+def mujoco_workloads(settings: list[MujocoSetting]) -> list[Workload]:
+    """One for each setting: 4096 rows, one control period at a time."""
+    return [Workload(setting.name, "4096", _rollout(setting)) for setting in settings]
 
 
-def _equal_in_energy(duration: float) -> Opponent:
+def _equal_in_energy(duration: float) -> MujocoSetting:
     task = IntermediateAxis()
     ours = free_run(task.dt / task.n_substeps, duration)
     for n_substeps in range(1, _MOST_SUBSTEPS + 1):
         theirs = _free_run("RK4", n_substeps, duration)
         if theirs.energy <= ours.energy or n_substeps == _MOST_SUBSTEPS:
             break
-    return Opponent("RK4", n_substeps, f"our energy error over {duration:g} s", theirs)
+    return MujocoSetting("RK4", n_substeps, f"our energy error over {duration:g} s", theirs)
 
 
-def _rollout(opponent: Opponent) -> Callable[[int], int]:
-    rollout, model, data, start = _set_up(opponent.integrator, opponent.n_substeps)
+def _rollout(setting: MujocoSetting) -> Callable[[int], int]:
+    rollout, model, data, start = _set_up(setting.integrator, setting.n_substeps)
     random = np.random.default_rng(0)
     starts = np.tile(start, (_ROWS, 1))
     limit = IntermediateAxis().torque
-    torque = random.uniform(-limit, limit, (_ROWS, 1, model.nu)).repeat(opponent.n_substeps, axis=1)
-    state = np.empty((_ROWS, opponent.n_substeps, len(start)))
+    torque = random.uniform(-limit, limit, (_ROWS, 1, model.nu)).repeat(setting.n_substeps, axis=1)
+    state = np.empty((_ROWS, setting.n_substeps, len(start)))
 
-    def burst(steps: int) -> int:
+    def run(steps: int) -> int:
         for _ in range(steps):
             rollout.rollout(model, data, starts, torque, state=state)
         return steps * _ROWS
 
-    return burst
+    return run
 
 
 def _free_run(integrator: str, n_substeps: int, duration: float) -> FreeRun:
-    """Errors of a torque-free run, looked at once in every control period."""
+    """Errors of a torque-free run, sampled once per control period."""
     rollout, model, data, start = _set_up(integrator, n_substeps)
     n = round(duration / IntermediateAxis().dt)
     states, _ = rollout.rollout(model, data, start[None], nstep=n * n_substeps)

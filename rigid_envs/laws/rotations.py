@@ -8,8 +8,8 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation, Slerp
 
 from rigid_envs import rotations as rot
-from rigid_envs.cli.verify.laws import Subject
-from rigid_envs.cli.verify.motions import EPS, largest, matrices
+from rigid_envs.laws.law import Subject
+from rigid_envs.laws.stencil import EPS, largest, matrices
 
 __all__ = ["SUBJECT"]
 

@@ -1,4 +1,4 @@
-"""How long a new process takes from the import to its first step."""
+"""Time from the import to the first step in a new process."""
 
 import os
 import statistics
@@ -26,12 +26,12 @@ print(time.perf_counter() - start)
 
 @dataclass(frozen=True)
 class Startup:
-    """Seconds from the import to the first step in processes of their own.
+    """Times from the import to the first step, one for each new process.
 
     Attributes:
-        env_id: whose first step.
-        cold: without compiled code on disk.
-        warm: with it.
+        env_id: the environment that takes the step.
+        cold: with an empty kernel cache [s].
+        warm: with the kernels in the cache [s].
     """
 
     env_id: str
@@ -40,12 +40,12 @@ class Startup:
 
     @property
     def medians(self) -> tuple[float, float]:
-        """Median cold and warm [s]."""
+        """Medians of the cold and of the warm times [s]."""
         return statistics.median(self.cold), statistics.median(self.warm)
 
 
 def startup(env_id: str, n_cold: int, n_warm: int) -> Startup:
-    """Measure in new processes: cold ones with an empty cache folder each, then warm ones."""
+    """Start processes one by one: cold ones, each with its own empty cache, then warm ones."""
     with tempfile.TemporaryDirectory() as folder:
         cold = tuple(_seconds(env_id, f"{folder}/{k}") for k in range(n_cold))
         warm = tuple(_seconds(env_id, f"{folder}/0") for _ in range(n_warm))

@@ -1,31 +1,31 @@
-"""`rigid-envs verify`: every law is checked and shown, and one that fails is not overlooked."""
+"""`rigid-envs verify`: every law is shown, and one that fails fails the command."""
 
 import json
 import math
-import re
 from pathlib import Path
 
 import pytest
 
-from rigid_envs import systems
-from rigid_envs.cli import main, verify
-from rigid_envs.cli.verify.laws import Subject
+from rigid_envs import laws
+from rigid_envs.cli import main
+from rigid_envs.cli.verify import Verdict, verify
+from rigid_envs.laws import SUBJECTS, Subject
 
-LAWS = [law for subject in verify.SUBJECTS.values() for law in subject.laws]
+LAWS = [law for subject in SUBJECTS.values() for law in subject.laws]
 Capture = pytest.CaptureFixture[str]
 
 
 @pytest.fixture(scope="module")
-def found() -> verify.Verdict:
+def found() -> Verdict:
     """All laws, checked once."""
-    return verify.verify()
+    return verify()
 
 
 @pytest.fixture
 def planted(monkeypatch: pytest.MonkeyPatch) -> Subject:
     """A subject of its own, in the place of all others."""
     subject = Subject("planted", "what a test has written down")
-    monkeypatch.setattr(verify, "SUBJECTS", {"planted": subject})
+    monkeypatch.setattr(laws, "SUBJECTS", {"planted": subject})
     return subject
 
 
@@ -50,21 +50,16 @@ def broken() -> float:
     raise ZeroDivisionError("nothing to divide by")
 
 
-def test_every_law_of_the_physics_holds(found: verify.Verdict) -> None:
-    assert [(o.law.name, o.error, o.message) for o in found.failures] == []
-    assert [o.law for o in found.outcomes] == LAWS
-
-
-def test_the_table_shows_every_law_on_a_page_of_100_columns(found: verify.Verdict) -> None:
+def test_the_table_shows_every_law_on_a_page_of_100_columns(found: Verdict) -> None:
     text = found.as_text()
     assert max(map(len, text.splitlines())) <= 100
-    for subject in verify.SUBJECTS.values():
+    for subject in SUBJECTS.values():
         assert f"\n{subject.name}: {subject.title}\n" in text
     assert text.count("  holds") == len(LAWS)
     assert f"All {len(LAWS)} laws hold" in text
 
 
-def test_json_has_every_law_with_its_error_bound_and_reason(found: verify.Verdict) -> None:
+def test_json_has_every_law_with_its_error_bound_and_reason(found: Verdict) -> None:
     document = json.loads(json.dumps(found.as_json(), allow_nan=False))
     assert document["holds"] is True
     assert [(row["subject"], row["name"]) for row in document["laws"]] == [
@@ -74,20 +69,6 @@ def test_json_has_every_law_with_its_error_bound_and_reason(found: verify.Verdic
         assert 0.0 <= row["error"] <= row["bound"]
         assert row["statement"] and row["compared"] and row["why"]
     assert {"versions", "kernel_hash", "cpu"} <= set(document["provenance"])
-
-
-def test_every_system_is_a_subject() -> None:
-    kinds = [getattr(systems, name) for name in systems.__all__]
-    kinds = [kind for kind in kinds if issubclass(kind, systems.System)]
-    names = {re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower() for kind in kinds}
-    assert names - {"system"} <= set(verify.SUBJECTS)
-
-
-@pytest.mark.parametrize("subject", verify.SUBJECTS.values(), ids=verify.SUBJECTS)
-def test_a_subject_has_laws_of_different_names(subject: Subject) -> None:
-    names = [law.name for law in subject.laws]
-    assert names
-    assert len(set(names)) == len(names)
 
 
 def test_json_alone_is_all_that_is_printed(planted: Subject, capsys: Capture) -> None:
@@ -128,7 +109,7 @@ def test_a_law_that_fails_fails_the_run_and_says_why(
 
 def test_an_error_that_is_no_number_is_null_in_json(planted: Subject) -> None:
     plant(planted, no_number)
-    (row,) = verify.verify().as_json()["laws"]
+    (row,) = verify().as_json()["laws"]
     assert (row["error"], row["holds"]) == (None, False)
 
 
@@ -136,13 +117,13 @@ def test_subjects_can_be_chosen(capsys: Capture) -> None:
     assert main(["verify", "rotations", "rotations", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert {row["subject"] for row in document["laws"]} == {"rotations"}
-    assert len(document["laws"]) == len(verify.SUBJECTS["rotations"].laws)
+    assert len(document["laws"]) == len(SUBJECTS["rotations"].laws)
 
 
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        (["heavytop"], "no laws about 'heavytop'; did you mean 'heavy_top'? All: rotations, "),
+        (["heavytop"], "subject = 'heavytop'; expected one of rotations, "),
         (["--json", "heavy_top"], "expected a file; name subjects before --json"),
         (["--json", "nowhere/laws.json"], "there is no folder nowhere"),
         (["--fast"], "unknown option '--fast'"),

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.cli.verify.motions import Window, largest
+from rigid_envs.laws.stencil import Window, largest
 
 __all__ = ["FREE_TURNS", "Body", "imbalance", "missing"]
 

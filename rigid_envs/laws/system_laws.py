@@ -9,9 +9,9 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.cli.verify.dalembert import Body, imbalance, missing
-from rigid_envs.cli.verify.laws import Subject
-from rigid_envs.cli.verify.motions import largest, window
+from rigid_envs.laws.dalembert import Body, imbalance, missing
+from rigid_envs.laws.law import Subject
+from rigid_envs.laws.stencil import largest, window
 from rigid_envs.systems import System
 
 __all__ = [

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
-from rigid_envs.cli.verify.motions import matrices
+from rigid_envs.laws.stencil import matrices
 
 __all__ = ["newton"]
 

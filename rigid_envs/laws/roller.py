@@ -6,15 +6,15 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.analytic import roller as theory
-from rigid_envs.cli.verify.common import (
+from rigid_envs.laws.law import Subject
+from rigid_envs.laws.stencil import EPS, examples, largest, window
+from rigid_envs.laws.system_laws import (
     law_of_order,
     law_of_parameters,
     law_of_rates,
     law_of_return,
     law_of_slopes,
 )
-from rigid_envs.cli.verify.laws import Subject
-from rigid_envs.cli.verify.motions import EPS, examples, largest, window
 from rigid_envs.systems import Roller
 
 __all__ = ["SUBJECT"]

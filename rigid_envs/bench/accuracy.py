@@ -1,4 +1,4 @@
-"""How exact the free body is: energy, size of L and angular velocity against the closed form."""
+"""Accuracy of the free body: energy, |L|^2 and angular velocity against the closed form."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,20 +12,20 @@ from rigid_envs.systems import FreeBody
 __all__ = ["OMEGA0", "FreeRun", "errors", "free_run"]
 
 OMEGA0 = (0.01, 1.0, 0.01)
-"""Angular velocity at the start [rad/s], body axes: near the unstable axis, so that it flips."""
+"""Initial angular velocity [rad/s], body axes: beside the unstable axis, so that it flips."""
 
 
 @dataclass(frozen=True)
 class FreeRun:
-    """Errors of a torque-free run, all of them relative to 1.
+    """Errors of a torque-free run.
 
     Attributes:
-        dt: time between two states [s].
-        duration: length of the run [s].
+        dt: step [s].
+        duration: simulated time [s].
         energy: largest relative error of the energy.
-        L_squared: largest relative error of the squared angular momentum.
+        L_squared: largest relative error of |L|^2.
         omega_end: error of omega at the end [rad/s].
-        omega_largest: largest error of omega on the way [rad/s]; most of it is the time of a flip.
+        omega_largest: largest error of omega [rad/s]; most of it is a shift in time of a flip.
     """
 
     dt: float
@@ -37,20 +37,25 @@ class FreeRun:
 
 
 def free_run(dt: float, duration: float) -> FreeRun:
-    """Turn the default body freely, in steps of dt [s], for a time [s]."""
+    """Simulate the default body without torque.
+
+    Args:
+        dt: step [s].
+        duration: simulated time [s].
+    """
     body = FreeBody()
     t = dt * np.arange(round(duration / dt) + 1)
     start = body.state(omega_body=OMEGA0)
-    path = body.simulate(start, t, max_step=1.001 * dt)  # times are rounded: one step each
+    path = body.simulate(start, t, max_step=1.001 * dt)  # one step per interval: times are rounded
     return errors(t, path["omega_body"])
 
 
 def errors(t: npt.NDArray[Any], omega: npt.NDArray[Any]) -> FreeRun:
-    """Errors of a free run of the default body.
+    """Errors of a torque-free run of the default body that starts at `OMEGA0`.
 
     Args:
         t: times [s], shape (M,).
-        omega: angular velocity then, body axes [rad/s], shape (M, 3).
+        omega: angular velocity at these times, body axes [rad/s], shape (M, 3).
     """
     body = FreeBody()
     L = body.moments * omega

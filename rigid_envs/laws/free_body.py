@@ -4,7 +4,11 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.analytic import free_body as theory
-from rigid_envs.cli.verify.common import (
+from rigid_envs.laws.dalembert import FREE_TURNS, Body
+from rigid_envs.laws.law import Subject
+from rigid_envs.laws.newton import newton
+from rigid_envs.laws.stencil import examples, largest, matrices, window
+from rigid_envs.laws.system_laws import (
     law_of_dalembert,
     law_of_order,
     law_of_parameters,
@@ -12,10 +16,6 @@ from rigid_envs.cli.verify.common import (
     law_of_return,
     law_of_slopes,
 )
-from rigid_envs.cli.verify.dalembert import FREE_TURNS, Body
-from rigid_envs.cli.verify.laws import Subject
-from rigid_envs.cli.verify.motions import examples, largest, matrices, window
-from rigid_envs.cli.verify.newton import newton
 from rigid_envs.systems import FreeBody, Trajectory
 
 __all__ = ["SUBJECT"]

@@ -7,7 +7,10 @@ import numpy.typing as npt
 
 from rigid_envs import rotations
 from rigid_envs.analytic import rolling_disk as theory
-from rigid_envs.cli.verify.common import (
+from rigid_envs.laws.dalembert import FREE_TURNS, Body
+from rigid_envs.laws.law import Subject
+from rigid_envs.laws.stencil import examples, largest, matrices, window
+from rigid_envs.laws.system_laws import (
     law_of_contact,
     law_of_dalembert,
     law_of_order,
@@ -16,9 +19,6 @@ from rigid_envs.cli.verify.common import (
     law_of_return,
     law_of_slopes,
 )
-from rigid_envs.cli.verify.dalembert import FREE_TURNS, Body
-from rigid_envs.cli.verify.laws import Subject
-from rigid_envs.cli.verify.motions import examples, largest, matrices, window
 from rigid_envs.systems import RollingDisk
 
 __all__ = ["SUBJECT"]

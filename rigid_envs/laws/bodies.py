@@ -9,8 +9,8 @@ from scipy.integrate import quad
 
 from rigid_envs import bodies
 from rigid_envs.bodies import Body
-from rigid_envs.cli.verify.laws import Subject
-from rigid_envs.cli.verify.motions import largest, matrices
+from rigid_envs.laws.law import Subject
+from rigid_envs.laws.stencil import largest, matrices
 
 __all__ = ["SUBJECT"]
 

@@ -6,7 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.analytic import ball_on_plate as theory
-from rigid_envs.cli.verify.common import (
+from rigid_envs.laws.dalembert import FREE_TURNS, Body
+from rigid_envs.laws.law import Subject
+from rigid_envs.laws.stencil import EPS, examples, largest, matrices, window
+from rigid_envs.laws.system_laws import (
     law_of_contact,
     law_of_dalembert,
     law_of_order,
@@ -15,9 +18,6 @@ from rigid_envs.cli.verify.common import (
     law_of_return,
     law_of_slopes,
 )
-from rigid_envs.cli.verify.dalembert import FREE_TURNS, Body
-from rigid_envs.cli.verify.laws import Subject
-from rigid_envs.cli.verify.motions import EPS, examples, largest, matrices, window
 from rigid_envs.systems import DynamicBall
 
 __all__ = ["SUBJECT"]
