@@ -1,4 +1,4 @@
-"""Words of the command line to what they ask for."""
+"""Arguments of the command `rigid-envs`, and its verbs."""
 
 import argparse
 import ast
@@ -21,13 +21,13 @@ __all__ = ["main"]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Do what the command line says.
+    """Run the command.
 
     Args:
-        argv: its words; None takes those of the process.
+        argv: arguments; None takes those of the process.
 
     Returns:
-        The exit status: 0, 1 for laws that do not hold, or 2 for words that make no sense.
+        Exit status: 0, 1 if a law or an anchor does not hold, or 2 for wrong arguments.
     """
     options, rest = _parser().parse_known_args(argv)
     status = 0

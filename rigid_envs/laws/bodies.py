@@ -1,4 +1,4 @@
-"""Laws of mass properties: integrals over slices, and sums over points."""
+"""Laws of mass properties, against integrals over slices and sums over points."""
 
 import math
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from rigid_envs import bodies
 from rigid_envs.bodies import Body
 from rigid_envs.laws.law import Subject
-from rigid_envs.laws.stencil import largest, matrices
+from rigid_envs.laws.numerics import matrices, max_abs
 
 __all__ = ["SUBJECT"]
 
@@ -31,20 +31,20 @@ _FLAT = np.array([math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0])  # sets a lamina up
 
 
 def _sum(masses: Array, points: Array, about: Array) -> Array:
-    """Inertia tensor of points about one: I_ij = sum m (r^2 d_ij - r_i r_j)."""
+    """Inertia tensor of mass points about a point: I_ij = sum m (r^2 d_ij - r_i r_j)."""
     r = points - about
     second: Array = np.einsum("n,ni,nj->ij", masses, r, r)
     return np.asarray(np.trace(second) * np.eye(3) - second)
 
 
 def _deviation(body: Body, low: float, high: float, of: Slice) -> float:
-    """Largest difference between a body and the integral over its slices across z.
+    """Largest difference of mass properties between a body and integrals over its slices along z.
 
     Args:
-        body: its slices have two axes of symmetry, along x and y.
-        low: where it begins [m].
-        high: where it ends [m].
-        of: mass per height, in any unit, and the means of x^2 and y^2 of the slice at a height.
+        body: slices symmetric about x and y.
+        low: lower end along z [m].
+        high: upper end along z [m].
+        of: of z: mass per length, in any unit, and the means of x^2 and y^2 in the slice.
     """
 
     def total(weight: Callable[[float, float, float], float]) -> float:
@@ -59,11 +59,11 @@ def _deviation(body: Body, low: float, high: float, of: Slice) -> float:
     x2, y2 = total(lambda _, x2, __: x2) / mass, total(lambda _, __, y2: y2) / mass
     z2 = total(lambda z, *_: (z - centre) ** 2) / mass
     tensor = np.diag([y2 + z2, z2 + x2, x2 + y2])
-    return largest(body.inertia / body.mass - tensor, body.com - [0.0, 0.0, centre])
+    return max_abs(body.inertia / body.mass - tensor, body.com - [0.0, 0.0, centre])
 
 
 def _ring(inner: Radius, outer: Radius) -> Slice:
-    """A round slice with a round hole."""
+    """Slices that are annuli."""
 
     def of(z: float) -> tuple[float, float, float]:
         a, b = inner(z) ** 2, outer(z) ** 2
@@ -73,12 +73,12 @@ def _ring(inner: Radius, outer: Radius) -> Slice:
 
 
 def _rim(radius: Radius, share: Radius) -> Slice:
-    """A circle."""
+    """Slices that are circles."""
     return lambda z: (share(z), radius(z) ** 2 / 2.0, radius(z) ** 2 / 2.0)
 
 
 def _strip(inner: Radius, outer: Radius) -> Slice:
-    """A line along x with a gap in its middle."""
+    """Slices that are lines along x with a gap in the middle."""
 
     def of(z: float) -> tuple[float, float, float]:
         a, b = inner(z), outer(z)
@@ -107,7 +107,7 @@ def solids_are_sums_of_slices() -> float:
     def capsule(z: float) -> float:
         return _arc(0.4)(max(abs(z) - 0.5, 0.0))
 
-    return largest(
+    return max_abs(
         _deviation(bodies.box(2.0, 0.6, 1.0, 1.4), -0.7, 0.7, lambda _: (1.0, 0.03, 1.0 / 12.0)),
         _deviation(bodies.solid_sphere(2.0, 0.8), -0.8, 0.8, _ring(none, _arc(0.8))),
         _deviation(bodies.thick_shell(2.0, 0.5, 0.9), -0.9, 0.9, _ring(_arc(0.5), _arc(0.9))),
@@ -131,7 +131,7 @@ def solids_are_sums_of_slices() -> float:
 def shells_are_sums_of_rims() -> float:
     """A sphere has the same surface at every height, and so has a tube; that of a cone grows."""
     even, half = _always(1.0), _always(0.5)
-    return largest(
+    return max_abs(
         _deviation(bodies.hollow_sphere(2.0, 0.8), -0.8, 0.8, _rim(_arc(0.8), even)),
         _deviation(bodies.cylindrical_shell(2.0, 0.5, 1.2), -0.6, 0.6, _rim(half, even)),
         _deviation(
@@ -153,7 +153,7 @@ def laminae_are_sums_of_strips() -> float:
         bodies.elliptic_lamina(2.0, 0.5, 0.8): (0.8, _strip(none, lambda z: 0.625 * _arc(0.8)(z))),
     }
     hoop = bodies.hoop(2.0, 0.5)
-    return largest(
+    return max_abs(
         *(_deviation(body.rotated(_FLAT), -top, top, of) for body, (top, of) in flat.items()),
         hoop.inertia - _sum(np.full(8, 0.25), octagon, np.zeros(3)),  # the moments of a circle
         *(bodies.perpendicular_axis(body) for body in (*flat, hoop)),
@@ -169,7 +169,7 @@ def simplices_are_sums_over_their_corners() -> float:
     inner = a * corners.sum(axis=0) + (1.0 - 4.0 * a) * corners
     triangle = bodies.triangular_lamina(3.0, corners[:3])
     whole = bodies.tetrahedron(4.0, corners)
-    return largest(
+    return max_abs(
         triangle.inertia - _sum(np.ones(3), middles, middles.mean(axis=0)),
         triangle.com - middles.mean(axis=0),
         whole.inertia - _sum(np.ones(4), inner, corners.mean(axis=0)),
@@ -186,7 +186,7 @@ def a_mesh_has_the_mass_properties_of_what_it_encloses() -> float:
     R = matrices(_Q)
     mesh = bodies.from_mesh(signs * [0.3, 0.5, 0.7] @ R.T + _AWAY, faces, 2.5)
     box = bodies.box(2.5 * 0.6 * 1.0 * 1.4, 0.6, 1.0, 1.4).rotated(_Q).translated(_AWAY)
-    return largest(mesh.mass - box.mass, mesh.com - box.com, mesh.inertia - box.inertia)
+    return max_abs(mesh.mass - box.mass, mesh.com - box.com, mesh.inertia - box.inertia)
 
 
 @SUBJECT.law("tensors and moments about anything with sums", bound=1e-12, why=_ROUNDINGS)
@@ -194,7 +194,7 @@ def steiners_theorem_moves_the_point() -> float:
     """I about any point, and the moment sum m |n x r|^2 about any axis, of fifty points."""
     n = _AXIS / np.linalg.norm(_AXIS)
     arms = np.cross(n, _POINTS - _AWAY)
-    return largest(
+    return max_abs(
         _CLOUD.mass - _MASSES.sum(),
         _CLOUD.com - _MASSES @ _POINTS / _MASSES.sum(),
         _CLOUD.inertia - _sum(_MASSES, _POINTS, _CLOUD.com),
@@ -210,7 +210,7 @@ def bodies_move_and_join_as_their_points_do() -> float:
     one = _CLOUD.rotated(_Q).translated(_AWAY)
     both = bodies.compose([(_CLOUD, np.eye(3), np.zeros(3)), (_CLOUD, _Q, _AWAY)])
     masses, points = np.tile(_MASSES, 2), np.concatenate([_POINTS, moved])
-    return largest(
+    return max_abs(
         one.com - _MASSES @ moved / _MASSES.sum(),
         one.inertia - _sum(_MASSES, moved, one.com),
         both.com - masses @ points / masses.sum(),
@@ -225,7 +225,7 @@ def principal_axes_diagonalise() -> float:
     semi_axes, directions = _CLOUD.inertia_ellipsoid()
     n = _AXIS / np.linalg.norm(_AXIS)
     pierced = 1.0 / np.linalg.norm((n @ directions) / semi_axes)
-    return largest(
+    return max_abs(
         axes @ np.diag(moments) @ axes.T - _CLOUD.inertia,
         axes.T @ axes - np.eye(3),
         np.linalg.det(axes) - 1.0,
@@ -241,7 +241,7 @@ def turning_bodies_obey_newton_point_by_point() -> float:
     omega, rate = _TURN, _CLOUD.angular_acceleration(_TURN, _AWAY)
     v = np.cross(omega, r)
     push = np.cross(rate, r) + np.cross(omega, v)
-    return largest(
+    return max_abs(
         _CLOUD.angular_momentum(omega) - _MASSES @ np.cross(r, v),
         _CLOUD.kinetic_energy(omega) - 0.5 * _MASSES @ np.sum(v * v, axis=-1),
         _MASSES @ np.cross(r, push) - tau,

@@ -1,4 +1,4 @@
-"""Laws of the ball with inertia on a plate that tilts and turns."""
+"""Laws of the rolling ball with inertia on a plate that tilts or rotates."""
 
 import math
 
@@ -6,17 +6,18 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.analytic import ball_on_plate as theory
-from rigid_envs.laws.dalembert import FREE_TURNS, Body
+from rigid_envs.laws.dalembert import VIRTUAL_ROTATIONS, RigidBodyModel
 from rigid_envs.laws.law import Subject
-from rigid_envs.laws.stencil import EPS, examples, largest, matrices, window
+from rigid_envs.laws.numerics import EPS, attitudes, matrices, max_abs, quaternion, random_states
+from rigid_envs.laws.stencil import stencil
 from rigid_envs.laws.system_laws import (
-    law_of_contact,
+    law_of_contact_force,
     law_of_dalembert,
+    law_of_linearization,
     law_of_order,
     law_of_parameters,
-    law_of_rates,
-    law_of_return,
-    law_of_slopes,
+    law_of_reversibility,
+    law_of_rhs,
 )
 from rigid_envs.systems import DynamicBall
 
@@ -27,12 +28,13 @@ SUBJECT = Subject("dynamic_ball", "a ball with inertia that rolls on a plate tha
 
 _BALL = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=9.6, turntable_rate=0.7)
 _INERTIA = 0.55 * 1.2 * 0.8**2
-_Y, _U = examples(_BALL, 20)
+_FORCE, _TILT_ACCELERATION = slice(0, 2), slice(2, 4)  # of u
+_Y, _U = random_states(_BALL, 20)
 
 
 def _plate(y: Array) -> Array:
     """P = Rx(alpha_x) Ry(alpha_y)."""
-    half = 0.5 * y[..., 9:11]
+    half = 0.5 * _BALL.tilt(y)
     (cx, cy), (sx, sy) = np.moveaxis(np.cos(half), -1, 0), np.moveaxis(np.sin(half), -1, 0)
     return matrices(np.stack([cx * cy, sx * cy, cx * sy, sx * sy], axis=-1))
 
@@ -50,23 +52,23 @@ def _flat(pair: Array) -> Array:
 
 
 def _centre(y: Array) -> Array:
-    return _world(y, _flat(y[..., 4:6])) + 0.8 * _normal(y)
+    return _world(y, _flat(_BALL.position(y))) + 0.8 * _normal(y)
 
 
 def _force(y: Array, u: Array) -> Array:
-    return np.asarray(_world(y, _flat(u[..., :2])) - np.array([0.0, 0.0, 1.2 * 9.6]))
+    return np.asarray(_world(y, _flat(u[..., _FORCE])) - np.array([0.0, 0.0, 1.2 * 9.6]))
 
 
 def _no_torque(y: Array, _: Array) -> Array:
     return np.zeros((*y.shape[:-1], 3))
 
 
-def _rolling_turns(y: Array) -> tuple[Array, Array]:
-    return np.cross(FREE_TURNS, 0.8 * _normal(y)), FREE_TURNS
+def _displacements(y: Array) -> tuple[Array, Array]:
+    return np.cross(VIRTUAL_ROTATIONS, 0.8 * _normal(y)), VIRTUAL_ROTATIONS
 
 
-_POINTS = Body(1.2, np.full(3, _INERTIA), _centre, _force, _no_torque, _rolling_turns)
-law_of_dalembert(SUBJECT, _BALL, _Y, _U, _POINTS)
+_MODEL = RigidBodyModel(1.2, np.full(3, _INERTIA), _centre, _force, _no_torque, _displacements)
+law_of_dalembert(SUBJECT, _BALL, _Y, _U, _MODEL)
 
 
 @SUBJECT.law(
@@ -76,15 +78,15 @@ law_of_dalembert(SUBJECT, _BALL, _Y, _U, _POINTS)
 )
 def the_contact_point_moves_with_the_plate() -> float:
     """There v + omega x (-r n) = (P x)' + Omega n x P x with x = (X, Y, 0) held in P."""
-    around = window(_BALL, _Y, _U)
-    v = around.rate(_centre(around.y)) + np.cross(around.omega(), -0.8 * _normal(_Y))
-    foot = _flat(_Y[:, 4:6])
-    carried = around.rate(_world(around.y, np.broadcast_to(foot, (9, 20, 3))))
+    motion = stencil(_BALL, _Y, _U)
+    v = motion.rate(_centre(motion.y)) + np.cross(motion.omega(), -0.8 * _normal(_Y))
+    foot = _flat(_BALL.position(_Y))
+    carried = motion.rate(_world(motion.y, np.broadcast_to(foot, (9, 20, 3))))
     table = 0.7 * np.cross(_normal(_Y), _world(_Y, foot))
-    return largest(v - carried - table)
+    return max_abs(v - carried - table)
 
 
-law_of_rates(SUBJECT, _BALL, _Y, _U)
+law_of_rhs(SUBJECT, _BALL, _Y, _U)
 
 
 @SUBJECT.law(
@@ -95,11 +97,11 @@ law_of_rates(SUBJECT, _BALL, _Y, _U)
 def invariants_are_energy_and_spin() -> float:
     """E = (m v^2 + I omega^2) / 2 + m g z on a plate that leans but rests."""
     ball = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=9.6)
-    v, spin = _Y[:, 6:8], _Y[:, 8]
+    v, spin = _BALL.velocity(_Y), _BALL.spin(_Y)
     turning = np.sum((v / 0.8) ** 2, axis=-1) + spin**2
     kinetic = 0.5 * (1.2 * np.sum(v * v, axis=-1) + _INERTIA * turning)
     found = ball.invariants(_Y)
-    return largest(found["energy"] - kinetic - 1.2 * 9.6 * _centre(_Y)[:, 2], found["spin"] - spin)
+    return max_abs(found["energy"] - kinetic - 1.2 * 9.6 * _centre(_Y)[:, 2], found["spin"] - spin)
 
 
 @SUBJECT.law(
@@ -110,9 +112,9 @@ def invariants_are_energy_and_spin() -> float:
 def invariants_are_kept_on_a_turntable_that_leans() -> float:
     """On a plate that leans at rest; its surface turns."""
     y = _Y.copy()
-    y[:, 11:] = 0.0
-    around = window(_BALL, y, np.zeros((20, 4)))
-    return largest(*(around.rate(value) for value in _BALL.invariants(around.y).values()))
+    y[:, _BALL.components["tilt_rate"]] = 0.0
+    motion = stencil(_BALL, y, np.zeros((20, 4)))
+    return max_abs(*(motion.rate(value) for value in _BALL.invariants(motion.y).values()))
 
 
 @SUBJECT.law(
@@ -126,7 +128,7 @@ def gravity_pulls_by_the_cosine_of_any_angle() -> float:
     small, large = np.linspace(-10.0, 10.0, 2001), np.geomspace(10.0, 1e6, 2001)
     alpha = np.concatenate([small, large, -large])
     y = ball.state(tilt=np.stack([alpha, np.full_like(alpha, 0.5 * math.pi)], axis=-1))
-    return largest(ball.rhs(y)[:, 6] - np.cos(alpha))
+    return max_abs(ball.velocity(ball.rhs(y))[:, 0] - np.cos(alpha))
 
 
 @SUBJECT.law(
@@ -136,19 +138,19 @@ def gravity_pulls_by_the_cosine_of_any_angle() -> float:
 )
 def the_plate_moves_as_it_is_told() -> float:
     """Both angles of the plate are parabolas in time."""
-    t, a = 0.7, _U[:, 2:]
+    t, a, rate = 0.7, _U[:, _TILT_ACCELERATION], _BALL.tilt_rate(_Y)
     end = _BALL.simulate(_Y, [0.0, t], _U[None]).y[-1]
-    angles = _Y[:, 9:11] + t * _Y[:, 11:] + 0.5 * t * t * a
-    return largest(end[:, 9:11] - angles, end[:, 11:] - _Y[:, 11:] - t * a)
+    angles = _BALL.tilt(_Y) + t * rate + 0.5 * t * t * a
+    return max_abs(_BALL.tilt(end) - angles, _BALL.tilt_rate(end) - rate - t * a)
 
 
 law_of_parameters(SUBJECT, _BALL)
-law_of_slopes(SUBJECT, _BALL, _Y, _U)
-law_of_return(SUBJECT, _BALL, _Y, _U)
+law_of_linearization(SUBJECT, _BALL, _Y, _U)
+law_of_reversibility(SUBJECT, _BALL, _Y, _U)
 law_of_order(SUBJECT, _BALL, _Y, _U, 0.5)
-law_of_contact(
+law_of_contact_force(
     SUBJECT,
-    *(_BALL, _Y, _U, _POINTS),
+    *(_BALL, _Y, _U, _MODEL),
     lambda y, u: (_world(y, _BALL.contact_force(y, u)), -0.8 * _normal(y)),
 )
 
@@ -161,10 +163,10 @@ law_of_contact(
 def turntables_turn_the_velocity_exactly() -> float:
     """V' = k Omega n x V with k = beta / (1 + beta), at any step, for 10 s."""
     ball = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=0.1, turntable_rate=2.0)
-    v = 0.3 * _Y[:, 6:8]
+    v = 0.3 * _BALL.velocity(_Y)
     end = ball.advance(ball.state(velocity=v), None, 10.0, 200)
     turned = np.exp(10.0j * 0.55 / 1.55 * 2.0) * (v[:, 0] + 1j * v[:, 1])
-    return largest(end[:, 6] - turned.real, end[:, 7] - turned.imag)
+    return max_abs(ball.velocity(end) - np.stack([turned.real, turned.imag], axis=-1))
 
 
 @SUBJECT.law(
@@ -176,10 +178,11 @@ def balls_on_a_leaning_turntable_follow_trochoids() -> float:
     """Centre, velocity and angular velocity on a turntable that leans by 0.2 rad about x."""
     t, errors = np.linspace(0.0, 8.0, 17), []
     for y in _Y[:5]:
-        start = _BALL.state(q=y[:4], position=y[4:6], velocity=y[6:8], spin=y[8], tilt=(0.2, 0.0))
+        start = y.copy()
+        start[_BALL.components["tilt"]], start[_BALL.components["tilt_rate"]] = (0.2, 0.0), 0.0
         exact = theory.roll_on_plate(
             t,
-            *(y[4:6], _BALL.omega_world(start)),
+            *(_BALL.position(start), _BALL.omega_world(start)),
             **{"beta": 0.55, "radius": 0.8, "turntable_rate": 0.7, "tilt": 0.2, "g": 9.6},
         )
         motion = _BALL.simulate(start, t)
@@ -188,7 +191,7 @@ def balls_on_a_leaning_turntable_follow_trochoids() -> float:
             motion["velocity_world"] - exact.velocity,
             motion["omega_world"] - exact.omega,
         ]
-    return largest(*errors)
+    return max_abs(*errors)
 
 
 @SUBJECT.law(
@@ -206,12 +209,11 @@ def a_ball_round_the_axis_turns_as_in_closed_form() -> float:
     )
     place = 1.3 * np.array([math.cos(0.4), math.sin(0.4)])
     start = _BALL.state(
-        q=_Y[0, :4],
+        q=quaternion(_Y[0]),
         position=place,
         velocity=rate * np.array([-place[1], place[0]]),
         spin=0.6,
     )
     motion = _BALL.simulate(start, t)
-    return largest(
-        motion["centre"] - exact.centre, motion["R"] - matrices(turn) @ matrices(_Y[0, :4])
-    )
+    R = matrices(turn) @ attitudes(_Y[0])
+    return max_abs(motion["centre"] - exact.centre, motion["R"] - R)

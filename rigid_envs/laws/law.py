@@ -1,4 +1,4 @@
-"""What a law is, where it is written down, and what checking one gives."""
+"""A physical law as a claim with an error bound, and the outcome of its check."""
 
 import time
 from collections.abc import Callable
@@ -11,15 +11,15 @@ Measure = Callable[[], float]
 
 @dataclass(frozen=True)
 class Law:
-    """A statement of physics that is measured.
+    """A physical claim whose error is measured.
 
     Attributes:
-        subject: name of the subject that it belongs to.
-        name: the claim.
-        compared: what is compared with what.
-        bound: largest error with which it holds.
-        why: where the bound comes from.
-        measure: returns the error.
+        subject: name of its subject.
+        name: the claim, in words.
+        compared: the two sides that are compared.
+        bound: largest error with which the law holds.
+        why: reason for the bound.
+        measure: computes the error; its docstring is the statement.
     """
 
     subject: str
@@ -32,13 +32,13 @@ class Law:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a law.
+    """Result of the check of a law.
 
     Attributes:
-        law: which.
-        error: the measured error, NaN where there is none.
-        seconds: time it took [s].
-        message: what was raised on the way; empty where nothing was.
+        law: the law that was checked.
+        error: measured error; NaN if an exception was raised.
+        seconds: wall-clock time of the check [s].
+        message: the exception that was raised; empty if none was.
     """
 
     law: Law
@@ -48,18 +48,18 @@ class Outcome:
 
     @property
     def holds(self) -> bool:
-        """Whether the error is within the bound; an error that is not a number never is."""
+        """Whether the error is within the bound; NaN never is."""
         return not self.message and self.error <= self.law.bound
 
 
 @dataclass(frozen=True)
 class Subject:
-    """Laws about one thing; the file of that name writes them down with `law`.
+    """Laws about one system or module; the file of the same name adds them with `law`.
 
     Attributes:
-        name: as on the command line.
-        title: what the laws are about.
-        laws: in the order in which they are checked, cheap ones first.
+        name: name on the command line.
+        title: one line of description.
+        laws: in the order of the checks, fast ones first.
     """
 
     name: str
@@ -67,24 +67,24 @@ class Subject:
     laws: list[Law] = field(default_factory=list)
 
     def law(self, compared: str, *, bound: float, why: str) -> Callable[[Measure], Measure]:
-        """Write down that the decorated function measures a law; its name is the claim.
+        """Decorator: add a law. The function measures its error, the function's name is the claim.
 
         Args:
-            compared: what is compared with what.
-            bound: largest error with which it holds.
-            why: where the bound comes from.
+            compared: the two sides that are compared.
+            bound: largest error with which the law holds.
+            why: reason for the bound.
         """
 
-        def write_down(measure: Measure) -> Measure:
+        def add(measure: Measure) -> Measure:
             claim = measure.__name__.replace("_", " ")
             self.laws.append(Law(self.name, claim, compared, bound, why, measure))
             return measure
 
-        return write_down
+        return add
 
 
 def check(law: Law) -> Outcome:
-    """Measure a law; whatever it raises is its failure."""
+    """Measure the error of a law; an exception counts as a failure."""
     start = time.perf_counter()
     error, message = float("nan"), ""
     try:

@@ -1,4 +1,4 @@
-"""Laws of what rolls down an incline or through a valley."""
+"""Laws of a body that rolls on an incline or in a valley."""
 
 import math
 
@@ -7,13 +7,14 @@ import numpy.typing as npt
 
 from rigid_envs.analytic import roller as theory
 from rigid_envs.laws.law import Subject
-from rigid_envs.laws.stencil import EPS, examples, largest, window
+from rigid_envs.laws.numerics import EPS, max_abs, random_states
+from rigid_envs.laws.stencil import stencil
 from rigid_envs.laws.system_laws import (
+    law_of_linearization,
     law_of_order,
     law_of_parameters,
-    law_of_rates,
-    law_of_return,
-    law_of_slopes,
+    law_of_reversibility,
+    law_of_rhs,
 )
 from rigid_envs.systems import Roller
 
@@ -23,15 +24,17 @@ Array = npt.NDArray[np.float64]
 SUBJECT = Subject("roller", "a wheel that rolls on an incline or in a valley")
 
 _ROLLER = Roller(m=1.1, radius=0.7, beta=0.45, g=9.5, slope=0.4, curvature=0.3, mu=0.6)
-_Y, _U = examples(_ROLLER, 20)
-_U[:, 1] = np.abs(_U[:, 1])  # ratios are only increased
+_BETA_CHANGE = 1  # of u
+_Y, _U = random_states(_ROLLER, 20)
+_U[:, _BETA_CHANGE] = np.abs(_U[:, _BETA_CHANGE])  # inertia ratios are only increased
 _FAR, _PUSHED = 4.0 * _Y, 4.0 * _U  # all round the circle
+_FORCE, _BETA = _PUSHED[:, 0], 0.45 + _PUSHED[:, _BETA_CHANGE]
 _UP = np.array([0.0, 1.0])
 
 
 def _along(y: Array) -> Array:
     """Direction of the path, (x, z)."""
-    descent = 0.4 - 0.3 * y[..., 0]
+    descent = 0.4 - 0.3 * _ROLLER.way(y)
     return np.stack([np.cos(descent), -np.sin(descent)], axis=-1)
 
 
@@ -42,10 +45,10 @@ def _along(y: Array) -> Array:
 )
 def motions_obey_dalemberts_principle() -> float:
     """(m x'' - m g) . dx + I turn'' dturn = force ds, with dturn = ds / r."""
-    around = window(_ROLLER, _FAR, _PUSHED)
-    push = 1.1 * (around.acceleration(_ROLLER.place(around.y)) + 9.5 * _UP)
-    turn = (0.45 + _PUSHED[:, 1]) * 1.1 * 0.7**2 * around.acceleration(_ROLLER.turn(around.y))
-    return largest(np.sum(push * _along(_FAR), axis=-1) + turn / 0.7 - _PUSHED[:, 0])
+    motion = stencil(_ROLLER, _FAR, _PUSHED)
+    push = 1.1 * (motion.acceleration(_ROLLER.place(motion.y)) + 9.5 * _UP)
+    turn = _BETA * 1.1 * 0.7**2 * motion.acceleration(_ROLLER.turn(motion.y))
+    return max_abs(np.sum(push * _along(_FAR), axis=-1) + turn / 0.7 - _FORCE)
 
 
 @SUBJECT.law(
@@ -55,15 +58,15 @@ def motions_obey_dalemberts_principle() -> float:
 )
 def the_wheel_rolls() -> float:
     """The centre moves along its path at v, and the wheel turns at v / r."""
-    around = window(_ROLLER, _FAR, _PUSHED)
-    v = _FAR[:, 1:]
-    return largest(
-        around.rate(_ROLLER.place(around.y)) - v * _along(_FAR),
-        around.rate(_ROLLER.turn(around.y)) - v[:, 0] / 0.7,
+    motion = stencil(_ROLLER, _FAR, _PUSHED)
+    v = _ROLLER.velocity(_FAR)
+    return max_abs(
+        motion.rate(_ROLLER.place(motion.y)) - v[:, None] * _along(_FAR),
+        motion.rate(_ROLLER.turn(motion.y)) - v / 0.7,
     )
 
 
-law_of_rates(SUBJECT, _ROLLER, _FAR, _PUSHED)
+law_of_rhs(SUBJECT, _ROLLER, _FAR, _PUSHED)
 
 
 @SUBJECT.law(
@@ -75,11 +78,11 @@ def the_invariant_is_the_energy() -> float:
     """E = (m v^2 + I (v / r)^2) / 2 + m g z, also where the path is straight."""
     errors = []
     for roller in (_ROLLER, Roller(m=1.1, radius=0.7, beta=0.45, g=9.5, slope=0.4)):
-        kinetic = 0.5 * 1.1 * (1.0 + 0.45) * _FAR[:, 1] ** 2
+        kinetic = 0.5 * 1.1 * (1.0 + 0.45) * _ROLLER.velocity(_FAR) ** 2
         energy = kinetic + 1.1 * 9.5 * roller.place(_FAR)[:, 1]
         errors.append(roller.invariants(_FAR)["energy"] - energy)
     errors.append(_ROLLER.invariants(np.array([0.0, 2.0]))["energy"] - 1.1 * 1.45 * 2.0)
-    return largest(*errors)
+    return max_abs(*errors)
 
 
 @SUBJECT.law(
@@ -93,12 +96,12 @@ def gravity_pulls_by_the_sine_of_any_descent() -> float:
     small, large = np.linspace(-10.0, 10.0, 2001), np.geomspace(10.0, 1e6, 2001)
     s = np.concatenate([small, large, -large])
     y = np.stack([s, np.zeros_like(s)], axis=-1)
-    return largest(block.rhs(y)[:, 1] - np.sin(-s))
+    return max_abs(block.rhs(y)[:, 1] - np.sin(-s))
 
 
 law_of_parameters(SUBJECT, _ROLLER)
-law_of_slopes(SUBJECT, _ROLLER, _FAR, _PUSHED)
-law_of_return(SUBJECT, _ROLLER, _Y, _U)
+law_of_linearization(SUBJECT, _ROLLER, _FAR, _PUSHED)
+law_of_reversibility(SUBJECT, _ROLLER, _Y, _U)
 law_of_order(SUBJECT, _ROLLER, _Y, _U, 2.5)
 
 
@@ -109,14 +112,14 @@ law_of_order(SUBJECT, _ROLLER, _Y, _U, 2.5)
 )
 def the_contact_force_makes_the_balance() -> float:
     """C = m x'' - m g - force, and r times its part along the path turns the wheel back."""
-    around, along = window(_ROLLER, _FAR, _PUSHED), _along(_FAR)
-    force = 1.1 * (around.acceleration(_ROLLER.place(around.y)) + 9.5 * _UP)
-    force -= _PUSHED[:, :1] * along
-    turn = (0.45 + _PUSHED[:, 1]) * 1.1 * 0.7**2 * around.acceleration(_ROLLER.turn(around.y))
+    motion, along = stencil(_ROLLER, _FAR, _PUSHED), _along(_FAR)
+    force = 1.1 * (motion.acceleration(_ROLLER.place(motion.y)) + 9.5 * _UP)
+    force -= _FORCE[:, None] * along
+    turn = _BETA * 1.1 * 0.7**2 * motion.acceleration(_ROLLER.turn(motion.y))
     friction, normal = np.moveaxis(_ROLLER.contact_force(_FAR, _PUSHED), -1, 0)
     across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     found = friction[:, None] * along + normal[:, None] * across
-    return largest(found - force, turn + 0.7 * friction)
+    return max_abs(found - force, turn + 0.7 * friction)
 
 
 @SUBJECT.law(
@@ -134,7 +137,7 @@ def races_are_won_by_the_smaller_inertia() -> float:
             (0.0, 0.0), [0.0, end.time]
         )
         errors.append(motion.y[-1] - [way, end.speed])
-    return largest(*errors)
+    return max_abs(*errors)
 
 
 @SUBJECT.law(
@@ -149,4 +152,4 @@ def rolling_pendulums_follow_jacobi() -> float:
         motion = _ROLLER.simulate((bottom + s, v), t)
         place, speed = theory.valley(t, s, v, curvature=0.3, beta=0.45, g=9.5)
         errors += [motion["way"] - bottom - place, motion["velocity"] - speed]
-    return largest(*errors)
+    return max_abs(*errors)

@@ -1,4 +1,4 @@
-"""Laws of the ball that rolls as its velocity says."""
+"""Laws of the kinematic rolling ball, whose velocity is the input."""
 
 import math
 
@@ -7,12 +7,13 @@ import numpy.typing as npt
 
 from rigid_envs.analytic import rolling_ball as theory
 from rigid_envs.laws.law import Subject
-from rigid_envs.laws.stencil import EPS, examples, largest, matrices, window
+from rigid_envs.laws.numerics import EPS, attitudes, matrices, max_abs, random_states
+from rigid_envs.laws.stencil import stencil
 from rigid_envs.laws.system_laws import (
+    law_of_linearization,
     law_of_parameters,
-    law_of_rates,
-    law_of_return,
-    law_of_slopes,
+    law_of_reversibility,
+    law_of_rhs,
 )
 from rigid_envs.systems import RollingBall
 
@@ -22,7 +23,8 @@ Array = npt.NDArray[np.float64]
 SUBJECT = Subject("rolling_ball", "a ball that rolls without slip, its velocity given")
 
 _BALL = RollingBall(0.7)
-_Y, _U = examples(_BALL, 20)
+_Y, _U = random_states(_BALL, 20)
+_Q = _BALL.components["q"]
 
 
 @SUBJECT.law(
@@ -32,14 +34,14 @@ _Y, _U = examples(_BALL, 20)
 )
 def the_contact_point_is_at_rest() -> float:
     """V + omega x (-r e_z) = 0, omega from R' R^T; v and omega_z are what was asked for."""
-    around = window(_BALL, _Y, _U)
-    omega = around.omega()
-    v = around.rate(_BALL.position(around.y))
+    motion = stencil(_BALL, _Y, _U)
+    omega = motion.omega()
+    v = motion.rate(_BALL.position(motion.y))
     contact = np.pad(v, ((0, 0), (0, 1))) + np.cross(omega, [0.0, 0.0, -_BALL.radius])
-    return largest(contact, v - _U[:, :2], omega[:, 2] - _U[:, 2])
+    return max_abs(contact, np.concatenate([v, omega[:, 2:]], axis=-1) - _U)
 
 
-law_of_rates(SUBJECT, _BALL, _Y, _U)
+law_of_rhs(SUBJECT, _BALL, _Y, _U)
 
 
 @SUBJECT.law(
@@ -50,8 +52,8 @@ law_of_rates(SUBJECT, _BALL, _Y, _U)
 def the_invariant_is_the_length_of_the_quaternion() -> float:
     """|q|^2, of quaternions up to 1e-6 away from unit ones."""
     y = _Y.copy()
-    y[:, :4] *= np.linspace(1.0 - 9e-7, 1.0 + 9e-7, 20)[:, None]
-    return largest(_BALL.invariants(y)["q_squared"] - np.linalg.norm(y[:, :4], axis=-1) ** 2)
+    y[:, _Q] *= np.linspace(1.0 - 9e-7, 1.0 + 9e-7, 20)[:, None]
+    return max_abs(_BALL.invariants(y)["q_squared"] - np.linalg.norm(y[:, _Q], axis=-1) ** 2)
 
 
 @SUBJECT.law(
@@ -62,14 +64,14 @@ def the_invariant_is_the_length_of_the_quaternion() -> float:
 def quaternions_are_kept_unit() -> float:
     """|q| after one step from |q| = 1 -+ 9e-7, and the attitude that belongs to it."""
     y = _Y.copy()
-    y[:, :4] *= np.linspace(1.0 - 9e-7, 1.0 + 9e-7, 20)[:, None]
+    y[:, _Q] *= np.linspace(1.0 - 9e-7, 1.0 + 9e-7, 20)[:, None]
     found, expected = _BALL.advance(y, _U, 0.5), _BALL.advance(_Y, _U, 0.5)
-    return largest(np.linalg.norm(found[:, :4], axis=-1) - 1.0, found[:, :4] - expected[:, :4])
+    return max_abs(np.linalg.norm(found[:, _Q], axis=-1) - 1.0, found[:, _Q] - expected[:, _Q])
 
 
 law_of_parameters(SUBJECT, _BALL)
-law_of_slopes(SUBJECT, _BALL, _Y, _U)
-law_of_return(SUBJECT, _BALL, _Y, _U)
+law_of_linearization(SUBJECT, _BALL, _Y, _U)
+law_of_reversibility(SUBJECT, _BALL, _Y, _U)
 
 
 @SUBJECT.law(
@@ -85,7 +87,7 @@ def a_step_of_a_quarter_turn_is_exact() -> float:
     h = 0.5 * math.pi * (1.0 - 4.0 * EPS)
     omega = np.stack([-v[:, 1], v[:, 0], v[:, 2]], axis=-1)
     exact = np.pad(math.sin(0.5 * h) * omega, ((0, 0), (1, 0)), constant_values=math.cos(0.5 * h))
-    return largest(ball.advance(ball.state(), v, h)[:, :4] - exact)
+    return max_abs(ball.advance(ball.state(), v, h)[:, _Q] - exact)
 
 
 @SUBJECT.law(
@@ -99,7 +101,7 @@ def a_million_quarter_turns_add_up() -> float:
     angle = n * 0.5 * math.pi * (1.0 - 4.0 * EPS)
     end = ball.advance(ball.state(), (0.6, 0.0, 0.8), angle, n)
     axis = np.array([0.0, 0.6, 0.8])
-    return largest(end[:4] - [math.cos(0.5 * angle), *(math.sin(0.5 * angle) * axis)])
+    return max_abs(end[_Q] - [math.cos(0.5 * angle), *(math.sin(0.5 * angle) * axis)])
 
 
 @SUBJECT.law(
@@ -114,8 +116,8 @@ def rolls_along_segments_follow_their_closed_form() -> float:
     segments = np.column_stack([u, np.full(10, 0.7)])
     way, turn = theory.roll_segments(np.minimum(t, segments[:, 3].sum()), segments, _BALL.radius)
     motion = _BALL.simulate(_Y[0], t, u)
-    R = matrices(turn) @ matrices(_Y[0, :4])
-    return largest(motion["position"] - _Y[0, 4:] - way, motion["R"] - R)
+    R = matrices(turn) @ attitudes(_Y[0])
+    return max_abs(motion["position"] - _BALL.position(_Y[0]) - way, motion["R"] - R)
 
 
 @SUBJECT.law(
@@ -135,9 +137,10 @@ def rolls_round_a_circle_follow_their_closed_form() -> float:
         angle = phase + rate * s
         return (-rho * rate * math.sin(angle), rho * rate * math.cos(angle), spin)
 
-    start = _BALL.state(q=_Y[0, :4], position=place[0])
+    start = _BALL.state(q=_Y[0, _Q], position=place[0])
     motion = _BALL.simulate(start, t, velocity)
-    return largest(motion["position"] - place, motion["R"] - matrices(turn) @ matrices(_Y[0, :4]))
+    R = matrices(turn) @ attitudes(_Y[0])
+    return max_abs(motion["position"] - place, motion["R"] - R)
 
 
 @SUBJECT.law(
@@ -154,7 +157,7 @@ def small_loops_turn_the_ball_by_their_area() -> float:
         R = _BALL.simulate(_BALL.state(), np.arange(5.0), u)["R"][-1]
         turn = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2.0
         errors.append(turn / 1e-6 + [0.0, 0.0, sense])
-    return largest(*errors)
+    return max_abs(*errors)
 
 
 @SUBJECT.law(
@@ -178,4 +181,4 @@ def rolling_brackets_reach_every_direction() -> float:
     rows = np.array([A @ y + b for A, b in fields])
     if np.linalg.matrix_rank(rows, tol=1e-6) != 5:
         return math.inf
-    return largest(x12[0] @ y + x12[1] + (spin[0] @ y) / _BALL.radius**2)
+    return max_abs(x12[0] @ y + x12[1] + (spin[0] @ y) / _BALL.radius**2)

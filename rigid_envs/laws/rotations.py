@@ -1,4 +1,4 @@
-"""Laws of attitudes: their four forms, their group, their rates."""
+"""Laws of rotations: conversions, group operations, rates."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from rigid_envs import rotations as rot
 from rigid_envs.laws.law import Subject
-from rigid_envs.laws.stencil import EPS, largest, matrices
+from rigid_envs.laws.numerics import EPS, matrices, max_abs
 
 __all__ = ["SUBJECT"]
 
@@ -48,14 +48,14 @@ def quaternions_have_their_matrices() -> float:
     """R of 100 quaternions; the quaternion of R is the one with w >= 0."""
     R = rot.matrix_from_quaternion(_Q)
     back = np.where(_Q[:, :1] < 0.0, -_Q, _Q)
-    return largest(R - matrices(_Q), rot.quaternion_from_matrix(matrices(_Q)) - back)
+    return max_abs(R - matrices(_Q), rot.quaternion_from_matrix(matrices(_Q)) - back)
 
 
 @SUBJECT.law("multiply, conjugate, rotate with matrices", bound=_ROUNDINGS, why=_SOME)
 def products_of_quaternions_are_products_of_matrices() -> float:
     """R(p q) = R(p) R(q), R(conj q) = R(q)^T, and both on vectors."""
     one, two = matrices(_P), matrices(_Q)
-    return largest(
+    return max_abs(
         matrices(rot.multiply(_P, _Q)) - one @ two,
         matrices(rot.conjugate(_Q)) - np.swapaxes(two, -1, -2),
         rot.rotate(_Q, _V) - np.einsum("nij,nj->ni", two, _V),
@@ -67,7 +67,7 @@ def products_of_quaternions_are_products_of_matrices() -> float:
 def euler_angles_are_precession_nutation_and_spin() -> float:
     """R = Rz(phi) Rx(theta) Rz(psi) of 100 triples, through quaternions and matrices."""
     R = Rotation.from_euler("ZXZ", _ANGLES).as_matrix()
-    return largest(
+    return max_abs(
         rot.matrix_from_euler(_ANGLES) - R,
         rot.euler_from_matrix(R) - _ANGLES,
         rot.euler_from_quaternion(rot.quaternion_from_euler(_ANGLES)) - _ANGLES,
@@ -79,7 +79,7 @@ def exp_is_the_exponential_of_the_cross_product() -> float:
     """R(exp v) = expm of hat(v), hat(v) u = v x u, and log leads back."""
     V = rot.hat(_V)
     short = _V / np.maximum(1.0, np.linalg.norm(_V, axis=-1, keepdims=True) / 3.0)
-    return largest(
+    return max_abs(
         matrices(rot.exp(_V)) - expm(V),
         np.einsum("nij,nj->ni", V, _RATES) - np.cross(_V, _RATES),
         rot.vee(V) - _V,
@@ -90,9 +90,12 @@ def exp_is_the_exponential_of_the_cross_product() -> float:
 @SUBJECT.law("axis, angle and distance with the trace of R", bound=1e-12, why="roundings over sin")
 def angles_are_those_of_the_trace() -> float:
     """2 cos(angle) + 1 = tr R, R axis = axis, and the distance is the angle between."""
-    R, between = matrices(_Q), np.swapaxes(matrices(_P), -1, -2) @ matrices(_Q)
+    R, between = (
+        matrices(_Q),
+        np.swapaxes(matrices(_P), -1, -2) @ matrices(_Q),
+    )
     axis, angle = rot.axis_angle_from_quaternion(_Q)
-    return largest(
+    return max_abs(
         2.0 * np.cos(rot.angle(_Q)) + 1.0 - np.trace(R, axis1=-2, axis2=-1),
         2.0 * np.cos(rot.distance(_P, _Q)) + 1.0 - np.trace(between, axis1=-2, axis2=-1),
         np.einsum("nij,nj->ni", R, axis) - axis,
@@ -105,7 +108,7 @@ def the_rate_of_a_quaternion_turns_the_body() -> float:
     """The rate is q (0, omega) / 2: the body turns with omega in its own axes."""
     q_rate = rot.quaternion_rate(_Q, _V)
     turn = Rotation.from_quat(_Q, scalar_first=True)
-    return largest(
+    return max_abs(
         _slope(lambda s: matrices(_Q + s * q_rate))
         - _slope(lambda s: (turn * Rotation.from_rotvec(s * _V)).as_matrix())
     )
@@ -116,7 +119,7 @@ def euler_rates_give_the_angular_velocity() -> float:
     """Angular velocities in both frames from (phi', theta', psi'), and back."""
     world, body = _spin(lambda s: Rotation.from_euler("ZXZ", _ANGLES + s * _RATES).as_matrix())
     sine = np.sin(_ANGLES[:, 1:2])
-    return largest(
+    return max_abs(
         rot.omega_body_from_euler_rates(_ANGLES, _RATES) - body,
         rot.omega_world_from_euler_rates(_ANGLES, _RATES) - world,
         sine * (rot.euler_rates_from_omega_body(_ANGLES, body) - _RATES),
@@ -128,7 +131,7 @@ def euler_rates_give_the_angular_velocity() -> float:
 def jacobians_turn_rates_of_vectors_into_angular_velocities() -> float:
     """J_left v' in world and J_right v' in body axes, and the inverses of both."""
     world, body = _spin(lambda s: expm(rot.hat(_V + s * _RATES)))
-    return largest(
+    return max_abs(
         np.einsum("nij,nj->ni", rot.left_jacobian(_V), _RATES) - world,
         np.einsum("nij,nj->ni", rot.right_jacobian(_V), _RATES) - body,
         rot.left_jacobian_inverse(_V) @ rot.left_jacobian(_V) - np.eye(3),
@@ -143,7 +146,7 @@ def slerp_is_the_shortest_way() -> float:
     for p, q in zip(_P, _Q, strict=True):
         ends = Rotation.from_quat([p, q], scalar_first=True)
         errors.append(matrices(rot.slerp(p, q, t)) - Slerp([0.0, 1.0], ends)(t).as_matrix())
-    return largest(*errors)
+    return max_abs(*errors)
 
 
 @SUBJECT.law("rot6d with columns of R", bound=_ROUNDINGS, why=_SOME)
@@ -152,7 +155,7 @@ def six_numbers_are_enough() -> float:
     R = matrices(_Q)
     six = rot.rot6d_from_matrix(R)
     stretched = np.concatenate([2.0 * six[:, :3], 3.0 * six[:, 3:] + 0.5 * six[:, :3]], axis=-1)
-    return largest(
+    return max_abs(
         six - np.concatenate([R[..., 0], R[..., 1]], axis=-1), rot.matrix_from_rot6d(stretched) - R
     )
 
@@ -173,7 +176,7 @@ def tensors_and_rates_are_carried_between_frames() -> float:
         return np.asarray(np.einsum("nij,nj->ni", turned, _V + s * _RATES))
 
     rate = _slope(seen_from_world)
-    return largest(
+    return max_abs(
         rot.rotate_tensor(_Q, tensor) - carried,
         rot.transform_tensor(np.swapaxes(R, -1, -2), carried) - tensor,
         rot.world_rate(_Q, _V, _RATES, omega) - rate,
@@ -192,4 +195,4 @@ def random_attitudes_are_uniform() -> float:
     q = rot.random_quaternion(np.random.default_rng(7), (n,))
     mixed = np.stack([q[:, i] * q[:, j] for i in range(4) for j in range(i)], axis=-1)
     samples = np.concatenate([q, mixed, q**2 - 0.25, q**4 - 0.125], axis=-1)
-    return largest(np.sqrt(n) * samples.mean(axis=0) / samples.std(axis=0))
+    return max_abs(np.sqrt(n) * samples.mean(axis=0) / samples.std(axis=0))

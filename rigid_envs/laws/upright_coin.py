@@ -1,4 +1,4 @@
-"""Laws of the coin that is held upright, rolls and is steered."""
+"""Laws of the upright rolling coin, steered and driven, level or on a slope."""
 
 import math
 
@@ -6,17 +6,18 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.analytic import upright_coin as theory
-from rigid_envs.laws.dalembert import Body
+from rigid_envs.laws.dalembert import RigidBodyModel
 from rigid_envs.laws.law import Subject
-from rigid_envs.laws.stencil import examples, largest, matrices, window
+from rigid_envs.laws.numerics import attitudes, matrices, max_abs, random_states
+from rigid_envs.laws.stencil import stencil
 from rigid_envs.laws.system_laws import (
-    law_of_contact,
+    law_of_contact_force,
     law_of_dalembert,
+    law_of_linearization,
     law_of_order,
     law_of_parameters,
-    law_of_rates,
-    law_of_return,
-    law_of_slopes,
+    law_of_reversibility,
+    law_of_rhs,
 )
 from rigid_envs.systems import UprightCoin
 
@@ -26,18 +27,19 @@ Array = npt.NDArray[np.float64]
 SUBJECT = Subject("upright_coin", "a coin held upright that rolls and is steered on a slope")
 
 _COIN = UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5, slope=0.3)
-_Y, _U = examples(_COIN, 20)
-_Y[:, :4] = _COIN.attitude(*np.random.default_rng(9).uniform(-3.0, 3.0, (2, 20)))
+_Y, _U = random_states(_COIN, 20)
+_Y[:, _COIN.components["q"]] = _COIN.attitude(*np.random.default_rng(9).uniform(-3.0, 3.0, (2, 20)))
 _NORMAL = np.array([0.0, 0.0, 1.0])
 _WEIGHT = 1.1 * 9.5 * np.array([math.sin(0.3), 0.0, -math.cos(0.3)])
 
 
 def _axis(y: Array) -> Array:
-    return np.array(matrices(y[..., :4])[..., :, 2])
+    return np.array(attitudes(y)[..., :, 2])
 
 
 def _centre(y: Array) -> Array:
-    return np.concatenate([y[..., 4:6], np.full_like(y[..., :1], 0.7)], axis=-1)
+    contact = _COIN.contact(y)
+    return np.concatenate([contact, np.full_like(contact[..., :1], 0.7)], axis=-1)
 
 
 def _steer_and_roll(y: Array) -> tuple[Array, Array]:
@@ -47,12 +49,12 @@ def _steer_and_roll(y: Array) -> tuple[Array, Array]:
 
 
 def _torque(y: Array, u: Array) -> Array:
-    """The torque of the inputs."""
+    """Torque of the inputs."""
     return np.asarray(u[..., :1] * _NORMAL + u[..., 1:] * _axis(y))
 
 
 def _held_torque(y: Array, u: Array) -> Array:
-    """That torque, and the one that holds the coin upright."""
+    """Torque of the inputs and of the constraint that holds the coin upright."""
     along = np.cross(_axis(y), _NORMAL)
     return np.asarray(_torque(y, u) + _COIN.upright_torque(y, u)[..., None] * along)
 
@@ -62,9 +64,9 @@ def _weight(y: Array, _: Array) -> Array:
 
 
 _MOMENTS = np.array([0.3, 0.3, 0.4])
-_POINTS = Body(1.1, _MOMENTS, _centre, _weight, _torque, _steer_and_roll)
-_HELD = Body(1.1, _MOMENTS, _centre, _weight, _held_torque, _steer_and_roll)
-law_of_dalembert(SUBJECT, _COIN, _Y, _U, _POINTS)
+_MODEL = RigidBodyModel(1.1, _MOMENTS, _centre, _weight, _torque, _steer_and_roll)
+_HELD_MODEL = RigidBodyModel(1.1, _MOMENTS, _centre, _weight, _held_torque, _steer_and_roll)
+law_of_dalembert(SUBJECT, _COIN, _Y, _U, _MODEL)
 
 
 @SUBJECT.law(
@@ -74,17 +76,17 @@ law_of_dalembert(SUBJECT, _COIN, _Y, _U, _POINTS)
 )
 def the_contact_point_is_at_rest() -> float:
     """The point at -r n: v + omega x (-r n) = 0, omega from R' R^T; the axis is level."""
-    around = window(_COIN, _Y, _U)
-    omega, axis = around.omega(), _axis(around.y)
-    return largest(
-        around.rate(_centre(around.y)) + np.cross(omega, -0.7 * _NORMAL),
+    motion = stencil(_COIN, _Y, _U)
+    omega, axis = motion.omega(), _axis(motion.y)
+    return max_abs(
+        motion.rate(_centre(motion.y)) + np.cross(omega, -0.7 * _NORMAL),
         axis[..., 2],
-        omega[:, 2] - _Y[:, 6],
-        np.sum(omega * axis[4], axis=-1) - _Y[:, 7],
+        omega[:, 2] - _COIN.steer_rate(_Y),
+        np.sum(omega * _axis(_Y), axis=-1) - _COIN.roll_rate(_Y),
     )
 
 
-law_of_rates(SUBJECT, _COIN, _Y, _U)
+law_of_rhs(SUBJECT, _COIN, _Y, _U)
 
 
 @SUBJECT.law(
@@ -94,18 +96,19 @@ law_of_rates(SUBJECT, _COIN, _Y, _U)
 )
 def invariants_are_energy_and_steer_rate() -> float:
     """E = (m v^2 + I1 phi'^2 + I3 psi'^2) / 2 - m g sin(slope) X."""
-    steer, roll = _Y[:, 6], _Y[:, 7]
+    steer, roll = _COIN.steer_rate(_Y), _COIN.roll_rate(_Y)
     kinetic = 0.5 * (1.1 * (0.7 * roll) ** 2 + 0.3 * steer**2 + 0.4 * roll**2)
     found = _COIN.invariants(_Y)
-    return largest(found["energy"] - kinetic + _WEIGHT[0] * _Y[:, 4], found["steer_rate"] - steer)
+    energy = kinetic - _WEIGHT[0] * _COIN.contact(_Y)[:, 0]
+    return max_abs(found["energy"] - energy, found["steer_rate"] - steer)
 
 
 law_of_parameters(SUBJECT, _COIN)
-law_of_slopes(SUBJECT, _COIN, _Y, _U)
-law_of_return(SUBJECT, _COIN, _Y, _U)
+law_of_linearization(SUBJECT, _COIN, _Y, _U)
+law_of_reversibility(SUBJECT, _COIN, _Y, _U)
 law_of_order(SUBJECT, _COIN, _Y, _U, 1.5)
-law_of_contact(
-    SUBJECT, _COIN, _Y, _U, _HELD, lambda y, u: (_COIN.contact_force(y, u), -0.7 * _NORMAL)
+law_of_contact_force(
+    SUBJECT, _COIN, _Y, _U, _HELD_MODEL, lambda y, u: (_COIN.contact_force(y, u), -0.7 * _NORMAL)
 )
 
 
@@ -124,7 +127,7 @@ def arcs_are_exact() -> float:
         q=level.attitude(0.7, -0.4), contact=(0.3, 0.2), steer_rate=0.8, roll_rate=-1.1
     )
     end = level.advance(start, None, 10.0, 100)
-    return largest(end[4:6] - exact.place, matrices(end[:4]) - matrices(exact.attitude))
+    return max_abs(level.contact(end) - exact.place, attitudes(end) - matrices(exact.attitude))
 
 
 @SUBJECT.law(
@@ -153,7 +156,7 @@ def a_driven_coin_follows_its_closed_form() -> float:
         q=level.attitude(0.7, -0.4), contact=(0.3, 0.2), steer_rate=0.6, roll_rate=1.1
     )
     motion = level.simulate(start, t, torques)
-    return largest(motion["contact"] - exact.place, motion["R"] - matrices(exact.attitude))
+    return max_abs(motion["contact"] - exact.place, motion["R"] - matrices(exact.attitude))
 
 
 @SUBJECT.law(
@@ -172,4 +175,4 @@ def a_steered_coin_drifts_across_the_slope() -> float:
     )
     start = _COIN.state(q=_COIN.attitude(phi, 0.2), steer_rate=steer, roll_rate=roll)
     motion = _COIN.simulate(start, t)
-    return largest(motion["contact"] - exact.place, 0.7 * motion["roll_rate"] - exact.speed)
+    return max_abs(motion["contact"] - exact.place, 0.7 * motion["roll_rate"] - exact.speed)
