@@ -132,8 +132,8 @@ def test_unknown_id_is_refused_with_the_nearest_one(capsys: Capture, word: str) 
             "config.radius: -2 is not allowed; expected a number in [1e-09, 1e+06]",
         ),
         (["--rotation", "angles"], "config.rotation: 'angles' is not allowed; expected one of"),
-        (["--radius"], "cannot read '--radius'; expected --KEY VALUE"),
-        (["radius", "2"], "cannot read 'radius'"),
+        (["--radius"], "argument = '--radius'; expected --KEY VALUE"),
+        (["radius", "2"], "argument = 'radius'"),
     ],
 )
 def test_wrong_hyperparameters_are_refused_by_name(

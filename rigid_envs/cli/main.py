@@ -153,7 +153,7 @@ def _describe(options: argparse.Namespace, rest: list[str]) -> None:
 def _docs(options: argparse.Namespace, rest: list[str]) -> None:
     _refuse(rest)
     if options.folder.exists() and not options.folder.is_dir():
-        raise ValueError(f"{options.folder} is a file; expected a folder for the pages")
+        raise ValueError(f"FOLDER = {options.folder}; expected a folder: this is a file")
     changed, strangers = write_pages(options.folder)
     print(f"written to {options.folder}: {', '.join(changed) or 'nothing, all is as it was'}")
     if strangers:
@@ -163,7 +163,7 @@ def _docs(options: argparse.Namespace, rest: list[str]) -> None:
 def _bench(options: argparse.Namespace, rest: list[str]) -> None:
     _refuse(rest)
     ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
-    _refuse_missing_folder(options.json)
+    _refuse_missing_folder("--json", options.json)
     from rigid_envs.bench import bench  # imports what it measures: only here
     from rigid_envs.cli.bench import as_text
 
@@ -186,8 +186,8 @@ def _anchors(options: argparse.Namespace, rest: list[str]) -> None:
 
     n = N_STARTS if options.starts is None else options.starts
     if not 1 <= n <= N_STARTS or (n < N_STARTS and options.out is None):
-        raise ValueError(f"--starts {n}: expected 1 to {N_STARTS}, and --out FILE if it is less")
-    _refuse_missing_folder(options.out)
+        raise ValueError(f"--starts = {n}; expected 1 to {N_STARTS}, and --out FILE if it is less")
+    _refuse_missing_folder("--out", options.out)
     make_anchors(list(dict.fromkeys(ids)), n, options.out or ANCHORS)
 
 
@@ -195,7 +195,9 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     _refuse(rest)
     if options.scores:
         if options.json:
-            raise ValueError("--scores: prints a table only; leave out --json")
+            raise ValueError(
+                f"--json = {options.json}; expected no --json beside --scores: that prints a table"
+            )
         from rigid_envs.cli.scoring import verify_scores
 
         ids = [catalogue.checked_id(env_id) for env_id in options.subjects]
@@ -205,9 +207,9 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
 
     names = [checked_subject(name) for name in options.subjects]
     if options.json in SUBJECTS:
-        raise ValueError(f"--json {options.json}: expected a file; name subjects before --json")
+        raise ValueError(f"--json = {options.json}; expected a file: name subjects before --json")
     file = Path(options.json) if options.json not in (None, "-") else None
-    _refuse_missing_folder(file)
+    _refuse_missing_folder("--json", file)
     verdict = verify(list(dict.fromkeys(names)))
     document = json.dumps(verdict.as_json(), indent=1, allow_nan=False)
     print(document if options.json == "-" else verdict.as_text())
@@ -217,14 +219,14 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     return 1 if verdict.failures else 0
 
 
-def _refuse_missing_folder(file: Path | None) -> None:
+def _refuse_missing_folder(option: str, file: Path | None) -> None:
     if file and not file.parent.is_dir():
-        raise ValueError(f"{file}: there is no folder {file.parent}")
+        raise ValueError(f"{option} = {file}; expected a file in a folder that exists")
 
 
 def _refuse(rest: list[str]) -> None:
     if rest:
-        raise ValueError(f"unknown option {rest[0]!r}; --help lists those that there are")
+        raise ValueError(f"argument = {rest[0]!r}; expected one of those that --help lists")
 
 
 def _config(words: list[str]) -> dict[str, Any]:
@@ -239,7 +241,7 @@ def _config(words: list[str]) -> dict[str, Any]:
         word = rest.pop(0)
         key, equals, value = word.removeprefix("--").partition("=")
         if not word.startswith("--") or not key or not (equals or rest):
-            raise ValueError(f"cannot read {word!r}; expected --KEY VALUE")
+            raise ValueError(f"argument = {word!r}; expected --KEY VALUE")
         config[key] = _value(value if equals else rest.pop(0))
     return config
 

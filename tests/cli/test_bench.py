@@ -31,7 +31,10 @@ def test_the_report_fits_a_page_and_names_the_peers() -> None:
     ("words", "complaint"),
     [
         (["--ids", "BallPark"], "did you mean 'RigidEnvs/BallPark-v0'"),
-        (["--json", "nowhere/bench.json"], "no folder nowhere"),
+        (
+            ["--json", "nowhere/bench.json"],
+            "--json = nowhere/bench.json; expected a file in a folder that exists",
+        ),
     ],
 )
 def test_unknown_ids_and_a_missing_folder_are_refused(

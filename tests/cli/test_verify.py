@@ -124,9 +124,15 @@ def test_subjects_can_be_chosen(capsys: Capture) -> None:
     ("words", "complaint"),
     [
         (["heavytop"], "subject = 'heavytop'; expected one of rotations, "),
-        (["--json", "heavy_top"], "expected a file; name subjects before --json"),
-        (["--json", "nowhere/laws.json"], "there is no folder nowhere"),
-        (["--fast"], "unknown option '--fast'"),
+        (
+            ["--json", "heavy_top"],
+            "--json = heavy_top; expected a file: name subjects before --json",
+        ),
+        (
+            ["--json", "nowhere/laws.json"],
+            "--json = nowhere/laws.json; expected a file in a folder that exists",
+        ),
+        (["--fast"], "argument = '--fast'; expected"),
     ],
 )
 def test_words_that_make_no_sense_are_refused(
