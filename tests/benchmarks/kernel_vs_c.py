@@ -19,7 +19,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.cli.bench.race import Contestant, Result, race
+from rigid_envs.bench.interleaved import Throughput, Workload, time_interleaved
 from rigid_envs.cli.provenance import provenance
 from rigid_envs.cli.tables import table
 from rigid_envs.kernels.free_body import FREE_BODY
@@ -102,18 +102,18 @@ def difference(loop: Loop) -> float:
     return float(np.max(np.abs(ours - theirs)))
 
 
-def _contestant(name: str, loop: Loop) -> Contestant:
+def _workload(name: str, loop: Loop) -> Workload:
     buffer = new_rows(_N)
 
-    def burst(times: int) -> int:
+    def run(times: int) -> int:
         for _ in range(times):
             loop(buffer, _N // LANES, _H, 1)
         return times * _N
 
-    return Contestant(name, "", burst)
+    return Workload(name, "", run)
 
 
-def _report(results: list[Result], differences: dict[str, float]) -> str:
+def _report(results: list[Throughput], differences: dict[str, float]) -> str:
     ours = results[0]
     rows = []
     for result in results:
@@ -143,9 +143,9 @@ def main() -> int:
         return 2
     with c_loops() as loops:
         differences = {f"C, {name}": difference(loop) for name, loop in loops.items()}
-        contestants = [_contestant("rigid_envs.kernels", kernel_loop)]
-        contestants += [_contestant(f"C, {name}", loop) for name, loop in loops.items()]
-        results = race(contestants, options.rounds, 0.01)
+        workloads = [_workload("rigid_envs.kernels", kernel_loop)]
+        workloads += [_workload(f"C, {name}", loop) for name, loop in loops.items()]
+        results = time_interleaved(workloads, options.rounds, 0.01)
     where = provenance()
     print(f"{where['cpu']}; gcc {' '.join(_FLAGS[:3])}; {_N} rows, {_STAGES} stages per step\n")
     print(_report(results, differences))

@@ -1,4 +1,4 @@
-"""Mutants that change nothing, each with the reason why."""
+"""Equivalent mutants: wrong signs that change no motion, each with the reason."""
 
 from typing import NamedTuple
 
@@ -6,11 +6,11 @@ __all__ = ["EQUIVALENTS", "Equivalent"]
 
 
 class Equivalent(NamedTuple):
-    """A wrong sign that is none.
+    """A mutant that gives the same motion.
 
     Attributes:
         source: name of the source file.
-        function: in which function.
+        function: name of the function.
         text: the line as it is written, without blanks at its ends.
         term: the term on that line.
         nth: which of the equal terms of the line, from 0.
