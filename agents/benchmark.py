@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rigid_envs.files import canonical_json, write_atomic
+
 from .checks import ConfigError
 from .config import Config, config_to_dict
-from .files import canonical_json, write_atomic
 from .guards import NonFiniteError
-from .provenance import differences
+from .manifest import differences
 from .reports import conclude
 from .runs import Run, create_run, find_run, open_run
 from .seeds import TEST_SEED
@@ -55,8 +56,8 @@ def benchmark(configs: Sequence[Config], folder: Path, n: int, quiet: bool = Fal
             run.close()
         folder.mkdir(parents=True, exist_ok=True)
         document = canonical_json({"format": _FORMAT, "rows": rows}, indent=2)
-        write_atomic(folder / "benchmark.json", document.encode() + b"\n")
-        write_atomic(folder / "benchmark.md", markdown(rows).encode())
+        write_atomic(folder / "benchmark.json", document + "\n")
+        write_atomic(folder / "benchmark.md", markdown(rows))
     return 0 if len(rows) == len(configs) else 1
 
 

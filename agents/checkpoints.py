@@ -7,7 +7,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from .files import DamagedFileError
+from rigid_envs.files import DamagedFileError
+
 from .tensorfile import load_tensors, save_tensors
 
 __all__ = ["load_newest", "save_newest"]

@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.files import DamagedFileError
 
 from .checks import ConfigError
 from .config import ALGORITHMS
-from .files import DamagedFileError
 from .loading import add_config_options, dump_yaml, load_config, parse_yaml, read_yaml
 from .runs import Run, RunInUseError, create_run, find_run, open_run
 from .seeds import TEST_SEED, row_seeds

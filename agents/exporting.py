@@ -11,8 +11,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from .algorithms import algorithm_of
 from .config import Config
+from .manifest import manifest
 from .policies import Policy
-from .provenance import manifest
 
 __all__ = ["export_policy"]
 

@@ -13,11 +13,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.files import read_bytes, write_atomic
 from rigid_envs.scores.metrics import METRICS
 from rigid_envs.scores.references import REFERENCES
 
 from .checks import ConfigError
-from .files import read_bytes, write_atomic
 from .plotting import INK, MUTED, dress
 from .scoring import FORMAT
 
@@ -62,7 +62,7 @@ def leaderboard(folder: Path) -> str:
     if not results:
         raise ConfigError(f"{folder}: no results.json of `python -m agents evaluate` below it")
     text = markdown(results)
-    write_atomic(folder / "leaderboard.md", text.encode())
+    write_atomic(folder / "leaderboard.md", text)
     buffer = io.BytesIO()
     draw(results).savefig(buffer, format="png")
     write_atomic(folder / "leaderboard.png", buffer.getvalue())

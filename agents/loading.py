@@ -13,9 +13,10 @@ from typing import Any
 
 import yaml
 
+from rigid_envs.files import read_bytes
+
 from .checks import ConfigError
 from .config import ALGORITHMS, Config, config_from, config_to_dict, unknown_key
-from .files import read_bytes
 
 __all__ = ["add_config_options", "dump_yaml", "load_config", "parse_yaml", "read_yaml"]
 

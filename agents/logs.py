@@ -10,7 +10,7 @@ from typing import Any
 from stable_baselines3.common.logger import KVWriter, TensorBoardOutputFormat
 from torch.utils.tensorboard import SummaryWriter
 
-from .files import DamagedFileError
+from rigid_envs.files import DamagedFileError
 
 __all__ = ["CsvLog", "ProgressLog", "TensorBoardLog"]
 

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
-from .files import write_atomic
+from rigid_envs.files import write_atomic
+
 from .runs import Run
 from .statistics import wilson_interval
 

@@ -14,7 +14,8 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from .files import DamagedFileError, canonical_json, write_atomic
+from rigid_envs.files import DamagedFileError, canonical_json, write_atomic
+
 from .heads import HEADS, linear
 from .tensorfile import load_tensors, save_tensors
 from .turns import Turn
@@ -139,7 +140,7 @@ def save_policy(policy: Policy, folder: Path) -> Path:
     document = {"format": _FORMAT, **policy.document}
     path = folder / "policy.safetensors"
     save_tensors(path, policy.arrays, document)
-    write_atomic(folder / "policy.json", canonical_json(document, indent=2).encode() + b"\n")
+    write_atomic(folder / "policy.json", canonical_json(document, indent=2) + "\n")
     return path
 
 

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import hashlib
+import sys
 import time
 from pathlib import Path
 from typing import Any
 
+from rigid_envs.files import canonical_json, write_atomic
 from rigid_envs.kernels.compiler import kernel_hash
+from rigid_envs.provenance import commit
 from rigid_envs.scores.evaluation import Player, actor
 
 from .environments import cost_unit
 from .evaluation import Episodes, evaluate, evaluate_player, summary
-from .files import canonical_json, write_atomic
+from .manifest import manifest
 from .plotting import draw_learning_curve
 from .policies import Policy, load_policy
-from .provenance import manifest, source
 from .runs import Run
 from .scoring import measures
 from .training import Outcome
@@ -105,7 +107,8 @@ def _measured(
         "evaluation_seconds": round(time.perf_counter() - begin, 3),
         **measures(env_id, env_kwargs, episodes, chance),
         **manifest(),
-        **source(),
+        **commit(),
+        "command": " ".join([Path(sys.executable).name, "-m", "agents", *sys.argv[1:]]),
     }
     return figures, episodes
 
@@ -132,8 +135,8 @@ def write_report(folder: Path, figures: dict[str, Any], episodes: Episodes) -> N
         "seed,is_success,return,length,cost,lower_bound",
         *(",".join(map(str, r)) for r in rows),
     ]
-    write_atomic(folder / "episodes.csv", ("\n".join(lines) + "\n").encode())
-    write_atomic(folder / "results.json", canonical_json(figures, indent=2).encode() + b"\n")
+    write_atomic(folder / "episodes.csv", "\n".join(lines) + "\n")
+    write_atomic(folder / "results.json", canonical_json(figures, indent=2) + "\n")
 
 
 def table(figures: dict[str, Any]) -> str:

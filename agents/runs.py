@@ -22,8 +22,9 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from rigid_envs.files import canonical_json, read_bytes, sync_folder, write_atomic
+
 from .config import Config, config_from
-from .files import canonical_json, read_bytes, sync_folder, write_atomic
 from .loading import dump_yaml, read_yaml
 
 __all__ = ["Run", "RunInUseError", "create_run", "find_run", "open_run"]
@@ -67,7 +68,7 @@ class Run:
                 shutil.rmtree(path)
             else:
                 path.unlink()
-        write_atomic(self / "config.yaml", dump_yaml(self.new).encode())
+        write_atomic(self / "config.yaml", dump_yaml(self.new))
 
     def discard(self) -> None:
         """Remove the folder of a new run, if nothing is in it."""

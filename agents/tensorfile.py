@@ -18,7 +18,7 @@ import safetensors.numpy
 from numpy.typing import NDArray
 from safetensors import SafetensorError
 
-from .files import DamagedFileError, canonical_json, read_bytes, write_atomic
+from rigid_envs.files import DamagedFileError, canonical_json, read_bytes, write_atomic
 
 __all__ = ["load_tensors", "save_tensors"]
 

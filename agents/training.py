@@ -11,6 +11,8 @@ import torch
 from stable_baselines3.common.utils import safe_mean
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
+from rigid_envs.files import sweep
+
 from .adapter import GymnasiumVecEnv
 from .algorithms import build_model, check_fit, iterate
 from .checkpoints import load_newest, save_newest
@@ -18,11 +20,10 @@ from .checks import ConfigError
 from .config import Config, config_to_dict
 from .environments import make
 from .exporting import export_policy
-from .files import sweep
 from .guards import NonFiniteError
+from .manifest import differences, manifest
 from .policies import save_policy
 from .progress import Progress
-from .provenance import differences, manifest
 from .records import Records
 from .runs import Run, create_run, open_run
 from .seeds import row_seeds

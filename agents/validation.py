@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_envs.files import write_atomic
+
 from .config import Config
 from .environments import make
 from .evaluation import Actor, Episodes, play
-from .files import write_atomic
 from .seeds import VALIDATION_SEED, row_seeds
 
 __all__ = ["Validation"]

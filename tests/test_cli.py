@@ -30,9 +30,9 @@ from rigid_envs.cli.bench.race import Contestant, Result, race
 from rigid_envs.cli.bench.startup import Startup
 from rigid_envs.cli.catalogue import one_of_each, size_of
 from rigid_envs.cli.describe import describe, example
-from rigid_envs.cli.provenance import provenance
 from rigid_envs.cli.tables import table
 from rigid_envs.envs.boundary import info_keys
+from rigid_envs.provenance import provenance
 from rigid_envs.tasks import Task
 
 IDS = list(ENVIRONMENTS)

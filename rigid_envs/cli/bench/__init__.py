@@ -12,7 +12,7 @@ from rigid_envs.cli.bench.report import Figures
 from rigid_envs.cli.bench.startup import startup
 from rigid_envs.cli.catalogue import one_of_each
 from rigid_envs.cli.progress import tell
-from rigid_envs.cli.provenance import provenance
+from rigid_envs.provenance import provenance
 
 __all__ = ["Figures", "bench"]
 

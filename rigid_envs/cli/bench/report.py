@@ -11,8 +11,8 @@ from rigid_envs.cli.bench.goals import FLAGSHIP, Goal
 from rigid_envs.cli.bench.mujoco_body import Opponent
 from rigid_envs.cli.bench.race import Result
 from rigid_envs.cli.bench.startup import Startup
-from rigid_envs.cli.provenance import heading
 from rigid_envs.cli.tables import paragraphs, table
+from rigid_envs.provenance import heading
 
 __all__ = ["Figures"]
 

@@ -9,7 +9,6 @@ import time
 from collections.abc import Sequence
 
 from rigid_envs.cli.progress import tell
-from rigid_envs.cli.provenance import provenance
 from rigid_envs.cli.verify import (
     bodies,
     dynamic_ball,
@@ -23,6 +22,7 @@ from rigid_envs.cli.verify import (
 )
 from rigid_envs.cli.verify.laws import Outcome, Subject, check
 from rigid_envs.cli.verify.report import Verdict
+from rigid_envs.provenance import provenance
 
 __all__ = ["SUBJECTS", "UnknownSubjectError", "Verdict", "checked_subject", "verify"]
 

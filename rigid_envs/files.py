@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all, and readers that refuse what is too large."""
+"""Atomic writes, and reads of bounded size."""
 
 from __future__ import annotations
 
@@ -10,7 +10,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-__all__ = ["DamagedFileError", "canonical_json", "read_bytes", "sweep", "write_atomic"]
+__all__ = [
+    "DamagedFileError",
+    "canonical_json",
+    "read_bytes",
+    "sweep",
+    "sync_folder",
+    "write_atomic",
+]
 
 _SUFFIX = ".tmp"
 
@@ -19,18 +26,19 @@ class DamagedFileError(ValueError):
     """A file is not what it should be: cut, changed, of another kind, or too large."""
 
 
-def write_atomic(path: Path, data: bytes) -> None:
+def write_atomic(path: Path, data: bytes | str) -> None:
     """Replace a file at once: a reader, or a restart after a crash, sees the old or the new one.
 
     Written beside it, synced to the disk, renamed over it, and the folder synced, in this order.
 
     Args:
         path: The file; its folder exists.
-        data: Its new content.
+        data: Its new content; text is written as UTF-8.
 
     Raises:
         OSError: Nothing was replaced; the message says how many bytes were needed.
     """
+    data = data.encode() if isinstance(data, str) else data
     temporary = path.with_name(f".{path.name}.{os.getpid()}{_SUFFIX}")
     try:
         with open(temporary, "wb") as file:
@@ -50,11 +58,7 @@ def write_atomic(path: Path, data: bytes) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Bring the names in a folder to the disk.
-
-    Args:
-        folder: The folder.
-    """
+    """Write the directory entries of a folder to the disk (fsync)."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -63,7 +67,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def sweep(folder: Path) -> None:
-    """Remove what interrupted writes left behind in a folder and below.
+    """Remove the temporary files of interrupted writes in a folder and below.
 
     Args:
         folder: A folder that this process alone writes to.
@@ -76,7 +80,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
     """The content of a regular file of bounded size.
 
     Args:
-        path: The file.
+        path: Its path.
         limit: Largest size that makes sense [bytes].
 
     Raises:
@@ -95,8 +99,8 @@ def canonical_json(value: Mapping[str, Any], indent: int | None = None) -> str:
     """JSON of one spelling: keys sorted, ASCII, no NaN; equal content gives equal bytes.
 
     Args:
-        value: What to write.
-        indent: Spaces for each level, for readers; none for programs.
+        value: JSON values.
+        indent: Spaces for each level; None writes one line.
     """
     separators = (",", ":") if indent is None else (",", ": ")
     return json.dumps(value, sort_keys=True, allow_nan=False, separators=separators, indent=indent)

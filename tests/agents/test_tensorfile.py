@@ -1,10 +1,5 @@
-"""Files are whole or not there; what is damaged is said to be, and never runs."""
+"""Tensor files are whole or not there; what is damaged is said to be, and never runs."""
 
-import errno
-import json
-import os
-import resource
-import signal
 import sys
 import time
 from pathlib import Path
@@ -13,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.files import DamagedFileError, canonical_json, read_bytes, sweep, write_atomic
 from agents.tensorfile import load_tensors, save_tensors
+from rigid_envs.files import DamagedFileError, sweep
 from tests.agents.sessions import finish, start_writer
 
 ARRAYS: dict[str, Any] = {
@@ -97,20 +92,6 @@ def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
     assert time.perf_counter() - begin < 1
 
 
-def test_what_is_too_large_or_no_file_is_not_read(tmp_path: Path) -> None:
-    sparse = tmp_path / "sparse"
-    with sparse.open("wb") as file:
-        file.truncate(2**33)
-    with pytest.raises(DamagedFileError, match="8589934592 bytes; expected at most 1000"):
-        read_bytes(sparse, 1000)
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    with pytest.raises(DamagedFileError, match="not a regular file"):
-        read_bytes(pipe, 1000)
-    with pytest.raises(DamagedFileError, match="not a regular file"):
-        read_bytes(tmp_path, 1000)
-
-
 def test_loading_imports_and_executes_nothing(tmp_path: Path) -> None:
     path = tmp_path / "a.safetensors"
     save_tensors(path, ARRAYS, DOCUMENT)
@@ -173,28 +154,3 @@ def test_a_kill_in_the_middle_of_a_write_leaves_a_whole_file(tmp_path: Path) -> 
 @pytest.mark.parametrize("size", [1_000, 100_000, 3_000_000])
 def test_100_kills_in_the_middle_of_a_write_leave_a_whole_file(tmp_path: Path, size: int) -> None:
     kill_writers(tmp_path, size, 100)
-
-
-def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path: Path) -> None:
-    path = tmp_path / "a"
-    write_atomic(path, b"old")
-    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
-    try:
-        with pytest.raises(OSError, match=r"could not write 5000 bytes .*untouched") as error:
-            write_atomic(path, b"x" * 5000)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, before)
-    assert error.value.errno == errno.EFBIG
-    assert path.read_bytes() == b"old"
-    assert [file.name for file in tmp_path.iterdir()] == ["a"]
-
-
-def test_json_has_one_spelling_and_no_nan() -> None:
-    a, b = {"x": 1, "y": [0.1, "é"]}, {"y": [0.1, "é"], "x": 1}
-    assert canonical_json(a) == canonical_json(b) == '{"x":1,"y":[0.1,"\\u00e9"]}'
-    assert json.loads(canonical_json(a)) == a
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        canonical_json({"x": float("nan")})

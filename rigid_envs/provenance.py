@@ -1,47 +1,67 @@
-"""Where figures come from: versions, compiled code, machine, commit, date."""
+"""Provenance of figures: versions, compiled code, machine, commit, date."""
 
+import functools
 import importlib.metadata
 import os
 import platform
 import subprocess
-from collections.abc import Mapping
+import textwrap
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import rigid_envs
-from rigid_envs.cli.tables import paragraphs
 from rigid_envs.kernels.compiler import kernel_hash
 
-__all__ = ["heading", "provenance"]
+__all__ = ["commit", "heading", "provenance", "versions"]
 
 _PACKAGES = ("gymnasium", "numba", "numpy", "scipy", "mujoco")
 _ROOT = Path(rigid_envs.__file__).resolve().parents[1]
+_WIDTH = 100
 
 
 def provenance() -> dict[str, Any]:
     """Versions, hash of the kernels, processor, load, commit and date, as JSON values."""
-    status = _git("status", "--porcelain", "--untracked-files=no")
     return {
-        "versions": {
-            "rigid-envs": rigid_envs.__version__,
-            "python": platform.python_version(),
-            **{name: version for name in _PACKAGES if (version := _version(name))},
-        },
+        "versions": versions(_PACKAGES),
         "kernel_hash": kernel_hash(),
         "cpu": _cpu(),
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
-        "git_commit": _git("rev-parse", "HEAD"),
-        "git_dirty": None if status is None else status != "",
+        **commit(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
     }
 
 
+def versions(packages: Iterable[str]) -> dict[str, str]:
+    """Versions of this library, of Python and of installed packages.
+
+    Args:
+        packages: Distribution names; one that is not installed is left out.
+    """
+    found = {name: version for name in packages if (version := _version(name))}
+    return {"rigid-envs": rigid_envs.__version__, "python": platform.python_version(), **found}
+
+
+def commit() -> dict[str, Any]:
+    """Commit of the checkout that the package lies in, as JSON values.
+
+    Returns:
+        `git_commit`, and `git_dirty`: whether tracked files are changed. Both None outside a
+        checkout.
+    """
+    status = _git("status", "--porcelain", "--untracked-files=no")
+    return {
+        "git_commit": _git("rev-parse", "HEAD"),
+        "git_dirty": None if status is None else status != "",
+    }
+
+
 def heading(where: Mapping[str, Any]) -> str:
-    """A provenance in two lines or so, above a report."""
-    versions = ", ".join(f"{name} {version}" for name, version in where["versions"].items())
+    """A provenance as a heading of a report, in two lines or so."""
+    installed = ", ".join(f"{name} {version}" for name, version in where["versions"].items())
     machine = [f"{where['cpu']}, {where['cores']} cores"]
     if where["load"] is not None:
         machine.append(f"load before {where['load']:.1f}")
@@ -49,9 +69,10 @@ def heading(where: Mapping[str, Any]) -> str:
         changed = " and changes" if where["git_dirty"] else ""
         machine.append(f"commit {where['git_commit'][:9]}{changed}")
     machine += [f"kernels {where['kernel_hash']}", where["date"]]
-    return "\n".join(paragraphs(line, 0) for line in (versions, "; ".join(machine)))
+    return "\n".join(textwrap.fill(line, _WIDTH) for line in (installed, "; ".join(machine)))
 
 
+@functools.cache
 def _version(package: str) -> str | None:
     try:
         return importlib.metadata.version(package)
