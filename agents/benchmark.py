@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rigid_envs.errors import ConfigError
 from rigid_envs.files import canonical_json, write_atomic
 
-from .checks import ConfigError
 from .config import Config, config_to_dict
 from .guards import NonFiniteError
 from .manifest import differences

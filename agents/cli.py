@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError
 
-from .checks import ConfigError
 from .config import ALGORITHMS
 from .loading import add_config_options, dump_yaml, load_config, parse_yaml, read_yaml
 from .runs import Run, RunInUseError, create_run, find_run, open_run
@@ -77,7 +77,6 @@ def _parser() -> argparse.ArgumentParser:
     _add_benchmark(verbs.add_parser("benchmark", help="train every environment; one table of all"))
     for verb in verbs.choices.values():
         verb.add_argument(
-            "--allow-import",
             "--allow_import",
             metavar="MODULE",
             action="append",
@@ -170,7 +169,7 @@ def _train(options: argparse.Namespace, rest: list[str]) -> int:
     from .training import train_in
 
     again = f"python -m agents train --resume {run.folder}"
-    again += "".join(f" --allow-import {module}" for module in options.allow_import)
+    again += "".join(f" --allow_import {module}" for module in options.allow_import)
     try:
         outcome = train_in(run, options.quiet)
         if outcome.stopped_by is not None:
@@ -337,7 +336,7 @@ def _is_run(path: Path) -> bool:
 
 def _refuse_episodes(n: int) -> None:
     if not 1 <= n <= 1_000_000:
-        raise ConfigError(f"--episodes: expected 1 to 1000000, got {n}")
+        raise ConfigError(f"--episodes = {n}; expected an integer in [1, 1000000]")
 
 
 def _refuse(rest: list[str]) -> None:

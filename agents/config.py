@@ -1,15 +1,16 @@
-"""What a training run is: one frozen object per algorithm, one flat YAML file per environment."""
+"""Config of a training run: one frozen dataclass for each algorithm."""
 
 from __future__ import annotations
 
 import dataclasses
-import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .checks import ConfigError, choice, either, nothing, real, whole
-from .entries import Config, entry
+from rigid_envs.rules import Choice, Either, Null, Number
+from rigid_envs.settings import from_config, refusal, setting
+
+from .entries import Config, Count
 
 __all__ = [
     "ALGORITHMS",
@@ -20,31 +21,38 @@ __all__ = [
     "SACConfig",
     "config_from",
     "config_to_dict",
-    "unknown_key",
 ]
 
-_TAU = "part of a network that its target takes over at each update of the target"
+_TAU = "fraction by which a target network moves to its network at each update"
 
 
 @dataclass(frozen=True, kw_only=True)
 class PPOConfig(Config):
     """Proximal policy optimisation. Source: Schulman et al. (2017), arXiv:1707.06347."""
 
-    n_steps: int = entry(64, whole(1, 10**6), "steps of each row between updates")
-    batch_size: int = entry(2048, whole(2, 10**7), "samples per gradient step")
-    n_epochs: int = entry(4, whole(1, 1000), "passes over the samples of one update")
-    gae_lambda: float = entry(0.95, real(0, 1), "trace decay of the advantage estimate")
-    clip_range: float = entry(0.2, real(0, 1, "(]"), "largest change of a probability ratio")
-    ent_coef: float = entry(0.0, real(0, 100), "weight of the entropy of the policy")
-    vf_coef: float = entry(0.5, real(0, 100), "weight of the value loss")
-    max_grad_norm: float = entry(0.5, real(0, 1e6, "(]"), "largest norm of a gradient")
-    target_kl: float | None = entry(
-        None,
-        either(nothing(), real(0, 100, "(]")),
-        "stop an update early once the policy moved 1.5 times this divergence; null: never",
+    n_steps: int = setting(64, Count("steps of each row between updates", 1, 10**6))
+    batch_size: int = setting(2048, Count("samples per gradient step", 2, 10**7))
+    n_epochs: int = setting(4, Count("passes over the samples of one update", 1, 1000))
+    gae_lambda: float = setting(
+        0.95, Number("trace decay of the advantage estimate", low=0, high=1)
     )
-    log_std_init: float = entry(
-        -0.5, real(-20, 2), "logarithm of the initial spread of the actions"
+    clip_range: float = setting(
+        0.2, Number("largest change of the probability ratio", low=0, high=1, above=True)
+    )
+    ent_coef: float = setting(0.0, Number("weight of the entropy of the policy", low=0, high=100))
+    vf_coef: float = setting(0.5, Number("weight of the value loss", low=0, high=100))
+    max_grad_norm: float = setting(
+        0.5, Number("largest norm of a gradient", low=0, high=1e6, above=True)
+    )
+    target_kl: float | None = setting(
+        None,
+        Either(
+            "stop an update early at 1.5 times this KL divergence; null: never",
+            (Null(), Number(low=0, high=100, above=True)),
+        ),
+    )
+    log_std_init: float = setting(
+        -0.5, Number("logarithm of the initial standard deviation of the actions", low=-20, high=2)
     )
 
     @property
@@ -53,44 +61,46 @@ class PPOConfig(Config):
         return self.n_envs * self.n_steps
 
     def __post_init__(self) -> None:
-        """Check the entries, and that the batches divide the samples.
+        """Check the entries, and that the batch size divides the samples.
 
         Raises:
-            ConfigError: "config.<key>: expected ..., got ...".
+            ConfigError: "config.<key>: <key> = ...; expected ...".
         """
         super().__post_init__()
         samples = self.steps_per_update
         if samples % self.batch_size:
-            raise ConfigError(
-                f"config.batch_size: expected a divisor of n_envs * n_steps = {samples} "
-                f"in [2, {samples}], got {self.batch_size}"
+            raise refusal(
+                "batch_size",
+                self.batch_size,
+                f"a divisor of n_envs * n_steps = {samples} in [2, {samples}]",
             )
 
 
 @dataclass(frozen=True, kw_only=True)
 class OffPolicyConfig(Config):
-    """What learns from a memory of steps. A round is a few steps of every row, then some learning.
+    """Algorithms with a replay buffer. A round is a few steps of every row, then gradient steps.
 
-    In a goal environment the memory also has goals of hindsight: those that an episode came to
-    later on. Source: Andrychowicz et al. (2017), arXiv:1707.01495.
+    In a goal environment with hindsight experience replay (HER): goals are replaced by what the
+    episode achieved later. Source: Andrychowicz et al. (2017), arXiv:1707.01495.
     """
 
-    n_envs: int = entry(64, whole(1, 65536), "rows stepped together")
-    buffer_size: int = entry(500_000, whole(1, 10**9), "steps remembered, of all rows together")
-    learning_starts: int = entry(
-        10_000, whole(0, 10**12), "steps before the first gradient step, made at random"
+    n_envs: int = setting(64, Count("rows stepped together", 1, 65536))
+    buffer_size: int = setting(
+        500_000, Count("steps in the replay buffer, of all rows together", 1, 10**9)
     )
-    batch_size: int = entry(256, whole(2, 10**7), "samples per gradient step")
-    train_freq: int = entry(1, whole(1, 10**6), "steps of each row in a round")
-    gradient_steps: int = entry(4, whole(1, 10**6), "gradient steps in a round")
-    tau: float = entry(0.005, real(0, 1, "(]"), _TAU)
-    log_every: int = entry(
+    learning_starts: int = setting(
+        10_000, Count("steps of random actions before the first gradient step", 0, 10**12)
+    )
+    batch_size: int = setting(256, Count("samples per gradient step", 2, 10**7))
+    train_freq: int = setting(1, Count("steps of each row in a round", 1, 10**6))
+    gradient_steps: int = setting(4, Count("gradient steps in a round", 1, 10**6))
+    tau: float = setting(0.005, Number(_TAU, low=0, high=1, above=True))
+    log_every: int = setting(
         2_000,
-        whole(1, 10**12),
-        "least steps between rows of the log, all rows together, in whole rounds",
+        Count("least steps between rows of the log, all rows together, in whole rounds", 1, 10**12),
     )
-    n_sampled_goal: int = entry(
-        4, whole(0, 100), "goals of hindsight for each real one, in goal environments; 0: none"
+    n_sampled_goal: int = setting(
+        4, Count("hindsight goals for each real one, in goal environments; 0: none", 0, 100)
     )
 
     @property
@@ -106,64 +116,72 @@ class OffPolicyConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class SACConfig(OffPolicyConfig):
-    """Soft actor-critic, for continuous actions. Source: Haarnoja et al. (2018), arXiv:1812.05905.
+    """Soft actor-critic, for Box actions. Source: Haarnoja et al. (2018), arXiv:1812.05905."""
 
-    With goals in hindsight (HER) in goal environments.
-    """
-
-    ent_coef: str | float = entry(
-        "auto", either(choice("auto"), real(0, 100)), "weight of the entropy; auto: learnt"
+    ent_coef: str | float = setting(
+        "auto",
+        Either(
+            "weight of the entropy of the policy; auto: learnt",
+            (Choice("", ("auto",)), Number(low=0, high=100)),
+        ),
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class DQNConfig(OffPolicyConfig):
-    """Deep Q-network, for discrete actions. Source: Mnih et al. (2015), doi:10.1038/nature14236."""
+    """Deep Q-network, for Discrete actions. Source: Mnih et al. (2015), doi:10.1038/nature14236."""
 
-    tau: float = entry(1.0, real(0, 1, "(]"), _TAU)
-    target_update_interval: int = entry(
-        5_000, whole(1, 10**12), "steps between updates of the target network"
+    tau: float = setting(1.0, Number(_TAU, low=0, high=1, above=True))
+    target_update_interval: int = setting(
+        5_000, Count("steps between updates of the target network", 1, 10**12)
     )
-    exploration_fraction: float = entry(
-        0.3, real(0, 1, "(]"), "part of the run over which fewer and fewer actions are random"
+    exploration_fraction: float = setting(
+        0.3,
+        Number(
+            "fraction of the run over which the exploration rate falls", low=0, high=1, above=True
+        ),
     )
-    exploration_initial_eps: float = entry(1.0, real(0, 1), "random part of actions, at first")
-    exploration_final_eps: float = entry(0.05, real(0, 1), "random part of actions, later")
-    max_grad_norm: float = entry(10.0, real(0, 1e6, "(]"), "largest norm of a gradient")
+    exploration_initial_eps: float = setting(
+        1.0, Number("exploration rate at the start", low=0, high=1)
+    )
+    exploration_final_eps: float = setting(
+        0.05, Number("exploration rate at the end", low=0, high=1)
+    )
+    max_grad_norm: float = setting(
+        10.0, Number("largest norm of a gradient", low=0, high=1e6, above=True)
+    )
 
     def __post_init__(self) -> None:
-        """Check the entries, and that the target is not to change within a step of all rows.
+        """Check the entries, and that the target network does not change within a step of all rows.
 
         Raises:
-            ConfigError: "config.<key>: expected ..., got ...".
+            ConfigError: "config.<key>: <key> = ...; expected ...".
         """
         super().__post_init__()
         if self.target_update_interval < self.n_envs:
-            raise ConfigError(
-                f"config.target_update_interval: expected at least n_envs = {self.n_envs}, "
-                f"got {self.target_update_interval}"
+            raise refusal(
+                "target_update_interval",
+                self.target_update_interval,
+                f"at least n_envs = {self.n_envs}",
             )
 
 
 ALGORITHMS: dict[str, type[Config]] = {"ppo": PPOConfig, "sac": SACConfig, "dqn": DQNConfig}
-"""The config of each algorithm."""
+"""Class of the config of each algorithm."""
 
 
 def config_from(values: Mapping[str, Any]) -> Config:
-    """The config that some entries make, with defaults for the others.
+    """The config of some entries, with defaults for the others.
 
     Args:
         values: Entries by key, as a YAML file gives them.
 
     Raises:
-        ConfigError: An unknown key, or a value that its entry refuses: "config.<key>: ...".
+        ConfigError: An unknown key or a value that is not allowed: "config.<key>: ...".
     """
     kind = ALGORITHMS.get(str(values.get("algo", "ppo")), Config)
-    keys = [field.name for field in dataclasses.fields(kind)]
-    for key in values:
-        if key not in keys:
-            raise ConfigError(unknown_key(str(key), keys))
-    return kind(**values)
+    config: Config = from_config(kind, values)
+    return config
 
 
 def config_to_dict(config: Config) -> dict[str, Any]:
@@ -172,16 +190,3 @@ def config_to_dict(config: Config) -> dict[str, Any]:
         key: list(value) if isinstance(value, tuple) else value
         for key, value in dataclasses.asdict(config).items()
     }
-
-
-def unknown_key(key: str, keys: Iterable[str]) -> str:
-    """The message for a key that does not exist.
-
-    Args:
-        key: The key.
-        keys: Those that do.
-    """
-    known = sorted(keys)
-    close = difflib.get_close_matches(key.replace("-", "_"), known, n=1)
-    hint = f"did you mean {close[0]}?" if close else f"expected one of {', '.join(known)}"
-    return f"config.{key}: unknown key; {hint}"

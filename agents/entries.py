@@ -1,102 +1,112 @@
-"""What every training run has, whatever the algorithm: one frozen object of checked entries."""
+"""Entries of the config of a training run that every algorithm has."""
 
 from __future__ import annotations
 
-import dataclasses
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .checks import (
-    Check,
-    ConfigError,
-    choice,
-    either,
-    flag,
-    keywords,
-    list_of,
-    matching,
-    nothing,
-    real,
-    whole,
-)
-from .names import is_name
+from rigid_envs.rules import Choice, Either, Flag, Integer, Keywords, List, Null, Number, Text
+from rigid_envs.settings import Settings, check_fields, setting
 
-__all__ = ["Config", "entry"]
+__all__ = ["Config", "Count", "is_folder_name"]
+
+_NAME = re.compile(r"[A-Za-z0-9._-]{1,80}")
 
 
-def entry(default: Any, check: Check, help: str) -> Any:
-    """A field of a config that says of itself what it is and may be.
+class Count(Integer):
+    """An integer; also 3e6, which YAML reads as a float."""
 
-    Args:
-        default: Its value where none is given.
-        check: What it may be.
-        help: What it is.
-    """
-    value = {"default_factory": dict} if default == {} else {"default": default}
-    return dataclasses.field(**value, metadata={"check": check, "help": help})
+    def check(self, value: Any) -> Any:
+        """The value as int."""
+        whole = isinstance(value, float) and value.is_integer()
+        return super().check(int(value) if whole else value)
+
+
+def is_folder_name(text: str) -> bool:
+    """Whether a text is 1 to 80 letters, digits, dots, dashes, underscores, and no `.` or `..`."""
+    return _NAME.fullmatch(text) is not None and text.strip(".") != ""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Config:
-    """What every algorithm needs; each entry says of itself what it is and may be."""
+class Config(Settings):
+    """Config of a training run: the entries that every algorithm has."""
 
-    env_id: str = entry(
+    env_id: str = setting(
         "RigidEnvs/BallPark-v0",
-        matching("the id of a registered environment", str.strip),
-        "environment to train on; `rigid-envs list` names them",
+        Text(
+            "environment to train on; `rigid-envs list` names them",
+            "the id of a registered environment",
+            str.strip,
+        ),
     )
-    env_kwargs: Mapping[str, Any] = entry(
-        {}, keywords(), "hyperparameters of the task; `rigid-envs describe ID` names them"
+    env_kwargs: Mapping[str, Any] = setting(
+        {}, Keywords("hyperparameters of the task; `rigid-envs describe ID` names them")
     )
-    algo: str = entry("ppo", choice("ppo", "sac", "dqn"), "learning algorithm")
-    seed: int = entry(
+    algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "dqn")))
+    seed: int = setting(
         0,
-        whole(0, 2**63 - 1),
-        "seed of weights, exploration and starts; evaluations have their own",
+        Count("seed of weights, exploration and starts; evaluations have their own", 0, 2**63 - 1),
     )
-    total_timesteps: int = entry(
-        1_000_000, whole(1, 10**12), "environment steps, all rows together"
+    total_timesteps: int = setting(
+        1_000_000, Count("environment steps, all rows together", 1, 10**12)
     )
-    n_envs: int = entry(256, whole(1, 65536), "rows stepped together")
-    gamma: float = entry(0.99, real(0, 1), "discount of the reward per step")
-    learning_rate: float | tuple[float, float] = entry(
+    n_envs: int = setting(256, Count("rows stepped together", 1, 65536))
+    gamma: float = setting(0.99, Number("discount factor per step", low=0, high=1))
+    learning_rate: float | tuple[float, float] = setting(
         (1e-3, 1e-4),
-        either(real(0, 1, "(]"), list_of(real(0, 1), 2, 2)),
-        "step size of the optimiser; [start, end] is a straight line over the run",
+        Either(
+            "step size of the optimiser; [start, end] is a straight line over the run",
+            (
+                Number(low=0, high=1, above=True),
+                List("", Number(low=0, high=1), 2, 2),
+            ),
+        ),
     )
-    net_arch: tuple[int, ...] = entry(
+    net_arch: tuple[int, ...] = setting(
         (64, 64),
-        list_of(whole(1, 4096), 0, 8),
-        "widths of the hidden layers, of the policy and of the value function each",
+        List(
+            "widths of the hidden layers, of the policy and of the value function each",
+            Count("", 1, 4096),
+            0,
+            8,
+        ),
     )
-    activation: str = entry("tanh", choice("tanh", "relu", "elu", "silu"), "hidden activation")
-    normalize_observation: bool = entry(
-        False, flag(), "shift and scale observations by their running mean and deviation"
+    activation: str = setting(
+        "tanh", Choice("activation of the hidden layers", ("tanh", "relu", "elu", "silu"))
     )
-    normalize_reward: bool = entry(
-        False, flag(), "scale rewards by the running deviation of the discounted return"
+    normalize_observation: bool = setting(
+        False, Flag("shift and scale observations by their running mean and standard deviation")
     )
-    goal_turn: bool = entry(
+    normalize_reward: bool = setting(
+        False, Flag("scale rewards by the running standard deviation of the discounted return")
+    )
+    goal_turn: bool = setting(
         False,
-        flag(),
-        "tell networks the turn from the achieved to the desired attitude, in goal environments",
+        Flag("give networks the rotation from achieved to desired attitude (goal environments)"),
     )
-    eval_every: int = entry(
-        100_000, whole(1, 10**12), "steps between evaluations on fixed held-out starts"
+    eval_every: int = setting(
+        100_000, Count("steps between evaluations on fixed held-out starts", 1, 10**12)
     )
-    eval_episodes: int = entry(100, whole(1, 100_000), "episodes of one such evaluation")
-    checkpoint_every: int | None = entry(
+    eval_episodes: int = setting(100, Count("episodes of one such evaluation", 1, 100_000))
+    checkpoint_every: int | None = setting(
         None,
-        either(nothing(), whole(1, 10**9)),
-        "updates between checkpoints; null: as often as costs at most 2 %% of the time",
+        Either(
+            "updates between checkpoints; null: as often as costs at most 2 % of the time",
+            (Null(), Count("", 1, 10**9)),
+        ),
     )
-    torch_threads: int = entry(1, whole(1, 1024), "threads of the networks; 1 is fastest here")
-    log_dir: str = entry("logs", matching("a path", str.strip), "folder of all runs")
-    run_name: str | None = entry(
+    torch_threads: int = setting(
+        1, Count("threads of torch; 1 is fastest for small networks", 1, 1024)
+    )
+    log_dir: str = setting("logs", Text("folder of all runs", "a path", str.strip))
+    run_name: str | None = setting(
         None,
-        either(nothing(), matching("1 to 80 of A-Z a-z 0-9 . _ -", is_name)),
-        "folder of this run in log_dir/algo; null: the environment's name and a number",
+        Either(
+            "folder of this run in log_dir/algo; null: the environment's name and a number",
+            (Null(), Text("", "1 to 80 of A-Z a-z 0-9 . _ -", is_folder_name)),
+        ),
     )
 
     @property
@@ -108,13 +118,6 @@ class Config:
         """Check and convert every entry.
 
         Raises:
-            ConfigError: "config.<key>: expected ..., got ...".
+            ConfigError: "config.<key>: <key> = ...; expected ...".
         """
-        for field in dataclasses.fields(self):
-            value, check = getattr(self, field.name), field.metadata["check"]
-            try:
-                object.__setattr__(self, field.name, check.convert(value))
-            except (TypeError, ValueError, RecursionError):
-                raise ConfigError(
-                    f"config.{field.name}: expected {check.expected}, got {value!r:.100}"
-                ) from None
+        check_fields(self)

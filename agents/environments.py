@@ -11,8 +11,8 @@ import gymnasium as gym
 from gymnasium.vector import VectorEnv
 
 import rigid_envs  # noqa: F401, registers the environments
-
-from .checks import ConfigError
+from rigid_envs.errors import ConfigError
+from rigid_envs.settings import refusal
 
 __all__ = ["cost_unit", "make"]
 
@@ -30,15 +30,17 @@ def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv
     """
     module, _, name = env_id.rpartition(":")
     if module and module not in sys.modules:
-        raise ConfigError(
-            f"config.env_id: {env_id} would import {module}; allow it with --allow-import {module}"
+        raise refusal(
+            "env_id", env_id, f"no import of {module}: allow it with --allow_import {module}"
         )
     if name not in gym.registry or gym.registry[name].vector_entry_point is None:
         known = [key for key, spec in gym.registry.items() if spec.vector_entry_point is not None]
         close = difflib.get_close_matches(name, known, n=1) or sorted(known)
-        raise ConfigError(
-            f"config.env_id: expected a registered environment with a native vector form, "
-            f"got {env_id}; did you mean {', '.join(close)}?"
+        raise refusal(
+            "env_id",
+            env_id,
+            "a registered environment with a native vector form: "
+            f"did you mean {', '.join(map(repr, close))}?",
         )
     try:
         return gym.make_vec(

@@ -13,11 +13,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.errors import ConfigError
 from rigid_envs.files import read_bytes, write_atomic
 from rigid_envs.scores.metrics import METRICS
 from rigid_envs.scores.references import REFERENCES
 
-from .checks import ConfigError
 from .plotting import INK, MUTED, dress
 from .scoring import FORMAT
 

@@ -1,4 +1,6 @@
-"""Configs from YAML files and the command line. YAML is data here: nothing in it is imported."""
+"""Configs from YAML files and the command line. YAML is data: nothing in it is imported."""
+
+# Own loading: jsonargparse words its refusals itself and can import classes that YAML names.
 
 from __future__ import annotations
 
@@ -13,10 +15,11 @@ from typing import Any
 
 import yaml
 
+from rigid_envs.errors import ConfigError
 from rigid_envs.files import read_bytes
+from rigid_envs.settings import unknown_key
 
-from .checks import ConfigError
-from .config import ALGORITHMS, Config, config_from, config_to_dict, unknown_key
+from .config import ALGORITHMS, Config, config_from, config_to_dict
 
 __all__ = ["add_config_options", "dump_yaml", "load_config", "parse_yaml", "read_yaml"]
 
@@ -128,8 +131,8 @@ def _help(fields: Mapping[str, dataclasses.Field[Any]]) -> str:
     for algo, field in fields.items():
         default = {} if field.default is dataclasses.MISSING else field.default
         shown = json.dumps(default)  # as YAML would have it
-        expected = field.metadata["check"].expected
-        text = f"{field.metadata['help']} ({expected}; default {shown})"
+        rule = field.metadata["rule"]
+        text = f"{rule.text} ({rule}; default {shown})".replace("%", "%%")
         algos_by_text.setdefault(text, []).append(algo)
     if len(algos_by_text) == 1:
         return next(iter(algos_by_text))
@@ -163,10 +166,9 @@ def _keywords(rest: Sequence[str]) -> dict[str, Any]:
     for option, text in zip_longest(words[::2], words[1::2]):
         key = option.removeprefix("--")
         if not key.startswith("env_kwargs."):
-            every = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
-            raise ConfigError(unknown_key(key, every))
+            raise unknown_key(key, _fields_by_name())
         if text is None:
-            raise ConfigError(f"config.{key}: expected a value after it")
+            raise ConfigError(f"config.{key}: expected a value after --{key}")
         keywords[key.removeprefix("env_kwargs.")] = _value(key, text)
     return keywords
 

@@ -11,12 +11,12 @@ import torch
 from stable_baselines3.common.utils import safe_mean
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
+from rigid_envs.errors import ConfigError
 from rigid_envs.files import sweep
 
 from .adapter import GymnasiumVecEnv
 from .algorithms import build_model, check_fit, iterate
 from .checkpoints import load_newest, save_newest
-from .checks import ConfigError
 from .config import Config, config_to_dict
 from .environments import make
 from .exporting import export_policy

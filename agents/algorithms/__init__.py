@@ -9,7 +9,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from ..checks import ConfigError
+from rigid_envs.settings import refusal
+
 from ..config import Config
 from ..guards import guard_optimizer
 from . import dqn, ppo, sac
@@ -88,7 +89,7 @@ def check_fit(config: Config, venv: VectorEnv[Any, Any, Any]) -> None:
         ConfigError: "config.<key>: ...".
     """
     if config.goal_turn and not attitudes(getattr(venv.unwrapped, "task", None)):
-        raise ConfigError(f"config.goal_turn: the goals of {config.env_id} hold no attitude")
+        raise refusal("goal_turn", True, f"False: goals of {config.env_id} hold no attitude")
     _ALGORITHMS[config.algo].check(config, venv)
 
 

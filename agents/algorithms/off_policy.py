@@ -12,7 +12,8 @@ from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.type_aliases import TrainFreq, TrainFrequencyUnit
 from stable_baselines3.common.vec_env import VecEnv
 
-from ..checks import ConfigError
+from rigid_envs.settings import refusal
+
 from ..config import OffPolicyConfig
 from .common import arguments
 
@@ -34,9 +35,11 @@ def check_space(
     """
     space = venv.single_action_space
     if not isinstance(space, kind):
-        raise ConfigError(
-            f"config.algo: {config.algo} is for {kind.__name__} actions, "
-            f"those of {config.env_id} are {space}; ppo takes both, sac Box, dqn Discrete"
+        raise refusal(
+            "algo",
+            config.algo,
+            f"an algorithm for {space}, the actions of {config.env_id}: "
+            "ppo takes Box and Discrete, sac Box, dqn Discrete",
         )
 
 
@@ -54,10 +57,10 @@ def check_memory(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -> Non
     hindsight = _has_hindsight(config, venv.single_observation_space)
     least = config.n_envs * (limit + 1 if hindsight else 1)
     if config.buffer_size < least:
-        raise ConfigError(
-            f"config.buffer_size: expected at least {least}, "
-            f"{least // config.n_envs} steps of each of {config.n_envs} rows, "
-            f"got {config.buffer_size}"
+        raise refusal(
+            "buffer_size",
+            config.buffer_size,
+            f"at least {least}: {least // config.n_envs} steps of each of {config.n_envs} rows",
         )
 
 

@@ -13,7 +13,7 @@ import yaml
 
 from agents.cli import main
 
-ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow-import", "tests.agents.drift"]
+ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow_import", "tests.agents.drift"]
 SMALL = [
     *("--n_envs", "16", "--n_steps", "32", "--batch_size", "128", "--n_epochs", "2"),
     *("--eval_every", "4000", "--eval_episodes", "16", "--learning_rate", "1e-3"),
@@ -120,19 +120,23 @@ def test_an_environment_is_trained_with_its_own_recipe(
 @pytest.mark.parametrize(
     ("words", "status", "message"),
     [
-        (["train", "--gama", "1"], 2, r"config\.gama: unknown key; did you mean gamma\?"),
-        (["train", "--gamma", "7"], 2, r"config\.gamma: expected a number in \[0, 1\], got 7"),
+        (["train", "--gama", "1"], 2, r"config\.gama: unknown key; did you mean 'gamma'\?"),
+        (["train", "--gamma", "7"], 2, r"config\.gamma: gamma = 7; expected a number in \[0, 1\]"),
         (["train", "--env_id", "os:system"], 2, r"config\.env_id: "),
         (["train", "--config", "nowhere.yaml"], 1, "nowhere.yaml"),
         (["train", "--resume", "nowhere"], 1, "nowhere: no run here"),
         (["train", "--resume", "x", "--seed", "1"], 2, r"leave out \['seed'\]"),
-        (["train", "--run_name", "../x"], 2, r"config\.run_name: expected"),
-        (["train", "--allow-import", "no_such_module"], 1, "no_such_module"),
+        (["train", "--run_name", "../x"], 2, r"config\.run_name: run_name = '\.\./x'; expected"),
+        (["train", "--allow_import", "no_such_module"], 1, "no_such_module"),
         (["evaluate", "nowhere"], 1, "nowhere"),
-        (["evaluate", "nowhere", "--episodes", "0"], 2, "--episodes: expected 1 to"),
+        (["evaluate", "nowhere", "--episodes", "0"], 2, "--episodes = 0; expected an integer in"),
         (["enjoy", "x", "--fast"], 2, "unknown option --fast"),
         (["benchmark", "--ids", "BallPark"], 2, r"config\.env_id: .*BallPark-v0"),
-        (["benchmark", "--steps", "0"], 2, r"config\.total_timesteps: expected"),
+        (
+            ["benchmark", "--steps", "0"],
+            2,
+            r"config\.total_timesteps: total_timesteps = 0; expected",
+        ),
     ],
 )
 def test_a_mistake_is_answered_in_one_line(

@@ -9,9 +9,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from agents.config import ALGORITHMS, config_from, config_to_dict
+from agents.entries import is_folder_name
 from agents.environments import make
 from agents.loading import dump_yaml, load_config, parse_yaml, read_yaml
-from agents.names import is_name
 from agents.training import train
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
@@ -86,9 +86,8 @@ def test_every_entry_is_tried(algo: str) -> None:
 def test_a_bad_value_is_refused_by_key_with_what_is_expected(
     algo: str, key: str, value: Any
 ) -> None:
-    with pytest.raises(ValueError, match=rf"^config\.{key}: expected ") as error:
+    with pytest.raises(ValueError, match=rf"^config\.{key}: {key} = .*; expected "):
         config_from({"algo": algo, key: value})
-    assert "got" in str(error.value)
 
 
 def test_an_entry_of_another_algorithm_is_unknown() -> None:
@@ -119,23 +118,27 @@ def test_an_update_is_the_least_number_of_whole_rounds(
         (
             "RigidEnvs/BallGrid-v0",
             {"algo": "sac"},
-            r"^config\.algo: sac is for Box .*Discrete\(4\)",
+            r"^config\.algo: algo = 'sac'; expected .* Discrete\(4\)",
         ),
-        ("RigidEnvs/BallPark-v0", {"algo": "dqn"}, r"^config\.algo: dqn is for Discrete .*Box"),
+        (
+            "RigidEnvs/BallPark-v0",
+            {"algo": "dqn"},
+            r"^config\.algo: algo = 'dqn'; expected .* Box\(",
+        ),
         (
             "RigidEnvs/BallParkGoal-v0",
             {"algo": "sac", "n_envs": 8, "buffer_size": 807},
-            r"^config\.buffer_size: expected at least 808, 101 steps of each of 8 rows",
+            r"^config\.buffer_size: buffer_size = 807; expected at least 808: 101 steps of each",
         ),
         (
             "RigidEnvs/BallPark-v0",
             {"algo": "sac", "n_envs": 8, "buffer_size": 7},
-            r"^config\.buffer_size: expected at least 8",
+            r"^config\.buffer_size: buffer_size = 7; expected at least 8",
         ),
         (
             "RigidEnvs/BallPark-v0",
             {"goal_turn": True},
-            r"^config\.goal_turn: the goals of RigidEnvs/BallPark-v0 hold no attitude",
+            r"^config\.goal_turn: goal_turn = True; expected False: goals of .* hold no attitude",
         ),
     ],
 )
@@ -157,7 +160,7 @@ def test_what_an_algorithm_cannot_learn_from_is_refused_before_the_run_begins(
     ],
 )
 def test_a_misspelt_key_is_answered_with_the_right_one(key: str, meant: str) -> None:
-    with pytest.raises(ValueError, match=rf"^config\.{key}: unknown key; did you mean {meant}\?"):
+    with pytest.raises(ValueError, match=rf"^config\.{key}: unknown key; did you mean '{meant}'\?"):
         config_from({key: 1})
 
 
@@ -190,7 +193,10 @@ def test_a_good_config_is_accepted_and_survives_its_own_yaml(values: dict[str, A
 
 
 def test_batches_must_divide_the_samples() -> None:
-    with pytest.raises(ValueError, match=r"^config\.batch_size: expected a divisor of .* = 16384"):
+    with pytest.raises(
+        ValueError,
+        match=r"^config\.batch_size: batch_size = 3000; expected a divisor of .* = 16384",
+    ):
         config_from({"batch_size": 3000})
 
 
@@ -231,7 +237,7 @@ def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path: Path)
     assert (config.seed, config.gamma, config.n_envs) == (4, 0.5, 256)
     assert config.learning_rate == (1e-3, 0.0)
     assert config.env_kwargs == {"dt": 0.2, "rotation": "quat", "goal": 3}
-    with pytest.raises(ValueError, match=r"^config\.seeds: unknown key; did you mean seed\?"):
+    with pytest.raises(ValueError, match=r"^config\.seeds: unknown key; did you mean 'seed'\?"):
         load_config(read_yaml(file), {}, ["--seeds", "3"])
     with pytest.raises(ValueError, match=r"^config\.env_kwargs\.dt: expected a value"):
         load_config(read_yaml(file), {}, ["--env_kwargs.dt"])
@@ -245,9 +251,9 @@ def test_a_shipped_config_is_accepted_and_so_is_its_environment(path: Path) -> N
 
 @pytest.mark.parametrize("name", ["a", "BallPark-v0_1", "x" * 80, "...a", "-"])
 def test_a_plain_name_is_accepted(name: str) -> None:
-    assert is_name(name)
+    assert is_folder_name(name)
 
 
 @pytest.mark.parametrize("name", ["", ".", "..", "...", "a/b", "a\\b", "a b", "x" * 81, "a\n", "é"])
 def test_a_name_that_could_leave_the_folder_is_refused(name: str) -> None:
-    assert not is_name(name)
+    assert not is_folder_name(name)

@@ -164,9 +164,9 @@ def test_written_results_can_be_recomputed_from_the_episodes(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("env_id", "kwargs", "message"),
     [
-        ("Drift-v1", {}, r"^config\.env_id: .* did you mean Drift-v0\?"),
-        ("nowhere:Drift-v0", {}, r"^config\.env_id: .* --allow-import nowhere"),
-        ("CartPole-v2", {}, r"^config\.env_id: .*did you mean CartPole-v1"),
+        ("Drift-v1", {}, r"^config\.env_id: .* did you mean 'Drift-v0'\?"),
+        ("nowhere:Drift-v0", {}, r"^config\.env_id: .* --allow_import nowhere"),
+        ("CartPole-v2", {}, r"^config\.env_id: .*did you mean 'CartPole-v1'"),
         ("Drift-v0", {"noise": 7}, r"^config\.env_kwargs\.noise: expected a number in \[0, 1\]"),
         ("Drift-v0", {"nose": 7}, r"^config\.env_kwargs: .*nose"),
     ],
