@@ -21,11 +21,7 @@ __all__ = ["add_config_options", "load_config"]
 
 
 def add_config_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser one option per config entry, with its help, default and range.
-
-    Args:
-        parser: The parser.
-    """
+    """Give a parser one option per config entry, with its help, default and range."""
     groups: dict[tuple[str, ...], Any] = {}
     for name, fields in _fields_by_name().items():
         algos = tuple(fields)
@@ -47,7 +43,7 @@ def _fields_by_name() -> dict[str, dict[str, dataclasses.Field[Any]]]:
 
 
 def _help(fields: Mapping[str, dataclasses.Field[Any]]) -> str:
-    """What an entry is; for each algorithm by itself where they differ."""
+    """Help of an entry; for each algorithm by itself where they differ."""
     algos_by_text: dict[str, list[str]] = {}
     for algo, field in fields.items():
         default = {} if field.default is dataclasses.MISSING else field.default

@@ -1,4 +1,4 @@
-"""Which config an environment is trained with, where nobody says."""
+"""Shipped config of each environment."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def config_for(env_id: str, entries: Mapping[str, Any]) -> Config:
     """The shipped config of an environment, with other entries over it.
 
     Args:
-        env_id: The environment.
+        env_id: A registered id.
         entries: Config entries that go over those of the file.
 
     Raises:
@@ -37,8 +37,8 @@ def recipe_for(env_id: str, algo: str | None = None) -> dict[str, Any]:
     Where none is shipped: the id and the algorithm, for which the defaults hold.
 
     Args:
-        env_id: The environment.
-        algo: The algorithm; None takes the most suitable one that has a config.
+        env_id: A registered id.
+        algo: Name of the algorithm; None takes the most suitable one that has a config.
 
     Raises:
         ConfigError: No such environment.

@@ -48,10 +48,7 @@ for kind in (_Loader, _Dumper):
 
 
 def parse_yaml(text: str) -> Any:
-    """The data that a YAML text stands for.
-
-    Args:
-        text: The text.
+    """Data of a YAML text.
 
     Raises:
         ConfigError: No YAML, a key given twice, an alias, or more depth than makes sense.
@@ -71,7 +68,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
 
     Raises:
         ConfigError: No mapping in readable YAML; the message names the file.
-        FileNotFoundError: No file.
+        FileNotFoundError: There is no such file.
     """
     data = read_bytes(path, _LIMIT)
     try:

@@ -56,7 +56,7 @@ class GymnasiumVecEnv(VecEnv):
     every step would cost more than the physics; `vector_infos` has them all as arrays.
 
     Attributes:
-        venv: The Gymnasium environment.
+        venv: Gymnasium environment inside.
         vector_infos: The infos of the last reset or step, as Gymnasium gives them.
     """
 
@@ -174,7 +174,7 @@ class GymnasiumVecEnv(VecEnv):
         """Return to a state, to the bit.
 
         Args:
-            state: What `get_state` gave.
+            state: From `get_state`.
         """
         inner = {key[4:]: value for key, value in state.items() if key.startswith("env/")}
         self._find("set_state")(inner)

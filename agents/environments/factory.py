@@ -59,10 +59,10 @@ def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv
 
 
 def cost_unit(env_id: str, env_kwargs: Mapping[str, Any]) -> str | None:
-    """What `info["cost"]` measures, with its unit; None where the task does not say.
+    """Meaning and unit of `info["cost"]`; None where the task does not say.
 
     Args:
-        env_id: The environment.
+        env_id: A registered id.
         env_kwargs: Hyperparameters of its task.
     """
     venv = make(env_id, env_kwargs, 1)

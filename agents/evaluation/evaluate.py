@@ -1,4 +1,4 @@
-"""How good a policy is: one episode from each of many fixed starts, all at once."""
+"""Evaluation of a policy: one episode from each of many fixed starts, all at once."""
 
 from __future__ import annotations
 
@@ -81,11 +81,7 @@ def play(policy: Actor, venv: VectorEnv[Any, Any, Any], seeds: list[int]) -> Epi
 
 
 def summary(episodes: Episodes) -> dict[str, Any]:
-    """The figures of a set of episodes, as JSON values.
-
-    Args:
-        episodes: The episodes.
-    """
+    """Rates, means and intervals of episodes, as JSON values."""
     n, won = len(episodes.seeds), episodes.successes
     low, high = wilson_interval(int(won.sum()), n)
     figures: dict[str, Any] = {

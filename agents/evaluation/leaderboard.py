@@ -1,4 +1,4 @@
-"""Many results in one table and one plot: who scores how much, and where from."""
+"""Leaderboard: all results below a folder in one table and one plot."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def write_leaderboard(folder: Path) -> str:
     """Write `leaderboard.md` and `leaderboard.png` of all results below a folder.
 
     Args:
-        folder: Where to look, and to write.
+        folder: Folder of the results, and of what is written.
 
     Returns:
         The page.
@@ -137,7 +137,7 @@ def _mark(axes: Axes, score: float, what: str) -> None:
 
 
 def _kind(result: Mapping[str, Any]) -> str:
-    """What the plot calls it: each environment has reference controllers of its own names."""
+    """Legend entry: reference controllers, whose names differ by environment, share one."""
     name = str(result["algo"])
     return "reference controller" if name in REFERENCES.get(result["env_id"], {}) else name
 

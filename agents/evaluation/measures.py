@@ -1,4 +1,4 @@
-"""Metrics and scores of evaluated episodes, with the doubt that their number leaves."""
+"""Metrics and scores of evaluated episodes, with bootstrap intervals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The learning curve of a run, as a picture."""
+"""Plot of the learning curve of a run."""
 
 from __future__ import annotations
 

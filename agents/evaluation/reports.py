@@ -94,7 +94,7 @@ def write_report(folder: Path, figures: dict[str, Any], episodes: Episodes) -> N
     """Write `results.json`, and `episodes.csv` with one row per start.
 
     Args:
-        folder: Where.
+        folder: Folder of the files.
         figures: From `report`.
         episodes: From `report`.
     """
@@ -117,11 +117,7 @@ def write_report(folder: Path, figures: dict[str, Any], episodes: Episodes) -> N
 
 
 def table(figures: dict[str, Any]) -> str:
-    """The figures for people.
-
-    Args:
-        figures: From `report`.
-    """
+    """Figures of `report` as an aligned table."""
     policy, chance = figures["policy"], figures["random_policy"]
     header = ("", "success", "95 % interval", "return", "steps", "cost", "cost of successes")
     rows = [header, _row(figures["algo"], policy), _row("random policy", chance)]

@@ -1,4 +1,4 @@
-"""How actions follow from the last hidden layer of a network, as in SB3, bit by bit."""
+"""Action heads: last layer and action distribution, with the bits of SB3."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _LOG_STD = (-20.0, 2.0)  # bounds of SB3's squashed Gaussian
 
 
 class Head(Protocol):
-    """The last layer of a network and what follows it."""
+    """Last layer of a network and its action distribution."""
 
     @staticmethod
     def needs(n_hidden: int, n_out: int) -> dict[str, tuple[int, ...]]:
-        """Names and shapes of the float32 arrays that it has beside the last layer.
+        """Names and shapes of its float32 arrays, besides the last layer.
 
         Args:
             n_hidden: Width of the last hidden layer.
@@ -38,13 +38,13 @@ class Head(Protocol):
 
         Args:
             hidden: Last hidden layer, shape (N, n_hidden).
-            deterministic: The most likely action, or else a draw.
-            generator: Source of the draw; None is torch's global one.
+            deterministic: The mode of the distribution, or else a sample.
+            generator: Random stream of the sample; None is torch's global one.
         """
 
 
 class Gaussian:
-    """A normal distribution of one spread everywhere, clipped to the box: PPO."""
+    """Gaussian of state-independent standard deviation, clipped to the action bounds (PPO)."""
 
     @staticmethod
     def needs(n_hidden: int, n_out: int) -> dict[str, tuple[int, ...]]:
@@ -68,7 +68,7 @@ class Gaussian:
 
 
 class SquashedGaussian:
-    """tanh of a normal distribution whose spread depends on the state: SAC."""
+    """tanh of a Gaussian of state-dependent standard deviation (SAC)."""
 
     @staticmethod
     def needs(n_hidden: int, n_out: int) -> dict[str, tuple[int, ...]]:
@@ -101,7 +101,7 @@ class SquashedGaussian:
 
 
 class Categorical:
-    """One of some choices, by its chance: PPO."""
+    """Categorical distribution over discrete actions (PPO)."""
 
     @staticmethod
     def needs(n_hidden: int, n_out: int) -> dict[str, tuple[int, ...]]:
@@ -117,14 +117,14 @@ class Categorical:
     ) -> NDArray[Any]:
         """See `Head`."""
         logits = self._logits(hidden)
-        chances = torch.softmax(logits - logits.logsumexp(dim=-1, keepdim=True), dim=-1)
+        probabilities = torch.softmax(logits - logits.logsumexp(dim=-1, keepdim=True), dim=-1)
         if deterministic:
-            return chances.argmax(dim=1).numpy()
-        return torch.multinomial(chances, 1, True, generator=generator)[:, 0].numpy()
+            return probabilities.argmax(dim=1).numpy()
+        return torch.multinomial(probabilities, 1, True, generator=generator)[:, 0].numpy()
 
 
 class Greedy:
-    """The choice of largest value, never a draw: DQN."""
+    """Action of the largest Q-value, never drawn at random (DQN)."""
 
     @staticmethod
     def needs(n_hidden: int, n_out: int) -> dict[str, tuple[int, ...]]:
@@ -156,8 +156,8 @@ def linear(arrays: Arrays, name: str) -> nn.Linear:
     """A linear layer with the weights `<name>.weight` and `<name>.bias`.
 
     Args:
-        arrays: Where they are.
-        name: The name.
+        arrays: Arrays of the policy file.
+        name: Prefix of both.
     """
     weight, bias = (torch.tensor(arrays[f"{name}.{part}"]) for part in ("weight", "bias"))
     layer = nn.Linear(weight.shape[1], weight.shape[0], device="meta").to_empty(device="cpu")

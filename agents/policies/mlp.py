@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from torch import nn
 
 from .heads import HEADS, linear
-from .relative_rotation import Turn
+from .relative_rotation import RelativeRotation
 
 __all__ = ["ACTIVATIONS", "Policy"]
 
@@ -54,8 +54,8 @@ class Policy:
         head, activation = HEADS[network["distribution"]], ACTIVATIONS[network["activation"]]
         weights = _weights(self.arrays)
         self._n_obs, n_hidden, n_out = weights[0].shape[1], weights[-1].shape[1], len(weights[-1])
-        first = _turn(network.get("attitudes"), self._n_obs)
-        self._n_obs -= Turn.n_more * len(first)
+        first = _rotation_layer(network.get("attitudes"), self._n_obs)
+        self._n_obs -= RelativeRotation.n_more * len(first)
         self._inputs = _inputs(network.get("inputs"), self._n_obs)
         self._normalized = bool(network["normalized"])
         if self._normalized:
@@ -77,10 +77,10 @@ class Policy:
         Args:
             observation: One observation (n,) or a batch (N, n), as the environment gives them; a
                 dictionary of such from a goal environment.
-            state: Returned as it is; there is no memory.
+            state: Returned as it is; the network is not recurrent.
             episode_start: Ignored, for the same reason.
-            deterministic: The most likely action, or else a draw.
-            generator: Source of the draw; None is torch's global one, as in SB3.
+            deterministic: The mode of the distribution, or else a sample.
+            generator: Random stream of the sample; None is torch's global one, as in SB3.
 
         Returns:
             The action or actions, and `state`.
@@ -129,14 +129,16 @@ def _inputs(value: Any, n_obs: int) -> list[tuple[str, int]] | None:
     return inputs
 
 
-def _turn(places: Any, n_inputs: int) -> list[Turn]:
-    """What comes before the layers that take so many inputs: nothing, or the turn of attitudes."""
+def _rotation_layer(places: Any, n_inputs: int) -> list[RelativeRotation]:
+    """The layer of relative rotation before those that take so many inputs, if there is one."""
     if places is None:
         return []
     achieved, desired = places
-    if not all(type(at) is int and 0 <= at <= n_inputs - Turn.n_more - 9 for at in places):
+    if not all(
+        type(at) is int and 0 <= at <= n_inputs - RelativeRotation.n_more - 9 for at in places
+    ):
         raise ValueError(f"attitudes: no matrices at {places} among the inputs of layers.0")
-    return [Turn(achieved, desired)]
+    return [RelativeRotation(achieved, desired)]
 
 
 def _weights(arrays: Mapping[str, NDArray[Any]]) -> list[NDArray[np.float32]]:
@@ -159,7 +161,7 @@ def _weights(arrays: Mapping[str, NDArray[Any]]) -> list[NDArray[np.float32]]:
 def _check(
     arrays: Mapping[str, NDArray[Any]], needs: Mapping[str, tuple[int, ...]], n_normal: int | None
 ) -> None:
-    """Refuse any array beside the layers that is missing, of another shape, or of no use."""
+    """Refuse an array, other than those of the layers, that is missing, misshapen or unused."""
     wanted = {name: ("float32", shape) for name, shape in needs.items()}
     if n_normal is not None:
         for name in ("observation.mean", "observation.var"):

@@ -24,8 +24,8 @@ def save_policy(policy: Policy, folder: Path) -> Path:
     """Write a policy, atomically.
 
     Args:
-        policy: The policy.
-        folder: Where; made if it is not there.
+        policy: Network and document to write.
+        folder: Folder of the files; made if it is not there.
 
     Returns:
         The file that `load_policy` reads.
@@ -46,7 +46,7 @@ def load_policy(path: str | Path) -> Policy:
 
     Raises:
         DamagedFileError: It is not what `save_policy` wrote; the message says why.
-        FileNotFoundError: No file.
+        FileNotFoundError: There is no such file.
     """
     path = Path(path)
     if path.is_dir():

@@ -1,28 +1,28 @@
-"""What comes before the layers of a network that is given two attitudes."""
+"""Input layer that adds the relative rotation of two attitudes."""
 
 from __future__ import annotations
 
 import torch
 from torch import Tensor, nn
 
-__all__ = ["Turn"]
+__all__ = ["RelativeRotation"]
 
 
-class Turn(nn.Module):
-    """``R^T R'`` and ``R' R^T`` beside inputs that hold the matrices R and R'.
+class RelativeRotation(nn.Module):
+    """Append ``R^T R'`` and ``R' R^T`` to inputs that hold the matrices R and R'.
 
-    That is the turn from one attitude to the other, in body and in world axes. A policy acts on
-    nothing else, and layers, which add, learn products of their inputs slowly.
+    The rotation from one attitude to the other, in body and in world axes. The action depends on
+    nothing else, and linear layers learn products of their inputs slowly.
     """
 
     n_more = 18
 
     def __init__(self, achieved: int, desired: int) -> None:
-        """Remember where the matrices are.
+        """Set the indices of the matrices.
 
         Args:
-            achieved: Where R begins, row by row.
-            desired: Where R' begins.
+            achieved: Index of the first of the 9 entries of R, row by row.
+            desired: The same for R'.
         """
         super().__init__()
         self._places = achieved, desired

@@ -1,4 +1,4 @@
-"""Checkpoints: all that a run needs to go on, in one file. The last two are kept."""
+"""Checkpoints, from which a run resumes: one file each; the last two are kept."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def save_newest(folder: Path, timesteps: int, arrays: Arrays, document: dict[str
     """Write a checkpoint, and drop all but the last two.
 
     Args:
-        folder: Where; made if it is not there.
+        folder: Folder of checkpoints; made if it is not there.
         timesteps: Age of the run, which names the file.
-        arrays: What to keep.
-        document: What else to keep, as JSON values.
+        arrays: Arrays of numbers by name.
+        document: JSON values.
     """
     folder.mkdir(exist_ok=True)
     save_tensors(folder / f"{timesteps:015d}.safetensors", arrays, document)
@@ -37,7 +37,7 @@ def load_newest(folder: Path) -> tuple[Arrays, dict[str, Any], list[str]] | None
     """Read the newest checkpoint that is whole.
 
     Args:
-        folder: Where.
+        folder: Folder of checkpoints.
 
     Returns:
         Arrays, document, and a line about each newer one that is damaged; None if there is none.

@@ -29,10 +29,10 @@ class CsvLog:
         preamble: str = "",
         position: int | None = None,
     ) -> None:
-        """Start a file, or go on in one.
+        """Start a file, or append to one.
 
         Args:
-            path: The file.
+            path: File to write.
             columns: Names of the columns.
             preamble: Text above the header.
             position: Length to cut an existing file back to [bytes]; None starts a new one.
@@ -77,7 +77,7 @@ class CsvLog:
 
 
 class ProgressLog(KVWriter):
-    """What SB3's logger records, one CSV row per update."""
+    """Output of SB3's logger: one CSV row per update."""
 
     def __init__(self, csv: CsvLog) -> None:
         """Write to a CSV file.

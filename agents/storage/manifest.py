@@ -22,7 +22,7 @@ _PACKAGES = (
 
 
 def manifest() -> dict[str, Any]:
-    """What the bits of a training run depend on, besides its config.
+    """Versions and machine that the bits of a training run depend on, besides its config.
 
     Returns:
         Versions, processor and threads, as JSON values.
@@ -40,8 +40,8 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> list[str]:
     """The entries in which two manifests differ.
 
     Args:
-        before: One manifest.
-        now: The other.
+        before: Older manifest.
+        now: Newer manifest.
 
     Returns:
         A line "key: before -> now" for each.

@@ -41,7 +41,7 @@ class Run:
     """A run folder.
 
     Attributes:
-        folder: The folder.
+        folder: Folder of its files.
         lock: Descriptor whose file lock keeps other processes out; None for a reader. The kernel
             drops the lock with the process, however that ends, so a lock is never stale.
         new: Config of a run that is yet to begin; None for one that has begun.
@@ -109,10 +109,7 @@ def create_run(config: Config, overwrite: bool = False) -> Run:
 
 
 def open_run(folder: Path) -> Run:
-    """Lock the folder of an existing run, to go on in it.
-
-    Args:
-        folder: The folder.
+    """Lock the folder of an existing run, to resume it.
 
     Raises:
         FileNotFoundError: There is no run.
@@ -124,9 +121,6 @@ def open_run(folder: Path) -> Run:
 
 def find_run(folder: Path) -> Run:
     """The run in a folder, to read.
-
-    Args:
-        folder: The folder.
 
     Raises:
         FileNotFoundError: There is no run.

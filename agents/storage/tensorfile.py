@@ -30,7 +30,7 @@ def save_tensors(path: Path, arrays: Mapping[str, NDArray[Any]], document: dict[
     """Write arrays and a document, atomically. Equal content gives equal bytes.
 
     Args:
-        path: The file.
+        path: File to write.
         arrays: Arrays of numbers or booleans by name.
         document: JSON values.
     """
@@ -43,7 +43,7 @@ def load_tensors(path: Path, limit: int) -> tuple[dict[str, NDArray[Any]], dict[
     """Read what `save_tensors` wrote.
 
     Args:
-        path: The file.
+        path: File to read.
         limit: Largest size of file that makes sense [bytes].
 
     Returns:
@@ -51,7 +51,7 @@ def load_tensors(path: Path, limit: int) -> tuple[dict[str, NDArray[Any]], dict[
 
     Raises:
         DamagedFileError: Anything but that; the message names the file and what is wrong with it.
-        FileNotFoundError: No file.
+        FileNotFoundError: There is no such file.
     """
     data = read_bytes(path, limit)
     try:

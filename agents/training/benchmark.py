@@ -1,4 +1,4 @@
-"""Every environment trained for a while and measured beside chance, in one table."""
+"""Training and evaluation of several environments, in one table with the random baseline."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _HEADER = ("environment", "algorithm", "random: success", "return", "trained: su
 
 
 def train_all(configs: Sequence[Config], folder: Path, n: int, quiet: bool = False) -> int:
-    """Train each config, or go on where it stopped, and write the table after each.
+    """Train each config, or resume its run, and write the table after each.
 
     Args:
-        configs: What to train; each has a `run_name` of its own.
+        configs: Each with a `run_name` of its own.
         folder: Where `benchmark.md` and `benchmark.json` go.
-        n: Number of unseen starts, the same for the policy and for chance.
-        quiet: Whether to show no progress.
+        n: Number of unseen starts, the same for the policy and the random baseline.
+        quiet: No progress bar.
 
     Returns:
         0; 1 if a training failed, which leaves out its row; 128 + k if signal k ended it early.

@@ -16,9 +16,9 @@ def conclude(run: Run, outcome: Outcome, n: int, seed: int) -> dict[str, Any]:
     """Evaluate the best policy of a run, and write figures and learning curve into it.
 
     Args:
-        run: A run that is complete.
-        outcome: How it ended.
-        n: Number of starts.
+        run: A complete run.
+        outcome: Its steps and seconds.
+        n: Number of unseen starts.
         seed: Seed of the starts.
 
     Returns:

@@ -1,4 +1,4 @@
-"""The policy of an SB3 model as it is now, free of SB3."""
+"""Export of the policy of an SB3 model, free of SB3."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def export_policy(model: BaseAlgorithm, config: Config) -> Policy:
     """The policy of a model.
 
     Args:
-        model: The model.
-        config: What it was built from.
+        model: SB3 model.
+        config: Config of the run.
     """
     network = algorithm_of(model).network(model)
     normalize: Any = model.get_vec_normalize_env()

@@ -14,13 +14,10 @@ __all__ = ["guard_optimizer"]
 
 
 def guard_optimizer(optimizer: Optimizer) -> None:
-    """Make an optimiser refuse to step along a gradient that is not finite.
+    """Make an optimiser refuse gradients that are not finite.
 
     A loss that is NaN has gradients that are NaN, and so has a loss that is infinite after the
     clipping of the norm; so this is the one place to look, whatever the algorithm.
-
-    Args:
-        optimizer: The optimiser to guard.
     """
     optimizer.register_step_pre_hook(_refuse_bad_gradients)
 

@@ -1,4 +1,4 @@
-"""How training goes, on the terminal: a bar, and a line for each evaluation."""
+"""Progress bar on the terminal, and a line for each evaluation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Progress:
         """Show nothing yet.
 
         Args:
-            quiet: Whether to show nothing at all.
+            quiet: Show nothing at all.
         """
         self._quiet = quiet
         self._bar: Any = None
@@ -65,15 +65,11 @@ class Progress:
             )
 
     def say(self, line: str) -> None:
-        """Print a line without tearing the bar.
-
-        Args:
-            line: The line.
-        """
+        """Print a line above the bar."""
         if not self._quiet:
             tqdm.write(line, file=sys.stderr)
 
     def close(self) -> None:
-        """Leave the bar as it is."""
+        """End the bar."""
         if self._bar is not None:
             self._bar.close()

@@ -30,8 +30,8 @@ class Records:
         """Start the logs, or cut them back to a checkpoint.
 
         Args:
-            run: Where.
-            config: What is trained.
+            run: Run folder of the files.
+            config: Config of the run.
             positions: From `sync`; None starts anew.
         """
         at: Mapping[str, Any] = positions or {}
@@ -68,8 +68,8 @@ class Records:
         Args:
             timesteps: Age of the run [steps].
             figures: Values by name, beside those that SB3 recorded itself.
-            ends: The episodes that ended.
-            seconds: Age of the run.
+            ends: Episodes that ended in the update.
+            seconds: Time spent on the run [s].
         """
         for name, value in figures.items():
             self.logger.record(name, value)
@@ -87,7 +87,7 @@ class Records:
         """Bring the logs to the disk.
 
         Args:
-            timesteps: Age of the run.
+            timesteps: Age of the run [steps].
 
         Returns:
             How far they have come, as JSON values.

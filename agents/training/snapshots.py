@@ -1,7 +1,7 @@
-"""All that training needs to go on as if it had never stopped, to the bit, as arrays and JSON.
+"""Snapshot of training as arrays and JSON, from which it resumes to the bit.
 
-Weights, optimisers, memory, counters, random streams (Python's, NumPy's, torch's, the environment's
-and that of its actions), episodes under way, and statistics.
+Weights, optimisers, replay buffer, counters, random streams (Python's, NumPy's, torch's, the
+environment's and that of its actions), running episodes, and statistics.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from torch.optim import Optimizer
 
 from ..environments.adapter import GymnasiumVecEnv
 from .algorithms import algorithm_of
-from .replay_buffer import memory_arrays, restore_memory
+from .replay_buffer import buffer_arrays, restore_buffer
 
 __all__ = ["capture", "restore"]
 
@@ -31,10 +31,10 @@ _OBSERVATIONS = ("_last_obs", "_last_original_obs")
 
 
 def capture(model: BaseAlgorithm, adapter: GymnasiumVecEnv) -> tuple[Arrays, dict[str, Any]]:
-    """The state of training between two updates.
+    """State of training between two updates.
 
     Args:
-        model: The model.
+        model: SB3 model, set up to learn.
         adapter: The environment that it trains on, inside any normalisation.
 
     Returns:
@@ -43,11 +43,11 @@ def capture(model: BaseAlgorithm, adapter: GymnasiumVecEnv) -> tuple[Arrays, dic
     algorithm = algorithm_of(model)
     weights, optimizers = algorithm.parts(model)
     streams, counters = _capture_random()
-    memory = getattr(model, "replay_buffer", None)
+    buffer = getattr(model, "replay_buffer", None)
     arrays = {
         **_prefixed("weights", {name: tensor.numpy() for name, tensor in weights.items()}),
         **_prefixed("optimizer", _moments(optimizers)),
-        **_prefixed("memory", {} if memory is None else memory_arrays(memory)),
+        **_prefixed("memory", {} if buffer is None else buffer_arrays(buffer)),
         **_prefixed("adapter", adapter.get_state()),
         **_prefixed("normalize", _statistics(model.get_vec_normalize_env())),
         **_prefixed("random", streams),
@@ -83,9 +83,9 @@ def restore(
     for name, optimizer in optimizers.items():
         moments = _under(f"optimizer/{name}", arrays)
         _restore_optimizer(optimizer, moments, document["learning_rates"][name])
-    memory = getattr(model, "replay_buffer", None)
-    if memory is not None:
-        restore_memory(memory, _under("memory", arrays))
+    buffer = getattr(model, "replay_buffer", None)
+    if buffer is not None:
+        restore_buffer(buffer, _under("memory", arrays))
     adapter.set_state(_under("adapter", arrays))
     _restore_statistics(model.get_vec_normalize_env(), _under("normalize", arrays))
     _restore_window(model, _under("window", arrays))
@@ -118,7 +118,7 @@ def _restore_optimizer(optimizer: Optimizer, arrays: Arrays, rates: list[float])
 
 
 def _observations(model: BaseAlgorithm) -> Arrays:
-    """What the next actions follow from; also before normalisation, where that is remembered."""
+    """Last observations, from which the next actions follow; also those before normalisation."""
     arrays: Arrays = {}
     for name in _OBSERVATIONS:
         value: Any = getattr(model, name)
@@ -180,7 +180,7 @@ def _restore_window(model: BaseAlgorithm, arrays: Arrays) -> None:
 
 
 def _action_stream(model: BaseAlgorithm) -> np.random.BitGenerator:
-    """What the first, random actions are drawn from, and those of DQN's exploration."""
+    """Random stream of the first, random actions and of DQN's exploration."""
     return model.action_space.np_random.bit_generator
 
 

@@ -1,4 +1,4 @@
-"""Training: collect, learn, log, evaluate, save; and go on later as if nothing had happened."""
+"""Training of a run: collect, learn, log, evaluate, save; resumed to the bit."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ from .validation import Validation
 
 __all__ = ["Outcome", "train", "train_in"]
 
-_SHARE = 0.02  # of the time may go into checkpoints
+_SHARE = 0.02  # largest share of the time that goes into checkpoints
 _LEAST_GAP = 2.0  # seconds between them, lest a fast disk be worn for nothing
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a training ended.
+    """Outcome of a training session.
 
     Attributes:
-        folder: The run.
+        folder: Folder of the run.
         timesteps: Steps made, all sessions together.
         seconds: Time spent, all sessions together.
         stopped_by: The signal that ended it early; None if it is complete.
@@ -60,14 +60,14 @@ def train(
     overwrite: bool = False,
     quiet: bool = False,
 ) -> Outcome:
-    """Train from a config, or go on with a run.
+    """Train from a config, or resume a run.
 
     Args:
-        config: What to train; None with `resume`.
+        config: Config of a new run; None with `resume`.
         resume: Folder of the run to go on with; it ends with the same bits as if it had never
             stopped, on the same machine and versions.
         overwrite: Whether a new run may delete an old one of its name.
-        quiet: Whether to show no progress.
+        quiet: No progress bar.
 
     Raises:
         ValueError: Neither or both of config and resume, or a config that cannot be.
@@ -91,7 +91,7 @@ def train_in(run: Run, quiet: bool = False) -> Outcome:
 
     Args:
         run: A run that this process has the lock of.
-        quiet: Whether to show no progress.
+        quiet: No progress bar.
 
     Raises:
         ConfigError: The config cannot be; a new run then leaves no folder behind.
@@ -127,7 +127,7 @@ class Trainer:
     """A run being trained.
 
     Attributes:
-        model: SB3's model.
+        model: SB3 model.
     """
 
     def __init__(self, run: Run, config: Config, progress: Progress) -> None:
@@ -135,8 +135,8 @@ class Trainer:
 
         Args:
             run: Where to write; this process has its lock.
-            config: What to train.
-            progress: Where to show how it goes.
+            config: Config of the run.
+            progress: Progress bar.
         """
         torch.set_num_threads(config.torch_threads)
         sweep(run.folder)
@@ -168,7 +168,7 @@ class Trainer:
         return self._spent + time.perf_counter() - self._begin
 
     def iterate(self) -> None:
-        """One update: play and learn, evaluate if it is time, log."""
+        """One update: collect, learn, evaluate if it is due, log."""
         before, total = self.model.num_timesteps, self._config.total_timesteps
         iterate(self.model, self._config, self._callback)
         self._iterations += 1

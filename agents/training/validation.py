@@ -63,7 +63,7 @@ class Validation:
 
         Args:
             policy: The policy.
-            timesteps: Age of the run.
+            timesteps: Age of the run [steps].
 
         Returns:
             The episodes, and whether no policy before was as good.
@@ -85,11 +85,7 @@ class Validation:
         return {"timesteps": np.array(self.timesteps, dtype=np.int64), **stacked}
 
     def restore(self, arrays: dict[str, NDArray[Any]]) -> None:
-        """Go on from earlier evaluations.
-
-        Args:
-            arrays: From `arrays`.
-        """
+        """Restore the evaluations of `arrays`."""
         self.timesteps = arrays["timesteps"].tolist()
         for key in self._columns:
             self._columns[key] = list(arrays[key])
@@ -101,7 +97,7 @@ class Validation:
         """Write `evaluations.npz`, atomically.
 
         Args:
-            path: The file.
+            path: Where to write.
         """
         buffer = io.BytesIO()
         np.savez(buffer, **self.arrays())  # type: ignore[arg-type]

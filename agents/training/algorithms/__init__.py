@@ -21,14 +21,14 @@ __all__ = ["Algorithm", "algorithm_of", "build_model", "check_fit", "iterate", "
 
 
 class Algorithm(Protocol):
-    """What the file of an algorithm offers."""
+    """Interface of the module of an algorithm."""
 
     MODEL: Any
     """SB3's class."""
     COUNTERS: tuple[str, ...]
-    """Attributes of the model that count, beside those of every model."""
+    """Counters of the model, besides those of every model."""
     COLUMNS: tuple[str, ...]
-    """What it logs, under SB3's names."""
+    """Columns that it logs, under SB3's names."""
 
     def check(self, config: Any, venv: VectorEnv[Any, Any, Any]) -> None:
         """Refuse an environment that the algorithm is not for."""
@@ -37,13 +37,13 @@ class Algorithm(Protocol):
         """The untrained model."""
 
     def iterate(self, model: Any, config: Any, callback: BaseCallback) -> None:
-        """One update: play, and learn from it."""
+        """One update: collect steps, then gradient steps."""
 
     def parts(self, model: Any) -> Parts:
-        """All of the model that learning changes."""
+        """Trainable parts of the model."""
 
     def network(self, model: Any) -> Network:
-        """What chooses the actions."""
+        """Network of the policy."""
 
 
 _ALGORITHMS: dict[str, Algorithm] = {"ppo": ppo, "sac": sac, "dqn": dqn}
@@ -61,19 +61,19 @@ _SHARED_COLUMNS = (
 
 
 def algorithm_of(model: BaseAlgorithm) -> Algorithm:
-    """The algorithm that a model is of.
+    """The module of the algorithm of a model.
 
     Args:
-        model: The model.
+        model: SB3 model.
     """
     return next(a for a in _ALGORITHMS.values() if isinstance(model, a.MODEL))
 
 
 def progress_columns(config: Config) -> tuple[str, ...]:
-    """What is logged once per update, under SB3's names.
+    """Columns of `progress.csv`, under SB3's names.
 
     Args:
-        config: What is trained.
+        config: Config of the run.
     """
     return _SHARED_COLUMNS + _ALGORITHMS[config.algo].COLUMNS
 
@@ -82,8 +82,8 @@ def check_fit(config: Config, venv: VectorEnv[Any, Any, Any]) -> None:
     """Refuse an environment that the algorithm is not for.
 
     Args:
-        config: What is to be trained.
-        venv: What on.
+        config: Config of the run.
+        venv: Environment to train on.
 
     Raises:
         ConfigError: "config.<key>: ...".
@@ -97,8 +97,8 @@ def build_model(config: Config, env: VecEnv) -> Any:
     """The untrained model, whose optimisers refuse gradients that are not finite.
 
     Args:
-        config: What to build.
-        env: What to train it on.
+        config: Config of the run.
+        env: Environment to train on.
     """
     algorithm = _ALGORITHMS[config.algo]
     model = algorithm.build(config, env)
@@ -108,11 +108,11 @@ def build_model(config: Config, env: VecEnv) -> Any:
 
 
 def iterate(model: BaseAlgorithm, config: Config, callback: BaseCallback) -> None:
-    """One update: play, and learn from it.
+    """One update: collect steps, then gradient steps.
 
     Args:
-        model: The model.
-        config: What it was built from.
-        callback: SB3's hooks.
+        model: SB3 model.
+        config: Config of the run.
+        callback: Hooks of SB3.
     """
     algorithm_of(model).iterate(model, config, callback)

@@ -1,4 +1,4 @@
-"""What the algorithms have in common: how they are built, and how their networks are taken out."""
+"""Common to all algorithms: constructor arguments, trainable parts, layers for export."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _WINDOW = 500  # episodes that the means of a rollout are over: two of each of 2
 
 
 class Parts(NamedTuple):
-    """All of a model that learning changes, beside its counters.
+    """Trainable parts of a model.
 
     Attributes:
         weights: Tensors by name, the live ones.
@@ -39,10 +39,10 @@ class Parts(NamedTuple):
 
 
 class Network(NamedTuple):
-    """What chooses the actions, free of SB3.
+    """Network of a policy, free of SB3.
 
     Attributes:
-        head: How actions follow from the last layer; a key of `heads.HEADS`.
+        head: Action distribution; a key of `policies.heads.HEADS`.
         arrays: The layers, and what the head needs.
     """
 
@@ -51,11 +51,11 @@ class Network(NamedTuple):
 
 
 def arguments(config: Config, env: VecEnv) -> dict[str, Any]:
-    """Arguments that every algorithm of SB3 takes.
+    """Constructor arguments of every algorithm of SB3.
 
     Args:
-        config: What to build.
-        env: What to train it on.
+        config: Config of the run.
+        env: Environment to train on.
     """
     several = isinstance(env.observation_space, spaces.Dict)
     return {
@@ -71,11 +71,11 @@ def arguments(config: Config, env: VecEnv) -> dict[str, Any]:
 
 
 def policy_arguments(config: Config, env: VecEnv) -> dict[str, Any]:
-    """Arguments of the networks that every algorithm has.
+    """SB3's `policy_kwargs`, common to all algorithms.
 
     Args:
-        config: What to build.
-        env: What to train it on.
+        config: Config of the run.
+        env: Environment to train on.
     """
     plain = {"net_arch": list(config.net_arch), "activation_fn": ACTIVATIONS[config.activation]}
     if not config.goal_turn:

@@ -1,4 +1,4 @@
-"""Deep Q-network: discrete actions, with a memory; in goal environments also in hindsight (HER)."""
+"""Deep Q-network: discrete actions, replay buffer; with HER in goal environments."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from ...config.by_algorithm import DQNConfig
 from .common import Network, Parts, layers, policy_arguments
-from .off_policy import check_memory, check_space, iterate, memory_arguments
+from .off_policy import check_buffer_size, check_space, iterate, off_policy_arguments
 
 __all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "network", "parts"]
 
@@ -26,25 +26,25 @@ COLUMNS: tuple[str, ...] = (
 
 
 def check(config: DQNConfig, venv: VectorEnv[Any, Any, Any]) -> None:
-    """Refuse continuous actions, or too small a memory.
+    """Refuse continuous actions, or too small a replay buffer.
 
     Args:
-        config: What is to be trained.
-        venv: What on.
+        config: Config of the run.
+        venv: Environment to train on.
 
     Raises:
         ConfigError: "config.algo: ..." or "config.buffer_size: ...".
     """
     check_space(config, venv, spaces.Discrete)
-    check_memory(config, venv)
+    check_buffer_size(config, venv)
 
 
 def build(config: DQNConfig, env: VecEnv) -> DQN:
     """The untrained model.
 
     Args:
-        config: What to build.
-        env: What to train it on.
+        config: Config of the run.
+        env: Environment to train on.
     """
     return DQN(
         target_update_interval=config.target_update_interval,
@@ -53,7 +53,7 @@ def build(config: DQNConfig, env: VecEnv) -> DQN:
         exploration_final_eps=config.exploration_final_eps,
         max_grad_norm=config.max_grad_norm,
         policy_kwargs=policy_arguments(config, env),
-        **memory_arguments(config, env),
+        **off_policy_arguments(config, env),
     )
 
 

@@ -1,4 +1,4 @@
-"""Networks of goal environments that are told the turn from the attitude to the desired one."""
+"""Feature extractor that adds the rotation from the achieved to the desired attitude."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from gymnasium import spaces
 from stable_baselines3.common.torch_layers import CombinedExtractor
 from torch import Tensor
 
-from ...policies.relative_rotation import Turn
+from ...policies.relative_rotation import RelativeRotation
 
 __all__ = ["AttitudeExtractor", "attitudes"]
 
 
 class AttitudeExtractor(CombinedExtractor):
-    """The parts of an observation side by side, and the turn between two attitudes in them."""
+    """Concatenated parts of an observation, and the relative rotation of two attitudes in them."""
 
     def __init__(self, observation_space: spaces.Dict, achieved: int, desired: int) -> None:
-        """As SB3's, with the places that `Turn` takes."""
+        """As SB3's, with the indices that `RelativeRotation` takes."""
         super().__init__(observation_space)
-        self._turn = Turn(achieved, desired)
-        self._features_dim += Turn.n_more
+        self._rotation = RelativeRotation(achieved, desired)
+        self._features_dim += RelativeRotation.n_more
 
     def forward(self, observations: dict[str, Tensor]) -> Tensor:
         """Shape (N, n + 18)."""
-        turned: Tensor = self._turn(super().forward(observations))
+        turned: Tensor = self._rotation(super().forward(observations))
         return turned
 
 
 def attitudes(task: Any) -> dict[str, int]:
-    """Where the rotation matrices of both goals begin in what a network takes; empty without.
+    """Indices in the input at which the rotation matrices of both goals begin; empty without.
 
     Args:
         task: The task of an environment; None for one that has none.

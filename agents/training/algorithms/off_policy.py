@@ -1,4 +1,4 @@
-"""Algorithms that learn from a memory of steps; in goal environments also in hindsight."""
+"""Algorithms with a replay buffer; with hindsight experience replay in goal environments."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rigid_envs.settings import refusal
 from ...config.by_algorithm import OffPolicyConfig
 from .common import arguments
 
-__all__ = ["check_memory", "check_space", "iterate", "memory_arguments"]
+__all__ = ["check_buffer_size", "check_space", "iterate", "off_policy_arguments"]
 
 
 def check_space(
@@ -26,8 +26,8 @@ def check_space(
     """Refuse an environment with actions of another kind.
 
     Args:
-        config: What is to be trained.
-        venv: What on.
+        config: Config of the run.
+        venv: Environment to train on.
         kind: The kind of space that the algorithm is for.
 
     Raises:
@@ -43,12 +43,12 @@ def check_space(
         )
 
 
-def check_memory(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -> None:
-    """Refuse a memory without room for an episode of each row, where hindsight needs whole ones.
+def check_buffer_size(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -> None:
+    """Refuse a replay buffer too small for a step of each row, or an episode of each with HER.
 
     Args:
-        config: What is to be trained.
-        venv: What on.
+        config: Config of the run.
+        venv: Environment to train on.
 
     Raises:
         ConfigError: "config.buffer_size: ...".
@@ -64,12 +64,12 @@ def check_memory(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -> Non
         )
 
 
-def memory_arguments(config: OffPolicyConfig, env: VecEnv) -> dict[str, Any]:
-    """Arguments that every algorithm with a memory takes.
+def off_policy_arguments(config: OffPolicyConfig, env: VecEnv) -> dict[str, Any]:
+    """Arguments of every off-policy algorithm of SB3.
 
     Args:
-        config: What to build.
-        env: What to train it on.
+        config: Config of the run.
+        env: Environment to train on.
     """
     hindsight = {"n_sampled_goal": config.n_sampled_goal, "goal_selection_strategy": "future"}
     told = _has_hindsight(config, env.observation_space)
@@ -87,12 +87,12 @@ def memory_arguments(config: OffPolicyConfig, env: VecEnv) -> dict[str, Any]:
 
 
 def iterate(model: OffPolicyAlgorithm, config: OffPolicyConfig, callback: BaseCallback) -> None:
-    """Some rounds of playing a little and learning from the memory.
+    """One update: rounds of a few steps of every row, then gradient steps.
 
     Args:
-        model: The model.
-        config: What it was built from.
-        callback: SB3's hooks.
+        model: SB3 model.
+        config: Config of the run.
+        callback: Hooks of SB3.
     """
     assert model.env is not None and model.replay_buffer is not None
     for _ in range(config.rounds):
@@ -108,9 +108,9 @@ def iterate(model: OffPolicyAlgorithm, config: OffPolicyConfig, callback: BaseCa
 
 
 def _may_learn(model: OffPolicyAlgorithm, config: OffPolicyConfig) -> bool:
-    """Whether the first, random steps are made, and hindsight has an episode to look back on."""
-    memory = model.replay_buffer
-    ready = not isinstance(memory, HerReplayBuffer) or bool(memory.ep_length.any())
+    """Whether the first, random steps are made, and HER has a complete episode."""
+    buffer = model.replay_buffer
+    ready = not isinstance(buffer, HerReplayBuffer) or bool(buffer.ep_length.any())
     return ready and model.num_timesteps >= config.learning_starts
 
 

@@ -1,4 +1,4 @@
-"""Proximal policy optimisation: collect, learn, forget."""
+"""Proximal policy optimisation: on-policy, continuous or discrete actions."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def build(config: PPOConfig, env: VecEnv) -> PPO:
     """The untrained model.
 
     Args:
-        config: What to build.
-        env: What to train it on.
+        config: Config of the run.
+        env: Environment to train on.
     """
     return PPO(
         n_steps=config.n_steps,
@@ -60,12 +60,12 @@ def build(config: PPOConfig, env: VecEnv) -> PPO:
 
 
 def iterate(model: PPO, config: PPOConfig, callback: BaseCallback) -> None:
-    """Play some steps of every row, and learn from them.
+    """One update: `n_steps` of every row, then `n_epochs` of gradient steps.
 
     Args:
-        model: The model.
-        config: What it was built from.
-        callback: SB3's hooks.
+        model: SB3 model.
+        config: Config of the run.
+        callback: Hooks of SB3.
     """
     assert model.env is not None
     model.collect_rollouts(model.env, callback, model.rollout_buffer, model.n_steps)

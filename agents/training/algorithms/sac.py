@@ -1,4 +1,4 @@
-"""Soft actor-critic, with a memory; in goal environments also in hindsight (HER)."""
+"""Soft actor-critic: continuous actions, replay buffer; with HER in goal environments."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from torch import nn
 
 from ...config.by_algorithm import SACConfig
 from .common import Network, Parts, layers, policy_arguments
-from .off_policy import check_memory, check_space, iterate, memory_arguments
+from .off_policy import check_buffer_size, check_space, iterate, off_policy_arguments
 
 __all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "network", "parts"]
 
@@ -29,30 +29,30 @@ COLUMNS: tuple[str, ...] = (
 
 
 def check(config: SACConfig, venv: VectorEnv[Any, Any, Any]) -> None:
-    """Refuse discrete actions, or too small a memory.
+    """Refuse discrete actions, or too small a replay buffer.
 
     Args:
-        config: What is to be trained.
-        venv: What on.
+        config: Config of the run.
+        venv: Environment to train on.
 
     Raises:
         ConfigError: "config.algo: ..." or "config.buffer_size: ...".
     """
     check_space(config, venv, spaces.Box)
-    check_memory(config, venv)
+    check_buffer_size(config, venv)
 
 
 def build(config: SACConfig, env: VecEnv) -> SAC:
     """The untrained model.
 
     Args:
-        config: What to build.
-        env: What to train it on.
+        config: Config of the run.
+        env: Environment to train on.
     """
     return SAC(
         ent_coef=config.ent_coef,
         policy_kwargs=policy_arguments(config, env),
-        **memory_arguments(config, env),
+        **off_policy_arguments(config, env),
     )
 
 
