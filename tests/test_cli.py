@@ -129,9 +129,9 @@ def test_unknown_id_is_refused_with_the_nearest_one(capsys: Capture, word: str) 
         (["--radiu", "2"], "config.radiu: unknown key; did you mean 'radius'?"),
         (
             ["--radius", "-2"],
-            "config.radius: -2 is not allowed; expected a number in [1e-09, 1e+06]",
+            "config.radius: radius = -2; expected a number in [1e-09, 1e+06]",
         ),
-        (["--rotation", "angles"], "config.rotation: 'angles' is not allowed; expected one of"),
+        (["--rotation", "angles"], "config.rotation: rotation = 'angles'; expected one of"),
         (["--radius"], "argument = '--radius'; expected --KEY VALUE"),
         (["radius", "2"], "argument = 'radius'"),
     ],

@@ -11,7 +11,7 @@ from tests.mutations.mutants import mutants_of
 from tests.mutations.trials import ROOT, PackageCopy
 
 SOURCE = '''
-class State(NamedTuple): w: float = 1.0
+STATE: tuple[float, float] = (1.0, 0.0)
 INDEX = tuple[float, float]
 RATIO = 1.0 - 4.0 ** (1.0 / 3.0)
 

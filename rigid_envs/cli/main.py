@@ -12,10 +12,10 @@ from typing import Any
 from rigid_envs import ENVIRONMENTS, __version__
 from rigid_envs.cli import catalogue
 from rigid_envs.cli.describe import describe
-from rigid_envs.cli.files import write
 from rigid_envs.cli.pages import write_pages
 from rigid_envs.cli.progress import tell
-from rigid_envs.cli.provenance import provenance
+from rigid_envs.files import write_atomic
+from rigid_envs.provenance import provenance
 
 __all__ = ["main"]
 
@@ -173,7 +173,7 @@ def _bench(options: argparse.Namespace, rest: list[str]) -> None:
     print(as_text(where, figures))
     if options.json:
         document = {"provenance": where, **figures.as_json()}
-        write(options.json, json.dumps(document, indent=1) + "\n")
+        write_atomic(options.json, json.dumps(document, indent=1) + "\n")
         print(f"\nwritten to {options.json}")
 
 
@@ -214,7 +214,7 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     document = json.dumps(verdict.as_json(), indent=1, allow_nan=False)
     print(document if options.json == "-" else verdict.as_text())
     if file:
-        write(file, document + "\n")
+        write_atomic(file, document + "\n")
         print(f"\nwritten to {file}")
     return 1 if verdict.failures else 0
 

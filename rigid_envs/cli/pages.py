@@ -12,10 +12,10 @@ from rigid_envs import ENVIRONMENTS
 from rigid_envs.cli.catalogue import families, size_of, task_of, time_limit
 from rigid_envs.cli.document import document, observed, short
 from rigid_envs.cli.facts import Table
-from rigid_envs.cli.files import write
 from rigid_envs.cli.markdown import markdown, table_lines
 from rigid_envs.cli.sections import summary_of
 from rigid_envs.envs.boundary import action_space, observation_space
+from rigid_envs.files import write_atomic
 from rigid_envs.tasks import Task
 
 __all__ = ["INDEX", "file_of", "index", "page", "pages", "write_pages"]
@@ -55,7 +55,7 @@ def write_pages(folder: Path) -> tuple[list[str], list[str]]:
     there = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.md"))}
     changed = [name for name, text in texts.items() if there.get(name) != text]
     for name in changed:
-        write(folder / name, texts[name])
+        write_atomic(folder / name, texts[name])
     return changed, [name for name in there if name not in texts]
 
 

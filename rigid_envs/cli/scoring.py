@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rigid_envs.cli.catalogue import one_of_each
-from rigid_envs.cli.files import write
 from rigid_envs.cli.progress import tell
-from rigid_envs.cli.provenance import heading, provenance
 from rigid_envs.cli.tables import table
+from rigid_envs.files import write_atomic
+from rigid_envs.provenance import heading, provenance
 from rigid_envs.scores.anchors import Scale, anchors, compute, document
 
 __all__ = ["make_anchors", "verify_scores"]
@@ -41,7 +41,7 @@ def make_anchors(ids: Sequence[str], n: int, file: Path) -> None:
     command = " ".join(["rigid-envs", *sys.argv[1:]])
     data = document(made, {**where, "command": command}, n)
     data["ids"] = {**kept, **data["ids"]}
-    write(file, json.dumps(data, indent=1, allow_nan=False) + "\n")
+    write_atomic(file, json.dumps(data, indent=1, allow_nan=False) + "\n")
     print(f"written to {file}")
 
 

@@ -23,6 +23,7 @@ from rigid_envs.tasks.fields import (
     Integer,
     Number,
     Range,
+    Settings,
     check_fields,
     setting,
     span,
@@ -56,7 +57,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Task(abc.ABC):
+class Task(Settings, abc.ABC):
     """Hyperparameters of an environment.
 
     The fields here are common to all tasks. A subclass adds its own, among them a

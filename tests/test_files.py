@@ -1,0 +1,64 @@
+"""A file is there whole or not at all; what is too large is refused; JSON has one spelling."""
+
+import errno
+import json
+import os
+import resource
+import signal
+from pathlib import Path
+
+import pytest
+
+from rigid_envs.files import DamagedFileError, canonical_json, read_bytes, sweep, write_atomic
+
+
+def test_what_is_too_large_or_no_file_is_not_read(tmp_path: Path) -> None:
+    sparse = tmp_path / "sparse"
+    with sparse.open("wb") as file:
+        file.truncate(2**33)
+    with pytest.raises(DamagedFileError, match="8589934592 bytes; expected at most 1000"):
+        read_bytes(sparse, 1000)
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(DamagedFileError, match="not a regular file"):
+        read_bytes(pipe, 1000)
+    with pytest.raises(DamagedFileError, match="not a regular file"):
+        read_bytes(tmp_path, 1000)
+
+
+def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    write_atomic(path, b"old")
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+    try:
+        with pytest.raises(OSError, match=r"could not write 5000 bytes .*untouched") as error:
+            write_atomic(path, b"x" * 5000)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, before)
+    assert error.value.errno == errno.EFBIG
+    assert path.read_bytes() == b"old"
+    assert [file.name for file in tmp_path.iterdir()] == ["a"]
+
+
+def test_json_has_one_spelling_and_no_nan() -> None:
+    a, b = {"x": 1, "y": [0.1, "é"]}, {"y": [0.1, "é"], "x": 1}
+    assert canonical_json(a) == canonical_json(b) == '{"x":1,"y":[0.1,"\\u00e9"]}'
+    assert json.loads(canonical_json(a)) == a
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        canonical_json({"x": float("nan")})
+
+
+def test_text_is_written_as_utf_8(tmp_path: Path) -> None:
+    write_atomic(tmp_path / "a", "é\n")
+    assert (tmp_path / "a").read_bytes() == b"\xc3\xa9\n"
+
+
+def test_what_interrupted_writes_left_is_swept_and_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "below").mkdir()
+    for name in (".a.1.tmp", "below/.b.2.tmp", "a.tmp", ".hidden"):
+        (tmp_path / name).touch()
+    sweep(tmp_path)
+    assert {path.name for path in tmp_path.rglob("*")} == {"below", "a.tmp", ".hidden"}
