@@ -5,11 +5,11 @@ import re
 from pathlib import Path
 
 import pytest
-from rigid_envs.cli.provenance import provenance
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.cli import main
 from rigid_envs.cli.bench import as_text
+from rigid_envs.provenance import provenance
 from tests.bench.examples import FIGURES
 
 Capture = pytest.CaptureFixture[str]
