@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.files import read_bytes, write_atomic
 from rigid_envs.scores.metrics import METRICS
-from rigid_envs.scores.references import REFERENCES
 
 from .checks import ConfigError
 from .plotting import INK, MUTED, dress
@@ -139,7 +138,7 @@ def _mark(axes: Axes, score: float, what: str) -> None:
 def _kind(result: Mapping[str, Any]) -> str:
     """What the plot calls it: each environment has reference controllers of its own names."""
     name = str(result["algo"])
-    return "reference controller" if name in REFERENCES.get(result["env_id"], {}) else name
+    return "reference controller" if name in ENVIRONMENTS[result["env_id"]].controllers else name
 
 
 def _score(result: Mapping[str, Any]) -> dict[str, Any]:

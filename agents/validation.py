@@ -13,7 +13,7 @@ from rigid_envs.files import write_atomic
 
 from .config import Config
 from .environments import make
-from .evaluation import Actor, Episodes, play
+from .evaluation import Episodes, SupportsPredict, play
 from .seeds import VALIDATION_SEED, row_seeds
 
 __all__ = ["Validation"]
@@ -55,7 +55,7 @@ class Validation:
         """
         return now // self._every > before // self._every or now >= total
 
-    def run(self, policy: Actor, timesteps: int) -> tuple[Episodes, bool]:
+    def run(self, policy: SupportsPredict, timesteps: int) -> tuple[Episodes, bool]:
         """Evaluate a policy.
 
         Args:

@@ -15,8 +15,8 @@ from gymnasium import spaces
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.cli import main
-from rigid_envs.cli.pages import INDEX, file_of, pages
 from rigid_envs.envs.boundary import info_keys
+from rigid_envs.pages.writing import INDEX, file_of, pages
 from rigid_envs.tasks import Task
 
 ROOT = Path(__file__).parents[1]

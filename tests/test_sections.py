@@ -2,7 +2,7 @@
 
 import pytest
 
-from rigid_envs.cli.sections import SECTIONS, DocstringError, blocks, story_of
+from rigid_envs.pages.sections import SECTIONS, DocstringError, blocks, story_of
 from rigid_envs.tasks import BallPark, Task
 
 

@@ -7,12 +7,13 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from rigid_envs.cli.catalogue import one_of_each
+from rigid_envs.catalogue import one_of_each
 from rigid_envs.cli.progress import tell
-from rigid_envs.cli.tables import table
 from rigid_envs.files import write_atomic
+from rigid_envs.pages.tables import table
 from rigid_envs.provenance import heading, provenance
-from rigid_envs.scores.anchors import Scale, anchors, compute, document
+from rigid_envs.scores.anchor_data import compute_anchors, document
+from rigid_envs.scores.scales import Anchors, ScoreScale, anchors
 
 __all__ = ["make_anchors", "verify_scores"]
 
@@ -35,9 +36,9 @@ def make_anchors(ids: Sequence[str], n: int, file: Path) -> None:
     for env_id in ids:
         tell(env_id)
         begin = time.perf_counter()
-        made[env_id] = compute(env_id, n)
+        made[env_id] = compute_anchors(env_id, n)
         tell("")
-        print(f"{env_id}   {time.perf_counter() - begin:.1f} s\n{_scales(made[env_id])}\n")
+        print(f"{env_id}   {time.perf_counter() - begin:.1f} s\n{_table(made[env_id])}\n")
     command = " ".join(["rigid-envs", *sys.argv[1:]])
     data = document(made, {**where, "command": command}, n)
     data["ids"] = {**kept, **data["ids"]}
@@ -58,13 +59,14 @@ def verify_scores(ids: Sequence[str]) -> bool:
     rows, holds = [], True
     for env_id in ids or one_of_each():
         tell(env_id)
-        now = {scale.metric: scale for scale in compute(env_id)}
-        for name, scale in anchors().get(env_id, {}).items():
+        now = compute_anchors(env_id).scales
+        known = anchors().get(env_id)
+        for name, scale in known.scales.items() if known else ():
             off = _difference(scale, now.get(name))
             holds &= off <= _TOLERANCE
             verdict = "holds" if off <= _TOLERANCE else "FAILS"
             rows.append((env_id, name, f"{scale.anchor:.6g}", scale.kind, f"{off:.1e}", verdict))
-        if env_id not in anchors():
+        if known is None:
             rows.append((env_id, "", "", "", "", "no data"))
             holds = False
     tell("")
@@ -73,13 +75,16 @@ def verify_scores(ids: Sequence[str]) -> bool:
     return holds
 
 
-def _difference(then: Scale, now: Scale | None) -> float:
+def _difference(then: ScoreScale, now: ScoreScale | None) -> float:
     """How far both ends of a scale have moved, in scores of the data."""
     if now is None or (now.kind, now.why) != (then.kind, then.why):
         return math.inf
     return float(max(abs(then(now.random)), abs(then(now.anchor) - 1.0)))
 
 
-def _scales(scales: Sequence[Scale]) -> str:
-    rows = [(s.metric, f"{s.random:.5g}", f"{s.anchor:.5g}", s.kind, s.why) for s in scales]
+def _table(found: Anchors) -> str:
+    rows = [
+        (s.metric, f"{s.random:.5g}", f"{s.anchor:.5g}", s.kind, s.why)
+        for s in found.scales.values()
+    ]
     return table(("metric", "random", "anchor", "kind", "why"), rows, "<>>")

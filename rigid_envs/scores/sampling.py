@@ -17,7 +17,7 @@ from rigid_envs.control.mppi import CrossEntropyChoices, PathIntegral
 from rigid_envs.core import Core
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.kernels.layout import CLOCK
-from rigid_envs.scores.policy import Policy
+from rigid_envs.scores.controllers import Controller
 from rigid_envs.tasks import Task
 
 __all__ = ["Rollouts", "SamplingController", "sampling"]
@@ -134,8 +134,8 @@ def sampling(
     temperature: float = 0.2,
     memory: float = 0.8,
     seed: int = 0,
-) -> Policy:
-    """A policy by sampling, for the settings of any task.
+) -> Controller:
+    """Sampling model predictive control of any task.
 
     Args:
         task: The task.

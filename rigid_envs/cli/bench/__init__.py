@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from rigid_envs.catalogue import one_of_each
 from rigid_envs.cli.bench.accuracy import free_run
 from rigid_envs.cli.bench.costs import costs
 from rigid_envs.cli.bench.environments import gymnasium_contestants, our_contestants
@@ -10,7 +11,6 @@ from rigid_envs.cli.bench.mujoco_body import is_installed, mujoco_contestants, o
 from rigid_envs.cli.bench.race import race
 from rigid_envs.cli.bench.report import Figures
 from rigid_envs.cli.bench.startup import startup
-from rigid_envs.cli.catalogue import one_of_each
 from rigid_envs.cli.progress import tell
 from rigid_envs.provenance import provenance
 

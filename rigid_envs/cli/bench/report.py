@@ -11,7 +11,7 @@ from rigid_envs.cli.bench.goals import FLAGSHIP, Goal
 from rigid_envs.cli.bench.mujoco_body import Opponent
 from rigid_envs.cli.bench.race import Result
 from rigid_envs.cli.bench.startup import Startup
-from rigid_envs.cli.tables import paragraphs, table
+from rigid_envs.pages.tables import paragraphs, table
 from rigid_envs.provenance import heading
 
 __all__ = ["Figures"]

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rigid_envs.cli.tables import paragraphs, table
 from rigid_envs.cli.verify.laws import Outcome, Subject
+from rigid_envs.pages.tables import paragraphs, table
 from rigid_envs.provenance import heading
 
 __all__ = ["Verdict"]

@@ -14,7 +14,7 @@ from rigid_envs.control.polygons import PushAlong, roll_along
 from rigid_envs.control.shortest_path import shortest_path
 from rigid_envs.control.three_rolls import three_rolls
 from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.policy import Builder, Policy
+from rigid_envs.scores.controllers import Controller
 from rigid_envs.scores.scripts import Rows, Script
 from rigid_envs.systems import DynamicBall, RollingBall
 from rigid_envs.tasks import (
@@ -26,7 +26,19 @@ from rigid_envs.tasks import (
     BallSteer,
 )
 
-__all__ = ["REFERENCES", "straight_rolls"]
+__all__ = [
+    "_dynamic_ball",
+    "_rolling_ball",
+    "_speed",
+    "along_shortest_path",
+    "damped",
+    "far_sighted",
+    "plate_regulator",
+    "pushed",
+    "quarter_rolls",
+    "rolled",
+    "straight_rolls",
+]
 
 Array = npt.NDArray[np.float64]
 _HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -40,7 +52,7 @@ def straight_rolls(envs: RigidVectorEnv, rows: Rows) -> Array:
     return np.asarray(three_rolls(envs.y[rows, :6], goals, radius=radii))
 
 
-def rolled(task: BallPark | BallParkGoal) -> Policy:
+def rolled(task: BallPark | BallParkGoal) -> Controller:
     """Three straight rolls, as fast as can be."""
 
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
@@ -50,7 +62,7 @@ def rolled(task: BallPark | BallParkGoal) -> Policy:
     return Script(plan)
 
 
-def along_shortest_path(task: BallPark | BallParkGoal) -> Policy:
+def along_shortest_path(task: BallPark | BallParkGoal) -> Controller:
     """The shortest path, an elastica, by one straight roll per step."""
 
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
@@ -67,7 +79,7 @@ def along_shortest_path(task: BallPark | BallParkGoal) -> Policy:
     return Script(plan)
 
 
-def pushed(task: BallParkDynamic) -> Policy:
+def pushed(task: BallParkDynamic) -> Controller:
     """Three straight rolls, from rest to rest along each, kept to by feedback."""
     law = PushAlong(_dynamic_ball(task), task.force, task.dt)
 
@@ -79,7 +91,7 @@ def pushed(task: BallParkDynamic) -> Policy:
     return lambda envs: law(envs.y, *np.split(script(envs), 3, axis=-1))
 
 
-def damped(task: BallSteer) -> Policy:
+def damped(task: BallSteer) -> Controller:
     """Down the slope of the error, whatever lies ahead."""
     law = DampedFollower(_rolling_ball(task), task.roll_per_step / task.dt)
 
@@ -90,7 +102,7 @@ def damped(task: BallSteer) -> Policy:
     return policy
 
 
-def far_sighted(task: BallSteer) -> Policy:
+def far_sighted(task: BallSteer) -> Controller:
     """The linear-quadratic regulator along the elastica that the reference is on."""
     law = FarSightedFollower(_rolling_ball(task), task.roll_per_step / task.dt, task.dt)
     speed = _speed(task)
@@ -109,13 +121,13 @@ def far_sighted(task: BallSteer) -> Policy:
     return policy
 
 
-def plate_regulator(task: BallPlate) -> Policy:
+def plate_regulator(task: BallPlate) -> Controller:
     """The table tilted by linear feedback."""
     law = PlateRegulator(_dynamic_ball(task), task.tilt_rate, task.dt)
     return lambda envs: law(envs.y, envs.get_state()["memo"][:, :2])
 
 
-def quarter_rolls(task: BallGrid) -> Policy:
+def quarter_rolls(task: BallGrid) -> Controller:
     """A shortest way home."""
     law = QuarterRolls(_rolling_ball(task), task.start_cells + _LONGEST)
     return lambda envs: law(envs.y)
@@ -149,19 +161,3 @@ def _dynamic_ball(task: BallParkDynamic | BallPlate) -> DynamicBall:
 def _speed(task: BallSteer) -> float:
     """Speed of the reference [m/s]."""
     return task.reference_speed * task.roll_per_step / task.dt * _rolling_ball(task).radius
-
-
-_PARKING: dict[str, Builder] = {
-    "shortest_path": along_shortest_path,
-    "three_rolls": rolled,
-}
-REFERENCES: dict[str, dict[str, Builder]] = {
-    "RigidEnvs/BallPark-v0": _PARKING,
-    "RigidEnvs/BallParkRandom-v0": _PARKING,
-    "RigidEnvs/BallParkGoal-v0": _PARKING,
-    "RigidEnvs/BallReorient-v0": _PARKING,
-    "RigidEnvs/BallParkDynamic-v0": {"three_rolls": pushed},
-    "RigidEnvs/BallSteer-v0": {"lqr": far_sighted, "damping": damped},
-    "RigidEnvs/BallPlate-v0": {"lqr": plate_regulator},
-    "RigidEnvs/BallGrid-v0": {"breadth_first": quarter_rolls},
-}

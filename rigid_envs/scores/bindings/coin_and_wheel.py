@@ -5,15 +5,19 @@ from __future__ import annotations
 from rigid_envs.control.coin import TwoRolls
 from rigid_envs.control.disk import CircleRegulator
 from rigid_envs.control.pumping import Pump
-from rigid_envs.scores.policy import Builder, Policy
+from rigid_envs.scores.controllers import Controller
 from rigid_envs.scores.scripts import Script
 from rigid_envs.systems import Roller, RollingDisk, UprightCoin
 from rigid_envs.tasks import CoinPark, DiskRoll, RollPump
 
-__all__ = ["REFERENCES"]
+__all__ = [
+    "circle_regulator",
+    "pump",
+    "two_rolls",
+]
 
 
-def two_rolls(task: CoinPark) -> Policy:
+def two_rolls(task: CoinPark) -> Controller:
     """Two straight rolls, planned in the first step and carried out without looking."""
     coin = task.system()
     assert isinstance(coin, UprightCoin)
@@ -21,7 +25,7 @@ def two_rolls(task: CoinPark) -> Policy:
     return Script(lambda envs, rows: planner(envs.y[rows]).actions)
 
 
-def circle_regulator(task: DiskRoll) -> Policy:
+def circle_regulator(task: DiskRoll) -> Controller:
     """The lean that the circle asks for, held by linear feedback."""
     disk = task.system()
     assert isinstance(disk, RollingDisk)
@@ -30,18 +34,10 @@ def circle_regulator(task: DiskRoll) -> Policy:
     return lambda envs: law(envs.y, envs.get_state()["memo"][:, goal])
 
 
-def pump(task: RollPump) -> Policy:
+def pump(task: RollPump) -> Controller:
     """The ratio large on the way down and small on the way up."""
     roller = task.system()
     assert isinstance(roller, Roller)
     law = Pump(roller, task.beta_change, task.dt)
     change = task.memo_names.index("beta_change")
     return lambda envs: law(envs.y, envs.get_state()["memo"][:, change])
-
-
-REFERENCES: dict[str, dict[str, Builder]] = {
-    "RigidEnvs/CoinPark-v0": {"two_rolls": two_rolls},
-    "RigidEnvs/DiskRoll-v0": {"lqr": circle_regulator},
-    "RigidEnvs/DiskRollRandom-v0": {"lqr": circle_regulator},
-    "RigidEnvs/RollPump-v0": {"bang_bang": pump},
-}

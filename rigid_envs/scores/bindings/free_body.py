@@ -8,7 +8,7 @@ from rigid_envs.control.flip import ForcedFlip, TimedFlip
 from rigid_envs.control.momentum import MomentumBrake, MomentumRegulator
 from rigid_envs.control.saddle import SeparatrixSteering
 from rigid_envs.control.spin import SpinRegulator
-from rigid_envs.scores.policy import Builder, Policy
+from rigid_envs.scores.controllers import Controller
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import (
     AxisFlip,
@@ -20,7 +20,17 @@ from rigid_envs.tasks import (
     Task,
 )
 
-__all__ = ["REFERENCES"]
+__all__ = [
+    "body_of",
+    "energy_casimir",
+    "forced_flip",
+    "momentum_brake",
+    "momentum_regulator",
+    "quaternion_pd",
+    "separatrix_steering",
+    "spin_regulator",
+    "timed_flip",
+]
 
 
 def body_of(task: Task) -> FreeBody:
@@ -30,13 +40,13 @@ def body_of(task: Task) -> FreeBody:
     return body
 
 
-def spin_regulator(task: IntermediateAxis) -> Policy:
+def spin_regulator(task: IntermediateAxis) -> Controller:
     """The spin held by linear feedback."""
     law = SpinRegulator(body_of(task), task.spin_rate, task.torque, task.dt)
     return lambda envs: law(envs.y)
 
 
-def energy_casimir(task: IntermediateAxis) -> Policy:
+def energy_casimir(task: IntermediateAxis) -> Controller:
     """The spin held by energy-Casimir feedback."""
     law = EnergyCasimir(body_of(task), task.spin_rate, task.torque)
     return lambda envs: law(envs.y)
@@ -44,13 +54,13 @@ def energy_casimir(task: IntermediateAxis) -> Policy:
 
 def single_torque(
     task: IntermediateAxisSingle, strength: float = 3.0, damping: float = 5.0 / 3.0
-) -> Policy:
+) -> Controller:
     """The spin aligned by one torque; see `SingleTorque` for its two gains."""
     law = SingleTorque(body_of(task), task.spin_rate, task.torque, strength, damping)
     return lambda envs: law(envs.y)
 
 
-def separatrix_steering(task: SpinCapture) -> Policy:
+def separatrix_steering(task: SpinCapture) -> Controller:
     """The spin steered onto the way to e2, and caught there."""
     first, second, third = (torque > 0.0 for torque in task.torques())
     law = SeparatrixSteering(
@@ -59,20 +69,20 @@ def separatrix_steering(task: SpinCapture) -> Policy:
     return lambda envs: law(envs.y)
 
 
-def timed_flip(task: AxisFlip) -> Policy:
+def timed_flip(task: AxisFlip) -> Controller:
     """The free flip, to arrive with 0.6 of the tolerance at the commanded time."""
     law = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
     time_left = task.memo_names.index("time_left")
     return lambda envs: law(envs.y, envs.get_state()["memo"][:, time_left])
 
 
-def forced_flip(task: AxisFlip) -> Policy:
+def forced_flip(task: AxisFlip) -> Controller:
     """The flip by brute force, at once."""
     law = ForcedFlip(body_of(task), task.spin_rate, task.torque)
     return lambda envs: law(envs.y)
 
 
-def momentum_regulator(task: Detumble) -> Policy:
+def momentum_regulator(task: Detumble) -> Controller:
     """The impulses of least cost, by the weights of the reward."""
     law = MomentumRegulator(
         body_of(task),
@@ -83,27 +93,13 @@ def momentum_regulator(task: Detumble) -> Policy:
     return lambda envs: law(envs.y)
 
 
-def momentum_brake(task: Detumble) -> Policy:
+def momentum_brake(task: Detumble) -> Controller:
     """Rest in the least number of steps."""
     law = MomentumBrake(body_of(task), task.impulse)
     return lambda envs: law(envs.y)
 
 
-def quaternion_pd(task: Reorient) -> Policy:
+def quaternion_pd(task: Reorient) -> Controller:
     """The short way to the goal."""
     law = QuaternionPD(body_of(task), task.torque)
     return lambda envs: law(envs.y, envs.get_state()["memo"])
-
-
-REFERENCES: dict[str, dict[str, Builder]] = {
-    "RigidEnvs/IntermediateAxis-v0": {"lqr": spin_regulator, "energy_casimir": energy_casimir},
-    "RigidEnvs/IntermediateAxisRandom-v0": {
-        "lqr": spin_regulator,
-        "energy_casimir": energy_casimir,
-    },
-    "RigidEnvs/IntermediateAxisSingle-v0": {"energy_casimir": single_torque},
-    "RigidEnvs/SpinCapture-v0": {"separatrix": separatrix_steering},
-    "RigidEnvs/AxisFlip-v0": {"timed": timed_flip, "brute_force": forced_flip},
-    "RigidEnvs/Detumble-v0": {"riccati": momentum_regulator, "brake": momentum_brake},
-    "RigidEnvs/Reorient-v0": {"quaternion_pd": quaternion_pd},
-}

@@ -9,13 +9,14 @@ import numpy as np
 from gymnasium import spaces
 
 from rigid_envs import ENVIRONMENTS
-from rigid_envs.cli.catalogue import families, size_of, task_of, time_limit
-from rigid_envs.cli.document import document, observed, short
-from rigid_envs.cli.facts import Table
-from rigid_envs.cli.markdown import markdown, table_lines
-from rigid_envs.cli.sections import summary_of
+from rigid_envs.catalogue import families, task_of
 from rigid_envs.envs.boundary import action_space, observation_space
 from rigid_envs.files import write_atomic
+from rigid_envs.pages.document import document, observed, short
+from rigid_envs.pages.listing import size_of, time_limit
+from rigid_envs.pages.markdown import markdown, table_lines
+from rigid_envs.pages.sections import summary_of
+from rigid_envs.pages.task_tables import Table
 from rigid_envs.tasks import Task
 
 __all__ = ["INDEX", "file_of", "index", "page", "pages", "write_pages"]

@@ -5,11 +5,11 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rigid_envs.cli.catalogue import task_of
-from rigid_envs.cli.document import Code, Section, document
-from rigid_envs.cli.facts import Table
-from rigid_envs.cli.sections import summary_of
-from rigid_envs.cli.tables import WIDTH, paragraphs, table
+from rigid_envs.catalogue import task_of
+from rigid_envs.pages.document import Code, Section, document
+from rigid_envs.pages.sections import summary_of
+from rigid_envs.pages.tables import WIDTH, paragraphs, table
+from rigid_envs.pages.task_tables import Table
 
 __all__ = ["describe", "example"]
 

@@ -11,8 +11,10 @@ from typing import Any
 
 from gymnasium import spaces
 
-from rigid_envs.cli.catalogue import time_limit
-from rigid_envs.cli.facts import (
+from rigid_envs.envs.boundary import action_space
+from rigid_envs.pages.listing import time_limit
+from rigid_envs.pages.sections import Story, story_of, text_of
+from rigid_envs.pages.task_tables import (
     RANGE_NOTE,
     Table,
     action_table,
@@ -23,8 +25,6 @@ from rigid_envs.cli.facts import (
     sample_arguments,
     term_table,
 )
-from rigid_envs.cli.sections import Story, story_of, text_of
-from rigid_envs.envs.boundary import action_space
 from rigid_envs.tasks import Task
 
 __all__ = ["Code", "Section", "document", "observed", "short"]

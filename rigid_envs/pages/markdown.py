@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from rigid_envs.cli.document import Code, Section
-from rigid_envs.cli.facts import Table
+from rigid_envs.pages.document import Code, Section
+from rigid_envs.pages.task_tables import Table
 
 __all__ = ["markdown", "table_lines"]
 
