@@ -27,7 +27,7 @@ def checked_id(env_id: str) -> str:
     if colon:
         try:
             importlib.import_module(module)
-        except ModuleNotFoundError as error:
+        except (ModuleNotFoundError, ValueError) as error:
             raise UnknownIdError(
                 f"env_id = {env_id!r}; expected a module that can be imported: {error}"
             ) from None

@@ -10,15 +10,14 @@ import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from rigid_envs.errors import ConfigError
 
 __all__ = ["ENVIRONMENTS", "EnvironmentRecord", "ErrorTerm", "add", "load"]
 
 
-@dataclass(frozen=True)
-class ErrorTerm:
+class ErrorTerm(NamedTuple):
     """A reward term that shows an error: the term is ``1 / (1 + sharpness error)``.
 
     Attributes:

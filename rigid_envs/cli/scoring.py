@@ -1,4 +1,4 @@
-"""The anchors of the scores: made anew, and a sample of them compared with the data."""
+"""Computation of the anchors of scores: `rigid-envs anchors` and `rigid-envs verify --scores`."""
 
 import json
 import math
@@ -23,34 +23,32 @@ roundings differ by machine: an episode in 500 may end some steps earlier or lat
 
 
 def make_anchors(ids: Sequence[str], n: int, file: Path) -> None:
-    """Compute the anchors of some ids and write them; those of other ids stay as they are.
+    """Compute the anchors of some ids, and write them id by id; those of other ids stay.
 
     Args:
-        ids: the ids.
-        n: number of starts.
-        file: where to write.
+        ids: Gymnasium's ids.
+        n: Number of starts.
+        file: JSON file of the anchors.
     """
-    where = provenance()
-    kept = dict(json.loads(file.read_text())["ids"]) if file.exists() else {}
-    made = {}
+    where = {**provenance(), "command": " ".join(["rigid-envs", *sys.argv[1:]])}
+    known = dict(json.loads(file.read_text())["ids"]) if file.exists() else {}
     for env_id in ids:
         tell(env_id)
         begin = time.perf_counter()
-        made[env_id] = compute_anchors(env_id, n)
+        found = compute_anchors(env_id, n)
         tell("")
-        print(f"{env_id}   {time.perf_counter() - begin:.1f} s\n{_table(made[env_id])}\n")
-    command = " ".join(["rigid-envs", *sys.argv[1:]])
-    data = document(made, {**where, "command": command}, n)
-    data["ids"] = {**kept, **data["ids"]}
-    write_atomic(file, json.dumps(data, indent=1, allow_nan=False) + "\n")
+        print(f"{env_id}   {time.perf_counter() - begin:.1f} s\n{_table(found)}\n")
+        data = document({env_id: found}, where, n)
+        known |= data["ids"]
+        write_atomic(file, json.dumps({**data, "ids": known}, indent=1, allow_nan=False) + "\n")
     print(f"written to {file}")
 
 
 def verify_scores(ids: Sequence[str]) -> bool:
-    """Compute the anchors of some ids anew, and say how far they are from the data.
+    """Compute the anchors of some ids again, and print their difference from the data.
 
     Args:
-        ids: the ids; one environment of every system and kind if there are none.
+        ids: Gymnasium's ids; if there are none, one of each kind of environment.
 
     Returns:
         Whether all agree.
@@ -76,7 +74,7 @@ def verify_scores(ids: Sequence[str]) -> bool:
 
 
 def _difference(then: ScoreScale, now: ScoreScale | None) -> float:
-    """How far both ends of a scale have moved, in scores of the data."""
+    """Largest difference of random policy and anchor, as a score on the scale of the data."""
     if now is None or (now.kind, now.why) != (then.kind, then.why):
         return math.inf
     return float(max(abs(then(now.random)), abs(then(now.anchor) - 1.0)))

@@ -8,50 +8,74 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from rigid_envs import ENVIRONMENTS
 from rigid_envs.catalogue import families, task_of
 from rigid_envs.envs.boundary import action_space, observation_space
+from rigid_envs.errors import ConfigError
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.document import document, observed, short
 from rigid_envs.pages.listing import size_of, time_limit
 from rigid_envs.pages.markdown import markdown, table_lines
 from rigid_envs.pages.sections import summary_of
 from rigid_envs.pages.task_tables import Table
+from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.tasks import Task
 
-__all__ = ["INDEX", "file_of", "index", "page", "pages", "write_pages"]
+__all__ = [
+    "INDEX",
+    "file_of",
+    "index",
+    "overview",
+    "page",
+    "pages",
+    "with_overview",
+    "write_pages",
+]
 
 INDEX = "README.md"
 _SPACE = "RigidEnvs/"
 _DOI = re.compile(r"\bdoi:(10\.[^\s;,]*[^\s;,.])")
-_NOTE = "<!-- Written by `rigid-envs docs`, from the docstrings: change those, not this page. -->"
-_INTRODUCTION = (
-    "The namespace of all ids is `RigidEnvs`. Numbers of the actions and observations are told "
-    "before what they are: of a goal environment, those of its `observation` and of each of its "
-    "goals. `rigid-envs describe ID` shows a page in the terminal, for any arguments."
+_NOTE = (
+    "<!-- Written by `rigid-envs docs` from the registry, the docstrings and the anchors: change "
+    "those, not this page. -->"
 )
+_INTRODUCTION = (
+    "The numbers before actions and observations are their sizes; a goal environment has those of "
+    "its `observation` and of each of its goals. `rigid-envs describe ID` shows a page in the "
+    "terminal, for any arguments."
+)
+_BEGIN = "<!-- environments: written by `python -m rigid_envs.pages README.md` -->"
+_END = "<!-- end of environments -->"
 
 
 def file_of(env_id: str) -> str:
     """Name of the file of the page of an id."""
-    return env_id.removeprefix(_SPACE).removesuffix("-v0") + ".md"
+    return env_id.removeprefix(_SPACE).removesuffix("-v0").replace("/", "-") + ".md"
 
 
-def pages() -> dict[str, str]:
-    """Every file of the documentation of the environments by its name: its text."""
-    return {INDEX: index(), **{file_of(env_id): page(env_id) for env_id in ENVIRONMENTS}}
+def pages(ids: Iterable[str] | None = None) -> dict[str, str]:
+    """Text of the index and of the page of each id, by the name of the file.
+
+    Args:
+        ids: Gymnasium's ids; None takes those of this package.
+    """
+    ids = _own_ids() if ids is None else list(ids)
+    return {INDEX: index(ids), **{file_of(env_id): page(env_id) for env_id in ids}}
 
 
-def write_pages(folder: Path) -> tuple[list[str], list[str]]:
-    """Write every page, each at once: a reader sees the old or the new one.
+def write_pages(folder: Path, ids: Iterable[str] | None = None) -> tuple[list[str], list[str]]:
+    """Write the index and the page of each id, each file atomically.
+
+    Args:
+        folder: Made if it is not there.
+        ids: Gymnasium's ids; None takes those of this package.
 
     Returns:
-        The names of the files that are new or changed, and of pages there that no id has.
+        Names of the files that are new or changed, and of pages in the folder that no id has.
 
     Raises:
         DocstringError: a docstring lacks a section; nothing is written.
     """
-    texts = pages()
+    texts = pages(ids)
     folder.mkdir(parents=True, exist_ok=True)
     there = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.md"))}
     changed = [name for name, text in texts.items() if there.get(name) != text]
@@ -74,19 +98,59 @@ def page(env_id: str) -> str:
         "\n".join(table_lines(_glance(env_id, task))),
         markdown(document(env_id, task, {})),
     ]
-    return "\n\n".join([_NOTE, f"# {name}", *(_linked(part, name) for part in parts)]) + "\n"
+    return "\n\n".join([_NOTE, f"# {name}", *(_linked(part, env_id) for part in parts)]) + "\n"
 
 
-def index() -> str:
-    """The page that lists all environments by family."""
+def index(ids: Iterable[str]) -> str:
+    """The page that lists environments by family."""
     parts = [_NOTE, "# Environments", _INTRODUCTION]
-    for family, ids in families().items():
-        parts += [f"## {family}", "\n".join(table_lines(_family(ids)))]
+    for family, members in families(ids).items():
+        parts += [f"## {family}", "\n".join(table_lines(_family(members)))]
     return "\n\n".join(parts) + "\n"
 
 
+def overview(folder: str = "docs/environments") -> str:
+    """Short tables of the environments of this package by family, for a README.
+
+    Args:
+        folder: Path from the README to the pages.
+    """
+    parts = []
+    for family, members in families(_own_ids()).items():
+        rows = []
+        for env_id in members:
+            task = task_of(env_id)
+            link = f"[`{_name(env_id)}`]({folder}/{file_of(env_id)})"
+            rows.append((link, summary_of(type(task)), short(type(task).actions), observed(task)))
+        table = Table((family, "task", "action", "observation"), rows, "<<<<")
+        parts.append("\n".join(table_lines(table)))
+    return "\n\n".join(parts)
+
+
+def with_overview(text: str) -> str:
+    """A README with the tables between its two marks made anew.
+
+    Raises:
+        ConfigError: there are no such marks.
+    """
+    before, begin, rest = text.partition(_BEGIN)
+    _, end, after = rest.partition(_END)
+    if not begin or not end:
+        raise ConfigError(f"README has no marks for the tables; expected {_BEGIN} and {_END}")
+    return f"{before}{begin}\n\n{overview()}\n\n{end}{after}"
+
+
+def _own_ids() -> list[str]:
+    return [env_id for env_id in ENVIRONMENTS if env_id.startswith(_SPACE)]
+
+
+def _name(env_id: str) -> str:
+    """An id without its namespace and the first version."""
+    return env_id.rpartition("/")[2].removesuffix("-v0")
+
+
 def _family_of(env_id: str) -> str:
-    (family,) = (name for name, ids in families().items() if env_id in ids)
+    family = ENVIRONMENTS[env_id].family
     return f"One of the [{family}]({INDEX}#{family.lower().replace(' ', '-')}) environments."
 
 
@@ -99,10 +163,14 @@ def _glance(env_id: str, task: Task) -> Table:
     return Table(("id", f"`{env_id}`"), rows, "<=")
 
 
-def _linked(text: str, name: str) -> str:
-    """Text in which every other environment is a link to its page, and every paper one to it."""
-    others = {file_of(env_id).removesuffix(".md") for env_id in ENVIRONMENTS} - {name}
-    text = re.sub(f"`({'|'.join(sorted(others))})`", r"[`\1`](\1.md)", text)
+def _linked(text: str, env_id: str) -> str:
+    """Text with links to the pages of environments of the same package, and to papers by DOI."""
+    space = env_id.partition("/")[0] + "/"
+    pages = {_name(other): file_of(other) for other in ENVIRONMENTS if other.startswith(space)}
+    del pages[_name(env_id)]
+    if pages:
+        pattern = f"`({'|'.join(sorted(pages))})`"
+        text = re.sub(pattern, lambda found: f"[{found[0]}]({pages[found[1]]})", text)
     return _DOI.sub(r"[doi:\1](https://doi.org/\1)", text)
 
 
@@ -125,7 +193,7 @@ def _sees(task: Task) -> str:
 
 
 def _space(space: spaces.Space[Any]) -> str:
-    """A space on one line; bounds that differ are those of the table."""
+    """A space on one line; bounds that differ by entry are named as in the table."""
     if isinstance(space, spaces.Dict):
         parts = ", ".join(f"{name}: {_space(part)}" for name, part in space.items())
         return f"Dict({parts})"

@@ -81,7 +81,7 @@ def test_all_takes_the_ids_that_have_the_controller(
         (["run", "--controller", "lqr"], "expected a run or policy, or --controller NAME"),
         (["run", "--all"], "leave them out"),
         (["--controller", "lqr"], "expected --ids ID ... or --all"),
-        (["--controller", "lqr", "--ids", ID], "has no controller 'lqr'; expected one of"),
+        (["--controller", "lqr", "--ids", ID], "controller = 'lqr'; expected one of"),
         (["--controller", "pid", "--all"], "no id has a controller 'pid'"),
     ],
 )

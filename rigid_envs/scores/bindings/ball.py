@@ -1,4 +1,4 @@
-"""Policies for the tasks of a ball; where its mass and inertia are drawn, the middle ones."""
+"""Controllers for the tasks of a ball; of drawn mass and inertia they know the middle."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def straight_rolls(envs: RigidVectorEnv, rows: Rows) -> Array:
 
 
 def rolled(task: BallPark | BallParkGoal) -> Controller:
-    """Three straight rolls, as fast as can be."""
+    """Three straight rolls at the largest speed."""
 
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
         reach = task.roll_per_step * _radii(envs)[rows]
@@ -63,7 +63,7 @@ def rolled(task: BallPark | BallParkGoal) -> Controller:
 
 
 def along_shortest_path(task: BallPark | BallParkGoal) -> Controller:
-    """The shortest path, an elastica, by one straight roll per step."""
+    """The shortest path, an elastica, rolled as a polygon with one side per step."""
 
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
         starts, goals, radii = envs.y[rows, :6], _goals(envs)[rows], _radii(envs)[rows]
@@ -80,7 +80,7 @@ def along_shortest_path(task: BallPark | BallParkGoal) -> Controller:
 
 
 def pushed(task: BallParkDynamic) -> Controller:
-    """Three straight rolls, from rest to rest along each, kept to by feedback."""
+    """Three straight rolls, each from rest to rest, tracked by feedback."""
     law = PushAlong(_dynamic_ball(task), task.force, task.dt)
 
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
@@ -92,7 +92,7 @@ def pushed(task: BallParkDynamic) -> Controller:
 
 
 def damped(task: BallSteer) -> Controller:
-    """Down the slope of the error, whatever lies ahead."""
+    """Gradient descent of the pose error, without looking ahead."""
     law = DampedFollower(_rolling_ball(task), task.roll_per_step / task.dt)
 
     def policy(envs: RigidVectorEnv) -> Array:
@@ -103,7 +103,7 @@ def damped(task: BallSteer) -> Controller:
 
 
 def far_sighted(task: BallSteer) -> Controller:
-    """The linear-quadratic regulator along the elastica that the reference is on."""
+    """Linear-quadratic regulator along the elastica that the reference is on."""
     law = FarSightedFollower(_rolling_ball(task), task.roll_per_step / task.dt, task.dt)
     speed = _speed(task)
 
@@ -122,13 +122,13 @@ def far_sighted(task: BallSteer) -> Controller:
 
 
 def plate_regulator(task: BallPlate) -> Controller:
-    """The table tilted by linear feedback."""
+    """Linear-quadratic regulator of the ball by the tilt of the table."""
     law = PlateRegulator(_dynamic_ball(task), task.tilt_rate, task.dt)
     return lambda envs: law(envs.y, envs.get_state()["memo"][:, :2])
 
 
 def quarter_rolls(task: BallGrid) -> Controller:
-    """A shortest way home."""
+    """Shortest path home, by breadth-first search."""
     law = QuarterRolls(_rolling_ball(task), task.start_cells + _LONGEST)
     return lambda envs: law(envs.y)
 

@@ -1,4 +1,4 @@
-"""Policies for the tasks of a coin, a disk and a roller, with the middle of what is drawn."""
+"""Controllers for the tasks of a coin, a disk and a roller, for the middle of drawn ranges."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = [
 
 
 def two_rolls(task: CoinPark) -> Controller:
-    """Two straight rolls, planned in the first step and carried out without looking."""
+    """Two straight rolls, planned in the first step and carried out open loop."""
     coin = task.system()
     assert isinstance(coin, UprightCoin)
     planner = TwoRolls(coin, task.roll_per_step, task.steer_per_step)
@@ -26,7 +26,7 @@ def two_rolls(task: CoinPark) -> Controller:
 
 
 def circle_regulator(task: DiskRoll) -> Controller:
-    """The lean that the circle asks for, held by linear feedback."""
+    """Linear-quadratic regulator of the lean that the circle needs."""
     disk = task.system()
     assert isinstance(disk, RollingDisk)
     law = CircleRegulator(disk, task.torque, task.dt)
@@ -35,7 +35,7 @@ def circle_regulator(task: DiskRoll) -> Controller:
 
 
 def pump(task: RollPump) -> Controller:
-    """The ratio large on the way down and small on the way up."""
+    """Bang-bang control of the inertia ratio: large on the way down, small on the way up."""
     roller = task.system()
     assert isinstance(roller, Roller)
     law = Pump(roller, task.beta_change, task.dt)

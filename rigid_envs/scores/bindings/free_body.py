@@ -1,4 +1,4 @@
-"""Policies for the tasks of a free body; where moments are drawn, they know the middle ones."""
+"""Controllers for the tasks of a free body; of drawn moments they know the middle."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def body_of(task: Task) -> FreeBody:
 
 
 def spin_regulator(task: IntermediateAxis) -> Controller:
-    """The spin held by linear feedback."""
+    """Linear-quadratic regulator of the spin."""
     law = SpinRegulator(body_of(task), task.spin_rate, task.torque, task.dt)
     return lambda envs: law(envs.y)
 
 
 def energy_casimir(task: IntermediateAxis) -> Controller:
-    """The spin held by energy-Casimir feedback."""
+    """Energy-Casimir feedback of the spin."""
     law = EnergyCasimir(body_of(task), task.spin_rate, task.torque)
     return lambda envs: law(envs.y)
 
@@ -55,13 +55,13 @@ def energy_casimir(task: IntermediateAxis) -> Controller:
 def single_torque(
     task: IntermediateAxisSingle, strength: float = 3.0, damping: float = 5.0 / 3.0
 ) -> Controller:
-    """The spin aligned by one torque; see `SingleTorque` for its two gains."""
+    """Energy-Casimir feedback by one torque; see `SingleTorque` for its two gains."""
     law = SingleTorque(body_of(task), task.spin_rate, task.torque, strength, damping)
     return lambda envs: law(envs.y)
 
 
 def separatrix_steering(task: SpinCapture) -> Controller:
-    """The spin steered onto the way to e2, and caught there."""
+    """Steering onto the separatrix that leads to e2, and a regulator there."""
     first, second, third = (torque > 0.0 for torque in task.torques())
     law = SeparatrixSteering(
         body_of(task), task.spin_rate, task.torque, task.dt, axes=(first, second, third)
@@ -70,20 +70,20 @@ def separatrix_steering(task: SpinCapture) -> Controller:
 
 
 def timed_flip(task: AxisFlip) -> Controller:
-    """The free flip, to arrive with 0.6 of the tolerance at the commanded time."""
+    """Tracking of the free flip that ends within 0.6 of the tolerance at the commanded time."""
     law = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
     time_left = task.memo_names.index("time_left")
     return lambda envs: law(envs.y, envs.get_state()["memo"][:, time_left])
 
 
 def forced_flip(task: AxisFlip) -> Controller:
-    """The flip by brute force, at once."""
+    """The flip by linear feedback, at once."""
     law = ForcedFlip(body_of(task), task.spin_rate, task.torque)
     return lambda envs: law(envs.y)
 
 
 def momentum_regulator(task: Detumble) -> Controller:
-    """The impulses of least cost, by the weights of the reward."""
+    """Optimal impulses for the weights of the reward, from the scalar Riccati equation."""
     law = MomentumRegulator(
         body_of(task),
         task.impulse,
@@ -94,12 +94,12 @@ def momentum_regulator(task: Detumble) -> Controller:
 
 
 def momentum_brake(task: Detumble) -> Controller:
-    """Rest in the least number of steps."""
+    """Time-optimal impulses: rest in the least number of steps."""
     law = MomentumBrake(body_of(task), task.impulse)
     return lambda envs: law(envs.y)
 
 
 def quaternion_pd(task: Reorient) -> Controller:
-    """The short way to the goal."""
+    """Quaternion feedback to the goal attitude."""
     law = QuaternionPD(body_of(task), task.torque)
     return lambda envs: law(envs.y, envs.get_state()["memo"])

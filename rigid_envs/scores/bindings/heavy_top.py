@@ -1,4 +1,4 @@
-"""Policies for the tasks of a heavy top; where parameters are drawn, they know the middle ones."""
+"""Controllers for the tasks of a heavy top; of drawn parameters they know the middle."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ def top_of(task: Task) -> HeavyTop:
 
 
 def upright_balance(task: SleepingTop) -> Controller:
-    """The top kept upright by torque."""
+    """Linear-quadratic regulator of the upright top by torque."""
     law = UprightBalance(top_of(task), task.torque, task.dt)
     return lambda envs: law(envs.y)
 
 
 def pivot_balance(task: PivotTop) -> Controller:
-    """The top kept upright by its pivot."""
+    """Linear-quadratic regulator of the upright top by acceleration of its pivot."""
     law = PivotBalance(top_of(task), task.push, task.dt)
     return lambda envs: law(envs.y)
 
 
 def precession_regulator(task: TopPrecession) -> Controller:
-    """Steady precession at the commanded tilt, on the branch of the task."""
+    """Linear-quadratic regulator of steady precession at the commanded tilt."""
     top = top_of(task)
     highest = task.goal_tilt + max(task.goal_spread, 1e-3)
     fastest = top.critical_spin * (task.start_spin + max(task.start_spread, 1e-3))
@@ -55,6 +55,6 @@ def precession_regulator(task: TopPrecession) -> Controller:
 
 
 def asymmetric_balance(task: TopRandom) -> Controller:
-    """The asymmetric top kept upright by torque."""
+    """Linear-quadratic regulator of the asymmetric upright top by torque."""
     law = AsymmetricBalance(top_of(task), task.torque, task.dt, fastest=1.5 * task.start_spin)
     return lambda envs: law(envs.y)
