@@ -11,11 +11,12 @@ import pytest
 from gymnasium import spaces
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.catalogue import one_of_each
 from rigid_envs.cli import main
-from rigid_envs.cli.catalogue import one_of_each, size_of
-from rigid_envs.cli.describe import describe, example
-from rigid_envs.cli.tables import table
 from rigid_envs.envs.boundary import info_keys
+from rigid_envs.pages.describe import describe, example
+from rigid_envs.pages.listing import size_of
+from rigid_envs.pages.tables import table
 from rigid_envs.tasks import Task
 
 IDS = list(ENVIRONMENTS)
@@ -84,7 +85,7 @@ def test_description_names_every_entry_term_hyperparameter_and_info_key(
         assert re.search(rf"^  {field.name} ", section(text, "Arguments"), re.MULTILINE)
     for key in info_keys(task):
         assert key in section(text, "Info")
-    assert f"{ENVIRONMENTS[env_id][1]} steps" in section(text, "Episode")
+    assert f"{ENVIRONMENTS[env_id].max_episode_steps} steps" in section(text, "Episode")
 
 
 @pytest.mark.parametrize("env_id", IDS)

@@ -14,9 +14,12 @@ import pytest
 from gymnasium import spaces
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.catalogue import task_of
 from rigid_envs.cli import main
-from rigid_envs.cli.pages import INDEX, file_of, pages
 from rigid_envs.envs.boundary import info_keys
+from rigid_envs.pages.sections import docstring_of
+from rigid_envs.pages.writing import INDEX, file_of, pages, with_overview
+from rigid_envs.scores import anchors
 from rigid_envs.tasks import Task
 
 ROOT = Path(__file__).parents[1]
@@ -268,3 +271,63 @@ def test_command_refuses_a_file_for_a_folder(
     file.write_text("")
     assert main(["docs", str(file)]) == 2
     assert "expected a folder" in capsys.readouterr().err
+
+
+def test_tables_of_the_readme_are_those_of_the_registry() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert text == with_overview(text), "write them anew: python -m rigid_envs.pages README.md"
+    with pytest.raises(ValueError, match="no marks for the tables"):
+        with_overview("# Another README")
+
+
+@each_id
+def test_reference_scores_are_the_data(env_id: str) -> None:
+    text, found = sections_of(env_id)["Reference score"], anchors()[env_id]
+    (rows,) = tables_of(text)
+    figures = {row.pop("Policy"): list(row.values()) for row in rows}
+    metrics = ENVIRONMENTS[env_id].metrics
+    for policy, means in found.means.items():
+        told = dict(zip(metrics, map(float, figures[policy]), strict=True))
+        expected = {**means, "success": 100.0 * means["success"]}
+        assert told == pytest.approx(expected, rel=5e-4), policy
+    for metric, cell in zip(metrics, figures["score 1"], strict=True):
+        scale = found.scales.get(metric)
+        percent = 100.0 if metric == "success" else 1.0
+        assert (
+            cell == ""
+            if scale is None
+            else float(cell) == pytest.approx(percent * scale.anchor, rel=5e-4)
+        )
+        assert scale is None or scale.why in text
+
+
+@each_id
+def test_prose_on_reference_controllers_has_no_measured_figures(env_id: str) -> None:
+    prose = " ".join(docstring_of(type(task_of(env_id))).sections["Reference"])
+    assert not re.search(r"\d of \d+ starts|of 500|on average|\d %", prose)
+
+
+def test_random_policy_in_the_readme_is_that_of_the_data() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \| [A-Z]{3} \| (\S+) % \| (\S+) \|", text, re.MULTILINE)
+    told = {f"RigidEnvs/{name}-v0": (success, value) for name, success, value in rows}
+    random = {env_id: data.means["random"] for env_id, data in anchors().items()}
+    expected = {
+        env_id: (f"{100 * means['success']:.1f}", f"{means['return']:.1f}")
+        for env_id, means in random.items()
+    }
+    assert told == expected
+
+
+def test_anchors_of_the_leaderboard_are_those_of_the_data() -> None:
+    text = (ROOT / "docs" / "leaderboard.md").read_text(encoding="utf-8")
+    (rows,) = tables_of(text)
+    assert {f"RigidEnvs/{row['environment']}" for row in rows} == set(IDS)
+    for row in rows:
+        env_id = f"RigidEnvs/{row['environment']}"
+        found, metric = anchors()[env_id], row["metric"]
+        scale = found.scales[metric]
+        assert metric == ENVIRONMENTS[env_id].metrics[0]
+        assert row["score 1 is"] == f"{scale.anchor:.4g}, {scale.kind}: {scale.why}"
+        if row["policy"] in found.means:
+            assert row["value"] == f"{found.means[row['policy']][metric]:.4g}"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rigid_envs.cli.sections import SECTIONS, DocstringError, blocks, story_of
+from rigid_envs.pages.sections import SECTIONS, DocstringError, blocks, docstring_of
 from rigid_envs.tasks import BallPark, Task
 
 
@@ -17,25 +17,25 @@ def docstring(*names: str) -> str:
 
 
 def test_sections_of_a_docstring_are_read_by_name() -> None:
-    story = story_of(told_by(docstring(*SECTIONS)))
+    story = docstring_of(told_by(docstring(*SECTIONS)))
     assert (story.summary, story.description) == ("Do it.", ["It is hard."])
     assert story.sections == {name: [f"About {name}."] for name in SECTIONS}
 
 
 def test_a_subclass_takes_from_its_parent_all_but_the_reference() -> None:
-    story, parent = story_of(told_by(docstring("Reference"), BallPark)), story_of(BallPark)
+    story, parent = docstring_of(told_by(docstring("Reference"), BallPark)), docstring_of(BallPark)
     assert story.sections["Reference"] == ["About Reference."]
     for name in set(SECTIONS) - {"Reference"}:
         assert story.sections[name] == parent.sections[name]
     with pytest.raises(DocstringError, match="Told has no section 'Reference' of its own"):
-        story_of(told_by(docstring("Physics"), BallPark))
+        docstring_of(told_by(docstring("Physics"), BallPark))
 
 
 @pytest.mark.parametrize("name", SECTIONS)
 def test_a_missing_section_is_refused_by_name(name: str) -> None:
     rest = [other for other in SECTIONS if other != name]
     with pytest.raises(DocstringError, match=f"Told has no section '{name}'"):
-        story_of(told_by(docstring(*rest)))
+        docstring_of(told_by(docstring(*rest)))
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_a_missing_section_is_refused_by_name(name: str) -> None:
 )
 def test_another_form_is_refused(text: str, complaint: str) -> None:
     with pytest.raises(DocstringError, match=complaint):
-        story_of(told_by(text))
+        docstring_of(told_by(text))
 
 
 def test_paragraphs_and_items_are_told_apart_and_code_keeps_its_marks() -> None:

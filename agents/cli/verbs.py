@@ -129,7 +129,7 @@ def evaluate(options: argparse.Namespace, rest: list[str]) -> int:
 
 
 def _evaluate_controller(options: argparse.Namespace) -> int:
-    from rigid_envs.scores.players import player_of
+    from rigid_envs.scores.untrained import untrained_policy
 
     from ..evaluation.reports import report_controller, table, write_report
 
@@ -138,7 +138,7 @@ def _evaluate_controller(options: argparse.Namespace) -> int:
     chosen = []
     for env_id in ENVIRONMENTS if options.all else dict.fromkeys(options.ids):
         try:
-            chosen.append((env_id, *player_of(env_id, options.controller)))
+            chosen.append((env_id, *untrained_policy(env_id, options.controller)))
         except ValueError as error:
             if not options.all:
                 raise ConfigError(f"--controller: {error}") from None

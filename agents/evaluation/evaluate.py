@@ -10,18 +10,18 @@ from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
 from rigid_envs.scores import episodes
-from rigid_envs.scores.chance import RandomPolicy
-from rigid_envs.scores.episodes import Actor, Episodes
-from rigid_envs.scores.evaluation import Player, actor, at_random, play_starts
+from rigid_envs.scores.episodes import Episodes, SupportsPredict
+from rigid_envs.scores.evaluation import PolicyFactory, from_predict, play_starts, uniform
+from rigid_envs.scores.random_policy import RandomPolicy
 from rigid_envs.scores.starts import TEST_SEED
 
 from ..environments.factory import make
 from .intervals import wilson_interval
 
 __all__ = [
-    "Actor",
     "Episodes",
     "RandomPolicy",
+    "SupportsPredict",
     "evaluate",
     "evaluate_player",
     "play",
@@ -30,7 +30,7 @@ __all__ = [
 
 
 def evaluate(
-    policy: Actor | None,
+    policy: SupportsPredict | None,
     env_id: str,
     n: int = 500,
     seed: int = TEST_SEED,
@@ -46,12 +46,12 @@ def evaluate(
         env_kwargs: Hyperparameters of the task.
     """
     return evaluate_player(
-        at_random(seed) if policy is None else actor(policy), env_id, n, seed, env_kwargs
+        uniform(seed) if policy is None else from_predict(policy), env_id, n, seed, env_kwargs
     )
 
 
 def evaluate_player(
-    player: Player,
+    policy: PolicyFactory,
     env_id: str,
     n: int = 500,
     seed: int = TEST_SEED,
@@ -60,16 +60,16 @@ def evaluate_player(
     """The same for anything that plays, such as a reference controller.
 
     Args:
-        player: What acts; see `rigid_envs.scores.players`.
+        policy: See `rigid_envs.scores.evaluate`.
         env_id: The environment.
         n: Number of starts.
         seed: Seed that the starts are spawned from.
         env_kwargs: Hyperparameters of the task.
     """
-    return play_starts(player, make(env_id, env_kwargs or {}, n), seed)
+    return play_starts(policy, make(env_id, env_kwargs or {}, n), seed)
 
 
-def play(policy: Actor, venv: VectorEnv[Any, Any, Any], seeds: list[int]) -> Episodes:
+def play(policy: SupportsPredict, venv: VectorEnv[Any, Any, Any], seeds: list[int]) -> Episodes:
     """Play exactly one episode in each row, as `rigid_envs.scores.episodes.play` does.
 
     Args:

@@ -16,7 +16,6 @@ from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import read_bytes, write_atomic
 from rigid_envs.scores.metrics import METRICS
-from rigid_envs.scores.references import REFERENCES
 
 from .measures import FORMAT
 from .plots import INK, MUTED, dress
@@ -139,7 +138,7 @@ def _mark(axes: Axes, score: float, what: str) -> None:
 def _kind(result: Mapping[str, Any]) -> str:
     """Legend entry: reference controllers, whose names differ by environment, share one."""
     name = str(result["algo"])
-    return "reference controller" if name in REFERENCES.get(result["env_id"], {}) else name
+    return "reference controller" if name in ENVIRONMENTS[result["env_id"]].controllers else name
 
 
 def _score(result: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rigid_envs.scores.anchors import anchors
 from rigid_envs.scores.bootstrap import mean_interval
 from rigid_envs.scores.metrics import metrics_of
+from rigid_envs.scores.scales import anchors
 from rigid_envs.scores.starts import VERSION
 from rigid_envs.tasks import Task
 
@@ -43,13 +43,14 @@ def measures(
     document: dict[str, Any] = {"format": FORMAT, "evaluation_version": VERSION}
     if not isinstance(task, Task):
         return document | {"primary": None, "metrics": {}, "scores": {}}
-    scales = {} if env_kwargs else anchors().get(env_id, {})
+    known = None if env_kwargs else anchors().get(env_id)
+    scales = {} if known is None else known.scales
     metrics: dict[str, Any] = {}
     scores: dict[str, Any] = {}
-    for metric in metrics_of(task):
+    for metric in metrics_of(env_id):
         scale = scales.get(metric.name)
-        failed = metric.of(chance, task).mean() if scale is None else scale.failed
-        values = metric.of(episodes, task, float(failed))
+        failed = metric.values(chance, task).mean() if scale is None else scale.failed
+        values = metric.values(episodes, task, float(failed))
         ends = mean_interval(values)
         metrics[metric.name] = {
             "mean": float(values.mean()),

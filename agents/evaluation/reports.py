@@ -11,7 +11,7 @@ from typing import Any
 from rigid_envs.files import canonical_json, write_atomic
 from rigid_envs.kernels.cache import kernel_hash
 from rigid_envs.provenance import commit
-from rigid_envs.scores.evaluation import Player, actor
+from rigid_envs.scores.evaluation import PolicyFactory, from_predict
 
 from ..environments.factory import cost_unit
 from ..policies.mlp import Policy
@@ -37,7 +37,7 @@ def report(path: Path, n: int, seed: int) -> tuple[dict[str, Any], Episodes]:
     policy: Policy = load_policy(path)
     document = policy.document
     figures, episodes = _measured(
-        actor(policy), document["env_id"], document["env_kwargs"], n, seed
+        from_predict(policy), document["env_id"], document["env_kwargs"], n, seed
     )
     figures |= {
         "algo": document["algo"],
@@ -49,13 +49,13 @@ def report(path: Path, n: int, seed: int) -> tuple[dict[str, Any], Episodes]:
 
 
 def report_controller(
-    name: str, player: Player, env_id: str, n: int, seed: int
+    name: str, player: PolicyFactory, env_id: str, n: int, seed: int
 ) -> tuple[dict[str, Any], Episodes]:
     """Evaluate what needs no training, and the random policy, on the same starts.
 
     Args:
         name: Name of the controller.
-        player: The controller; see `rigid_envs.scores.players`.
+        player: The controller; see `rigid_envs.scores.evaluate`.
         env_id: The environment.
         n: Number of starts.
         seed: Seed of the starts.
@@ -68,7 +68,7 @@ def report_controller(
 
 
 def _measured(
-    player: Player, env_id: str, env_kwargs: dict[str, Any], n: int, seed: int
+    player: PolicyFactory, env_id: str, env_kwargs: dict[str, Any], n: int, seed: int
 ) -> tuple[dict[str, Any], Episodes]:
     begin = time.perf_counter()
     episodes = evaluate_player(player, env_id, n, seed, env_kwargs)

@@ -9,7 +9,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from ..environments.factory import make
-from .evaluate import Actor, RandomPolicy
+from .evaluate import RandomPolicy, SupportsPredict
 
 __all__ = ["watch"]
 
@@ -17,7 +17,7 @@ _LEFT_OUT = ("is_success", "action_clipped", "physics_error")  # said in words w
 
 
 def watch(
-    policy: Actor | None,
+    policy: SupportsPredict | None,
     env_id: str,
     env_kwargs: dict[str, Any],
     seed: int,
@@ -57,7 +57,9 @@ def watch(
     return success
 
 
-def _episode(policy: Actor, venv: Any, seed: int) -> Iterator[tuple[Any, float, dict[str, Any]]]:
+def _episode(
+    policy: SupportsPredict, venv: Any, seed: int
+) -> Iterator[tuple[Any, float, dict[str, Any]]]:
     obs, _ = venv.reset(seed=[seed])
     done = False
     while not done:

@@ -14,7 +14,7 @@ from rigid_envs.scores.starts import row_seeds
 
 from ..config.by_algorithm import Config
 from ..environments.factory import make
-from ..evaluation.evaluate import Actor, Episodes, play
+from ..evaluation.evaluate import Episodes, SupportsPredict, play
 
 __all__ = ["VALIDATION_SEED", "Validation"]
 
@@ -58,7 +58,7 @@ class Validation:
         """
         return now // self._every > before // self._every or now >= total
 
-    def run(self, policy: Actor, timesteps: int) -> tuple[Episodes, bool]:
+    def run(self, policy: SupportsPredict, timesteps: int) -> tuple[Episodes, bool]:
         """Evaluate a policy.
 
         Args:

@@ -9,7 +9,7 @@ from rigid_envs.bench.costs import FORMS
 from rigid_envs.bench.interleaved import Throughput
 from rigid_envs.bench.ratios import FREE_BODY
 from rigid_envs.bench.workloads import COLUMNS
-from rigid_envs.cli.tables import paragraphs, table
+from rigid_envs.pages.tables import paragraphs, table
 from rigid_envs.provenance import heading
 
 __all__ = ["as_text"]

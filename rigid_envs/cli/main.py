@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rigid_envs import ENVIRONMENTS, __version__
-from rigid_envs.cli import catalogue
-from rigid_envs.cli.describe import describe
-from rigid_envs.cli.pages import write_pages
+from rigid_envs import ENVIRONMENTS, __version__, catalogue
 from rigid_envs.cli.progress import tell
 from rigid_envs.files import write_atomic
+from rigid_envs.pages.describe import describe
+from rigid_envs.pages.listing import list_all
+from rigid_envs.pages.writing import write_pages
 from rigid_envs.provenance import provenance
 
 __all__ = ["main"]
@@ -143,7 +143,7 @@ def _add_anchors(verbs: Any) -> None:
 
 def _list(_options: argparse.Namespace, rest: list[str]) -> None:
     _refuse(rest)
-    print(catalogue.list_all())
+    print(list_all())
 
 
 def _describe(options: argparse.Namespace, rest: list[str]) -> None:
@@ -181,7 +181,7 @@ def _anchors(options: argparse.Namespace, rest: list[str]) -> None:
     _refuse(rest)
     ids = [catalogue.checked_id(env_id) for env_id in options.ids or ENVIRONMENTS]
     from rigid_envs.cli.scoring import make_anchors
-    from rigid_envs.scores.anchors import ANCHORS
+    from rigid_envs.scores.scales import ANCHORS
     from rigid_envs.scores.starts import N_STARTS
 
     n = N_STARTS if options.starts is None else options.starts

@@ -1,4 +1,4 @@
-"""The anchors of the scores: made anew, and a sample of them compared with the data."""
+"""Computation of the anchors of scores: `rigid-envs anchors` and `rigid-envs verify --scores`."""
 
 import json
 import math
@@ -7,12 +7,13 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from rigid_envs.cli.catalogue import one_of_each
+from rigid_envs.catalogue import one_of_each
 from rigid_envs.cli.progress import tell
-from rigid_envs.cli.tables import table
 from rigid_envs.files import write_atomic
+from rigid_envs.pages.tables import table
 from rigid_envs.provenance import heading, provenance
-from rigid_envs.scores.anchors import Scale, anchors, compute, document
+from rigid_envs.scores.anchor_data import compute_anchors, document
+from rigid_envs.scores.scales import Anchors, ScoreScale, anchors
 
 __all__ = ["make_anchors", "verify_scores"]
 
@@ -22,34 +23,32 @@ roundings differ by machine: an episode in 500 may end some steps earlier or lat
 
 
 def make_anchors(ids: Sequence[str], n: int, file: Path) -> None:
-    """Compute the anchors of some ids and write them; those of other ids stay as they are.
+    """Compute the anchors of some ids, and write them id by id; those of other ids stay.
 
     Args:
-        ids: the ids.
-        n: number of starts.
-        file: where to write.
+        ids: Gymnasium's ids.
+        n: Number of starts.
+        file: JSON file of the anchors.
     """
-    where = provenance()
-    kept = dict(json.loads(file.read_text())["ids"]) if file.exists() else {}
-    made = {}
+    where = {**provenance(), "command": " ".join(["rigid-envs", *sys.argv[1:]])}
+    known = dict(json.loads(file.read_text())["ids"]) if file.exists() else {}
     for env_id in ids:
         tell(env_id)
         begin = time.perf_counter()
-        made[env_id] = compute(env_id, n)
+        found = compute_anchors(env_id, n)
         tell("")
-        print(f"{env_id}   {time.perf_counter() - begin:.1f} s\n{_scales(made[env_id])}\n")
-    command = " ".join(["rigid-envs", *sys.argv[1:]])
-    data = document(made, {**where, "command": command}, n)
-    data["ids"] = {**kept, **data["ids"]}
-    write_atomic(file, json.dumps(data, indent=1, allow_nan=False) + "\n")
+        print(f"{env_id}   {time.perf_counter() - begin:.1f} s\n{_table(found)}\n")
+        data = document({env_id: found}, where, n)
+        known |= data["ids"]
+        write_atomic(file, json.dumps({**data, "ids": known}, indent=1, allow_nan=False) + "\n")
     print(f"written to {file}")
 
 
 def verify_scores(ids: Sequence[str]) -> bool:
-    """Compute the anchors of some ids anew, and say how far they are from the data.
+    """Compute the anchors of some ids again, and print their difference from the data.
 
     Args:
-        ids: the ids; one environment of every system and kind if there are none.
+        ids: Gymnasium's ids; if there are none, one of each kind of environment.
 
     Returns:
         Whether all agree.
@@ -58,13 +57,14 @@ def verify_scores(ids: Sequence[str]) -> bool:
     rows, holds = [], True
     for env_id in ids or one_of_each():
         tell(env_id)
-        now = {scale.metric: scale for scale in compute(env_id)}
-        for name, scale in anchors().get(env_id, {}).items():
+        now = compute_anchors(env_id).scales
+        known = anchors().get(env_id)
+        for name, scale in known.scales.items() if known else ():
             off = _difference(scale, now.get(name))
             holds &= off <= _TOLERANCE
             verdict = "holds" if off <= _TOLERANCE else "FAILS"
             rows.append((env_id, name, f"{scale.anchor:.6g}", scale.kind, f"{off:.1e}", verdict))
-        if env_id not in anchors():
+        if known is None:
             rows.append((env_id, "", "", "", "", "no data"))
             holds = False
     tell("")
@@ -73,13 +73,16 @@ def verify_scores(ids: Sequence[str]) -> bool:
     return holds
 
 
-def _difference(then: Scale, now: Scale | None) -> float:
-    """How far both ends of a scale have moved, in scores of the data."""
+def _difference(then: ScoreScale, now: ScoreScale | None) -> float:
+    """Largest difference of random policy and anchor, as a score on the scale of the data."""
     if now is None or (now.kind, now.why) != (then.kind, then.why):
         return math.inf
     return float(max(abs(then(now.random)), abs(then(now.anchor) - 1.0)))
 
 
-def _scales(scales: Sequence[Scale]) -> str:
-    rows = [(s.metric, f"{s.random:.5g}", f"{s.anchor:.5g}", s.kind, s.why) for s in scales]
+def _table(found: Anchors) -> str:
+    rows = [
+        (s.metric, f"{s.random:.5g}", f"{s.anchor:.5g}", s.kind, s.why)
+        for s in found.scales.values()
+    ]
     return table(("metric", "random", "anchor", "kind", "why"), rows, "<>>")

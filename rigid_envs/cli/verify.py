@@ -9,8 +9,8 @@ from typing import Any
 
 from rigid_envs import laws
 from rigid_envs.cli.progress import tell
-from rigid_envs.cli.tables import paragraphs, table
 from rigid_envs.laws import Outcome, Subject
+from rigid_envs.pages.tables import paragraphs, table
 from rigid_envs.provenance import heading, provenance
 
 __all__ = ["Verdict", "verify"]

@@ -1,4 +1,4 @@
-"""How sure a mean is, by drawing the sample again and again from itself."""
+"""Percentile bootstrap interval of a mean."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ __all__ = ["mean_interval"]
 def mean_interval(
     values: npt.ArrayLike, n_resamples: int = 2000, level: float = 0.95, seed: int = 0
 ) -> tuple[float, float]:
-    """The percentile interval of a mean.
+    """Percentile bootstrap interval of a mean.
+
+    Not `scipy.stats.bootstrap`, which refuses a single value, differs in the last digits and takes
+    0.6 s to import.
 
     Args:
         values: Independent values, shape (n,).
-        n_resamples: How often n of them are drawn with replacement.
-        level: Confidence.
-        seed: Seed of the draws.
+        n_resamples: Number of samples of n values, drawn with replacement.
+        level: Confidence level.
+        seed: Seed of the random draws.
 
     Returns:
         Lower and upper end.

@@ -1,4 +1,4 @@
-"""One episode from each of many fixed starts, all at once."""
+"""Episodes from many fixed starts, one from each, played together."""
 
 from __future__ import annotations
 
@@ -10,42 +10,25 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
-__all__ = ["Act", "Actor", "Episodes", "Error", "Observations", "play"]
+from rigid_envs.registry import ErrorTerm
+
+__all__ = ["ActionFunction", "Episodes", "Observations", "SupportsPredict", "play"]
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 Observations = npt.NDArray[Any] | dict[str, npt.NDArray[Any]]
 
-Act = Callable[[Observations], npt.NDArray[Any]]
-"""Actions of all rows, from their observations."""
+ActionFunction = Callable[[Observations], npt.NDArray[Any]]
+"""A function from the observations of all rows to their actions."""
 
 
-class Actor(Protocol):
-    """What chooses actions from observations: trained policies, and models of SB3."""
+class SupportsPredict(Protocol):
+    """A policy of observations: a trained one, or a model of Stable-Baselines3."""
 
     def predict(
         self, observation: Observations, *, deterministic: bool = True
     ) -> tuple[npt.NDArray[Any], Any]:
         """Actions for a batch of observations."""
-
-
-@dataclass(frozen=True)
-class Error:
-    """An error that a reward term shows: the term is ``1 / (1 + sharpness error)``.
-
-    Attributes:
-        term: Name of the term.
-        sharpness: Its factor.
-        text: What the error is, with its unit.
-    """
-
-    term: str
-    sharpness: float
-    text: str
-
-    def __call__(self, values: npt.NDArray[Any]) -> Array:
-        """Errors from values of the term, shape (...)."""
-        return np.asarray((1.0 / values - 1.0) / self.sharpness)
 
 
 @dataclass(frozen=True)
@@ -80,18 +63,21 @@ class Episodes:
 
 
 def play(
-    act: Act, venv: VectorEnv[Any, Any, Any], seeds: list[int], error: Error | None = None
+    act: ActionFunction,
+    venv: VectorEnv[Any, Any, Any],
+    seeds: list[int],
+    error: ErrorTerm | None = None,
 ) -> Episodes:
     """Play exactly one episode in each row.
 
-    Rows that are done go on with another episode, which is not counted: the starts that are easy
-    to finish weigh no more than the others.
+    Rows that are done go on with another episode, which is not counted: so every start weighs the
+    same.
 
     Args:
-        act: What acts.
+        act: Actions of all rows.
         venv: A vector environment that resets in the same step.
-        seeds: Seed of each row.
-        error: What to take the root mean square of; None for nothing.
+        seeds: One seed per row.
+        error: Reward term whose error is recorded; None for none.
     """
     n = venv.num_envs
     first_seeds: Any = seeds  # native environments take one seed for each row
@@ -112,7 +98,7 @@ def play(
         if error is not None:
             # rows that are not running may hold anything
             term = np.where(running, _last(infos, f"reward/{error.term}", ended), 1.0)
-            squares += error(term) ** 2
+            squares += ((1.0 / term - 1.0) / error.sharpness) ** 2
         running &= ~ended
     rms = None if error is None else np.sqrt(squares / lengths)
     won = failed < lengths
@@ -129,7 +115,7 @@ def _last(infos: Mapping[str, Any], key: str, ended: Bools) -> npt.NDArray[Any]:
 
 
 def _lower_bounds(venv: VectorEnv[Any, Any, Any]) -> Array | None:
-    """What the task itself knows of its starts; that of a goal task depends on the goal as well."""
+    """Least cost from each start; None for a goal task, where it depends on the goal too."""
     env: Any = venv.unwrapped
     task = getattr(env, "task", None)
     hook = None if getattr(task, "n_goal", 0) else getattr(task, "lower_bound", None)

@@ -1,8 +1,8 @@
 """Sampling model predictive control of any environment: its own kernels are the model.
 
-Every decision copies the state of a row K times, rolls K plans out, and takes the first step of
-what came of them. There is no physics and no cost here: the copies are stepped and paid by the very
-functions that step and pay the rows. This is what their speed is for.
+Every decision copies the state of a row K times, rolls out K plans, and takes the first step of
+the plan improved by their costs. The copies are stepped and rewarded by the functions that step
+and reward the rows.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rigid_envs.control.mppi import CrossEntropyChoices, PathIntegral
 from rigid_envs.core import Core
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.kernels.layout import CLOCK, FLAGS
-from rigid_envs.scores.policy import Policy
+from rigid_envs.scores.controllers import Controller
 from rigid_envs.tasks import Task
 
 __all__ = ["Rollouts", "SamplingController", "sampling"]
@@ -28,7 +28,7 @@ _COPIES = 8192  # rows that are rolled out together: they stay in the cache
 
 
 class Rollouts:
-    """Copies of rows, and what plans cost from there.
+    """Copies of rows, for the costs of plans from their states.
 
     A copy goes on as its row would, with the same parameters and the same noise. Its cost is the
     negative sum of its rewards until its episode ends; in a goal task, where the reward says
@@ -40,7 +40,7 @@ class Rollouts:
         """Make room for copies.
 
         Args:
-            task: What the rows do.
+            task: Task of the rows.
             n_rows: Number of rows N.
             n_samples: Copies of each row K.
         """
@@ -73,12 +73,12 @@ class Rollouts:
 
 
 class SamplingController:
-    """A policy for rows of any task, by sampling.
+    """Sampling controller of the rows of any task.
 
     The same draws are added to the plans of all rows: what a row does is what it would do alone.
 
     Attributes:
-        planner: How plans are drawn and improved.
+        planner: Method by which plans are drawn and improved.
     """
 
     def __init__(
@@ -89,8 +89,8 @@ class SamplingController:
         """Plan nothing yet.
 
         Args:
-            planner: How plans are drawn and improved.
-            rng: Source of the draws.
+            planner: Method by which plans are drawn and improved.
+            rng: Generator of the random draws.
         """
         self.planner, self._rng = planner, rng
         self._plan = np.zeros((0, 0, 0))
@@ -133,11 +133,11 @@ def sampling(
     temperature: float = 0.2,
     memory: float = 0.8,
     seed: int = 0,
-) -> Policy:
-    """A policy by sampling, for the settings of any task.
+) -> Controller:
+    """Sampling model predictive control of any task.
 
     Args:
-        task: The task.
+        task: Any task, with its settings.
         n_samples: Plans that are tried in each step.
         horizon: Their number of steps; None for those of 3 s, and 30 at least.
         spread: See `PathIntegral`.

@@ -1,4 +1,4 @@
-"""Plans played: what each row is to do in every step of its episode, decided in the first."""
+"""Open-loop plans, made for each row at the start of its episode."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Plan = Callable[[RigidVectorEnv, Rows], npt.NDArray[np.float64]]
 
 
 class Script:
-    """What is due in each row, by a plan that is made for it when its episode begins.
+    """Entries of open-loop plans: each row's plan is made when its episode begins.
 
     Rows may begin at any time: it also works across automatic resets.
     """
@@ -31,8 +31,8 @@ class Script:
         """A script without entries.
 
         Args:
-            plan: What writes them.
-            period: number of steps after which a row's plan is made anew.
+            plan: Makes the plans of rows.
+            period: Number of steps after which a row's plan is made again.
         """
         self._plan, self._period = plan, period
         self._entries: Array | None = None

@@ -1,4 +1,4 @@
-"""The starts that policies are measured on: the same for all, drawn from a published seed."""
+"""The evaluation set: starts from a published seed, the same for all policies."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _PURPOSES = ("train", "validation", "test", "random policy", "learner")
 def evaluation_seeds(n: int = N_STARTS) -> list[int]:
     """Seeds of the first n starts of the evaluation set; `reset(seed=...)` of a row gives one.
 
-    The same for every id and every policy. More than 500 go on in the same way.
+    The same for every id and every policy. More than 500 continue the same sequence.
 
     Args:
         n: Number of starts.
@@ -40,8 +40,8 @@ def row_seeds(
     common; these have none, and no purpose shares one with another.
 
     Args:
-        seed: Seed of the run, at least 0.
-        n: Number of rows.
+        seed: Root seed, at least 0.
+        n: Number of seeds.
         purpose: What the rows are for.
 
     Returns:

@@ -1,4 +1,4 @@
-"""What no policy can beat, from each start: bounds and optima, in closed form."""
+"""Theoretical limits of metrics: optima and bounds from each start, in closed form."""
 
 from __future__ import annotations
 
@@ -13,20 +13,35 @@ from rigid_envs import rotations
 from rigid_envs.control.attitude import slew_acceleration
 from rigid_envs.control.momentum import MomentumRegulator
 from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.registry import ENVIRONMENTS, load
 from rigid_envs.systems import UprightCoin
 
-__all__ = ["THEORY", "Theory", "least_time", "theory_of"]
+__all__ = [
+    "BALL_PATH",
+    "BALL_STEER_ERROR",
+    "COIN_PATH",
+    "DETUMBLE_RETURN",
+    "DETUMBLE_TIME",
+    "FEWEST_MOVES",
+    "PUSHED_BALL_TIME",
+    "REORIENT_TIME",
+    "ROLL_PUMP_TIME",
+    "SUCCESS",
+    "TheoreticalLimit",
+    "least_time",
+    "limit_of",
+]
 
 Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Theory:
-    """What theory says of a metric.
+class TheoreticalLimit:
+    """Best value of a metric that theory allows.
 
     Attributes:
-        kind: "exact", the best that there is, or a "bound", which may be out of reach.
-        text: Why.
+        kind: "exact", the optimum, or a "bound", which may be out of reach.
+        text: Formula or reason.
         values: Value of every start, shape (N,), of rows that have just begun; None where the
             reference controller is proven to be optimal, and its own values are those.
     """
@@ -59,7 +74,7 @@ def _rows(envs: RigidVectorEnv, name: str) -> Array:
 
 
 def _roll(envs: RigidVectorEnv) -> Array:
-    """Length [m] of any way of a ball from its pose to within tolerance of its goal."""
+    """Least length [m] of a path of a ball from its pose to within tolerance of its goal."""
     task: Any = envs.task
     home = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     goal = envs.auxiliary(*task.aux_names) if task.n_goal else home
@@ -70,14 +85,14 @@ def _roll(envs: RigidVectorEnv) -> Array:
 
 
 def _push(envs: RigidVectorEnv) -> Array:
-    """Time [s] to push a ball along that length, with its inertia."""
+    """Least time [s] to push a ball along the length of `_roll`, with its inertia."""
     task: Any = envs.task
     inertia = _rows(envs, "m") * (1.0 + _rows(envs, "beta"))
     return least_time(_roll(envs), task.force / inertia, task.speed_tolerance)
 
 
 def _coin(envs: RigidVectorEnv) -> Array:
-    """Length [m] of any way of a coin to within tolerance of place and phase."""
+    """Least length [m] of a path of a coin to within tolerance of place and phase."""
     task: Any = envs.task
     distance = np.hypot(envs.y[:, 4], envs.y[:, 5]) - task.position_tolerance
     roll = _rows(envs, "radius") * (np.abs(UprightCoin().phase(envs.y)) - task.phase_tolerance)
@@ -85,7 +100,7 @@ def _coin(envs: RigidVectorEnv) -> Array:
 
 
 def _turn(envs: RigidVectorEnv) -> Array:
-    """Time [s] of any turn from rest to within tolerance of the goal.
+    """Least time [s] of a turn from rest to within tolerance of the goal.
 
     With e = sqrt(2 T / I_min), which is at least the rate, ``|e'| <= a`` (`slew_acceleration`); at
     the end it is sqrt(I_max / I_min) times the tolerated rate at most.
@@ -117,7 +132,7 @@ def _impulses(envs: RigidVectorEnv) -> Array:
 
 
 def _riccati(envs: RigidVectorEnv) -> Array:
-    """Return of the law of least cost; what it leaves after 50 steps is 1e-7 of it."""
+    """Return of the optimal law over an infinite horizon; after 50 steps 1e-7 of it is left."""
     task: Any = envs.task
     law = MomentumRegulator(
         task.system(),
@@ -141,38 +156,26 @@ def _pump(envs: RigidVectorEnv) -> Array:
     return np.asarray(task.lower_bound(envs.y))
 
 
-_SUCCESS = Theory("bound", "no rate is larger than 1", _one)
-_LENGTH = Theory("bound", "max(distance, radius angle), less the tolerances", _roll)
-_SHORTEST = "the fewest moves, by breadth-first search"
-
-THEORY: dict[str, dict[str, Theory]] = {
-    "Detumble": {
-        "return": Theory("exact", "the root of the scalar Riccati equation", _riccati),
-        "time": Theory("exact", "|L| over the largest impulse, rounded up", _impulses),
-    },
-    "Reorient": {
-        "time": Theory(
-            "bound", "2 sqrt(angle / a), a the largest angular acceleration, less tolerances", _turn
-        )
-    },
-    "BallPark": {"path": _LENGTH},
-    "BallParkRandom": {"path": _LENGTH},
-    "BallParkGoal": {"path": _LENGTH},
-    "BallReorient": {"path": _LENGTH},
-    "BallParkDynamic": {
-        "time": Theory("bound", "2 sqrt(length (1 + beta) m / F), less the tolerances", _push)
-    },
-    "BallSteer": {"error": Theory("bound", "no error; feasible from no offset only", _zero)},
-    "BallGrid": {
-        name: Theory("exact", _SHORTEST, None) for name in ("success", "return", "time", "path")
-    },
-    "RollPump": {"time": Theory("bound", "(n - 1/2) half swings, n the least passes", _pump)},
-    "CoinPark": {"path": Theory("bound", "max(distance, radius |phase|), less tolerances", _coin)},
-}
-"""What is known, by task and metric; of success it is for all tasks that no rate is beyond 1."""
+SUCCESS = TheoreticalLimit("bound", "no rate is larger than 1", _one)
+DETUMBLE_RETURN = TheoreticalLimit("exact", "the root of the scalar Riccati equation", _riccati)
+DETUMBLE_TIME = TheoreticalLimit("exact", "|L| over the largest impulse, rounded up", _impulses)
+REORIENT_TIME = TheoreticalLimit(
+    "bound", "2 sqrt(angle / a), a the largest angular acceleration, less tolerances", _turn
+)
+BALL_PATH = TheoreticalLimit("bound", "max(distance, radius angle), less the tolerances", _roll)
+PUSHED_BALL_TIME = TheoreticalLimit(
+    "bound", "2 sqrt(length (1 + beta) m / F), less the tolerances", _push
+)
+BALL_STEER_ERROR = TheoreticalLimit("bound", "no error; feasible from no offset only", _zero)
+FEWEST_MOVES = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", None)
+ROLL_PUMP_TIME = TheoreticalLimit("bound", "(n - 1/2) half swings, n the least passes", _pump)
+COIN_PATH = TheoreticalLimit("bound", "max(distance, radius |phase|), less tolerances", _coin)
 
 
-def theory_of(task_name: str, metric: str) -> Theory | None:
-    """What theory says of a metric of a task; None where it is silent."""
-    known = THEORY.get(task_name, {})
-    return known.get(metric, _SUCCESS if metric == "success" else None)
+def limit_of(env_id: str, metric: str) -> TheoreticalLimit | None:
+    """The theoretical limit of a metric of an id; None where none is known."""
+    name = ENVIRONMENTS[env_id].limits.get(metric)
+    if name is None:
+        return SUCCESS if metric == "success" else None
+    limit: TheoreticalLimit = load(name)
+    return limit

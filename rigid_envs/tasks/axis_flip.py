@@ -117,15 +117,12 @@ class AxisFlip(Task):
         principal axes. Without torque the energy T and the angular momentum L in space are
         conserved.
 
-        Turning the spin by brute force takes the impulse ``2 L = 2 I2 Omega``, 4 N m s. A push of
-        the size delta onto the unstable direction flips the body after ``log(1 / delta) / lambda``
-        and a constant, with ``lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))``, 0.577 per second
-        for the default body. So from exact spin about e2 the impulse falls like ``exp(-lambda T)``
-        with the time T that is given.
+        Turning the spin by brute force takes the impulse ``2 L = 2 I2 Omega``. A push of the size
+        delta onto the unstable direction flips the body after ``log(1 / delta) / lambda`` and a
+        constant, with ``lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))``. So from exact spin
+        about e2 the impulse falls like ``exp(-lambda T)`` with the time T that is given.
 
-        The energy that full torque could give the body before the time limit bounds its rates by
-        18.8 rad/s (15.3 are reached with full torque along each rate), hence four integrator steps
-        per control period.
+        The energy that full torque could give the body before the time limit bounds its rates.
 
     Rewards:
         ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega + Omega e2| / Omega`` from the
@@ -142,15 +139,11 @@ class AxisFlip(Task):
         below `tolerance` at the commanded time and ever since.
 
     Reference:
-        Tracking of the free motion that flips in time, ``tau = -1.5 Omega I (omega - omega_free)``,
-        where omega_free lies on the separatrix (a tanh and a cosh of the time left): 500 of 500
-        starts are successes, with an impulse (the integral of ``|tau|``) of 0.172 N m s on average.
-        Brute force, ``tau = -4 Omega I (omega + Omega e2)``: 500 of 500 with 4.04 N m s. Actions of
-        0 and random actions (12.0 N m s) flip none of 500 in time for good.
+        `timed` tracks the free motion that flips in time, ``tau = -1.5 Omega I (omega -
+        omega_free)``, where omega_free lies on the separatrix (a tanh and a cosh of the time left).
+        `brute_force` turns the spin at once, ``tau = -4 Omega I (omega + Omega e2)``.
 
-        Exact: torque about e2 alone, from exact spin, costs ``2 L = 4`` N m s. The free flip from
-        exact spin costs 0.46, 0.047 and 0.0047 N m s at T = 12, 16 and 20 s; from 16 to 22 s it
-        falls at the rate lambda to 0.2 %.
+        Exact: torque about e2 alone, from exact spin, costs ``2 L = 2 I2 Omega``.
 
     Version History:
         v0: first version.

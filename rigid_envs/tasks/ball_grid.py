@@ -119,17 +119,12 @@ class BallGrid(Task):
         A cell of the square within `start_cells` of home along each axis, and one of the 12
         attitudes that can go home from there, all equally likely; home itself is among them.
 
-        (Starts within 2 cells and 50 moves were tried first: moves at random then come home in 4 %
-        of the episodes, against 2.0 % of 5000 within 4 cells and 30 moves.)
-
     Episode End:
         The episode terminates at home, which is the success (`info["is_success"]`).
 
     Reference:
-        Breadth-first search from home, which is exact: the shortest way takes 5.85 moves on average
-        over all starts within 4 cells and 9 at most; from home itself it is 2, out and back. All of
-        500 starts come home so, in 5.81 moves and 9.13 m on average. Rolling to +x all along comes
-        home from 5 of 500 starts, random choices from 5.
+        `breadth_first` is breadth-first search from home, which is exact: from home itself the
+        shortest way is 2 moves, out and back.
 
         Exact: 12 of the 24 attitudes can be reached in each cell, the same in all cells of one
         colour of a chessboard, and the other 12 in those of the other.

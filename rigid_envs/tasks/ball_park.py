@@ -153,13 +153,12 @@ class BallPark(Task):
         (`info["is_success"]`).
 
     Reference:
-        The shortest path, an elastica found by shooting: all of 500 starts are parked, in 16.1
-        steps and 6.06 m on average. Three straight rolls (two are not enough for every pose) park
-        all of them too, in 21.2 steps and 7.71 m. Actions of 0 and random actions park none.
+        `shortest_path` is the shortest path, an elastica found by shooting, rolled as a polygon
+        with one side per step. `three_rolls` takes three straight rolls; two are not enough for
+        every pose.
 
-        Bound: no path is shorter than ``max(distance, radius angle)``, on average 2.33 m from these
-        starts, less the tolerance. Paths that end just within tolerance may be shorter than those
-        that lead to the very goal.
+        Bound: no path is shorter than ``max(distance, radius angle)``, less the tolerance. Paths
+        that end just within tolerance may be shorter than those that lead to the very goal.
 
     Version History:
         v0: first version.
@@ -241,12 +240,9 @@ class BallParkRandom(BallPark):
     `observe_params` the radius is observed.
 
     Reference:
-        The shortest path, as in `BallPark`, planned with the radius that was drawn: all of 500
-        starts are parked, in 16.2 steps and 7.67 m on average; three straight rolls take 21.4 steps
-        and 9.90 m. Actions of 0 and random actions park none.
+        The controllers of `BallPark`, planned with the radius that was drawn.
 
-        Bound: no path is shorter than ``max(distance, radius angle)``, on average 2.92 m from these
-        starts, less the tolerance.
+        Bound: no path is shorter than ``max(distance, radius angle)``, less the tolerance.
     """
 
     radius: Range = physical((0.5, 2.0), "radius of the ball", "m")

@@ -142,9 +142,6 @@ class BallParkDynamic(Task):
         The attitude follows by rolling, ``v = omega x radius e_z``: growth vector (2, 3, 5) of the
         velocities, each by an integrator away from the force.
 
-        The force is 4 N, held for 0.2 s. With 2 N for 0.1 s, which were tried first, the way home
-        takes 83 steps instead of 31, and PPO parked no ball in 1.5 million steps.
-
     Rewards:
         The cost of `BallPark`, by the orders of the Lie brackets. With p the offset in radii, theta
         = log R the rotation vector in world axes and ``m = (theta_x + p_y, theta_y - p_x)`` the
@@ -152,9 +149,6 @@ class BallParkDynamic(Task):
         ``-sqrt(|theta_z|)``, ``mismatch`` = ``-cbrt(|m|)``, and ``angle`` = ``-|theta|`` without
         weight. ``parked`` = 1 in the step that parks the ball, and ``off`` = -1 in the step that
         leaves the plate: that costs more than to stay where one is for the whole episode.
-
-        Speed costs nothing. A cost of the pose in which the ball would come to rest, if it were
-        braked at full force from now on, was tried and learnt no faster.
 
     Starting State:
         At rest: position uniform in the square ``|X|, |Y| <= start_half_width``, attitude uniform
@@ -167,15 +161,13 @@ class BallParkDynamic(Task):
         the plate, a disk that ends `margin` beyond the corners of the square of starts.
 
     Reference:
-        Three straight rolls, each at full force first forward and then backward in whole control
-        periods, and tracked by ``F = m (1 + beta) (a + k^2 (position - X) + 2 k (velocity - V))``
-        with k = 2 / s: all of 500 starts are parked, in 6.2 s (31 steps), 7.6 s at most, with 20.1
-        N s on average. Actions of 0 and random actions park none of 500, and return -6.1 and -23.8;
-        98 % of the balls that are pushed at random roll off.
+        `three_rolls` takes three straight rolls, each at full force first forward and then backward
+        in whole control periods, tracked by ``F = m (1 + beta) (a + k^2 (position - X) + 2 k
+        (velocity - V))`` with k = 2 / s.
 
-        Bound: whoever goes from rest to rest over the length L takes ``2 sqrt(L (1 + beta) m / F)``
-        or more, and no path is shorter than ``L = max(distance, radius angle)``: on average 1.8 s
-        from these starts, less the tolerances. A ball need not stop at corners.
+        Bound: a motion from rest to rest over the length L takes ``2 sqrt(L (1 + beta) m / F)`` or
+        more, and no path is shorter than ``L = max(distance, radius angle)``, less the tolerances.
+        A ball need not stop at corners.
 
     Version History:
         v0: first version.

@@ -193,13 +193,11 @@ class BallParkGoal(Task):
         told of every step; that of an episode is that of its last step.
 
     Reference:
-        The shortest path from pose to goal, as in `BallPark`, and then rest: all of 500 starts are
-        successes, in 6.22 m and with a return of -15.4 on average; three straight rolls take 7.71 m
-        and return -20.1. Actions of 0 and random actions reach the goal from none of 500, and
-        return -100.
+        `shortest_path` rolls from pose to goal as in `BallPark` and then rests; `three_rolls` takes
+        three straight rolls.
 
-        Bound: no path is shorter than ``max(distance, radius angle)`` from pose to goal, on average
-        2.60 m from these starts, less the tolerance.
+        Bound: no path is shorter than ``max(distance, radius angle)`` from pose to goal, less the
+        tolerance.
 
     Version History:
         v0: first version.

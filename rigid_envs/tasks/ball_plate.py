@@ -152,10 +152,10 @@ class BallPlate(Task):
         down in time to stop at `tilt_limit`.
 
         Tilting carries the centre of the ball the wrong way by radius times angle: a zero of the
-        transfer function in the right half-plane, at ``sqrt(g / ((1 + beta) radius))`` = 2.65
-        rad/s. On a turntable (`turntable_rate` Omega) a free ball does not roll straight on but
-        round a circle, at ``beta / (1 + beta) Omega``: 2/7 of the rate of the table for a solid
-        sphere, 2/5 for a hollow one, whatever its size and speed.
+        transfer function in the right half-plane, at ``sqrt(g / ((1 + beta) radius))``. On a
+        turntable (`turntable_rate` Omega) a free ball does not roll straight on but round a circle,
+        at ``beta / (1 + beta) Omega``: 2/7 of the rate of the table for a solid sphere, 2/5 for a
+        hollow one, whatever its size and speed.
 
     Rewards:
         ``near`` = ``1 / (1 + 5 distance)`` with the distance to the point [m], and ``effort`` =
@@ -172,13 +172,11 @@ class BallPlate(Task):
         beyond the disk of starts and points.
 
     Reference:
-        The linear-quadratic regulator ``rates = -K (offset, velocity, tilt, tilt rates)`` of the
-        level table, for an offset that counts up to 1 m: all of 500 starts are successes, with 0.38
-        rad tilted on average and a return of 172 of 200. Actions of 0 and random actions hold none
-        of 500 balls; 82 % and all of them roll off the table.
+        `lqr` is the linear-quadratic regulator ``rates = -K (offset, velocity, tilt, tilt rates)``
+        of the level table, for an offset that counts up to 1 m.
 
-        Exact: a free ball on a turntable goes round at 2/7 of its rate, 0.2857 Omega for beta =
-        2/5. A ball at rest on its point stays there on a level table, without effort.
+        Exact: a free ball on a turntable goes round at ``beta / (1 + beta)`` of its rate. A ball at
+        rest on its point stays there on a level table, without effort.
 
     Version History:
         v0: first version.

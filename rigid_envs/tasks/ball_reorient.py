@@ -37,12 +37,10 @@ class BallReorient(BallPark):
         SO(3).
 
     Reference:
-        The shortest path, as in `BallPark`: all of 500 starts are parked, in 16.1 steps and 6.09 m
-        on average; three straight rolls take 22.5 steps and 8.27 m. Actions of 0 and random actions
-        park none of 500.
+        The controllers of `BallPark`.
 
-        Bound: no path is shorter than ``radius angle``, on average 2.23 m from these starts
-        (``pi / 2 + 2 / pi`` = 2.21 over all attitudes), less the tolerance.
+        Bound: no path is shorter than ``radius angle``, less the tolerance. Over all attitudes the
+        mean angle is ``pi / 2 + 2 / pi``.
 
     Source:
         Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79; Jurdjevic 1993, "The

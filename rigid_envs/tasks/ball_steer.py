@@ -238,13 +238,9 @@ class BallSteer(Task):
         error since the start is at most `bound`.
 
     Reference:
-        The linear-quadratic regulator along the elastica that the reference is on: all of 500
-        starts are successes, with a root mean square of the pose error of 0.19, in 59.2 m on
-        average. It looks ahead; the action of the reference and a step down the slope of the error,
-        ``w = -0.6 (p_x + 1.2 theta_y, p_y - 1.2 theta_x)`` in radii per second, does not: 497, with
-        0.26, in 58.9 m. Copying the action of the reference alone keeps the error at its first
-        value, 1.03 on average; actions of 0 and random actions let it grow to 7.1 and 7.9. None of
-        these succeeds from any of 500.
+        `lqr` is the linear-quadratic regulator along the elastica that the reference is on: it
+        looks ahead. `damping` does not: it takes the action of the reference and a step down the
+        slope of the error, ``w = -0.6 (p_x + 1.2 theta_y, p_y - 1.2 theta_x)`` in radii per second.
 
         Exact: the error 0 for ever is feasible from no offset, as the reference is rolled by
         actions that are rounded as any other and can be copied to the bit.

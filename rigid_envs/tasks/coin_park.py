@@ -148,12 +148,11 @@ class CoinPark(Task):
         `phase_tolerance`. That step is the success (`info["is_success"]`).
 
     Reference:
-        Two straight rolls by a and b with turns between them, ``a u_1 + b u_2 = D`` and ``a + b =
-        2 pi k - psi`` with D the offset in radii and u the headings: all of 500 starts are parked,
-        in 15.8 steps and 2.12 m on average. Actions of 0 and random actions park none of 500.
+        `two_rolls` takes two straight rolls by a and b with turns between them, ``a u_1 + b u_2 =
+        D`` and ``a + b = 2 pi k - psi`` with D the offset in radii and u the headings.
 
-        Bound: no path is shorter than ``max(distance, radius |psi|)``, on average 2.00 m from these
-        starts, less the tolerance. Turning while rolling would save steps.
+        Bound: no path is shorter than ``max(distance, radius |psi|)``, less the tolerance. Turning
+        while rolling would save steps.
 
     Version History:
         v0: first version.

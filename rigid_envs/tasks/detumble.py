@@ -109,8 +109,7 @@ class Detumble(Task):
         are vectors in body axes, which are the principal axes, and ``omega = I^-1 L``. The drift
         keeps the size of L, and L in space, to rounding.
 
-        Impulses could spin the body up to 28 rad/s before the time limit, hence six integrator
-        steps per control period.
+        The momentum that largest impulses could add up to before the time limit bounds the rates.
 
     Rewards:
         ``momentum`` = ``-(|L| / start_momentum)^2`` after the step (not below -100) and ``impulse``
@@ -127,16 +126,12 @@ class Detumble(Task):
     Reference:
         Exact: with a and b the weights over the squares of start_momentum and impulse, the cost to
         go is ``P |L|^2`` with the root ``P = (-a + sqrt(a^2 + 4 a b)) / 2`` of the scalar Riccati
-        equation ``P = b (a + P) / (a + b + P)``, under the law ``j = -L (a + P) / (a + b + P)``: in
-        n steps it pays ``P (|L_0|^2 - |L_n|^2)``. With equal weights it stays within the ball of
-        impulses for all starts. By default ``P = 0.6134`` per (N m s)^2 and ``j = -0.1534 L``.
+        equation ``P = b (a + P) / (a + b + P)``, under the law ``j = -L (a + P) / (a + b + P)``,
+        which is `riccati`: in n steps it pays ``P (|L_0|^2 - |L_n|^2)``. With equal weights it
+        stays within the ball of impulses for all starts.
 
-        The law reaches all of 500 starts, with the return -3.232, which is what P says, and an
-        impulse (the sum of ``|j|``) of 2.21 N m s on average. Actions of 0 have the return -30.8,
-        random actions -98.1 (21.7 N m s); they stop none of 500.
-
-        In the least time, L takes ``|L| / impulse`` steps, rounded up: 5.0 on average and 6 at
-        most. The largest impulse against L does it from all of 500 starts, with the return -5.14.
+        In the least time, L takes ``|L| / impulse`` steps, rounded up. `brake` does it, by the
+        largest impulse against L.
 
     Version History:
         v0: first version.

@@ -138,10 +138,9 @@ class DiskRoll(Task):
         theta = pi / 2 + lean, ``d(wn sin(theta)) = (I3 / I1) w3 sin(theta) dtheta`` and ``dw3 = m
         r^2 / (I3 + m r^2) wn dtheta``, whatever the torque. Without it the energy is conserved.
 
-        Upright rolling is stable where ``I3 (I3 + m r^2) w3^2 > I1 m g r``: a disk above
-        ``w3^2 = g / (3 r)``, a hoop above ``g / (4 r)``. Below, a small lean grows: left alone,
-        every disk of 500 came to lean by more than 20 degrees, more than half of them by more than
-        50.
+        Upright rolling is stable where ``I3 (I3 + m r^2) w3^2 > I1 m g r``: a disk above ``w3^2 = g
+        / (3 r)``, a hoop above ``g / (4 r)``. Below, a small lean grows, and left alone the disk
+        falls or reels.
 
     Rewards:
         ``circle`` = ``1 / (1 + 10 e)`` with e the relative error of the curvature of the way of the
@@ -160,12 +159,8 @@ class DiskRoll(Task):
         than 60 degrees.
 
     Reference:
-        The linear-quadratic regulator of the lean, about that with which the disk rolls on the
-        commanded circle, and the torque that holds it there: all of 500 starts are successes, with
-        12.1 N m s and a return of 392 of 400 on average. Actions of 0 and random actions succeed
-        from none of 500; 22 % and 41 % of the disks fall, the others reel.
-
-        Exact: the threshold, 1.81 rad/s for the disk of this task.
+        `lqr` is the linear-quadratic regulator of the lean, about that with which the disk rolls on
+        the commanded circle, and the torque that holds it there.
 
     Version History:
         v0: first version.
@@ -241,12 +236,8 @@ class DiskRollRandom(DiskRoll):
     holds a lean differs by a factor of 1.5. Curvatures are observed as they are, so a wheel can be
     held on its circle whatever it is made of; `observe_params` shows what that is.
 
-    There are four substeps in a control period, for the fastest wheel there could be.
-
     Reference:
-        The regulator of `DiskRoll` for the middle of the ranges, which does not know the wheel: 500
-        of 500 starts are successes, with 12.8 N m s and a return of 384 of 400 on average. Actions
-        of 0 and random actions succeed from none of 500; 26 % and 47 % of the wheels fall.
+        The regulator of `DiskRoll` for the middle of the ranges, which does not know the wheel.
 
         Exact: the threshold ``I3 (I3 + m r^2) w3^2 = I1 m g r`` of each wheel.
     """

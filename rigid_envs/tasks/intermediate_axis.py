@@ -85,8 +85,7 @@ class IntermediateAxis(Task):
     """Hold spin about the unstable intermediate axis e2 at the rate Omega.
 
     Free spin about the axis of the middle moment is unstable: perturbations grow, and the body
-    flips over (Dzhanibekov). Left alone, every one of 500 starts flips within 30 s, half of them
-    within 5.5 s. Three body torques keep it from doing so.
+    flips over (Dzhanibekov). Three body torques keep it from doing so.
 
     The torque is weak: it can hold the unstable mode only near the axis. The start stays inside,
     though not by much.
@@ -96,19 +95,11 @@ class IntermediateAxis(Task):
         principal axes. Without torque the energy T and the angular momentum L in space are
         conserved.
 
-        With ``r = sqrt(I3 (I3 - I2) / (I1 (I2 - I1)))`` the unstable mode is
-        ``d = omega1 - r omega3``. While omega2 is Omega,
-        ``d' = lambda d + tau1 / I1 - r tau3 / I3``, with the growth rate
-        ``lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))``, 0.577 per second for the default
-        body. So bounded torque can hold it only while ``|d| < torque (1 / I1 + r / I3) / lambda``:
-        for the default body ``|omega1 - sqrt(3) omega3| < 0.546`` rad/s. At the start it is 0.5 at
-        most.
-
-        The stability envelope (rate times step at most 0.5 rad) is checked for the rates at the
-        start, up to 1.25 rad/s. In 30 s, constant full torque reaches 7.0 rad/s and full torque
-        along each rate 8.0 rad/s, and there the integrator is less accurate: without torque, one
-        step changes the energy by up to 1.1e-4 of it at 8 rad/s and 1.1e-8 of it at 1.25 rad/s (500
-        directions, 300 steps). These changes do not add up, and L in space is kept to rounding.
+        With ``r = sqrt(I3 (I3 - I2) / (I1 (I2 - I1)))`` the unstable mode is ``d = omega1 - r
+        omega3``. While omega2 is Omega, ``d' = lambda d + tau1 / I1 - r tau3 / I3``, with the
+        growth rate ``lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))``. So bounded torque can
+        hold it only while ``|d| < torque (1 / I1 + r / I3) / lambda``: 0.546 rad/s for the default
+        body. At the start |d| is 0.5 rad/s at most.
 
     Rewards:
         ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega - Omega e2| / Omega``: steepest at
@@ -124,14 +115,12 @@ class IntermediateAxis(Task):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        LQR of the exact linearisation, ``tau = -K (omega - Omega e2)`` with equal prices on omega
-        and tau: 500 of 500 starts are successes, with a torque impulse (the integral of ``|tau|``)
-        of 0.44 N m s on average. Energy-Casimir feedback, ``tau = -(k1 omega1, k2 (omega2 - Omega),
-        k3 omega3 - eps omega1 omega2)`` with ``eps = 3 (I2 - I1)`` and ``kj = 5/3 Ij Omega``: 500
-        of 500, with 0.54 N m s. Actions of 0 and random actions (5.76 N m s) hold none of 500.
+        `lqr` is the linear-quadratic regulator of the exact linearisation, ``tau = -K (omega -
+        Omega e2)``, with the default weights of `rigid_envs.control.spin.SpinRegulator`.
+        `energy_casimir` is energy-Casimir feedback, ``tau = -(k1 omega1, k2 (omega2 - Omega), k3
+        omega3 - eps omega1 omega2)`` with ``eps = 3 (I2 - I1)`` and ``kj = 5/3 Ij Omega``.
 
-        Threshold: 0.546 rad/s of the unstable mode, which grows at 0.577 per second. Spin exactly
-        at e2 needs no torque: what is paid is for the perturbation at the start.
+        Spin exactly at e2 needs no torque: what is paid is for the perturbation at the start.
 
     Version History:
         v0: first version.
@@ -208,20 +197,9 @@ class IntermediateAxisRandom(IntermediateAxis):
         (``I1, I2, I3 = 1.15, 1.9, 2.5``) unless another is narrowed: the largest I3, 2.7, is the
         sum of the least I1 and I2.
 
-        The stability envelope (rate times step at most 0.5 rad) is checked for the rates at the
-        start, up to 1.25 rad/s. In 30 s, constant full torque reaches 7.0 rad/s and full torque
-        along each rate 8.1 rad/s, and there the integrator is less accurate: without torque, one
-        step changes the energy by up to 4.8e-5 of it at 8 rad/s and 4.6e-9 of it at 1.25 rad/s (500
-        bodies and directions, 300 steps). These changes do not add up.
-
     Reference:
-        The laws of `IntermediateAxis` for the middle of the ranges, without the drawn moments: LQR
-        holds 500 of 500 starts with a torque impulse of 0.37 N m s on average, energy-Casimir
-        feedback 500 of 500 with 0.41 N m s. Actions of 0 and random actions (5.76 N m s) hold none
-        of 500.
-
-        Threshold: as for `IntermediateAxis`, of each body its own. Of 2000 drawn bodies every start
-        is within it (with the growth at the rate omega2 that the start has).
+        The controllers of `IntermediateAxis` for the middle of the ranges, without the drawn
+        moments.
 
     Source:
         Landau & Lifshitz, *Mechanics*, section 37.

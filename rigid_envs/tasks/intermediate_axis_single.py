@@ -107,9 +107,7 @@ class IntermediateAxisSingle(Task):
         only near the axis: to first order, for the default body, while
         ``|omega1 - sqrt(3) omega3| < 0.45`` rad/s. At the start it is 0.4 at most.
 
-        The energy that full torque could give the body before the time limit bounds its rates by
-        9.9 rad/s (5.0 are reached with full torque along omega3), hence two integrator steps per
-        control period.
+        The energy that full torque could give the body before the time limit bounds its rates.
 
     Rewards:
         ``axis`` = ``1 / (1 + 10 angle)`` with the angle from e2 to omega: steepest at no angle, and
@@ -125,14 +123,10 @@ class IntermediateAxisSingle(Task):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        Energy-Casimir feedback, ``tau3 = eps omega1 omega2 - k omega3`` with ``eps = 3 (I2 - I1)``
-        and ``k = 5/3 I3 Omega``: 500 of 500 starts are successes, with a torque impulse (the
-        integral of ``|tau3|``) of 0.41 N m s on average. Actions of 0 and random actions (6.74 N m
-        s) align none of 500.
+        `energy_casimir` is energy-Casimir feedback, ``tau3 = eps omega1 omega2 - k omega3`` with
+        ``eps = 3 (I2 - I1)`` and ``k = 5/3 I3 Omega``.
 
-        Threshold: ``eps = I2 - I1``. From perturbations up to 0.05 rad/s, in 120 s and with
-        ``k = I3 Omega / 3``, ``eps = 1.05 (I2 - I1)`` aligns 500 of 500 starts and
-        ``0.95 (I2 - I1)`` 4 of 500.
+        Threshold: ``eps = I2 - I1``.
 
     Version History:
         v0: first version.

@@ -149,14 +149,14 @@ class PivotTop(Task):
         steepest at the goal. ``effort`` = ``-|a|^2 / push^2``. Near the goal rewards are positive,
         and who falls or leaves the arena forgoes those still to come.
 
-        The centre pays an upright top only. PPO stayed in the centre under a fallen one for as long
-        as the centre paid by itself and an episode went on after a fall (0 % in six trainings).
+        The centre pays an upright top only: otherwise it would pay to stay in the centre under a
+        fallen one.
 
     Starting State:
         The tilt is uniform from a third of `start_tilt` to all of it, so that no top stays up by
         itself until the end; the spin is uniform from 0.3 of `start_spin` to all of it, as a part
-        of the critical one (0.285 to 0.95). The direction of the tilt and the phase of the body are
-        uniform. The pivot rests in the centre.
+        of the critical one. The direction of the tilt and the phase of the body are uniform. The
+        pivot rests in the centre.
 
     Episode End:
         The episode terminates when the pivot is further than `arena` from the centre, or theta is
@@ -165,14 +165,11 @@ class PivotTop(Task):
         throughout the last `hold` seconds.
 
     Reference:
-        LQR of the upright top and its pivot, linear in e, e', X and X' with a gain for every spin:
-        500 of 500 starts are successes, with 4.33 m/s of acceleration times time on average. The
-        pivot runs up to 3.88 m from the centre, and no tilt exceeds 0.22 rad. Actions of 0 and
-        random actions (6.43 m/s) succeed from none of 500: the top falls, or, from a few starts
-        under random ones, the pivot leaves the arena.
+        `lqr` is the linear-quadratic regulator of the upright top and its pivot, linear in e, e', X
+        and X' with a gain for every spin.
 
         Threshold: the critical spin, as for `SleepingTop`. A start is caught, to first order and
-        but for the arena, if ``g theta sqrt(1 - s^2) < push``: here at most 1.4 of 3 m/s^2.
+        but for the arena, if ``g theta sqrt(1 - s^2) < push``.
 
     Version History:
         v0: first version.

@@ -136,16 +136,13 @@ class RollPump(Task):
         step is the success (`info["is_success"]`).
 
     Reference:
-        The bang-bang law, the ratio large on the way down and small on the way up: from all of 500
-        starts the rim is passed, after 25.7 s on average, 32.5 s at most. In 98.4 % of the episodes
-        it takes the least number of passes, else one more, as actions are held for a control
-        period. Actions of 0 (the ratio in the middle), random actions and the ratio that is best
-        for the energy at once leave the valley from none of 500 starts.
+        `bang_bang` makes the ratio large on the way down and small on the way up. Actions are held
+        for a control period, which costs a pass here and there.
 
-        Exact: 10/7 in height per pass. From rest at the height h to the rim it takes
-        ``log(h_rim / h) / log(10/7)`` passes, rounded up: 7 to 11 from the starts here, 8.56 on
-        average. No way to the rim takes less time than ``(n - 1/2) pi sqrt((1 + beta_lo) / (g
-        curvature))`` with n this number, on average 21.4 s.
+        Exact: the factor ``(1 + beta_hi) / (1 + beta_lo)`` = 10/7 in height per pass. From rest at
+        the height h to the rim it takes ``log(h_rim / h) / log(10/7)`` passes, rounded up. No way
+        to the rim takes less time than ``(n - 1/2) pi sqrt((1 + beta_lo) / (g curvature))`` with n
+        this number.
 
     Version History:
         v0: first version.

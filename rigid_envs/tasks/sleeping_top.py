@@ -136,13 +136,6 @@ class SleepingTop(Task):
         the critical spin ``2 sqrt(I1 m g ell) / I3``, here 4 rad/s. At a part s of it the tilt
         grows at the rate ``sqrt((1 - s^2) m g ell / I1)``: 0.95 per second at 0.3, 0.31 at 0.95.
 
-        The stability envelope (rate times step at most 0.5 rad) is checked for the spin at the
-        start and the rate of a free fall, together 5.8 rad/s. In 15 s the energy of full torque
-        bounds the rates by 13.7 rad/s (11.2 are reached with full torque along the horizontal
-        rate), and there the integrator is less accurate: without torque, one step changes the
-        energy (from that of the hanging top at rest) by up to 7.6e-7 of it at 14 rad/s, against
-        4.5e-9 of it from the starts of the task (500 tops, 300 steps). These changes do not add up.
-
     Rewards:
         ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta: steepest at the vertical, and not
         flat anywhere. ``effort`` = ``-|tau|^2 / torque^2``, small beside it: the upright top needs
@@ -158,14 +151,11 @@ class SleepingTop(Task):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        LQR of the upright top, linear in e and e' with a gain for every spin: 500 of 500 starts are
-        successes, with a torque impulse (the integral of ``|tau|``) of 0.238 N m s on average.
-        Actions of 0 and random actions (3.32 N m s) keep up none of 500.
+        `lqr` is the linear-quadratic regulator of the upright top, linear in e and e' with a gain
+        for every spin.
 
-        Threshold: the critical spin. Left alone at tilts up to 0.001 rad, tops at 1.03 of it stay
-        below 5 times their tilt for 15 s, and at 0.97 of it all exceed 10 times it (20 starts
-        each). A start is caught, to first order, if ``m g ell theta sqrt(1 - s^2) < torque``: here
-        at most 0.19 of 0.3 N m.
+        Threshold: the critical spin. A start is caught, to first order, if ``m g ell theta sqrt(1 -
+        s^2) < torque``.
 
     Version History:
         v0: first version.
@@ -253,15 +243,12 @@ class SleepingTopRandom(SleepingTop):
         wider ranges would hold tops that cannot be caught.
 
         A light top may be spun up faster: the energy that gravity and full torque could give it
-        before the time limit bounds its rates by 18.2 rad/s (13.2 are reached), hence two
-        integrator steps per control period.
+        before the time limit bounds its rates.
 
     Reference:
-        The LQR of `SleepingTop` for the middle of the ranges, without the drawn values: 500 of 500
-        starts are successes, with a torque impulse (the integral of ``|tau|``) of 0.240 N m s on
-        average. Actions of 0 and random actions (3.32 N m s) keep up none of 500.
+        The regulator of `SleepingTop` for the middle of the ranges, without the drawn values.
 
-        Threshold: the critical spin ``2 sqrt(I1 m g ell) / I3`` of each top, 2.7 to 5.9 rad/s.
+        Threshold: the critical spin ``2 sqrt(I1 m g ell) / I3`` of each top.
     """
 
     n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))

@@ -127,9 +127,7 @@ class SpinCapture(Task):
         ``2 T I2 - L^2``, and tau3 keeps ``I1 (I3 - I1) omega1^2 + I2 (I3 - I2) omega2^2``. Entries
         of the action about an axis without actuator do nothing.
 
-        The energy that full torque could give the body before the time limit bounds its rates by
-        10.7 rad/s (8.5 are reached with full torque along each rate), hence three integrator steps
-        per control period.
+        The energy that full torque could give the body before the time limit bounds its rates.
 
     Rewards:
         ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega - Omega e2| / Omega``, the aim
@@ -147,21 +145,15 @@ class SpinCapture(Task):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        Steering onto the separatrix: torque down the slope of ``(p^2 + E^2) / 2``, where
+        `separatrix` steers onto the separatrix: torque down the slope of ``(p^2 + E^2) / 2``, where
         ``E = (omega2^2 + b (d^2 + s^2)) / Omega^2 - 1`` is the excess of the rate at which the
-        motion would arrive and ``p = d s / Omega^2`` with
-        ``d, s = omega1 -+ sqrt(I3 (I3 - I2) / (I1 (I2 - I1))) omega3`` vanishes on the separatrix;
-        near e2, LQR. All of 500 starts are successes, with a torque impulse (the integral of
-        ``|tau|``) of 1.32 N m s on average. Actions of 0 and random actions (5.77 N m s) capture
-        none of 500.
+        motion would arrive and ``p = d s / Omega^2`` with ``d, s = omega1 -+ sqrt(I3 (I3 - I2) /
+        (I1 (I2 - I1))) omega3`` vanishes on the separatrix; near e2, the linear-quadratic
+        regulator.
 
-        With the actuators "e1 e3" it captures 500 of 500, with "e2 e3" 490, with "e1 e2" 479.
-
-        Proof of failure: with a torque about e3 alone the default body keeps
-        ``omega1^2 + omega2^2``, and omega comes no nearer to ``Omega e2`` than
-        ``|sqrt(omega1^2 + omega2^2) - Omega|``. Of 500 starts 49 have a value that will do, and
-        steering captures 37 of these and no others. About e1 alone, which keeps
-        ``omega2^2 + 3 omega3^2``, 35 of 40.
+        Proof of failure: with a torque about e3 alone the default body keeps ``omega1^2 +
+        omega2^2``, and omega comes no nearer to ``Omega e2`` than ``|sqrt(omega1^2 + omega2^2) -
+        Omega|``. A torque about e1 alone keeps ``omega2^2 + 3 omega3^2``.
 
     Version History:
         v0: first version.

@@ -182,7 +182,7 @@ class TopPrecession(Task):
         rates are 0.26 to 0.53 rad/s and the fast ones 1.98 to 6.17 rad/s.
 
         The energy that gravity and full torque could give the top before the time limit bounds its
-        rates by 18.2 rad/s (15.9 are reached), hence two integrator steps per control period.
+        rates.
 
     Rewards:
         ``tilt`` = ``1 / (1 + 10 |theta - goal|)`` and ``rate`` = ``1 / (1 + 10 e)`` with the
@@ -201,14 +201,11 @@ class TopPrecession(Task):
         `hold` seconds.
 
     Reference:
-        LQR of the steady precession, linear in (theta - goal, theta', phi' - rate) with a gain for
-        every tilt and spin: on the slow branch 500 of 500 starts are successes, with a torque
-        impulse (the integral of ``|tau|``) of 1.49 N m s on average; on the fast one 500 of 500
-        with 3.13 N m s. Actions of 0 and random actions (7.65 N m s) succeed from none of 500 on
-        either.
+        `lqr` is the linear-quadratic regulator of the steady precession, linear in (theta - goal,
+        theta', phi' - rate) with a gain for every tilt and spin, on the branch of the task.
 
         Exact: the roots. From steady precession on either branch, actions of 0 are a success at the
-        cost 0 (100 starts each).
+        cost 0.
 
     Version History:
         v0: first version.

@@ -20,9 +20,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.bench.interleaved import Throughput, Workload, time_interleaved
-from rigid_envs.cli.tables import table
 from rigid_envs.kernels.free_body import FREE_BODY
 from rigid_envs.kernels.rows import LANES, integrate
+from rigid_envs.pages.tables import table
 from rigid_envs.provenance import provenance
 from rigid_envs.systems import FreeBody
 

@@ -20,25 +20,9 @@ from rigid_envs.tasks.fields import span
 
 IDS = tuple(ENVIRONMENTS)
 
-_NEAR = {"position_tolerance": 1.5, "angle_tolerance": 1.6}
-
 # settings under which an episode may also end before its time, for the tasks that can end
 EARLY_ENDS: dict[str, dict[str, Any]] = {
-    "RigidEnvs/BallPark-v0": _NEAR,
-    "RigidEnvs/BallParkRandom-v0": _NEAR,
-    "RigidEnvs/BallReorient-v0": _NEAR,
-    "RigidEnvs/BallParkDynamic-v0": {**_NEAR, "speed_tolerance": 5.0},
-    "RigidEnvs/BallPlate-v0": {"margin": 0.1, "start_speed": 5.0, "n_substeps": 4},
-    "RigidEnvs/BallGrid-v0": {"start_cells": 0},
-    "RigidEnvs/CoinPark-v0": {
-        "position_tolerance": 1.5,
-        "heading_tolerance": 1.5,
-        "phase_tolerance": 1.5,
-    },
-    "RigidEnvs/DiskRoll-v0": {"start_lean": 1.0},
-    "RigidEnvs/DiskRollRandom-v0": {"start_lean": 1.0},
-    "RigidEnvs/PivotTop-v0": {"arena": 0.02},
-    "RigidEnvs/RollPump-v0": {"dt": 1.0, "n_substeps": 20, "start_part": 0.99, "beta_change": 3.0},
+    env_id: dict(record.early_end) for env_id, record in ENVIRONMENTS.items() if record.early_end
 }
 
 

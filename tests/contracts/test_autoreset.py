@@ -191,7 +191,9 @@ def test_without_a_limit_nothing_is_truncated(env_id, mode, before):
     for env, action in ((single(env_id), still(env_id, 1)[0]), (envs, still(env_id, 2))):
         env.reset(seed=0)
         state = env.get_state()
-        state["clock"][..., CLOCK.elapsed] = max(ENVIRONMENTS[env_id][1] - before, before)
+        state["clock"][..., CLOCK.elapsed] = max(
+            ENVIRONMENTS[env_id].max_episode_steps - before, before
+        )
         env.set_state(state)
         for _ in range(6):
             _, _, terminated, truncated, _ = env.step(action)

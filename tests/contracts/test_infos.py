@@ -123,7 +123,7 @@ def begun(env, action):
 
 
 def test_time_limit_truncates_exactly_and_never_terminates(env_id):
-    limit = ENVIRONMENTS[env_id][1]
+    limit = ENVIRONMENTS[env_id].max_episode_steps
     assert gym.make(env_id).spec.max_episode_steps == limit
     for env, action in (
         (gym.make(env_id), still(env_id, 1)[0]),

@@ -31,7 +31,7 @@ def departures(env_id, refinement):
     envs.reset(seed=0)
     action, systems = without_input(task, N), envs.systems
     y, alive = [envs.y], np.ones(N, dtype=bool)
-    for _ in range(ENVIRONMENTS[env_id][1]):
+    for _ in range(ENVIRONMENTS[env_id].max_episode_steps):
         _, _, terminated, truncated, _ = envs.step(action)
         y.append(np.where(alive[:, None], envs.y, y[-1]))
         alive &= ~(terminated | truncated)
@@ -55,7 +55,7 @@ def kept(env_id):
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_momenta_are_kept_to_rounding(env_id):
-    bound = PER_STEP * ENVIRONMENTS[env_id][1] * task_of(env_id).n_substeps
+    bound = PER_STEP * ENVIRONMENTS[env_id].max_episode_steps * task_of(env_id).n_substeps
     for name, departure in departures(env_id, 1).items():
         if name != "energy":
             assert np.max(departure) < bound, name

@@ -14,7 +14,7 @@ from tests.contracts.environments import CONTINUOUS, GOALS, IDS, break_physics, 
 def env(request):
     """An environment as its class makes it, without a spec, in its first episode."""
     kind = RigidGoalEnv if request.param in GOALS else RigidEnv
-    env = kind(ENVIRONMENTS[request.param][0])
+    env = kind(ENVIRONMENTS[request.param].task)
     env.reset(seed=0)
     return env
 

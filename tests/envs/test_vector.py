@@ -27,12 +27,12 @@ def env_id(request):
 def rows(env_id, **settings):
     """Rows as their class makes them: without a spec."""
     kind = RigidGoalVectorEnv if env_id in GOALS else RigidVectorEnv
-    return kind(ENVIRONMENTS[env_id][0], **settings)
+    return kind(ENVIRONMENTS[env_id].task, **settings)
 
 
 def row(env_id):
     """The single environment."""
-    return (RigidGoalEnv if env_id in GOALS else RigidEnv)(ENVIRONMENTS[env_id][0])
+    return (RigidGoalEnv if env_id in GOALS else RigidEnv)(ENVIRONMENTS[env_id].task)
 
 
 def test_spaces_are_those_of_the_single_environment_in_a_batch(env_id):

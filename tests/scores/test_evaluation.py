@@ -4,13 +4,19 @@ import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS, rotations
-from rigid_envs.scores.bootstrap import mean_interval
-from rigid_envs.scores.evaluation import at_random, controller, evaluate, make_rows
-from rigid_envs.scores.metrics import metrics_of
-from rigid_envs.scores.references import REFERENCES
+from rigid_envs.scores import (
+    evaluate,
+    evaluation_seeds,
+    from_controller,
+    mean_interval,
+    metrics_of,
+    reference_controllers,
+    uniform,
+)
+from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.sampling import Rollouts, sampling
-from rigid_envs.scores.starts import evaluation_seeds, row_seeds
-from rigid_envs.scores.theory import THEORY, least_time, theory_of
+from rigid_envs.scores.starts import row_seeds
+from rigid_envs.scores.theory import least_time, limit_of
 
 TOP = "RigidEnvs/SleepingTop-v0"
 DETUMBLE = "RigidEnvs/Detumble-v0"
@@ -19,7 +25,7 @@ OTHERS = {"success": 0.0, "return": 0.0, "time": 0.0, "error": 0.0}
 
 
 def best(env_id):
-    return controller(next(iter(REFERENCES[env_id].values())))
+    return from_controller(next(iter(reference_controllers(env_id).values())))
 
 
 def test_the_evaluation_set_is_the_published_one():
@@ -39,7 +45,7 @@ def test_metrics_are_those_of_the_motion():
     """Tilt from the states: its root mean square, and the last time that it was not small."""
     n, envs = 20, make_rows(TOP, 20)
     envs.reset(seed=evaluation_seeds(n))
-    policy = next(iter(REFERENCES[TOP].values()))(envs.task)
+    policy = next(iter(reference_controllers(TOP).values()))(envs.task)
     tilts = []
     for _ in range(299):  # with the 300th the rows start anew
         envs.step(np.asarray(policy(envs), dtype=np.float32))
@@ -55,11 +61,11 @@ def test_metrics_are_those_of_the_motion():
     np.testing.assert_array_equal(found["success"], 1.0)
 
 
-def test_failures_count_as_chance_and_as_the_time_limit():
-    chance = evaluate(TOP, at_random(), 20)
-    assert not chance.episodes.successes.any()
-    np.testing.assert_array_equal(chance.values()["time"], 15.0)
-    np.testing.assert_array_equal(chance.values({"effort": 7.0} | OTHERS)["effort"], 7.0)
+def test_failures_count_as_the_random_policy_and_as_the_time_limit():
+    random = evaluate(TOP, uniform(), 20)
+    assert not random.episodes.successes.any()
+    np.testing.assert_array_equal(random.values()["time"], 15.0)
+    np.testing.assert_array_equal(random.values({"effort": 7.0} | OTHERS)["effort"], 7.0)
     won = evaluate(TOP, best(TOP), 20)
     np.testing.assert_array_equal(
         won.values({"effort": 7.0} | OTHERS)["effort"], won.episodes.costs
@@ -67,7 +73,7 @@ def test_failures_count_as_chance_and_as_the_time_limit():
 
 
 @pytest.mark.parametrize(
-    "env_id", [i for i in REFERENCES if THEORY.get(i.split("/")[1].removesuffix("-v0"))]
+    "env_id", [env_id for env_id, record in ENVIRONMENTS.items() if record.limits]
 )
 def test_no_reference_beats_theory_from_any_start(env_id):
     n = 20
@@ -76,11 +82,11 @@ def test_no_reference_beats_theory_from_any_start(env_id):
     envs.reset(seed=evaluation_seeds(n))
     won = found.episodes.successes
     for metric in metrics_of(found.task):
-        theory = theory_of(type(found.task).__name__, metric.name)
-        if theory is None or theory.values is None:
+        limit = limit_of(env_id, metric.name)
+        if limit is None or limit.values is None:
             continue
-        best_there_is, value = theory.values(envs)[won], found.values()[metric.name][won]
-        sign = 1.0 if metric.more else -1.0
+        best_there_is, value = limit.values(envs)[won], found.values()[metric.name][won]
+        sign = 1.0 if metric.higher_is_better else -1.0
         # float32 actions and what the finite horizon leaves change a return by less than this
         assert (sign * (value - best_there_is) <= 1e-6 * np.abs(best_there_is)).all()
 
@@ -89,13 +95,13 @@ def test_detumbling_reaches_both_of_its_optima():
     n = 20
     envs = make_rows(DETUMBLE, n)
     envs.reset(seed=evaluation_seeds(n))
-    theory = THEORY["Detumble"]
-    laws = {name: controller(law) for name, law in REFERENCES[DETUMBLE].items()}
+    optimum = {name: limit_of(DETUMBLE, name).values(envs) for name in ("return", "time")}
+    laws = {name: from_controller(law) for name, law in reference_controllers(DETUMBLE).items()}
     returns = evaluate(DETUMBLE, laws["riccati"], n).values()["return"]
     # actions are float32, and the cost is least there: errors enter squared, but for |L| itself
-    np.testing.assert_allclose(returns, theory["return"].values(envs), rtol=1e-6)
+    np.testing.assert_allclose(returns, optimum["return"], rtol=1e-6)
     times = evaluate(DETUMBLE, laws["brake"], n).values()["time"]
-    np.testing.assert_allclose(times, theory["time"].values(envs), rtol=1e-12)
+    np.testing.assert_allclose(times, optimum["time"], rtol=1e-12)
 
 
 @pytest.mark.parametrize(("length", "speed"), [(2.0, 0.0), (2.0, 0.5), (0.01, 0.5)])
@@ -158,11 +164,11 @@ def test_rollouts_cost_what_rows_are_paid_until_they_end(name, config):
     assert 0 < n_ended < n * k
 
 
-def test_sampling_solves_the_grid_that_chance_does_not():
+def test_sampling_solves_the_grid_that_the_random_policy_does_not():
     env_id = "RigidEnvs/BallGrid-v0"
-    found = evaluate(env_id, controller(sampling), 5)
+    found = evaluate(env_id, from_controller(sampling), 5)
     assert found.episodes.successes.all()
-    assert not evaluate(env_id, at_random(), 5).episodes.successes.any()
+    assert not evaluate(env_id, uniform(), 5).episodes.successes.any()
 
 
 def test_sampling_does_in_a_row_what_it_does_in_it_alone():
@@ -180,5 +186,5 @@ def test_sampling_does_in_a_row_what_it_does_in_it_alone():
 
 def test_every_id_has_metrics_that_matter():
     for env_id in ENVIRONMENTS:
-        names = [metric.name for metric in metrics_of(make_rows(env_id, 1).task)]
+        names = [metric.name for metric in metrics_of(env_id)]
         assert {"success", "return"} < set(names) and len(set(names)) == len(names)

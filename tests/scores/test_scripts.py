@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import rigid_envs  # noqa: F401 - registers the ids
-from rigid_envs.scores.references import REFERENCES
+from rigid_envs.scores.controllers import reference_controllers
 from rigid_envs.scores.scripts import Script
 
 
@@ -103,7 +103,7 @@ def test_plans_of_different_lengths_stand_side_by_side(longer_first):
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_planned_balls_are_parked_episode_after_episode(mode):
     envs = rows(8, mode, limit=100)
-    policy = REFERENCES["RigidEnvs/BallPark-v0"]["three_rolls"](envs.unwrapped.task)
+    policy = reference_controllers("RigidEnvs/BallPark-v0")["three_rolls"](envs.unwrapped.task)
     envs.reset(seed=0)
     ends, parked = 0, 0
     for _ in range(90):

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.policy import Builder, Policy
+from rigid_envs.scores.controllers import Controller, ControllerFactory
 
 Array = npt.NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class Runs:
     y: Array
 
 
-def run(env_id: str, policy: Policy, n: int = 200, seed: int = 0, **config: Any) -> Runs:
+def run(env_id: str, policy: Controller, n: int = 200, seed: int = 0, **config: Any) -> Runs:
     """One episode of n rows, seeded seed .. seed + n - 1, under actions ``policy(envs)``."""
     envs = gym.make_vec(
         f"RigidEnvs/{env_id}-v0", num_envs=n, vectorization_mode="vector_entry_point", **config
@@ -55,13 +55,13 @@ def run(env_id: str, policy: Policy, n: int = 200, seed: int = 0, **config: Any)
     return Runs(success, cost, reward, steps, np.stack(y))
 
 
-def bound(builder: Builder) -> Policy:
+def bound(factory: ControllerFactory) -> Controller:
     """A reference controller for the task of the environment that it meets first."""
-    policies: list[Policy] = []
+    policies: list[Controller] = []
 
     def policy(envs: RigidVectorEnv) -> Array:
         if not policies:
-            policies.append(builder(envs.task))
+            policies.append(factory(envs.task))
         return policies[0](envs)
 
     return policy
@@ -72,7 +72,7 @@ def still(envs: RigidVectorEnv) -> Array:
     return np.zeros(envs.action_space.shape)
 
 
-def at_random(seed: int = 0) -> Policy:
+def at_random(seed: int = 0) -> Controller:
     """Actions uniform in the box, anew in every step."""
     rng = np.random.default_rng(seed)
     return lambda envs: rng.uniform(-1.0, 1.0, envs.action_space.shape)

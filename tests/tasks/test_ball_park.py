@@ -9,7 +9,7 @@ from rigid_envs import rotations
 from rigid_envs.analytic import rolling_ball
 from rigid_envs.envs import RigidEnv, RigidGoalVectorEnv, RigidVectorEnv
 from rigid_envs.scores.bindings.ball import straight_rolls
-from rigid_envs.scores.references import REFERENCES
+from rigid_envs.scores.controllers import reference_controllers
 from tests.tasks.runs import at_random, bound, run, still
 
 HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -19,7 +19,7 @@ KINDS = ("BallPark", "BallParkRandom", "BallReorient", "BallParkGoal")
 @cache
 def planned(env_id):
     """Episodes along three straight rolls."""
-    return run(env_id, bound(REFERENCES[f"RigidEnvs/{env_id}-v0"]["three_rolls"]))
+    return run(env_id, bound(reference_controllers(f"RigidEnvs/{env_id}-v0")["three_rolls"]))
 
 
 @pytest.mark.parametrize("env_id", KINDS)

@@ -34,10 +34,10 @@ def test_neither_doing_nothing_nor_random_actions_succeed(name, policy):
 
 @pytest.mark.parametrize("name", BOUNDED)
 def test_no_motion_before_the_time_limit_is_faster_than_its_bound(name):
-    task_name, limit = ENVIRONMENTS[f"RigidEnvs/{name}-v0"]
-    module, kind = task_name.split(":")
+    record = ENVIRONMENTS[f"RigidEnvs/{name}-v0"]
+    module, kind = record.task.split(":")
     task_type = getattr(importlib.import_module(module), kind)
-    assert importlib.import_module(task_type.__module__)._STEPS == limit
+    assert importlib.import_module(task_type.__module__)._STEPS == record.max_episode_steps
     fast = np.linalg.norm(run(name, spin_up).y[..., 4:7], axis=-1).max()
     assert 0.3 < fast / task_type().largest_rate() <= 1.0
 

@@ -1,4 +1,4 @@
-"""Controllers bound to tasks: from the settings of a task to a policy for its rows.
+"""Controllers bound to tasks: functions from a task to a controller of its rows.
 
-Each module has `REFERENCES`: id -> name of the controller -> builder.
+The registry names them, id by id.
 """

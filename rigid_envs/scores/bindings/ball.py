@@ -1,4 +1,4 @@
-"""Policies for the tasks of a ball; where its mass and inertia are drawn, the middle ones."""
+"""Controllers for the tasks of a ball; of drawn mass and inertia they know the middle."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rigid_envs.control.polygons import PushAlong, roll_along
 from rigid_envs.control.shortest_path import shortest_path
 from rigid_envs.control.three_rolls import three_rolls
 from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.policy import Builder, Policy
+from rigid_envs.scores.controllers import Controller
 from rigid_envs.scores.scripts import Rows, Script
 from rigid_envs.systems import DynamicBall, RollingBall
 from rigid_envs.tasks import (
@@ -26,7 +26,19 @@ from rigid_envs.tasks import (
     BallSteer,
 )
 
-__all__ = ["REFERENCES", "straight_rolls"]
+__all__ = [
+    "_dynamic_ball",
+    "_rolling_ball",
+    "_speed",
+    "along_shortest_path",
+    "damped",
+    "far_sighted",
+    "plate_regulator",
+    "pushed",
+    "quarter_rolls",
+    "rolled",
+    "straight_rolls",
+]
 
 Array = npt.NDArray[np.float64]
 _HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -42,8 +54,8 @@ def straight_rolls(envs: RigidVectorEnv, rows: Rows) -> Array:
     return np.asarray(three_rolls(envs.y[rows, :6], goals, radius=radii))
 
 
-def rolled(task: BallPark | BallParkGoal) -> Policy:
-    """Three straight rolls, as fast as can be."""
+def rolled(task: BallPark | BallParkGoal) -> Controller:
+    """Three straight rolls at the largest speed."""
 
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
         reach = task.roll_per_step * _radii(envs)[rows]
@@ -52,8 +64,8 @@ def rolled(task: BallPark | BallParkGoal) -> Policy:
     return Script(plan)
 
 
-def along_shortest_path(task: BallPark | BallParkGoal) -> Policy:
-    """The shortest path, an elastica, by one straight roll per step."""
+def along_shortest_path(task: BallPark | BallParkGoal) -> Controller:
+    """The shortest path, an elastica, rolled as a polygon with one side per step."""
 
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
         starts, goals, radii = envs.y[rows, :6], _goals(envs)[rows], _radii(envs)[rows]
@@ -69,8 +81,8 @@ def along_shortest_path(task: BallPark | BallParkGoal) -> Policy:
     return Script(plan)
 
 
-def pushed(task: BallParkDynamic) -> Policy:
-    """Three straight rolls, from rest to rest along each, kept to by feedback."""
+def pushed(task: BallParkDynamic) -> Controller:
+    """Three straight rolls, each from rest to rest, tracked by feedback."""
     law = PushAlong(_dynamic_ball(task), task.force, task.dt)
 
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
@@ -81,8 +93,8 @@ def pushed(task: BallParkDynamic) -> Policy:
     return lambda envs: law(envs.y, *np.split(script(envs), 3, axis=-1))
 
 
-def damped(task: BallSteer) -> Policy:
-    """Down the slope of the error, whatever lies ahead."""
+def damped(task: BallSteer) -> Controller:
+    """Gradient descent of the pose error, without looking ahead."""
     law = DampedFollower(_rolling_ball(task), task.roll_per_step / task.dt)
 
     def policy(envs: RigidVectorEnv) -> Array:
@@ -92,8 +104,8 @@ def damped(task: BallSteer) -> Policy:
     return policy
 
 
-def far_sighted(task: BallSteer) -> Policy:
-    """The linear-quadratic regulator along the elastica that the reference is on."""
+def far_sighted(task: BallSteer) -> Controller:
+    """Linear-quadratic regulator along the elastica that the reference is on."""
     law = FarSightedFollower(_rolling_ball(task), task.roll_per_step / task.dt, task.dt)
     speed = _speed(task)
 
@@ -111,14 +123,14 @@ def far_sighted(task: BallSteer) -> Policy:
     return policy
 
 
-def plate_regulator(task: BallPlate) -> Policy:
-    """The table tilted by linear feedback."""
+def plate_regulator(task: BallPlate) -> Controller:
+    """Linear-quadratic regulator of the ball by the tilt of the table."""
     law = PlateRegulator(_dynamic_ball(task), task.tilt_rate, task.dt)
     return lambda envs: law(envs.y, envs.auxiliary("point_X", "point_Y"))
 
 
-def quarter_rolls(task: BallGrid) -> Policy:
-    """A shortest way home."""
+def quarter_rolls(task: BallGrid) -> Controller:
+    """Shortest path home, by breadth-first search."""
     law = QuarterRolls(_rolling_ball(task), task.start_cells + _LONGEST)
     return lambda envs: law(envs.y)
 
@@ -151,19 +163,3 @@ def _dynamic_ball(task: BallParkDynamic | BallPlate) -> DynamicBall:
 def _speed(task: BallSteer) -> float:
     """Speed of the reference [m/s]."""
     return task.reference_speed * task.roll_per_step / task.dt * _rolling_ball(task).radius
-
-
-_PARKING: dict[str, Builder] = {
-    "shortest_path": along_shortest_path,
-    "three_rolls": rolled,
-}
-REFERENCES: dict[str, dict[str, Builder]] = {
-    "RigidEnvs/BallPark-v0": _PARKING,
-    "RigidEnvs/BallParkRandom-v0": _PARKING,
-    "RigidEnvs/BallParkGoal-v0": _PARKING,
-    "RigidEnvs/BallReorient-v0": _PARKING,
-    "RigidEnvs/BallParkDynamic-v0": {"three_rolls": pushed},
-    "RigidEnvs/BallSteer-v0": {"lqr": far_sighted, "damping": damped},
-    "RigidEnvs/BallPlate-v0": {"lqr": plate_regulator},
-    "RigidEnvs/BallGrid-v0": {"breadth_first": quarter_rolls},
-}

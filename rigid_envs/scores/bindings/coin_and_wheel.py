@@ -1,45 +1,41 @@
-"""Policies for the tasks of a coin, a disk and a roller, with the middle of what is drawn."""
+"""Controllers for the tasks of a coin, a disk and a roller, for the middle of drawn ranges."""
 
 from __future__ import annotations
 
 from rigid_envs.control.coin import TwoRolls
 from rigid_envs.control.disk import CircleRegulator
 from rigid_envs.control.pumping import Pump
-from rigid_envs.scores.policy import Builder, Policy
+from rigid_envs.scores.controllers import Controller
 from rigid_envs.scores.scripts import Script
 from rigid_envs.systems import Roller, RollingDisk, UprightCoin
 from rigid_envs.tasks import CoinPark, DiskRoll, RollPump
 
-__all__ = ["REFERENCES"]
+__all__ = [
+    "circle_regulator",
+    "pump",
+    "two_rolls",
+]
 
 
-def two_rolls(task: CoinPark) -> Policy:
-    """Two straight rolls, planned in the first step and carried out without looking."""
+def two_rolls(task: CoinPark) -> Controller:
+    """Two straight rolls, planned in the first step and carried out open loop."""
     coin = task.system()
     assert isinstance(coin, UprightCoin)
     planner = TwoRolls(coin, task.roll_per_step, task.steer_per_step)
     return Script(lambda envs, rows: planner(envs.y[rows]).actions)
 
 
-def circle_regulator(task: DiskRoll) -> Policy:
-    """The lean that the circle asks for, held by linear feedback."""
+def circle_regulator(task: DiskRoll) -> Controller:
+    """Linear-quadratic regulator of the lean that the circle needs."""
     disk = task.system()
     assert isinstance(disk, RollingDisk)
     law = CircleRegulator(disk, task.torque, task.dt)
     return lambda envs: law(envs.y, envs.auxiliary("goal_curvature"))
 
 
-def pump(task: RollPump) -> Policy:
-    """The ratio large on the way down and small on the way up."""
+def pump(task: RollPump) -> Controller:
+    """Bang-bang control of the inertia ratio: large on the way down, small on the way up."""
     roller = task.system()
     assert isinstance(roller, Roller)
     law = Pump(roller, task.beta_change, task.dt)
     return lambda envs: law(envs.y, envs.auxiliary("beta_change"))
-
-
-REFERENCES: dict[str, dict[str, Builder]] = {
-    "RigidEnvs/CoinPark-v0": {"two_rolls": two_rolls},
-    "RigidEnvs/DiskRoll-v0": {"lqr": circle_regulator},
-    "RigidEnvs/DiskRollRandom-v0": {"lqr": circle_regulator},
-    "RigidEnvs/RollPump-v0": {"bang_bang": pump},
-}

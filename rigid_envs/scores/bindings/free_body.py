@@ -1,4 +1,4 @@
-"""Policies for the tasks of a free body; where moments are drawn, they know the middle ones."""
+"""Controllers for the tasks of a free body; of drawn moments they know the middle."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from rigid_envs.control.flip import ForcedFlip, TimedFlip
 from rigid_envs.control.momentum import MomentumBrake, MomentumRegulator
 from rigid_envs.control.saddle import SeparatrixSteering
 from rigid_envs.control.spin import SpinRegulator
-from rigid_envs.scores.policy import Builder, Policy
+from rigid_envs.scores.controllers import Controller
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import (
     AxisFlip,
@@ -20,7 +20,17 @@ from rigid_envs.tasks import (
     Task,
 )
 
-__all__ = ["REFERENCES"]
+__all__ = [
+    "body_of",
+    "energy_casimir",
+    "forced_flip",
+    "momentum_brake",
+    "momentum_regulator",
+    "quaternion_pd",
+    "separatrix_steering",
+    "spin_regulator",
+    "timed_flip",
+]
 
 
 def body_of(task: Task) -> FreeBody:
@@ -30,28 +40,28 @@ def body_of(task: Task) -> FreeBody:
     return body
 
 
-def spin_regulator(task: IntermediateAxis) -> Policy:
-    """The spin held by linear feedback."""
+def spin_regulator(task: IntermediateAxis) -> Controller:
+    """Linear-quadratic regulator of the spin."""
     law = SpinRegulator(body_of(task), task.spin_rate, task.torque, task.dt)
     return lambda envs: law(envs.y)
 
 
-def energy_casimir(task: IntermediateAxis) -> Policy:
-    """The spin held by energy-Casimir feedback."""
+def energy_casimir(task: IntermediateAxis) -> Controller:
+    """Energy-Casimir feedback of the spin."""
     law = EnergyCasimir(body_of(task), task.spin_rate, task.torque)
     return lambda envs: law(envs.y)
 
 
 def single_torque(
     task: IntermediateAxisSingle, strength: float = 3.0, damping: float = 5.0 / 3.0
-) -> Policy:
-    """The spin aligned by one torque; see `SingleTorque` for its two gains."""
+) -> Controller:
+    """Energy-Casimir feedback by one torque; see `SingleTorque` for its two gains."""
     law = SingleTorque(body_of(task), task.spin_rate, task.torque, strength, damping)
     return lambda envs: law(envs.y)
 
 
-def separatrix_steering(task: SpinCapture) -> Policy:
-    """The spin steered onto the way to e2, and caught there."""
+def separatrix_steering(task: SpinCapture) -> Controller:
+    """Steering onto the separatrix that leads to e2, and a regulator there."""
     first, second, third = (torque > 0.0 for torque in task.torques())
     law = SeparatrixSteering(
         body_of(task), task.spin_rate, task.torque, task.dt, axes=(first, second, third)
@@ -59,20 +69,20 @@ def separatrix_steering(task: SpinCapture) -> Policy:
     return lambda envs: law(envs.y)
 
 
-def timed_flip(task: AxisFlip) -> Policy:
-    """The free flip, to arrive with 0.6 of the tolerance at the commanded time."""
+def timed_flip(task: AxisFlip) -> Controller:
+    """Tracking of the free flip that ends within 0.6 of the tolerance at the commanded time."""
     law = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
     return lambda envs: law(envs.y, envs.auxiliary("time_left"))
 
 
-def forced_flip(task: AxisFlip) -> Policy:
-    """The flip by brute force, at once."""
+def forced_flip(task: AxisFlip) -> Controller:
+    """The flip by linear feedback, at once."""
     law = ForcedFlip(body_of(task), task.spin_rate, task.torque)
     return lambda envs: law(envs.y)
 
 
-def momentum_regulator(task: Detumble) -> Policy:
-    """The impulses of least cost, by the weights of the reward."""
+def momentum_regulator(task: Detumble) -> Controller:
+    """Optimal impulses for the weights of the reward, from the scalar Riccati equation."""
     law = MomentumRegulator(
         body_of(task),
         task.impulse,
@@ -82,27 +92,13 @@ def momentum_regulator(task: Detumble) -> Policy:
     return lambda envs: law(envs.y)
 
 
-def momentum_brake(task: Detumble) -> Policy:
-    """Rest in the least number of steps."""
+def momentum_brake(task: Detumble) -> Controller:
+    """Time-optimal impulses: rest in the least number of steps."""
     law = MomentumBrake(body_of(task), task.impulse)
     return lambda envs: law(envs.y)
 
 
-def quaternion_pd(task: Reorient) -> Policy:
-    """The short way to the goal."""
+def quaternion_pd(task: Reorient) -> Controller:
+    """Quaternion feedback to the goal attitude."""
     law = QuaternionPD(body_of(task), task.torque)
     return lambda envs: law(envs.y, envs.auxiliary(*task.aux_names))
-
-
-REFERENCES: dict[str, dict[str, Builder]] = {
-    "RigidEnvs/IntermediateAxis-v0": {"lqr": spin_regulator, "energy_casimir": energy_casimir},
-    "RigidEnvs/IntermediateAxisRandom-v0": {
-        "lqr": spin_regulator,
-        "energy_casimir": energy_casimir,
-    },
-    "RigidEnvs/IntermediateAxisSingle-v0": {"energy_casimir": single_torque},
-    "RigidEnvs/SpinCapture-v0": {"separatrix": separatrix_steering},
-    "RigidEnvs/AxisFlip-v0": {"timed": timed_flip, "brute_force": forced_flip},
-    "RigidEnvs/Detumble-v0": {"riccati": momentum_regulator, "brake": momentum_brake},
-    "RigidEnvs/Reorient-v0": {"quaternion_pd": quaternion_pd},
-}

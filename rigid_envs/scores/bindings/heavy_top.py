@@ -1,15 +1,21 @@
-"""Policies for the tasks of a heavy top; where parameters are drawn, they know the middle ones."""
+"""Controllers for the tasks of a heavy top; of drawn parameters they know the middle."""
 
 from __future__ import annotations
 
 from rigid_envs.control.asymmetric import AsymmetricBalance
 from rigid_envs.control.precession import PrecessionRegulator
 from rigid_envs.control.tops import PivotBalance, UprightBalance
-from rigid_envs.scores.policy import Builder, Policy
+from rigid_envs.scores.controllers import Controller
 from rigid_envs.systems import HeavyTop
 from rigid_envs.tasks import PivotTop, SleepingTop, Task, TopPrecession, TopRandom
 
-__all__ = ["REFERENCES"]
+__all__ = [
+    "asymmetric_balance",
+    "pivot_balance",
+    "precession_regulator",
+    "top_of",
+    "upright_balance",
+]
 
 
 def top_of(task: Task) -> HeavyTop:
@@ -19,20 +25,20 @@ def top_of(task: Task) -> HeavyTop:
     return top
 
 
-def upright_balance(task: SleepingTop) -> Policy:
-    """The top kept upright by torque."""
+def upright_balance(task: SleepingTop) -> Controller:
+    """Linear-quadratic regulator of the upright top by torque."""
     law = UprightBalance(top_of(task), task.torque, task.dt)
     return lambda envs: law(envs.y)
 
 
-def pivot_balance(task: PivotTop) -> Policy:
-    """The top kept upright by its pivot."""
+def pivot_balance(task: PivotTop) -> Controller:
+    """Linear-quadratic regulator of the upright top by acceleration of its pivot."""
     law = PivotBalance(top_of(task), task.push, task.dt)
     return lambda envs: law(envs.y)
 
 
-def precession_regulator(task: TopPrecession) -> Policy:
-    """Steady precession at the commanded tilt, on the branch of the task."""
+def precession_regulator(task: TopPrecession) -> Controller:
+    """Linear-quadratic regulator of steady precession at the commanded tilt."""
     top = top_of(task)
     highest = task.goal_tilt + max(task.goal_spread, 1e-3)
     fastest = top.critical_spin * (task.start_spin + max(task.start_spread, 1e-3))
@@ -47,16 +53,7 @@ def precession_regulator(task: TopPrecession) -> Policy:
     return lambda envs: law(envs.y, envs.auxiliary("goal_tilt"))
 
 
-def asymmetric_balance(task: TopRandom) -> Policy:
-    """The asymmetric top kept upright by torque."""
+def asymmetric_balance(task: TopRandom) -> Controller:
+    """Linear-quadratic regulator of the asymmetric upright top by torque."""
     law = AsymmetricBalance(top_of(task), task.torque, task.dt, fastest=1.5 * task.start_spin)
     return lambda envs: law(envs.y)
-
-
-REFERENCES: dict[str, dict[str, Builder]] = {
-    "RigidEnvs/SleepingTop-v0": {"lqr": upright_balance},
-    "RigidEnvs/SleepingTopRandom-v0": {"lqr": upright_balance},
-    "RigidEnvs/PivotTop-v0": {"lqr": pivot_balance},
-    "RigidEnvs/TopPrecession-v0": {"lqr": precession_regulator},
-    "RigidEnvs/TopRandom-v0": {"lqr": asymmetric_balance},
-}

@@ -10,8 +10,7 @@ import pytest
 import rigid_envs
 from agents.cli.command_line import main
 from agents.evaluation.leaderboard import markdown, read_results
-from rigid_envs.scores.evaluation import controller, evaluate
-from rigid_envs.scores.references import REFERENCES
+from rigid_envs.scores import evaluate, from_controller, reference_controllers
 
 ID = "RigidEnvs/Detumble-v0"
 Capture = pytest.CaptureFixture[str]
@@ -35,7 +34,7 @@ def test_a_result_has_metrics_scores_intervals_and_where_they_come_from(folder: 
     found = result(folder, "riccati")
     assert found["format"] == "rigid-envs result 1" and found["algo"] == "riccati"
     assert {"kernel_hash", "versions", "test_seed", "git_commit", "command"} <= found.keys()
-    values = evaluate(ID, controller(REFERENCES[ID]["riccati"]), 20).values()
+    values = evaluate(ID, from_controller(reference_controllers(ID)["riccati"]), 20).values()
     assert found["primary"] == "return"
     for name, metric in found["metrics"].items():
         assert metric["mean"] == values[name].mean()
@@ -82,7 +81,7 @@ def test_all_takes_the_ids_that_have_the_controller(
         (["run", "--controller", "lqr"], "expected a run or policy, or --controller NAME"),
         (["run", "--all"], "leave them out"),
         (["--controller", "lqr"], "expected --ids ID ... or --all"),
-        (["--controller", "lqr", "--ids", ID], "has no controller 'lqr'; expected one of"),
+        (["--controller", "lqr", "--ids", ID], "controller = 'lqr'; expected one of"),
         (["--controller", "pid", "--all"], "no id has a controller 'pid'"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Actions at random: what any policy is measured against."""
+"""The random policy: actions drawn uniformly from the action space."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["RandomPolicy"]
 
 
 class RandomPolicy:
-    """Actions drawn uniformly: what no learning is worth."""
+    """Actions drawn uniformly from the action space: the baseline that has score 0."""
 
     def __init__(self, action_space: spaces.Space[Any], rng: np.random.Generator) -> None:
         """Draw from a space.

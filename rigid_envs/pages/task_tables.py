@@ -1,7 +1,4 @@
-"""What a task consists of, as tables: entries, reward terms, arguments, info keys.
-
-Everything is read off the task and its fields: nothing about a task is written here.
-"""
+"""Tables of a task: entries, reward terms, arguments and info keys, read from its fields."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, dataclass, fields
@@ -38,9 +35,9 @@ class Table:
     """Rows under a header.
 
     Attributes:
-        header: names of the columns.
-        rows: cells, one sequence per row.
-        kinds: one sign per column: "<" words, ">" numbers, "=" symbols and code.
+        header: Titles of the columns.
+        rows: Cells, one sequence per row.
+        kinds: One sign per column: "<" words, ">" numbers, "=" symbols and code.
     """
 
     header: Sequence[str]
@@ -49,7 +46,7 @@ class Table:
 
 
 def action_table(task: Task) -> Table:
-    """Entries of the action: bounds of the space, and the values that these stand for."""
+    """Entries of the action: bounds of the space, and the physical values at these."""
     space = action_space(task)
     ends = (0, task.n_choices - 1) if isinstance(space, spaces.Discrete) else (-1, 1)
     rows = [
@@ -82,7 +79,7 @@ def term_table(task: Task) -> Table:
 
 
 def argument_table(task: Task, given: Mapping[str, Any]) -> Table:
-    """Every argument, those of this task before those of all; what is given stands under Here."""
+    """Every argument, those of this task first; given values are in the column Here."""
     rows = []
     for field in _ordered(task):
         rule, value = field.metadata["rule"], getattr(task, field.name)
@@ -107,7 +104,7 @@ def info_table(task: Task) -> Table:
 
 
 def sample_arguments(task: Task) -> dict[str, Any]:
-    """Arguments for an example: a parameter is drawn, if none is yet, and what is drawn is seen."""
+    """Arguments for an example: a range for a parameter, if none has one, and `observe_params`."""
     name, *_ = task.physical_parameters()
     value, drawn = getattr(task, name), any(low < high for low, high in task.ranges().values())
     ranges = {} if drawn else {name: (value, round(1.1 * value, 6))}
@@ -139,7 +136,7 @@ def _written(value: Any) -> str:
 
 
 def _allowed(rule: Number | Integer | Choice | Flag) -> str:
-    """The allowed values in as few signs as possible."""
+    """The allowed values, in short."""
     if isinstance(rule, Choice):
         return ", ".join(rule.options)
     if isinstance(rule, Flag):

@@ -1,4 +1,4 @@
-"""The docstring of a task, by its sections: what its page and `rigid-envs describe` tell of it.
+"""Sections of the docstring of a task, which its page and `rigid-envs describe` show.
 
 A docstring has this form. The paragraphs of a section are indented; one may be an item of a list,
 which begins with "- ". A subclass writes its summary, description and reference, and those other
@@ -25,7 +25,15 @@ from dataclasses import dataclass
 
 from rigid_envs.tasks import Task
 
-__all__ = ["SECTIONS", "DocstringError", "Story", "blocks", "story_of", "summary_of", "text_of"]
+__all__ = [
+    "SECTIONS",
+    "DocstringError",
+    "TaskDocstring",
+    "blocks",
+    "docstring_of",
+    "summary_of",
+    "text_of",
+]
 
 SECTIONS = (
     "Physics",
@@ -38,40 +46,40 @@ SECTIONS = (
 )
 """Sections of a docstring, in their order, after the description."""
 
-_OWN = "Reference"  # what a subclass does not take from its parent
+_OWN = "Reference"  # the section that is not inherited
 _HEADING = re.compile(r"^(\w[\w ]*):$\n?", re.MULTILINE)
 
 
 class DocstringError(ValueError):
-    """The docstring of a task has not the form that its page is made from."""
+    """The docstring of a task lacks the form that its page is made from."""
 
 
 @dataclass(frozen=True)
-class Story:
-    """What a docstring tells: one line, paragraphs, and paragraphs by section."""
+class TaskDocstring:
+    """A parsed docstring: summary line, paragraphs of the description, and of each section."""
 
     summary: str
     description: list[str]
     sections: Mapping[str, list[str]]
 
 
-def story_of(kind: type[Task]) -> Story:
-    """The story of a task; sections that it leaves out are those of its parents.
+def docstring_of(kind: type[Task]) -> TaskDocstring:
+    """The docstring of a task; sections that it leaves out are those of its parents.
 
     Raises:
         DocstringError: names the class and what is missing or out of order.
     """
     own, *others = [base for base in kind.__mro__ if issubclass(base, Task) and base is not Task]
-    story = _read(own)
-    if _OWN not in story.sections:
+    docstring = _read(own)
+    if _OWN not in docstring.sections:
         raise _refusal(own, f"has no section {_OWN!r} of its own")
-    sections = dict(story.sections)
+    sections = dict(docstring.sections)
     for base in others:
         sections = {**_read(base).sections, **sections}
     for name in SECTIONS:
         if name not in sections:
             raise _refusal(own, f"has no section {name!r}")
-    return Story(story.summary, story.description, sections)
+    return TaskDocstring(docstring.summary, docstring.description, sections)
 
 
 def summary_of(kind: type[object]) -> str:
@@ -91,7 +99,7 @@ def blocks(text: str) -> list[str]:
     return [" ".join(part.replace("``", "`").split()) for part in parts]
 
 
-def _read(kind: type[Task]) -> Story:
+def _read(kind: type[Task]) -> TaskDocstring:
     """The sections that the docstring of this very class has."""
     text = inspect.cleandoc(kind.__doc__ or "")
     summary, _, rest = text.partition("\n\n")
@@ -108,7 +116,7 @@ def _read(kind: type[Task]) -> Story:
     sections = {
         name: blocks(textwrap.dedent(body)) for name, body in zip(names, bodies, strict=True)
     }
-    return Story(summary, blocks(description), sections)
+    return TaskDocstring(summary, blocks(description), sections)
 
 
 def _check_body(kind: type[Task], name: str, body: str) -> None:

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from rigid_envs.cli.document import Code, Section
-from rigid_envs.cli.facts import Table
+from rigid_envs.pages.document import Code, Section
+from rigid_envs.pages.task_tables import Table
 
 __all__ = ["markdown", "table_lines"]
 
@@ -36,6 +36,6 @@ def _block(block: str | Table | Code) -> str:
 
 
 def _cell(text: str, kind: str) -> str:
-    """A bar would end the cell, also between backticks."""
+    """A cell with bars escaped: a bar would end the cell, also between backticks."""
     escaped = text.replace("|", r"\|")
     return f"`{escaped}`" if kind == "=" and text else escaped

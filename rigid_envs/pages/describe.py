@@ -1,15 +1,15 @@
-"""All that a newcomer wants to know of one environment: `rigid-envs describe`."""
+"""The page of one environment for a terminal: `rigid-envs describe`."""
 
 import pprint
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rigid_envs.cli.catalogue import task_of
-from rigid_envs.cli.document import Code, Section, document
-from rigid_envs.cli.facts import Table
-from rigid_envs.cli.sections import summary_of
-from rigid_envs.cli.tables import WIDTH, paragraphs, table
+from rigid_envs.catalogue import task_of
+from rigid_envs.pages.document import Code, Section, document
+from rigid_envs.pages.sections import summary_of
+from rigid_envs.pages.tables import WIDTH, paragraphs, table
+from rigid_envs.pages.task_tables import Table
 
 __all__ = ["describe", "example"]
 
@@ -32,11 +32,11 @@ observations, infos = envs.reset(seed=0)
 
 
 def describe(env_id: str, config: Mapping[str, Any]) -> str:
-    """What an environment asks, shows, pays and takes, for a terminal.
+    """The page of an environment as text for a terminal.
 
     Args:
-        env_id: id of the environment.
-        config: hyperparameters that are not to have their defaults.
+        env_id: Gymnasium's id.
+        config: Hyperparameters that differ from their defaults.
 
     Raises:
         UnknownIdError: no such id.
@@ -53,14 +53,14 @@ def describe(env_id: str, config: Mapping[str, Any]) -> str:
 
 
 def example(env_id: str, config: Mapping[str, Any]) -> str:
-    """A program that runs the environment with these hyperparameters."""
+    """An example program that runs the environment with these hyperparameters."""
     given = pprint.pformat(dict(config), width=WIDTH - 12, sort_dicts=False)
     settings = f"settings = {given}\n" if config else ""
     return _EXAMPLE.format(env_id=env_id, settings=settings, given=", **settings" if config else "")
 
 
 def _lines(sections: Sequence[Section], rule: str) -> list[str]:
-    """Headings and blocks, the sections inside under a lighter rule."""
+    """Headings and blocks; headings of subsections have a lighter rule."""
     found = []
     for section in sections:
         title = section.title.replace("`", "")

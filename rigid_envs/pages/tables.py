@@ -1,4 +1,4 @@
-"""Text in columns that fits a page."""
+"""Tables and paragraphs of plain text, of limited width."""
 
 import textwrap
 from collections.abc import Sequence
@@ -20,11 +20,11 @@ def table(
     """Aligned columns under a ruled header; cells that are too long are wrapped between words.
 
     Args:
-        header: names of the columns.
-        rows: cells, one sequence per row.
+        header: Titles of the columns.
+        rows: Cells, one sequence per row.
         align: "<" or ">" for each column; "<" where it is too short.
-        indent: blanks before every line.
-        width: largest length of a line.
+        indent: Blanks before every line.
+        width: Largest length of a line.
     """
     cells = [list(header), *map(list, rows)]
     sizes = [max(len(row[k]) for row in cells) for k in range(len(header))]

@@ -1,18 +1,22 @@
-"""All that a newcomer wants to know of one environment, in the order of Gymnasium's pages.
+"""Content of the page of one environment, in the order of Gymnasium's pages.
 
-Everything is read off the task, its docstring, its fields and the registry. How it looks in a
-terminal or on a page is left to `describe` and `markdown`.
+It is read from the task, its docstring, its fields, the registry and the anchors. `describe`
+formats it for a terminal, `markdown` for a file.
 """
 
 import inspect
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
 from gymnasium import spaces
 
-from rigid_envs.cli.catalogue import time_limit
-from rigid_envs.cli.facts import (
+from rigid_envs.envs.boundary import action_space
+from rigid_envs.pages.listing import time_limit
+from rigid_envs.pages.reference import reference_section
+from rigid_envs.pages.sections import TaskDocstring, docstring_of, text_of
+from rigid_envs.pages.task_tables import (
     RANGE_NOTE,
     Table,
     action_table,
@@ -23,8 +27,6 @@ from rigid_envs.cli.facts import (
     sample_arguments,
     term_table,
 )
-from rigid_envs.cli.sections import Story, story_of, text_of
-from rigid_envs.envs.boundary import action_space
 from rigid_envs.tasks import Task
 
 __all__ = ["Code", "Section", "document", "observed", "short"]
@@ -44,8 +46,8 @@ _REWARD = (
     'without their weights are in `info["reward/<term>"]`.'
 )
 _PHYSICS_ERROR = (
-    'It terminates besides, without reward and with `info["physics_error"]`, should a number of '
-    "the state leave all bounds (1e9)."
+    'It also terminates, without reward and with `info["physics_error"]`, if a number of the state '
+    "is larger than 1e9."
 )
 _ARGUMENTS = (
     "Keyword arguments of `gym.make` and `gym.make_vec`. Unknown names and values that are not "
@@ -60,14 +62,14 @@ _ACCESS = (
 
 @dataclass(frozen=True)
 class Code:
-    """Lines of Python."""
+    """A block of Python."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Section:
-    """A title, what stands under it, and the sections inside."""
+    """A section: title, blocks and subsections."""
 
     title: str
     body: Sequence[str | Table | Code]
@@ -75,42 +77,42 @@ class Section:
 
 
 def document(env_id: str, task: Task, given: Mapping[str, Any]) -> list[Section]:
-    """What an environment asks, shows, pays and takes.
+    """The sections of the page of an environment.
 
     Args:
-        env_id: id of the environment.
-        task: its task.
-        given: hyperparameters of the task that were not left at their defaults.
+        env_id: Gymnasium's id.
+        task: Its task.
+        given: Hyperparameters that differ from their defaults.
 
     Raises:
         DocstringError: the docstring of the task lacks a section.
     """
-    story = story_of(type(task))
-    told = story.sections
+    docstring = docstring_of(type(task))
+    sections = docstring.sections
     return [
-        Section("Description", story.description),
+        Section("Description", docstring.description),
         Section("Action Space", _action(task)),
         _observation(task),
-        Section("Rewards", [*told["Rewards"], _REWARD, term_table(task)]),
-        Section("Starting State", [*told["Starting State"], _options(task)]),
-        _episode_end(env_id, task, story),
+        Section("Rewards", [*sections["Rewards"], _REWARD, term_table(task)]),
+        Section("Starting State", [*sections["Starting State"], _options(task)]),
+        _episode_end(env_id, task, docstring),
         _arguments(env_id, task, given),
         Section("Info", [_INFO, info_table(task)]),
-        _physics(task, story),
-        Section("Reference score", told["Reference"]),
-        Section("Version History", told["Version History"]),
-        Section("References", told["Source"]),
+        _physics(task, docstring),
+        Section("Reference score", [*sections["Reference"], *reference_section(env_id, task)]),
+        Section("Version History", sections["Version History"]),
+        Section("References", sections["Source"]),
     ]
 
 
 def short(method: Any) -> str:
-    """What a method gives, as its docstring says, without capital and full stop."""
+    """Summary line of the docstring of a method, without capital and full stop."""
     text = (inspect.getdoc(method) or "").partition("\n")[0].rstrip(".")
     return text[:1].lower() + text[1:]
 
 
 def observed(task: Task) -> str:
-    """What the entries of an observation are."""
+    """Summary of the entries of an observation."""
     attitude = ", attitude" if task.rotation != "none" else ""
     return short(type(task).features) + attitude
 
@@ -128,9 +130,9 @@ def _action(task: Task) -> list[str | Table | Code]:
 
 
 def _clipping(task: Task) -> str:
-    """How actions outside their space are brought back into it; a round space is in the frame."""
-    shape = {entry.frame.rpartition(", ")[2] for entry in task.actions()} & {"disk", "ball"}
-    if shape:
+    """Clipping of actions outside their space; the frame of the entries tells a disk or ball."""
+    shapes = {entry.frame.rpartition(", ")[2] for entry in task.actions()}
+    if shape := shapes & {"disk", "ball"}:
         return f"Actions form the unit {shape.pop()}: a longer one is shortened to length 1."
     return "Entries outside [-1, 1] are clipped to it, each by itself."
 
@@ -158,7 +160,7 @@ def _observation(task: Task) -> Section:
 
 
 def _attitude(task: Task) -> list[str]:
-    """What `rotation` and `observe_params` do to the observation."""
+    """Effect of `rotation` and `observe_params` on the observation."""
     rules = {field.name: field.metadata["rule"] for field in fields(task)}
     options = rules["rotation"].options
     drawn = "`observe_params=True` appends the parameters that are drawn from ranges."
@@ -178,12 +180,12 @@ def _options(task: Task) -> str:
     )
 
 
-def _episode_end(env_id: str, task: Task, story: Story) -> Section:
+def _episode_end(env_id: str, task: Task, docstring: TaskDocstring) -> Section:
     limit = (
         f"After {time_limit(env_id, task)}; `gym.make(..., max_episode_steps=N)` says otherwise."
     )
     parts = [
-        Section("Termination", [*story.sections["Episode End"], _PHYSICS_ERROR]),
+        Section("Termination", [*docstring.sections["Episode End"], _PHYSICS_ERROR]),
         Section("Truncation", [limit]),
     ]
     return Section("Episode End", [], parts)
@@ -195,7 +197,23 @@ def _arguments(env_id: str, task: Task, given: Mapping[str, Any]) -> Section:
     return Section("Arguments", [_ARGUMENTS, argument_table(task, given), RANGE_NOTE, Code(code)])
 
 
-def _physics(task: Task, story: Story) -> Section:
+def _physics(task: Task, docstring: TaskDocstring) -> Section:
     system = task.system_type
     part = Section(f"System `{system.__name__}`", [*text_of(system), _ACCESS])
-    return Section("Physics", story.sections["Physics"], [part])
+    return Section("Physics", [*docstring.sections["Physics"], *_integrator_step(task)], [part])
+
+
+def _integrator_step(task: Task) -> list[str]:
+    """The step of the integrator in the stability envelope; empty where any step is stable."""
+    step, rate, envelope = (
+        task.dt / task.n_substeps,
+        task.largest_rate(),
+        type(task).system_type.envelope,
+    )
+    if not math.isfinite(envelope):
+        return []
+    return [
+        f"The integrator step, `dt` / `n_substeps`, is {step:.3g} s. The largest angular rate that "
+        f"is provided for, {rate:.3g} rad/s, times it is {rate * step:.3g} rad; at most "
+        f"{envelope:.3g} rad is accepted."
+    ]

@@ -1,0 +1,206 @@
+"""Pages of the documentation, one for each id, and their index: `rigid-envs docs`."""
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from rigid_envs.catalogue import families, task_of
+from rigid_envs.envs.boundary import action_space, observation_space
+from rigid_envs.errors import ConfigError
+from rigid_envs.files import write_atomic
+from rigid_envs.pages.document import document, observed, short
+from rigid_envs.pages.listing import size_of, time_limit
+from rigid_envs.pages.markdown import markdown, table_lines
+from rigid_envs.pages.sections import summary_of
+from rigid_envs.pages.task_tables import Table
+from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.tasks import Task
+
+__all__ = [
+    "INDEX",
+    "file_of",
+    "index",
+    "overview",
+    "page",
+    "pages",
+    "with_overview",
+    "write_pages",
+]
+
+INDEX = "README.md"
+_SPACE = "RigidEnvs/"
+_DOI = re.compile(r"\bdoi:(10\.[^\s;,]*[^\s;,.])")
+_NOTE = (
+    "<!-- Written by `rigid-envs docs` from the registry, the docstrings and the anchors: change "
+    "those, not this page. -->"
+)
+_INTRODUCTION = (
+    "The numbers before actions and observations are their sizes; a goal environment has those of "
+    "its `observation` and of each of its goals. `rigid-envs describe ID` shows a page in the "
+    "terminal, for any arguments."
+)
+_BEGIN = "<!-- environments: written by `python -m rigid_envs.pages README.md` -->"
+_END = "<!-- end of environments -->"
+
+
+def file_of(env_id: str) -> str:
+    """Name of the file of the page of an id."""
+    return env_id.removeprefix(_SPACE).removesuffix("-v0").replace("/", "-") + ".md"
+
+
+def pages(ids: Iterable[str] | None = None) -> dict[str, str]:
+    """Text of the index and of the page of each id, by the name of the file.
+
+    Args:
+        ids: Gymnasium's ids; None takes those of this package.
+    """
+    ids = _own_ids() if ids is None else list(ids)
+    return {INDEX: index(ids), **{file_of(env_id): page(env_id) for env_id in ids}}
+
+
+def write_pages(folder: Path, ids: Iterable[str] | None = None) -> tuple[list[str], list[str]]:
+    """Write the index and the page of each id, each file atomically.
+
+    Args:
+        folder: Made if it is not there.
+        ids: Gymnasium's ids; None takes those of this package.
+
+    Returns:
+        Names of the files that are new or changed, and of pages in the folder that no id has.
+
+    Raises:
+        DocstringError: a docstring lacks a section; nothing is written.
+    """
+    texts = pages(ids)
+    folder.mkdir(parents=True, exist_ok=True)
+    there = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.md"))}
+    changed = [name for name, text in texts.items() if there.get(name) != text]
+    for name in changed:
+        write_atomic(folder / name, texts[name])
+    return changed, [name for name in there if name not in texts]
+
+
+def page(env_id: str) -> str:
+    """The page of an environment.
+
+    Raises:
+        UnknownIdError: no such id.
+        DocstringError: the docstring of its task lacks a section.
+    """
+    task, name = task_of(env_id), file_of(env_id).removesuffix(".md")
+    parts = [
+        summary_of(type(task)),
+        _family_of(env_id),
+        "\n".join(table_lines(_glance(env_id, task))),
+        markdown(document(env_id, task, {})),
+    ]
+    return "\n\n".join([_NOTE, f"# {name}", *(_linked(part, env_id) for part in parts)]) + "\n"
+
+
+def index(ids: Iterable[str]) -> str:
+    """The page that lists environments by family."""
+    parts = [_NOTE, "# Environments", _INTRODUCTION]
+    for family, members in families(ids).items():
+        parts += [f"## {family}", "\n".join(table_lines(_family(members)))]
+    return "\n\n".join(parts) + "\n"
+
+
+def overview(folder: str = "docs/environments") -> str:
+    """Short tables of the environments of this package by family, for a README.
+
+    Args:
+        folder: Path from the README to the pages.
+    """
+    parts = []
+    for family, members in families(_own_ids()).items():
+        rows = []
+        for env_id in members:
+            task = task_of(env_id)
+            link = f"[`{_name(env_id)}`]({folder}/{file_of(env_id)})"
+            rows.append((link, summary_of(type(task)), short(type(task).actions), observed(task)))
+        table = Table((family, "task", "action", "observation"), rows, "<<<<")
+        parts.append("\n".join(table_lines(table)))
+    return "\n\n".join(parts)
+
+
+def with_overview(text: str) -> str:
+    """A README with the tables between its two marks made anew.
+
+    Raises:
+        ConfigError: there are no such marks.
+    """
+    before, begin, rest = text.partition(_BEGIN)
+    _, end, after = rest.partition(_END)
+    if not begin or not end:
+        raise ConfigError(f"README has no marks for the tables; expected {_BEGIN} and {_END}")
+    return f"{before}{begin}\n\n{overview()}\n\n{end}{after}"
+
+
+def _own_ids() -> list[str]:
+    return [env_id for env_id in ENVIRONMENTS if env_id.startswith(_SPACE)]
+
+
+def _name(env_id: str) -> str:
+    """An id without its namespace and the first version."""
+    return env_id.rpartition("/")[2].removesuffix("-v0")
+
+
+def _family_of(env_id: str) -> str:
+    family = ENVIRONMENTS[env_id].family
+    return f"One of the [{family}]({INDEX}#{family.lower().replace(' ', '-')}) environments."
+
+
+def _glance(env_id: str, task: Task) -> Table:
+    rows = [
+        ("Action Space", _space(action_space(task))),
+        ("Observation Space", _space(observation_space(task))),
+        ("import", f'gym.make("{env_id}")'),
+    ]
+    return Table(("id", f"`{env_id}`"), rows, "<=")
+
+
+def _linked(text: str, env_id: str) -> str:
+    """Text with links to the pages of environments of the same package, and to papers by DOI."""
+    space = env_id.partition("/")[0] + "/"
+    pages = {_name(other): file_of(other) for other in ENVIRONMENTS if other.startswith(space)}
+    del pages[_name(env_id)]
+    if pages:
+        pattern = f"`({'|'.join(sorted(pages))})`"
+        text = re.sub(pattern, lambda found: f"[{found[0]}]({pages[found[1]]})", text)
+    return _DOI.sub(r"[doi:\1](https://doi.org/\1)", text)
+
+
+def _family(ids: Iterable[str]) -> Table:
+    rows = []
+    for env_id in ids:
+        task = task_of(env_id)
+        link = f"[`{env_id.removeprefix(_SPACE)}`]({file_of(env_id)})"
+        summary = summary_of(type(task))
+        rows.append((link, summary, _acts(task), _sees(task), time_limit(env_id, task)))
+    return Table(("id", "Task", "Action", "Observation", "Time limit"), rows, "<<<<<")
+
+
+def _acts(task: Task) -> str:
+    return f"{size_of(action_space(task))}: {short(type(task).actions)}"
+
+
+def _sees(task: Task) -> str:
+    return f"{size_of(observation_space(task))}: {observed(task)}"
+
+
+def _space(space: spaces.Space[Any]) -> str:
+    """A space on one line; bounds that differ by entry are named as in the table."""
+    if isinstance(space, spaces.Dict):
+        parts = ", ".join(f"{name}: {_space(part)}" for name, part in space.items())
+        return f"Dict({parts})"
+    if not isinstance(space, spaces.Box):
+        return repr(space)
+    low, high = (
+        str(bound[0]) if np.all(bound == bound[0]) else name
+        for name, bound in (("Min", space.low), ("Max", space.high))
+    )
+    return f"Box({low}, {high}, {space.shape}, {space.dtype})"

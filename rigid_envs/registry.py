@@ -1,0 +1,301 @@
+"""The environments as data: one record per id.
+
+Whatever a table, page, test or score needs to know of an id, and its task class does not say, is
+read here. Code is named by strings "module:name", so that this module imports nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from rigid_envs.errors import ConfigError
+
+__all__ = ["ENVIRONMENTS", "EnvironmentRecord", "ErrorTerm", "add", "load"]
+
+
+class ErrorTerm(NamedTuple):
+    """A reward term that shows an error: the term is ``1 / (1 + sharpness error)``.
+
+    Attributes:
+        term: Name of the reward term.
+        sharpness: Factor of the error, in 1 / its unit.
+        text: Meaning of the error, with its unit.
+    """
+
+    term: str
+    sharpness: float
+    text: str
+
+
+@dataclass(frozen=True)
+class EnvironmentRecord:
+    """What is known of an id beside its task class.
+
+    Attributes:
+        id: Gymnasium's id.
+        task: Task class, as "module:Class".
+        max_episode_steps: Time limit in steps.
+        family: Heading under which tables and pages list it.
+        goal: Whether it is a goal environment.
+        early_end: Settings under which episodes also end before the time limit; empty if they
+            never do. Contract tests use them.
+        metrics: Names of the metrics that are reported, of `rigid_envs.scores.METRICS`; the first
+            one ranks policies.
+        error: Reward term that the metric "error" is computed from; None without that metric.
+        controllers: Reference controllers by name, the best first, each a function
+            "module:name" from the task to a controller.
+        limits: Theoretical limits by metric, each a "module:name" of a
+            `rigid_envs.scores.TheoreticalLimit`.
+    """
+
+    id: str
+    task: str
+    max_episode_steps: int
+    family: str
+    goal: bool = False
+    early_end: Mapping[str, Any] = field(default_factory=dict)
+    metrics: tuple[str, ...] = ("return", "success", "time")
+    error: ErrorTerm | None = None
+    controllers: Mapping[str, str] = field(default_factory=dict)
+    limits: Mapping[str, str] = field(default_factory=dict)
+
+
+_RECORDS: dict[str, EnvironmentRecord] = {}
+
+ENVIRONMENTS: Mapping[str, EnvironmentRecord] = MappingProxyType(_RECORDS)
+"""Every registered id with its record."""
+
+
+def add(record: EnvironmentRecord) -> None:
+    """Add a record; adding an equal one again is harmless.
+
+    Raises:
+        ConfigError: a wrong task name or time limit, or an id that has another record.
+    """
+    place = record.id
+    limit: Any = record.max_episode_steps
+    if ENVIRONMENTS.get(record.id, record) != record:
+        raise ConfigError(f"env_id = {record.id!r}; expected an id that is not registered yet")
+    if record.task.count(":") != 1:
+        raise ConfigError(f"{place}: task = {record.task!r}; expected 'module:Class'")
+    if isinstance(limit, bool) or not isinstance(limit, int) or limit < 1:
+        raise ConfigError(f"{place}: max_episode_steps = {limit!r}; expected an integer from 1")
+    if "error" in record.metrics and record.error is None:
+        raise ConfigError(f"{place}: error = None; expected an ErrorTerm for the metric 'error'")
+    _RECORDS[record.id] = record
+
+
+def load(name: str) -> Any:
+    """The object that is named "module:name".
+
+    Raises:
+        ConfigError: the module has no such name.
+    """
+    module, _, attribute = name.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except AttributeError:
+        raise ConfigError(f"name = {name!r}; expected 'module:name' of what exists") from None
+
+
+_BODY, _TOP, _BALL, _DISK = "Free body", "Top", "Ball", "Coin and wheel"
+_SPIN = ErrorTerm("spin", 10.0, "distance from the commanded spin in target rates")
+_TILT = ErrorTerm("upright", 10.0, "tilt [rad]")
+_LAXER_POSE = {"position_tolerance": 1.5, "angle_tolerance": 1.6}
+
+
+def _ours(family: str, name: str, max_episode_steps: int, metrics: str, **more: Any) -> None:
+    """Add an environment of this package.
+
+    Args:
+        family: As in the record.
+        name: Of the id and of the task class.
+        max_episode_steps: As in the record.
+        metrics: Names of the metrics, separated by blanks.
+        **more: Other entries of the record; code is named relative to `rigid_envs.scores`.
+    """
+    for key, place in (("controllers", "bindings."), ("limits", "theory:")):
+        codes = more.get(key, {})
+        more[key] = {label: f"rigid_envs.scores.{place}{code}" for label, code in codes.items()}
+    env_id, task = f"RigidEnvs/{name}-v0", f"rigid_envs.tasks:{name}"
+    names = tuple(metrics.split())
+    add(EnvironmentRecord(env_id, task, max_episode_steps, family, metrics=names, **more))
+
+
+def _variant(name: str, original: str) -> None:
+    """Add an environment that has another task class than the original and nothing else."""
+    record = ENVIRONMENTS[f"RigidEnvs/{original}-v0"]
+    add(replace(record, id=f"RigidEnvs/{name}-v0", task=f"rigid_envs.tasks:{name}"))
+
+
+_ours(
+    _BODY,
+    "IntermediateAxis",
+    300,
+    "effort success return time error",
+    error=_SPIN,
+    controllers={"lqr": "free_body:spin_regulator", "energy_casimir": "free_body:energy_casimir"},
+)
+_variant("IntermediateAxisRandom", "IntermediateAxis")
+_ours(
+    _BODY,
+    "IntermediateAxisSingle",
+    300,
+    "effort success return time error",
+    error=ErrorTerm("axis", 10.0, "angle of the spin from e2 [rad]"),
+    controllers={"energy_casimir": "free_body:single_torque"},
+)
+_ours(
+    _BODY,
+    "SpinCapture",
+    600,
+    "effort success return time error",
+    error=_SPIN,
+    controllers={"separatrix": "free_body:separatrix_steering"},
+)
+_ours(
+    _BODY,
+    "AxisFlip",
+    250,
+    "effort success return",
+    controllers={"timed": "free_body:timed_flip", "brute_force": "free_body:forced_flip"},
+)
+_ours(
+    _BODY,
+    "Detumble",
+    50,
+    "return success time effort",
+    controllers={"riccati": "free_body:momentum_regulator", "brake": "free_body:momentum_brake"},
+    limits={"return": "DETUMBLE_RETURN", "time": "DETUMBLE_TIME"},
+)
+_ours(
+    _BODY,
+    "Reorient",
+    100,
+    "time success return effort",
+    goal=True,
+    controllers={"quaternion_pd": "free_body:quaternion_pd"},
+    limits={"time": "REORIENT_TIME"},
+)
+_ours(
+    _TOP,
+    "SleepingTop",
+    300,
+    "effort success return time error",
+    error=_TILT,
+    controllers={"lqr": "heavy_top:upright_balance"},
+)
+_ours(
+    _BALL,
+    "BallPark",
+    100,
+    "path success return time",
+    early_end=_LAXER_POSE,
+    controllers={"shortest_path": "ball:along_shortest_path", "three_rolls": "ball:rolled"},
+    limits={"path": "BALL_PATH"},
+)
+_ours(
+    _BALL,
+    "BallParkGoal",
+    100,
+    "path success return time",
+    goal=True,
+    controllers={"shortest_path": "ball:along_shortest_path", "three_rolls": "ball:rolled"},
+    limits={"path": "BALL_PATH"},
+)
+_variant("BallParkRandom", "BallPark")
+_variant("BallReorient", "BallPark")
+_ours(
+    _BALL,
+    "BallParkDynamic",
+    100,
+    "time success return effort",
+    early_end={**_LAXER_POSE, "speed_tolerance": 5.0},
+    controllers={"three_rolls": "ball:pushed"},
+    limits={"time": "PUSHED_BALL_TIME"},
+)
+_ours(
+    _BALL,
+    "BallSteer",
+    300,
+    "error success return path",
+    error=ErrorTerm("close", 5.0, "pose error [radii and rad]"),
+    controllers={"lqr": "ball:far_sighted", "damping": "ball:damped"},
+    limits={"error": "BALL_STEER_ERROR"},
+)
+_ours(
+    _BALL,
+    "BallPlate",
+    200,
+    "time success return effort error",
+    early_end={"margin": 0.1, "start_speed": 5.0, "n_substeps": 4},
+    error=ErrorTerm("near", 5.0, "distance from the point [m]"),
+    controllers={"lqr": "ball:plate_regulator"},
+)
+_ours(
+    _BALL,
+    "BallGrid",
+    30,
+    "path success return time",
+    early_end={"start_cells": 0},
+    controllers={"breadth_first": "ball:quarter_rolls"},
+    limits=dict.fromkeys(("path", "success", "return", "time"), "FEWEST_MOVES"),
+)
+_ours(
+    _DISK,
+    "RollPump",
+    400,
+    "time success return",
+    early_end={"dt": 1.0, "n_substeps": 20, "start_part": 0.99, "beta_change": 3.0},
+    controllers={"bang_bang": "coin_and_wheel:pump"},
+    limits={"time": "ROLL_PUMP_TIME"},
+)
+_ours(
+    _TOP,
+    "PivotTop",
+    400,
+    "return success time effort error",  # not the effort first: who falls at once spares it
+    early_end={"arena": 0.02},
+    error=_TILT,
+    controllers={"lqr": "heavy_top:pivot_balance"},
+)
+_ours(
+    _TOP,
+    "TopPrecession",
+    400,
+    "effort success return time error",
+    error=ErrorTerm("tilt", 10.0, "tilt off the commanded one [rad]"),
+    controllers={"lqr": "heavy_top:precession_regulator"},
+)
+_ours(
+    _TOP,
+    "TopRandom",
+    300,
+    "effort success return time error",
+    error=_TILT,
+    controllers={"lqr": "heavy_top:asymmetric_balance"},
+)
+_variant("SleepingTopRandom", "SleepingTop")
+_ours(
+    _DISK,
+    "CoinPark",
+    100,
+    "path success return time",
+    early_end={"position_tolerance": 1.5, "heading_tolerance": 1.5, "phase_tolerance": 1.5},
+    controllers={"two_rolls": "coin_and_wheel:two_rolls"},
+    limits={"path": "COIN_PATH"},
+)
+_ours(
+    _DISK,
+    "DiskRoll",
+    400,
+    "error success return time effort",
+    early_end={"start_lean": 1.0},
+    error=ErrorTerm("circle", 10.0, "relative error of the curvature"),
+    controllers={"lqr": "coin_and_wheel:circle_regulator"},
+)
+_variant("DiskRollRandom", "DiskRoll")

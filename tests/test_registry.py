@@ -1,0 +1,109 @@
+"""The registry is what Gymnasium, tasks and scores have; other packages can add to it."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import gymnasium
+import pytest
+
+import rigid_envs
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.catalogue import checked_id, families, task_of
+from rigid_envs.errors import ConfigError
+from rigid_envs.registry import EnvironmentRecord, add, load
+from rigid_envs.scores import METRICS
+from rigid_envs.scores.theory import TheoreticalLimit
+
+each_id = pytest.mark.parametrize("env_id", list(ENVIRONMENTS))
+PARK = "RigidEnvs/BallPark-v0"
+
+_HOOP = '''
+import rigid_envs
+from rigid_envs.tasks import BallPark
+
+class HoopRoll(BallPark):
+    """Park a hoop.
+
+    It is a ball under another name.
+
+    Reference:
+        None yet.
+    """
+
+rigid_envs.register("Hoops/Roll-v0", task="hoops:HoopRoll", max_episode_steps=70, family="Hoop")
+'''
+_USE = """
+import gymnasium, numpy as np
+from rigid_envs.catalogue import checked_id
+from rigid_envs.pages import describe, list_all, write_pages
+from rigid_envs.scores import evaluate, metrics_of, uniform
+from pathlib import Path
+
+env_id = checked_id("hoops:Hoops/Roll-v0")
+assert gymnasium.make(env_id).spec.max_episode_steps == 70
+assert gymnasium.make_vec(env_id, num_envs=3).reset(seed=0)[0].shape[0] == 3
+assert "Park a hoop." in describe(env_id, {}) and env_id in list_all()
+write_pages(Path("pages"), [env_id])
+assert "One of the [Hoop](README.md#hoop)" in Path("pages/Hoops-Roll.md").read_text()
+assert "## Hoop" in Path("pages/README.md").read_text()
+assert [metric.name for metric in metrics_of(env_id)] == ["return", "success", "time"]
+assert evaluate(env_id, uniform(), 3).values()["success"].shape == (3,)
+"""
+
+
+@each_id
+def test_a_record_is_what_gymnasium_and_the_task_have(env_id: str) -> None:
+    record, task, spec = ENVIRONMENTS[env_id], task_of(env_id), gymnasium.spec(env_id)
+    assert record.id == env_id == spec.id
+    assert record.max_episode_steps == spec.max_episode_steps
+    assert record.goal == (task.n_goal > 0) == ("Goal" in str(spec.entry_point))
+    assert set(record.metrics) <= set(METRICS) and {"success", "return"} <= set(record.metrics)
+    assert (record.error is not None) == ("error" in record.metrics)
+    assert record.error is None or record.error.term in task.terms
+    assert set(record.limits) <= set(record.metrics)
+    assert all(callable(load(name)) for name in record.controllers.values())
+    assert all(isinstance(load(name), TheoreticalLimit) for name in record.limits.values())
+    task_of(env_id, record.early_end)
+
+
+def test_families_are_all_ids_in_the_order_of_registration() -> None:
+    found = families()
+    assert list(found) == ["Free body", "Top", "Ball", "Coin and wheel"]
+    assert sorted(env_id for ids in found.values() for env_id in ids) == sorted(ENVIRONMENTS)
+    assert families([PARK]) == {"Ball": [PARK]}
+
+
+def test_wrong_records_are_refused_and_equal_ones_harmless() -> None:
+    record = ENVIRONMENTS[PARK]
+    add(record)
+    with pytest.raises(ConfigError, match="expected an id that is not registered yet"):
+        add(replace(record, max_episode_steps=99))
+    other = EnvironmentRecord("Other/Park-v0", "other:Park", 10, "Ball")
+    for change, complaint in (
+        ({"task": "other.Park"}, "task = 'other.Park'; expected 'module:Class'"),
+        ({"max_episode_steps": True}, "max_episode_steps = True; expected an integer from 1"),
+        ({"metrics": ("error",)}, "expected an ErrorTerm"),
+    ):
+        with pytest.raises(ConfigError, match=f"^Other/Park-v0: .*{complaint}"):
+            add(replace(other, **change))
+    with pytest.raises(ConfigError, match=r"'rigid_envs\.tasks:Nothing'; expected 'module:name'"):
+        rigid_envs.register("Other/Park-v0", "rigid_envs.tasks:Nothing", 10)
+    assert "Other/Park-v0" not in ENVIRONMENTS
+
+
+def test_an_id_may_name_the_module_that_registers_it() -> None:
+    assert checked_id(f"rigid_envs:{PARK}") == PARK
+    with pytest.raises(ConfigError, match="expected a module that can be imported: No module"):
+        checked_id("no_such_package:Hoops/Roll-v0")
+
+
+def test_another_package_gets_all_that_ours_get(tmp_path: Path) -> None:
+    (tmp_path / "hoops.py").write_text(_HOOP)
+    path = [str(tmp_path), str(Path(__file__).parents[1])]
+    code = f"import sys; sys.path[:0] = {path!r}\n{_USE}"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
