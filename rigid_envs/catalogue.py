@@ -5,7 +5,7 @@ import importlib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from rigid_envs.envs.boundary import new_task
+from rigid_envs.envs.arguments import new_task
 from rigid_envs.errors import ConfigError
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.tasks import Task

@@ -13,7 +13,7 @@ from gymnasium import spaces
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.catalogue import one_of_each
 from rigid_envs.cli import main
-from rigid_envs.envs.boundary import info_keys
+from rigid_envs.envs.task_spaces import info_keys
 from rigid_envs.pages.describe import describe, example
 from rigid_envs.pages.listing import size_of
 from rigid_envs.pages.tables import table

@@ -16,7 +16,7 @@ from gymnasium import spaces
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.catalogue import task_of
 from rigid_envs.cli import main
-from rigid_envs.envs.boundary import info_keys
+from rigid_envs.envs.task_spaces import info_keys
 from rigid_envs.pages.sections import docstring_of
 from rigid_envs.pages.writing import INDEX, file_of, pages, with_overview
 from rigid_envs.scores import anchors

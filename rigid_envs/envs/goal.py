@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.envs.boundary import goal_parts
 from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.task_spaces import goal_parts
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.tasks import Task
 

@@ -11,19 +11,10 @@ import numpy.typing as npt
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 
 from rigid_envs.core import Core
-from rigid_envs.envs.boundary import (
-    FLOAT32,
-    INFO_FLAGS,
-    INTEGERS,
-    action_space,
-    actions_of,
-    info_keys,
-    new_task,
-    observation_space,
-    options_of,
-    python_seed,
-    stream_key,
-)
+from rigid_envs.envs.arguments import FLOAT32, INTEGERS, actions_of, new_task, options_of
+from rigid_envs.envs.durations import checked_steps, further_steps
+from rigid_envs.envs.streams import python_seed, stream_key
+from rigid_envs.envs.task_spaces import INFO_FLAGS, action_space, info_keys, observation_space
 from rigid_envs.systems import System
 from rigid_envs.tasks.starts import start_from
 
@@ -64,6 +55,8 @@ class RigidEnv(gym.Env[Observation, Observation]):
         self._shape = None if self.task.n_choices else (len(self.task.actions()),)
         self._n_choices = self.task.n_choices
         self._status = _FRESH
+        self._checked_steps = checked_steps(self.task, task, None)
+        self._steps_left = 0  # that may follow without a look at `_status`
         self._keyed_by: np.random.Generator | None = None
         self._bind()
 
@@ -104,9 +97,11 @@ class RigidEnv(gym.Env[Observation, Observation]):
             ValueError: NaN, inf or a wrong shape; the state is unchanged.
             ResetNeeded: before `reset` or after the end of the episode.
             ClosedEnvironmentError: after `close`.
+            ConfigError: the episode is so long that the rates may leave the stability envelope.
         """
-        if self._status != _RUNNING:
-            self._refuse_step()
+        if not self._steps_left:
+            self._allow_step()
+        self._steps_left -= 1
         advance, buffer, row_action, observe, result, flag = self._row_of_core
         if (
             action.__class__ is np.ndarray
@@ -125,7 +120,8 @@ class RigidEnv(gym.Env[Observation, Observation]):
                 actions_of(self.task, action, (), self._name)  # says which entry is not finite
             terminated, _, *flags = flag.tolist()
             info["is_success"], info["action_clipped"], info["physics_error"] = flags
-            self._status = _ENDED if terminated else _RUNNING
+            if terminated:
+                self._status, self._steps_left = _ENDED, 0
         *numbers, reward = result.tolist()
         for key, number in zip(self._numbers, numbers):  # noqa: B905 - strict costs 100 ns
             info[key] = number
@@ -157,12 +153,12 @@ class RigidEnv(gym.Env[Observation, Observation]):
             self._core.seed(self._row, np.array([stream_key(self.np_random)]))
             self._keyed_by = self.np_random
         self._core.reset(self._row, start)
-        self._status = _RUNNING
+        self._status, self._steps_left = _RUNNING, self._checked_steps
         return self._observe(), self._blank_info.copy()
 
     def close(self) -> None:
         """No further step or reset."""
-        self._status = _CLOSED
+        self._status, self._steps_left = _CLOSED, 0
 
     @property
     def system(self) -> System:
@@ -203,12 +199,24 @@ class RigidEnv(gym.Env[Observation, Observation]):
         self._keyed_by = self.np_random  # the stream, too, goes on
         if self._status != _CLOSED:
             self._status = _RUNNING if self._core.running[0] else _ENDED
+            self._steps_left = 0  # the next step looks at the clock
 
     @property
     def _name(self) -> str:
         return self.spec.id if self.spec is not None else type(self.task).__name__
 
-    def _refuse_step(self) -> None:
+    def _allow_step(self) -> None:
+        """See that an episode runs, and for how many steps it may run on.
+
+        Raises:
+            ResetNeeded, ClosedEnvironmentError: no episode runs.
+            ConfigError: the rates may leave the stability envelope.
+        """
+        if self._status == _RUNNING:
+            elapsed = int(self._core.elapsed[0])
+            left = self._checked_steps - elapsed
+            self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)
+            return
         if self._status == _CLOSED:
             raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
         when = "before the first reset" if self._status == _FRESH else "after the episode ended"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,18 +13,13 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from rigid_envs.core import Core
-from rigid_envs.envs.boundary import (
-    FLOAT32,
-    action_space,
-    actions_of,
-    info_keys,
-    new_task,
-    observation_space,
-    options_of,
-    seeded_key,
-)
+from rigid_envs.envs.arguments import FLOAT32, actions_of, new_task, options_of
+from rigid_envs.envs.durations import checked_steps, further_steps
+from rigid_envs.envs.streams import seeded_key
+from rigid_envs.envs.task_spaces import action_space, info_keys, observation_space
+from rigid_envs.settings import refusal
 from rigid_envs.systems import System
-from rigid_envs.tasks import ConfigError, Task
+from rigid_envs.tasks import Task
 from rigid_envs.tasks.starts import start_from
 
 __all__ = ["RigidVectorEnv"]
@@ -72,14 +68,12 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
             counts["max_episode_steps"] = max_episode_steps
         for name, value in counts.items():
             if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-                raise ConfigError(f"config.{name}: {value!r}; expected a positive integer")
+                raise refusal(name, value, "an integer from 1")
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
-            raise ConfigError(
-                f"config.autoreset_mode: {autoreset_mode!r}; "
-                f"expected one of {[mode.value for mode in AutoresetMode]}"
-            ) from None
+            modes = [mode.value for mode in AutoresetMode]
+            raise refusal("autoreset_mode", autoreset_mode, f"one of {modes}") from None
         self.task: Task = new_task(task, render_mode, config)
         self.render_mode = render_mode
         self.num_envs = int(num_envs)
@@ -100,6 +94,8 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         self._ended = everywhere.copy()
         self._keyed = False  # whether the rows have random streams
         self._fresh = True
+        self._checked_steps = checked_steps(self.task, task, max_episode_steps)
+        self._steps_left = math.inf if max_episode_steps else self._checked_steps
 
     def reset(
         self,
@@ -148,8 +144,13 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
             ValueError: NaN, inf or a wrong shape; no row has changed.
             ResetNeeded: before `reset`; in DISABLED mode if a row has ended and was not reset.
             ClosedEnvironmentError: after `close`.
+            ConfigError: without a time limit, an episode is so long that the rates may leave the
+                stability envelope.
         """
         ended_before = self._check_order()
+        if not self._steps_left:
+            self._allow_steps()
+        self._steps_left -= 1
         core = self._core
         if not (
             actions.__class__ is np.ndarray
@@ -209,10 +210,22 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         self._core.set_state(state)
         self._ended = ~self._core.running
         self._keyed, self._fresh = True, False
+        if self._steps_left != math.inf:
+            self._steps_left = 0  # the next step looks at the clocks
 
     @property
     def _name(self) -> str:
         return self.spec.id if self.spec is not None else type(self.task).__name__
+
+    def _allow_steps(self) -> None:
+        """See for how many steps all episodes may run on, where no time limit ends them.
+
+        Raises:
+            ConfigError: the rates may leave the stability envelope.
+        """
+        elapsed = int(self._core.elapsed.max())
+        left = self._checked_steps - elapsed
+        self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)
 
     def _check_order(self) -> Rows | None:
         """Rows that ended in the step before, if there are any."""
@@ -262,7 +275,9 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
                 f"expected a bool array of shape ({self.num_envs},)"
             )
         if not mask.any():
-            raise ValueError(f"{self._name}: options['reset_mask'] is False everywhere")
+            raise ValueError(
+                f"{self._name}: options['reset_mask'] = False everywhere; expected a row to reset"
+            )
         return np.flatnonzero(mask)
 
     def _seed(self, seed: int | Sequence[int | None] | None, rows: Rows) -> None:
@@ -273,7 +288,10 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         else:
             seeds = [None] * self.num_envs if seed is None else list(seed)
         if len(seeds) != self.num_envs:
-            raise ValueError(f"{self._name}: {len(seeds)} seeds for {self.num_envs} rows")
+            raise ValueError(
+                f"{self._name}: seed has {len(seeds)} entries; expected {self.num_envs}, "
+                "one for each row"
+            )
         if not self._keyed:
             keys = self.np_random.integers(0, 2**64, self.num_envs, dtype=np.uint64)
             self._core.seed(self._rows, keys)

@@ -12,7 +12,7 @@ from typing import Any
 
 from gymnasium import spaces
 
-from rigid_envs.envs.boundary import action_space
+from rigid_envs.envs.task_spaces import action_space
 from rigid_envs.pages.listing import time_limit
 from rigid_envs.pages.reference import reference_section
 from rigid_envs.pages.sections import TaskDocstring, docstring_of, text_of
@@ -27,6 +27,7 @@ from rigid_envs.pages.task_tables import (
     sample_arguments,
     term_table,
 )
+from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.tasks import Task
 
 __all__ = ["Code", "Section", "document", "observed", "short"]
@@ -98,7 +99,7 @@ def document(env_id: str, task: Task, given: Mapping[str, Any]) -> list[Section]
         _episode_end(env_id, task, docstring),
         _arguments(env_id, task, given),
         Section("Info", [_INFO, info_table(task)]),
-        _physics(task, docstring),
+        _physics(env_id, task, docstring),
         Section("Reference score", [*sections["Reference"], *reference_section(env_id, task)]),
         Section("Version History", sections["Version History"]),
         Section("References", sections["Source"]),
@@ -197,23 +198,23 @@ def _arguments(env_id: str, task: Task, given: Mapping[str, Any]) -> Section:
     return Section("Arguments", [_ARGUMENTS, argument_table(task, given), RANGE_NOTE, Code(code)])
 
 
-def _physics(task: Task, docstring: TaskDocstring) -> Section:
+def _physics(env_id: str, task: Task, docstring: TaskDocstring) -> Section:
     system = task.system_type
     part = Section(f"System `{system.__name__}`", [*text_of(system), _ACCESS])
-    return Section("Physics", [*docstring.sections["Physics"], *_integrator_step(task)], [part])
-
-
-def _integrator_step(task: Task) -> list[str]:
-    """The step of the integrator in the stability envelope; empty where any step is stable."""
-    step, rate, envelope = (
-        task.dt / task.n_substeps,
-        task.largest_rate(),
-        type(task).system_type.envelope,
+    return Section(
+        "Physics", [*docstring.sections["Physics"], *_integrator_step(env_id, task)], [part]
     )
+
+
+def _integrator_step(env_id: str, task: Task) -> list[str]:
+    """The step of the integrator in the stability envelope; empty where any step is stable."""
+    limit = ENVIRONMENTS[env_id].max_episode_steps * task.dt
+    step, rate = task.dt / task.n_substeps, task.largest_rate(limit)
+    envelope = task.largest_turn
     if not math.isfinite(envelope):
         return []
     return [
-        f"The integrator step, `dt` / `n_substeps`, is {step:.3g} s. The largest angular rate that "
-        f"is provided for, {rate:.3g} rad/s, times it is {rate * step:.3g} rad; at most "
-        f"{envelope:.3g} rad is accepted."
+        f"The integrator step, `dt` / `n_substeps`, is {step:.3g} s. Within the time limit rates "
+        f"are at most {rate:.3g} rad/s, {rate * step:.3g} rad per step; at most {envelope:.3g} rad "
+        "is accepted."
     ]

@@ -5,7 +5,7 @@ from typing import Any
 from gymnasium import spaces
 
 from rigid_envs.catalogue import task_of
-from rigid_envs.envs.boundary import action_space, observation_space
+from rigid_envs.envs.task_spaces import action_space, observation_space
 from rigid_envs.pages.sections import summary_of
 from rigid_envs.pages.tables import table
 from rigid_envs.registry import ENVIRONMENTS

@@ -6,7 +6,7 @@ from typing import Any
 
 from gymnasium import spaces
 
-from rigid_envs.envs.boundary import action_space
+from rigid_envs.envs.task_spaces import action_space
 from rigid_envs.tasks import Entry, Task
 from rigid_envs.tasks.fields import Choice, Flag, Integer, Number
 

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from rigid_envs.catalogue import families, task_of
-from rigid_envs.envs.boundary import action_space, observation_space
+from rigid_envs.envs.task_spaces import action_space, observation_space
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.document import document, observed, short

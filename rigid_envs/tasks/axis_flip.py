@@ -28,8 +28,6 @@ from rigid_envs.tasks.free_bodies import (
 
 __all__ = ["AxisFlip"]
 
-_STEPS = 250  # time limit of the registered environment, for which rates are bounded
-
 
 class Terms(NamedTuple):
     """Reward terms of `AxisFlip`."""
@@ -210,8 +208,8 @@ class AxisFlip(Task):
             Entry("time left / longest", "1", "none", 0.0, 1.0),
         )
 
-    def largest_rate(self) -> float:
-        """What full torque can make of the start before the time limit."""
-        moments, time = (self.I1, self.I2, self.I3), _STEPS * self.dt
+    def largest_rate(self, duration: float) -> float:
+        """What full torque can make of the start until the end."""
+        moments = (self.I1, self.I2, self.I3)
         rate = self.spin_rate + self.start_spread
-        return fastest(moments, spun_up(moments, rate, (self.torque,) * 3, time))
+        return fastest(moments, spun_up(moments, rate, (self.torque,) * 3, duration))

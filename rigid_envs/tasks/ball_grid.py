@@ -174,6 +174,6 @@ class BallGrid(Task):
             Entry("Y / cell", "1", "world", -_FAR, _FAR),
         )
 
-    def largest_rate(self) -> float:
+    def largest_rate(self, duration: float) -> float:
         """A quarter turn in one step."""
         return self.roll_rate

@@ -216,7 +216,7 @@ class BallPark(Task):
             Entry("Y / radius", "1", "world", -FAR, FAR),
         )
 
-    def largest_rate(self) -> float:
+    def largest_rate(self, duration: float) -> float:
         """Rolling rate at full speed."""
         return self.largest_roll_rate
 

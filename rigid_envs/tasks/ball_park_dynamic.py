@@ -234,7 +234,7 @@ class BallParkDynamic(Task):
             *(Entry(f"V{k} / radius", "1/s", "world", -_FAST, _FAST) for k in "XY"),
         )
 
-    def largest_rate(self) -> float:
+    def largest_rate(self, duration: float) -> float:
         """Rolling rate at the speed that no push exceeds on this plate."""
         beta, turntable = span(self.beta), max(abs(rate) for rate in span(self.turntable_rate))
         push = self.force / (span(self.m)[0] * (1.0 + beta[0]))

@@ -272,6 +272,6 @@ class BallParkGoal(Task):
             Entry("Y / radius", "1", "world", -_FAR, _FAR),
         )
 
-    def largest_rate(self) -> float:
+    def largest_rate(self, duration: float) -> float:
         """Rolling rate at full speed."""
         return self.largest_roll_rate

@@ -246,7 +246,7 @@ class BallPlate(Task):
             *(Entry(f"alpha_{k}' / limit", "1", "plate", -_WIDE, _WIDE) for k in "xy"),
         )
 
-    def largest_rate(self) -> float:
+    def largest_rate(self, duration: float) -> float:
         """Rates of table and ball at the speed that no tilting exceeds before the edge."""
         beta, table = span(self.beta), max(abs(end) for end in span(self.turntable_rate))
         plate, edge = math.sqrt(2.0) * self.tilt_rate, self.edge

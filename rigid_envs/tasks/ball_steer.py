@@ -309,6 +309,6 @@ class BallSteer(Task):
             *(Entry(f"force_{k} * radius^2", "1", "world", -_BENT, _BENT) for k in "XY"),
         )
 
-    def largest_rate(self) -> float:
+    def largest_rate(self, duration: float) -> float:
         """Rolling rate at full speed."""
         return self.largest_roll_rate

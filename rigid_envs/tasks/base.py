@@ -98,6 +98,9 @@ class Task(Settings, abc.ABC):
     """Number of actions of a task with discrete actions; 0 where they are continuous."""
     fixed_components: ClassVar[tuple[str, ...]] = ()
     """Components of the state that stay 0; a start that gives others is refused."""
+    envelope: ClassVar[float | None] = None
+    """Largest rate times integrator step [rad]; None: that of the system, up to which the
+    integrator keeps its stated accuracy."""
     aliases: ClassVar[Mapping[str, str]] = {}
     """Field that stands for a parameter of the system, where the names differ."""
 
@@ -125,6 +128,7 @@ class Task(Settings, abc.ABC):
         """Check every field by its rule, and the parameters together."""
         check_fields(self)
         self._check_parameters()
+        self.check_duration(0)
         if len(self.actions()) != len(self.episode.prototypes.action):
             raise TypeError(
                 f"{type(self).__name__}: actions() has {len(self.actions())} entries; "
@@ -167,8 +171,55 @@ class Task(Settings, abc.ABC):
         """Entries of the observation before the attitude."""
 
     @abc.abstractmethod
-    def largest_rate(self) -> float:
-        """Largest angular rate at the start of an episode [rad/s], for the stability envelope."""
+    def largest_rate(self, duration: float) -> float:
+        """Bound on the angular rates that an episode of this duration can reach.
+
+        Whatever is drawn at the start and whatever actions follow. It is compared with the
+        `envelope`, with the time limit in force.
+
+        Args:
+            duration: Time from the start to the end of the episode [s]; may be infinite.
+
+        Returns:
+            Rate [rad/s], of the motion and of the turns that an integrator step is made of.
+        """
+
+    def check_duration(self, n_steps: float) -> None:
+        """See that the integrator stays within the envelope in an episode of so many steps.
+
+        Args:
+            n_steps: Number of control periods.
+
+        Raises:
+            ConfigError: it may not; names the remedy.
+        """
+        rate, h = self.largest_rate(n_steps * self.dt), self.dt / self.n_substeps
+        if rate * h > self.largest_turn:
+            raise ConfigError(
+                f"config.dt: dt = {self.dt} in {self.n_substeps} substeps; expected at most "
+                f"{self.largest_turn / rate * self.n_substeps:.4g} s, for rates up to {rate:.4g} "
+                f"rad/s in {n_steps:g} steps (stability envelope): "
+                f"take n_substeps >= {math.ceil(rate * self.dt / self.largest_turn)}"
+            )
+
+    def stable_steps(self) -> int:
+        """Steps of an episode for which the integrator stays within the envelope; 2**31 at most."""
+        allowed = self.largest_turn * self.n_substeps / self.dt
+        low, high = 0, 2**31
+        if self.largest_rate(high * self.dt) <= allowed:
+            return high
+        while high - low > 1:
+            middle = (low + high) // 2
+            if self.largest_rate(middle * self.dt) <= allowed:
+                low = middle
+            else:
+                high = middle
+        return low
+
+    @property
+    def largest_turn(self) -> float:
+        """Largest rate times integrator step that is allowed [rad]."""
+        return self.system_type.envelope if self.envelope is None else self.envelope
 
     def observations(self) -> tuple[Entry, ...]:
         """All entries of the observation: features, attitude, drawn parameters."""
@@ -243,15 +294,6 @@ class Task(Settings, abc.ABC):
             except ValueError as error:
                 name = str(error).split()[0]
                 raise ConfigError(f"config.{self.aliases.get(name, name)}: {error}") from None
-        rate, h = self.largest_rate(), self.dt / self.n_substeps
-        envelope = self.system_type.envelope
-        if rate * h > envelope:
-            raise ConfigError(
-                f"config.dt: {self.dt} s in {self.n_substeps} substeps at rates up to {rate:.4g} "
-                f"rad/s is outside the stability envelope; expected dt / n_substeps <= "
-                f"{envelope / rate:.4g} s: "
-                f"take n_substeps >= {math.ceil(rate * self.dt / envelope)}"
-            )
 
     def _drawn_entries(self) -> tuple[Entry, ...]:
         rules = {field.name: field.metadata["rule"] for field in fields(self)}

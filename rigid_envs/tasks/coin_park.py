@@ -224,7 +224,7 @@ class CoinPark(Task):
             Entry("Y / radius", "1", "world", -_FAR, _FAR),
         )
 
-    def largest_rate(self) -> float:
+    def largest_rate(self, duration: float) -> float:
         """The larger of the two rates."""
         return max(self.roll_per_step, self.steer_per_step) / self.dt
 

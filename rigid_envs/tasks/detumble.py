@@ -20,7 +20,6 @@ from rigid_envs.tasks.free_bodies import FASTEST, fastest, observed_rates
 __all__ = ["Detumble"]
 
 _FAR = 100.0  # bound of the momentum term
-_STEPS = 50  # time limit of the registered environment, for which rates are bounded
 
 
 class Action(NamedTuple):
@@ -179,8 +178,8 @@ class Detumble(Task):
         """Angular velocity."""
         return tuple(Entry(f"omega{k}", "rad/s", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
-    def largest_rate(self) -> float:
-        """What full impulses can make of the start before the time limit."""
+    def largest_rate(self, duration: float) -> float:
+        """What full impulses can make of the start until the end."""
         moments = (self.I1, self.I2, self.I3)
-        momentum = self.start_momentum + _STEPS * self.impulse
+        momentum = self.start_momentum + duration / self.dt * self.impulse
         return fastest(moments, momentum / math.sqrt(min(span(moment)[0] for moment in moments)))

@@ -220,7 +220,7 @@ class DiskRoll(Task):
             Entry("goal curvature * radius", "1", "path of the contact", -2.0, 2.0),
         )
 
-    def largest_rate(self) -> float:
+    def largest_rate(self, duration: float) -> float:
         """What gravity and full torque make of the fastest start before the disk has fallen."""
         parameters = (self.m, self.radius, self.I1, self.I3, self.g)
         speed = self.start_speed + self.start_spread

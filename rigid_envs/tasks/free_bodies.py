@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigid_envs.errors import ConfigError
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import select
 from rigid_envs.kernels.free_body import Input, State
+from rigid_envs.settings import refusal
 from rigid_envs.systems.free_body import fastest_turn
 from rigid_envs.tasks.fields import Range, span
 
@@ -84,9 +84,9 @@ def check_order(moments: Moments) -> None:
     """
     I1, I2, I3 = moments
     if not span(I1)[1] < span(I2)[0]:
-        raise ConfigError(f"config.I1: {I1} is not below I2 = {I2}; expected I1 < I2")
+        raise refusal("I1", I1, f"less than I2 = {I2}")
     if not span(I2)[1] < span(I3)[0]:
-        raise ConfigError(f"config.I3: {I3} is not above I2 = {I2}; expected I2 < I3")
+        raise refusal("I3", I3, f"more than I2 = {I2}")
 
 
 def spun_up(

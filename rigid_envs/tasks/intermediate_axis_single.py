@@ -28,8 +28,6 @@ from rigid_envs.tasks.free_bodies import (
 
 __all__ = ["IntermediateAxisSingle"]
 
-_STEPS = 300  # time limit of the registered environment, for which rates are bounded
-
 
 class Action(NamedTuple):
     """Torque about e3, in parts of the largest."""
@@ -179,8 +177,8 @@ class IntermediateAxisSingle(Task):
         """Angular velocity in target rates."""
         return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
-    def largest_rate(self) -> float:
-        """What full torque can make of the start before the time limit."""
-        moments, time = (self.I1, self.I2, self.I3), _STEPS * self.dt
+    def largest_rate(self, duration: float) -> float:
+        """What full torque can make of the start until the end."""
+        moments = (self.I1, self.I2, self.I3)
         rate = self.spin_rate + self.start_spread
-        return fastest(moments, spun_up(moments, rate, (0.0, 0.0, self.torque), time))
+        return fastest(moments, spun_up(moments, rate, (0.0, 0.0, self.torque), duration))

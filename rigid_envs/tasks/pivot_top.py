@@ -20,7 +20,6 @@ from rigid_envs.tasks.tops import derive_symmetric, fastest_spinning, tilted, we
 
 __all__ = ["PivotTop"]
 
-_STEPS = 400  # time limit of the registered environment
 _FAST = 20.0  # rad/s and m/s; observed no further than this
 
 
@@ -232,9 +231,9 @@ class PivotTop(Task):
             *(Entry(f"V{k}", "m/s", "world", -_FAST, _FAST) for k in "XY"),
         )
 
-    def largest_rate(self) -> float:
-        """What gravity and full acceleration make of the start before the time limit."""
+    def largest_rate(self, duration: float) -> float:
+        """What gravity and full acceleration make of the start until the end."""
         mgl = weight(self.m, self.g, self.ell)
         spin = self.start_spin * 2.0 * math.sqrt(span(self.I_perp)[1] * mgl) / span(self.I3)[0]
-        impulse = span(self.m)[1] * span(self.ell)[1] * self.push * _STEPS * self.dt
+        impulse = span(self.m)[1] * span(self.ell)[1] * self.push * duration
         return fastest_spinning(self.I_perp, self.I3, spin, 0.0, mgl, impulse)

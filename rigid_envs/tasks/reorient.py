@@ -20,7 +20,6 @@ from rigid_envs.tasks.free_bodies import FASTEST, BodyTorque, fastest, spun_up, 
 
 __all__ = ["Reorient"]
 
-_STEPS = 100  # time limit of the registered environment, for which rates are bounded
 _REST = (0.0, 0.0, 0.0)
 
 
@@ -239,7 +238,7 @@ class Reorient(Task):
         goal = (*turn, *rates)
         return (*goal, *goal, *rates)
 
-    def largest_rate(self) -> float:
-        """What full torque can make of rest before the time limit."""
-        moments, time = (self.I1, self.I2, self.I3), _STEPS * self.dt
-        return fastest(moments, spun_up(moments, 0.0, (self.torque,) * 3, time))
+    def largest_rate(self, duration: float) -> float:
+        """What full torque can make of rest until the end."""
+        moments = (self.I1, self.I2, self.I3)
+        return fastest(moments, spun_up(moments, 0.0, (self.torque,) * 3, duration))

@@ -198,7 +198,7 @@ class RollPump(Task):
             Entry("beta_change / largest", "1", "body", 0.0, 1.0),
         )
 
-    def largest_rate(self) -> float:
+    def largest_rate(self, duration: float) -> float:
         """Through the bottom at most as fast as from the rim, the ratio then made least."""
         swing = span(self.g)[1] * span(self.curvature)[1]
         low = 1.0 + span(self.beta)[0]

@@ -29,7 +29,6 @@ from rigid_envs.tasks.free_bodies import (
 
 __all__ = ["SpinCapture"]
 
-_STEPS = 600  # time limit of the registered environment, for which rates are bounded
 _ACTUATORS = ("e1 e2 e3", "e1 e2", "e1 e3", "e2 e3", "e1", "e2", "e3")
 
 
@@ -246,7 +245,9 @@ class SpinCapture(Task):
         """Angular velocity in target rates."""
         return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
-    def largest_rate(self) -> float:
-        """What full torque can make of the fastest start before the time limit."""
-        moments, time = (self.I1, self.I2, self.I3), _STEPS * self.dt
-        return fastest(moments, spun_up(moments, span(self.start_rate)[1], self.torques(), time))
+    def largest_rate(self, duration: float) -> float:
+        """What full torque can make of the fastest start until the end."""
+        moments = (self.I1, self.I2, self.I3)
+        return fastest(
+            moments, spun_up(moments, span(self.start_rate)[1], self.torques(), duration)
+        )

@@ -68,7 +68,7 @@ def _state(
         )
     for name in task.fixed_components:
         if np.any(part := y[..., system.components[name]]):
-            raise ValueError(f"state has {name} = {part}; expected 0, as it stays in this task")
+            raise ValueError(f"{name} = {part}; expected 0, as it stays in this task")
     return {k: y[..., k] for k in columns}
 
 
@@ -78,7 +78,7 @@ def _parameters(task: Task, n: int, params: Mapping[str, npt.ArrayLike]) -> dict
     known, values = task.physical_parameters(), {}
     for name, value in params.items():
         if name not in known:
-            raise ValueError(f"params[{name!r}] is unknown; expected some of {list(known)}")
+            raise ValueError(f"params has key {name!r}; expected some of {list(known)}")
         try:
             values[name] = np.asarray(value, dtype=np.float64)
         except (TypeError, ValueError):
@@ -95,7 +95,7 @@ def _parameters(task: Task, n: int, params: Mapping[str, npt.ArrayLike]) -> dict
         low, high = span(getattr(task, name))
         if not np.all((low <= values[name]) & (values[name] <= high)):
             raise ValueError(
-                f"params[{name!r}] = {values[name]} is observed in [{low}, {high}]; "
-                "expected a value inside, or a wider range in the configuration"
+                f"params[{name!r}] = {values[name]}; expected a value in [{low}, {high}], "
+                "in which it is observed: give a wider range in the configuration"
             )
     return values

@@ -20,7 +20,6 @@ from rigid_envs.tasks.tops import derive_symmetric, fastest_spinning, tilted, we
 
 __all__ = ["TopPrecession"]
 
-_STEPS = 400  # time limit of the registered environment
 _FAST = 30.0  # rad/s; observed no further than this
 
 
@@ -275,10 +274,10 @@ class TopPrecession(Task):
             Entry("goal phi'", "rad/s", "world", -_FAST, _FAST),
         )
 
-    def largest_rate(self) -> float:
-        """What gravity and full torque make of the fastest start before the time limit."""
+    def largest_rate(self, duration: float) -> float:
+        """What gravity and full torque make of the fastest start until the end."""
         mgl = weight(self.m, self.g, self.ell)
         critical = 2.0 * math.sqrt(span(self.I_perp)[1] * mgl) / span(self.I3)[0]
         spin = (self.start_spin + self.start_spread) * critical
-        impulse = math.sqrt(2.0) * self.torque * _STEPS * self.dt
+        impulse = math.sqrt(2.0) * self.torque * duration
         return fastest_spinning(self.I_perp, self.I3, spin, self.start_rate, mgl, impulse)

@@ -20,7 +20,6 @@ from rigid_envs.tasks.tops import fastest_top, tilted, weight
 
 __all__ = ["TopRandom"]
 
-_STEPS = 300  # time limit of the registered environment
 _FAST = 30.0  # rad/s; observed no further than this
 
 
@@ -205,9 +204,9 @@ class TopRandom(Task):
         """Angular velocity."""
         return tuple(Entry(f"omega{k}", "rad/s", "body", -_FAST, _FAST) for k in (1, 2, 3))
 
-    def largest_rate(self) -> float:
-        """What gravity and full torque make of the fastest start before the time limit."""
+    def largest_rate(self, duration: float) -> float:
+        """What gravity and full torque make of the fastest start until the end."""
         moments = (self.I1, self.I2, self.I3)
         mgl = weight(self.m, self.g, self.ell)
         push = self.torque * math.sqrt(sum(1.0 / span(moment)[0] for moment in moments))
-        return fastest_top(moments, self.start_spin, self.start_rate, mgl, push * _STEPS * self.dt)
+        return fastest_top(moments, self.start_spin, self.start_rate, mgl, push * duration)

@@ -116,5 +116,5 @@ def test_state_of_an_ended_episode_is_one_that_has_ended(env):
 
 def test_there_is_nothing_to_render(env):
     assert env.metadata["render_modes"] == []
-    with pytest.raises(ConfigError, match=r"^config\.render_mode: 'human'"):
+    with pytest.raises(ConfigError, match=r"^config\.render_mode: render_mode = 'human'"):
         RigidEnv("rigid_envs.tasks:BallPark", render_mode="human")

@@ -135,7 +135,7 @@ def test_no_ball_becomes_faster_than_the_step_allows_for(turntable_rate):
         ended |= terminated
         rate = np.linalg.norm(system.omega_plate(envs.y), axis=1)
         reached = np.where(ended, reached, np.maximum(reached, rate))
-    largest = BallParkDynamic(**config).largest_rate()
+    largest = BallParkDynamic(**config).largest_rate(10.0)
     assert ended.all()
     assert 0.5 * largest < np.max(reached) < largest
 

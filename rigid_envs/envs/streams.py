@@ -1,0 +1,23 @@
+"""Keys of the random streams of rows."""
+
+from typing import Any
+
+import numpy as np
+from gymnasium.utils import seeding
+
+__all__ = ["python_seed", "seeded_key", "stream_key"]
+
+
+def stream_key(generator: np.random.Generator) -> np.uint64:
+    """Key of the random stream of one row, drawn from its generator."""
+    return np.uint64(generator.integers(0, 2**64, dtype=np.uint64))
+
+
+def seeded_key(seed: int) -> np.uint64:
+    """Key of a row with this seed: the same for a single environment and for a row of many."""
+    return stream_key(seeding.np_random(python_seed(seed))[0])
+
+
+def python_seed(seed: Any) -> Any:
+    """An integer of NumPy as one of Python; Gymnasium refuses what is neither."""
+    return int(seed) if isinstance(seed, np.integer) else seed

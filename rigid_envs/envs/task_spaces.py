@@ -1,0 +1,54 @@
+"""Spaces of a task, and the keys of its infos."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+
+from rigid_envs.tasks import Entry, Task
+
+__all__ = ["INFO_FLAGS", "action_space", "goal_parts", "info_keys", "observation_space"]
+
+INFO_FLAGS = ("is_success", "action_clipped", "physics_error")
+
+
+def action_space(task: Task) -> spaces.Space[Any]:
+    """Box(-1, 1), one entry for each of the task's actions; Discrete where they are choices."""
+    if task.n_choices:
+        return spaces.Discrete(task.n_choices)
+    return spaces.Box(-1.0, 1.0, (len(task.episode.prototypes.action),), np.float32)
+
+
+def observation_space(task: Task) -> spaces.Space[Any]:
+    """Box with the bounds of the task's observation entries; a Dict of boxes for a goal task."""
+    entries, n = task.observations(), task.n_goal
+    if not n:
+        return _box(entries)
+    parts = {
+        "observation": entries[2 * n :],
+        "achieved_goal": entries[:n],
+        "desired_goal": entries[n : 2 * n],
+    }
+    return spaces.Dict({name: _box(part) for name, part in parts.items()})
+
+
+def goal_parts(flat: npt.NDArray[np.float32], n_goal: int) -> dict[str, npt.NDArray[np.float32]]:
+    """A flat observation (..., 2 n_goal + n) of a goal task by its parts, each a view."""
+    return {
+        "observation": flat[..., 2 * n_goal :],
+        "achieved_goal": flat[..., :n_goal],
+        "desired_goal": flat[..., n_goal : 2 * n_goal],
+    }
+
+
+def _box(entries: Sequence[Entry]) -> spaces.Box:
+    low = np.array([entry.low for entry in entries], dtype=np.float32)
+    high = np.array([entry.high for entry in entries], dtype=np.float32)
+    return spaces.Box(low, high, dtype=np.float32)
+
+
+def info_keys(task: Task) -> tuple[str, ...]:
+    """Keys of every info: cost, unweighted reward terms, flags."""
+    return ("cost", *(f"reward/{term}" for term in task.terms), *INFO_FLAGS)
