@@ -6,9 +6,10 @@ orthogonal axes in its plane.
 
 from numpy.typing import ArrayLike
 
-from rigid_envs.bodies._boundary import bores, mass_of, metres
+from rigid_envs.bodies._arguments import hollow
 from rigid_envs.bodies.body import Body, aligned
 from rigid_envs.bodies.points import simplex
+from rigid_envs.checks import positive
 
 __all__ = [
     "annulus",
@@ -36,7 +37,7 @@ def disc(mass: float, radius: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2c, height 0.
     """
-    return annulus(mass, 0.0, metres(radius, "radius"))
+    return annulus(mass, 0.0, positive(radius, "radius", "m"))
 
 
 def annulus(mass: float, inner_radius: float, outer_radius: float) -> Body:
@@ -56,8 +57,8 @@ def annulus(mass: float, inner_radius: float, outer_radius: float) -> Body:
     Source:
         The difference of two discs of one density.
     """
-    a, b = bores(inner_radius, outer_radius)
-    axial = mass_of(mass) * (a**2 + b**2) / 2.0
+    a, b = hollow(inner_radius, outer_radius)
+    axial = positive(mass, "mass", "kg") * (a**2 + b**2) / 2.0
     return aligned(mass, axial / 2.0, axial / 2.0, axial)
 
 
@@ -78,8 +79,8 @@ def rectangular_lamina(mass: float, lx: float, ly: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2d, one side 0.
     """
-    m = mass_of(mass) / 12.0
-    x, y = m * metres(ly, "ly") ** 2, m * metres(lx, "lx") ** 2
+    m = positive(mass, "mass", "kg") / 12.0
+    x, y = m * positive(ly, "ly", "m") ** 2, m * positive(lx, "lx", "m") ** 2
     return aligned(mass, x, y, x + y)
 
 
@@ -100,8 +101,8 @@ def elliptic_lamina(mass: float, a: float, b: float) -> Body:
     Source:
         A round disc, stretched along its axes.
     """
-    m = mass_of(mass) / 4.0
-    x, y = m * metres(b, "b") ** 2, m * metres(a, "a") ** 2
+    m = positive(mass, "mass", "kg") / 4.0
+    x, y = m * positive(b, "b", "m") ** 2, m * positive(a, "a", "m") ** 2
     return aligned(mass, x, y, x + y)
 
 

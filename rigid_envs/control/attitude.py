@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import array, positive, positive_array
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.systems import FreeBody
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["QuaternionPD", "least_slew_time", "slew_acceleration"]
 
@@ -67,7 +67,7 @@ class QuaternionPD:
         """
         e, omega = self._error(y, goal)
         acceleration = 2.0 * self.k * e[..., 1:] + self.c * omega
-        return within_box(-self.body.moments * acceleration / self.torque)
+        return clip_to_box(-self.body.moments * acceleration / self.torque)
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `FreeBody` [N m], shape (..., 3), of actions."""
@@ -130,10 +130,7 @@ def slew_acceleration(moments: npt.ArrayLike, torque: float) -> Array:
         ValueError: moments or torque that are not positive and finite.
     """
     positive(torque, "torque", "N m")
-    I_k = np.asarray(moments, dtype=np.float64)
-    if not ((I_k > 0.0) & (I_k < np.inf)).all():
-        raise ValueError(f"moments = {I_k.tolist()}; expected positive finite numbers [kg m^2]")
-    inverse = 1.0 / I_k
+    inverse = 1.0 / positive_array(moments, "moments", "kg m^2")
     return np.asarray(torque * np.sqrt(inverse.sum(axis=0) * inverse.max(axis=0)))
 
 
@@ -152,4 +149,4 @@ def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Arra
         Times of the shape of angle.
     """
     a = slew_acceleration(body.moments, torque)
-    return np.asarray(2.0 * np.sqrt(np.asarray(angle, dtype=np.float64) / a))
+    return np.asarray(2.0 * np.sqrt(array(angle, "angle") / a))

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import integer, positive
 from rigid_envs.control.steps import in_turn
 from rigid_envs.systems import UprightCoin
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["CoinPlan", "TwoRolls"]
 
@@ -82,7 +82,7 @@ class TwoRolls:
         """Check the numbers."""
         positive(self.roll_per_step, "roll_per_step", "rad")
         positive(self.steer_per_step, "steer_per_step", "rad")
-        positive(self.directions, "directions", "1")
+        integer(self.directions, "directions", 1)
 
     def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike | None = None) -> CoinPlan:
         """The plan that leads from y to the goal.

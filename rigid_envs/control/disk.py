@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import positive
 from rigid_envs.control.linear import Regulator, lqr, scheduled, zero_order_hold
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.systems import RollingDisk
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["CircleRegulator", "Rolling", "rolling", "rolling_state"]
 
@@ -137,7 +137,7 @@ class CircleRegulator:
         push, stiffness = self._push(self._moved(now, step))
         error = np.stack([-step, now.rate], axis=-1)
         torque = self.regulator(stiffness).feedback(error) - push[..., None]
-        return within_box(torque / self.torque)
+        return clip_to_box(torque / self.torque)
 
     def value(self, y: npt.ArrayLike, curvature: npt.ArrayLike) -> Array:
         """What the regulator still costs from states near the circle, x P x, shape (...)."""

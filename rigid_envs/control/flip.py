@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import array, number, positive, require
 from rigid_envs.control.saddle import saddle
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.control.spin import SpinLaw
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["ForcedFlip", "TimedFlip"]
 
@@ -51,7 +51,7 @@ class ForcedFlip(SpinLaw):
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
         torque = -self.gain * self.rate * self.body.moments * self._error(y)
-        return within_box(torque / self.torque)
+        return clip_to_box(torque / self.torque)
 
     def lyapunov(self, y: npt.ArrayLike) -> Array:
         """V of states y, shape (..., 7); of shape (...) [J]."""
@@ -117,7 +117,7 @@ class TimedFlip(SpinLaw):
             time_left: until the commanded time [s], shape (...); 0 or less afterwards.
         """
         error = self.omega(y) - self.reference(y, time_left)
-        return within_box(-self.gain * self.rate * self.body.moments * error / self.torque)
+        return clip_to_box(-self.gain * self.rate * self.body.moments * error / self.torque)
 
     def lyapunov(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> Array:
         """V of states y, shape (..., 7); of shape (...) [J]."""
@@ -130,7 +130,7 @@ class TimedFlip(SpinLaw):
         d, _ = saddle(self.body.moments).coordinates(self.omega(y) / self.rate)
         most = math.sqrt(growth / bend)
         last = 2.0 * self.margin / math.hypot(1.0, 1.0 / r)  # d there: omega1 = d / 2 = -r omega3
-        left = np.asarray(time_left, dtype=np.float64)
+        left = array(time_left, "time_left")
         phase = growth * self.rate * np.maximum(left, 0.0) - math.acosh(most / last)
         before = left > 0.0
         d_free = np.where(before, np.copysign(most / np.cosh(phase), d), d)
@@ -140,7 +140,5 @@ class TimedFlip(SpinLaw):
 
 
 def _check_gain(gain: float, least: float) -> None:
-    if not gain > least:
-        raise ValueError(
-            f"gain = {gain}; expected more than {least:.4g}, for the error of this body to decrease"
-        )
+    expected = f"more than {least:.4g}, for the error of this body to decrease"
+    require(number(gain, "gain") > least, gain, "gain", expected)

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import array, positive, require
 from rigid_envs.control.linear import Regulator
 from rigid_envs.control.rolling import AXES, difference
 from rigid_envs.systems import RollingBall
-from rigid_envs.systems.boundary import array_of, positive
 
 __all__ = ["DampedFollower", "FarSightedFollower", "elastica_headings", "pose_error"]
 
@@ -166,7 +166,7 @@ class FarSightedFollower:
             ValueError: bad states, or a reference faster than the ball can be.
         """
         error = pose_error(self.ball, y, reference)
-        correction = -np.einsum("...ij,...j->...i", np.asarray(gain), error)
+        correction = -np.einsum("...ij,...j->...i", array(gain, "gain", 2, 5), error)
         return _added(self.ball, self.rate, velocity, correction)
 
     def regulator(self, velocities: npt.ArrayLike) -> Regulator:
@@ -181,7 +181,7 @@ class FarSightedFollower:
         Raises:
             ValueError: bad shapes or numbers.
         """
-        F, G = self._steps(array_of(velocities, 2, "velocities", "VX, VY"))
+        F, G = self._steps(array(velocities, "velocities", 2, entries="VX, VY"))
         P = np.broadcast_to(np.eye(5), F.shape[1:])
         gains, values = [], []
         for f, g in zip(F[::-1], G[::-1], strict=True):
@@ -237,14 +237,12 @@ def elastica_headings(
 
 def _added(ball: RollingBall, rate: float, velocity: npt.ArrayLike, correction: Array) -> Array:
     """Action for a velocity [m/s] and as much of a correction [radii/s] as is possible."""
-    first = np.asarray(velocity) / (ball.radius * rate)
+    velocity = array(velocity, "velocity", 2, entries="VX, VY")
+    first = velocity / (ball.radius * rate)
     more = correction / rate
     room = 1.0 - np.sum(first**2, axis=-1)
-    if float(np.min(room, initial=0.0)) < -1e-6:
-        raise ValueError(
-            f"velocity = {velocity!r}; "
-            f"expected at most radius * rate = {ball.radius * rate:.6g} m/s"
-        )
+    expected = f"at most radius * rate = {ball.radius * rate:.6g} [m/s]"
+    require(room >= -1e-6, velocity, "velocity", expected)
     # the largest s <= 1 with |first + s more| <= 1, written without cancellation
     room = np.maximum(room, 0.0)
     a, b = np.sum(more**2, axis=-1), np.sum(first * more, axis=-1)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import integer, require
 from rigid_envs.control.rolling import difference
 from rigid_envs.systems import RollingBall
 
@@ -83,8 +84,7 @@ class QuarterRolls:
 
     def __post_init__(self) -> None:
         """Check the reach."""
-        if isinstance(self.reach, bool) or int(self.reach) != self.reach or self.reach < 0:
-            raise ValueError(f"reach = {self.reach!r}; expected a number of cells, at least 0")
+        integer(self.reach, "reach", 0)
 
     def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike | None = None) -> Integers:
         """The side to roll to: 0 for +x, 1 for +y, 2 for -x, 3 for -y.
@@ -100,12 +100,11 @@ class QuarterRolls:
             ValueError: off the grid, beyond the reach, or without a way to the goal.
         """
         cells, number = self._pose(y, goal)
-        if (self._count(cells, number) < 0).any():
-            raise ValueError(
-                "y holds a ball that no quarter rolls bring to its goal; expected an attitude "
-                "with q q*^-1 an even permutation of a cube's diagonals where the cells to go "
-                "are even in number, and an odd one where they are odd"
-            )
+        expected = (
+            "a pose from which quarter rolls lead to the goal: q q*^-1 is an even permutation of "
+            "a cube's diagonals where the cells to go are even in number, else an odd one"
+        )
+        require(self._count(cells, number) >= 0, np.asarray(y), "y", expected)
         after = self._count(cells[..., None, :] + SIDES, rolled()[number])
         return np.asarray(np.argmin(after, axis=-1))
 
@@ -166,13 +165,9 @@ class QuarterRolls:
         place = way * (self.ball.radius / self._side)
         cells = np.rint(place).astype(np.int64)
         away = rotations.distance(attitudes()[number], turn)
-        off = max(float(np.max(gap, initial=0.0)) for gap in (np.abs(place - cells), away))
-        if off > _OFF:
-            raise ValueError(f"y holds a ball {off:.3g} off the grid; expected {_OFF:g} at most")
-        far = int(np.max(np.abs(cells), initial=0))
-        if far > self.reach:
-            raise ValueError(
-                f"y holds a ball {far} cells from its goal; expected {self.reach} at most: "
-                "take a larger reach"
-            )
+        off = np.maximum(np.max(np.abs(place - cells), axis=-1), away)
+        require(off <= _OFF, off, "offset_from_grid", f"at most {_OFF:g} [radii, rad]")
+        far = np.max(np.abs(cells), axis=-1)
+        expected = f"at most {self.reach} cells: take a larger reach"
+        require(far <= self.reach, far, "cells_to_goal", expected)
         return cells, number

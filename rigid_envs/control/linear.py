@@ -10,6 +10,8 @@ import numpy.typing as npt
 from scipy.interpolate import RegularGridInterpolator
 from scipy.linalg import expm, solve_discrete_are
 
+from rigid_envs.checks import positive_array
+
 __all__ = ["Regulator", "lqr", "scheduled", "step_jacobian", "zero_order_hold"]
 
 Array = npt.NDArray[np.float64]
@@ -103,11 +105,14 @@ def lqr(F: Matrix, G: Matrix, Q: npt.ArrayLike, R: npt.ArrayLike) -> Regulator:
 
     Source: Anderson & Moore, *Optimal Control: Linear Quadratic Methods*, section 3.3.
     """
-    weights = np.diag(_weights(Q, len(F), "Q")), np.diag(_weights(R, G.shape[1], "R"))
+    n, m = G.shape
+    weights = np.diag(positive_array(Q, "Q", "", n)), np.diag(positive_array(R, "R", "", m))
     try:
         P = solve_discrete_are(F, G, *weights)
     except np.linalg.LinAlgError as error:
-        raise ValueError(f"no feedback makes the motion stable: {error}") from None
+        raise ValueError(
+            f"G = {G.tolist()}; expected inputs by which feedback can stabilise F: {error}"
+        ) from None
     back = G.conj().T @ P
     return Regulator(np.linalg.solve(weights[1] + back @ G, back @ F), P)
 
@@ -137,10 +142,3 @@ def scheduled(regulator: Callable[..., Regulator], *grids: Array) -> Callable[..
         )
 
     return look_up
-
-
-def _weights(values: npt.ArrayLike, n: int, name: str) -> Array:
-    weights = np.asarray(values, dtype=np.float64)
-    if weights.shape != (n,) or not (weights > 0.0).all():
-        raise ValueError(f"{name} = {values!r}; expected {n} positive weights")
-    return weights

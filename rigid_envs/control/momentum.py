@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_ball
+from rigid_envs.checks import positive
+from rigid_envs.control.saturation import clip_to_ball
 from rigid_envs.systems import FreeBody
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["ImpulseLaw", "MomentumBrake", "MomentumRegulator"]
 
@@ -94,7 +94,7 @@ class MomentumRegulator(ImpulseLaw):
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, impulses over the largest, shape (..., 3), of states y, shape (..., 7)."""
-        return within_ball(-self.gain * self.momentum(y) / self.impulse)
+        return clip_to_ball(-self.gain * self.momentum(y) / self.impulse)
 
     @property
     def gain(self) -> float:
@@ -134,7 +134,7 @@ class MomentumBrake(ImpulseLaw):
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, impulses over the largest, shape (..., 3), of states y, shape (..., 7)."""
-        return within_ball(-self.momentum(y) / self.impulse)
+        return clip_to_ball(-self.momentum(y) / self.impulse)
 
     def n_steps(self, y: npt.ArrayLike) -> Array:
         """Least number of impulses to rest of states y, shape (..., 7); of shape (...)."""

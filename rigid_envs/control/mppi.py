@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import integer, non_negative, positive, require
+
 __all__ = ["CrossEntropyChoices", "PathIntegral", "weights"]
 
 Array = npt.NDArray[np.float64]
@@ -72,12 +74,10 @@ class PathIntegral:
     def __post_init__(self) -> None:
         """Check the numbers."""
         _check_sizes(self.n_samples, self.horizon, self.temperature)
-        if not self.spread > 0.0:
-            raise ValueError(f"spread = {self.spread}; expected a positive number")
-        if not 0.0 <= self.memory < 1.0:
-            raise ValueError(f"memory = {self.memory}; expected a number in [0, 1)")
-        if not 0.0 < self.finest <= 1.0:
-            raise ValueError(f"finest = {self.finest}; expected a number in (0, 1]")
+        positive(self.spread, "spread")
+        correlated = non_negative(self.memory, "memory") < 1.0
+        require(correlated, self.memory, "memory", "a number in [0, 1)")
+        require(positive(self.finest, "finest") <= 1.0, self.finest, "finest", "a number in (0, 1]")
 
     def start(self, lead: tuple[int, ...], n_action: int) -> Array:
         """Plans that do nothing, shape (T, *lead, m)."""
@@ -140,11 +140,8 @@ class CrossEntropyChoices:
     def __post_init__(self) -> None:
         """Check the numbers."""
         _check_sizes(self.n_samples, self.horizon, self.temperature)
-        if self.n_choices < 2 or not 0.0 < self.mixing <= 1.0:
-            raise ValueError(
-                f"n_choices = {self.n_choices}, mixing = {self.mixing}; "
-                "expected at least 2 choices, and mixing in (0, 1]"
-            )
+        integer(self.n_choices, "n_choices", 2)
+        require(positive(self.mixing, "mixing") <= 1.0, self.mixing, "mixing", "a number in (0, 1]")
 
     def start(self, lead: tuple[int, ...], n_action: int = 1) -> Array:
         """Even plans, shape (T, *lead, n)."""
@@ -176,8 +173,6 @@ def _beside(draws: Array, n_lead: int) -> Array:
 
 
 def _check_sizes(n_samples: int, horizon: int, temperature: float) -> None:
-    for name, value, least in (("n_samples", n_samples, 2), ("horizon", horizon, 1)):
-        if isinstance(value, bool) or int(value) != value or value < least:
-            raise ValueError(f"{name} = {value!r}; expected an integer of at least {least}")
-    if not temperature > 0.0:
-        raise ValueError(f"temperature = {temperature}; expected a positive number")
+    integer(n_samples, "n_samples", 2)
+    integer(horizon, "horizon", 1)
+    positive(temperature, "temperature")

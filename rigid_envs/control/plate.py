@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import array, positive
 from rigid_envs.control.linear import Regulator, lqr, zero_order_hold
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.systems import DynamicBall
-from rigid_envs.systems.boundary import array_of, positive
 
 __all__ = ["PlateRegulator"]
 
@@ -81,7 +81,7 @@ class PlateRegulator:
         error = self.error(y, point)
         distance = np.linalg.norm(error[..., :2], axis=-1, keepdims=True)
         error[..., :2] /= np.maximum(1.0, distance / self.farthest)
-        return within_box(self.regulator.feedback(error) / self.tilt_rate)
+        return clip_to_box(self.regulator.feedback(error) / self.tilt_rate)
 
     def inputs(self, y: npt.ArrayLike, action: npt.ArrayLike) -> Array:
         """Input u of `DynamicBall`, shape (..., 4), with which rates reach the commanded ones."""
@@ -91,7 +91,10 @@ class PlateRegulator:
 
     def error(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:
         """(offset, velocity, tilt, tilt rates) of states, shape (..., 8) [m, m/s, rad, rad/s]."""
-        rows, goal = self.ball.checked_state(y)[..., _PLANAR], array_of(point, 2, "point", "X, Y")
+        rows, goal = (
+            self.ball.checked_state(y)[..., _PLANAR],
+            array(point, "point", 2, entries="X, Y"),
+        )
         return np.concatenate([rows[..., :2] - goal, rows[..., 2:] + 0.0 * goal[..., :1]], axis=-1)
 
     def value(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_ball
+from rigid_envs.checks import array, positive, positive_array, require
+from rigid_envs.control.saturation import clip_to_ball
 from rigid_envs.control.steps import in_turn
 from rigid_envs.systems import DynamicBall
-from rigid_envs.systems.boundary import array_of, positive
 
 __all__ = ["PushAlong", "PushPlan", "RollPlan", "roll_along"]
 
@@ -47,9 +47,7 @@ def roll_along(rolls: npt.ArrayLike, reach: npt.ArrayLike) -> RollPlan:
     Raises:
         ValueError: bad shapes or numbers.
     """
-    sides, step = array_of(rolls, 2, "rolls", "X, Y"), np.asarray(reach, dtype=np.float64)
-    if not (step > 0.0).all():
-        raise ValueError(f"reach = {reach!r}; expected positive displacements [m]")
+    sides, step = array(rolls, "rolls", 2, entries="X, Y"), positive_array(reach, "reach", "m")
     lengths = np.linalg.norm(sides, axis=-1)
     counts = np.ceil(lengths / step[..., None] - 1e-9).astype(np.int64)
     each = sides / (np.maximum(counts, 1) * step[..., None])[..., None]
@@ -119,13 +117,10 @@ class PushAlong:
         positive(self.dt, "dt", "s")
         positive(self.share, "share", "1")
         positive(self.rate, "rate", "1/s")
-        if self.share > 1.0:
-            raise ValueError(f"share = {self.share}; expected a part of the force, at most 1")
-        if self.ball.turntable_rate != 0.0:
-            raise ValueError(
-                f"ball.turntable_rate = {self.ball.turntable_rate}; expected 0: on a turntable a "
-                "ball is not turned by the way that it rolls alone"
-            )
+        require(self.share <= 1.0, self.share, "share", "a part of the force, at most 1")
+        table = self.ball.turntable_rate
+        expected = "0: on a turntable a ball is not turned by its path alone"
+        require(table == 0.0, table, "ball.turntable_rate", expected)
 
     def plan(self, y: npt.ArrayLike, rolls: npt.ArrayLike) -> PushPlan:
         """The fastest motion along straight rolls.
@@ -137,9 +132,9 @@ class PushAlong:
         Raises:
             ValueError: bad shapes or numbers, or a ball that is not at rest.
         """
-        start, sides = self.ball.checked_state(y), array_of(rolls, 2, "rolls", "X, Y")
-        if (start[..., 6:9] != 0.0).any():
-            raise ValueError("y holds a ball that moves; expected rest at the start of a plan")
+        start, sides = self.ball.checked_state(y), array(rolls, "rolls", 2, entries="X, Y")
+        resting = np.all(start[..., 6:9] == 0.0, axis=-1)
+        require(resting, start, "y", "a ball at rest, at the start of a plan")
         lengths = np.linalg.norm(sides, axis=-1)
         halves = np.ceil(np.sqrt(lengths / (self.share * self._largest)) / self.dt)
         each = sides / (np.maximum(halves, 1.0) * self.dt)[..., None] ** 2
@@ -171,7 +166,7 @@ class PushAlong:
         rows = self.ball.checked_state(y)
         g1, g2 = self._gains
         error = g1 * (position - rows[..., 4:6]) + g2 * (velocity - rows[..., 6:8])
-        return within_ball((push + error) / self._largest)
+        return clip_to_ball((push + error) / self._largest)
 
     @property
     def closed_loop(self) -> Array:

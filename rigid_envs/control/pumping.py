@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import array, non_negative, positive, require
 from rigid_envs.systems import Roller
-from rigid_envs.systems.boundary import non_negative, positive
 
 __all__ = ["Pump"]
 
@@ -74,7 +74,7 @@ class Pump:
         Raises:
             ValueError: bad states, or a ratio made smaller than beta.
         """
-        rows, added = self.roller.checked_state(y), np.asarray(change, dtype=np.float64)
+        rows, added = self.roller.checked_state(y), array(change, "change")
         held = np.stack([0.0 * added, added], axis=-1)
         middle = rows + 0.5 * self.dt * self.roller.rhs(rows, held)
         angle = -self.roller.descent(middle)
@@ -91,7 +91,7 @@ class Pump:
         ``(1 - cos(a)) / curvature + (1 + beta + change) v^2 / (2 g)``: constant while the ratio
         stays, and at a turning point the height of that.
         """
-        rows, ratio = self.roller.checked_state(y), self.roller.beta + np.asarray(change)
+        rows, ratio = self.roller.checked_state(y), self.roller.beta + array(change, "change")
         rise = 2.0 * np.sin(0.5 * self.roller.descent(rows)) ** 2 / self.roller.curvature
         return np.asarray(rise + 0.5 * (1.0 + ratio) * rows[..., 1] ** 2 / self.roller.g)
 
@@ -109,8 +109,8 @@ class Pump:
         """
         rows = self.roller.checked_state(y)
         start = self.height(rows, 0.0)
-        if (rows[..., 1] != 0.0).any() or (start == 0.0).any():
-            raise ValueError(f"y = {y!r}; expected rest, and not at the bottom")
-        top = 2.0 * math.sin(0.5 * rim) ** 2 / self.roller.curvature
+        resting = (rows[..., 1] == 0.0) & (start != 0.0)
+        require(resting, rows, "y", "rest, and not at the bottom")
+        top = 2.0 * math.sin(0.5 * positive(rim, "rim", "rad")) ** 2 / self.roller.curvature
         passes = np.ceil(np.log(top / start) / math.log(self.gain))
         return np.maximum(passes, 0.0).astype(np.int64)

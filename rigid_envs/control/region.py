@@ -5,6 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import array, exact_array, integer, require
+
 __all__ = ["motion", "region"]
 
 Array = npt.NDArray[np.float64]
@@ -24,8 +26,8 @@ def motion(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Ar
     Returns:
         Shape (n_steps + 1, ..., n).
     """
-    states = [np.asarray(y, dtype=np.float64)]
-    for _ in range(n_steps):
+    states = [array(y, "y")]
+    for _ in range(integer(n_steps, "n_steps", 0)):
         states.append(step(states[-1]))
     return np.stack(states)
 
@@ -52,9 +54,9 @@ def region(
     Raises:
         ValueError: sizes that are not positive and ascending.
     """
-    tried = np.asarray(sizes, dtype=np.float64)
-    if tried.ndim != 1 or not (np.diff(tried, prepend=0.0) > 0.0).all():
-        raise ValueError(f"sizes = {sizes!r}; expected positive numbers in ascending order")
-    won = succeeds(tried[:, None, None] * np.asarray(directions, dtype=np.float64))
+    tried = exact_array(sizes, "sizes", "M")
+    ascending = bool((np.diff(tried, prepend=0.0) > 0.0).all())
+    require(ascending, tried, "sizes", "positive numbers in ascending order")
+    won = succeeds(tried[:, None, None] * exact_array(directions, "directions", "N", "k"))
     n_won = np.sum(np.logical_and.accumulate(won, axis=0), axis=0)
     return np.asarray(np.concatenate([[0.0], tried])[n_won])

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import positive_array
 from rigid_envs.systems import RollingBall
 
 __all__ = ["AXES", "difference", "rolled"]
@@ -32,9 +33,7 @@ def difference(
     Raises:
         ValueError: bad states, or a radius that is not positive.
     """
-    size = np.asarray(radius, dtype=np.float64)
-    if not (np.isfinite(size) & (size > 0.0)).all():
-        raise ValueError(f"radius = {radius!r}; expected positive finite numbers [m]")
+    size = positive_array(radius, "radius", "m")
     begin, end, size = np.broadcast_arrays(
         RollingBall.checked_state(start), RollingBall.checked_state(goal), size[..., None]
     )

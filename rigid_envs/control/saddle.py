@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import positive, require
 from rigid_envs.control.linear import Regulator, lqr, zero_order_hold
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.control.spin import SpinLaw
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["Saddle", "SeparatrixSteering", "saddle"]
 
@@ -110,11 +110,8 @@ class SeparatrixSteering(SpinLaw):
         positive(self.dt, "dt", "s")
         positive(self.gain, "gain", "1")
         positive(self.price, "price", "rad^2/s^2 / (N m)^2")
-        if not (self.axes[0] or self.axes[2]):
-            raise ValueError(
-                f"axes = {self.axes}; expected an actuator about e1 or e3: "
-                "torque about e2 alone keeps 2 T I2 - L^2"
-            )
+        expected = "an actuator about e1 or e3: torque about e2 alone keeps 2 T I2 - L^2"
+        require(self.axes[0] or self.axes[2], self.axes, "axes", expected)
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7).
@@ -126,7 +123,7 @@ class SeparatrixSteering(SpinLaw):
         push = np.where(self._stuck(w), np.copysign(1.0, s), 0.0)[..., None] * [1.0, 0.0, 1.0]
         steer = push - self.gain * self.body.I2 / self.body.moments * self._gradient(w)
         action = np.where(self._caught(w)[..., None], self._hold(self.error(y)), steer)
-        return within_box(action) * self.axes
+        return clip_to_box(action) * self.axes
 
     def lyapunov(self, y: npt.ArrayLike) -> Array:
         """W of states y, shape (..., 7); of shape (...)."""

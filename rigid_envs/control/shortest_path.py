@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import exact_array, integer
 from rigid_envs.control.rolling import difference, rolled
 from rigid_envs.kernels import elastica
 
@@ -129,8 +130,7 @@ class ShortestPath:
 
     def _trace(self, n: int) -> Array:
         """(a - heading, a', q, position) of `kernels.elastica` after equal parts, (n + 1, 8)."""
-        if n < 1:
-            raise ValueError(f"n = {n!r}; expected a number of parts, at least 1")
+        n = integer(n, "n", 1)
         c, s = math.cos(self.heading), math.sin(self.heading)
         along, across = self.length**2 * (np.array([[c, s], [-s, c]]) @ self.pull)
         turning, length = self.turning * self.length, self.length / self.radius
@@ -167,8 +167,7 @@ def shortest_path(
     doi:10.1017/S0305004100064501; Jurdjevic 1993, doi:10.1007/BF00375605.
     """
     turn, way = difference(start, goal, radius)
-    if turn.ndim != 1:
-        raise ValueError(f"start and goal make {turn.shape[:-1]} paths; expected one of each")
+    exact_array(start, "start", 6), exact_array(goal, "goal", 6)
     x = _straight(turn, way)
     if x is None:
         x = _search(np.concatenate([turn, way]), np.concatenate(difference(goal, start, radius)))

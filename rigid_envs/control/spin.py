@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import positive, require
 from rigid_envs.control.linear import Regulator, lqr, zero_order_hold
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.systems import FreeBody
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["SpinLaw", "SpinRegulator"]
 
@@ -37,8 +37,8 @@ class SpinLaw:
 
     def __post_init__(self) -> None:
         """Check the order of the moments, the rate and the torque."""
-        if not self.body.I1 < self.body.I2 < self.body.I3:
-            raise ValueError(f"body = {self.body}; expected I1 < I2 < I3: e2 the intermediate axis")
+        ordered = self.body.I1 < self.body.I2 < self.body.I3
+        require(ordered, self.body, "body", "I1 < I2 < I3: e2 is the intermediate axis")
         positive(self.rate, "rate", "rad/s")
         positive(self.torque, "torque", "N m")
 
@@ -96,7 +96,7 @@ class SpinRegulator(SpinLaw):
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
-        return within_box(self.regulator.feedback(self.error(y)) / self.torque)
+        return clip_to_box(self.regulator.feedback(self.error(y)) / self.torque)
 
     def value(self, y: npt.ArrayLike) -> Array:
         """Cost to go of states y, shape (..., 7), without limits; shape (...) [rad^2/s^2]."""

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.control.limits import within_ball
+from rigid_envs.checks import positive, require
 from rigid_envs.control.linear import Regulator, lqr, scheduled, zero_order_hold
+from rigid_envs.control.saturation import clip_to_ball
 from rigid_envs.systems import HeavyTop
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["PivotBalance", "TopBalance", "UprightBalance", "axis_of"]
 
@@ -68,8 +68,7 @@ class TopBalance(abc.ABC):
 
     def __post_init__(self) -> None:
         """Check the symmetry of the top and the numbers."""
-        if self.top.I1 != self.top.I2:
-            raise ValueError(f"top = {self.top}; expected I1 = I2: a symmetric top")
+        require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
         positive(self.limit, "limit", "N m or m/s^2")
         positive(self.dt, "dt", "s")
 
@@ -80,7 +79,7 @@ class TopBalance(abc.ABC):
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, inputs over the largest, in the disc, shape (..., 2), of states y (..., 11)."""
         u = self._regulator(y).feedback(axis_of(y)[..., : self._n])[..., 0]
-        return within_ball(np.stack([u.real, u.imag], axis=-1) / self.limit)
+        return clip_to_ball(np.stack([u.real, u.imag], axis=-1) / self.limit)
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `HeavyTop`, shape (..., 8), of actions (..., 2)."""

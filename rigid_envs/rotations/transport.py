@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.rotations._boundary import Array, real, rotation_matrix
+from rigid_envs.checks import Array, array, rotation_matrix
 from rigid_envs.rotations.conversions import matrix_from_quaternion
 from rigid_envs.rotations.quaternions import rotate, rotate_inverse
 
@@ -50,7 +50,7 @@ def transform_tensor(R: ArrayLike, tensor: ArrayLike) -> Array:
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 5.2.
     """
     m = rotation_matrix(R, "R")
-    turned: Array = m @ real(tensor, "tensor", 3, 3) @ np.swapaxes(m, -1, -2)
+    turned: Array = m @ array(tensor, "tensor", 3, 3) @ np.swapaxes(m, -1, -2)
     return turned
 
 
@@ -76,8 +76,8 @@ def world_rate(
     Source:
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 4.9.
     """
-    v, rate = real(v_body, "v_body", 3), real(rate_body, "rate_body", 3)
-    return rotate(q, rate + np.cross(real(omega_body, "omega_body", 3), v))
+    v, rate = array(v_body, "v_body", 3), array(rate_body, "rate_body", 3)
+    return rotate(q, rate + np.cross(array(omega_body, "omega_body", 3), v))
 
 
 def body_rate(
@@ -102,6 +102,6 @@ def body_rate(
     Source:
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 4.9.
     """
-    v, rate = real(v_world, "v_world", 3), real(rate_world, "rate_world", 3)
-    carried = np.cross(real(omega_body, "omega_body", 3), rotate_inverse(q, v))
+    v, rate = array(v_world, "v_world", 3), array(rate_world, "rate_world", 3)
+    carried = np.cross(array(omega_body, "omega_body", 3), rotate_inverse(q, v))
     return rotate_inverse(q, rate) - carried

@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import array, integer, number, require, unit_quaternion
 from rigid_envs.kernels.dynamics import Dynamics
-from rigid_envs.systems.boundary import array_of, unit_attitude
 from rigid_envs.systems.drive import Input, drive, march
 from rigid_envs.systems.schedule import Schedule, intervals, schedule
 from rigid_envs.systems.trajectory import Trajectory
@@ -93,23 +93,20 @@ class System(abc.ABC):
         Raises:
             ValueError: unknown name, wrong last axis, NaN or inf, q not of unit length.
         """
-        unknown = set(components) - set(cls.components)
-        if unknown:
-            raise ValueError(
-                f"unknown state component {sorted(unknown)[0]!r}; "
-                f"expected some of {', '.join(cls.components)}"
-            )
         parts = {}
+        known = f"some of {', '.join(cls.components)}"
         for name, value in components.items():
+            require(name in cls.components, name, "component", known)
             entries = cls.state_entries[cls.components[name]]
-            rows = np.asarray(value)[..., None] if len(entries) == 1 else value
-            parts[name] = array_of(rows, len(entries), name, ", ".join(entries))
+            n, layout = len(entries), ", ".join(entries)
+            rows = array(value, name, *([n] if n > 1 else []), entries=layout)
+            parts[name] = rows if n > 1 else rows[..., None]
         lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts.values()))
         y = np.broadcast_to(np.array(cls.dynamics.State()), (*lead, len(cls.state_entries))).copy()
         for name, part in parts.items():
             y[..., cls.components[name]] = part
         if "q" in cls.components:
-            unit_attitude(y, "state")
+            unit_quaternion(y[..., :4], "q")
         return y
 
     @property
@@ -181,20 +178,17 @@ class System(abc.ABC):
         Raises:
             ValueError: see `rhs`; also if rate times step leaves the stability envelope.
         """
-        if n_substeps < 1 or int(n_substeps) != n_substeps:
-            raise ValueError(f"n_substeps = {n_substeps}; expected a positive integer")
-        if not math.isfinite(dt):
-            raise ValueError(f"dt = {dt}; expected a finite time step [s]")
+        n_substeps, dt = integer(n_substeps, "n_substeps", 1), number(dt, "dt", "s")
         y_rows, u_rows = self._broadcast(self.checked_state(y), self.checked_input(u))
         h = dt / n_substeps
         rate = self.rate_bound(y_rows, u_rows, abs(dt))
         if rate * abs(h) > self.envelope:
             raise ValueError(
-                f"dt / n_substeps = {h:.6g} s at rates up to {rate:.6g} rad/s: "
-                f"expected a product of at most {self.envelope}; "
-                f"take n_substeps >= {math.ceil(rate * abs(dt) / self.envelope)}"
+                f"dt = {dt}; expected substeps of at most {self.envelope / rate:.6g} s, for rates "
+                f"up to {rate:.6g} rad/s: take n_substeps >= "
+                f"{math.ceil(rate * abs(dt) / self.envelope)}"
             )
-        plan = Schedule.constant(h, int(n_substeps), self.weights)
+        plan = Schedule.constant(h, n_substeps, self.weights)
         return march(self, y_rows, u_rows[None], plan, 0.0)
 
     def simulate(
@@ -223,7 +217,7 @@ class System(abc.ABC):
             ValueError: bad shapes or numbers, times that are not monotone, a step outside the
                 stability envelope.
         """
-        times = array_of(np.asarray(t, dtype=np.float64)[..., None], 1, "t", "time [s]")[..., 0]
+        times = array(t, "t")
         dt = intervals(times)
         start = self.checked_state(y0)
         rest = self.checked_input(None)
@@ -240,9 +234,9 @@ class System(abc.ABC):
         Raises:
             ValueError: wrong last axis, NaN or inf, or a quaternion that is not a unit one.
         """
-        rows = array_of(y, len(cls.state_entries), "y", ", ".join(cls.state_entries))
+        rows = array(y, "y", len(cls.state_entries), entries=", ".join(cls.state_entries))
         if "q" in cls.components:
-            unit_attitude(rows, "y")
+            unit_quaternion(rows[..., :4], "q")
         return rows
 
     @classmethod
@@ -253,7 +247,7 @@ class System(abc.ABC):
             ValueError: wrong last axis, NaN or inf.
         """
         n = len(cls.input_entries)
-        return np.zeros(n) if u is None else array_of(u, n, "u", ", ".join(cls.input_entries))
+        return np.zeros(n) if u is None else array(u, "u", n, entries=", ".join(cls.input_entries))
 
     @staticmethod
     def _broadcast(y: Array, u: Array) -> tuple[Array, Array]:

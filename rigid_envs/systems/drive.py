@@ -114,9 +114,8 @@ def _watch(system: System, states: Array, u: Array, h: float, start: float) -> N
             raise ValueError(f"at t = {now:.6g} s the motion ends: {error}") from None
         if rate * abs(h) > limit:
             raise ValueError(
-                f"a step of {abs(h):.6g} s is too long from t = {now:.6g} s on, at rates up to "
-                f"{rate:.6g} rad/s: expected a product of at most {system.envelope}; "
-                f"take steps of at most {system.envelope / rate:.6g} s"
+                f"from t = {now:.6g} s on: step = {abs(h):.6g}; expected at most "
+                f"{system.envelope / rate:.6g} s at rates up to {rate:.6g} rad/s"
             )
 
 

@@ -10,9 +10,10 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import number, positive
 from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL
 from rigid_envs.systems.attitude import ATTITUDE
-from rigid_envs.systems.boundary import ball_ratio, finite, positive
+from rigid_envs.systems.inertia import ball_ratio
 from rigid_envs.systems.pace import PacedSystem
 
 __all__ = ["DynamicBall"]
@@ -77,7 +78,7 @@ class DynamicBall(PacedSystem):
         positive(self.radius, "radius", "m")
         ball_ratio(self.beta)
         positive(self.g, "g", "m/s^2")
-        finite(self.turntable_rate, "turntable_rate", "rad/s")
+        number(self.turntable_rate, "turntable_rate", "rad/s")
 
     def position(self, y: npt.ArrayLike) -> Array:
         """Centre (X, Y) in plate axes, from O [m], shape (..., 2)."""

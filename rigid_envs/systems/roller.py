@@ -10,9 +10,9 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import non_negative, number, positive, require
 from rigid_envs.kernels.roller import ROLLER
 from rigid_envs.systems.base import System
-from rigid_envs.systems.boundary import finite, non_negative, positive
 
 __all__ = ["Roller"]
 
@@ -72,8 +72,8 @@ class Roller(System):
         positive(self.radius, "radius", "m")
         non_negative(self.beta, "beta", "1")
         positive(self.g, "g", "m/s^2")
-        finite(self.slope, "slope", "rad")
-        finite(self.curvature, "curvature", "1/m")
+        number(self.slope, "slope", "rad")
+        number(self.curvature, "curvature", "1/m")
         non_negative(self.mu, "mu", "1")
 
     @classmethod
@@ -84,12 +84,9 @@ class Roller(System):
             ValueError: as `System.checked_input`; also a ratio made smaller than beta.
         """
         rows = super().checked_input(u)
-        least = float(np.min(rows[..., 1], initial=0.0))
-        if least < 0.0:
-            raise ValueError(
-                f"u holds beta_change = {least:.6g}; expected 0 or above: "
-                "let beta be the least inertia ratio, and add to it"
-            )
+        change = rows[..., 1]
+        expected = "at least 0: let beta be the least inertia ratio, and add to it"
+        require(change >= 0.0, change, "beta_change", expected)
         return rows
 
     def way(self, y: npt.ArrayLike) -> Array:

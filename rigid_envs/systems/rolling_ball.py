@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import positive
 from rigid_envs.kernels.rolling_ball import ROLLING_BALL
 from rigid_envs.systems.attitude import ATTITUDE
 from rigid_envs.systems.base import System
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["RollingBall"]
 

@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import positive, require
 from rigid_envs.kernels.rolling_disk import ROLLING_DISK
 from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
-from rigid_envs.systems.boundary import positive, principal_moments
+from rigid_envs.systems.inertia import principal_moments
 from rigid_envs.systems.pace import PacedSystem
 
 __all__ = ["RollingDisk"]
@@ -95,12 +96,9 @@ class RollingDisk(PacedSystem):
             ValueError: as `System.checked_state`; also a disk that lies flat.
         """
         rows = super().checked_state(y)
-        s = np.ravel(_sine(rows))
-        if s.size and float(np.min(s)) < _FLAT:
-            raise ValueError(
-                f"y holds a disk with sin(theta) = {float(np.min(s)):.3g}; expected at least "
-                f"{_FLAT:g}: a disk that lies flat has no point of contact"
-            )
+        s = _sine(rows)
+        expected = f"at least {_FLAT:g}: a disk that lies flat has no point of contact"
+        require(s >= _FLAT, s, "sin(theta)", expected)
         return rows
 
     @property

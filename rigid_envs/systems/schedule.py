@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import exact_array, positive, require
 from rigid_envs.kernels.composition import SUZUKI
 
 if TYPE_CHECKING:
@@ -78,20 +79,16 @@ def intervals(t: Array) -> Array:
     Raises:
         ValueError: the times are no sequence, or not strictly monotone.
     """
-    if t.ndim != 1 or len(t) < 1:
-        raise ValueError(f"t has shape {t.shape}; expected (M,) with M >= 1 times")
-    dt = np.diff(t)
-    if not (np.all(dt > 0) or np.all(dt < 0)):
-        raise ValueError("t is not monotone; expected strictly increasing or decreasing times")
+    dt = np.diff(exact_array(t, "t", "M"))
+    expected = "strictly increasing or decreasing times [s]"
+    require(bool(np.all(dt > 0) or np.all(dt < 0)), t, "t", expected)
     return dt
 
 
 def _checked_step(system: System, max_step: float, rate: float) -> float:
-    if not (math.isfinite(max_step) and max_step > 0):
-        raise ValueError(f"max_step = {max_step}; expected a positive time [s]")
-    if rate * max_step > system.envelope * (1.0 + SLACK):
+    if rate * positive(max_step, "max_step", "s") > system.envelope * (1.0 + SLACK):
         raise ValueError(
-            f"max_step = {max_step} s at rates up to {rate:.6g} rad/s: expected a product "
-            f"of at most {system.envelope}; take max_step <= {system.envelope / rate:.6g}"
+            f"max_step = {max_step}; expected at most {system.envelope / rate:.6g} s at rates up "
+            f"to {rate:.6g} rad/s"
         )
-    return max_step
+    return float(max_step)

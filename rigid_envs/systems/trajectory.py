@@ -37,7 +37,7 @@ class Trajectory:
             accessor = self.system.accessors[name]
         except KeyError:
             known = ", ".join(self.system.accessors)
-            raise KeyError(f"{name!r} is not known of this system; known are {known}") from None
+            raise KeyError(f"name = {name!r}; expected one of {known}") from None
         return accessor(self.y)
 
     def __iter__(self) -> Iterator[str]:

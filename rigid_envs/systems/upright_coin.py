@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import non_negative, number, positive, require
 from rigid_envs.kernels.upright_coin import UPRIGHT_COIN
 from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
-from rigid_envs.systems.boundary import finite, non_negative, positive
 from rigid_envs.systems.pace import PacedSystem
 
 __all__ = ["UprightCoin"]
@@ -72,12 +72,10 @@ class UprightCoin(PacedSystem):
         positive(self.I1, "I1", "kg m^2")
         non_negative(self.I3, "I3", "kg m^2")
         positive(self.g, "g", "m/s^2")
-        finite(self.slope, "slope", "rad")
-        if self.I3 > 2.0 * self.I1 * (1.0 + 1e-9):
-            raise ValueError(
-                f"I3 = {self.I3} exceeds I1 + I1 by {self.I3 - 2.0 * self.I1:.6g}; "
-                "expected I3 <= 2 I1: no rigid body has such principal moments"
-            )
+        number(self.slope, "slope", "rad")
+        rest = 2.0 * self.I1
+        expected = f"I3 <= 2 I1 = {rest:.9g}: no rigid body has such principal moments"
+        require(bool(self.I3 <= rest * (1.0 + 1e-9)), self.I3, "I3", expected)
 
     @classmethod
     def attitude(cls, heading: npt.ArrayLike, phase: npt.ArrayLike) -> Array:
@@ -94,13 +92,12 @@ class UprightCoin(PacedSystem):
             ValueError: as `System.checked_state`; also a coin that is not upright.
         """
         rows = super().checked_state(y)
-        lean = np.ravel(gamma(rows)[..., 2])
-        worst = float(lean[np.argmax(np.abs(lean))]) if lean.size else 0.0
-        if abs(worst) > 1e-6:
-            raise ValueError(
-                f"y holds a coin whose axis has the vertical component {worst:.6g}; expected 0 "
-                "within 1e-6: take q from UprightCoin.attitude(heading, phase)"
-            )
+        lean = gamma(rows)[..., 2]
+        expected = (
+            "a coin whose axis has the vertical component 0 within 1e-6: take q from "
+            "UprightCoin.attitude(heading, phase)"
+        )
+        require(np.abs(lean) <= 1e-6, rows, "y", expected)
         return rows
 
     def heading(self, y: npt.ArrayLike) -> Array:

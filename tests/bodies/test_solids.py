@@ -190,9 +190,9 @@ def test_sizes_that_are_not_positive_numbers_are_refused_by_name(name, good, i, 
 
 def test_radii_in_the_wrong_order_are_refused():
     for name in ("annulus", "thick_shell"):
-        with pytest.raises(ValueError, match=r"^inner_radius = 2.0: .*outer_radius = 1.0 m"):
+        with pytest.raises(ValueError, match=r"^inner_radius = 2.0; .*outer_radius = 1.0 \[m\]"):
             getattr(bodies, name)(1.0, 2.0, 1.0)
-    with pytest.raises(ValueError, match=r"^inner_radius = 2.0: .*outer_radius = 1.0 m"):
+    with pytest.raises(ValueError, match=r"^inner_radius = 2.0; .*outer_radius = 1.0 \[m\]"):
         bodies.hollow_cylinder(1.0, 2.0, 1.0, 3.0)
-    with pytest.raises(ValueError, match=r"^minor_radius = 2.0: .*major_radius = 1.0 m; swap"):
+    with pytest.raises(ValueError, match=r"^minor_radius = 2.0; .*major_radius = 1.0 \[m\]: swap"):
         bodies.torus(1.0, 1.0, 2.0)

@@ -147,5 +147,5 @@ def test_numbers_that_are_not_positive_are_refused():
         QuaternionPD(BODY, 1.0, -6.0)
     with pytest.raises(ValueError, match=r"^torque = nan; expected a positive"):
         least_slew_time(BODY, float("nan"), 1.0)
-    with pytest.raises(ValueError, match=r"^moments = \[1\.0, 0\.0, 3\.0\]; expected positive"):
+    with pytest.raises(ValueError, match=r"^moments\[1\] = 0\.0; expected positive"):
         slew_acceleration([1.0, 0.0, 3.0], TORQUE)

@@ -214,7 +214,7 @@ def test_bad_numbers_are_refused():
         DampedFollower(BALL, 0.0)
     with pytest.raises(ValueError, match="price = -1"):
         FarSightedFollower(BALL, RATE, 0.1, price=-1.0)
-    with pytest.raises(ValueError, match=r"expected at most radius \* rate = 2.8 m/s"):
+    with pytest.raises(ValueError, match=r"expected at most radius \* rate = 2.8 \[m/s\]"):
         DampedFollower(BALL, RATE)(BALL.state(), BALL.state(), [3.0, 0.0])
     with pytest.raises(ValueError, match="velocities has shape"):
         FarSightedFollower(BALL, RATE, 0.1).regulator(np.zeros((4, 3)))

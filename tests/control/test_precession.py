@@ -122,9 +122,9 @@ def test_limited_torque_damps_the_nutation_from_where_the_law_says(branch):
 
 
 def test_what_does_not_precess_steadily_is_refused():
-    with pytest.raises(ValueError, match="expected I1 = I2: a symmetric top"):
+    with pytest.raises(ValueError, match="expected a symmetric top, I1 = I2"):
         law(top=HeavyTop(1.0, 1.1, 0.5))
-    with pytest.raises(ValueError, match=r"at a tilt of 0\.3 rad and 1\.0 rad/s the top does not"):
+    with pytest.raises(ValueError, match=r"^spins = .*; expected .*steadily at a tilt of 0\.3 rad"):
         law(spins=(1.0, 9.0))
     with pytest.raises(ValueError, match=r"^branch = 'steady'; expected one of"):
         law("steady")

@@ -158,7 +158,7 @@ def test_along_the_unstable_direction_a_law_holds_what_can_be_held(law, d):
 
 
 def test_bodies_gains_and_numbers_that_make_no_law_are_refused():
-    with pytest.raises(ValueError, match=r"expected I1 < I2 < I3: e2 the intermediate axis"):
+    with pytest.raises(ValueError, match=r"expected I1 < I2 < I3: e2 is the intermediate axis"):
         SingleTorque(FreeBody(1.0, 3.0, 2.5), 1.0, 0.2)
     with pytest.raises(ValueError, match=r"^torque = 0\.0; expected a positive finite number"):
         SpinRegulator(BODY, 1.0, 0.0, DT)

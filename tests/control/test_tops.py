@@ -148,7 +148,7 @@ def test_the_pivot_brings_back_a_tilt_within_five_metres():
 
 
 def test_tops_without_symmetry_and_limits_that_are_none_are_refused():
-    with pytest.raises(ValueError, match="expected I1 = I2: a symmetric top"):
+    with pytest.raises(ValueError, match="expected a symmetric top, I1 = I2"):
         UprightBalance(HeavyTop(1.0, 1.1, 0.5), 0.3, DT)
     with pytest.raises(ValueError, match=r"^limit = 0\.0; expected a positive finite number"):
         PivotBalance(TOP, 0.0, DT)

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import elliptic
-from rigid_envs.analytic._inputs import FloatArray, finite
 from rigid_envs.analytic.heavy_top._cubic import cubic_roots
 from rigid_envs.analytic.heavy_top._start import Start, start_of
+from rigid_envs.checks import Array, array
 
 __all__ = ["Nutation", "nutation", "nutation_of", "tilt"]
 
@@ -48,9 +48,9 @@ class Nutation:
         e1, e2, _ = self.heights
         return 0.5 * (e1 - d1), 0.5 * (e2 - d2), 1.0 + d3
 
-    def argument(self, t: ArrayLike) -> FloatArray:
+    def argument(self, t: ArrayLike) -> Array:
         """Argument of the elliptic functions at the times t [s], of the shape of t."""
-        return self.start + self.rate * finite("t", t)
+        return self.start + self.rate * array(t, "t")
 
 
 def nutation(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float) -> Nutation:
@@ -98,7 +98,7 @@ def nutation_of(start: Start) -> Nutation:
 
 def tilt(
     t: ArrayLike, omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float
-) -> FloatArray:
+) -> Array:
     """Tilt of the axis of a top started anyhow, at any time.
 
     Args:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from rigid_envs.analytic._inputs import non_negative, positive, strictly_between
+from rigid_envs.checks import all_positive, between, non_negative
 
 __all__ = ["Descent", "descend"]
 
@@ -50,9 +50,9 @@ def descend(height: float, *, slope: float, beta: float, radius: float, g: float
 
     Source: Goldstein, Classical Mechanics, sec. 2.4; Landau & Lifshitz, Mechanics, par. 38.
     """
-    positive(height=height, radius=radius, g=g)
-    non_negative(beta=beta)
-    strictly_between(0.0, 0.5 * math.pi, slope=slope)
+    all_positive(height=height, radius=radius, g=g)
+    non_negative(beta, "beta")
+    between(slope, "slope", 0.0, 0.5 * math.pi)
     acceleration = g * math.sin(slope) / (1.0 + beta)
     way = height / math.sin(slope)
     speed = math.sqrt(2.0 * g * height / (1.0 + beta))
