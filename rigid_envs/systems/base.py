@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from rigid_envs.checks import array, integer, number, require, unit_quaternion
 from rigid_envs.kernels.dynamics import Dynamics
-from rigid_envs.systems.drive import Input, drive, march
-from rigid_envs.systems.schedule import Schedule, intervals, schedule
+from rigid_envs.systems.integration import Input, integrate, integrate_interval
+from rigid_envs.systems.schedule import Schedule, intervals, step_schedule
 from rigid_envs.systems.trajectory import Trajectory
 
 __all__ = ["System"]
@@ -40,7 +40,7 @@ class System(abc.ABC):
     """The named parts that a state consists of, and where they stand in y."""
     envelope: ClassVar[float] = 0.5
     """Largest rate times step [rad] at which the integrator keeps its stated accuracy."""
-    fine: ClassVar[float] = 1.0 / 64.0
+    default_step_angle: ClassVar[float] = 1.0 / 64.0
     """Rate times step [rad] of `simulate`: truncation error near 1e-11 per radian of that rate,
     5e-11 for a top that swings like a pendulum, 1e-10 where the moments are very unequal."""
 
@@ -189,7 +189,7 @@ class System(abc.ABC):
                 f"{math.ceil(rate * abs(dt) / self.envelope)}"
             )
         plan = Schedule.constant(h, n_substeps, self.weights)
-        return march(self, y_rows, u_rows[None], plan, 0.0)
+        return integrate_interval(self, y_rows, u_rows[None], plan, 0.0)
 
     def simulate(
         self,
@@ -223,8 +223,8 @@ class System(abc.ABC):
         rest = self.checked_input(None)
         if u is not None or math.isfinite(self.horizon(start, rest)):
             given = rest if u is None else u
-            return Trajectory(self, times, drive(self, start, times, given, max_step))
-        plan = schedule(self, start, rest, dt, max_step)
+            return Trajectory(self, times, integrate(self, start, times, given, max_step))
+        plan = step_schedule(self, start, rest, dt, max_step)
         return Trajectory(self, times, self.run(start, rest[None], plan))
 
     @classmethod

@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from rigid_envs.checks import number, positive
 from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL
-from rigid_envs.systems.attitude import ATTITUDE
+from rigid_envs.systems.accessors import ATTITUDE
+from rigid_envs.systems.adaptive import AdaptiveStepSystem
 from rigid_envs.systems.inertia import ball_ratio
-from rigid_envs.systems.pace import PacedSystem
 
 __all__ = ["DynamicBall"]
 
@@ -23,7 +23,7 @@ Rows = npt.NDArray[Any]  # complex where an accessor is differentiated
 
 
 @dataclass(frozen=True)
-class DynamicBall(PacedSystem):
+class DynamicBall(AdaptiveStepSystem):
     """Ball that rolls without slipping on a plate, pushed by gravity, a force and the plate.
 
     The plate turns about the point O of its surface: plate axes are P = Rx(alpha_x) Ry(alpha_y) of
@@ -167,7 +167,7 @@ class DynamicBall(PacedSystem):
             "energy": self.energy,
         }
 
-    def pace(self, y: Array, u: Array) -> tuple[float, float]:
+    def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
         """Rates of ball and plate and sqrt(g / radius), and how fast they grow at present."""
         rows, inputs = self._broadcast(y, u)
         fall = self.g / self.radius

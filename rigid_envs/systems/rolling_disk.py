@@ -13,9 +13,9 @@ import numpy.typing as npt
 from rigid_envs import rotations
 from rigid_envs.checks import positive, require
 from rigid_envs.kernels.rolling_disk import ROLLING_DISK
-from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
+from rigid_envs.systems.accessors import ATTITUDE, gamma, quaternion
+from rigid_envs.systems.adaptive import AdaptiveStepSystem
 from rigid_envs.systems.inertia import principal_moments
-from rigid_envs.systems.pace import PacedSystem
 
 __all__ = ["RollingDisk"]
 
@@ -24,7 +24,7 @@ _FLAT = 1e-6  # sin(theta) below which the point of contact is lost in rounding
 
 
 @dataclass(frozen=True)
-class RollingDisk(PacedSystem):
+class RollingDisk(AdaptiveStepSystem):
     """Axisymmetric disk with a thin rim that rolls without slipping on the plane z = 0.
 
     Newton's and Euler's laws with the contact force F at -radius n, n the radius that points up:
@@ -67,7 +67,8 @@ class RollingDisk(PacedSystem):
         "omega_body": slice(4, 7),
         "contact": slice(7, 9),
     }
-    fine: ClassVar[float] = 1.0 / 128.0  # a disk that rises from near flat turns within a few steps
+    # a disk that rises from near flat turns within a few steps
+    default_step_angle: ClassVar[float] = 1.0 / 128.0
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -178,7 +179,7 @@ class RollingDisk(PacedSystem):
             "energy": self.energy,
         }
 
-    def pace(self, y: Array, u: Array) -> tuple[float, float]:
+    def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
         """Rates of spin, precession, fall and sqrt(g / radius), and how fast they grow at present.
 
         Precession and fall, wn and wl, count 1 / sin(theta) times: that is how fast the heading

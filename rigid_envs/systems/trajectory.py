@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from rigid_envs.systems.base import System
-
 __all__ = ["Trajectory"]
 
 Array = npt.NDArray[np.float64]
+
+
+class Measured(Protocol):
+    """What a trajectory asks of a system; see `System`."""
+
+    @property
+    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
+        """Named quantities of a state."""
+
+    def invariants(self, y: npt.ArrayLike) -> dict[str, Array]:
+        """Conserved quantities of a state."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +35,7 @@ class Trajectory:
         y: states, shape (M, ..., n_state); ``y[0]`` is the first state.
     """
 
-    system: System
+    system: Measured
     t: Array
     y: Array
 

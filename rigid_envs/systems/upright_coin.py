@@ -13,8 +13,8 @@ import numpy.typing as npt
 from rigid_envs import rotations
 from rigid_envs.checks import non_negative, number, positive, require
 from rigid_envs.kernels.upright_coin import UPRIGHT_COIN
-from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
-from rigid_envs.systems.pace import PacedSystem
+from rigid_envs.systems.accessors import ATTITUDE, gamma, quaternion
+from rigid_envs.systems.adaptive import AdaptiveStepSystem
 
 __all__ = ["UprightCoin"]
 
@@ -22,7 +22,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class UprightCoin(PacedSystem):
+class UprightCoin(AdaptiveStepSystem):
     """Coin or knife edge that is held upright, rolls without slipping and is steered.
 
     ``R = Rz(phi) Rx(pi/2) Rz(psi)``: heading phi, roll phase psi. ``I1 phi'' = tau_steer``,
@@ -180,7 +180,7 @@ class UprightCoin(PacedSystem):
             "energy": self.energy,
         }
 
-    def pace(self, y: Array, u: Array) -> tuple[float, float]:
+    def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
         """The larger of phi' and psi', and what torques and gravity add to it, each at least 1."""
         steer, drive = np.max(np.abs(np.reshape(u, (-1, 2))), axis=0, initial=0.0)
         pull = self.m * self.g * abs(math.sin(self.slope)) * self.radius
