@@ -19,7 +19,7 @@ from rigid_envs.analytic import (
     rolling_disk,
     upright_coin,
 )
-from rigid_envs.control.attitude import QuaternionPD
+from rigid_envs.control.slewing import QuaternionPD
 from rigid_envs.systems import (
     DynamicBall,
     FreeBody,
@@ -257,14 +257,14 @@ LAWS = {
     "flip.ForcedFlip": (BODY, {"rate": 1.0, "torque": 0.2, "gain": 4.0}),
     "flip.TimedFlip": (BODY, {"rate": 1.0, "torque": 0.2, "margin": 0.03, "gain": 4.0}),
     "saddle.SeparatrixSteering": (BODY, {"rate": 1.0, "torque": 0.1, "dt": 0.1, "gain": 7.5}),
-    "attitude.QuaternionPD": (BODY, {"torque": 0.5, "stiffness": 6.0}),
+    "slewing.QuaternionPD": (BODY, {"torque": 0.5, "stiffness": 6.0}),
     "momentum.MomentumBrake": (BODY, {"impulse": 0.3}),
     "momentum.MomentumRegulator": (
         BODY,
         {"impulse": 0.3, "weight_momentum": 1.0, "weight_impulse": 1.0},
     ),
-    "tops.UprightBalance": (TOP, {"limit": 0.3, "dt": 0.05}),
-    "tops.PivotBalance": (TOP, {"limit": 3.0, "dt": 0.05}),
+    "top_balance.UprightBalance": (TOP, {"limit": 0.3, "dt": 0.05}),
+    "top_balance.PivotBalance": (TOP, {"limit": 3.0, "dt": 0.05}),
     "asymmetric.AsymmetricBalance": (TOP, {"torque": 0.3, "dt": 0.05, "fastest": 2.0}),
     "plate.PlateRegulator": (PLATE, {"tilt_rate": 0.4, "dt": 0.05, "price": 1.0, "farthest": 1.0}),
     "polygons.PushAlong": (PLATE, {"force": 3.0, "dt": 0.1, "share": 0.98, "rate": 2.0}),

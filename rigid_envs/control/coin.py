@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.checks import integer, positive
-from rigid_envs.control.steps import in_turn
+from rigid_envs.control.plans import piecewise_constant
 from rigid_envs.systems import UprightCoin
 
 __all__ = ["CoinPlan", "TwoRolls"]
@@ -103,7 +103,7 @@ class TwoRolls:
         counts = self._counts(legs)
         each = legs / (np.maximum(counts, 1) * self._sizes)
         return CoinPlan(
-            in_turn(each[..., None] * _ROLL_OR_STEER, counts),
+            piecewise_constant(each[..., None] * _ROLL_OR_STEER, counts),
             legs,
             self.coin.radius * np.sum(np.abs(legs[..., 1::2]), axis=-1),
             np.sum(counts, axis=-1),

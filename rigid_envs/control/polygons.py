@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.checks import array, positive, positive_array, require
+from rigid_envs.control.plans import piecewise_constant
 from rigid_envs.control.saturation import clip_to_ball
-from rigid_envs.control.steps import in_turn
 from rigid_envs.systems import DynamicBall
 
 __all__ = ["PushAlong", "PushPlan", "RollPlan", "roll_along"]
@@ -51,7 +51,9 @@ def roll_along(rolls: npt.ArrayLike, reach: npt.ArrayLike) -> RollPlan:
     lengths = np.linalg.norm(sides, axis=-1)
     counts = np.ceil(lengths / step[..., None] - 1e-9).astype(np.int64)
     each = sides / (np.maximum(counts, 1) * step[..., None])[..., None]
-    return RollPlan(in_turn(each, counts), np.sum(lengths, axis=-1), np.sum(counts, axis=-1))
+    return RollPlan(
+        piecewise_constant(each, counts), np.sum(lengths, axis=-1), np.sum(counts, axis=-1)
+    )
 
 
 @dataclass(frozen=True)
@@ -140,7 +142,7 @@ class PushAlong:
         each = sides / (np.maximum(halves, 1.0) * self.dt)[..., None] ** 2
         there_and_back = np.stack([each, -each], axis=-2)
         counts = np.repeat(halves.astype(np.int64), 2, axis=-1)
-        pushes = in_turn(there_and_back.reshape(*counts.shape, 2), counts)
+        pushes = piecewise_constant(there_and_back.reshape(*counts.shape, 2), counts)
         rest = np.zeros((1, *pushes.shape[1:]))
         velocities = np.concatenate([rest, np.cumsum(self.dt * pushes, axis=0)])
         way = np.cumsum(0.5 * self.dt * (velocities[1:] + velocities[:-1]), axis=0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rigid_envs.analytic import rolling_disk
+from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
 from rigid_envs.control.disk import CircleRegulator, Rolling, rolling, rolling_state
-from rigid_envs.control.region import motion, region
 from rigid_envs.systems import RollingDisk
 
 DT = 0.05
@@ -39,7 +39,9 @@ def free_circles(disk):
 
 def played(law, y, goal, n):
     """States of the closed loop, the limit of the torque included."""
-    return motion(lambda y: law.disk.advance(y, law.inputs(law(y, goal)), DT, 6), y, n)
+    return simulate_closed_loop(
+        lambda y: law.disk.advance(y, law.inputs(law(y, goal)), DT, 6), y, n
+    )
 
 
 @pytest.mark.parametrize("shape", DISKS)
@@ -134,7 +136,7 @@ def test_slow_discs_that_lean_are_led_onto_their_circles(share, lean, goal):
         return np.abs(law.curvature(end) / goal - 1.0) < 0.05
 
     sizes = lean * np.array([0.0001, 0.5, 1.0])
-    assert (region(succeeds, [[1.0], [-1.0]], sizes) == lean).all()
+    assert (region_of_attraction(succeeds, [[1.0], [-1.0]], sizes) == lean).all()
 
 
 def test_no_torque_is_larger_than_the_largest_and_each_row_is_as_alone():

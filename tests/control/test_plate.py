@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
 from rigid_envs.control.plate import PlateRegulator
-from rigid_envs.control.region import motion, region
 from rigid_envs.systems import DynamicBall
 
 DT, RATE = 0.1, 0.4
@@ -22,7 +22,7 @@ def played(law, y, n, n_substeps=40):
     def step(y):
         return law.ball.advance(y, law.inputs(y, law(y, POINT)), DT, n_substeps)
 
-    return motion(step, y, n)
+    return simulate_closed_loop(step, y, n)
 
 
 @pytest.mark.parametrize("table", TABLES)
@@ -78,7 +78,7 @@ def test_balls_are_led_in_from_ten_metres_away(table):
     def succeeds(offset):
         return held(played(law, law.ball.state(position=POINT + offset), 400))
 
-    assert (region(succeeds, DIRECTIONS, [0.1, 1.0, 3.0, 10.0]) == 10.0).all()
+    assert (region_of_attraction(succeeds, DIRECTIONS, [0.1, 1.0, 3.0, 10.0]) == 10.0).all()
 
 
 @pytest.mark.parametrize("table", TABLES)
@@ -88,7 +88,7 @@ def test_balls_are_stopped_that_pass_at_four_metres_a_second(table):
     def succeeds(velocity):
         return held(played(law, law.ball.state(position=POINT, velocity=velocity), 300))
 
-    assert (region(succeeds, DIRECTIONS, [0.1, 1.0, 4.0]) == 4.0).all()
+    assert (region_of_attraction(succeeds, DIRECTIONS, [0.1, 1.0, 4.0]) == 4.0).all()
 
 
 def test_rates_are_those_commanded_at_the_end_of_the_period():

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import _quaternion, elliptic
-from rigid_envs.analytic.free_body._attitude import precession
+from rigid_envs.analytic.free_body._body_attitude import precession
 from rigid_envs.analytic.free_body._polhode import Polhode, polhode
 from rigid_envs.checks import Array, exact_array
 

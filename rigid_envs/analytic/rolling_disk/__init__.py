@@ -24,7 +24,7 @@ from rigid_envs.analytic.rolling_disk._integrals import (
     legendre_constants,
     spins,
 )
-from rigid_envs.analytic.rolling_disk._steady import (
+from rigid_envs.analytic.rolling_disk._steady_disk import (
     SteadyCircle,
     lean_frequency_squared,
     steady_circle,

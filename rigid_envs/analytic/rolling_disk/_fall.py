@@ -17,7 +17,7 @@ from scipy.special import roots_legendre
 
 from rigid_envs.analytic.rolling_disk._disk import Disk
 from rigid_envs.analytic.rolling_disk._integrals import legendre_constants, potential, solution
-from rigid_envs.analytic.rolling_disk._steady import lean_frequency_squared
+from rigid_envs.analytic.rolling_disk._steady_disk import lean_frequency_squared
 from rigid_envs.checks import Array, number, positive
 
 __all__ = ["Fall", "fall"]

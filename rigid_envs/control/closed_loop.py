@@ -7,12 +7,12 @@ import numpy.typing as npt
 
 from rigid_envs.checks import array, exact_array, integer, require
 
-__all__ = ["motion", "region"]
+__all__ = ["region_of_attraction", "simulate_closed_loop"]
 
 Array = npt.NDArray[np.float64]
 
 
-def motion(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Array:
+def simulate_closed_loop(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Array:
     """States under a step that is repeated: y, step(y), step(step(y)) and so on.
 
     With ``step = lambda y: system.advance(y, law.inputs(law(y)), dt, n_substeps)`` this is the
@@ -32,7 +32,7 @@ def motion(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Ar
     return np.stack(states)
 
 
-def region(
+def region_of_attraction(
     succeeds: Callable[[Array], npt.NDArray[np.bool_]],
     directions: npt.ArrayLike,
     sizes: npt.ArrayLike,

@@ -3,12 +3,12 @@
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["in_turn"]
+__all__ = ["piecewise_constant"]
 
 Array = npt.NDArray[np.float64]
 
 
-def in_turn(values: Array, counts: npt.NDArray[np.int64]) -> Array:
+def piecewise_constant(values: Array, counts: npt.NDArray[np.int64]) -> Array:
     """Values one after the other, each in so many steps; then zero.
 
     Args:
