@@ -251,7 +251,7 @@ def test_systems_refuse_what_is_no_number(system_type):
 
 BODY, TOP, BALL, PLATE = FreeBody(1.0, 2.0, 3.0), HeavyTop(), RollingBall(), DynamicBall()
 LAWS = {
-    "spin.SpinRegulator": (BODY, {"rate": 1.0, "torque": 0.2, "dt": 0.1, "price": 0.1}),
+    "spin.SpinRegulator": (BODY, {"rate": 1.0, "torque": 0.2, "dt": 0.1, "input_weight": 0.1}),
     "energy_casimir.SingleTorque": (BODY, {"rate": 1.0, "torque": 0.2, "strength": 3.0}),
     "energy_casimir.EnergyCasimir": (BODY, {"rate": 1.0, "torque": 0.2, "strength": 3.0}),
     "flip.ForcedFlip": (BODY, {"rate": 1.0, "torque": 0.2, "gain": 4.0}),
@@ -266,18 +266,21 @@ LAWS = {
     "top_balance.UprightBalance": (TOP, {"limit": 0.3, "dt": 0.05}),
     "top_balance.PivotBalance": (TOP, {"limit": 3.0, "dt": 0.05}),
     "asymmetric.AsymmetricBalance": (TOP, {"torque": 0.3, "dt": 0.05, "fastest": 2.0}),
-    "plate.PlateRegulator": (PLATE, {"tilt_rate": 0.4, "dt": 0.05, "price": 1.0, "farthest": 1.0}),
+    "plate.PlateRegulator": (
+        PLATE,
+        {"tilt_rate": 0.4, "dt": 0.05, "input_weight": 1.0, "farthest": 1.0},
+    ),
     "polygons.PushAlong": (PLATE, {"force": 3.0, "dt": 0.1, "share": 0.98, "rate": 2.0}),
-    "disk.CircleRegulator": (RollingDisk(), {"torque": 3.0, "dt": 0.05, "price": 1e-5}),
+    "disk.CircleRegulator": (RollingDisk(), {"torque": 3.0, "dt": 0.05, "input_weight": 1e-5}),
     "coin.TwoRolls": (
         UprightCoin(),
         {"roll_per_step": 0.2, "steer_per_step": 0.2, "directions": 180},
     ),
     "following.DampedFollower": (BALL, {"rate": 2.8, "gain": 0.6, "turn": 1.2}),
-    "following.FarSightedFollower": (BALL, {"rate": 2.8, "dt": 0.1, "price": 0.03}),
+    "following.FarSightedFollower": (BALL, {"rate": 2.8, "dt": 0.1, "input_weight": 0.03}),
     "grid.QuarterRolls": (BALL, {"reach": 2}),
     "pumping.Pump": (Roller(curvature=0.3), {"beta_change": 0.3, "dt": 0.05}),
-    "mppi.PathIntegral": (None, {"n_samples": 8, "horizon": 3, "spread": 0.5, "memory": 0.0}),
+    "mppi.PathIntegral": (None, {"n_samples": 8, "horizon": 3, "spread": 0.5, "correlation": 0.0}),
     "mppi.CrossEntropyChoices": (
         None,
         {"n_samples": 8, "horizon": 3, "n_choices": 4, "mixing": 0.1},

@@ -13,7 +13,7 @@ from rigid_envs.checks import positive
 
 __all__ = [
     "annulus",
-    "disc",
+    "disk",
     "elliptic_lamina",
     "perpendicular_axis",
     "rectangular_lamina",
@@ -21,8 +21,8 @@ __all__ = [
 ]
 
 
-def disc(mass: float, radius: float) -> Body:
-    """Return a thin round disc: I_z = m r^2 / 2, I_x = I_y = I_z / 2.
+def disk(mass: float, radius: float) -> Body:
+    """Return a thin round disk: I_z = m r^2 / 2, I_x = I_y = I_z / 2.
 
     Args:
         mass: mass [kg].
@@ -41,7 +41,7 @@ def disc(mass: float, radius: float) -> Body:
 
 
 def annulus(mass: float, inner_radius: float, outer_radius: float) -> Body:
-    """Return a thin disc with a round hole: I_z = m (a^2 + b^2) / 2, I_x = I_y = I_z / 2.
+    """Return a thin disk with a round hole: I_z = m (a^2 + b^2) / 2, I_x = I_y = I_z / 2.
 
     Args:
         mass: mass [kg].
@@ -55,7 +55,7 @@ def annulus(mass: float, inner_radius: float, outer_radius: float) -> Body:
         ValueError: if the mass or the outer radius is not positive, or the inner one not between.
 
     Source:
-        The difference of two discs of one density.
+        The difference of two disks of one density.
     """
     a, b = hollow(inner_radius, outer_radius)
     axial = positive(mass, "mass", "kg") * (a**2 + b**2) / 2.0
@@ -99,7 +99,7 @@ def elliptic_lamina(mass: float, a: float, b: float) -> Body:
         ValueError: if a number is not positive.
 
     Source:
-        A round disc, stretched along its axes.
+        A round disk, stretched along its axes.
     """
     m = positive(mass, "mass", "kg") / 4.0
     x, y = m * positive(b, "b", "m") ** 2, m * positive(a, "a", "m") ** 2

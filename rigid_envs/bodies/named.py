@@ -119,7 +119,7 @@ def american_football() -> Body:
 
 
 def frisbee() -> Body:
-    """Return a flying disc for Ultimate, 175 g, with measured moments.
+    """Return a flying disk for Ultimate, 175 g, with measured moments.
 
     Returns:
         The body, centre of mass in the origin, axis z; oblate, and by its rim not flat.

@@ -1,4 +1,4 @@
-"""Sampled closed loops: their motion, and from how far they come back."""
+"""Sampled closed loops: simulation and region of attraction."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ Array = npt.NDArray[np.float64]
 
 
 def simulate_closed_loop(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Array:
-    """States under a step that is repeated: y, step(y), step(step(y)) and so on.
+    """States of a closed loop under repeated steps: y, step(y), step(step(y)) and so on.
 
     With ``step = lambda y: system.advance(y, law.inputs(law(y)), dt, n_substeps)`` this is the
     closed loop as an environment runs it, the limits of the actuator included.
@@ -37,7 +37,7 @@ def region_of_attraction(
     directions: npt.ArrayLike,
     sizes: npt.ArrayLike,
 ) -> Array:
-    """From how far a closed loop succeeds, in each of several directions.
+    """Region of attraction of a closed loop, sampled along several directions.
 
     Every size is tried; what lies beyond the first failure does not count.
 

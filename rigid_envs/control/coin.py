@@ -22,13 +22,13 @@ _ROLL_OR_STEER = np.array([[0.0, 1.0], [1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0,
 
 @dataclass(frozen=True)
 class CoinPlan:
-    """A way of coins to their goals.
+    """A plan of coins to their goals.
 
     Attributes:
         actions: (roll, steer) as parts of the largest in a step, never both; zero after a row has
             arrived, and at last for all rows; shape (T, ..., 2).
         legs: turn, roll, turn, roll, turn [rad], shape (..., 5).
-        length: way of the contact [m], shape (...).
+        length: of the path of the contact [m], shape (...).
         steps: number of steps until a row has arrived, shape (...).
     """
 
@@ -124,10 +124,10 @@ class TwoRolls:
         return np.stack([along, aside, heading, _short(phase)], axis=-1)
 
     def _best(self, legs: Array) -> Array:
-        """The plan of fewest steps, shape (5,); among those, of the shortest way."""
+        """The plan of fewest steps, shape (5,); among those, of the shortest path."""
         steps = np.sum(self._counts(legs), axis=-1)
-        way = np.sum(np.abs(legs[:, 1::2]), axis=-1)
-        return np.asarray(legs[np.lexsort((way, steps))[0]])
+        length = np.sum(np.abs(legs[:, 1::2]), axis=-1)
+        return np.asarray(legs[np.lexsort((length, steps))[0]])
 
     def _counts(self, legs: Array) -> Integers:
         """Steps that each leg takes, shape (..., 5)."""

@@ -71,8 +71,8 @@ class TimedFlip(SpinLaw):
         f2 = -Omega tanh(growth Omega t),   d = +- Omega D / cosh(growth Omega t),
 
     the one of these that is `margin` away from -e2 when no time is left, with the sign of d that
-    omega has. Afterwards d decreases by itself, and only s and the rate are held. Nothing is paid
-    but the way onto f, and that falls like exp(-growth Omega T) with the time T that is given.
+    omega has. Afterwards d decreases by itself, and only s and the rate are held. The only effort
+    is that of joining f, and that falls like exp(-growth Omega T) with the time T that is given.
 
     Certificate: the kinetic energy of the difference e = omega - f, ``V = e . I e / 2``. With tau,
     until the commanded time,

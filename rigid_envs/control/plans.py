@@ -1,4 +1,4 @@
-"""Plans laid out in steps."""
+"""Piecewise constant plans."""
 
 import numpy as np
 import numpy.typing as npt
@@ -9,7 +9,7 @@ Array = npt.NDArray[np.float64]
 
 
 def piecewise_constant(values: Array, counts: npt.NDArray[np.int64]) -> Array:
-    """Values one after the other, each in so many steps; then zero.
+    """Piecewise constant sequence: each value repeated for its number of steps, then zero.
 
     Args:
         values: K of them for each row, shape (..., K, m).

@@ -27,10 +27,10 @@ class PlateRegulator:
     About rest on the level table, in x = (offset, velocity, tilt, tilt rates), the motion over a
     period in which the rates of the tilt change linearly to the commanded ones r is
     ``x+ = F x + G r``. The feedback ``r = -K x`` minimises the sum of
-    ``|offset|^2 + small (|velocity|^2 + |tilt|^2 + |rates|^2) + price |r|^2``.
+    ``|offset|^2 + small (|velocity|^2 + |tilt|^2 + |rates|^2) + input_weight |r|^2``.
 
     Certificate: the Riccati matrix P, with `value`, x P x, the sum from there on near the point,
-    and a Lyapunov function. It takes into account that tilting carries the ball the wrong way
+    and a Lyapunov function. It takes into account that tilting moves the ball against its goal
     first, and a turntable.
 
     Region: an offset counts no further than `farthest`, in its direction, so that from far away the
@@ -43,7 +43,7 @@ class PlateRegulator:
         ball: the ball and its table.
         tilt_rate: largest rate of each angle [rad/s].
         dt: control period [s].
-        price: weight of the commanded rates [m^2 s^2].
+        input_weight: weight of the commanded rates [m^2 s^2].
         farthest: offsets are cut to this length [m].
 
     Raises:
@@ -55,14 +55,14 @@ class PlateRegulator:
     ball: DynamicBall
     tilt_rate: float
     dt: float
-    price: float = 1.0
+    input_weight: float = 1.0
     farthest: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the numbers."""
         positive(self.tilt_rate, "tilt_rate", "rad/s")
         positive(self.dt, "dt", "s")
-        positive(self.price, "price", "m^2 s^2")
+        positive(self.input_weight, "input_weight", "m^2 s^2")
         positive(self.farthest, "farthest", "m")
 
     def __call__(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:
@@ -98,14 +98,14 @@ class PlateRegulator:
         return np.concatenate([rows[..., :2] - goal, rows[..., 2:] + 0.0 * goal[..., :1]], axis=-1)
 
     def value(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:
-        """What the regulator still costs from states near the point, x P x, shape (...)."""
+        """Cost to go x P x of states near the point, shape (...)."""
         return self.regulator.value(self.error(y, point))
 
     @cached_property
     def regulator(self) -> Regulator:
         """K and P."""
         weights = np.array([1.0, 1.0] + [_SMALL] * 6)
-        return lqr(*self.step, weights, np.full(2, self.price))
+        return lqr(*self.step, weights, np.full(2, self.input_weight))
 
     @cached_property
     def step(self) -> tuple[Array, Array]:

@@ -20,12 +20,12 @@ Integers = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class RollPlan:
-    """A way of balls along straight rolls.
+    """A plan of balls along straight rolls.
 
     Attributes:
-        actions: velocities as parts of the largest, in a disc; zero after a row has arrived, and at
+        actions: velocities as parts of the largest, in a disk; zero after a row has arrived, and at
             last for all rows; shape (T, ..., 2).
-        length: of the way [m], shape (...).
+        length: of the path [m], shape (...).
         steps: number of steps until a row has arrived, shape (...).
     """
 
@@ -65,7 +65,7 @@ class PushPlan:
             rows; shape (T, ..., 2) [m/s^2].
         positions: at the start and after each period, shape (T + 1, ..., 2) [m].
         velocities: the same, shape (T + 1, ..., 2) [m/s].
-        length: of the way [m], shape (...).
+        length: of the path [m], shape (...).
         steps: number of periods until a row has arrived, shape (...).
     """
 
@@ -92,7 +92,7 @@ class PushAlong:
     both of whose eigenvalues are z, so it dies out like that of a critically damped oscillator at
     `rate`, for every dt. Region: any error for which the force suffices; beyond, it is cut to the
     largest. The attitude is not fed back: it is off by what the loop between the planned and the
-    rolled way encloses.
+    rolled path encloses.
 
     Attributes:
         ball: the ball, on a plate that does not turn.
@@ -145,13 +145,13 @@ class PushAlong:
         pushes = piecewise_constant(there_and_back.reshape(*counts.shape, 2), counts)
         rest = np.zeros((1, *pushes.shape[1:]))
         velocities = np.concatenate([rest, np.cumsum(self.dt * pushes, axis=0)])
-        way = np.cumsum(0.5 * self.dt * (velocities[1:] + velocities[:-1]), axis=0)
-        positions = start[..., 4:6] + np.concatenate([rest, way])
+        moved = np.cumsum(0.5 * self.dt * (velocities[1:] + velocities[:-1]), axis=0)
+        positions = start[..., 4:6] + np.concatenate([rest, moved])
         steps = np.sum(counts, axis=-1)
         return PushPlan(pushes, positions, velocities, np.sum(lengths, axis=-1), steps)
 
     def __call__(self, y: npt.ArrayLike, push: Array, position: Array, velocity: Array) -> Array:
-        """Forces that keep to a plan, as parts of the largest, in a disc.
+        """Forces that keep to a plan, as parts of the largest, in a disk.
 
         Args:
             y: states of `DynamicBall`, shape (..., 13).

@@ -18,7 +18,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Pump:
-    """Makes the inertia ratio large on the way down and small on the way up.
+    """Bang-bang control of the inertia ratio: large while descending, small while ascending.
 
     The angle a = curvature s from the bottom and the momentum P = (1 + beta) v about the contact,
     which a sudden change of beta leaves alone, follow
@@ -27,8 +27,8 @@ class Pump:
         d(P^2 / 2)/da = -(1 + beta) (g / curvature) sin(a).
 
     So from rest at the height h down to the bottom P^2 / 2 grows to (1 + beta) g h if the ratio is
-    held, and is used up from there to rest at the height h' in the same way; the way down gives the
-    more, and the way up takes the less, the larger and the smaller the ratio is all along. Whatever
+    held, and is used up from there to rest at the height h' likewise; the descent gives the more,
+    and the ascent takes the less, the larger and the smaller the ratio is all along. Whatever
     is done, then, a pass through the bottom raises the turning point by no more than
 
         ``h' / h = (1 + beta + beta_change) / (1 + beta)``,

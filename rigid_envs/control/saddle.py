@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 _NEAR = 0.3  # of Omega: how far along the stable direction from e2 a spin may be caught,
 _OFF = 0.08  # and how far from 1 the square of its rate over Omega may then be
-_STUCK = 0.2  # of Omega: how far along the way out from -e2 a spin is pushed
+_STUCK = 0.2  # of Omega: how far along the unstable direction of -e2 a spin is pushed
 
 
 class Saddle(NamedTuple):
@@ -71,8 +71,8 @@ class SeparatrixSteering(SpinLaw):
         tau_k = -torque sat(gain I2 / I_k dW/domega_k),   W' = sum of dW/domega_k tau_k / I_k <= 0,
 
     with sat the limits of the actuator. A motion that comes near e2 at the right rate, and with an
-    abs(d) that torque can hold, is caught by the feedback of least ``|omega - Omega e2|^2 + price
-    |tau|^2``. Near -e2 it is pushed along s, the way out from there.
+    abs(d) that torque can hold, is caught by the feedback of least ``|omega - Omega e2|^2 +
+    input_weight |tau|^2``. Near -e2 it is pushed along s, the unstable direction there.
 
     Certificate: `lyapunov`, W, never increases while the law steers, limits and missing actuators
     included (pushing and catching may add to it). With two actuators it rests only on the motions
@@ -89,7 +89,7 @@ class SeparatrixSteering(SpinLaw):
         dt: control period [s].
         axes: which body axes have an actuator.
         gain: action for a unit gradient of W.
-        price: weight of the torque that holds the spin [rad^2/s^2 / (N m)^2].
+        input_weight: weight of the torque that holds the spin [rad^2/s^2 / (N m)^2].
 
     Raises:
         ValueError: moments in another order, numbers that are not positive, or neither e1 nor e3
@@ -102,14 +102,14 @@ class SeparatrixSteering(SpinLaw):
     dt: float
     axes: tuple[bool, bool, bool] = (True, True, True)
     gain: float = 7.5
-    price: float = 0.3
+    input_weight: float = 0.3
 
     def __post_init__(self) -> None:
         """Check the numbers and the actuators too."""
         super().__post_init__()
         positive(self.dt, "dt", "s")
         positive(self.gain, "gain", "1")
-        positive(self.price, "price", "rad^2/s^2 / (N m)^2")
+        positive(self.input_weight, "input_weight", "rad^2/s^2 / (N m)^2")
         expected = "an actuator about e1 or e3: torque about e2 alone keeps 2 T I2 - L^2"
         require(self.axes[0] or self.axes[2], self.axes, "axes", expected)
 
@@ -146,7 +146,7 @@ class SeparatrixSteering(SpinLaw):
         A, B = self.body.linearize(self.body.state(omega_body=[0.0, self.rate, 0.0]))
         states, inputs = 4 + self._controlled, np.flatnonzero(self.axes)
         F, G = zero_order_hold(A[np.ix_(states, states)], B[np.ix_(states, inputs)], self.dt)
-        return lqr(F, G, np.ones(len(states)), np.full(len(inputs), self.price))
+        return lqr(F, G, np.ones(len(states)), np.full(len(inputs), self.input_weight))
 
     @property
     def reach(self) -> float:

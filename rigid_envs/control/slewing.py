@@ -1,4 +1,4 @@
-"""Turning a body from rest to rest: quaternion feedback, and a time that no law beats."""
+"""Slewing a body from rest to rest: quaternion feedback, and a lower bound on the time."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class QuaternionPD:
-    """Turns a body to an attitude by the short way: tau = -I (2 k vec(e) + c omega).
+    """Turns a body to an attitude by the smaller angle: tau = -I (2 k vec(e) + c omega).
 
     e = goal^-1 q is the error with the sign that makes its w >= 0. Both signs are one attitude;
-    without the choice the body would unwind: turn the long way round. For small angles this is
+    without the choice the body would unwind: turn by the larger angle. For small angles this is
     ``angle'' = -k angle - c angle'``, critically damped with c = 2 sqrt(k).
 
     Certificate: the Lyapunov function ``V = |omega|^2 / (4 k) + 2 (1 - |w|)``, which is 0 at the
@@ -40,7 +40,7 @@ class QuaternionPD:
         body: the body.
         torque: largest torque about each axis [N m].
         stiffness: k I_max / torque. The torque is at its limits for large errors, so that time is
-            spent on the way; the larger it is the later it brakes.
+            spent in between; the larger it is the later it brakes.
 
     Raises:
         ValueError: numbers that are not positive.
@@ -113,7 +113,7 @@ class QuaternionPD:
 
 
 def slew_acceleration(moments: npt.ArrayLike, torque: float) -> Array:
-    """What the rate of a body grows by at most, from rest [rad/s^2].
+    """Bound on the growth of a body's rate from rest [rad/s^2].
 
     ``a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)``: the energy grows by
     ``(sqrt(2 T))' = omega . tau / sqrt(2 T) <= torque sqrt(sum 1 / I_k)`` (Cauchy and Schwarz), and
@@ -135,7 +135,7 @@ def slew_acceleration(moments: npt.ArrayLike, torque: float) -> Array:
 
 
 def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Array:
-    """Time [s] that no turn from rest to rest by an angle beats: ``2 sqrt(angle / a)``.
+    """Lower bound [s] on the time of a turn from rest to rest by an angle: ``2 sqrt(angle / a)``.
 
     The rate is at most a t (`slew_acceleration`), backwards from the goal likewise, and the angle
     is at most the integral of the smaller of both.

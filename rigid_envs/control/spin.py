@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SpinLaw:
-    """What the laws for a spin about the intermediate axis share.
+    """Base of the control laws for a spin about the intermediate axis.
 
     Attributes:
         body: the body, I1 < I2 < I3.
@@ -51,7 +51,7 @@ class SpinLaw:
         return self.body.checked_state(y)[..., 4:7]
 
     def error(self, y: npt.ArrayLike) -> Array:
-        """What omega differs from Omega e2 by, of states y, shape (..., 7); body axes [rad/s]."""
+        """Error omega - Omega e2 of states y, shape (..., 7); body axes [rad/s]."""
         return self.omega(y) - [0.0, self.rate, 0.0]
 
 
@@ -59,8 +59,8 @@ class SpinLaw:
 class SpinRegulator(SpinLaw):
     """Holds the spin by linear feedback, optimal near it: tau = -K (omega - Omega e2).
 
-    K minimises the sum of ``|omega - Omega e2|^2 + price |tau|^2`` over the control periods for
-    Euler's equations linearised about the spin, ``I1 x1' = -(I3 - I2) Omega x3 + tau1``,
+    K minimises the sum of ``|omega - Omega e2|^2 + input_weight |tau|^2`` over the control periods
+    for Euler's equations linearised about the spin, ``I1 x1' = -(I3 - I2) Omega x3 + tau1``,
     ``I2 x2' = tau2`` and ``I3 x3' = -(I2 - I1) Omega x1 + tau3``, under torques that are held.
 
     Certificate: the Riccati matrix P, ``value(y) = x P x`` with x = omega - Omega e2, the sum from
@@ -77,7 +77,7 @@ class SpinRegulator(SpinLaw):
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about each axis [N m].
         dt: control period [s].
-        price: weight of the torque [rad^2/s^2 / (N m)^2].
+        input_weight: weight of the torque [rad^2/s^2 / (N m)^2].
 
     Raises:
         ValueError: moments in another order, or numbers that are not positive.
@@ -86,13 +86,13 @@ class SpinRegulator(SpinLaw):
     """
 
     dt: float
-    price: float = 0.03
+    input_weight: float = 0.03
 
     def __post_init__(self) -> None:
-        """Check the control period and the price too."""
+        """Check the control period and the weight too."""
         super().__post_init__()
         positive(self.dt, "dt", "s")
-        positive(self.price, "price", "rad^2/s^2 / (N m)^2")
+        positive(self.input_weight, "input_weight", "rad^2/s^2 / (N m)^2")
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
@@ -107,4 +107,4 @@ class SpinRegulator(SpinLaw):
         """K and P in x = omega - Omega e2."""
         A, B = self.body.linearize(self.body.state(omega_body=[0.0, self.rate, 0.0]))
         F, G = zero_order_hold(A[4:, 4:], B[4:], self.dt)
-        return lqr(F, G, np.ones(3), np.full(3, self.price))
+        return lqr(F, G, np.ones(3), np.full(3, self.input_weight))

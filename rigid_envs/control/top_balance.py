@@ -26,7 +26,7 @@ _SPINS = np.linspace(-1.5, 1.5, 31)  # in parts of the critical spin, for which 
 
 
 def axis_of(y: npt.ArrayLike) -> Complex:
-    """Where the axis of a top points and its pivot stands, horizontally, in complex numbers.
+    """Horizontal part of a top's axis, and of its pivot's position, in complex numbers.
 
     Args:
         y: states of `HeavyTop`, shape (..., 11).
@@ -63,7 +63,7 @@ class TopBalance(abc.ABC):
     """How many entries of `axis_of` are fed back."""
     _inputs: ClassVar[slice]
     """Where the two components of the input stand in u of `HeavyTop`."""
-    _prices: ClassVar[tuple[list[float], list[float]]]
+    _weights: ClassVar[tuple[list[float], list[float]]]
     """Weights of the states and of the input."""
 
     def __post_init__(self) -> None:
@@ -77,7 +77,7 @@ class TopBalance(abc.ABC):
         """A and B of the linear equation x' = A x + B u at a spin omega3 [rad/s]."""
 
     def __call__(self, y: npt.ArrayLike) -> Array:
-        """Actions, inputs over the largest, in the disc, shape (..., 2), of states y (..., 11)."""
+        """Actions, inputs over the largest, in the disk, shape (..., 2), of states y (..., 11)."""
         u = self._regulator(y).feedback(axis_of(y)[..., : self._n])[..., 0]
         return clip_to_ball(np.stack([u.real, u.imag], axis=-1) / self.limit)
 
@@ -94,7 +94,7 @@ class TopBalance(abc.ABC):
 
     def regulator(self, spin: float) -> Regulator:
         """K and P, complex, at a spin omega3 [rad/s]."""
-        return lqr(*zero_order_hold(*self.model(spin), self.dt), *self._prices)
+        return lqr(*zero_order_hold(*self.model(spin), self.dt), *self._weights)
 
     @cached_property
     def _table(self) -> Callable[..., Regulator]:
@@ -138,7 +138,7 @@ class UprightBalance(TopBalance):
 
     _n: ClassVar[int] = 2
     _inputs: ClassVar[slice] = slice(3, 5)
-    _prices: ClassVar[tuple[list[float], list[float]]] = ([1.0, 0.1], [0.03])
+    _weights: ClassVar[tuple[list[float], list[float]]] = ([1.0, 0.1], [0.03])
 
     def model(self, spin: float) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """A and B for x = (e, e') and the torque at a spin omega3 [rad/s]."""
@@ -177,7 +177,7 @@ class PivotBalance(TopBalance):
 
     _n: ClassVar[int] = 4
     _inputs: ClassVar[slice] = slice(6, 8)
-    _prices: ClassVar[tuple[list[float], list[float]]] = ([1.0, 1.0, 0.05, 0.2], [0.03])
+    _weights: ClassVar[tuple[list[float], list[float]]] = ([1.0, 1.0, 0.05, 0.2], [0.03])
 
     def model(self, spin: float) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """A and B for x = (e, e', X, X') and the acceleration at a spin omega3 [rad/s]."""

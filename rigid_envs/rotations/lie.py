@@ -224,12 +224,12 @@ def right_jacobian_inverse(rotation_vector: ArrayLike) -> Array:
 
 
 def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Array:
-    """Turn from p towards q at constant rate on the shortest way: p exp(t log(p^-1 q)).
+    """Interpolate between attitudes at constant rate on the geodesic: p exp(t log(p^-1 q)).
 
     Args:
         p: unit quaternion at t = 0, (..., 4).
         q: unit quaternion at t = 1, (..., 4).
-        t: fraction of the way, beyond [0, 1] too, (...).
+        t: fraction of the angle, beyond [0, 1] too, (...).
 
     Returns:
         Unit quaternion, (..., 4), continuous in t from p: at t = 1 it is q or -q.
@@ -242,5 +242,5 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Array:
         doi:10.1145/325334.325242.
     """
     start = unit(p, "p", 4)
-    way = array(t, "t")[..., None] * log(multiply(conjugate(start), q))
-    return multiply(start, exp(way))
+    vector = array(t, "t")[..., None] * log(multiply(conjugate(start), q))
+    return multiply(start, exp(vector))

@@ -13,7 +13,7 @@ __all__ = ["body_rate", "rotate_tensor", "transform_tensor", "world_rate"]
 def rotate_tensor(q: ArrayLike, tensor: ArrayLike) -> Array:
     """Take a tensor of rank two from body to world axes: T_world = R(q) T_body R(q)^T.
 
-    The way back is that of the conjugate quaternion.
+    The inverse is that of the conjugate quaternion.
 
     Args:
         q: unit quaternion, (..., 4).
@@ -34,7 +34,7 @@ def rotate_tensor(q: ArrayLike, tensor: ArrayLike) -> Array:
 def transform_tensor(R: ArrayLike, tensor: ArrayLike) -> Array:
     """Take a tensor of rank two from body to world axes: T_world = R T_body R^T.
 
-    The way back is that of R^T.
+    The inverse is that of R^T.
 
     Args:
         R: rotation matrix, v_world = R v_body, (..., 3, 3).

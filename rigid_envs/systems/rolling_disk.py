@@ -78,8 +78,8 @@ class RollingDisk(AdaptiveStepSystem):
         positive(self.g, "g", "m/s^2")
 
     @classmethod
-    def disc(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:
-        """Uniform thin disc: I3 = m radius^2 / 2, I1 = I3 / 2."""
+    def uniform(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:
+        """Uniform thin disk: I3 = m radius^2 / 2, I1 = I3 / 2."""
         rim = m * radius * radius
         return cls(m, radius, 0.25 * rim, 0.5 * rim, g)
 

@@ -13,7 +13,7 @@ from rigid_envs.analytic.rolling_disk._conical import conical
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps
-# Neither a disc nor a hoop nor thin: A is not C / 2.
+# Neither a disk nor a hoop nor thin: A is not C / 2.
 BODY = {"m": 0.7, "radius": 0.3, "i_perp": 0.021, "i3": 0.035}
 DISK = {**BODY, "g": 9.81}
 UPRIGHT = 0.5 * math.pi

@@ -178,7 +178,7 @@ def test_no_velocity_is_larger_than_the_largest_and_the_correction_keeps_its_dir
     np.testing.assert_allclose(
         inner, np.linalg.norm(wanted, axis=-1) * np.linalg.norm(added, axis=-1), atol=1e-9
     )
-    # as far as to the edge of the disc
+    # as far as to the edge of the disk
     assert np.sum(np.linalg.norm(action, axis=-1) > 1.0 - 1e-9) > 50
 
 
@@ -212,8 +212,8 @@ def test_headings_ahead_are_those_of_the_elastica_to_second_order():
 def test_bad_numbers_are_refused():
     with pytest.raises(ValueError, match="rate = 0"):
         DampedFollower(BALL, 0.0)
-    with pytest.raises(ValueError, match="price = -1"):
-        FarSightedFollower(BALL, RATE, 0.1, price=-1.0)
+    with pytest.raises(ValueError, match="input_weight = -1"):
+        FarSightedFollower(BALL, RATE, 0.1, input_weight=-1.0)
     with pytest.raises(ValueError, match=r"expected at most radius \* rate = 2.8 \[m/s\]"):
         DampedFollower(BALL, RATE)(BALL.state(), BALL.state(), [3.0, 0.0])
     with pytest.raises(ValueError, match="velocities has shape"):

@@ -102,8 +102,8 @@ def test_feedback_and_value_take_leading_axes_of_states_and_of_gains():
 
 
 def test_a_scheduled_regulator_is_exact_at_the_nodes_and_near_between_them():
-    def at(spin, price):
-        return lqr(*zero_order_hold(*falling(spin), DT), [1.0, 1.0], [price])
+    def at(spin, weight):
+        return lqr(*zero_order_hold(*falling(spin), DT), [1.0, 1.0], [weight])
 
     spins, prices = np.linspace(-3.0, 3.0, 31), np.array([0.5, 1.0, 1.5])
     look_up = scheduled(at, spins, prices)

@@ -54,7 +54,7 @@ def test_the_riccati_value_is_the_cost_of_small_errors():
     states = played(law, y, 150, 10)
     error, action = law.error(states, POINT), law(states, POINT)
     cost = np.sum(error**2 * ([1.0] * 2 + [1e-3] * 6), axis=-1)
-    cost += law.price * RATE**2 * np.sum(action**2, axis=-1)
+    cost += law.input_weight * RATE**2 * np.sum(action**2, axis=-1)
     value = law.value(states, POINT)
     # offsets of 1e-3 m in a motion whose next order is their square
     np.testing.assert_allclose(np.sum(cost[:-1], axis=0) + value[-1], value[0], rtol=1e-4)
@@ -115,8 +115,8 @@ def test_beyond_the_farthest_only_the_direction_of_the_offset_counts():
 
 
 def test_bad_numbers_are_refused():
-    with pytest.raises(ValueError, match="price = 0"):
-        PlateRegulator(DynamicBall(), RATE, DT, price=0.0)
+    with pytest.raises(ValueError, match="input_weight = 0"):
+        PlateRegulator(DynamicBall(), RATE, DT, input_weight=0.0)
     with pytest.raises(ValueError, match="tilt_rate = -1"):
         PlateRegulator(DynamicBall(), -1.0, DT)
     with pytest.raises(ValueError, match="point has shape"):

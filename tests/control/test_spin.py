@@ -48,7 +48,7 @@ def test_the_sampled_linearisation_is_that_of_the_steps_of_the_body():
     # the Riccati equation, with the error 1e-10 of the differences and that of the integrator
     K, P = law.regulator
     closed = F - G @ K
-    again = np.eye(3) + law.price * K.T @ K + closed.T @ P @ closed
+    again = np.eye(3) + law.input_weight * K.T @ K + closed.T @ P @ closed
     np.testing.assert_allclose(again, P, rtol=1e-6, atol=1e-7)
 
 
@@ -57,7 +57,7 @@ def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases():
     y = BODY.state(omega_body=RATE * E2 + 1e-6 * rng.normal(size=(20, 3)))
     states = simulate_closed_loop(step(law), y, 200)
     torque = law.inputs(law(states))
-    cost = np.sum(law.error(states) ** 2, axis=-1) + law.price * np.sum(torque**2, axis=-1)
+    cost = np.sum(law.error(states) ** 2, axis=-1) + law.input_weight * np.sum(torque**2, axis=-1)
     # what is not linear is 1e-6 of the rest, the rounding of omega near 1 1e-10
     np.testing.assert_allclose(cost.sum(axis=0), law.value(y), rtol=1e-5)
     far = simulate_closed_loop(

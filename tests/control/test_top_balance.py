@@ -75,7 +75,7 @@ def test_the_complex_equation_is_the_linearisation_of_the_steps_of_the_top(law, 
     closed = F - G @ real(K)
     assert np.abs(np.linalg.eigvals(closed)).max() < 1.0 - 1e-3
     # the Riccati equation of the real system, whose Jacobian is known to 1e-9
-    weights = [np.repeat(prices, 2) for prices in law._prices]
+    weights = [np.repeat(part, 2) for part in law._weights]
     again = np.diag(weights[0]) + real(K).T @ np.diag(weights[1]) @ real(K)
     again += closed.T @ real(P) @ closed
     np.testing.assert_allclose(again, real(P), atol=1e-6 * np.abs(P).max())
@@ -97,7 +97,7 @@ def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases(law):
     y = leaning(1e-4 * rng.normal(size=(20, 8)), spin)
     states, n = simulate_closed_loop(step(law), y, 200), law._n
     x, u = axis_of(states[:-1])[..., :n], FREE * law(states[:-1])
-    cost = np.abs(x) ** 2 @ law._prices[0] + law._prices[1][0] * np.sum(u**2, axis=-1)
+    cost = np.abs(x) ** 2 @ law._weights[0] + law._weights[1][0] * np.sum(u**2, axis=-1)
     value = law.value(states)
     # what is not linear is of third order in the tilt, 1e-8 of the rest, and steps are good to 1e-7
     np.testing.assert_allclose(cost.sum(axis=0), value[0] - value[-1], rtol=1e-5)

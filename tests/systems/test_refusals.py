@@ -250,7 +250,7 @@ def test_what_becomes_too_fast_on_the_way_is_refused_with_the_time_and_the_remed
 
 @pytest.mark.parametrize("n_substeps", [20, 100, 1000])
 def test_a_disk_that_falls_flat_within_a_step_is_refused(n_substeps):
-    disk, lean = RollingDisk.disc(1.3, 0.5), 0.1  # flat after 0.113 s
+    disk, lean = RollingDisk.uniform(1.3, 0.5), 0.1  # flat after 0.113 s
     y = disk.state(q=(np.cos(0.5 * lean), np.sin(0.5 * lean), 0.0, 0.0))
     with pytest.raises(ValueError, match=r"^from t = 0\.\d+ s on: step|the motion ends"):
         disk.advance(y, None, 0.2, n_substeps)

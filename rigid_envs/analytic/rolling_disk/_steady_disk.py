@@ -125,7 +125,7 @@ def still_centre_precession(
 ) -> float:
     """Rate phi' at which a disk wobbles round its own centre, which stands still [rad/s].
 
-    A phi'^2 sin(theta) = m g radius with omega3 = 0: 4 g / (radius sin(theta)) for a disc, Euler's
+    A phi'^2 sin(theta) = m g radius with omega3 = 0: 4 g / (radius sin(theta)) for a disk, Euler's
     disk, which quickens as it settles. The contact runs round a circle of radius
     radius cos(theta), and the face turns only with phi' (1 - cos(theta)).
 

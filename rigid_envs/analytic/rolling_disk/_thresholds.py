@@ -12,7 +12,7 @@ def rolling_threshold(*, m: float, radius: float, i_perp: float, i3: float, g: f
     """Least rate at which an upright disk rolls straight on without falling [rad/s].
 
     omega3^2 = A m g radius / (C (C + m radius^2)); the speed radius omega3 is then
-    sqrt(g radius / 3) for a disc and sqrt(g radius / 4) for a hoop.
+    sqrt(g radius / 3) for a disk and sqrt(g radius / 4) for a hoop.
 
     Args:
         m: mass [kg].
