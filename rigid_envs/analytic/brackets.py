@@ -1,4 +1,4 @@
-"""Lie brackets of control fields: which motions a rolling body can compose from those it is given.
+"""Lie brackets of the control vector fields of rolling bodies, and their growth vectors.
 
 A control system x' = u1 f1(x) + u2 f2(x) + ... moves along f1, f2, ... by its controls, and along
 their brackets [f, g] = Dg f - Df g by small loops: f and g on for a time e each, then both back,
@@ -139,7 +139,7 @@ def iterated_brackets(fields: Sequence[Field], state: ArrayLike, depth: int) -> 
 
 
 def bracket_norms(fields: Sequence[Field], state: ArrayLike, depth: int) -> tuple[Array, ...]:
-    """Lengths of the brackets of `iterated_brackets`: how far a small loop of each kind moves.
+    """Norms of the brackets of `iterated_brackets`.
 
     Args:
         fields: control fields.
@@ -183,7 +183,7 @@ def growth_vector(fields: Sequence[Field], state: ArrayLike, depth: int) -> tupl
 
 
 def degree_of_nonholonomy(growth: Sequence[int], dimension: int) -> int:
-    """Depth of brackets at which every direction is reached: the step of the distribution.
+    """Degree of nonholonomy: depth of brackets that span every direction.
 
     A motion of size e in the last directions takes controls of the size of its root of this degree.
 

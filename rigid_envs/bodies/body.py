@@ -46,7 +46,7 @@ class Body:
     of 1e-9 of the largest entry against symmetry, which are averaged away.
 
     Attributes:
-        mass: mass [kg].
+        mass: m [kg].
         inertia: inertia tensor about the centre of mass, construction axes [kg m^2], (3, 3).
         com: centre of mass in construction axes [m], (3,).
 
@@ -217,7 +217,7 @@ class Body:
         return principal_axes(self.inertia)
 
     def kind(self, tolerance: float = TOLERANCE) -> Kind:
-        """Tell which principal moments are equal.
+        """Classify the body by equal principal moments.
 
         Args:
             tolerance: difference that counts as none, of the largest moment.

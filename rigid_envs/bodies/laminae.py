@@ -25,8 +25,8 @@ def disk(mass: float, radius: float) -> Body:
     """Return a thin round disk: I_z = m r^2 / 2, I_x = I_y = I_z / 2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
+        mass: m [kg].
+        radius: r [m].
 
     Returns:
         The body, centred on the origin.
@@ -44,7 +44,7 @@ def annulus(mass: float, inner_radius: float, outer_radius: float) -> Body:
     """Return a thin disk with a round hole: I_z = m (a^2 + b^2) / 2, I_x = I_y = I_z / 2.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         inner_radius: a, from 0 to the outer radius [m].
         outer_radius: b [m].
 
@@ -66,7 +66,7 @@ def rectangular_lamina(mass: float, lx: float, ly: float) -> Body:
     """Return a thin rectangle: I_x = m ly^2 / 12, I_y = m lx^2 / 12, I_z = I_x + I_y.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         lx: length along x [m].
         ly: length along y [m].
 
@@ -88,7 +88,7 @@ def elliptic_lamina(mass: float, a: float, b: float) -> Body:
     """Return a thin ellipse: I_x = m b^2 / 4, I_y = m a^2 / 4, I_z = I_x + I_y.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         a: semi-axis along x [m].
         b: semi-axis along y [m].
 
@@ -112,7 +112,7 @@ def triangular_lamina(mass: float, vertices: ArrayLike) -> Body:
     The r are those of the vertices from the centre of mass, which is their mean.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         vertices: its corners [m], (3, 3), one a row.
 
     Returns:
@@ -128,7 +128,7 @@ def triangular_lamina(mass: float, vertices: ArrayLike) -> Body:
 
 
 def perpendicular_axis(body: Body) -> float:
-    """Return how much the perpendicular-axis theorem fails: I3 - (I1 + I2) = -2 sum m z^2.
+    """Return the residual of the perpendicular-axis theorem: I3 - (I1 + I2) = -2 sum m z^2.
 
     I1 <= I2 <= I3 are the principal moments and z is the distance from the plane through the
     centre of mass across the third axis, so that it is 0 for what is flat (a lamina in any

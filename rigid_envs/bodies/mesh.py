@@ -22,7 +22,7 @@ def from_mesh(vertices: ArrayLike, faces: ArrayLike, density: float) -> Body:
     Args:
         vertices: corners [m], (n, 3).
         faces: rows of three indices of vertices, counter-clockwise seen from outside, (k, 3).
-        density: density [kg/m^3].
+        density: of the solid [kg/m^3].
 
     Returns:
         The body, in the axes of the vertices.
@@ -77,7 +77,7 @@ def _triangles(faces: ArrayLike, n: int) -> Faces:
 
 
 def _check_closed(triangles: Faces) -> None:
-    """Refuse a mesh in which an edge is not run through just once in each direction."""
+    """Refuse a mesh that is not closed and consistently oriented."""
     edges = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
     n = edges.max() + 1
     forward, backward = edges @ [n, 1], edges @ [1, n]  # each edge as one number

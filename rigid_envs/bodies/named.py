@@ -1,4 +1,4 @@
-"""Things with a name. Each says whether its numbers are published, or a model with stated sizes."""
+"""Bodies of everyday things, with published mass properties or from a model of stated sizes."""
 
 import math
 

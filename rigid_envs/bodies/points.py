@@ -48,7 +48,7 @@ def tetrahedron(mass: float, vertices: ArrayLike) -> Body:
     The r are those of the vertices from the centre of mass, which is their mean.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         vertices: its corners in any order [m], (4, 3), one a row.
 
     Returns:

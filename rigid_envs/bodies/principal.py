@@ -1,4 +1,4 @@
-"""Principal moments and axes of an inertia tensor: what is physical, which frame, which kind."""
+"""Principal moments and axes of an inertia tensor: checks, diagonalisation, classification."""
 
 from typing import Literal, NamedTuple
 
@@ -107,7 +107,7 @@ def inertia_ellipsoid(principal: PrincipalAxes) -> InertiaEllipsoid:
 
 
 def kind_of(moments: Array, tolerance: float) -> Kind:
-    """Tell the kind of a body by which of its ascending moments are equal."""
+    """Classify a body by which of its ascending moments are equal."""
     low, high = np.diff(moments) <= tolerance * moments[2]
     if low and high:
         return "spherical"

@@ -22,7 +22,7 @@ def box(mass: float, lx: float, ly: float, lz: float) -> Body:
     """Return a cuboid: I_x = m (ly^2 + lz^2) / 12, and so on.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         lx: length along x [m].
         ly: length along y [m].
         lz: length along z [m].
@@ -45,8 +45,8 @@ def solid_sphere(mass: float, radius: float) -> Body:
     """Return a ball: I = 2/5 m r^2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
+        mass: m [kg].
+        radius: r [m].
 
     Returns:
         The body, centred on the origin.
@@ -66,7 +66,7 @@ def thick_shell(mass: float, inner_radius: float, outer_radius: float) -> Body:
     The common factor b - a is divided out: equal radii are the thin shell, no inner one the ball.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         inner_radius: a, from 0 to the outer radius [m].
         outer_radius: b [m].
 
@@ -90,9 +90,9 @@ def solid_cylinder(mass: float, radius: float, height: float) -> Body:
     """Return a cylinder along z: I_x = I_y = m (r^2 / 4 + h^2 / 12), I_z = m r^2 / 2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
-        height: height [m].
+        mass: m [kg].
+        radius: r [m].
+        height: h [m].
 
     Returns:
         The body, centred on the origin.
@@ -110,7 +110,7 @@ def hollow_cylinder(mass: float, inner_radius: float, outer_radius: float, heigh
     """Return a thick tube along z: I_z = m (a^2 + b^2) / 2, I_x = I_y = I_z / 2 + m h^2 / 12.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         inner_radius: a, from 0 to the outer radius [m].
         outer_radius: b [m].
         height: h [m].
@@ -135,9 +135,9 @@ def cone(mass: float, radius: float, height: float) -> Body:
     """Return a cone: I_x = I_y = 3/20 m (r^2 + h^2 / 4), I_z = 3/10 m r^2.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         radius: radius of the base [m].
-        height: height [m].
+        height: h [m].
 
     Returns:
         The body, apex in the origin, base in the plane z = h: centre of mass at z = 3/4 h.
@@ -161,8 +161,8 @@ def hemisphere(mass: float, radius: float) -> Body:
     """Return half a ball: I_x = I_y = 83/320 m r^2, I_z = 2/5 m r^2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
+        mass: m [kg].
+        radius: r [m].
 
     Returns:
         The body, flat side in the plane z = 0, dome above: centre of mass at z = 3/8 r.
@@ -182,7 +182,7 @@ def ellipsoid(mass: float, a: float, b: float, c: float) -> Body:
     """Return an ellipsoid: I_x = m (b^2 + c^2) / 5, and so on.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         a: semi-axis along x [m].
         b: semi-axis along y [m].
         c: semi-axis along z [m].
@@ -205,7 +205,7 @@ def torus(mass: float, major_radius: float, minor_radius: float) -> Body:
     """Return a ring of round section: I_z = m (R^2 + 3/4 r^2), I_x = I_y = m (R^2 / 2 + 5/8 r^2).
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         major_radius: R, from the axis z to the middle of the section [m].
         minor_radius: r, of the section [m].
 
@@ -233,7 +233,7 @@ def capsule(mass: float, radius: float, length: float) -> Body:
     b (2/5 r^2 + 3/8 ell r + ell^2 / 4).
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         radius: r [m].
         length: ell, of the cylinder; the whole is 2 r longer [m].
 

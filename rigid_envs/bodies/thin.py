@@ -1,4 +1,4 @@
-"""Homogeneous lines and surfaces of a given mass, not flat ones: rod, hoop and shells."""
+"""Homogeneous thin bodies of a given mass: rod, hoop and shells."""
 
 from rigid_envs.bodies.body import Body, aligned
 from rigid_envs.bodies.solids import hollow_cylinder, thick_shell
@@ -11,7 +11,7 @@ def rod(mass: float, length: float) -> Body:
     """Return a thin straight rod along z: I_x = I_y = m ell^2 / 12, I_z = 0.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         length: ell [m].
 
     Returns:
@@ -31,8 +31,8 @@ def hoop(mass: float, radius: float) -> Body:
     """Return a thin ring around z: I_z = m r^2, I_x = I_y = I_z / 2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
+        mass: m [kg].
+        radius: r [m].
 
     Returns:
         The body, centred on the origin.
@@ -51,8 +51,8 @@ def hollow_sphere(mass: float, radius: float) -> Body:
     """Return a thin sphere: I = 2/3 m r^2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
+        mass: m [kg].
+        radius: r [m].
 
     Returns:
         The body, centred on the origin.
@@ -71,9 +71,9 @@ def cylindrical_shell(mass: float, radius: float, height: float) -> Body:
     """Return a thin open tube along z: I_z = m r^2, I_x = I_y = m (r^2 / 2 + h^2 / 12).
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
-        height: height [m].
+        mass: m [kg].
+        radius: r [m].
+        height: h [m].
 
     Returns:
         The body, centred on the origin.
@@ -92,9 +92,9 @@ def conical_shell(mass: float, radius: float, height: float) -> Body:
     """Return the thin side of a cone, no base: I_z = m r^2 / 2, I_x = I_y = m (r^2 / 4 + h^2 / 18).
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         radius: radius at the open end [m].
-        height: height [m].
+        height: h [m].
 
     Returns:
         The body, apex in the origin, open at z = h: centre of mass at z = 2/3 h.

@@ -1,4 +1,4 @@
-"""Controllers, planners and bounds on what any of them can reach: one subject per module.
+"""Controllers, planners and performance bounds: one subject per module.
 
 A controller is a frozen dataclass of a system and of the limits of its actuator, in SI units; it
 maps states y, shape (..., n), to actions, shape (..., m), inside the action space. It knows nothing

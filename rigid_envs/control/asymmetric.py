@@ -58,7 +58,7 @@ class AsymmetricBalance:
     inside the unit circle if the moments are others of 0.85 .. 1, 1.05 .. 1.25 and 0.45 .. 0.65.
 
     Attributes:
-        top: the top.
+        top: heavy top of any moments.
         torque: largest torque about each axis [N m].
         dt: control period [s].
         fastest: largest abs(omega3) for which there are gains [rad/s].

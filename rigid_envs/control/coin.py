@@ -61,7 +61,7 @@ class TwoRolls:
     nearest to the distance and to 0, the plan of fewest steps is taken, and of those the shortest.
 
     Attributes:
-        coin: the coin.
+        coin: upright coin to park.
         roll_per_step: largest roll in one step [rad].
         steer_per_step: largest turn of the heading in one step [rad].
         directions: number of headings that are tried.

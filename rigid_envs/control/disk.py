@@ -96,7 +96,7 @@ class CircleRegulator:
     threshold of `RollingDisk` (at which it stands by itself), up to 0.2 rad at 0.7 of it.
 
     Attributes:
-        disk: the disk.
+        disk: rolling disk to lead.
         torque: largest torque [N m].
         dt: control period [s].
         input_weight: weight of the torque [rad^2 / (N m)^2].

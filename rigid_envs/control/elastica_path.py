@@ -102,13 +102,13 @@ class ShortestPath:
             n += 1
 
     def missed(self) -> tuple[float, float]:
-        """Distance [m] and angle [rad] between the goal and where the path leads to."""
+        """Errors of the end of the path: distance [m] and angle [rad] to the goal."""
         end = self.states(1)[-1]
         angle = rotations.distance(end[:4], self.goal[:4])
         return math.dist(end[4:], self.goal[4:]), float(angle)
 
     def steering(self, n: int) -> Array:
-        """What the maximum principle steers along, after equal parts, shape (n + 1, 2).
+        """Switching vector V of the maximum principle, after equal parts, shape (n + 1, 2).
 
         A shortest path has a costate (P, M): P on the plane is constant, M in space is carried
         along by the ball, R^T M constant. The Hamiltonian ``V . u``, with V = P + (M_y, -M_x) in
@@ -229,7 +229,7 @@ def _shortest(target: Array) -> Array:
 
 
 def _starts(target: Array) -> Array:
-    """Rows to start from: lengths from a lower bound up to what bends into the pose easily."""
+    """Initial guesses of the shooting method, from a lower bound of the length upwards."""
     theta, displacement = rotations.log(target[:4]), target[4:]
     distance, angle = math.hypot(*displacement), float(np.linalg.norm(theta))
     twist = math.sqrt(2.0 * math.pi * abs(theta[2]))  # a half circle: area length^2 / (2 pi)

@@ -36,7 +36,7 @@ class SingleTorque(SpinLaw):
     direction (see `SpinRegulator`) d up to 0.46, where 0.45 can be held at constant omega2.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about e3 [N m].
         strength: eps / (I2 - I1); above 1.
@@ -69,7 +69,7 @@ class SingleTorque(SpinLaw):
 
     @property
     def threshold(self) -> float:
-        """The eps above which e2 is stable, I2 - I1 [kg m^2]."""
+        """Stability threshold of eps, I2 - I1 [kg m^2]."""
         return self.body.I2 - self.body.I1
 
     @property
@@ -83,7 +83,7 @@ class SingleTorque(SpinLaw):
         return self.damping * self.body.I3 * self.rate
 
     def exponents(self) -> npt.NDArray[np.complex128]:
-        """Rates mu at which small departures from e2 grow or decay [1/s], shape (2,), complex.
+        """Characteristic exponents mu of small departures from e2 [1/s], shape (2,), complex.
 
         ``mu^2 + k mu / I3 + a (I3 - I2) Omega^2 / (I1 I3) = 0``.
         """
@@ -130,7 +130,7 @@ class EnergyCasimir(SpinLaw):
     positive.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about each axis [N m].
         strength: eps / (I2 - I1), above 1.

@@ -28,7 +28,7 @@ class ForcedFlip(SpinLaw):
     the torque impulse 2 I2 Omega, twice the angular momentum.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega [rad/s].
         torque: largest torque about each axis [N m].
         gain: rate of the approach over Omega.
@@ -85,7 +85,7 @@ class TimedFlip(SpinLaw):
     between two f, of which the nearer one is taken.)
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega [rad/s].
         torque: largest torque about each axis [N m].
         margin: norm(omega + Omega e2) / Omega that is left at the commanded time.

@@ -1,4 +1,4 @@
-"""Following a ball that rolls ahead, in position and attitude: by damping, or looking ahead."""
+"""Pose tracking of a rolling reference ball: damping control, and preview control."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _TINY = 1e-300  # no division by zero
 
 
 def pose_error(ball: RollingBall, y: npt.ArrayLike, reference: npt.ArrayLike) -> Array:
-    """From reference to ball: offset p [radii], rotation vector theta of q q_ref^-1 [rad], world.
+    """Pose error of the ball: offset p [radii], rotation vector theta of q q_ref^-1 [rad], world.
 
     Args:
         ball: either ball.
@@ -78,7 +78,7 @@ class DampedFollower:
     def __call__(
         self, y: npt.ArrayLike, reference: npt.ArrayLike, velocity: npt.ArrayLike
     ) -> Array:
-        """Velocity of the centre as a part of the largest, in a disk.
+        """Velocity of the centre over the largest, in the unit disk.
 
         Args:
             y: states of `RollingBall`, shape (..., 6).
@@ -151,7 +151,7 @@ class FarSightedFollower:
         velocity: npt.ArrayLike,
         gain: npt.ArrayLike,
     ) -> Array:
-        """Velocity of the centre as a part of the largest, in a disk.
+        """Velocity of the centre over the largest, in the unit disk.
 
         Args:
             y: states of `RollingBall`, shape (..., 6).

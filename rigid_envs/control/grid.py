@@ -69,7 +69,7 @@ class QuarterRolls:
     where i + j is even, the even ones where it is odd.
 
     Attributes:
-        ball: the ball.
+        ball: kinematic rolling ball.
         reach: largest distance from the goal along each axis [cells].
 
     Raises:

@@ -26,7 +26,7 @@ class ImpulseLaw(abc.ABC):
     from that than its own size, and only impulses against L take so much.
 
     Attributes:
-        body: the body.
+        body: rigid body to control.
         impulse: largest impulse [N m s].
 
     Raises:
@@ -72,7 +72,7 @@ class MomentumRegulator(ImpulseLaw):
     beyond, the largest impulse against L is taken.
 
     Attributes:
-        body: the body.
+        body: rigid body to control.
         impulse: largest impulse [N m s].
         weight_momentum: a [1 / (N m s)^2].
         weight_impulse: b [1 / (N m s)^2].
@@ -125,7 +125,7 @@ class MomentumBrake(ImpulseLaw):
     makes it decrease faster, since no impulse takes more than its size from |L|.
 
     Attributes:
-        body: the body.
+        body: rigid body to control.
         impulse: largest impulse [N m s].
 
     Raises:

@@ -40,7 +40,7 @@ class PlateRegulator:
     away at 0.5 m/s.
 
     Attributes:
-        ball: the ball and its table.
+        ball: rolling ball with the table's parameters.
         tilt_rate: largest rate of each angle [rad/s].
         dt: control period [s].
         input_weight: weight of the commanded rates [m^2 s^2].
@@ -84,7 +84,7 @@ class PlateRegulator:
         return clip_to_box(self.regulator.feedback(error) / self.tilt_rate)
 
     def inputs(self, y: npt.ArrayLike, action: npt.ArrayLike) -> Array:
-        """Input u of `DynamicBall`, shape (..., 4), with which rates reach the commanded ones."""
+        """Input u of `DynamicBall`, shape (..., 4), that brings the rates to the commanded ones."""
         rates = self.ball.checked_state(y)[..., 11:13]
         change = (self.tilt_rate * np.asarray(action, dtype=np.float64) - rates) / self.dt
         return np.concatenate([np.zeros_like(change), change], axis=-1)

@@ -95,7 +95,7 @@ class PushAlong:
     rolled path encloses.
 
     Attributes:
-        ball: the ball, on a plate that does not turn.
+        ball: on a plate that does not turn.
         force: largest force [N].
         dt: control period [s].
         share: part of the force that plans use.
@@ -151,7 +151,7 @@ class PushAlong:
         return PushPlan(pushes, positions, velocities, np.sum(lengths, axis=-1), steps)
 
     def __call__(self, y: npt.ArrayLike, push: Array, position: Array, velocity: Array) -> Array:
-        """Forces that keep to a plan, as parts of the largest, in a disk.
+        """Forces that track a plan, over the largest, in the unit disk.
 
         Args:
             y: states of `DynamicBall`, shape (..., 13).
@@ -172,7 +172,7 @@ class PushAlong:
 
     @property
     def closed_loop(self) -> Array:
-        """By what (position, velocity) errors are multiplied in a period, shape (2, 2) [m, m/s]."""
+        """Closed-loop matrix of the (position, velocity) error in a period, shape (2, 2)."""
         (g1, g2), dt = self._gains, self.dt
         free = np.array([[1.0, dt], [0.0, 1.0]])
         return np.asarray(free - np.outer([0.5 * dt * dt, dt], [g1, g2]))

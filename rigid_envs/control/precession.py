@@ -60,7 +60,7 @@ class PrecessionRegulator:
     e3 up to 1 rad/s, to goals of 0.3 to 0.9 rad within 15 s, at 1.2 to 2 times the critical spin.
 
     Attributes:
-        top: the top, I1 = I2.
+        top: symmetric top, I1 = I2.
         torque: largest torque about each of the two axes [N m].
         dt: control period [s].
         tilts: range of the goals, within (0, pi) [rad].

@@ -41,7 +41,7 @@ class Pump:
     loses the order of g curvature dt^2. Region: any state in the valley but rest at the bottom.
 
     Attributes:
-        roller: the roller, in a valley.
+        roller: in a valley (positive curvature).
         beta_change: what can be added to the inertia ratio.
         dt: control period [s].
 
@@ -82,11 +82,11 @@ class Pump:
 
     @property
     def gain(self) -> float:
-        """The most by which a pass multiplies the height of the turning point."""
+        """Largest ratio of the heights of successive turning points."""
         return 1.0 + self.beta_change / (1.0 + self.roller.beta)
 
     def height(self, y: npt.ArrayLike, change: npt.ArrayLike) -> Array:
-        """Height above the bottom at which the energy would be used up [m], shape (...).
+        """Height above the bottom that equals the energy [m], shape (...).
 
         ``(1 - cos(a)) / curvature + (1 + beta + change) v^2 / (2 g)``: constant while the ratio
         stays, and at a turning point the height of that.
@@ -96,7 +96,7 @@ class Pump:
         return np.asarray(rise + 0.5 * (1.0 + ratio) * rows[..., 1] ** 2 / self.roller.g)
 
     def least_passes(self, y: npt.ArrayLike, rim: float) -> npt.NDArray[np.int64]:
-        """Passes through the bottom without which nothing reaches the rim, shape (...).
+        """Lower bound on the passes through the bottom before the rim, shape (...).
 
         The least n with ``h gain^n >= h_rim``, h the height of y.
 

@@ -24,7 +24,7 @@ _STUCK = 0.2  # of Omega: how far along the unstable direction of -e2 a spin is 
 
 
 class Saddle(NamedTuple):
-    """Coordinates in which the motion about the intermediate axis is as simple as it can be.
+    """Coordinates along the stable and unstable directions of the intermediate axis.
 
     With d = omega1 - ratio omega3 and s = omega1 + ratio omega3 Euler's equations read::
 
@@ -83,7 +83,7 @@ class SeparatrixSteering(SpinLaw):
     three and by e1 and e3, 97 % by e2 and e3, 95 % by e1 and e2; the others spin fast about e3.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about each axis [N m].
         dt: control period [s].

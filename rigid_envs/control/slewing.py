@@ -37,7 +37,7 @@ class QuaternionPD:
     that every turn from rest arrives within 10 s is measured: for the body (1, 2, 3) and 0.5 N m.
 
     Attributes:
-        body: the body.
+        body: rigid body to control.
         torque: largest torque about each axis [N m].
         stiffness: k I_max / torque. The torque is at its limits for large errors, so that time is
             spent in between; the larger it is the later it brakes.
@@ -85,7 +85,7 @@ class QuaternionPD:
 
     @property
     def limit_free(self) -> float:
-        """V up to which the torque stays within its limits.
+        """Level of V below which the torque is not saturated.
 
         ``|2 k vec(e) + c omega| <= 2 k sqrt(5 V)``, as ``V >= |omega|^2 / (4 k) + |vec(e)|^2``.
         """
@@ -141,7 +141,7 @@ def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Arra
     is at most the integral of the smaller of both.
 
     Args:
-        body: the body.
+        body: rigid body to control.
         torque: largest torque about each axis [N m].
         angle: angle between the attitudes [rad], shape (...).
 

@@ -23,7 +23,7 @@ class SpinLaw:
     """Base of the control laws for a spin about the intermediate axis.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about each axis [N m].
 
@@ -73,7 +73,7 @@ class SpinRegulator(SpinLaw):
     away the body flips first, and is caught later.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about each axis [N m].
         dt: control period [s].

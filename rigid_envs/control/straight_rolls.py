@@ -1,4 +1,4 @@
-"""Any pose of a rolling ball from any other by three straight rolls."""
+"""Motion planning of a rolling ball by three straight rolls."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def _solve(free: Array, turn: Array, displacement: Array, n: int, shorten: float
 
 
 def _linearise(rolls: Array, turn: Array) -> tuple[Array, Array]:
-    """What is missing of the turn, a rotation vector, and its Jacobian, shape (..., 3, 4)."""
+    """Error of the turn, a rotation vector, and its Jacobian, shape (..., 3, 4)."""
     total, change = rolled(rolls)
     missing = rotations.log(rotations.multiply(turn, rotations.conjugate(total)))
     first, second, third = np.moveaxis(change, -3, 0)
@@ -130,7 +130,7 @@ def _rolls(free: Array, displacement: Array) -> Array:
 
 
 def _length(free: Array, turn: Array, displacement: Array) -> Array:
-    """Length of the plans [radii]; infinite where one misses the turn."""
+    """Length of the plans [radii]; infinite where a plan misses the turn."""
     rolls = _rolls(free, displacement)
     missing, _ = _linearise(rolls, turn)
     length = np.sum(np.linalg.norm(rolls, axis=-1), axis=-1)

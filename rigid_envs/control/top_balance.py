@@ -47,7 +47,7 @@ class TopBalance(abc.ABC):
     """Keeps a symmetric top upright by linear feedback of `axis_of`, scheduled on its spin.
 
     Attributes:
-        top: the top, I1 = I2.
+        top: symmetric top, I1 = I2.
         limit: largest input [N m or m/s^2].
         dt: control period [s].
 
@@ -125,7 +125,7 @@ class UprightBalance(TopBalance):
     inside the unit circle if moments, mass and length are each up to 15 % off (measured).
 
     Attributes:
-        top: the top, I1 = I2.
+        top: symmetric top, I1 = I2.
         limit: largest torque [N m].
         dt: control period [s].
 
@@ -164,7 +164,7 @@ class PivotBalance(TopBalance):
     m of the origin at 0.3 of the critical spin. Moments, mass and length may each be 5 % off.
 
     Attributes:
-        top: the top, I1 = I2.
+        top: symmetric top, I1 = I2.
         limit: largest acceleration [m/s^2].
         dt: control period [s].
 

@@ -57,7 +57,7 @@ def transform_tensor(R: ArrayLike, tensor: ArrayLike) -> Array:
 def world_rate(
     q: ArrayLike, v_body: ArrayLike, rate_body: ArrayLike, omega_body: ArrayLike
 ) -> Array:
-    """Return how a vector changes for the world, from how it changes for the body.
+    """Return the rate of a vector in world axes from its rate in body axes.
 
     d(v_world)/dt = R (d(v_body)/dt + omega_body x v_body), the transport theorem.
 
@@ -83,7 +83,7 @@ def world_rate(
 def body_rate(
     q: ArrayLike, v_world: ArrayLike, rate_world: ArrayLike, omega_body: ArrayLike
 ) -> Array:
-    """Return how a vector changes for the body, the inverse of `world_rate`.
+    """Return the rate of a vector in body axes, the inverse of `world_rate`.
 
     d(v_body)/dt = R^T d(v_world)/dt - omega_body x v_body, with v_body = R^T v_world.
 

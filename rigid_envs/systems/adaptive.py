@@ -23,7 +23,7 @@ class AdaptiveStepSystem(System):
         """Largest rate of any row [rad/s], positive, and its largest growth [rad/s^2]."""
 
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
-        """The present rate, and what it gains at the present growth [rad/s]."""
+        """Upper bound on the rate from its present growth [rad/s]."""
         rate, growth = self.rate_and_growth(y, u)
         return rate + min(growth * duration, _AHEAD * rate)
 

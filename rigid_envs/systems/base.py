@@ -1,4 +1,4 @@
-"""What every physical system can do: the NumPy interface of the compiled kernels."""
+"""Base class of the physical systems: the NumPy interface of the compiled kernels."""
 
 from __future__ import annotations
 
@@ -76,12 +76,12 @@ class System(abc.ABC):
         """
 
     def horizon(self, y: Array, u: Array) -> float:
-        """How long [s] `rate_bound` is good for; the steps of `simulate` are chosen anew then."""
+        """Time [s] for which `rate_bound` holds; then `simulate` chooses its steps anew."""
         return math.inf
 
     @classmethod
     def state(cls, **components: npt.ArrayLike) -> Array:
-        """A state row from its named components; the rest state where one is left out.
+        """State row of named components; those left out are at rest.
 
         Args:
             **components: any of `components`, each of shape (..., k), or (...) where k is 1,
@@ -111,7 +111,7 @@ class System(abc.ABC):
 
     @property
     def weights(self) -> tuple[float, ...]:
-        """Lengths of the stages of one step, which is composed of them."""
+        """Lengths of the stages of one composed step, relative to the step."""
         return self.dynamics.weights
 
     @cached_property

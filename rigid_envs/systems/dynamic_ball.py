@@ -168,7 +168,7 @@ class DynamicBall(AdaptiveStepSystem):
         }
 
     def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
-        """Rates of ball and plate and sqrt(g / radius), and how fast they grow at present."""
+        """Sum of the rates of ball and plate and sqrt(g / radius), and its growth."""
         rows, inputs = self._broadcast(y, u)
         fall = self.g / self.radius
         plate = np.linalg.norm(self.tilt_rate(rows), axis=-1) + abs(self.turntable_rate)

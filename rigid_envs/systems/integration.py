@@ -22,16 +22,16 @@ _SAMPLES = 2000  # steps over the whole time span, at least, where the input is 
 
 
 class Integrable(RateBounded, Protocol):
-    """What integration asks of a system; see `System`."""
+    """Part of the interface of `System` that integration needs."""
 
     def horizon(self, y: Array, u: Array) -> float:
         """Time [s] for which `rate_bound` holds."""
 
     def checked_state(self, y: npt.ArrayLike) -> Array:
-        """The state y, refused where it is none."""
+        """The state y, checked."""
 
     def checked_input(self, u: npt.ArrayLike | None) -> Array:
-        """The input u, refused where it is none."""
+        """The input u, checked."""
 
     def run(self, y0: Array, u: Array, plan: Schedule) -> Array:
         """All states of a schedule."""
@@ -112,7 +112,7 @@ def integrate_interval(
 
 
 def _check_steps(system: Integrable, states: Array, u: Array, h: float, start: float) -> None:
-    """Refuse states, one step of length h after the other, that h does not suit.
+    """Refuse states of successive steps whose rates are too large for the step length h.
 
     Raises:
         ValueError: says when the first one was reached, and the remedy.

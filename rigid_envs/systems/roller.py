@@ -106,7 +106,7 @@ class Roller(System):
         return np.asarray(self.slope - self.curvature * self.arc_length(y))
 
     def place(self, y: npt.ArrayLike) -> Array:
-        """Centre (x, z) from where s = 0: x horizontal, z vertical [m], shape (..., 2)."""
+        """Centre (x, z) relative to s = 0: x horizontal, z vertical [m], shape (..., 2)."""
         s, half = self.arc_length(y), 0.5 * self.curvature * self.arc_length(y)
         chord = s * np.sinc(half / np.pi)
         mean = self.slope - half

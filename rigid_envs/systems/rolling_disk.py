@@ -180,7 +180,7 @@ class RollingDisk(AdaptiveStepSystem):
         }
 
     def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
-        """Rates of spin, precession, fall and sqrt(g / radius), and how fast they grow at present.
+        """Sum of the rates of spin, precession, fall and sqrt(g / radius), and its growth.
 
         Precession and fall, wn and wl, count 1 / sin(theta) times: that is how fast the heading
         and sin(theta) itself change.

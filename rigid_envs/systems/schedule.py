@@ -20,7 +20,7 @@ SLACK = 1e-9  # differences of times are rounded: no second step for an excess t
 
 
 class RateBounded(Protocol):
-    """What step size selection asks of a system; see `System`."""
+    """Part of the interface of `System` that step size selection needs."""
 
     @property
     def envelope(self) -> float:

@@ -15,7 +15,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Measured(Protocol):
-    """What a trajectory asks of a system; see `System`."""
+    """Part of the interface of `System` that a trajectory needs."""
 
     @property
     def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
@@ -30,7 +30,7 @@ class Trajectory:
     """States of a system at given times, with named access: ``trajectory["omega_body"]``.
 
     Attributes:
-        system: the system that was simulated.
+        system: of the simulation.
         t: times [s], shape (M,).
         y: states, shape (M, ..., n_state); ``y[0]`` is the first state.
     """

@@ -181,7 +181,7 @@ class UprightCoin(AdaptiveStepSystem):
         }
 
     def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
-        """The larger of phi' and psi', and what torques and gravity add to it, each at least 1."""
+        """The larger of phi' and psi' and its growth by torques and gravity, each at least 1."""
         steer, drive = np.max(np.abs(np.reshape(u, (-1, 2))), axis=0, initial=0.0)
         pull = self.m * self.g * abs(math.sin(self.slope)) * self.radius
         roll = (float(drive) + pull) / (self.I3 + self.m * self.radius**2)

@@ -98,7 +98,7 @@ def test_steady_circles_agree_with_the_reference(case):
 @pytest.mark.parametrize("case", cases("euler_disk_still_centre"), ids=itemgetter("id"))
 def test_the_disk_with_still_centre_agrees_with_the_reference(case):
     given, out = case["in"], case["out"]
-    rate = rolling_disk.still_centre_precession(given["theta"], **without_axis(disk(case)))
+    rate = rolling_disk.stationary_centre_precession(given["theta"], **without_axis(disk(case)))
     np.testing.assert_allclose(rate, out["phid"], rtol=8 * EPS)
     np.testing.assert_allclose(rate**2, out["thin_disc_formula"], rtol=8 * EPS)
     circle = rolling_disk.steady_circle(
@@ -345,7 +345,7 @@ def test_a_lean_outside_zero_to_pi_is_refused(theta):
         lambda: rolling_disk.fall(theta, 0.0, 0.0, 1.0, **DISK),
         lambda: rolling_disk.steady_precession(theta, 1.0, **DISK),
         lambda: rolling_disk.spins(theta, 1.0, 0.0, **BODY),
-        lambda: rolling_disk.still_centre_precession(theta, **without_axis(DISK)),
+        lambda: rolling_disk.stationary_centre_precession(theta, **without_axis(DISK)),
     ):
         with pytest.raises(ValueError, match=r"^theta = "):
             call()

@@ -68,7 +68,7 @@ def roll_round_axis(
 def stand_in_space(
     t: ArrayLike, place: ArrayLike, *, spin: float = 0.0, radius: float, turntable_rate: float
 ) -> tuple[Array, Array]:
-    """Roll on a level turntable so that the centre stands still in space.
+    """Roll on a level turntable with the centre at rest in space.
 
     omega = (Omega X / radius, Omega Y / radius, spin), constant, whatever the inertia.
 

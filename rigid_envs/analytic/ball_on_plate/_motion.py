@@ -1,4 +1,4 @@
-"""How motions are written down: vectors in world axes, from complex numbers along the plate."""
+"""Motions in world axes from complex numbers along the plate."""
 
 from typing import NamedTuple
 

@@ -23,7 +23,7 @@ e = 1 + u, D = u3 - 1, span = u3 - u1 and spin = +-(omega3 - a) / 2,
              F = dn, G = sn cn, p^2 = d1, q^2 = (d1 - d2) nu, nu = m D / d2, with the integral of
              dn^2 instead of cn^2 and its factor^2 = d1 D / (span d2).
 
-q has the sign of b + a or b - a, and depth the other; in the last row it is the other way round.
+q has the sign of b + a or b - a, and depth the other; in the last row it is reversed.
 
 Sources: Whittaker, Analytical Dynamics, ch. VI; Klein & Sommerfeld, Theorie des Kreisels, vol. II;
 DLMF 19.7(iii).
@@ -175,7 +175,7 @@ def _vector(start: Start, swing: Nutation) -> Wave:
 
 
 def _span(swing: Nutation) -> float:
-    """u3 - u1; where it is 0, at the sleeping threshold, nothing moves and any number will do."""
+    """u3 - u1; where it is 0, at the sleeping threshold, nothing moves and any value does."""
     return swing.depths[0] + swing.depths[2] if swing.rate > 0.0 else 1.0
 
 

@@ -54,7 +54,7 @@ class Nutation:
 
 
 def nutation(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float) -> Nutation:
-    """Find turning points and period of the nutation of a top started anyhow.
+    """Find turning points and period of the nutation of a top from any initial state.
 
     The cubic is taken in the distances from both poles, 1 - u and 1 + u, with coefficients exact to
     rounding: so a tilt of 1e-12 keeps its digits. (Exactly at the sleeping threshold tilts below
@@ -99,7 +99,7 @@ def nutation_of(start: Start) -> Nutation:
 def tilt(
     t: ArrayLike, omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float
 ) -> Array:
-    """Tilt of the axis of a top started anyhow, at any time.
+    """Tilt of the axis of a top from any initial state, at any time.
 
     Args:
         t: times, any shape [s].

@@ -1,4 +1,4 @@
-"""The upright top: when it sleeps, and how it falls when it does not."""
+"""The sleeping top: stability threshold, exponents, homoclinic motion."""
 
 import math
 
@@ -56,7 +56,7 @@ def sleeping_exponents(
 
 
 def homoclinic_tilt(t: ArrayLike, omega3: float, *, i_perp: float, i3: float, mgl: float) -> Array:
-    """Tilt of the top that falls from upright and returns to it, in infinite time each way.
+    """Tilt on the homoclinic orbit of the upright top, which takes infinite time either way.
 
     sin(theta / 2) = sqrt(1 - c) sech(lambda t), with c = (I3 omega3)^2 / (4 I mgl) < 1 and lambda
     the growth rate of `sleeping_exponents`; largest at t = 0.

@@ -1,4 +1,4 @@
-"""What the motion of a top takes from its start, in exact arithmetic.
+"""Constants of a top's motion from its initial state, in exact arithmetic.
 
 Whether the axis passes the vertical at 1e-17 rad or through it, on which side, and whether a top
 ever comes back down hang on differences of large numbers: b - a, b + a and E - mgl. Here they are
@@ -22,7 +22,7 @@ _SMALLEST = 1e-75
 
 @dataclass(frozen=True)
 class Pole:
-    """The start as it looks from one pole, with distances d = 1 - u from upright, or 1 + u.
+    """Initial state relative to one pole, with distances d = 1 - u from upright, or 1 + u.
 
     Attributes:
         side: +1 for upright, -1 for hanging.

@@ -13,7 +13,7 @@ __all__ = ["attitude", "euler_angles", "omega"]
 def attitude(
     t: ArrayLike, omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float
 ) -> Array:
-    """Attitude of a top started anyhow, continuous in t and equal to q0 at t = 0.
+    """Attitude of a top from any initial state, continuous in t and equal to q0 at t = 0.
 
     Also where the axis passes through a vertical, and Euler's angles jump.
 
@@ -43,7 +43,7 @@ def attitude(
 def omega(
     t: ArrayLike, omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float
 ) -> Array:
-    """Angular velocity of a top started anyhow, at any time.
+    """Angular velocity of a top from any initial state, at any time.
 
     omega1 + i omega2 = 2 (conj(w + i z) (x + i y)' - (x + i y) conj(w + i z)'), and omega3 is
     constant.
@@ -74,7 +74,7 @@ def omega(
 def euler_angles(
     t: ArrayLike, omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float
 ) -> tuple[Array, Array, Array]:
-    """Nutation, precession and spin angle of a top started anyhow, unwrapped.
+    """Nutation, precession and spin angle of a top from any initial state, unwrapped.
 
     phi and psi are continuous from values in [-pi, pi] at t = 0, but for jumps by pi at the moments
     when the axis passes exactly through a vertical: there phi jumps by +pi, and psi by -pi at the

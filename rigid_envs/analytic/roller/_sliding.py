@@ -12,7 +12,7 @@ __all__ = ["SlipToRoll", "slide", "slip_to_roll"]
 
 @dataclass(frozen=True)
 class SlipToRoll:
-    """The sliding of a ball and what it ends in; world axes, z up.
+    """Sliding phase of a ball and the rolling that follows; world axes, z up.
 
     Attributes:
         time: at which the ball begins to roll [s].

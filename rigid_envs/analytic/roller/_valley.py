@@ -43,7 +43,7 @@ class Swing:
 
 
 def swing(s0: float, v0: float, *, curvature: float, beta: float, g: float) -> Swing:
-    """Find period, reach and elliptic constants of a roller started anyhow.
+    """Find period, reach and elliptic constants of a roller from any initial state.
 
     Args:
         s0: place of the centre along its path, 0 at the bottom [m].

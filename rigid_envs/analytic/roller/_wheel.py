@@ -9,7 +9,7 @@ __all__ = ["cycloid_arch_length", "roll_wheel"]
 
 
 def roll_wheel(t: ArrayLike, *, radius: float, omega: float) -> tuple[Array, Array]:
-    """Way of a wheel that rolls uniformly along x, and of the rim point that starts on the ground.
+    """Paths of a uniformly rolling wheel's centre, and of the rim point that starts on the ground.
 
     x_centre = radius omega t, and the cycloid with its cusps on the ground
 

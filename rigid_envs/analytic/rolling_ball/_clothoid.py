@@ -1,4 +1,4 @@
-"""Rolling along a clothoid, the curve whose curvature grows with the way: Landau and Zener's ball.
+"""Rolling along a clothoid, whose curvature grows with the arc length: Landau and Zener's ball.
 
 At finite times the attitude is a Kummer function of complex order; what is elementary is the path,
 and how far the complete clothoid, from one eye to the other, tips the ball.
@@ -16,7 +16,7 @@ __all__ = ["clothoid_path", "complete_clothoid_angle"]
 
 
 def clothoid_path(t: ArrayLike, *, speed: float, heading_acceleration: float) -> Array:
-    """Way of a centre with constant speed and the heading k t^2 / 2 from world x.
+    """Path of a centre with constant speed and the heading k t^2 / 2 from world x.
 
     x + i y = speed sqrt(pi / k) (C(z) + i S(z)),  z = t sqrt(k / pi), mirrored for k < 0.
 

@@ -13,9 +13,9 @@ def roll_straight(displacement: ArrayLike, radius: float, *, twist: ArrayLike = 
     """Turn of a straight roll: the rotation vector (-d_y / radius, d_x / radius, twist).
 
     Args:
-        displacement: way of the centre, shape (..., 2) [m], world.
+        displacement: of the centre, shape (..., 2) [m], world.
         radius: of the ball [m].
-        twist: angle spun about the vertical on the way, uniformly, broadcast with (...) [rad].
+        twist: angle spun about the vertical meanwhile, uniformly, broadcast with (...) [rad].
 
     Returns:
         Turn, shape (..., 4).
@@ -24,8 +24,10 @@ def roll_straight(displacement: ArrayLike, radius: float, *, twist: ArrayLike = 
         ValueError: the displacement has not two components, or the radius is not positive.
     """
     positive(radius, "radius")
-    way = array(displacement, "displacement", 2)
-    parts = np.broadcast_arrays(-way[..., 1] / radius, way[..., 0] / radius, array(twist, "twist"))
+    moved = array(displacement, "displacement", 2)
+    parts = np.broadcast_arrays(
+        -moved[..., 1] / radius, moved[..., 0] / radius, array(twist, "twist")
+    )
     return _quaternion.from_rotation_vector(np.stack(parts, axis=-1))
 
 
@@ -33,7 +35,7 @@ def roll_polygon(displacements: ArrayLike, radius: float) -> Array:
     """Turn of straight rolls one after the other: their product, the last on the left.
 
     Args:
-        displacements: way of the centre in each roll, shape (n, 2) [m], world.
+        displacements: of the centre in each roll, shape (n, 2) [m], world.
         radius: of the ball [m].
 
     Returns:
@@ -52,7 +54,7 @@ def roll_polygon(displacements: ArrayLike, radius: float) -> Array:
 
 
 def roll_segments(t: ArrayLike, segments: ArrayLike, radius: float) -> tuple[Array, Array]:
-    """Way and turn of a ball given one constant velocity after another.
+    """Displacement and turn of a ball under piecewise constant velocity.
 
     Args:
         t: times, any shape [s], 0 up to the sum of the durations.
@@ -72,12 +74,12 @@ def roll_segments(t: ArrayLike, segments: ArrayLike, radius: float) -> tuple[Arr
     span = float(np.sum(rows[:, 3]))
     inside = (times >= 0.0) & (times <= span)
     require(inside, times, "t", f"a time within the segments, 0 to {span} [s]")
-    way = np.zeros((*times.shape, 2))
+    moved = np.zeros((*times.shape, 2))
     turn = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (*times.shape, 4))
     begin = np.cumsum(rows[:, 3]) - rows[:, 3]
     for (v_x, v_y, spin, duration), start in zip(rows, begin, strict=True):
         spent = np.clip(times - start, 0.0, duration)
         step = spent[..., np.newaxis] * np.array([v_x, v_y])
-        way = way + step
+        moved = moved + step
         turn = _quaternion.product(roll_straight(step, radius, twist=spin * spent), turn)
-    return way, turn
+    return moved, turn

@@ -27,7 +27,7 @@ class Disk:
     i3: float
 
     def __post_init__(self) -> None:
-        """Refuse what is not positive."""
+        """Check the parameters."""
         all_positive(m=self.m, radius=self.radius, i_perp=self.i_perp, i3=self.i3)
 
     @property

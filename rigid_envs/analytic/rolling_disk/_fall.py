@@ -1,4 +1,4 @@
-"""The falling disk: between which leans it nods, and how long that takes.
+"""The falling disk: turning points and period of its lean.
 
 The lean is taken as u = log tan(theta / 2), in which the potential is smooth on a strip of constant
 width, however flat the disk lies. Differences of potential are integrals of its slope: near a
@@ -66,7 +66,7 @@ def fall(
     i3: float,
     g: float,
 ) -> Fall:
-    """Find integrals, turning points and period of the lean of a disk started anyhow.
+    """Find integrals, turning points and period of the lean of a disk from any initial state.
 
     theta'^2 = 2 (E - V(theta)) / J with the effective potential V; period = 2 int dtheta / theta'.
     All are good to rounding, but for the period of a disk that starts within d of an unstable
@@ -118,7 +118,7 @@ def _slope(c1: float, c2: float, disk: Disk, g: float) -> Slope:
 
 
 def _turning_point(start: float, way: float, kinetic: float, slope: Slope) -> float:
-    """First u from the start on, in one of both ways, at which the kinetic energy is used up."""
+    """First turning point u from the start in one direction."""
     edges = start + way * _DISTANCES
     left = kinetic - np.cumsum(_rise(edges[:-1], edges[1:], slope))
     spent = np.flatnonzero(left < 0.0)

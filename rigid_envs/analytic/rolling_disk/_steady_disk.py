@@ -9,9 +9,9 @@ from rigid_envs.checks import all_positive, between, number, positive, require
 __all__ = [
     "SteadyCircle",
     "lean_frequency_squared",
+    "stationary_centre_precession",
     "steady_circle",
     "steady_precession",
-    "still_centre_precession",
 ]
 
 
@@ -120,10 +120,10 @@ def steady_precession(
     return slow, fast
 
 
-def still_centre_precession(
+def stationary_centre_precession(
     theta: float, *, m: float, radius: float, i_perp: float, g: float
 ) -> float:
-    """Rate phi' at which a disk wobbles round its own centre, which stands still [rad/s].
+    """Precession rate phi' of a disk whose centre is at rest [rad/s].
 
     A phi'^2 sin(theta) = m g radius with omega3 = 0: 4 g / (radius sin(theta)) for a disk, Euler's
     disk, which quickens as it settles. The contact runs round a circle of radius

@@ -1,4 +1,4 @@
-"""How fast an upright disk must roll, or a coin spin, not to fall over."""
+"""Stability thresholds of an upright rolling disk and of a spinning coin."""
 
 import cmath
 import math
