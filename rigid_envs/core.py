@@ -149,7 +149,7 @@ class Core:
         """
         parts = self._state_parts()
         if set(state) != set(parts):
-            raise ValueError(f"state has parts {sorted(state)}; expected {sorted(parts)}")
+            raise ValueError(f"state has keys {sorted(state)}; expected {sorted(parts)}")
         arrays = {name: np.asarray(state[name], dtype=np.float64) for name in parts}
         for name, (first, last) in parts.items():
             if arrays[name].shape != (self.n_rows, last - first):

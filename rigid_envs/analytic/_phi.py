@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_envs.analytic._inputs import FloatArray
+from rigid_envs.checks import Array
 
 __all__ = ["phi1", "phi2"]
 
@@ -22,12 +22,12 @@ ComplexArray = NDArray[np.complex128]
 _SERIES = [1.0 / math.factorial(2 * n + 3) for n in range(8)]
 
 
-def phi1(x: FloatArray) -> ComplexArray:
+def phi1(x: Array) -> ComplexArray:
     """(exp(i x) - 1) / (i x) = exp(i x / 2) sin(x / 2) / (x / 2), of the shape of x."""
     return np.asarray(np.exp(0.5j * x) * np.sinc(x / (2.0 * np.pi)))
 
 
-def phi2(x: FloatArray) -> ComplexArray:
+def phi2(x: Array) -> ComplexArray:
     """(exp(i x) - 1 - i x) / (i x)^2 = (1 - cos x + i (x - sin x)) / x^2, of the shape of x."""
     near = np.clip(x, -1.0, 1.0)
     far = np.where(np.abs(x) > 1.0, x, 1.0)

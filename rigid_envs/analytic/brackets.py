@@ -1,4 +1,4 @@
-"""Lie brackets of control fields: which motions a rolling body can compose from those it is given.
+"""Lie brackets of the control vector fields of rolling bodies, and their growth vectors.
 
 A control system x' = u1 f1(x) + u2 f2(x) + ... moves along f1, f2, ... by its controls, and along
 their brackets [f, g] = Dg f - Df g by small loops: f and g on for a time e each, then both back,
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigid_envs.analytic._dual import Dual
-from rigid_envs.analytic._inputs import FloatArray, finite, positive
+from rigid_envs.checks import Array, exact_array, integer, positive, require
 
 __all__ = [
     "Field",
@@ -51,7 +51,7 @@ def ball_fields(radius: float) -> tuple[Field, Field]:
 
     Source: Jurdjevic (1993), Arch. Rational Mech. Anal. 124:305, doi:10.1007/BF00375605.
     """
-    positive(radius=radius)
+    positive(radius, "radius")
     rate = 0.5 / radius
 
     def along_x(state: NDArray[Any]) -> NDArray[Any]:
@@ -79,7 +79,7 @@ def coin_fields(radius: float) -> tuple[Field, Field]:
 
     Source: Bloch, Nonholonomic Mechanics and Control, sec. 1.4 and 4.2.
     """
-    positive(radius=radius)
+    positive(radius, "radius")
 
     def roll(state: NDArray[Any]) -> NDArray[Any]:
         return np.array([-radius * np.cos(state[2]), -radius * np.sin(state[2]), 0.0, 1.0])
@@ -107,9 +107,7 @@ def bracket(first: Field, second: Field) -> Field:
     return field
 
 
-def iterated_brackets(
-    fields: Sequence[Field], state: ArrayLike, depth: int
-) -> tuple[FloatArray, ...]:
+def iterated_brackets(fields: Sequence[Field], state: ArrayLike, depth: int) -> tuple[Array, ...]:
     """Values of the fields and of their brackets [f_i, [f_j, ... [f_k, f_l]]] up to a depth.
 
     These nested brackets span all brackets of their depth.
@@ -127,11 +125,7 @@ def iterated_brackets(
 
     Source: Murray, Li & Sastry, sec. 7.2.
     """
-    at = finite("state", state)
-    if at.ndim != 1:
-        raise ValueError(f"state has shape {at.shape}; expected (dim,): one state at a time")
-    if depth < 1:
-        raise ValueError(f"depth is {depth}; expected at least 1, the fields themselves")
+    at, depth = exact_array(state, "state", "dim"), integer(depth, "depth", 1)
     levels = [list(fields)]
     if depth > 1:
         levels.append([bracket(f, g) for f, g in combinations(fields, 2)])
@@ -144,8 +138,8 @@ def iterated_brackets(
     )
 
 
-def bracket_norms(fields: Sequence[Field], state: ArrayLike, depth: int) -> tuple[FloatArray, ...]:
-    """Lengths of the brackets of `iterated_brackets`: how far a small loop of each kind moves.
+def bracket_norms(fields: Sequence[Field], state: ArrayLike, depth: int) -> tuple[Array, ...]:
+    """Norms of the brackets of `iterated_brackets`.
 
     Args:
         fields: control fields.
@@ -189,7 +183,7 @@ def growth_vector(fields: Sequence[Field], state: ArrayLike, depth: int) -> tupl
 
 
 def degree_of_nonholonomy(growth: Sequence[int], dimension: int) -> int:
-    """Depth of brackets at which every direction is reached: the step of the distribution.
+    """Degree of nonholonomy: depth of brackets that span every direction.
 
     A motion of size e in the last directions takes controls of the size of its root of this degree.
 
@@ -202,11 +196,10 @@ def degree_of_nonholonomy(growth: Sequence[int], dimension: int) -> int:
 
     Source: Montgomery, A Tour of Subriemannian Geometries, sec. 2.4.
     """
-    if dimension not in growth:
-        raise ValueError(
-            f"growth is {tuple(growth)}; expected to reach {dimension}: go to a larger depth, "
-            "or the system cannot be steered everywhere"
-        )
+    expected = (
+        f"to reach {dimension}: go to a larger depth, or the system cannot be steered everywhere"
+    )
+    require(dimension in growth, tuple(growth), "growth", expected)
     return list(growth).index(dimension) + 1
 
 

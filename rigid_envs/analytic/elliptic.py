@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipkm1, elliprc, elliprf, elliprj
 
-from rigid_envs.analytic._inputs import FloatArray
+from rigid_envs.checks import Array
 
 __all__ = [
     "SMALLEST",
@@ -35,7 +35,7 @@ def quarter_period(m1: float) -> float:
     return float(ellipkm1(m1))
 
 
-def split_half_periods(u: ArrayLike, m1: float) -> tuple[FloatArray, FloatArray]:
+def split_half_periods(u: ArrayLike, m1: float) -> tuple[Array, Array]:
     """Write u = 2 K n + v with an integer n and abs(v) <= K.
 
     Args:
@@ -53,7 +53,7 @@ def split_half_periods(u: ArrayLike, m1: float) -> tuple[FloatArray, FloatArray]
     return n, np.clip(u - n * half_period, -0.5 * half_period, 0.5 * half_period)
 
 
-def jacobi(u: ArrayLike, m1: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def jacobi(u: ArrayLike, m1: float) -> tuple[Array, Array, Array]:
     """Jacobi functions sn, cn, dn of parameter m = 1 - m1, each to full relative accuracy.
 
     Descending Landen transformation along the arithmetic-geometric mean, started from m1. The
@@ -89,7 +89,7 @@ def jacobi(u: ArrayLike, m1: float) -> tuple[FloatArray, FloatArray, FloatArray]
     return odd * np.copysign(sn, v), odd * cn, dn
 
 
-def argument(sn: ArrayLike, cn: ArrayLike, dn: ArrayLike) -> FloatArray:
+def argument(sn: ArrayLike, cn: ArrayLike, dn: ArrayLike) -> Array:
     """Find u in [-K, K] from its Jacobi functions: u = sn R_F(cn^2, dn^2, 1), for cn >= 0.
 
     Source: DLMF 19.25(v).
@@ -98,7 +98,7 @@ def argument(sn: ArrayLike, cn: ArrayLike, dn: ArrayLike) -> FloatArray:
     return np.asarray(sn * elliprf(cn * cn, dn * dn, 1.0), dtype=np.float64)
 
 
-def cn2_integral(u: ArrayLike, nu: float, m1: float) -> FloatArray:
+def cn2_integral(u: ArrayLike, nu: float, m1: float) -> Array:
     """Integral of the third kind H(u) = int_0^u cn^2 / (1 + nu sn^2) du.
 
     It stays bounded where K does not: at m1 = 0 it is arctan(sqrt(nu) tanh u) / sqrt(nu).
@@ -121,7 +121,7 @@ def cn2_integral(u: ArrayLike, nu: float, m1: float) -> FloatArray:
     return 2.0 * n * complete + _cn2_within(*jacobi(v, m1), nu, m1)
 
 
-def _cn2_within(sn: FloatArray, cn: FloatArray, dn: FloatArray, nu: float, m1: float) -> FloatArray:
+def _cn2_within(sn: Array, cn: Array, dn: Array, nu: float, m1: float) -> Array:
     """H within one half period, where cn >= 0, by Carlson's forms.
 
     For large nu the plain form is the small difference of large terms. There Legendre's change of
@@ -137,13 +137,13 @@ def _cn2_within(sn: FloatArray, cn: FloatArray, dn: FloatArray, nu: float, m1: f
     return np.asarray((1.0 + 1.0 / nu) * bulk - first / nu, dtype=np.float64)
 
 
-def _third(s3: FloatArray, c2: FloatArray, d2: FloatArray, nu: float) -> FloatArray:
+def _third(s3: Array, c2: Array, d2: Array, nu: float) -> Array:
     """Integral of sn^2 / (1 + nu sn^2) from sn^3, cn^2 and dn^2."""
     rest = elliprj(c2, d2, 1.0, 1.0 + nu * (1.0 - c2))
     return np.asarray(s3 / 3.0 * rest, dtype=np.float64)
 
 
-def _landen(v: FloatArray, m1: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _landen(v: Array, m1: float) -> tuple[Array, Array, Array]:
     """Evaluate sn, cn, dn on [0, K/2], where tan(a v) of the last mean a is at most 1."""
     means = [(1.0, math.sqrt(m1))]
     while (pair := means[-1])[0] - pair[1] > _AGM_TOLERANCE * pair[0]:

@@ -17,8 +17,18 @@ from numpy.typing import ArrayLike
 from scipy.special import roots_legendre
 
 from rigid_envs.analytic import _quaternion
-from rigid_envs.analytic._inputs import FloatArray, finite, non_negative, positive, vector
 from rigid_envs.analytic._phi import phi1, phi2
+from rigid_envs.checks import (
+    Array,
+    all_finite,
+    all_non_negative,
+    all_positive,
+    array,
+    exact_array,
+    number,
+    positive,
+    require,
+)
 
 __all__ = [
     "CoinMotion",
@@ -43,10 +53,10 @@ class CoinMotion(NamedTuple):
         attitude: Rz(phi) Rx(pi / 2) Rz(psi), unit (w, x, y, z), body to world, shape (..., 4).
     """
 
-    place: FloatArray
-    phi: FloatArray
-    psi: FloatArray
-    attitude: FloatArray
+    place: Array
+    phi: Array
+    psi: Array
+    attitude: Array
 
 
 class InclineMotion(NamedTuple):
@@ -58,9 +68,9 @@ class InclineMotion(NamedTuple):
         heading: from downhill towards across [rad], not reduced.
     """
 
-    place: FloatArray
-    speed: FloatArray
-    heading: FloatArray
+    place: Array
+    speed: Array
+    heading: Array
 
 
 def roll_coin(
@@ -92,9 +102,10 @@ def roll_coin(
 
     Source: Bloch, sec. 1.4.
     """
-    positive(radius=radius)
-    times, start = finite("t", t), complex(*vector("place", place, 2))
-    steering, rolling = finite("phi_rate", phi_rate), finite("psi_rate", psi_rate)
+    positive(radius, "radius")
+    all_finite(phi=phi, psi=psi)
+    times, start = array(t, "t"), complex(*exact_array(place, "place", 2))
+    steering, rolling = array(phi_rate, "phi_rate"), array(psi_rate, "psi_rate")
     z = start - radius * rolling * times * np.exp(1j * phi) * phi1(steering * times)
     return _coin(z, phi + steering * times, psi + rolling * times)
 
@@ -138,19 +149,20 @@ def drive_coin(
 
     Source: Bloch, sec. 1.4.
     """
-    positive(m=m, radius=radius, i_perp=i_perp, i3=i3)
-    times, start = finite("t", t), complex(*vector("place", place, 2))
+    all_positive(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    all_finite(phi_rate=phi_rate, psi_rate=psi_rate, phi=phi, psi=psi)
+    times, start = array(t, "t"), complex(*exact_array(place, "place", 2))
     inertias = np.array([i_perp, i3 + m * radius * radius])
-    steering, rolling = (vector("torques", torques, 2) / inertias).tolist()
+    steering, rolling = (exact_array(torques, "torques", 2) / inertias).tolist()
 
-    def heading(s: FloatArray) -> FloatArray:
+    def heading(s: Array) -> Array:
         return np.asarray(phi + s * (phi_rate + 0.5 * steering * s))
 
     reach = float(np.max(np.abs(times), initial=0.0))
-    swept = reach * (abs(float(finite("phi_rate", phi_rate))) + abs(steering) * reach)
+    swept = reach * (abs(phi_rate) + abs(steering) * reach)
     nodes, weights = roots_legendre(_NODES + math.ceil(swept))
     s = 0.5 * times[..., np.newaxis] * (1.0 + nodes)
-    speed = finite("psi_rate", psi_rate) + rolling * s
+    speed = psi_rate + rolling * s
     path = 0.5 * times * np.sum(weights * speed * np.exp(1j * heading(s)), axis=-1)
     phase = psi + times * (psi_rate + 0.5 * rolling * times)
     return _coin(start - radius * path, heading(times), phase)
@@ -190,12 +202,12 @@ def steer_on_incline(
 
     Source: Bloch, sec. 1.6.
     """
-    non_negative(beta=beta, g=g)
-    times = finite("t", t)
-    angle = finite("steering_rate", steering_rate) * times
-    pull = g * np.sin(finite("slope", slope)) / (1.0 + beta)
-    way = times * np.exp(1j * finite("heading", heading)) * phi1(angle)
-    z = finite("speed", speed) * way + 0.5 * pull * (0.5 * way**2 + times**2 * phi2(angle))
+    all_non_negative(beta=beta, g=g)
+    times = array(t, "t")
+    angle = array(steering_rate, "steering_rate") * times
+    pull = g * np.sin(array(slope, "slope")) / (1.0 + beta)
+    way = times * np.exp(1j * array(heading, "heading")) * phi1(angle)
+    z = array(speed, "speed") * way + 0.5 * pull * (0.5 * way**2 + times**2 * phi2(angle))
     place = np.stack([z.real, z.imag], axis=-1)
     return InclineMotion(place, speed + pull * way.real, heading + angle)
 
@@ -216,14 +228,14 @@ def drift_across_slope(*, slope: float, beta: float, g: float, steering_rate: fl
 
     Source: Bloch, sec. 1.6.
     """
-    non_negative(beta=beta, g=g)
-    rate = float(finite("steering_rate", steering_rate))
-    if rate == 0.0:
-        raise ValueError("steering_rate is 0.0; expected another: unsteered it runs downhill")
-    return 0.5 * g * math.sin(finite("slope", slope)) / (rate * (1.0 + beta))
+    all_non_negative(beta=beta, g=g)
+    rate = number(steering_rate, "steering_rate")
+    expected = "a rate other than 0 [rad/s]: unsteered it runs downhill"
+    require(rate != 0.0, steering_rate, "steering_rate", expected)
+    return 0.5 * g * math.sin(array(slope, "slope")) / (rate * (1.0 + beta))
 
 
-def _coin(z: ArrayLike, phi: FloatArray, psi: FloatArray) -> CoinMotion:
+def _coin(z: ArrayLike, phi: Array, psi: Array) -> CoinMotion:
     """Motion from the place x + i y and the two angles."""
     place = np.stack([np.real(z), np.imag(z)], axis=-1)
     upright = np.broadcast_to(np.sqrt([0.5, 0.5, 0.0, 0.0]), (*phi.shape, 4))

@@ -14,7 +14,7 @@ in the plane z = 0, dome above). Bad input is refused with a `ValueError`.
 from rigid_envs.bodies.body import Body
 from rigid_envs.bodies.laminae import (
     annulus,
-    disc,
+    disk,
     elliptic_lamina,
     perpendicular_axis,
     rectangular_lamina,
@@ -61,7 +61,7 @@ __all__ = [
     "cone",
     "conical_shell",
     "cylindrical_shell",
-    "disc",
+    "disk",
     "earth",
     "ellipsoid",
     "elliptic_lamina",

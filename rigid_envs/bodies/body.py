@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.bodies._boundary import attitude_matrix, exactly, positive
+from rigid_envs.bodies._arguments import attitude_matrix
 from rigid_envs.bodies.principal import (
     NOTHING,
     TOLERANCE,
@@ -21,8 +21,9 @@ from rigid_envs.bodies.principal import (
     kind_of,
     principal_axes,
 )
+from rigid_envs.checks import Array, array, exact_array, positive, require
 from rigid_envs.rotations import transform_tensor
-from rigid_envs.rotations._boundary import Array, direction, real, refuse
+from rigid_envs.rotations.vectors import direction
 
 __all__ = ["Body"]
 
@@ -45,7 +46,7 @@ class Body:
     of 1e-9 of the largest entry against symmetry, which are averaged away.
 
     Attributes:
-        mass: mass [kg].
+        mass: m [kg].
         inertia: inertia tensor about the centre of mass, construction axes [kg m^2], (3, 3).
         com: centre of mass in construction axes [m], (3,).
 
@@ -63,13 +64,13 @@ class Body:
 
     def __init__(self, mass: float, inertia: ArrayLike, com: ArrayLike = ORIGIN) -> None:
         """Check the three and keep copies."""
-        tensor = exactly(inertia, "inertia", 3, 3)
+        tensor = exact_array(inertia, "inertia", 3, 3)
         check_symmetric(tensor)
         tensor = 0.5 * tensor + 0.5 * tensor.T
         check_moments(tensor)
         object.__setattr__(self, "mass", positive(mass, "mass", "kg"))
         object.__setattr__(self, "inertia", _immutable(tensor))
-        object.__setattr__(self, "com", _immutable(exactly(com, "com", 3)))
+        object.__setattr__(self, "com", _immutable(exact_array(com, "com", 3)))
 
     def __eq__(self, other: object) -> bool:
         """Tell whether all numbers are equal."""
@@ -100,7 +101,7 @@ class Body:
         Source:
             Landau & Lifshitz, Mechanics (3rd ed.), eq. 32.12 (Steiner).
         """
-        c = self.com - real(point, "point", 3)
+        c = self.com - array(point, "point", 3)
         square = np.sum(c**2, axis=-1)[..., None, None]
         shift: Array = square * np.eye(3) - c[..., :, None] * c[..., None, :]
         return self.inertia + self.mass * shift
@@ -119,7 +120,7 @@ class Body:
             ValueError: if a direction is zero.
         """
         n = _unit(direction)
-        arm = np.cross(n, self.com - real(point, "point", 3))
+        arm = np.cross(n, self.com - array(point, "point", 3))
         moment: Array = _contract(n, self.inertia, n) + self.mass * np.sum(arm**2, axis=-1)
         return moment
 
@@ -148,7 +149,8 @@ class Body:
         Returns:
             The moved body.
         """
-        return Body(self.mass, self.inertia, self.com + exactly(displacement, "displacement", 3))
+        moved = self.com + exact_array(displacement, "displacement", 3)
+        return Body(self.mass, self.inertia, moved)
 
     def angular_momentum(self, omega_body: ArrayLike) -> Array:
         """Return the angular momentum about the centre of mass, L = I omega.
@@ -159,7 +161,7 @@ class Body:
         Returns:
             L in construction axes [N m s], (..., 3).
         """
-        momentum: Array = real(omega_body, "omega_body", 3) @ self.inertia
+        momentum: Array = array(omega_body, "omega_body", 3) @ self.inertia
         return momentum
 
     def kinetic_energy(self, omega_body: ArrayLike) -> Array:
@@ -171,7 +173,7 @@ class Body:
         Returns:
             Kinetic energy [J], (...).
         """
-        omega = real(omega_body, "omega_body", 3)
+        omega = array(omega_body, "omega_body", 3)
         return 0.5 * _contract(omega, self.inertia, omega)
 
     def angular_acceleration(self, omega_body: ArrayLike, tau_body: ArrayLike = ORIGIN) -> Array:
@@ -191,13 +193,13 @@ class Body:
             Landau & Lifshitz, Mechanics (3rd ed.), section 36.
         """
         moments = self.principal().moments
-        if moments[0] <= NOTHING * moments[2]:
-            raise ValueError(
-                f"inertia has the principal moments {moments.tolist()}: expected none at 0, "
-                "since a torque about that axis has no finite effect; give the body a width"
-            )
-        omega = real(omega_body, "omega_body", 3)
-        net = real(tau_body, "tau_body", 3) - np.cross(omega, self.angular_momentum(omega))
+        expected = (
+            "positive principal moments, as a torque has no finite effect about an axis without "
+            "one: give the body a width"
+        )
+        require(bool(moments[0] > NOTHING * moments[2]), moments, "moments", expected)
+        omega = array(omega_body, "omega_body", 3)
+        net = array(tau_body, "tau_body", 3) - np.cross(omega, self.angular_momentum(omega))
         return np.asarray(np.linalg.solve(self.inertia, net[..., None])[..., 0])
 
     def principal(self) -> PrincipalAxes:
@@ -215,7 +217,7 @@ class Body:
         return principal_axes(self.inertia)
 
     def kind(self, tolerance: float = TOLERANCE) -> Kind:
-        """Tell which principal moments are equal.
+        """Classify the body by equal principal moments.
 
         Args:
             tolerance: difference that counts as none, of the largest moment.
@@ -251,9 +253,9 @@ def _immutable(array: Array) -> Array:
 
 def _unit(value: ArrayLike) -> Array:
     """Return directions of any length but 0 with length 1."""
-    rows = real(value, "direction", 3)
-    expected = "a direction, so not all zero; any length will do"
-    refuse(~np.any(rows, axis=-1), rows, "direction", expected)
+    rows = array(value, "direction", 3)
+    expected = "a direction, so not all zero: any length will do"
+    require(np.any(rows != 0.0, axis=-1), rows, "direction", expected)
     return direction(rows)
 
 

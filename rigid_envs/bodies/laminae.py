@@ -6,13 +6,14 @@ orthogonal axes in its plane.
 
 from numpy.typing import ArrayLike
 
-from rigid_envs.bodies._boundary import bores, mass_of, metres
+from rigid_envs.bodies._arguments import hollow
 from rigid_envs.bodies.body import Body, aligned
 from rigid_envs.bodies.points import simplex
+from rigid_envs.checks import positive
 
 __all__ = [
     "annulus",
-    "disc",
+    "disk",
     "elliptic_lamina",
     "perpendicular_axis",
     "rectangular_lamina",
@@ -20,12 +21,12 @@ __all__ = [
 ]
 
 
-def disc(mass: float, radius: float) -> Body:
-    """Return a thin round disc: I_z = m r^2 / 2, I_x = I_y = I_z / 2.
+def disk(mass: float, radius: float) -> Body:
+    """Return a thin round disk: I_z = m r^2 / 2, I_x = I_y = I_z / 2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
+        mass: m [kg].
+        radius: r [m].
 
     Returns:
         The body, centred on the origin.
@@ -36,14 +37,14 @@ def disc(mass: float, radius: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2c, height 0.
     """
-    return annulus(mass, 0.0, metres(radius, "radius"))
+    return annulus(mass, 0.0, positive(radius, "radius", "m"))
 
 
 def annulus(mass: float, inner_radius: float, outer_radius: float) -> Body:
-    """Return a thin disc with a round hole: I_z = m (a^2 + b^2) / 2, I_x = I_y = I_z / 2.
+    """Return a thin disk with a round hole: I_z = m (a^2 + b^2) / 2, I_x = I_y = I_z / 2.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         inner_radius: a, from 0 to the outer radius [m].
         outer_radius: b [m].
 
@@ -54,10 +55,10 @@ def annulus(mass: float, inner_radius: float, outer_radius: float) -> Body:
         ValueError: if the mass or the outer radius is not positive, or the inner one not between.
 
     Source:
-        The difference of two discs of one density.
+        The difference of two disks of one density.
     """
-    a, b = bores(inner_radius, outer_radius)
-    axial = mass_of(mass) * (a**2 + b**2) / 2.0
+    a, b = hollow(inner_radius, outer_radius)
+    axial = positive(mass, "mass", "kg") * (a**2 + b**2) / 2.0
     return aligned(mass, axial / 2.0, axial / 2.0, axial)
 
 
@@ -65,7 +66,7 @@ def rectangular_lamina(mass: float, lx: float, ly: float) -> Body:
     """Return a thin rectangle: I_x = m ly^2 / 12, I_y = m lx^2 / 12, I_z = I_x + I_y.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         lx: length along x [m].
         ly: length along y [m].
 
@@ -78,8 +79,8 @@ def rectangular_lamina(mass: float, lx: float, ly: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2d, one side 0.
     """
-    m = mass_of(mass) / 12.0
-    x, y = m * metres(ly, "ly") ** 2, m * metres(lx, "lx") ** 2
+    m = positive(mass, "mass", "kg") / 12.0
+    x, y = m * positive(ly, "ly", "m") ** 2, m * positive(lx, "lx", "m") ** 2
     return aligned(mass, x, y, x + y)
 
 
@@ -87,7 +88,7 @@ def elliptic_lamina(mass: float, a: float, b: float) -> Body:
     """Return a thin ellipse: I_x = m b^2 / 4, I_y = m a^2 / 4, I_z = I_x + I_y.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         a: semi-axis along x [m].
         b: semi-axis along y [m].
 
@@ -98,10 +99,10 @@ def elliptic_lamina(mass: float, a: float, b: float) -> Body:
         ValueError: if a number is not positive.
 
     Source:
-        A round disc, stretched along its axes.
+        A round disk, stretched along its axes.
     """
-    m = mass_of(mass) / 4.0
-    x, y = m * metres(b, "b") ** 2, m * metres(a, "a") ** 2
+    m = positive(mass, "mass", "kg") / 4.0
+    x, y = m * positive(b, "b", "m") ** 2, m * positive(a, "a", "m") ** 2
     return aligned(mass, x, y, x + y)
 
 
@@ -111,7 +112,7 @@ def triangular_lamina(mass: float, vertices: ArrayLike) -> Body:
     The r are those of the vertices from the centre of mass, which is their mean.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         vertices: its corners [m], (3, 3), one a row.
 
     Returns:
@@ -127,7 +128,7 @@ def triangular_lamina(mass: float, vertices: ArrayLike) -> Body:
 
 
 def perpendicular_axis(body: Body) -> float:
-    """Return how much the perpendicular-axis theorem fails: I3 - (I1 + I2) = -2 sum m z^2.
+    """Return the residual of the perpendicular-axis theorem: I3 - (I1 + I2) = -2 sum m z^2.
 
     I1 <= I2 <= I3 are the principal moments and z is the distance from the plane through the
     centre of mass across the third axis, so that it is 0 for what is flat (a lamina in any

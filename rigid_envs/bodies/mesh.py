@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigid_envs.bodies._boundary import positive
 from rigid_envs.bodies.body import Body
 from rigid_envs.bodies.points import inertia_of
-from rigid_envs.rotations._boundary import Array, real
+from rigid_envs.checks import Array, exact_array, positive, require
 
 __all__ = ["from_mesh"]
 
@@ -23,7 +22,7 @@ def from_mesh(vertices: ArrayLike, faces: ArrayLike, density: float) -> Body:
     Args:
         vertices: corners [m], (n, 3).
         faces: rows of three indices of vertices, counter-clockwise seen from outside, (k, 3).
-        density: density [kg/m^3].
+        density: of the solid [kg/m^3].
 
     Returns:
         The body, in the axes of the vertices.
@@ -37,9 +36,7 @@ def from_mesh(vertices: ArrayLike, faces: ArrayLike, density: float) -> Body:
         Mirtich, J. Graphics Tools 1(2) (1996) 31, for the integrals; Tonon, J. Math. Stat. 1
         (2005) 8, for a tetrahedron.
     """
-    x = real(vertices, "vertices", 3)
-    if x.ndim != 2 or len(x) == 0:
-        raise ValueError(f"vertices has shape {x.shape}: expected (n, 3), a corner a row")
+    x = exact_array(vertices, "vertices", "n", 3)
     triangles = _triangles(faces, len(x))
     _check_closed(triangles)
     middle = x.mean(axis=0)  # tetrahedra of the size of the body, wherever it is
@@ -69,57 +66,48 @@ def _second_moments(corners: Array) -> Array:
 
 def _triangles(faces: ArrayLike, n: int) -> Faces:
     """Return faces as indices of n vertices, each triangle with three different ones."""
-    rows = real(faces, "faces", 3)
-    if rows.ndim != 2 or len(rows) == 0:
-        raise ValueError(f"faces has shape {rows.shape}: expected (k, 3), a triangle a row")
-    wrong = (rows != np.round(rows)) | (rows < 0) | (rows >= n)
-    if np.any(wrong):
-        i, j = np.argwhere(wrong)[0]
-        raise ValueError(
-            f"faces[{i}, {j}] = {rows[i, j]:g}: expected the index of one of {n} vertices, "
-            "counted from 0"
-        )
+    rows = exact_array(faces, "faces", "k", 3)
+    indices = (rows == np.round(rows)) & (rows >= 0) & (rows < n)
+    require(indices, rows, "faces", f"the index of one of {n} vertices, counted from 0")
     triangles = rows.astype(np.intp)
-    flat = np.any(triangles == np.roll(triangles, 1, axis=1), axis=1)
-    if np.any(flat):
-        i = int(np.argmax(flat))
-        raise ValueError(
-            f"faces[{i}] = {triangles[i].tolist()}: expected three different vertices; leave it "
-            "out if it closes nothing"
-        )
+    different = np.all(triangles != np.roll(triangles, 1, axis=1), axis=1)
+    expected = "three different vertices: leave it out if it closes nothing"
+    require(different, triangles, "faces", expected)
     return triangles
 
 
 def _check_closed(triangles: Faces) -> None:
-    """Refuse a mesh in which an edge is not run through just once in each direction."""
+    """Refuse a mesh that is not closed and consistently oriented."""
     edges = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
     n = edges.max() + 1
     forward, backward = edges @ [n, 1], edges @ [1, n]  # each edge as one number
     values, count = np.unique(forward, return_counts=True)
     if np.any(count > 1):
         row = int(np.argmax(forward == values[np.argmax(count > 1)]))
-        raise ValueError(
-            f"edge {edges[row].tolist()} runs in one direction in faces "
-            f"{(np.flatnonzero(forward == forward[row]) // 3).tolist()}: expected one face in each "
-            "direction; reverse the order of the vertices of those that look inwards, or give "
-            "parts that only touch there vertices of their own"
+        sharing = (np.flatnonzero(forward == forward[row]) // 3).tolist()
+        expected = (
+            f"its edge {edges[row].tolist()} once in each direction, but faces {sharing} have it "
+            "in the same one: reverse the order of the vertices of those that look inwards, or "
+            "give parts that only touch there vertices of their own"
         )
-    open_ = ~np.isin(forward, backward)
-    if np.any(open_):
-        row = int(np.argmax(open_))
-        raise ValueError(
-            f"edge {edges[row].tolist()} is in face {row // 3} only: expected a second face that "
-            "runs through it backwards; close the hole there, or merge vertices that are one point"
+        require(False, triangles[row // 3], f"faces[{row // 3}]", expected)
+    closed = np.isin(forward, backward)
+    if not np.all(closed):
+        row = int(np.argmin(closed))
+        expected = (
+            f"a second face that has the edge {edges[row].tolist()}, backwards: close the hole "
+            "there, or merge vertices that are one point"
         )
+        require(False, triangles[row // 3], f"faces[{row // 3}]", expected)
 
 
 def _check_volume(volume: float, corners: Array) -> None:
     """Refuse a mesh that is inside out, or flat to rounding."""
     size = float(np.prod(np.linalg.norm(corners, axis=-1), axis=1).sum()) / 6.0
-    if abs(volume) <= 16 * np.finfo(np.float64).eps * size:
-        raise ValueError(f"the mesh has the volume {volume:.3g} m^3: expected more than rounding")
-    if volume < 0.0:
-        raise ValueError(
-            f"the mesh has the volume {volume:.9g} m^3, so it is inside out: expected faces "
-            "counter-clockwise seen from outside; pass faces[:, ::-1]"
-        )
+    flat = abs(volume) <= 16 * np.finfo(np.float64).eps * size
+    require(not flat, volume, "volume", "more than rounding [m^3]")
+    expected = (
+        "a positive volume [m^3], of faces counter-clockwise seen from outside: this mesh is "
+        "inside out, pass faces[:, ::-1]"
+    )
+    require(volume > 0.0, volume, "volume", expected)

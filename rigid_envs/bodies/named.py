@@ -1,14 +1,14 @@
-"""Things with a name. Each says whether its numbers are published, or a model with stated sizes."""
+"""Bodies of everyday things, with published mass properties or from a model of stated sizes."""
 
 import math
 
 import numpy as np
 
-from rigid_envs.bodies._boundary import metres, positive
 from rigid_envs.bodies.body import Body, aligned
 from rigid_envs.bodies.points import compose
 from rigid_envs.bodies.solids import box, solid_cylinder
 from rigid_envs.bodies.thin import hoop, rod
+from rigid_envs.checks import positive
 
 __all__ = [
     "american_football",
@@ -52,8 +52,11 @@ def t_handle(
     Raises:
         ValueError: if a number is not positive.
     """
-    r1, h1 = metres(crossbar_radius, "crossbar_radius"), metres(crossbar_length, "crossbar_length")
-    r2, h2 = metres(stem_radius, "stem_radius"), metres(stem_length, "stem_length")
+    r1, h1 = (
+        positive(crossbar_radius, "crossbar_radius", "m"),
+        positive(crossbar_length, "crossbar_length", "m"),
+    )
+    r2, h2 = positive(stem_radius, "stem_radius", "m"), positive(stem_length, "stem_length", "m")
     rho = positive(density, "density", "kg/m^3")
     crossbar = solid_cylinder(rho * math.pi * r1**2 * h1, r1, h1)
     stem = solid_cylinder(rho * math.pi * r2**2 * h2, r2, h2)
@@ -116,7 +119,7 @@ def american_football() -> Body:
 
 
 def frisbee() -> Body:
-    """Return a flying disc for Ultimate, 175 g, with measured moments.
+    """Return a flying disk for Ultimate, 175 g, with measured moments.
 
     Returns:
         The body, centre of mass in the origin, axis z; oblate, and by its rim not flat.

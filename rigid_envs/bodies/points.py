@@ -5,9 +5,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.bodies._boundary import attitude_matrix, exactly, mass_of
+from rigid_envs.bodies._arguments import attitude_matrix
 from rigid_envs.bodies.body import Body
-from rigid_envs.rotations._boundary import Array, real, refuse
+from rigid_envs.checks import Array, exact_array, positive, require
 
 __all__ = ["compose", "point_masses", "tetrahedron"]
 
@@ -28,11 +28,9 @@ def point_masses(masses: ArrayLike, positions: ArrayLike) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32.
     """
-    x = real(positions, "positions", 3)
-    if x.ndim != 2 or len(x) == 0:
-        raise ValueError(f"positions has shape {x.shape}: expected (n, 3), one point or more")
-    m = exactly(masses, "masses", len(x))
-    refuse(m <= 0.0, m, "masses", "positive masses [kg]; leave out what has none")
+    x = exact_array(positions, "positions", "n", 3)
+    m = exact_array(masses, "masses", len(x))
+    require(m > 0.0, m, "masses", "positive masses [kg]: leave out what has none")
     total = float(m.sum())
     com = x[0] + m @ (x - x[0]) / total  # from a point of the body, however far it is away
     return Body(total, inertia_of((x - com).T @ (m[:, None] * (x - com))), com)
@@ -50,7 +48,7 @@ def tetrahedron(mass: float, vertices: ArrayLike) -> Body:
     The r are those of the vertices from the centre of mass, which is their mean.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         vertices: its corners in any order [m], (4, 3), one a row.
 
     Returns:
@@ -67,12 +65,12 @@ def tetrahedron(mass: float, vertices: ArrayLike) -> Body:
 
 def simplex(mass: float, vertices: ArrayLike, n: int, expected: str) -> Body:
     """Return a homogeneous simplex of n corners: sum r r^T = m / (n (n + 1)) sum of r_i r_i^T."""
-    x = exactly(vertices, "vertices", n, 3)
-    if np.linalg.matrix_rank(x[1:] - x[0]) < n - 1:
-        raise ValueError(f"vertices = {x.tolist()}: expected {expected}; move one of them")
+    x = exact_array(vertices, "vertices", n, 3)
+    independent = bool(np.linalg.matrix_rank(x[1:] - x[0]) == n - 1)
+    require(independent, x, "vertices", f"{expected}: move one of them")
     com = x.mean(axis=0)
     outer = (x - com).T @ (x - com)
-    return Body(mass, inertia_of(mass_of(mass) / (n * (n + 1)) * outer), com)
+    return Body(mass, inertia_of(positive(mass, "mass", "kg") / (n * (n + 1)) * outer), com)
 
 
 def compose(parts: Iterable[tuple[Body, ArrayLike, ArrayLike]]) -> Body:
@@ -93,13 +91,12 @@ def compose(parts: Iterable[tuple[Body, ArrayLike, ArrayLike]]) -> Body:
         Landau & Lifshitz, Mechanics (3rd ed.), eq. 32.12.
     """
     placed = [
-        body.rotated(attitude_matrix(attitude, f"parts[{i}] attitude")).translated(
-            exactly(position, f"parts[{i}] position", 3)
+        body.rotated(attitude_matrix(attitude, f"parts[{i}].attitude")).translated(
+            exact_array(position, f"parts[{i}].position", 3)
         )
         for i, (body, attitude, position) in enumerate(parts)
     ]
-    if not placed:
-        raise ValueError("parts is empty: expected one (body, attitude, position) or more")
+    require(bool(placed), [], "parts", "one (body, attitude, position) or more")
     com = point_masses([part.mass for part in placed], [part.com for part in placed]).com
     inertia = np.sum([part.about(com) for part in placed], axis=0)
     return Body(sum(part.mass for part in placed), inertia, com)

@@ -1,10 +1,10 @@
-"""Principal moments and axes of an inertia tensor: what is physical, which frame, which kind."""
+"""Principal moments and axes of an inertia tensor: checks, diagonalisation, classification."""
 
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from rigid_envs.rotations._boundary import Array
+from rigid_envs.checks import Array, require
 
 __all__ = ["InertiaEllipsoid", "Kind", "PrincipalAxes"]
 
@@ -45,10 +45,11 @@ def check_symmetric(inertia: Array) -> None:
     difference = np.abs(inertia - inertia.T)
     if np.max(difference) > TOLERANCE * np.max(np.abs(inertia)):
         i, j = np.unravel_index(np.argmax(difference), (3, 3))
-        raise ValueError(
-            f"inertia[{i}, {j}] = {inertia[i, j]} but inertia[{j}, {i}] = {inertia[j, i]}: "
-            "expected a symmetric tensor; if it is one but for errors, take (I + I.T) / 2"
+        expected = (
+            f"inertia[{j}, {i}] = {inertia[j, i]}, as the tensor is symmetric: if it is so but for "
+            "errors, take (I + I.T) / 2"
         )
+        require(False, inertia[i, j], f"inertia[{i}, {j}]", expected)
 
 
 def check_moments(inertia: Array) -> None:
@@ -58,19 +59,18 @@ def check_moments(inertia: Array) -> None:
     """
     I1, I2, I3 = np.linalg.eigvalsh(inertia).tolist()
     allowed = TOLERANCE * max(I3, -I1)
-    if I1 < -allowed:
-        raise ValueError(
-            f"inertia has the principal moment I1 = {I1:.9g} kg m^2, below 0 by {-I1:.3g}: "
-            "expected sums of m r^2; check that the products of inertia are -sum m x y, and "
-            "that the tensor was not shifted past the centre of mass"
-        )
+    expected = (
+        f"principal moments of at least 0, and I1 = {I1:.9g} kg m^2: check that the products of "
+        "inertia are -sum m x y, and that the tensor was not shifted past the centre of mass"
+    )
+    require(I1 >= -allowed, inertia, "inertia", expected)
     excess = I3 - (I1 + I2)
-    if excess > allowed:
-        raise ValueError(
-            f"inertia has the principal moment I3 = {I3:.9g} kg m^2, above I1 + I2 = "
-            f"{I1:.9g} + {I2:.9g} by {excess:.3g}: expected at most the sum, else no "
-            "distribution of mass has it; lower I3 or raise the others by that much"
-        )
+    expected = (
+        f"I3 <= I1 + I2 of the principal moments, as any distribution of mass has, and I3 = "
+        f"{I3:.9g} is above {I1:.9g} + {I2:.9g} by {excess:.3g} kg m^2: lower I3 or raise the "
+        "others by that much"
+    )
+    require(excess <= allowed, inertia, "inertia", expected)
 
 
 def principal_axes(inertia: Array) -> PrincipalAxes:
@@ -107,7 +107,7 @@ def inertia_ellipsoid(principal: PrincipalAxes) -> InertiaEllipsoid:
 
 
 def kind_of(moments: Array, tolerance: float) -> Kind:
-    """Tell the kind of a body by which of its ascending moments are equal."""
+    """Classify a body by which of its ascending moments are equal."""
     low, high = np.diff(moments) <= tolerance * moments[2]
     if low and high:
         return "spherical"

@@ -1,7 +1,8 @@
 """Homogeneous solids of a given mass, their special axis along z."""
 
-from rigid_envs.bodies._boundary import bores, mass_of, metres
+from rigid_envs.bodies._arguments import hollow
 from rigid_envs.bodies.body import Body, aligned
+from rigid_envs.checks import positive, require
 
 __all__ = [
     "box",
@@ -21,7 +22,7 @@ def box(mass: float, lx: float, ly: float, lz: float) -> Body:
     """Return a cuboid: I_x = m (ly^2 + lz^2) / 12, and so on.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         lx: length along x [m].
         ly: length along y [m].
         lz: length along z [m].
@@ -35,8 +36,8 @@ def box(mass: float, lx: float, ly: float, lz: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2d.
     """
-    m = mass_of(mass) / 12.0
-    x, y, z = metres(lx, "lx"), metres(ly, "ly"), metres(lz, "lz")
+    m = positive(mass, "mass", "kg") / 12.0
+    x, y, z = positive(lx, "lx", "m"), positive(ly, "ly", "m"), positive(lz, "lz", "m")
     return aligned(mass, m * (y**2 + z**2), m * (z**2 + x**2), m * (x**2 + y**2))
 
 
@@ -44,8 +45,8 @@ def solid_sphere(mass: float, radius: float) -> Body:
     """Return a ball: I = 2/5 m r^2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
+        mass: m [kg].
+        radius: r [m].
 
     Returns:
         The body, centred on the origin.
@@ -56,7 +57,7 @@ def solid_sphere(mass: float, radius: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2b.
     """
-    return thick_shell(mass, 0.0, metres(radius, "radius"))
+    return thick_shell(mass, 0.0, positive(radius, "radius", "m"))
 
 
 def thick_shell(mass: float, inner_radius: float, outer_radius: float) -> Body:
@@ -65,7 +66,7 @@ def thick_shell(mass: float, inner_radius: float, outer_radius: float) -> Body:
     The common factor b - a is divided out: equal radii are the thin shell, no inner one the ball.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         inner_radius: a, from 0 to the outer radius [m].
         outer_radius: b [m].
 
@@ -78,10 +79,10 @@ def thick_shell(mass: float, inner_radius: float, outer_radius: float) -> Body:
     Source:
         The difference of two balls of one density: Landau & Lifshitz, section 32, problem 2b.
     """
-    a, b = bores(inner_radius, outer_radius)
+    a, b = hollow(inner_radius, outer_radius)
     ratio = a / b
     quintic = 1.0 + ratio * (1.0 + ratio * (1.0 + ratio * (1.0 + ratio)))
-    moment = 0.4 * mass_of(mass) * b**2 * quintic / (1.0 + ratio * (1.0 + ratio))
+    moment = 0.4 * positive(mass, "mass", "kg") * b**2 * quintic / (1.0 + ratio * (1.0 + ratio))
     return aligned(mass, moment, moment, moment)
 
 
@@ -89,9 +90,9 @@ def solid_cylinder(mass: float, radius: float, height: float) -> Body:
     """Return a cylinder along z: I_x = I_y = m (r^2 / 4 + h^2 / 12), I_z = m r^2 / 2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
-        height: height [m].
+        mass: m [kg].
+        radius: r [m].
+        height: h [m].
 
     Returns:
         The body, centred on the origin.
@@ -102,14 +103,14 @@ def solid_cylinder(mass: float, radius: float, height: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2c.
     """
-    return hollow_cylinder(mass, 0.0, metres(radius, "radius"), height)
+    return hollow_cylinder(mass, 0.0, positive(radius, "radius", "m"), height)
 
 
 def hollow_cylinder(mass: float, inner_radius: float, outer_radius: float, height: float) -> Body:
     """Return a thick tube along z: I_z = m (a^2 + b^2) / 2, I_x = I_y = I_z / 2 + m h^2 / 12.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         inner_radius: a, from 0 to the outer radius [m].
         outer_radius: b [m].
         height: h [m].
@@ -124,9 +125,9 @@ def hollow_cylinder(mass: float, inner_radius: float, outer_radius: float, heigh
     Source:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
-    m, (a, b) = mass_of(mass), bores(inner_radius, outer_radius)
+    m, (a, b) = positive(mass, "mass", "kg"), hollow(inner_radius, outer_radius)
     axial = m * (a**2 + b**2) / 2.0
-    across = axial / 2.0 + m * metres(height, "height") ** 2 / 12.0
+    across = axial / 2.0 + m * positive(height, "height", "m") ** 2 / 12.0
     return aligned(mass, across, across, axial)
 
 
@@ -134,9 +135,9 @@ def cone(mass: float, radius: float, height: float) -> Body:
     """Return a cone: I_x = I_y = 3/20 m (r^2 + h^2 / 4), I_z = 3/10 m r^2.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         radius: radius of the base [m].
-        height: height [m].
+        height: h [m].
 
     Returns:
         The body, apex in the origin, base in the plane z = h: centre of mass at z = 3/4 h.
@@ -147,7 +148,11 @@ def cone(mass: float, radius: float, height: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2e.
     """
-    m, r, h = mass_of(mass), metres(radius, "radius"), metres(height, "height")
+    m, r, h = (
+        positive(mass, "mass", "kg"),
+        positive(radius, "radius", "m"),
+        positive(height, "height", "m"),
+    )
     across = 0.15 * m * (r**2 + h**2 / 4.0)
     return aligned(m, across, across, 0.3 * m * r**2, 0.75 * h)
 
@@ -156,8 +161,8 @@ def hemisphere(mass: float, radius: float) -> Body:
     """Return half a ball: I_x = I_y = 83/320 m r^2, I_z = 2/5 m r^2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
+        mass: m [kg].
+        radius: r [m].
 
     Returns:
         The body, flat side in the plane z = 0, dome above: centre of mass at z = 3/8 r.
@@ -168,8 +173,8 @@ def hemisphere(mass: float, radius: float) -> Body:
     Source:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
-    r = metres(radius, "radius")
-    square = mass_of(mass) * r**2
+    r = positive(radius, "radius", "m")
+    square = positive(mass, "mass", "kg") * r**2
     return aligned(mass, 83 / 320 * square, 83 / 320 * square, 0.4 * square, 0.375 * r)
 
 
@@ -177,7 +182,7 @@ def ellipsoid(mass: float, a: float, b: float, c: float) -> Body:
     """Return an ellipsoid: I_x = m (b^2 + c^2) / 5, and so on.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         a: semi-axis along x [m].
         b: semi-axis along y [m].
         c: semi-axis along z [m].
@@ -191,8 +196,8 @@ def ellipsoid(mass: float, a: float, b: float, c: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2f.
     """
-    m = mass_of(mass) / 5.0
-    x, y, z = metres(a, "a"), metres(b, "b"), metres(c, "c")
+    m = positive(mass, "mass", "kg") / 5.0
+    x, y, z = positive(a, "a", "m"), positive(b, "b", "m"), positive(c, "c", "m")
     return aligned(mass, m * (y**2 + z**2), m * (z**2 + x**2), m * (x**2 + y**2))
 
 
@@ -200,7 +205,7 @@ def torus(mass: float, major_radius: float, minor_radius: float) -> Body:
     """Return a ring of round section: I_z = m (R^2 + 3/4 r^2), I_x = I_y = m (R^2 / 2 + 5/8 r^2).
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         major_radius: R, from the axis z to the middle of the section [m].
         minor_radius: r, of the section [m].
 
@@ -213,10 +218,9 @@ def torus(mass: float, major_radius: float, minor_radius: float) -> Body:
     Source:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
-    m = mass_of(mass)
-    R, r = metres(major_radius, "major_radius"), metres(minor_radius, "minor_radius")
-    if r > R:
-        raise ValueError(f"minor_radius = {r}: expected at most major_radius = {R} m; swap them")
+    m = positive(mass, "mass", "kg")
+    R, r = positive(major_radius, "major_radius", "m"), positive(minor_radius, "minor_radius", "m")
+    require(r <= R, r, "minor_radius", f"at most major_radius = {R} [m]: swap them")
     across = m * (R**2 / 2.0 + 0.625 * r**2)
     return aligned(m, across, across, m * (R**2 + 0.75 * r**2))
 
@@ -229,7 +233,7 @@ def capsule(mass: float, radius: float, length: float) -> Body:
     b (2/5 r^2 + 3/8 ell r + ell^2 / 4).
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         radius: r [m].
         length: ell, of the cylinder; the whole is 2 r longer [m].
 
@@ -242,7 +246,11 @@ def capsule(mass: float, radius: float, length: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32: problem 2c and eq. 32.12.
     """
-    m, r, ell = mass_of(mass), metres(radius, "radius"), metres(length, "length")
+    m, r, ell = (
+        positive(mass, "mass", "kg"),
+        positive(radius, "radius", "m"),
+        positive(length, "length", "m"),
+    )
     c, b = m * 3.0 * ell / (3.0 * ell + 4.0 * r), m * 4.0 * r / (3.0 * ell + 4.0 * r)
     axial = (c / 2.0 + 0.4 * b) * r**2
     across = c * (r**2 / 4.0 + ell**2 / 12.0) + b * (0.4 * r**2 + 0.375 * ell * r + ell**2 / 4.0)

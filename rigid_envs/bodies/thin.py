@@ -1,8 +1,8 @@
-"""Homogeneous lines and surfaces of a given mass, not flat ones: rod, hoop and shells."""
+"""Homogeneous thin bodies of a given mass: rod, hoop and shells."""
 
-from rigid_envs.bodies._boundary import mass_of, metres
 from rigid_envs.bodies.body import Body, aligned
 from rigid_envs.bodies.solids import hollow_cylinder, thick_shell
+from rigid_envs.checks import positive
 
 __all__ = ["conical_shell", "cylindrical_shell", "hollow_sphere", "hoop", "rod"]
 
@@ -11,7 +11,7 @@ def rod(mass: float, length: float) -> Body:
     """Return a thin straight rod along z: I_x = I_y = m ell^2 / 12, I_z = 0.
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         length: ell [m].
 
     Returns:
@@ -23,7 +23,7 @@ def rod(mass: float, length: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2a.
     """
-    across = mass_of(mass) * metres(length, "length") ** 2 / 12.0
+    across = positive(mass, "mass", "kg") * positive(length, "length", "m") ** 2 / 12.0
     return aligned(mass, across, across, 0.0)
 
 
@@ -31,8 +31,8 @@ def hoop(mass: float, radius: float) -> Body:
     """Return a thin ring around z: I_z = m r^2, I_x = I_y = I_z / 2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
+        mass: m [kg].
+        radius: r [m].
 
     Returns:
         The body, centred on the origin.
@@ -43,7 +43,7 @@ def hoop(mass: float, radius: float) -> Body:
     Source:
         All mass is at the distance r, and the perpendicular-axis theorem.
     """
-    axial = mass_of(mass) * metres(radius, "radius") ** 2
+    axial = positive(mass, "mass", "kg") * positive(radius, "radius", "m") ** 2
     return aligned(mass, axial / 2.0, axial / 2.0, axial)
 
 
@@ -51,8 +51,8 @@ def hollow_sphere(mass: float, radius: float) -> Body:
     """Return a thin sphere: I = 2/3 m r^2.
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
+        mass: m [kg].
+        radius: r [m].
 
     Returns:
         The body, centred on the origin.
@@ -63,7 +63,7 @@ def hollow_sphere(mass: float, radius: float) -> Body:
     Source:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
-    r = metres(radius, "radius")
+    r = positive(radius, "radius", "m")
     return thick_shell(mass, r, r)
 
 
@@ -71,9 +71,9 @@ def cylindrical_shell(mass: float, radius: float, height: float) -> Body:
     """Return a thin open tube along z: I_z = m r^2, I_x = I_y = m (r^2 / 2 + h^2 / 12).
 
     Args:
-        mass: mass [kg].
-        radius: radius [m].
-        height: height [m].
+        mass: m [kg].
+        radius: r [m].
+        height: h [m].
 
     Returns:
         The body, centred on the origin.
@@ -84,7 +84,7 @@ def cylindrical_shell(mass: float, radius: float, height: float) -> Body:
     Source:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
-    r = metres(radius, "radius")
+    r = positive(radius, "radius", "m")
     return hollow_cylinder(mass, r, r, height)
 
 
@@ -92,9 +92,9 @@ def conical_shell(mass: float, radius: float, height: float) -> Body:
     """Return the thin side of a cone, no base: I_z = m r^2 / 2, I_x = I_y = m (r^2 / 4 + h^2 / 18).
 
     Args:
-        mass: mass [kg].
+        mass: m [kg].
         radius: radius at the open end [m].
-        height: height [m].
+        height: h [m].
 
     Returns:
         The body, apex in the origin, open at z = h: centre of mass at z = 2/3 h.
@@ -105,6 +105,10 @@ def conical_shell(mass: float, radius: float, height: float) -> Body:
     Source:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
-    m, r, h = mass_of(mass), metres(radius, "radius"), metres(height, "height")
+    m, r, h = (
+        positive(mass, "mass", "kg"),
+        positive(radius, "radius", "m"),
+        positive(height, "height", "m"),
+    )
     across = m * (r**2 / 4.0 + h**2 / 18.0)
     return aligned(m, across, across, m * r**2 / 2.0, 2.0 * h / 3.0)

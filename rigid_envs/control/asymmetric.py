@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import positive
 from rigid_envs.control.linear import Regulator, lqr, scheduled, zero_order_hold
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.systems import HeavyTop
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["AsymmetricBalance", "vertical_of"]
 
@@ -58,7 +58,7 @@ class AsymmetricBalance:
     inside the unit circle if the moments are others of 0.85 .. 1, 1.05 .. 1.25 and 0.45 .. 0.65.
 
     Attributes:
-        top: the top.
+        top: heavy top of any moments.
         torque: largest torque about each axis [N m].
         dt: control period [s].
         fastest: largest abs(omega3) for which there are gains [rad/s].
@@ -83,7 +83,7 @@ class AsymmetricBalance:
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, in [-1, 1], shape (..., 3), of states (..., 11)."""
         torque = self._regulator(y).feedback(vertical_of(y))
-        return within_box(np.concatenate([torque, 0.0 * torque[..., :1]], axis=-1) / self.torque)
+        return clip_to_box(np.concatenate([torque, 0.0 * torque[..., :1]], axis=-1) / self.torque)
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `HeavyTop` [N m], shape (..., 8), of actions (..., 3)."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.steps import in_turn
+from rigid_envs.checks import integer, positive
+from rigid_envs.control.plans import piecewise_constant
 from rigid_envs.systems import UprightCoin
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["CoinPlan", "TwoRolls"]
 
@@ -22,13 +22,13 @@ _ROLL_OR_STEER = np.array([[0.0, 1.0], [1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0,
 
 @dataclass(frozen=True)
 class CoinPlan:
-    """A way of coins to their goals.
+    """A plan of coins to their goals.
 
     Attributes:
         actions: (roll, steer) as parts of the largest in a step, never both; zero after a row has
             arrived, and at last for all rows; shape (T, ..., 2).
         legs: turn, roll, turn, roll, turn [rad], shape (..., 5).
-        length: way of the contact [m], shape (...).
+        length: of the path of the contact [m], shape (...).
         steps: number of steps until a row has arrived, shape (...).
     """
 
@@ -61,7 +61,7 @@ class TwoRolls:
     nearest to the distance and to 0, the plan of fewest steps is taken, and of those the shortest.
 
     Attributes:
-        coin: the coin.
+        coin: upright coin to park.
         roll_per_step: largest roll in one step [rad].
         steer_per_step: largest turn of the heading in one step [rad].
         directions: number of headings that are tried.
@@ -82,7 +82,7 @@ class TwoRolls:
         """Check the numbers."""
         positive(self.roll_per_step, "roll_per_step", "rad")
         positive(self.steer_per_step, "steer_per_step", "rad")
-        positive(self.directions, "directions", "1")
+        integer(self.directions, "directions", 1)
 
     def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike | None = None) -> CoinPlan:
         """The plan that leads from y to the goal.
@@ -103,7 +103,7 @@ class TwoRolls:
         counts = self._counts(legs)
         each = legs / (np.maximum(counts, 1) * self._sizes)
         return CoinPlan(
-            in_turn(each[..., None] * _ROLL_OR_STEER, counts),
+            piecewise_constant(each[..., None] * _ROLL_OR_STEER, counts),
             legs,
             self.coin.radius * np.sum(np.abs(legs[..., 1::2]), axis=-1),
             np.sum(counts, axis=-1),
@@ -124,10 +124,10 @@ class TwoRolls:
         return np.stack([along, aside, heading, _short(phase)], axis=-1)
 
     def _best(self, legs: Array) -> Array:
-        """The plan of fewest steps, shape (5,); among those, of the shortest way."""
+        """The plan of fewest steps, shape (5,); among those, of the shortest path."""
         steps = np.sum(self._counts(legs), axis=-1)
-        way = np.sum(np.abs(legs[:, 1::2]), axis=-1)
-        return np.asarray(legs[np.lexsort((way, steps))[0]])
+        length = np.sum(np.abs(legs[:, 1::2]), axis=-1)
+        return np.asarray(legs[np.lexsort((length, steps))[0]])
 
     def _counts(self, legs: Array) -> Integers:
         """Steps that each leg takes, shape (..., 5)."""

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import positive
 from rigid_envs.control.linear import Regulator, lqr, scheduled, zero_order_hold
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.systems import RollingDisk
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["CircleRegulator", "Rolling", "rolling", "rolling_state"]
 
@@ -26,7 +26,7 @@ _STIFFNESS = np.linspace(-40.0, 40.0, 41)  # g / radius; for which there are gai
 
 
 class Rolling(NamedTuple):
-    """How a disk rolls, apart from place, heading and phase; each of shape (...).
+    """Rolling motion of a disk without its place, heading and phase; each of shape (...).
 
     Attributes:
         lean: theta - pi / 2 [rad].
@@ -42,7 +42,7 @@ class Rolling(NamedTuple):
 
 
 def rolling(y: npt.ArrayLike) -> Rolling:
-    """How disks roll in states y of `RollingDisk`, shape (..., 9)."""
+    """Rolling motion of disks in states y of `RollingDisk`, shape (..., 9)."""
     rows = np.asarray(y, dtype=np.float64)
     vertical = rotations.rotate_inverse(rows[..., :4], _E_Z)
     s = np.hypot(vertical[..., 0], vertical[..., 1])
@@ -52,7 +52,7 @@ def rolling(y: npt.ArrayLike) -> Rolling:
 
 
 def rolling_state(motion: Rolling) -> Array:
-    """States of `RollingDisk`, shape (..., 9), that roll so: at the origin, heading and phase 0."""
+    """States of `RollingDisk`, shape (..., 9), of a motion at the origin, heading and phase 0."""
     lean, rate, wn, w3 = np.broadcast_arrays(*motion)
     zero = np.zeros_like(lean)
     q = rotations.quaternion_from_euler(np.stack([zero, 0.5 * np.pi + lean, zero], axis=-1))
@@ -74,7 +74,7 @@ class CircleRegulator:
         d(wn sin(theta))/dtheta = (I3 / I1) w3 sin(theta),
         dw3/dtheta = m r^2 / (I3 + m r^2) wn,
 
-    as when a bicycle is steered by leaning. So the curvature of the way of the contact, times the
+    as when a bicycle is steered by leaning. So the curvature of the path of the contact, times the
     radius, wn / (sin(theta) (w3 - wn cot(theta))), is a function of the lean, too, and the lean
     theta* at which it is the commanded one does not move whatever the torque is. One step of
     Newton's method leads from theta to it. With theta' = -wl,
@@ -84,22 +84,22 @@ class CircleRegulator:
 
     is an equation for theta alone. The law ``tau = -f(theta*) - K (theta - theta*, theta')`` is the
     linear-quadratic regulator of it, linearised about theta* and sampled, K by the stiffness
-    df/dtheta there. It minimises the sum of ``(theta - theta*)^2 + (theta' s)^2 / 300 + price
-    (tau + f(theta*))^2``.
+    df/dtheta there. It minimises the sum of ``(theta - theta*)^2 + (theta' s)^2 / 300 +
+    input_weight (tau + f(theta*))^2``.
 
     Certificate: the Riccati matrix P, with `value` x P x the sum from there on near the circle, and
     a Lyapunov function.
 
     Region: theta* counts no further than 0.02 rad away, so that the disk is never leaned on faster
-    than it can be stopped. Measured, for a disc with 0.3 m g r of torque that is let go without
+    than it can be stopped. Measured, for a disk with 0.3 m g r of torque that is let go without
     turning, and curvatures up to 0.25: at leans of up to 0.15 rad where it rolls at half of the
     threshold of `RollingDisk` (at which it stands by itself), up to 0.2 rad at 0.7 of it.
 
     Attributes:
-        disk: the disk.
+        disk: rolling disk to lead.
         torque: largest torque [N m].
         dt: control period [s].
-        price: weight of the torque [rad^2 / (N m)^2].
+        input_weight: weight of the torque [rad^2 / (N m)^2].
 
     Raises:
         ValueError: numbers that are not positive.
@@ -111,20 +111,20 @@ class CircleRegulator:
     disk: RollingDisk
     torque: float
     dt: float
-    price: float = 1e-5
+    input_weight: float = 1e-5
 
     def __post_init__(self) -> None:
         """Check the numbers."""
         positive(self.torque, "torque", "N m")
         positive(self.dt, "dt", "s")
-        positive(self.price, "price", "rad^2 / (N m)^2")
+        positive(self.input_weight, "input_weight", "rad^2 / (N m)^2")
 
     def __call__(self, y: npt.ArrayLike, curvature: npt.ArrayLike) -> Array:
         """Torque as a part of the largest.
 
         Args:
             y: states of `RollingDisk`, shape (..., 9).
-            curvature: commanded, of the way of the contact, times the radius, shape (...).
+            curvature: commanded, of the path of the contact, times the radius, shape (...).
 
         Returns:
             Actions, shape (..., 1).
@@ -137,10 +137,10 @@ class CircleRegulator:
         push, stiffness = self._push(self._moved(now, step))
         error = np.stack([-step, now.rate], axis=-1)
         torque = self.regulator(stiffness).feedback(error) - push[..., None]
-        return within_box(torque / self.torque)
+        return clip_to_box(torque / self.torque)
 
     def value(self, y: npt.ArrayLike, curvature: npt.ArrayLike) -> Array:
-        """What the regulator still costs from states near the circle, x P x, shape (...)."""
+        """Cost to go x P x of states near the circle, shape (...)."""
         now = rolling(self.disk.checked_state(y))
         step = self.to_go(now, curvature)
         _, stiffness = self._push(self._moved(now, step))
@@ -152,21 +152,21 @@ class CircleRegulator:
         return np.concatenate([0.0 * lean, lean, 0.0 * lean], axis=-1)
 
     def curvature(self, now: Rolling) -> Array:
-        """Curvature of the way of the contact, times the radius, shape (...); 0 if it stands."""
+        """Curvature of the path of the contact, times the radius, shape (...); 0 if it stands."""
         s, c = np.cos(now.lean), -np.sin(now.lean)
         return _over(now.wn, s * now.w3 - now.wn * c)
 
     def to_go(self, now: Rolling, curvature: npt.ArrayLike) -> Array:
-        """How far theta* is from theta, by one step of Newton's method, shape (...) [rad]."""
+        """Newton's step theta* - theta, shape (...) [rad]."""
         s, c = np.cos(now.lean), -np.sin(now.lean)
         wn_t, w3_t = self._slopes(now)
-        way, found = s * now.w3 - now.wn * c, self.curvature(now)
-        way_t = c * now.w3 + s * w3_t - wn_t * c + now.wn * s
-        slope = _over(wn_t - found * way_t, way)
+        roll_rate, found = s * now.w3 - now.wn * c, self.curvature(now)
+        roll_rate_t = c * now.w3 + s * w3_t - wn_t * c + now.wn * s
+        slope = _over(wn_t - found * roll_rate_t, roll_rate)
         return _over(np.asarray(curvature) - found, slope)
 
     def _moved(self, now: Rolling, step: Array) -> Rolling:
-        """At rest at a lean that is so much further."""
+        """The motion at a lean that is `step` further, at rest."""
         wn_t, w3_t = self._slopes(now)
         return Rolling(now.lean + step, 0.0 * step, now.wn + wn_t * step, now.w3 + w3_t * step)
 
@@ -198,6 +198,6 @@ class CircleRegulator:
 
         def about(stiffness: float) -> Regulator:
             A = np.array([[0.0, 1.0], [-stiffness / inertia, 0.0]])
-            return lqr(*zero_order_hold(A, B, self.dt), [1.0, 1.0 / 300.0], [self.price])
+            return lqr(*zero_order_hold(A, B, self.dt), [1.0, 1.0 / 300.0], [self.input_weight])
 
         return scheduled(about, disk.m * disk.g * disk.radius * _STIFFNESS)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import number, positive, require
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.control.spin import SpinLaw
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["EnergyCasimir", "SingleTorque"]
 
@@ -36,7 +36,7 @@ class SingleTorque(SpinLaw):
     direction (see `SpinRegulator`) d up to 0.46, where 0.45 can be held at constant omega2.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about e3 [N m].
         strength: eps / (I2 - I1); above 1.
@@ -61,7 +61,7 @@ class SingleTorque(SpinLaw):
         """Actions, torques over the largest, shape (..., 1), of states y, shape (..., 7)."""
         w1, w2, w3 = np.moveaxis(self.omega(y), -1, 0)
         torque = self.eps * w1 * w2 - self.k * w3
-        return within_box(np.asarray(torque / self.torque)[..., None])
+        return clip_to_box(np.asarray(torque / self.torque)[..., None])
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `FreeBody` [N m], shape (..., 3), of actions (..., 1)."""
@@ -69,7 +69,7 @@ class SingleTorque(SpinLaw):
 
     @property
     def threshold(self) -> float:
-        """The eps above which e2 is stable, I2 - I1 [kg m^2]."""
+        """Stability threshold of eps, I2 - I1 [kg m^2]."""
         return self.body.I2 - self.body.I1
 
     @property
@@ -83,7 +83,7 @@ class SingleTorque(SpinLaw):
         return self.damping * self.body.I3 * self.rate
 
     def exponents(self) -> npt.NDArray[np.complex128]:
-        """Rates mu at which small departures from e2 grow or decay [1/s], shape (2,), complex.
+        """Characteristic exponents mu of small departures from e2 [1/s], shape (2,), complex.
 
         ``mu^2 + k mu / I3 + a (I3 - I2) Omega^2 / (I1 I3) = 0``.
         """
@@ -130,7 +130,7 @@ class EnergyCasimir(SpinLaw):
     positive.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about each axis [N m].
         strength: eps / (I2 - I1), above 1.
@@ -149,8 +149,8 @@ class EnergyCasimir(SpinLaw):
         """Check the gains too."""
         super().__post_init__()
         positive(self.damping, "damping", "1")
-        if not self.strength > 1.0:
-            raise ValueError(f"strength = {self.strength}; expected more than 1, the threshold")
+        strong = number(self.strength, "strength", "1") > 1.0
+        require(strong, self.strength, "strength", "more than 1, the threshold")
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
@@ -158,7 +158,7 @@ class EnergyCasimir(SpinLaw):
         eps = self.strength * (self.body.I2 - self.body.I1)
         torque = -self.damping * self.rate * self.body.moments * self.error(y)
         torque[..., 2] += eps * w1 * w2
-        return within_box(torque / self.torque)
+        return clip_to_box(torque / self.torque)
 
     def lyapunov(self, y: npt.ArrayLike) -> Array:
         """V of states y, shape (..., 7); of shape (...) [kg^2 m^4/s^2]."""

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import array, number, positive, require
 from rigid_envs.control.saddle import saddle
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.control.spin import SpinLaw
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["ForcedFlip", "TimedFlip"]
 
@@ -28,7 +28,7 @@ class ForcedFlip(SpinLaw):
     the torque impulse 2 I2 Omega, twice the angular momentum.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega [rad/s].
         torque: largest torque about each axis [N m].
         gain: rate of the approach over Omega.
@@ -51,7 +51,7 @@ class ForcedFlip(SpinLaw):
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
         torque = -self.gain * self.rate * self.body.moments * self._error(y)
-        return within_box(torque / self.torque)
+        return clip_to_box(torque / self.torque)
 
     def lyapunov(self, y: npt.ArrayLike) -> Array:
         """V of states y, shape (..., 7); of shape (...) [J]."""
@@ -71,8 +71,8 @@ class TimedFlip(SpinLaw):
         f2 = -Omega tanh(growth Omega t),   d = +- Omega D / cosh(growth Omega t),
 
     the one of these that is `margin` away from -e2 when no time is left, with the sign of d that
-    omega has. Afterwards d decreases by itself, and only s and the rate are held. Nothing is paid
-    but the way onto f, and that falls like exp(-growth Omega T) with the time T that is given.
+    omega has. Afterwards d decreases by itself, and only s and the rate are held. The only effort
+    is that of joining f, and that falls like exp(-growth Omega T) with the time T that is given.
 
     Certificate: the kinetic energy of the difference e = omega - f, ``V = e . I e / 2``. With tau,
     until the commanded time,
@@ -85,7 +85,7 @@ class TimedFlip(SpinLaw):
     between two f, of which the nearer one is taken.)
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega [rad/s].
         torque: largest torque about each axis [N m].
         margin: norm(omega + Omega e2) / Omega that is left at the commanded time.
@@ -117,7 +117,7 @@ class TimedFlip(SpinLaw):
             time_left: until the commanded time [s], shape (...); 0 or less afterwards.
         """
         error = self.omega(y) - self.reference(y, time_left)
-        return within_box(-self.gain * self.rate * self.body.moments * error / self.torque)
+        return clip_to_box(-self.gain * self.rate * self.body.moments * error / self.torque)
 
     def lyapunov(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> Array:
         """V of states y, shape (..., 7); of shape (...) [J]."""
@@ -130,7 +130,7 @@ class TimedFlip(SpinLaw):
         d, _ = saddle(self.body.moments).coordinates(self.omega(y) / self.rate)
         most = math.sqrt(growth / bend)
         last = 2.0 * self.margin / math.hypot(1.0, 1.0 / r)  # d there: omega1 = d / 2 = -r omega3
-        left = np.asarray(time_left, dtype=np.float64)
+        left = array(time_left, "time_left")
         phase = growth * self.rate * np.maximum(left, 0.0) - math.acosh(most / last)
         before = left > 0.0
         d_free = np.where(before, np.copysign(most / np.cosh(phase), d), d)
@@ -140,7 +140,5 @@ class TimedFlip(SpinLaw):
 
 
 def _check_gain(gain: float, least: float) -> None:
-    if not gain > least:
-        raise ValueError(
-            f"gain = {gain}; expected more than {least:.4g}, for the error of this body to decrease"
-        )
+    expected = f"more than {least:.4g}, for the error of this body to decrease"
+    require(number(gain, "gain") > least, gain, "gain", expected)

@@ -1,4 +1,4 @@
-"""Following a ball that rolls ahead, in position and attitude: by damping, or looking ahead."""
+"""Pose tracking of a rolling reference ball: damping control, and preview control."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import array, positive, require
 from rigid_envs.control.linear import Regulator
 from rigid_envs.control.rolling import AXES, difference
 from rigid_envs.systems import RollingBall
-from rigid_envs.systems.boundary import array_of, positive
 
 __all__ = ["DampedFollower", "FarSightedFollower", "elastica_headings", "pose_error"]
 
@@ -20,7 +20,7 @@ _TINY = 1e-300  # no division by zero
 
 
 def pose_error(ball: RollingBall, y: npt.ArrayLike, reference: npt.ArrayLike) -> Array:
-    """From reference to ball: offset p [radii], rotation vector theta of q q_ref^-1 [rad], world.
+    """Pose error of the ball: offset p [radii], rotation vector theta of q q_ref^-1 [rad], world.
 
     Args:
         ball: either ball.
@@ -78,7 +78,7 @@ class DampedFollower:
     def __call__(
         self, y: npt.ArrayLike, reference: npt.ArrayLike, velocity: npt.ArrayLike
     ) -> Array:
-        """Velocity of the centre as a part of the largest, in a disc.
+        """Velocity of the centre over the largest, in the unit disk.
 
         Args:
             y: states of `RollingBall`, shape (..., 6).
@@ -104,7 +104,7 @@ class DampedFollower:
 
 @dataclass(frozen=True)
 class FarSightedFollower:
-    """Follows by the linear-quadratic regulator along the way that the reference is going to roll.
+    """Follows by the linear-quadratic regulator along the known path of the reference.
 
     The error e = (p, theta) of small size changes in a period dt, in which the reference rolls by
     the rotation vector a and the ball by J w dt more,
@@ -112,12 +112,12 @@ class FarSightedFollower:
         p+ = p + w dt,   theta+ = exp(a) theta + J(a) (-w_y, w_x, 0) dt,
 
     with J the left Jacobian: only where the reference rolls on, and bends, is every error within
-    reach. With e+ = F_k e + G_k w, ``w = -K_k e`` minimises the sum of ``|e|^2 + price |w|^2``
-    over the horizon,
+    reach. With e+ = F_k e + G_k w, ``w = -K_k e`` minimises the sum of ``|e|^2 + r |w|^2`` over the
+    horizon, r the `input_weight`,
 
-        K_k = (price + G_k' P G_k)^-1 G_k' P F_k,   P_k = 1 + F_k' P (F_k - G_k K_k)
+        K_k = (r + G_k' P G_k)^-1 G_k' P F_k,   P_k = 1 + F_k' P (F_k - G_k K_k)
 
-    with P = P_(k+1), and ``e P_k e`` is what it still costs. As in `DampedFollower`, w is cut to
+    with P = P_(k+1), and ``e P_k e`` is the cost to go. As in `DampedFollower`, w is cut to
     what is possible. Region, measured: all errors up to 1 radius and 1 rad, behind a reference that
     rolls at half of the largest rate along waves, loops and curls.
 
@@ -125,7 +125,7 @@ class FarSightedFollower:
         ball: both balls.
         rate: largest rolling rate [rad/s].
         dt: control period [s].
-        price: weight of the correcting velocity, in radii, against the error [s^2].
+        input_weight: weight of the correcting velocity, in radii, against the error [s^2].
 
     Raises:
         ValueError: numbers that are not positive.
@@ -136,13 +136,13 @@ class FarSightedFollower:
     ball: RollingBall
     rate: float
     dt: float
-    price: float = 0.03
+    input_weight: float = 0.03
 
     def __post_init__(self) -> None:
         """Check the numbers."""
         positive(self.rate, "rate", "rad/s")
         positive(self.dt, "dt", "s")
-        positive(self.price, "price", "s^2")
+        positive(self.input_weight, "input_weight", "s^2")
 
     def __call__(
         self,
@@ -151,7 +151,7 @@ class FarSightedFollower:
         velocity: npt.ArrayLike,
         gain: npt.ArrayLike,
     ) -> Array:
-        """Velocity of the centre as a part of the largest, in a disc.
+        """Velocity of the centre over the largest, in the unit disk.
 
         Args:
             y: states of `RollingBall`, shape (..., 6).
@@ -166,11 +166,11 @@ class FarSightedFollower:
             ValueError: bad states, or a reference faster than the ball can be.
         """
         error = pose_error(self.ball, y, reference)
-        correction = -np.einsum("...ij,...j->...i", np.asarray(gain), error)
+        correction = -np.einsum("...ij,...j->...i", array(gain, "gain", 2, 5), error)
         return _added(self.ball, self.rate, velocity, correction)
 
     def regulator(self, velocities: npt.ArrayLike) -> Regulator:
-        """Gains K_k and matrices P_k for each period of the way that lies ahead.
+        """Gains K_k and matrices P_k for each period of the path ahead.
 
         Args:
             velocities: of the reference in the T periods to come, shape (T, ..., 2) [m/s].
@@ -181,12 +181,12 @@ class FarSightedFollower:
         Raises:
             ValueError: bad shapes or numbers.
         """
-        F, G = self._steps(array_of(velocities, 2, "velocities", "VX, VY"))
+        F, G = self._steps(array(velocities, "velocities", 2, entries="VX, VY"))
         P = np.broadcast_to(np.eye(5), F.shape[1:])
         gains, values = [], []
         for f, g in zip(F[::-1], G[::-1], strict=True):
             back = np.swapaxes(g, -1, -2) @ P
-            K = np.linalg.solve(self.price * np.eye(2) + back @ g, back @ f)
+            K = np.linalg.solve(self.input_weight * np.eye(2) + back @ g, back @ f)
             P = np.eye(5) + np.swapaxes(f, -1, -2) @ P @ (f - g @ K)
             P = 0.5 * (P + np.swapaxes(P, -1, -2))
             gains.append(K)
@@ -205,9 +205,9 @@ class FarSightedFollower:
 
 
 def elastica_headings(
-    heading: Array, curvature: Array, force: Array, way: npt.ArrayLike, n: int
+    heading: Array, curvature: Array, force: Array, side: npt.ArrayLike, n: int
 ) -> Array:
-    """Headings of n sides of a polygon along Euler's elastica, each as long as `way`.
+    """Headings of n sides of a polygon along Euler's elastica, each as long as `side`.
 
     ``heading' = curvature``, ``curvature' = heading x force`` with a constant force: half a change
     of curvature, a turn, and another half; symmetric, so of second order.
@@ -216,7 +216,7 @@ def elastica_headings(
         heading: unit vector of the first side, shape (..., 2).
         curvature: there, shape (...) [1/m].
         force: shape (..., 2) [1/m^2].
-        way: length of a side, shape (...) [m].
+        side: length of each side, shape (...) [m].
         n: number of sides.
 
     Returns:
@@ -224,7 +224,7 @@ def elastica_headings(
 
     Source: Love, *Mathematical Theory of Elasticity*, section 262.
     """
-    step, found = np.asarray(way, dtype=np.float64), [heading]
+    step, found = np.asarray(side, dtype=np.float64), [heading]
     for _ in range(n - 1):
         h_x, h_y = np.moveaxis(found[-1], -1, 0)
         curvature = curvature + 0.5 * step * (h_x * force[..., 1] - h_y * force[..., 0])
@@ -237,14 +237,12 @@ def elastica_headings(
 
 def _added(ball: RollingBall, rate: float, velocity: npt.ArrayLike, correction: Array) -> Array:
     """Action for a velocity [m/s] and as much of a correction [radii/s] as is possible."""
-    first = np.asarray(velocity) / (ball.radius * rate)
+    velocity = array(velocity, "velocity", 2, entries="VX, VY")
+    first = velocity / (ball.radius * rate)
     more = correction / rate
     room = 1.0 - np.sum(first**2, axis=-1)
-    if float(np.min(room, initial=0.0)) < -1e-6:
-        raise ValueError(
-            f"velocity = {velocity!r}; "
-            f"expected at most radius * rate = {ball.radius * rate:.6g} m/s"
-        )
+    expected = f"at most radius * rate = {ball.radius * rate:.6g} [m/s]"
+    require(room >= -1e-6, velocity, "velocity", expected)
     # the largest s <= 1 with |first + s more| <= 1, written without cancellation
     room = np.maximum(room, 0.0)
     a, b = np.sum(more**2, axis=-1), np.sum(first * more, axis=-1)

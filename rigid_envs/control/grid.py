@@ -1,4 +1,4 @@
-"""Quarter rolls on a grid: a ball's shortest way to any pose on it, by breadth-first search."""
+"""Quarter rolls on a grid: a ball's shortest path to any pose on it, by breadth-first search."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import integer, require
 from rigid_envs.control.rolling import difference
 from rigid_envs.systems import RollingBall
 
@@ -24,7 +25,7 @@ _HALF = 0.5**0.5
 _ROLLS = _HALF * np.array([[1, 0, 1, 0], [1, -1, 0, 0], [1, 0, -1, 0], [1, 1, 0, 0]])
 _BEYOND = 3
 """Cells that are searched beyond the reach. From k = |i| + |j| cells away, no more than one beyond
-the reach, a way that leaves this square takes k + 6 moves or more, and a shortest one no more."""
+the reach, a path that leaves this square takes k + 6 moves or more, and a shortest one no more."""
 _OFF = 1e-6  # radii and rad; a ball that is further off the grid is refused
 
 
@@ -49,12 +50,12 @@ def rolled() -> Integers:
 
 @dataclass(frozen=True)
 class QuarterRolls:
-    """Rolls a ball by quarter turns to a goal on a shortest way.
+    """Rolls a ball by quarter turns to a goal on a shortest path.
 
     A move turns the attitude q to r q, r the quarter turn about a side, and goes on to the next of
     the square cells of side pi radius / 2. How the ball is marked makes no difference to it, so the
-    way to a goal with cell c* and attitude q* is that from (c - c*, q q*^-1) to the cell 0,
-    upright: home. A move is undone by the opposite one, so the ways home are the ways from home
+    path to a goal with cell c* and attitude q* is that from (c - c*, q q*^-1) to the cell 0,
+    upright: home. A move is undone by the opposite one, so the paths home are those from home
     backwards, and one breadth-first search from there finds the fewest moves n of all poses. They
     solve Bellman's equation, which is the certificate,
 
@@ -63,12 +64,12 @@ class QuarterRolls:
     and the move after which n is least is optimal. A ball that is home already moves: out, and back
     in the next step.
 
-    Region: wherever there is a way at all. A quarter turn is an odd permutation of the four
+    Region: wherever there is a path at all. A quarter turn is an odd permutation of the four
     diagonals of a cube, so there is none from 12 of the 24 attitudes of each cell: the odd ones
     where i + j is even, the even ones where it is odd.
 
     Attributes:
-        ball: the ball.
+        ball: kinematic rolling ball.
         reach: largest distance from the goal along each axis [cells].
 
     Raises:
@@ -83,8 +84,7 @@ class QuarterRolls:
 
     def __post_init__(self) -> None:
         """Check the reach."""
-        if isinstance(self.reach, bool) or int(self.reach) != self.reach or self.reach < 0:
-            raise ValueError(f"reach = {self.reach!r}; expected a number of cells, at least 0")
+        integer(self.reach, "reach", 0)
 
     def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike | None = None) -> Integers:
         """The side to roll to: 0 for +x, 1 for +y, 2 for -x, 3 for -y.
@@ -97,20 +97,19 @@ class QuarterRolls:
             Moves, integers of shape (...).
 
         Raises:
-            ValueError: off the grid, beyond the reach, or without a way to the goal.
+            ValueError: off the grid, beyond the reach, or without a path to the goal.
         """
         cells, number = self._pose(y, goal)
-        if (self._count(cells, number) < 0).any():
-            raise ValueError(
-                "y holds a ball that no quarter rolls bring to its goal; expected an attitude "
-                "with q q*^-1 an even permutation of a cube's diagonals where the cells to go "
-                "are even in number, and an odd one where they are odd"
-            )
+        expected = (
+            "a pose from which quarter rolls lead to the goal: q q*^-1 is an even permutation of "
+            "a cube's diagonals where the cells to go are even in number, else an odd one"
+        )
+        require(self._count(cells, number) >= 0, np.asarray(y), "y", expected)
         after = self._count(cells[..., None, :] + SIDES, rolled()[number])
         return np.asarray(np.argmin(after, axis=-1))
 
     def moves(self, y: npt.ArrayLike, goal: npt.ArrayLike | None = None) -> Integers:
-        """Fewest moves to the goal, shape (...); -1 where there is no way.
+        """Fewest moves to the goal, shape (...); -1 where there is no path.
 
         Args:
             y: states, shape (..., 6), on the grid.
@@ -128,7 +127,7 @@ class QuarterRolls:
 
     @cached_property
     def table(self) -> Integers:
-        """Fewest moves home by cell and attitude, -1 where there is no way, shape (n, n, 24).
+        """Fewest moves home by cell and attitude, -1 where there is no path, shape (n, n, 24).
 
         Home is in the middle. The search goes further than the reach: within it every number is
         that of the unbounded grid.
@@ -161,18 +160,14 @@ class QuarterRolls:
     def _pose(self, y: npt.ArrayLike, goal: npt.ArrayLike | None) -> tuple[Integers, Integers]:
         """Cells to the goal, shape (..., 2), and the number of the attitude relative to it."""
         end = self.ball.state() if goal is None else goal
-        turn, way = difference(end, y, self.ball.radius)
+        turn, displacement = difference(end, y, self.ball.radius)
         number = np.argmax(np.abs(turn @ attitudes().T), axis=-1)
-        place = way * (self.ball.radius / self._side)
+        place = displacement * (self.ball.radius / self._side)
         cells = np.rint(place).astype(np.int64)
         away = rotations.distance(attitudes()[number], turn)
-        off = max(float(np.max(gap, initial=0.0)) for gap in (np.abs(place - cells), away))
-        if off > _OFF:
-            raise ValueError(f"y holds a ball {off:.3g} off the grid; expected {_OFF:g} at most")
-        far = int(np.max(np.abs(cells), initial=0))
-        if far > self.reach:
-            raise ValueError(
-                f"y holds a ball {far} cells from its goal; expected {self.reach} at most: "
-                "take a larger reach"
-            )
+        off = np.maximum(np.max(np.abs(place - cells), axis=-1), away)
+        require(off <= _OFF, off, "offset_from_grid", f"at most {_OFF:g} [radii, rad]")
+        far = np.max(np.abs(cells), axis=-1)
+        expected = f"at most {self.reach} cells: take a larger reach"
+        require(far <= self.reach, far, "cells_to_goal", expected)
         return cells, number

@@ -1,4 +1,4 @@
-"""Linear feedback: a motion sampled and linearised, its LQR, and gains scheduled on what varies."""
+"""Linear feedback: sampled linear models, linear-quadratic regulators, gain scheduling."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import numpy.typing as npt
 from scipy.interpolate import RegularGridInterpolator
 from scipy.linalg import expm, solve_discrete_are
 
+from rigid_envs.checks import positive_array
+
 __all__ = ["Regulator", "lqr", "scheduled", "step_jacobian", "zero_order_hold"]
 
 Array = npt.NDArray[np.float64]
@@ -18,7 +20,7 @@ _H = 1e-5  # differences: truncation h^2, rounding eps / h, both near 1e-10
 
 
 class Regulator(NamedTuple):
-    """A linear feedback and what it costs.
+    """A linear feedback u = -K x and its cost to go.
 
     The arrays may have leading axes, broadcast against those of the states, and be complex.
 
@@ -42,7 +44,7 @@ class Regulator(NamedTuple):
 def zero_order_hold(
     A: Matrix, B: Matrix, dt: float, turn: Matrix | None = None
 ) -> tuple[Matrix, Matrix]:
-    """F and G of ``x+ = F x + G u`` for ``x' = A x + B u`` under an input held over dt, exactly.
+    """Zero-order hold: F and G of ``x+ = F x + G u`` for ``x' = A x + B u``, u held over dt.
 
     The upper rows (F G) of ``exp(dt (A B; 0 S))``, with S = 0 unless the frame of u turns.
 
@@ -58,6 +60,7 @@ def zero_order_hold(
 
     Source: Van Loan 1978, doi:10.1109/TAC.1978.1101743.
     """
+    # scipy.signal.cont2discrete has no S, and imports all of scipy.signal
     n, m = B.shape
     S = np.zeros((m, m)) if turn is None else turn
     whole = expm(dt * np.block([[A, B], [np.zeros((m, n)), S]]))
@@ -103,17 +106,20 @@ def lqr(F: Matrix, G: Matrix, Q: npt.ArrayLike, R: npt.ArrayLike) -> Regulator:
 
     Source: Anderson & Moore, *Optimal Control: Linear Quadratic Methods*, section 3.3.
     """
-    weights = np.diag(_weights(Q, len(F), "Q")), np.diag(_weights(R, G.shape[1], "R"))
+    n, m = G.shape
+    weights = np.diag(positive_array(Q, "Q", "", n)), np.diag(positive_array(R, "R", "", m))
     try:
         P = solve_discrete_are(F, G, *weights)
     except np.linalg.LinAlgError as error:
-        raise ValueError(f"no feedback makes the motion stable: {error}") from None
+        raise ValueError(
+            f"G = {G.tolist()}; expected inputs by which feedback can stabilise F: {error}"
+        ) from None
     back = G.conj().T @ P
     return Regulator(np.linalg.solve(weights[1] + back @ G, back @ F), P)
 
 
 def scheduled(regulator: Callable[..., Regulator], *grids: Array) -> Callable[..., Regulator]:
-    """The same regulator as a function of arrays, by linear interpolation on a grid.
+    """Gain scheduling: a regulator as a function of arrays, by linear interpolation on a grid.
 
     Exact at the nodes; beyond the grid the nearest node counts. P stays positive definite.
 
@@ -137,10 +143,3 @@ def scheduled(regulator: Callable[..., Regulator], *grids: Array) -> Callable[..
         )
 
     return look_up
-
-
-def _weights(values: npt.ArrayLike, n: int, name: str) -> Array:
-    weights = np.asarray(values, dtype=np.float64)
-    if weights.shape != (n,) or not (weights > 0.0).all():
-        raise ValueError(f"{name} = {values!r}; expected {n} positive weights")
-    return weights

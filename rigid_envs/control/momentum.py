@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_ball
+from rigid_envs.checks import positive
+from rigid_envs.control.saturation import clip_to_ball
 from rigid_envs.systems import FreeBody
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["ImpulseLaw", "MomentumBrake", "MomentumRegulator"]
 
@@ -26,7 +26,7 @@ class ImpulseLaw(abc.ABC):
     from that than its own size, and only impulses against L take so much.
 
     Attributes:
-        body: the body.
+        body: rigid body to control.
         impulse: largest impulse [N m s].
 
     Raises:
@@ -72,7 +72,7 @@ class MomentumRegulator(ImpulseLaw):
     beyond, the largest impulse against L is taken.
 
     Attributes:
-        body: the body.
+        body: rigid body to control.
         impulse: largest impulse [N m s].
         weight_momentum: a [1 / (N m s)^2].
         weight_impulse: b [1 / (N m s)^2].
@@ -94,7 +94,7 @@ class MomentumRegulator(ImpulseLaw):
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, impulses over the largest, shape (..., 3), of states y, shape (..., 7)."""
-        return within_ball(-self.gain * self.momentum(y) / self.impulse)
+        return clip_to_ball(-self.gain * self.momentum(y) / self.impulse)
 
     @property
     def gain(self) -> float:
@@ -125,7 +125,7 @@ class MomentumBrake(ImpulseLaw):
     makes it decrease faster, since no impulse takes more than its size from |L|.
 
     Attributes:
-        body: the body.
+        body: rigid body to control.
         impulse: largest impulse [N m s].
 
     Raises:
@@ -134,7 +134,7 @@ class MomentumBrake(ImpulseLaw):
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, impulses over the largest, shape (..., 3), of states y, shape (..., 7)."""
-        return within_ball(-self.momentum(y) / self.impulse)
+        return clip_to_ball(-self.momentum(y) / self.impulse)
 
     def n_steps(self, y: npt.ArrayLike) -> Array:
         """Least number of impulses to rest of states y, shape (..., 7); of shape (...)."""

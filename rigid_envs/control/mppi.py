@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import integer, non_negative, positive, require
+
 __all__ = ["CrossEntropyChoices", "PathIntegral", "weights"]
 
 Array = npt.NDArray[np.float64]
@@ -14,10 +16,10 @@ Integers = npt.NDArray[np.int64]
 
 
 def weights(costs: npt.ArrayLike, temperature: float) -> Array:
-    """What each rollout counts: w_k ~ exp(-(S_k - min S) / lambda), with sum 1.
+    """Importance weights of rollouts: w_k ~ exp(-(S_k - min S) / lambda), with sum 1.
 
     lambda is `temperature` times the span of the least twentieth of the costs S: their unit does
-    not matter, nor does by how much the worst of them fail. Rollouts that all cost the same count
+    not matter, nor do the largest of them. Rollouts that all cost the same count
     the same.
 
     Args:
@@ -34,11 +36,11 @@ def weights(costs: npt.ArrayLike, temperature: float) -> Array:
 
 @dataclass(frozen=True)
 class PathIntegral:
-    """Plans of continuous actions, moved towards the better ones of many that are tried.
+    """Model predictive path integral control: a plan moved to the weighted mean of sampled ones.
 
     Around the plan u, K plans ``v_k = clip(u + s_k e_k)`` are drawn, e_k Gaussian with the
-    deviation `spread` and from one step to the next the correlation `memory`, and s_k from 1 down
-    to `finest` in equal ratios: coarse tries find the way, fine ones keep to it. Each is rolled
+    deviation `spread` and from one step to the next the `correlation`, and s_k from 1 down
+    to `finest` in equal ratios: coarse samples explore, fine ones refine. Each is rolled
     out, to the cost S_k, and the plan becomes
 
         u <- sum_k w_k v_k,   w_k ~ exp(-S_k / lambda)   (see `weights`).
@@ -50,9 +52,9 @@ class PathIntegral:
     Attributes:
         n_samples: K.
         horizon: T, number of steps of a plan.
-        spread: deviation of what is tried from the plan [actions].
+        spread: standard deviation of the samples from the plan [actions].
         temperature: see `weights`.
-        memory: correlation of e between neighbouring steps, in [0, 1).
+        correlation: of e between neighbouring steps, in [0, 1).
         finest: the least s_k, in (0, 1].
 
     Raises:
@@ -66,29 +68,27 @@ class PathIntegral:
     horizon: int
     spread: float = 0.5
     temperature: float = 0.2
-    memory: float = 0.0
+    correlation: float = 0.0
     finest: float = 0.03
 
     def __post_init__(self) -> None:
         """Check the numbers."""
         _check_sizes(self.n_samples, self.horizon, self.temperature)
-        if not self.spread > 0.0:
-            raise ValueError(f"spread = {self.spread}; expected a positive number")
-        if not 0.0 <= self.memory < 1.0:
-            raise ValueError(f"memory = {self.memory}; expected a number in [0, 1)")
-        if not 0.0 < self.finest <= 1.0:
-            raise ValueError(f"finest = {self.finest}; expected a number in (0, 1]")
+        positive(self.spread, "spread")
+        correlated = non_negative(self.correlation, "correlation") < 1.0
+        require(correlated, self.correlation, "correlation", "a number in [0, 1)")
+        require(positive(self.finest, "finest") <= 1.0, self.finest, "finest", "a number in (0, 1]")
 
     def start(self, lead: tuple[int, ...], n_action: int) -> Array:
-        """Plans that do nothing, shape (T, *lead, m)."""
+        """Plans of zero actions, shape (T, *lead, m)."""
         return np.zeros((self.horizon, *lead, n_action))
 
     def draw(self, rng: np.random.Generator, n_action: int) -> Array:
-        """What is added to a plan: s_k e_k, shape (T, K, m); nothing in the first of the K."""
+        """Perturbations s_k e_k of a plan, shape (T, K, m); zero in the first of the K."""
         e = rng.standard_normal((self.horizon, self.n_samples, n_action))
-        fresh = np.sqrt(1.0 - self.memory**2)
+        fresh = np.sqrt(1.0 - self.correlation**2)
         for t in range(1, self.horizon):
-            e[t] = self.memory * e[t - 1] + fresh * e[t]
+            e[t] = self.correlation * e[t - 1] + fresh * e[t]
         scales = self.spread * np.geomspace(1.0, self.finest, self.n_samples)
         scales[0] = 0.0
         return scales[:, None] * e
@@ -109,20 +109,20 @@ class PathIntegral:
 
 @dataclass(frozen=True)
 class CrossEntropyChoices:
-    """Plans of choices: probabilities p of each choice in each step, moved towards the better ones.
+    """Cross-entropy method for plans of choices, with probabilities p of each choice in each step.
 
     K sequences are drawn from p, each step by itself, and rolled out; then
 
         p <- (1 - mixing) sum_k w_k [choice of k] + mixing / n,
 
-    so that nothing is ever ruled out.
+    so that every choice keeps a probability.
 
     Attributes:
         n_samples: K.
         horizon: T, number of steps of a plan.
         n_choices: n.
         temperature: see `weights`.
-        mixing: share of the even distribution.
+        mixing: share of the uniform distribution.
 
     Raises:
         ValueError: numbers outside their range.
@@ -140,18 +140,15 @@ class CrossEntropyChoices:
     def __post_init__(self) -> None:
         """Check the numbers."""
         _check_sizes(self.n_samples, self.horizon, self.temperature)
-        if self.n_choices < 2 or not 0.0 < self.mixing <= 1.0:
-            raise ValueError(
-                f"n_choices = {self.n_choices}, mixing = {self.mixing}; "
-                "expected at least 2 choices, and mixing in (0, 1]"
-            )
+        integer(self.n_choices, "n_choices", 2)
+        require(positive(self.mixing, "mixing") <= 1.0, self.mixing, "mixing", "a number in (0, 1]")
 
     def start(self, lead: tuple[int, ...], n_action: int = 1) -> Array:
-        """Even plans, shape (T, *lead, n)."""
+        """Uniform probabilities, shape (T, *lead, n)."""
         return np.full((self.horizon, *lead, self.n_choices), 1.0 / self.n_choices)
 
     def draw(self, rng: np.random.Generator, n_action: int = 1) -> Array:
-        """Where in [0, 1) each choice falls, shape (T, K)."""
+        """Uniform random numbers in [0, 1), one for each choice, shape (T, K)."""
         return rng.random((self.horizon, self.n_samples))
 
     def sample(self, plan: Array, draws: Array) -> Integers:
@@ -166,7 +163,7 @@ class CrossEntropyChoices:
         return np.asarray((1.0 - self.mixing) * share + self.mixing / self.n_choices)
 
     def shift(self, plan: Array) -> Array:
-        """The plan one step later; its last step is even."""
+        """The plan one step later; its last step is uniform."""
         return np.concatenate([plan[1:], np.full_like(plan[-1:], 1.0 / self.n_choices)])
 
 
@@ -176,8 +173,6 @@ def _beside(draws: Array, n_lead: int) -> Array:
 
 
 def _check_sizes(n_samples: int, horizon: int, temperature: float) -> None:
-    for name, value, least in (("n_samples", n_samples, 2), ("horizon", horizon, 1)):
-        if isinstance(value, bool) or int(value) != value or value < least:
-            raise ValueError(f"{name} = {value!r}; expected an integer of at least {least}")
-    if not temperature > 0.0:
-        raise ValueError(f"temperature = {temperature}; expected a positive number")
+    integer(n_samples, "n_samples", 2)
+    integer(horizon, "horizon", 1)
+    positive(temperature, "temperature")

@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import array, positive
 from rigid_envs.control.linear import Regulator, lqr, zero_order_hold
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.systems import DynamicBall
-from rigid_envs.systems.boundary import array_of, positive
 
 __all__ = ["PlateRegulator"]
 
@@ -27,10 +27,10 @@ class PlateRegulator:
     About rest on the level table, in x = (offset, velocity, tilt, tilt rates), the motion over a
     period in which the rates of the tilt change linearly to the commanded ones r is
     ``x+ = F x + G r``. The feedback ``r = -K x`` minimises the sum of
-    ``|offset|^2 + small (|velocity|^2 + |tilt|^2 + |rates|^2) + price |r|^2``.
+    ``|offset|^2 + small (|velocity|^2 + |tilt|^2 + |rates|^2) + input_weight |r|^2``.
 
     Certificate: the Riccati matrix P, with `value`, x P x, the sum from there on near the point,
-    and a Lyapunov function. It takes into account that tilting carries the ball the wrong way
+    and a Lyapunov function. It takes into account that tilting moves the ball against its goal
     first, and a turntable.
 
     Region: an offset counts no further than `farthest`, in its direction, so that from far away the
@@ -40,10 +40,10 @@ class PlateRegulator:
     away at 0.5 m/s.
 
     Attributes:
-        ball: the ball and its table.
+        ball: rolling ball with the table's parameters.
         tilt_rate: largest rate of each angle [rad/s].
         dt: control period [s].
-        price: weight of the commanded rates [m^2 s^2].
+        input_weight: weight of the commanded rates [m^2 s^2].
         farthest: offsets are cut to this length [m].
 
     Raises:
@@ -55,14 +55,14 @@ class PlateRegulator:
     ball: DynamicBall
     tilt_rate: float
     dt: float
-    price: float = 1.0
+    input_weight: float = 1.0
     farthest: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the numbers."""
         positive(self.tilt_rate, "tilt_rate", "rad/s")
         positive(self.dt, "dt", "s")
-        positive(self.price, "price", "m^2 s^2")
+        positive(self.input_weight, "input_weight", "m^2 s^2")
         positive(self.farthest, "farthest", "m")
 
     def __call__(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:
@@ -81,28 +81,31 @@ class PlateRegulator:
         error = self.error(y, point)
         distance = np.linalg.norm(error[..., :2], axis=-1, keepdims=True)
         error[..., :2] /= np.maximum(1.0, distance / self.farthest)
-        return within_box(self.regulator.feedback(error) / self.tilt_rate)
+        return clip_to_box(self.regulator.feedback(error) / self.tilt_rate)
 
     def inputs(self, y: npt.ArrayLike, action: npt.ArrayLike) -> Array:
-        """Input u of `DynamicBall`, shape (..., 4), with which rates reach the commanded ones."""
+        """Input u of `DynamicBall`, shape (..., 4), that brings the rates to the commanded ones."""
         rates = self.ball.checked_state(y)[..., 11:13]
         change = (self.tilt_rate * np.asarray(action, dtype=np.float64) - rates) / self.dt
         return np.concatenate([np.zeros_like(change), change], axis=-1)
 
     def error(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:
         """(offset, velocity, tilt, tilt rates) of states, shape (..., 8) [m, m/s, rad, rad/s]."""
-        rows, goal = self.ball.checked_state(y)[..., _PLANAR], array_of(point, 2, "point", "X, Y")
+        rows, goal = (
+            self.ball.checked_state(y)[..., _PLANAR],
+            array(point, "point", 2, entries="X, Y"),
+        )
         return np.concatenate([rows[..., :2] - goal, rows[..., 2:] + 0.0 * goal[..., :1]], axis=-1)
 
     def value(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:
-        """What the regulator still costs from states near the point, x P x, shape (...)."""
+        """Cost to go x P x of states near the point, shape (...)."""
         return self.regulator.value(self.error(y, point))
 
     @cached_property
     def regulator(self) -> Regulator:
         """K and P."""
         weights = np.array([1.0, 1.0] + [_SMALL] * 6)
-        return lqr(*self.step, weights, np.full(2, self.price))
+        return lqr(*self.step, weights, np.full(2, self.input_weight))
 
     @cached_property
     def step(self) -> tuple[Array, Array]:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_ball
-from rigid_envs.control.steps import in_turn
+from rigid_envs.checks import array, positive, positive_array, require
+from rigid_envs.control.plans import piecewise_constant
+from rigid_envs.control.saturation import clip_to_ball
 from rigid_envs.systems import DynamicBall
-from rigid_envs.systems.boundary import array_of, positive
 
 __all__ = ["PushAlong", "PushPlan", "RollPlan", "roll_along"]
 
@@ -20,12 +20,12 @@ Integers = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class RollPlan:
-    """A way of balls along straight rolls.
+    """A plan of balls along straight rolls.
 
     Attributes:
-        actions: velocities as parts of the largest, in a disc; zero after a row has arrived, and at
+        actions: velocities as parts of the largest, in a disk; zero after a row has arrived, and at
             last for all rows; shape (T, ..., 2).
-        length: of the way [m], shape (...).
+        length: of the path [m], shape (...).
         steps: number of steps until a row has arrived, shape (...).
     """
 
@@ -47,13 +47,13 @@ def roll_along(rolls: npt.ArrayLike, reach: npt.ArrayLike) -> RollPlan:
     Raises:
         ValueError: bad shapes or numbers.
     """
-    sides, step = array_of(rolls, 2, "rolls", "X, Y"), np.asarray(reach, dtype=np.float64)
-    if not (step > 0.0).all():
-        raise ValueError(f"reach = {reach!r}; expected positive displacements [m]")
+    sides, step = array(rolls, "rolls", 2, entries="X, Y"), positive_array(reach, "reach", "m")
     lengths = np.linalg.norm(sides, axis=-1)
     counts = np.ceil(lengths / step[..., None] - 1e-9).astype(np.int64)
     each = sides / (np.maximum(counts, 1) * step[..., None])[..., None]
-    return RollPlan(in_turn(each, counts), np.sum(lengths, axis=-1), np.sum(counts, axis=-1))
+    return RollPlan(
+        piecewise_constant(each, counts), np.sum(lengths, axis=-1), np.sum(counts, axis=-1)
+    )
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class PushPlan:
             rows; shape (T, ..., 2) [m/s^2].
         positions: at the start and after each period, shape (T + 1, ..., 2) [m].
         velocities: the same, shape (T + 1, ..., 2) [m/s].
-        length: of the way [m], shape (...).
+        length: of the path [m], shape (...).
         steps: number of periods until a row has arrived, shape (...).
     """
 
@@ -92,10 +92,10 @@ class PushAlong:
     both of whose eigenvalues are z, so it dies out like that of a critically damped oscillator at
     `rate`, for every dt. Region: any error for which the force suffices; beyond, it is cut to the
     largest. The attitude is not fed back: it is off by what the loop between the planned and the
-    rolled way encloses.
+    rolled path encloses.
 
     Attributes:
-        ball: the ball, on a plate that does not turn.
+        ball: on a plate that does not turn.
         force: largest force [N].
         dt: control period [s].
         share: part of the force that plans use.
@@ -119,13 +119,10 @@ class PushAlong:
         positive(self.dt, "dt", "s")
         positive(self.share, "share", "1")
         positive(self.rate, "rate", "1/s")
-        if self.share > 1.0:
-            raise ValueError(f"share = {self.share}; expected a part of the force, at most 1")
-        if self.ball.turntable_rate != 0.0:
-            raise ValueError(
-                f"ball.turntable_rate = {self.ball.turntable_rate}; expected 0: on a turntable a "
-                "ball is not turned by the way that it rolls alone"
-            )
+        require(self.share <= 1.0, self.share, "share", "a part of the force, at most 1")
+        table = self.ball.turntable_rate
+        expected = "0: on a turntable a ball is not turned by its path alone"
+        require(table == 0.0, table, "ball.turntable_rate", expected)
 
     def plan(self, y: npt.ArrayLike, rolls: npt.ArrayLike) -> PushPlan:
         """The fastest motion along straight rolls.
@@ -137,24 +134,24 @@ class PushAlong:
         Raises:
             ValueError: bad shapes or numbers, or a ball that is not at rest.
         """
-        start, sides = self.ball.checked_state(y), array_of(rolls, 2, "rolls", "X, Y")
-        if (start[..., 6:9] != 0.0).any():
-            raise ValueError("y holds a ball that moves; expected rest at the start of a plan")
+        start, sides = self.ball.checked_state(y), array(rolls, "rolls", 2, entries="X, Y")
+        resting = np.all(start[..., 6:9] == 0.0, axis=-1)
+        require(resting, start, "y", "a ball at rest, at the start of a plan")
         lengths = np.linalg.norm(sides, axis=-1)
         halves = np.ceil(np.sqrt(lengths / (self.share * self._largest)) / self.dt)
         each = sides / (np.maximum(halves, 1.0) * self.dt)[..., None] ** 2
         there_and_back = np.stack([each, -each], axis=-2)
         counts = np.repeat(halves.astype(np.int64), 2, axis=-1)
-        pushes = in_turn(there_and_back.reshape(*counts.shape, 2), counts)
+        pushes = piecewise_constant(there_and_back.reshape(*counts.shape, 2), counts)
         rest = np.zeros((1, *pushes.shape[1:]))
         velocities = np.concatenate([rest, np.cumsum(self.dt * pushes, axis=0)])
-        way = np.cumsum(0.5 * self.dt * (velocities[1:] + velocities[:-1]), axis=0)
-        positions = start[..., 4:6] + np.concatenate([rest, way])
+        moved = np.cumsum(0.5 * self.dt * (velocities[1:] + velocities[:-1]), axis=0)
+        positions = start[..., 4:6] + np.concatenate([rest, moved])
         steps = np.sum(counts, axis=-1)
         return PushPlan(pushes, positions, velocities, np.sum(lengths, axis=-1), steps)
 
     def __call__(self, y: npt.ArrayLike, push: Array, position: Array, velocity: Array) -> Array:
-        """Forces that keep to a plan, as parts of the largest, in a disc.
+        """Forces that track a plan, over the largest, in the unit disk.
 
         Args:
             y: states of `DynamicBall`, shape (..., 13).
@@ -171,11 +168,11 @@ class PushAlong:
         rows = self.ball.checked_state(y)
         g1, g2 = self._gains
         error = g1 * (position - rows[..., 4:6]) + g2 * (velocity - rows[..., 6:8])
-        return within_ball((push + error) / self._largest)
+        return clip_to_ball((push + error) / self._largest)
 
     @property
     def closed_loop(self) -> Array:
-        """By what (position, velocity) errors are multiplied in a period, shape (2, 2) [m, m/s]."""
+        """Closed-loop matrix of the (position, velocity) error in a period, shape (2, 2)."""
         (g1, g2), dt = self._gains, self.dt
         free = np.array([[1.0, dt], [0.0, 1.0]])
         return np.asarray(free - np.outer([0.5 * dt * dt, dt], [g1, g2]))

@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from rigid_envs import rotations
 from rigid_envs.analytic.heavy_top import steady_precession
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import positive, positive_array, require
 from rigid_envs.control.linear import Regulator, lqr, scheduled, zero_order_hold
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.systems import HeavyTop
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["PrecessionRegulator", "nutation_of"]
 
@@ -60,7 +60,7 @@ class PrecessionRegulator:
     e3 up to 1 rad/s, to goals of 0.3 to 0.9 rad within 15 s, at 1.2 to 2 times the critical spin.
 
     Attributes:
-        top: the top, I1 = I2.
+        top: symmetric top, I1 = I2.
         torque: largest torque about each of the two axes [N m].
         dt: control period [s].
         tilts: range of the goals, within (0, pi) [rad].
@@ -83,21 +83,20 @@ class PrecessionRegulator:
 
     def __post_init__(self) -> None:
         """Check everything, and that there is a steady precession at the slowest spin."""
-        if self.top.I1 != self.top.I2:
-            raise ValueError(f"top = {self.top}; expected I1 = I2: a symmetric top")
+        require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
         positive(self.torque, "torque", "N m")
         positive(self.dt, "dt", "s")
-        if self.branch not in _BRANCHES:
-            raise ValueError(f"branch = {self.branch!r}; expected one of {_BRANCHES}")
-        if not 0.0 < self.tilts[0] < self.tilts[1] < np.pi:
-            raise ValueError(f"tilts = {self.tilts}; expected 0 < least < largest < pi [rad]")
-        if not 0.0 < self.spins[0] < self.spins[1]:
-            raise ValueError(f"spins = {self.spins}; expected 0 < least < largest [rad/s]")
-        if np.isnan(self.steady_rate(self.tilts[0], self.spins[0])):
-            raise ValueError(
-                f"spins = {self.spins}: at a tilt of {self.tilts[0]} rad and {self.spins[0]} rad/s "
-                "the top does not precess steadily; take faster ones"
-            )
+        require(self.branch in _BRANCHES, self.branch, "branch", f"one of {_BRANCHES}")
+        low, high = positive_array(self.tilts, "tilts", "rad", 2)
+        require(low < high < np.pi, self.tilts, "tilts", "0 < least < largest < pi [rad]")
+        slow, fast = positive_array(self.spins, "spins", "rad/s", 2)
+        require(slow < fast, self.spins, "spins", "0 < least < largest [rad/s]")
+        expected = (
+            f"rates at which the top precesses steadily at a tilt of {low} rad [rad/s]: take "
+            "faster ones"
+        )
+        steady = bool(np.isfinite(self.steady_rate(self.tilts[0], self.spins[0])))
+        require(steady, self.spins, "spins", expected)
 
     def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, each in [-1, 1], shape (..., 2).
@@ -110,7 +109,7 @@ class PrecessionRegulator:
         u = regulator.feedback(x)
         n, _, _ = _upward(HeavyTop.checked_state(y))
         ahead = np.stack([-n[..., 1], n[..., 0]], axis=-1)
-        return within_box((u[..., :1] * n + u[..., 1:] * ahead) / self.torque)
+        return clip_to_box((u[..., :1] * n + u[..., 1:] * ahead) / self.torque)
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `HeavyTop` [N m], shape (..., 8), of actions (..., 2)."""

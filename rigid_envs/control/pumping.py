@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import array, non_negative, positive, require
 from rigid_envs.systems import Roller
-from rigid_envs.systems.boundary import non_negative, positive
 
 __all__ = ["Pump"]
 
@@ -18,7 +18,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Pump:
-    """Makes the inertia ratio large on the way down and small on the way up.
+    """Bang-bang control of the inertia ratio: large while descending, small while ascending.
 
     The angle a = curvature s from the bottom and the momentum P = (1 + beta) v about the contact,
     which a sudden change of beta leaves alone, follow
@@ -27,8 +27,8 @@ class Pump:
         d(P^2 / 2)/da = -(1 + beta) (g / curvature) sin(a).
 
     So from rest at the height h down to the bottom P^2 / 2 grows to (1 + beta) g h if the ratio is
-    held, and is used up from there to rest at the height h' in the same way; the way down gives the
-    more, and the way up takes the less, the larger and the smaller the ratio is all along. Whatever
+    held, and is used up from there to rest at the height h' likewise; the descent gives the more,
+    and the ascent takes the less, the larger and the smaller the ratio is all along. Whatever
     is done, then, a pass through the bottom raises the turning point by no more than
 
         ``h' / h = (1 + beta + beta_change) / (1 + beta)``,
@@ -41,7 +41,7 @@ class Pump:
     loses the order of g curvature dt^2. Region: any state in the valley but rest at the bottom.
 
     Attributes:
-        roller: the roller, in a valley.
+        roller: in a valley (positive curvature).
         beta_change: what can be added to the inertia ratio.
         dt: control period [s].
 
@@ -74,7 +74,7 @@ class Pump:
         Raises:
             ValueError: bad states, or a ratio made smaller than beta.
         """
-        rows, added = self.roller.checked_state(y), np.asarray(change, dtype=np.float64)
+        rows, added = self.roller.checked_state(y), array(change, "change")
         held = np.stack([0.0 * added, added], axis=-1)
         middle = rows + 0.5 * self.dt * self.roller.rhs(rows, held)
         angle = -self.roller.descent(middle)
@@ -82,21 +82,21 @@ class Pump:
 
     @property
     def gain(self) -> float:
-        """The most by which a pass multiplies the height of the turning point."""
+        """Largest ratio of the heights of successive turning points."""
         return 1.0 + self.beta_change / (1.0 + self.roller.beta)
 
     def height(self, y: npt.ArrayLike, change: npt.ArrayLike) -> Array:
-        """Height above the bottom at which the energy would be used up [m], shape (...).
+        """Height above the bottom that equals the energy [m], shape (...).
 
         ``(1 - cos(a)) / curvature + (1 + beta + change) v^2 / (2 g)``: constant while the ratio
         stays, and at a turning point the height of that.
         """
-        rows, ratio = self.roller.checked_state(y), self.roller.beta + np.asarray(change)
+        rows, ratio = self.roller.checked_state(y), self.roller.beta + array(change, "change")
         rise = 2.0 * np.sin(0.5 * self.roller.descent(rows)) ** 2 / self.roller.curvature
         return np.asarray(rise + 0.5 * (1.0 + ratio) * rows[..., 1] ** 2 / self.roller.g)
 
     def least_passes(self, y: npt.ArrayLike, rim: float) -> npt.NDArray[np.int64]:
-        """Passes through the bottom without which nothing reaches the rim, shape (...).
+        """Lower bound on the passes through the bottom before the rim, shape (...).
 
         The least n with ``h gain^n >= h_rim``, h the height of y.
 
@@ -109,8 +109,8 @@ class Pump:
         """
         rows = self.roller.checked_state(y)
         start = self.height(rows, 0.0)
-        if (rows[..., 1] != 0.0).any() or (start == 0.0).any():
-            raise ValueError(f"y = {y!r}; expected rest, and not at the bottom")
-        top = 2.0 * math.sin(0.5 * rim) ** 2 / self.roller.curvature
+        resting = (rows[..., 1] == 0.0) & (start != 0.0)
+        require(resting, rows, "y", "rest, and not at the bottom")
+        top = 2.0 * math.sin(0.5 * positive(rim, "rim", "rad")) ** 2 / self.roller.curvature
         passes = np.ceil(np.log(top / start) / math.log(self.gain))
         return np.maximum(passes, 0.0).astype(np.int64)

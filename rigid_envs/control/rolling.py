@@ -1,4 +1,4 @@
-"""How poses of a rolling ball differ, and where straight rolls lead. Lengths are in radii."""
+"""Relative poses of a rolling ball, and the pose after straight rolls. Lengths are in radii."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import positive_array
 from rigid_envs.systems import RollingBall
 
 __all__ = ["AXES", "difference", "rolled"]
@@ -19,7 +20,7 @@ AXES = np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 0.0]])
 def difference(
     start: npt.ArrayLike, goal: npt.ArrayLike, radius: npt.ArrayLike
 ) -> tuple[Array, Array]:
-    """What leads from one pose to another: R_goal = R_turn R_start, p_goal = p_start + radius way.
+    """Relative pose: R_goal = R_turn R_start, p_goal = p_start + radius displacement.
 
     Args:
         start: states (w, x, y, z, X, Y) of `RollingBall`, shape (..., 6).
@@ -27,14 +28,12 @@ def difference(
         radius: of the balls, shape (...) [m].
 
     Returns:
-        turn, world, shape (..., 4), and way of the centre [radii], shape (..., 2).
+        turn, world, shape (..., 4), and displacement of the centre [radii], shape (..., 2).
 
     Raises:
         ValueError: bad states, or a radius that is not positive.
     """
-    size = np.asarray(radius, dtype=np.float64)
-    if not (np.isfinite(size) & (size > 0.0)).all():
-        raise ValueError(f"radius = {radius!r}; expected positive finite numbers [m]")
+    size = positive_array(radius, "radius", "m")
     begin, end, size = np.broadcast_arrays(
         RollingBall.checked_state(start), RollingBall.checked_state(goal), size[..., None]
     )

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import positive, require
 from rigid_envs.control.linear import Regulator, lqr, zero_order_hold
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.control.spin import SpinLaw
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["Saddle", "SeparatrixSteering", "saddle"]
 
@@ -20,11 +20,11 @@ Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 _NEAR = 0.3  # of Omega: how far along the stable direction from e2 a spin may be caught,
 _OFF = 0.08  # and how far from 1 the square of its rate over Omega may then be
-_STUCK = 0.2  # of Omega: how far along the way out from -e2 a spin is pushed
+_STUCK = 0.2  # of Omega: how far along the unstable direction of -e2 a spin is pushed
 
 
 class Saddle(NamedTuple):
-    """Coordinates in which the motion about the intermediate axis is as simple as it can be.
+    """Coordinates along the stable and unstable directions of the intermediate axis.
 
     With d = omega1 - ratio omega3 and s = omega1 + ratio omega3 Euler's equations read::
 
@@ -71,8 +71,8 @@ class SeparatrixSteering(SpinLaw):
         tau_k = -torque sat(gain I2 / I_k dW/domega_k),   W' = sum of dW/domega_k tau_k / I_k <= 0,
 
     with sat the limits of the actuator. A motion that comes near e2 at the right rate, and with an
-    abs(d) that torque can hold, is caught by the feedback of least ``|omega - Omega e2|^2 + price
-    |tau|^2``. Near -e2 it is pushed along s, the way out from there.
+    abs(d) that torque can hold, is caught by the feedback of least ``|omega - Omega e2|^2 +
+    input_weight |tau|^2``. Near -e2 it is pushed along s, the unstable direction there.
 
     Certificate: `lyapunov`, W, never increases while the law steers, limits and missing actuators
     included (pushing and catching may add to it). With two actuators it rests only on the motions
@@ -83,13 +83,13 @@ class SeparatrixSteering(SpinLaw):
     three and by e1 and e3, 97 % by e2 and e3, 95 % by e1 and e2; the others spin fast about e3.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about each axis [N m].
         dt: control period [s].
         axes: which body axes have an actuator.
         gain: action for a unit gradient of W.
-        price: weight of the torque that holds the spin [rad^2/s^2 / (N m)^2].
+        input_weight: weight of the torque that holds the spin [rad^2/s^2 / (N m)^2].
 
     Raises:
         ValueError: moments in another order, numbers that are not positive, or neither e1 nor e3
@@ -102,19 +102,16 @@ class SeparatrixSteering(SpinLaw):
     dt: float
     axes: tuple[bool, bool, bool] = (True, True, True)
     gain: float = 7.5
-    price: float = 0.3
+    input_weight: float = 0.3
 
     def __post_init__(self) -> None:
         """Check the numbers and the actuators too."""
         super().__post_init__()
         positive(self.dt, "dt", "s")
         positive(self.gain, "gain", "1")
-        positive(self.price, "price", "rad^2/s^2 / (N m)^2")
-        if not (self.axes[0] or self.axes[2]):
-            raise ValueError(
-                f"axes = {self.axes}; expected an actuator about e1 or e3: "
-                "torque about e2 alone keeps 2 T I2 - L^2"
-            )
+        positive(self.input_weight, "input_weight", "rad^2/s^2 / (N m)^2")
+        expected = "an actuator about e1 or e3: torque about e2 alone keeps 2 T I2 - L^2"
+        require(self.axes[0] or self.axes[2], self.axes, "axes", expected)
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7).
@@ -126,7 +123,7 @@ class SeparatrixSteering(SpinLaw):
         push = np.where(self._stuck(w), np.copysign(1.0, s), 0.0)[..., None] * [1.0, 0.0, 1.0]
         steer = push - self.gain * self.body.I2 / self.body.moments * self._gradient(w)
         action = np.where(self._caught(w)[..., None], self._hold(self.error(y)), steer)
-        return within_box(action) * self.axes
+        return clip_to_box(action) * self.axes
 
     def lyapunov(self, y: npt.ArrayLike) -> Array:
         """W of states y, shape (..., 7); of shape (...)."""
@@ -149,7 +146,7 @@ class SeparatrixSteering(SpinLaw):
         A, B = self.body.linearize(self.body.state(omega_body=[0.0, self.rate, 0.0]))
         states, inputs = 4 + self._controlled, np.flatnonzero(self.axes)
         F, G = zero_order_hold(A[np.ix_(states, states)], B[np.ix_(states, inputs)], self.dt)
-        return lqr(F, G, np.ones(len(states)), np.full(len(inputs), self.price))
+        return lqr(F, G, np.ones(len(states)), np.full(len(inputs), self.input_weight))
 
     @property
     def reach(self) -> float:

@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import positive, require
 from rigid_envs.control.linear import Regulator, lqr, zero_order_hold
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.systems import FreeBody
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["SpinLaw", "SpinRegulator"]
 
@@ -20,10 +20,10 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SpinLaw:
-    """What the laws for a spin about the intermediate axis share.
+    """Base of the control laws for a spin about the intermediate axis.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about each axis [N m].
 
@@ -37,8 +37,8 @@ class SpinLaw:
 
     def __post_init__(self) -> None:
         """Check the order of the moments, the rate and the torque."""
-        if not self.body.I1 < self.body.I2 < self.body.I3:
-            raise ValueError(f"body = {self.body}; expected I1 < I2 < I3: e2 the intermediate axis")
+        ordered = self.body.I1 < self.body.I2 < self.body.I3
+        require(ordered, self.body, "body", "I1 < I2 < I3: e2 is the intermediate axis")
         positive(self.rate, "rate", "rad/s")
         positive(self.torque, "torque", "N m")
 
@@ -51,7 +51,7 @@ class SpinLaw:
         return self.body.checked_state(y)[..., 4:7]
 
     def error(self, y: npt.ArrayLike) -> Array:
-        """What omega differs from Omega e2 by, of states y, shape (..., 7); body axes [rad/s]."""
+        """Error omega - Omega e2 of states y, shape (..., 7); body axes [rad/s]."""
         return self.omega(y) - [0.0, self.rate, 0.0]
 
 
@@ -59,8 +59,8 @@ class SpinLaw:
 class SpinRegulator(SpinLaw):
     """Holds the spin by linear feedback, optimal near it: tau = -K (omega - Omega e2).
 
-    K minimises the sum of ``|omega - Omega e2|^2 + price |tau|^2`` over the control periods for
-    Euler's equations linearised about the spin, ``I1 x1' = -(I3 - I2) Omega x3 + tau1``,
+    K minimises the sum of ``|omega - Omega e2|^2 + input_weight |tau|^2`` over the control periods
+    for Euler's equations linearised about the spin, ``I1 x1' = -(I3 - I2) Omega x3 + tau1``,
     ``I2 x2' = tau2`` and ``I3 x3' = -(I2 - I1) Omega x1 + tau3``, under torques that are held.
 
     Certificate: the Riccati matrix P, ``value(y) = x P x`` with x = omega - Omega e2, the sum from
@@ -73,11 +73,11 @@ class SpinRegulator(SpinLaw):
     away the body flips first, and is caught later.
 
     Attributes:
-        body: the body, I1 < I2 < I3.
+        body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
         torque: largest torque about each axis [N m].
         dt: control period [s].
-        price: weight of the torque [rad^2/s^2 / (N m)^2].
+        input_weight: weight of the torque [rad^2/s^2 / (N m)^2].
 
     Raises:
         ValueError: moments in another order, or numbers that are not positive.
@@ -86,17 +86,17 @@ class SpinRegulator(SpinLaw):
     """
 
     dt: float
-    price: float = 0.03
+    input_weight: float = 0.03
 
     def __post_init__(self) -> None:
-        """Check the control period and the price too."""
+        """Check the control period and the weight too."""
         super().__post_init__()
         positive(self.dt, "dt", "s")
-        positive(self.price, "price", "rad^2/s^2 / (N m)^2")
+        positive(self.input_weight, "input_weight", "rad^2/s^2 / (N m)^2")
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
-        return within_box(self.regulator.feedback(self.error(y)) / self.torque)
+        return clip_to_box(self.regulator.feedback(self.error(y)) / self.torque)
 
     def value(self, y: npt.ArrayLike) -> Array:
         """Cost to go of states y, shape (..., 7), without limits; shape (...) [rad^2/s^2]."""
@@ -107,4 +107,4 @@ class SpinRegulator(SpinLaw):
         """K and P in x = omega - Omega e2."""
         A, B = self.body.linearize(self.body.state(omega_body=[0.0, self.rate, 0.0]))
         F, G = zero_order_hold(A[4:, 4:], B[4:], self.dt)
-        return lqr(F, G, np.ones(3), np.full(3, self.price))
+        return lqr(F, G, np.ones(3), np.full(3, self.input_weight))

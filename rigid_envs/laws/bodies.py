@@ -147,7 +147,7 @@ def laminae_are_sums_of_strips() -> float:
     none, corners = _always(0.0), np.exp(0.25j * math.pi * np.arange(8))
     octagon = 0.5 * np.stack([corners.real, corners.imag, 0.0 * corners.real], axis=-1)
     flat = {
-        bodies.disc(2.0, 0.8): (0.8, _strip(none, _arc(0.8))),
+        bodies.disk(2.0, 0.8): (0.8, _strip(none, _arc(0.8))),
         bodies.annulus(2.0, 0.3, 0.5): (0.5, _strip(_arc(0.3), _arc(0.5))),
         bodies.rectangular_lamina(2.0, 0.6, 1.4): (0.7, _strip(none, _always(0.3))),
         bodies.elliptic_lamina(2.0, 0.5, 0.8): (0.8, _strip(none, lambda z: 0.625 * _arc(0.8)(z))),

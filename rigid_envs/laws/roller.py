@@ -34,7 +34,7 @@ _UP = np.array([0.0, 1.0])
 
 def _along(y: Array) -> Array:
     """Direction of the path, (x, z)."""
-    descent = 0.4 - 0.3 * _ROLLER.way(y)
+    descent = 0.4 - 0.3 * _ROLLER.arc_length(y)
     return np.stack([np.cos(descent), -np.sin(descent)], axis=-1)
 
 
@@ -151,5 +151,5 @@ def rolling_pendulums_follow_jacobi() -> float:
     for s, v in ((2.0, -1.0), (0.1, 6.0), (-3.0, 20.0)):
         motion = _ROLLER.simulate((bottom + s, v), t)
         place, speed = theory.valley(t, s, v, curvature=0.3, beta=0.45, g=9.5)
-        errors += [motion["way"] - bottom - place, motion["velocity"] - speed]
+        errors += [motion["arc_length"] - bottom - place, motion["velocity"] - speed]
     return max_abs(*errors)

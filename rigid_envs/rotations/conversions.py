@@ -3,17 +3,10 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.rotations._boundary import (
-    Array,
-    direction,
-    norm,
-    real,
-    refuse,
-    rotation_matrix,
-    unit,
-)
+from rigid_envs.checks import Array, array, require, rotation_matrix
 from rigid_envs.rotations.lie import hat
 from rigid_envs.rotations.quaternions import canonicalize, rotate, rotate_inverse
+from rigid_envs.rotations.vectors import direction, norm, unit
 
 __all__ = [
     "euler_from_matrix",
@@ -100,7 +93,7 @@ def quaternion_from_euler(euler: ArrayLike) -> Array:
     Source:
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 4.5.
     """
-    phi, theta, psi = 0.5 * np.moveaxis(real(euler, "euler", 3), -1, 0)
+    phi, theta, psi = 0.5 * np.moveaxis(array(euler, "euler", 3), -1, 0)
     cos, sin = np.cos(theta), np.sin(theta)
     w, z = cos * np.cos(phi + psi), cos * np.sin(phi + psi)
     x, y = sin * np.cos(phi - psi), sin * np.sin(phi - psi)
@@ -202,13 +195,13 @@ def matrix_from_rot6d(rot6d: ArrayLike) -> Array:
     Source:
         Zhou et al. (2019); doi:10.1109/CVPR.2019.00589.
     """
-    rows = real(rot6d, "rot6d", 6)
+    rows = array(rot6d, "rot6d", 6)
     columns = rows.reshape(*rows.shape[:-1], 2, 3)
-    expected = "two columns that are neither zero nor parallel; perturb one of them"
-    refuse(~np.all(np.any(columns, axis=-1), axis=-1), rows, "rot6d", expected)
+    expected = "two columns that are neither zero nor parallel: perturb one of them"
+    require(np.all(np.any(columns, axis=-1), axis=-1), rows, "rot6d", expected)
     e1, second = direction(columns[..., 0, :]), direction(columns[..., 1, :])
     across = _reject(second, e1)
-    refuse(norm(across)[..., 0] <= 1e-6, rows, "rot6d", expected)
+    require(norm(across)[..., 0] > 1e-6, rows, "rot6d", expected)
     e2 = direction(_reject(direction(across), e1))  # twice is enough for rounding (Parlett)
     return np.stack([e1, e2, np.cross(e1, e2)], axis=-1)
 
@@ -236,8 +229,8 @@ def omega_body_from_euler_rates(euler: ArrayLike, rates: ArrayLike) -> Array:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), eq. 35.1.
     """
-    _, theta, psi = np.moveaxis(real(euler, "euler", 3), -1, 0)
-    phi_rate, theta_rate, psi_rate = np.moveaxis(real(rates, "rates", 3), -1, 0)
+    _, theta, psi = np.moveaxis(array(euler, "euler", 3), -1, 0)
+    phi_rate, theta_rate, psi_rate = np.moveaxis(array(rates, "rates", 3), -1, 0)
     across = phi_rate * np.sin(theta)
     omega1 = across * np.sin(psi) + theta_rate * np.cos(psi)
     omega2 = across * np.cos(psi) - theta_rate * np.sin(psi)
@@ -257,11 +250,11 @@ def euler_rates_from_omega_body(euler: ArrayLike, omega_body: ArrayLike) -> Arra
     Raises:
         ValueError: if |sin(theta)| is at most 1e-15, where the rates do not exist.
     """
-    angles = real(euler, "euler", 3)
+    angles = array(euler, "euler", 3)
     _, theta, psi = np.moveaxis(angles, -1, 0)
-    omega1, omega2, omega3 = np.moveaxis(real(omega_body, "omega_body", 3), -1, 0)
-    expected = "sin(theta) != 0, else Euler-angle rates do not exist; use quaternion_rate"
-    refuse(np.abs(np.sin(theta)) <= LOCKED, angles, "euler", expected)
+    omega1, omega2, omega3 = np.moveaxis(array(omega_body, "omega_body", 3), -1, 0)
+    expected = "sin(theta) != 0, where Euler-angle rates exist: use quaternion_rate"
+    require(np.abs(np.sin(theta)) > LOCKED, angles, "euler", expected)
     phi_rate = (omega1 * np.sin(psi) + omega2 * np.cos(psi)) / np.sin(theta)
     theta_rate = omega1 * np.cos(psi) - omega2 * np.sin(psi)
     return np.stack([phi_rate, theta_rate, omega3 - phi_rate * np.cos(theta)], axis=-1)
@@ -293,6 +286,6 @@ def euler_rates_from_omega_world(euler: ArrayLike, omega_world: ArrayLike) -> Ar
     Raises:
         ValueError: if |sin(theta)| is at most 1e-15, where the rates do not exist.
     """
-    omega = real(omega_world, "omega_world", 3)
+    omega = array(omega_world, "omega_world", 3)
     q = quaternion_from_euler(euler)
     return euler_rates_from_omega_body(euler, rotate_inverse(q, omega))

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.rotations._boundary import Array, norm, real, refuse, unit
+from rigid_envs.checks import Array, array, require
 from rigid_envs.rotations.quaternions import angle, canonicalize, conjugate, multiply
+from rigid_envs.rotations.vectors import norm, unit
 
 __all__ = [
     "axis_angle_from_quaternion",
@@ -33,7 +34,7 @@ def exp(rotation_vector: ArrayLike) -> Array:
     Source:
         Sola, Quaternion kinematics for the error-state Kalman filter, section 2; arXiv:1711.02508.
     """
-    half = 0.5 * real(rotation_vector, "rotation_vector", 3)
+    half = 0.5 * array(rotation_vector, "rotation_vector", 3)
     half_angle = norm(half)
     return np.concatenate([np.cos(half_angle), _sinc(half_angle) * half], axis=-1)
 
@@ -81,7 +82,7 @@ def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
     Raises:
         ValueError: if the axis is not unit (`exp` takes axis * angle).
     """
-    half = 0.5 * real(angle, "angle")[..., None]
+    half = 0.5 * array(angle, "angle")[..., None]
     vector = np.sin(half) * unit(axis, "axis", 3)
     scalar = np.broadcast_to(np.cos(half), (*vector.shape[:-1], 1))
     return np.concatenate([scalar, vector], axis=-1)
@@ -115,7 +116,7 @@ def hat(v: ArrayLike) -> Array:
     Returns:
         Skew-symmetric matrix, (..., 3, 3).
     """
-    x, y, z = np.moveaxis(real(v, "v", 3), -1, 0)
+    x, y, z = np.moveaxis(array(v, "v", 3), -1, 0)
     o = np.zeros_like(x)
     return np.stack([o, -z, y, z, o, -x, -y, x, o], axis=-1).reshape(*x.shape, 3, 3)
 
@@ -132,11 +133,12 @@ def vee(skew: ArrayLike) -> Array:
     Raises:
         ValueError: if an entry of skew + skew^T exceeds 1e-6 of the largest of skew.
     """
-    half = 0.5 * real(skew, "skew", 3, 3)
+    half = 0.5 * array(skew, "skew", 3, 3)
     transpose = np.swapaxes(half, -1, -2)
     even = np.max(np.abs(half + transpose), axis=(-1, -2))
-    uneven = even > 1e-6 * np.max(np.abs(half), axis=(-1, -2))
-    refuse(uneven, 2.0 * half, "skew", "a skew-symmetric matrix; take (m - m.T) / 2 of it first")
+    skew_symmetric = even <= 1e-6 * np.max(np.abs(half), axis=(-1, -2))
+    expected = "a skew-symmetric matrix: take (m - m.T) / 2 of it first"
+    require(skew_symmetric, 2.0 * half, "skew", expected)
     return (half - transpose)[..., [2, 0, 1], [1, 2, 0]]
 
 
@@ -154,7 +156,7 @@ def left_jacobian(rotation_vector: ArrayLike) -> Array:
     Source:
         Barfoot, State Estimation for Robotics (2017), section 7.1.
     """
-    v = real(rotation_vector, "rotation_vector", 3)
+    v = array(rotation_vector, "rotation_vector", 3)
     a = norm(v)[..., None]
     linear = 0.5 * _sinc(0.5 * a) ** 2 * hat(v)
     root = np.sqrt(_cubic_coefficient(a)) * hat(v)  # its square cannot overflow
@@ -185,7 +187,7 @@ def right_jacobian(rotation_vector: ArrayLike) -> Array:
     Source:
         Barfoot, State Estimation for Robotics (2017), section 7.1.
     """
-    return left_jacobian(-real(rotation_vector, "rotation_vector", 3))
+    return left_jacobian(-array(rotation_vector, "rotation_vector", 3))
 
 
 def left_jacobian_inverse(rotation_vector: ArrayLike) -> Array:
@@ -200,9 +202,9 @@ def left_jacobian_inverse(rotation_vector: ArrayLike) -> Array:
     Raises:
         ValueError: if the angle is 2 pi or more, where the inverse does not exist or is not wanted.
     """
-    v = real(rotation_vector, "rotation_vector", 3)
-    expected = "an angle below 2 pi; take log(exp(v)), the same rotation by the shortest vector"
-    refuse(norm(v)[..., 0] >= 2.0 * np.pi, v, "rotation_vector", expected)
+    v = array(rotation_vector, "rotation_vector", 3)
+    expected = "an angle below 2 pi: take log(exp(v)), the shortest vector of this rotation"
+    require(norm(v)[..., 0] < 2.0 * np.pi, v, "rotation_vector", expected)
     return np.asarray(np.linalg.inv(left_jacobian(v)), dtype=np.float64)
 
 
@@ -218,16 +220,16 @@ def right_jacobian_inverse(rotation_vector: ArrayLike) -> Array:
     Raises:
         ValueError: if the angle is 2 pi or more.
     """
-    return left_jacobian_inverse(-real(rotation_vector, "rotation_vector", 3))
+    return left_jacobian_inverse(-array(rotation_vector, "rotation_vector", 3))
 
 
 def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Array:
-    """Turn from p towards q at constant rate on the shortest way: p exp(t log(p^-1 q)).
+    """Interpolate between attitudes at constant rate on the geodesic: p exp(t log(p^-1 q)).
 
     Args:
         p: unit quaternion at t = 0, (..., 4).
         q: unit quaternion at t = 1, (..., 4).
-        t: fraction of the way, beyond [0, 1] too, (...).
+        t: fraction of the angle, beyond [0, 1] too, (...).
 
     Returns:
         Unit quaternion, (..., 4), continuous in t from p: at t = 1 it is q or -q.
@@ -240,5 +242,5 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Array:
         doi:10.1145/325334.325242.
     """
     start = unit(p, "p", 4)
-    way = real(t, "t")[..., None] * log(multiply(conjugate(start), q))
-    return multiply(start, exp(way))
+    vector = array(t, "t")[..., None] * log(multiply(conjugate(start), q))
+    return multiply(start, exp(vector))

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.rotations._boundary import Array, direction, norm, real, refuse, unit
+from rigid_envs.checks import Array, array, require
+from rigid_envs.rotations.vectors import direction, norm, unit
 
 __all__ = [
     "angle",
@@ -44,9 +45,9 @@ def normalize(q: ArrayLike) -> Array:
     Raises:
         ValueError: if q is zero.
     """
-    rows = real(q, "q", 4)
-    expected = "a quaternion that is not zero; no rotation is (1, 0, 0, 0), see identity()"
-    refuse(~np.any(rows, axis=-1), rows, "q", expected)
+    rows = array(q, "q", 4)
+    expected = "a quaternion that is not zero: no rotation is (1, 0, 0, 0), see identity()"
+    require(np.any(rows != 0.0, axis=-1), rows, "q", expected)
     return direction(rows)
 
 
@@ -105,7 +106,7 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     Raises:
         ValueError: if q is not unit.
     """
-    rows, vectors = unit(q, "q", 4), real(v, "v", 3)
+    rows, vectors = unit(q, "q", 4), array(v, "v", 3)
     w, u = rows[..., :1], rows[..., 1:]
     t: Array = 2.0 * np.cross(u, vectors)
     turned: Array = vectors + w * t + np.cross(u, t)
@@ -144,7 +145,7 @@ def quaternion_rate(q: ArrayLike, omega_body: ArrayLike) -> Array:
     Source:
         Sola, Quaternion kinematics for the error-state Kalman filter, section 4; arXiv:1711.02508.
     """
-    omega = real(omega_body, "omega_body", 3)
+    omega = array(omega_body, "omega_body", 3)
     pure = np.concatenate([np.zeros_like(omega[..., :1]), omega], axis=-1)
     return 0.5 * product(unit(q, "q", 4), pure)
 
@@ -220,6 +221,6 @@ def random_quaternion(rng: np.random.Generator, shape: tuple[int, ...] = ()) -> 
     Source:
         Muller, Comm. ACM 2(4) (1959) 19; doi:10.1145/377939.377946.
     """
-    if not isinstance(rng, np.random.Generator):
-        raise ValueError(f"rng = {rng!r}: expected a numpy Generator; see np.random.default_rng")
+    expected = "a numpy Generator: see np.random.default_rng"
+    require(isinstance(rng, np.random.Generator), rng, "rng", expected)
     return normalize(rng.standard_normal((*shape, 4)))

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.rotations._boundary import Array, real, rotation_matrix
+from rigid_envs.checks import Array, array, rotation_matrix
 from rigid_envs.rotations.conversions import matrix_from_quaternion
 from rigid_envs.rotations.quaternions import rotate, rotate_inverse
 
@@ -13,7 +13,7 @@ __all__ = ["body_rate", "rotate_tensor", "transform_tensor", "world_rate"]
 def rotate_tensor(q: ArrayLike, tensor: ArrayLike) -> Array:
     """Take a tensor of rank two from body to world axes: T_world = R(q) T_body R(q)^T.
 
-    The way back is that of the conjugate quaternion.
+    The inverse is that of the conjugate quaternion.
 
     Args:
         q: unit quaternion, (..., 4).
@@ -34,7 +34,7 @@ def rotate_tensor(q: ArrayLike, tensor: ArrayLike) -> Array:
 def transform_tensor(R: ArrayLike, tensor: ArrayLike) -> Array:
     """Take a tensor of rank two from body to world axes: T_world = R T_body R^T.
 
-    The way back is that of R^T.
+    The inverse is that of R^T.
 
     Args:
         R: rotation matrix, v_world = R v_body, (..., 3, 3).
@@ -50,14 +50,14 @@ def transform_tensor(R: ArrayLike, tensor: ArrayLike) -> Array:
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 5.2.
     """
     m = rotation_matrix(R, "R")
-    turned: Array = m @ real(tensor, "tensor", 3, 3) @ np.swapaxes(m, -1, -2)
+    turned: Array = m @ array(tensor, "tensor", 3, 3) @ np.swapaxes(m, -1, -2)
     return turned
 
 
 def world_rate(
     q: ArrayLike, v_body: ArrayLike, rate_body: ArrayLike, omega_body: ArrayLike
 ) -> Array:
-    """Return how a vector changes for the world, from how it changes for the body.
+    """Return the rate of a vector in world axes from its rate in body axes.
 
     d(v_world)/dt = R (d(v_body)/dt + omega_body x v_body), the transport theorem.
 
@@ -76,14 +76,14 @@ def world_rate(
     Source:
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 4.9.
     """
-    v, rate = real(v_body, "v_body", 3), real(rate_body, "rate_body", 3)
-    return rotate(q, rate + np.cross(real(omega_body, "omega_body", 3), v))
+    v, rate = array(v_body, "v_body", 3), array(rate_body, "rate_body", 3)
+    return rotate(q, rate + np.cross(array(omega_body, "omega_body", 3), v))
 
 
 def body_rate(
     q: ArrayLike, v_world: ArrayLike, rate_world: ArrayLike, omega_body: ArrayLike
 ) -> Array:
-    """Return how a vector changes for the body, the inverse of `world_rate`.
+    """Return the rate of a vector in body axes, the inverse of `world_rate`.
 
     d(v_body)/dt = R^T d(v_world)/dt - omega_body x v_body, with v_body = R^T v_world.
 
@@ -102,6 +102,6 @@ def body_rate(
     Source:
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 4.9.
     """
-    v, rate = real(v_world, "v_world", 3), real(rate_world, "rate_world", 3)
-    carried = np.cross(real(omega_body, "omega_body", 3), rotate_inverse(q, v))
+    v, rate = array(v_world, "v_world", 3), array(rate_world, "rate_world", 3)
+    carried = np.cross(array(omega_body, "omega_body", 3), rotate_inverse(q, v))
     return rotate_inverse(q, rate) - carried

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.control.attitude import slew_acceleration
 from rigid_envs.control.momentum import MomentumRegulator
+from rigid_envs.control.slewing import slew_acceleration
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.registry import ENVIRONMENTS, load
 from rigid_envs.systems import UprightCoin

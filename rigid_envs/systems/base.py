@@ -1,4 +1,4 @@
-"""What every physical system can do: the NumPy interface of the compiled kernels."""
+"""Base class of the physical systems: the NumPy interface of the compiled kernels."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import array, integer, number, require, unit_quaternion
 from rigid_envs.kernels.dynamics import Dynamics
-from rigid_envs.systems.boundary import array_of, unit_attitude
-from rigid_envs.systems.drive import Input, drive, march
-from rigid_envs.systems.schedule import Schedule, intervals, schedule
+from rigid_envs.systems.integration import Input, integrate, integrate_interval
+from rigid_envs.systems.schedule import Schedule, intervals, step_schedule
 from rigid_envs.systems.trajectory import Trajectory
 
 __all__ = ["System"]
@@ -40,7 +40,7 @@ class System(abc.ABC):
     """The named parts that a state consists of, and where they stand in y."""
     envelope: ClassVar[float] = 0.5
     """Largest rate times step [rad] at which the integrator keeps its stated accuracy."""
-    fine: ClassVar[float] = 1.0 / 64.0
+    default_step_angle: ClassVar[float] = 1.0 / 64.0
     """Rate times step [rad] of `simulate`: truncation error near 1e-11 per radian of that rate,
     5e-11 for a top that swings like a pendulum, 1e-10 where the moments are very unequal."""
 
@@ -76,12 +76,12 @@ class System(abc.ABC):
         """
 
     def horizon(self, y: Array, u: Array) -> float:
-        """How long [s] `rate_bound` is good for; the steps of `simulate` are chosen anew then."""
+        """Time [s] for which `rate_bound` holds; then `simulate` chooses its steps anew."""
         return math.inf
 
     @classmethod
     def state(cls, **components: npt.ArrayLike) -> Array:
-        """A state row from its named components; the rest state where one is left out.
+        """State row of named components; those left out are at rest.
 
         Args:
             **components: any of `components`, each of shape (..., k), or (...) where k is 1,
@@ -93,28 +93,25 @@ class System(abc.ABC):
         Raises:
             ValueError: unknown name, wrong last axis, NaN or inf, q not of unit length.
         """
-        unknown = set(components) - set(cls.components)
-        if unknown:
-            raise ValueError(
-                f"unknown state component {sorted(unknown)[0]!r}; "
-                f"expected some of {', '.join(cls.components)}"
-            )
         parts = {}
+        known = f"some of {', '.join(cls.components)}"
         for name, value in components.items():
+            require(name in cls.components, name, "component", known)
             entries = cls.state_entries[cls.components[name]]
-            rows = np.asarray(value)[..., None] if len(entries) == 1 else value
-            parts[name] = array_of(rows, len(entries), name, ", ".join(entries))
+            n, layout = len(entries), ", ".join(entries)
+            rows = array(value, name, *([n] if n > 1 else []), entries=layout)
+            parts[name] = rows if n > 1 else rows[..., None]
         lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts.values()))
         y = np.broadcast_to(np.array(cls.dynamics.State()), (*lead, len(cls.state_entries))).copy()
         for name, part in parts.items():
             y[..., cls.components[name]] = part
         if "q" in cls.components:
-            unit_attitude(y, "state")
+            unit_quaternion(y[..., :4], "q")
         return y
 
     @property
     def weights(self) -> tuple[float, ...]:
-        """Lengths of the stages of one step, which is composed of them."""
+        """Lengths of the stages of one composed step, relative to the step."""
         return self.dynamics.weights
 
     @cached_property
@@ -181,21 +178,18 @@ class System(abc.ABC):
         Raises:
             ValueError: see `rhs`; also if rate times step leaves the stability envelope.
         """
-        if n_substeps < 1 or int(n_substeps) != n_substeps:
-            raise ValueError(f"n_substeps = {n_substeps}; expected a positive integer")
-        if not math.isfinite(dt):
-            raise ValueError(f"dt = {dt}; expected a finite time step [s]")
+        n_substeps, dt = integer(n_substeps, "n_substeps", 1), number(dt, "dt", "s")
         y_rows, u_rows = self._broadcast(self.checked_state(y), self.checked_input(u))
         h = dt / n_substeps
         rate = self.rate_bound(y_rows, u_rows, abs(dt))
         if rate * abs(h) > self.envelope:
             raise ValueError(
-                f"dt / n_substeps = {h:.6g} s at rates up to {rate:.6g} rad/s: "
-                f"expected a product of at most {self.envelope}; "
-                f"take n_substeps >= {math.ceil(rate * abs(dt) / self.envelope)}"
+                f"dt = {dt}; expected substeps of at most {self.envelope / rate:.6g} s, for rates "
+                f"up to {rate:.6g} rad/s: take n_substeps >= "
+                f"{math.ceil(rate * abs(dt) / self.envelope)}"
             )
-        plan = Schedule.constant(h, int(n_substeps), self.weights)
-        return march(self, y_rows, u_rows[None], plan, 0.0)
+        plan = Schedule.constant(h, n_substeps, self.weights)
+        return integrate_interval(self, y_rows, u_rows[None], plan, 0.0)
 
     def simulate(
         self,
@@ -223,14 +217,14 @@ class System(abc.ABC):
             ValueError: bad shapes or numbers, times that are not monotone, a step outside the
                 stability envelope.
         """
-        times = array_of(np.asarray(t, dtype=np.float64)[..., None], 1, "t", "time [s]")[..., 0]
+        times = array(t, "t")
         dt = intervals(times)
         start = self.checked_state(y0)
         rest = self.checked_input(None)
         if u is not None or math.isfinite(self.horizon(start, rest)):
             given = rest if u is None else u
-            return Trajectory(self, times, drive(self, start, times, given, max_step))
-        plan = schedule(self, start, rest, dt, max_step)
+            return Trajectory(self, times, integrate(self, start, times, given, max_step))
+        plan = step_schedule(self, start, rest, dt, max_step)
         return Trajectory(self, times, self.run(start, rest[None], plan))
 
     @classmethod
@@ -240,9 +234,9 @@ class System(abc.ABC):
         Raises:
             ValueError: wrong last axis, NaN or inf, or a quaternion that is not a unit one.
         """
-        rows = array_of(y, len(cls.state_entries), "y", ", ".join(cls.state_entries))
+        rows = array(y, "y", len(cls.state_entries), entries=", ".join(cls.state_entries))
         if "q" in cls.components:
-            unit_attitude(rows, "y")
+            unit_quaternion(rows[..., :4], "q")
         return rows
 
     @classmethod
@@ -253,7 +247,7 @@ class System(abc.ABC):
             ValueError: wrong last axis, NaN or inf.
         """
         n = len(cls.input_entries)
-        return np.zeros(n) if u is None else array_of(u, n, "u", ", ".join(cls.input_entries))
+        return np.zeros(n) if u is None else array(u, "u", n, entries=", ".join(cls.input_entries))
 
     @staticmethod
     def _broadcast(y: Array, u: Array) -> tuple[Array, Array]:

@@ -10,10 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import number, positive
 from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL
-from rigid_envs.systems.attitude import ATTITUDE
-from rigid_envs.systems.boundary import ball_ratio, finite, positive
-from rigid_envs.systems.pace import PacedSystem
+from rigid_envs.systems.accessors import ATTITUDE
+from rigid_envs.systems.adaptive import AdaptiveStepSystem
+from rigid_envs.systems.inertia import ball_ratio
 
 __all__ = ["DynamicBall"]
 
@@ -22,7 +23,7 @@ Rows = npt.NDArray[Any]  # complex where an accessor is differentiated
 
 
 @dataclass(frozen=True)
-class DynamicBall(PacedSystem):
+class DynamicBall(AdaptiveStepSystem):
     """Ball that rolls without slipping on a plate, pushed by gravity, a force and the plate.
 
     The plate turns about the point O of its surface: plate axes are P = Rx(alpha_x) Ry(alpha_y) of
@@ -77,7 +78,7 @@ class DynamicBall(PacedSystem):
         positive(self.radius, "radius", "m")
         ball_ratio(self.beta)
         positive(self.g, "g", "m/s^2")
-        finite(self.turntable_rate, "turntable_rate", "rad/s")
+        number(self.turntable_rate, "turntable_rate", "rad/s")
 
     def position(self, y: npt.ArrayLike) -> Array:
         """Centre (X, Y) in plate axes, from O [m], shape (..., 2)."""
@@ -166,8 +167,8 @@ class DynamicBall(PacedSystem):
             "energy": self.energy,
         }
 
-    def pace(self, y: Array, u: Array) -> tuple[float, float]:
-        """Rates of ball and plate and sqrt(g / radius), and how fast they grow at present."""
+    def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
+        """Sum of the rates of ball and plate and sqrt(g / radius), and its growth."""
         rows, inputs = self._broadcast(y, u)
         fall = self.g / self.radius
         plate = np.linalg.norm(self.tilt_rate(rows), axis=-1) + abs(self.turntable_rate)

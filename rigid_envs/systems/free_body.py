@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from rigid_envs import rotations
 from rigid_envs.kernels.free_body import FREE_BODY
-from rigid_envs.systems.attitude import ATTITUDE, quaternion
+from rigid_envs.systems.accessors import ATTITUDE, quaternion
 from rigid_envs.systems.base import System
-from rigid_envs.systems.boundary import principal_moments
+from rigid_envs.systems.inertia import principal_moments
 
 __all__ = ["FreeBody", "fastest_turn"]
 

@@ -11,11 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import positive
 from rigid_envs.kernels.heavy_top import HEAVY_TOP
-from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
+from rigid_envs.systems.accessors import ATTITUDE, gamma, quaternion
 from rigid_envs.systems.base import System
-from rigid_envs.systems.boundary import positive, principal_moments
 from rigid_envs.systems.free_body import fastest_turn
+from rigid_envs.systems.inertia import principal_moments
 
 __all__ = ["HeavyTop"]
 

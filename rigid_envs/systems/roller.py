@@ -10,9 +10,9 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import non_negative, number, positive, require
 from rigid_envs.kernels.roller import ROLLER
 from rigid_envs.systems.base import System
-from rigid_envs.systems.boundary import finite, non_negative, positive
 
 __all__ = ["Roller"]
 
@@ -23,12 +23,12 @@ Array = npt.NDArray[np.float64]
 class Roller(System):
     """Round body that rolls without slipping along a path in a vertical plane.
 
-    The path of its centre descends by the angle ``slope - curvature s`` after a way s: an incline
-    where the curvature is 0, else a circle of radius 1 / curvature: a valley (curvature > 0, its
-    bottom at s = slope / curvature) or a hill. ``(1 + beta + beta_change) m s'' =
+    The path of its centre descends by the angle ``slope - curvature s`` after an arc length s: an
+    incline where the curvature is 0, else a circle of radius 1 / curvature: a valley (curvature >
+    0, its bottom at s = slope / curvature) or a hill. ``(1 + beta + beta_change) m s'' =
     m g sin(slope - curvature s) + force``.
 
-    State y = (s, v): way along the path [m], velocity [m/s].
+    State y = (s, v): arc length along the path [m], velocity [m/s].
     Input u = (force, beta_change): along the path, at the centre [N]; and what is added to the
     inertia ratio, by masses moved outwards along spokes. It is held or changes while v goes on
     steadily; where masses move at once, it is (1 + beta + beta_change) v that is kept, the
@@ -64,7 +64,7 @@ class Roller(System):
     mu: float = 1.0
 
     dynamics: ClassVar = ROLLER
-    components: ClassVar[Mapping[str, slice]] = {"way": slice(0, 1), "velocity": slice(1, 2)}
+    components: ClassVar[Mapping[str, slice]] = {"arc_length": slice(0, 1), "velocity": slice(1, 2)}
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -72,8 +72,8 @@ class Roller(System):
         positive(self.radius, "radius", "m")
         non_negative(self.beta, "beta", "1")
         positive(self.g, "g", "m/s^2")
-        finite(self.slope, "slope", "rad")
-        finite(self.curvature, "curvature", "1/m")
+        number(self.slope, "slope", "rad")
+        number(self.curvature, "curvature", "1/m")
         non_negative(self.mu, "mu", "1")
 
     @classmethod
@@ -84,16 +84,13 @@ class Roller(System):
             ValueError: as `System.checked_input`; also a ratio made smaller than beta.
         """
         rows = super().checked_input(u)
-        least = float(np.min(rows[..., 1], initial=0.0))
-        if least < 0.0:
-            raise ValueError(
-                f"u holds beta_change = {least:.6g}; expected 0 or above: "
-                "let beta be the least inertia ratio, and add to it"
-            )
+        change = rows[..., 1]
+        expected = "at least 0: let beta be the least inertia ratio, and add to it"
+        require(change >= 0.0, change, "beta_change", expected)
         return rows
 
-    def way(self, y: npt.ArrayLike) -> Array:
-        """Way s along the path [m], shape (...)."""
+    def arc_length(self, y: npt.ArrayLike) -> Array:
+        """Arc length s along the path [m], shape (...)."""
         return np.array(np.asarray(y, dtype=np.float64)[..., 0])
 
     def velocity(self, y: npt.ArrayLike) -> Array:
@@ -102,15 +99,15 @@ class Roller(System):
 
     def turn(self, y: npt.ArrayLike) -> Array:
         """Angle by which the body has turned since s = 0, s / radius [rad], shape (...)."""
-        return np.asarray(self.way(y) / self.radius)
+        return np.asarray(self.arc_length(y) / self.radius)
 
     def descent(self, y: npt.ArrayLike) -> Array:
         """Angle of descent slope - curvature s [rad], shape (...)."""
-        return np.asarray(self.slope - self.curvature * self.way(y))
+        return np.asarray(self.slope - self.curvature * self.arc_length(y))
 
     def place(self, y: npt.ArrayLike) -> Array:
-        """Centre (x, z) from where s = 0: x horizontal, z vertical [m], shape (..., 2)."""
-        s, half = self.way(y), 0.5 * self.curvature * self.way(y)
+        """Centre (x, z) relative to s = 0: x horizontal, z vertical [m], shape (..., 2)."""
+        s, half = self.arc_length(y), 0.5 * self.curvature * self.arc_length(y)
         chord = s * np.sinc(half / np.pi)
         mean = self.slope - half
         return np.stack([chord * np.cos(mean), -chord * np.sin(mean)], axis=-1)
@@ -147,7 +144,7 @@ class Roller(System):
     def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
         """Named quantities of a state."""
         return {
-            "way": self.way,
+            "arc_length": self.arc_length,
             "velocity": self.velocity,
             "turn": self.turn,
             "descent": self.descent,

@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import positive
 from rigid_envs.kernels.rolling_ball import ROLLING_BALL
-from rigid_envs.systems.attitude import ATTITUDE
+from rigid_envs.systems.accessors import ATTITUDE
 from rigid_envs.systems.base import System
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["RollingBall"]
 
@@ -44,10 +44,9 @@ class RollingBall(System):
 
     dynamics: ClassVar = ROLLING_BALL
     components: ClassVar[Mapping[str, slice]] = {"q": slice(0, 4), "position": slice(4, 6)}
-    envelope: ClassVar[float] = (
-        1.5707963267948966  # a quarter turn, where the rotation is exact to rounding
-    )
-    fine: ClassVar[float] = 1.5707963267948966
+    # a quarter turn, where the rotation is exact to rounding
+    envelope: ClassVar[float] = 1.5707963267948966
+    default_step_angle: ClassVar[float] = 1.5707963267948966
 
     def __post_init__(self) -> None:
         """Check the radius."""

@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import positive, require
 from rigid_envs.kernels.rolling_disk import ROLLING_DISK
-from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
-from rigid_envs.systems.boundary import positive, principal_moments
-from rigid_envs.systems.pace import PacedSystem
+from rigid_envs.systems.accessors import ATTITUDE, gamma, quaternion
+from rigid_envs.systems.adaptive import AdaptiveStepSystem
+from rigid_envs.systems.inertia import principal_moments
 
 __all__ = ["RollingDisk"]
 
@@ -23,7 +24,7 @@ _FLAT = 1e-6  # sin(theta) below which the point of contact is lost in rounding
 
 
 @dataclass(frozen=True)
-class RollingDisk(PacedSystem):
+class RollingDisk(AdaptiveStepSystem):
     """Axisymmetric disk with a thin rim that rolls without slipping on the plane z = 0.
 
     Newton's and Euler's laws with the contact force F at -radius n, n the radius that points up:
@@ -66,7 +67,8 @@ class RollingDisk(PacedSystem):
         "omega_body": slice(4, 7),
         "contact": slice(7, 9),
     }
-    fine: ClassVar[float] = 1.0 / 128.0  # a disk that rises from near flat turns within a few steps
+    # a disk that rises from near flat turns within a few steps
+    default_step_angle: ClassVar[float] = 1.0 / 128.0
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -76,8 +78,8 @@ class RollingDisk(PacedSystem):
         positive(self.g, "g", "m/s^2")
 
     @classmethod
-    def disc(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:
-        """Uniform thin disc: I3 = m radius^2 / 2, I1 = I3 / 2."""
+    def uniform(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:
+        """Uniform thin disk: I3 = m radius^2 / 2, I1 = I3 / 2."""
         rim = m * radius * radius
         return cls(m, radius, 0.25 * rim, 0.5 * rim, g)
 
@@ -95,12 +97,9 @@ class RollingDisk(PacedSystem):
             ValueError: as `System.checked_state`; also a disk that lies flat.
         """
         rows = super().checked_state(y)
-        s = np.ravel(_sine(rows))
-        if s.size and float(np.min(s)) < _FLAT:
-            raise ValueError(
-                f"y holds a disk with sin(theta) = {float(np.min(s)):.3g}; expected at least "
-                f"{_FLAT:g}: a disk that lies flat has no point of contact"
-            )
+        s = _sine(rows)
+        expected = f"at least {_FLAT:g}: a disk that lies flat has no point of contact"
+        require(s >= _FLAT, s, "sin(theta)", expected)
         return rows
 
     @property
@@ -180,8 +179,8 @@ class RollingDisk(PacedSystem):
             "energy": self.energy,
         }
 
-    def pace(self, y: Array, u: Array) -> tuple[float, float]:
-        """Rates of spin, precession, fall and sqrt(g / radius), and how fast they grow at present.
+    def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
+        """Sum of the rates of spin, precession, fall and sqrt(g / radius), and its growth.
 
         Precession and fall, wn and wl, count 1 / sin(theta) times: that is how fast the heading
         and sin(theta) itself change.

@@ -1,24 +1,41 @@
-"""How the times of a simulation are divided into steps of the integrator."""
+"""Step size selection: the intervals of a simulation divided into equal integrator steps."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import exact_array, positive, require
 from rigid_envs.kernels.composition import SUZUKI
 
-if TYPE_CHECKING:
-    from rigid_envs.systems.base import System
-
-__all__ = ["SLACK", "Schedule", "intervals", "schedule"]
+__all__ = ["SLACK", "RateBounded", "Schedule", "intervals", "step_schedule"]
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 SLACK = 1e-9  # differences of times are rounded: no second step for an excess this small
+
+
+class RateBounded(Protocol):
+    """Part of the interface of `System` that step size selection needs."""
+
+    @property
+    def envelope(self) -> float:
+        """Largest rate times step [rad] at which the integrator is accurate."""
+
+    @property
+    def default_step_angle(self) -> float:
+        """Rate times step [rad] of `simulate`."""
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        """Lengths of the stages of one step."""
+
+    def rate_bound(self, y: Array, u: Array, duration: float) -> float:
+        """Largest angular rate [rad/s] that any row can reach."""
 
 
 @dataclass(frozen=True)
@@ -47,13 +64,18 @@ class Schedule:
         return np.ravel(begin[:, None] + steps[:, None] * inside)
 
 
-def schedule(
-    system: System, y: Array, u: Array, dt: Array, max_step: float | None, limit: float = math.inf
+def step_schedule(
+    system: RateBounded,
+    y: Array,
+    u: Array,
+    dt: Array,
+    max_step: float | None,
+    limit: float = math.inf,
 ) -> Schedule:
     """Divide intervals dt [s] that begin with the state y into steps.
 
     Args:
-        system: what moves.
+        system: physical system.
         y: states, shape (..., n_state).
         u: inputs that act, shape (..., n_input).
         dt: lengths of the intervals [s], shape (M,).
@@ -65,7 +87,7 @@ def schedule(
     """
     rate = system.rate_bound(y, u, float(np.max(np.abs(dt), initial=0.0)))
     if max_step is None:
-        largest = min(limit, system.fine / rate if rate > 0 else math.inf)
+        largest = min(limit, system.default_step_angle / rate if rate > 0 else math.inf)
     else:
         largest = _checked_step(system, max_step, rate)
     n = np.maximum(1, np.ceil(np.abs(dt) / largest * (1.0 - SLACK))).astype(np.int64)
@@ -78,20 +100,16 @@ def intervals(t: Array) -> Array:
     Raises:
         ValueError: the times are no sequence, or not strictly monotone.
     """
-    if t.ndim != 1 or len(t) < 1:
-        raise ValueError(f"t has shape {t.shape}; expected (M,) with M >= 1 times")
-    dt = np.diff(t)
-    if not (np.all(dt > 0) or np.all(dt < 0)):
-        raise ValueError("t is not monotone; expected strictly increasing or decreasing times")
+    dt = np.diff(exact_array(t, "t", "M"))
+    expected = "strictly increasing or decreasing times [s]"
+    require(bool(np.all(dt > 0) or np.all(dt < 0)), t, "t", expected)
     return dt
 
 
-def _checked_step(system: System, max_step: float, rate: float) -> float:
-    if not (math.isfinite(max_step) and max_step > 0):
-        raise ValueError(f"max_step = {max_step}; expected a positive time [s]")
-    if rate * max_step > system.envelope * (1.0 + SLACK):
+def _checked_step(system: RateBounded, max_step: float, rate: float) -> float:
+    if rate * positive(max_step, "max_step", "s") > system.envelope * (1.0 + SLACK):
         raise ValueError(
-            f"max_step = {max_step} s at rates up to {rate:.6g} rad/s: expected a product "
-            f"of at most {system.envelope}; take max_step <= {system.envelope / rate:.6g}"
+            f"max_step = {max_step}; expected at most {system.envelope / rate:.6g} s at rates up "
+            f"to {rate:.6g} rad/s"
         )
-    return max_step
+    return float(max_step)

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from rigid_envs.systems.base import System
-
 __all__ = ["Trajectory"]
 
 Array = npt.NDArray[np.float64]
+
+
+class Measured(Protocol):
+    """Part of the interface of `System` that a trajectory needs."""
+
+    @property
+    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
+        """Named quantities of a state."""
+
+    def invariants(self, y: npt.ArrayLike) -> dict[str, Array]:
+        """Conserved quantities of a state."""
 
 
 @dataclass(frozen=True)
@@ -22,12 +30,12 @@ class Trajectory:
     """States of a system at given times, with named access: ``trajectory["omega_body"]``.
 
     Attributes:
-        system: the system that was simulated.
+        system: of the simulation.
         t: times [s], shape (M,).
         y: states, shape (M, ..., n_state); ``y[0]`` is the first state.
     """
 
-    system: System
+    system: Measured
     t: Array
     y: Array
 
@@ -37,7 +45,7 @@ class Trajectory:
             accessor = self.system.accessors[name]
         except KeyError:
             known = ", ".join(self.system.accessors)
-            raise KeyError(f"{name!r} is not known of this system; known are {known}") from None
+            raise KeyError(f"name = {name!r}; expected one of {known}") from None
         return accessor(self.y)
 
     def __iter__(self) -> Iterator[str]:

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import non_negative, number, positive, require
 from rigid_envs.kernels.upright_coin import UPRIGHT_COIN
-from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
-from rigid_envs.systems.boundary import finite, non_negative, positive
-from rigid_envs.systems.pace import PacedSystem
+from rigid_envs.systems.accessors import ATTITUDE, gamma, quaternion
+from rigid_envs.systems.adaptive import AdaptiveStepSystem
 
 __all__ = ["UprightCoin"]
 
@@ -22,7 +22,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class UprightCoin(PacedSystem):
+class UprightCoin(AdaptiveStepSystem):
     """Coin or knife edge that is held upright, rolls without slipping and is steered.
 
     ``R = Rz(phi) Rx(pi/2) Rz(psi)``: heading phi, roll phase psi. ``I1 phi'' = tau_steer``,
@@ -72,12 +72,10 @@ class UprightCoin(PacedSystem):
         positive(self.I1, "I1", "kg m^2")
         non_negative(self.I3, "I3", "kg m^2")
         positive(self.g, "g", "m/s^2")
-        finite(self.slope, "slope", "rad")
-        if self.I3 > 2.0 * self.I1 * (1.0 + 1e-9):
-            raise ValueError(
-                f"I3 = {self.I3} exceeds I1 + I1 by {self.I3 - 2.0 * self.I1:.6g}; "
-                "expected I3 <= 2 I1: no rigid body has such principal moments"
-            )
+        number(self.slope, "slope", "rad")
+        rest = 2.0 * self.I1
+        expected = f"I3 <= 2 I1 = {rest:.9g}: no rigid body has such principal moments"
+        require(bool(self.I3 <= rest * (1.0 + 1e-9)), self.I3, "I3", expected)
 
     @classmethod
     def attitude(cls, heading: npt.ArrayLike, phase: npt.ArrayLike) -> Array:
@@ -94,13 +92,12 @@ class UprightCoin(PacedSystem):
             ValueError: as `System.checked_state`; also a coin that is not upright.
         """
         rows = super().checked_state(y)
-        lean = np.ravel(gamma(rows)[..., 2])
-        worst = float(lean[np.argmax(np.abs(lean))]) if lean.size else 0.0
-        if abs(worst) > 1e-6:
-            raise ValueError(
-                f"y holds a coin whose axis has the vertical component {worst:.6g}; expected 0 "
-                "within 1e-6: take q from UprightCoin.attitude(heading, phase)"
-            )
+        lean = gamma(rows)[..., 2]
+        expected = (
+            "a coin whose axis has the vertical component 0 within 1e-6: take q from "
+            "UprightCoin.attitude(heading, phase)"
+        )
+        require(np.abs(lean) <= 1e-6, rows, "y", expected)
         return rows
 
     def heading(self, y: npt.ArrayLike) -> Array:
@@ -183,8 +180,8 @@ class UprightCoin(PacedSystem):
             "energy": self.energy,
         }
 
-    def pace(self, y: Array, u: Array) -> tuple[float, float]:
-        """The larger of phi' and psi', and what torques and gravity add to it, each at least 1."""
+    def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
+        """The larger of phi' and psi' and its growth by torques and gravity, each at least 1."""
         steer, drive = np.max(np.abs(np.reshape(u, (-1, 2))), axis=0, initial=0.0)
         pull = self.m * self.g * abs(math.sin(self.slope)) * self.radius
         roll = (float(drive) + pull) / (self.I3 + self.m * self.radius**2)

@@ -238,7 +238,7 @@ class Task(Settings, abc.ABC):
         pair = [np.asarray(goal, dtype=np.float64) for goal in (achieved, desired)]
         if not pair[0].shape == pair[1].shape or pair[0].shape[-1:] != (self.n_goal,):
             raise ValueError(
-                f"goals have shapes {pair[0].shape} and {pair[1].shape}; "
+                f"achieved and desired goal have shapes {pair[0].shape} and {pair[1].shape}; "
                 f"expected (..., {self.n_goal}) twice"
             )
         found, wanted = (np.ascontiguousarray(goal.reshape(-1, self.n_goal)) for goal in pair)

@@ -72,7 +72,7 @@ def fastest_disk(
     turn: float,
     torque: float,
 ) -> float:
-    """Largest rate [rad/s] until the lean is 60 degrees, as `RollingDisk.pace` counts it.
+    """Largest rate [rad/s] until the lean is 60 degrees, by `RollingDisk.rate_and_growth`.
 
     Whatever the lean torque, wn and w3 depend on theta alone. With c = cos(theta), ``d(wn
     sin(theta))/dc = -(I3 / I1) w3`` and ``dw3/dc = -m r^2 / (I3 + m r^2) wn / sin(theta)``: both

@@ -158,7 +158,7 @@ class Reorient(Task):
         ``a t``, ``a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)``, as energy is gained at
         ``omega . tau``, and backwards from the goal likewise. So no turn from rest to rest by an
         angle takes less than ``2 sqrt(angle / a)``
-        (`rigid_envs.control.attitude.least_slew_time`).
+        (`rigid_envs.control.slewing.least_slew_time`).
 
         The energy that full torque could give the body before the time limit bounds its rates.
 

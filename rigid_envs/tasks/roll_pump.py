@@ -215,7 +215,8 @@ class RollPump(Task):
         """
         low = 1.0 + span(self.beta)[0]
         gain = math.log((low + self.beta_change) / low)
-        start = 1.0 - np.cos(span(self.curvature)[1] * y[..., Roller.components["way"]][..., 0])
+        s = y[..., Roller.components["arc_length"]][..., 0]
+        start = 1.0 - np.cos(span(self.curvature)[1] * s)
         n = np.ceil(np.log((1.0 - np.cos(self.rim)) / start) / gain)
         swing = math.sqrt(span(self.g)[1] * span(self.curvature)[1] / low)
         return np.asarray((n - 0.5) * math.pi / swing)

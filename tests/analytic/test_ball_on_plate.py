@@ -232,19 +232,19 @@ def test_times_of_any_shape_are_taken():
         ),
         (
             lambda: ball_on_plate.roll_on_plate(0.0, **START, beta=0.0, radius=1.0, g=1.0),
-            "beta is 0.0",
+            "^beta = 0.0; expected",
         ),
         (
             lambda: ball_on_plate.roll_on_plate(0.0, **START, **BALL, g=1.0, tilt=math.inf),
-            "tilt is inf",
+            "^tilt = inf; expected",
         ),
         (
             lambda: ball_on_plate.turntable_circle(**START, **BALL, turntable_rate=0.0),
-            "turntable_rate is 0.0",
+            "^turntable_rate = 0.0; expected",
         ),
         (
             lambda: ball_on_plate.drift_across_slope(beta=0.4, turntable_rate=0.0, tilt=0.1, g=1.0),
-            "turntable_rate is 0.0",
+            "^turntable_rate = 0.0; expected",
         ),
         (
             lambda: ball_on_plate.roll_on_shaken_plate(

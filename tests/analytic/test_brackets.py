@@ -215,19 +215,19 @@ def test_dual_numbers_differentiate_once_and_nested_twice(function, first, secon
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: brackets.ball_fields(0.0), "radius is 0.0"),
-        (lambda: brackets.coin_fields(-1.0), "radius is -1.0"),
+        (lambda: brackets.ball_fields(0.0), "^radius = 0.0; expected"),
+        (lambda: brackets.coin_fields(-1.0), "^radius = -1.0; expected"),
         (
             lambda: brackets.growth_vector(brackets.coin_fields(1.0), np.zeros((2, 4)), 2),
             r"state has shape \(2, 4\)",
         ),
         (
             lambda: brackets.growth_vector(brackets.coin_fields(1.0), np.zeros(4), 0),
-            "depth is 0",
+            "^depth = 0; expected an integer",
         ),
         (
             lambda: brackets.growth_vector(brackets.coin_fields(1.0), np.full(4, np.nan), 1),
-            "state is",
+            r"^state\[0\] = nan; expected",
         ),
     ],
 )

@@ -277,10 +277,10 @@ def test_times_of_any_shape_are_taken(shape, start):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((math.inf, (0.0, 0.0, 1.0), UPRIGHT), "t is inf"),
-        ((0.0, (0.0, math.nan, 1.0), UPRIGHT), r"omega0 is .*nan"),
+        ((math.inf, (0.0, 0.0, 1.0), UPRIGHT), "^t = inf; expected"),
+        ((0.0, (0.0, math.nan, 1.0), UPRIGHT), r"^omega0\[1\] = nan; expected"),
         ((0.0, (0.0, 0.0), UPRIGHT), "omega0 has shape"),
-        ((0.0, (0.0, 0.0, 1.0), (1.0, 1.0, 0.0, 0.0)), r"q0 has length .*norm"),
+        ((0.0, (0.0, 0.0, 1.0), (1.0, 1.0, 0.0, 0.0)), r"^q0 = .*; expected length 1"),
     ],
 )
 def test_bad_input_is_refused_by_name(arguments, message):

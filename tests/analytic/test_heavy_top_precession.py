@@ -188,14 +188,14 @@ def test_the_fast_top_takes_arrays_and_refuses_no_spin():
     assert fast.precession.shape == fast.nutation.shape == fast.amplitude.shape == (3, 2)
     np.testing.assert_array_equal(fast.precession[0], [-2.0, 1.0])
     np.testing.assert_array_equal(fast.nutation[0], [0.5, 1.0])
-    with pytest.raises(ValueError, match=r"omega3 is 0.0; expected a spin"):
+    with pytest.raises(ValueError, match=r"^omega3\[?.*\]? = 0.0; expected a spin"):
         heavy_top.fast_top(0.5, 0.0, **TOP)
 
 
 def test_bad_input_is_refused_by_name():
-    with pytest.raises(ValueError, match="i3 is"):
+    with pytest.raises(ValueError, match=r"^i3 = "):
         heavy_top.precession((0.0, 0.0, 1.0), UPRIGHT, i_perp=1.0, i3=-1.0, mgl=1.0)
-    with pytest.raises(ValueError, match="q0 has length"):
+    with pytest.raises(ValueError, match=r"^q0 = .*; expected length 1"):
         heavy_top.invariants((0.0, 0.0, 1.0), (1.0, 1.0, 0.0, 0.0), **TOP)
-    with pytest.raises(ValueError, match="mgl is"):
+    with pytest.raises(ValueError, match=r"^mgl = "):
         heavy_top.steady_threshold(0.3, i_perp=1.0, i3=1.0, mgl=0.0)

@@ -174,9 +174,9 @@ def test_slow_and_fast_motions_draw_the_same_herpolhode(scale):
 
 
 def test_bad_input_is_refused_by_name():
-    with pytest.raises(ValueError, match=r"moments is .*above 0"):
+    with pytest.raises(ValueError, match=r"^moments\[1\] = -2.0; expected positive"):
         free_body.poinsot((1.0, -2.0, 3.0), (1.0, 0.0, 0.0))
-    with pytest.raises(ValueError, match="q0 has length"):
+    with pytest.raises(ValueError, match=r"^q0 = .*; expected length 1"):
         free_body.invariable_plane(BODY, (1.0, 0.0, 0.0), (1.0, 1.0, 0.0, 0.0))
-    with pytest.raises(ValueError, match="t is inf"):
+    with pytest.raises(ValueError, match=r"^t = inf; expected"):
         free_body.herpolhode(math.inf, BODY, (1.0, 0.0, 0.0))

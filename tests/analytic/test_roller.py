@@ -191,15 +191,30 @@ def test_times_of_any_shape_are_taken():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: roller.descend(-1.0, slope=0.1, beta=0.4, radius=1.0, g=9.8), "height is -1.0"),
-        (lambda: roller.descend(1.0, slope=2.0, beta=0.4, radius=1.0, g=9.8), "slope is 2.0"),
-        (lambda: roller.descend(1.0, slope=0.1, beta=-0.4, radius=1.0, g=9.8), "beta is -0.4"),
-        (lambda: roller.swing(0.0, math.nan, **VALLEY), "v0 is nan"),
-        (lambda: roller.valley(0.0, 0.0, 1.0, **{**VALLEY, "curvature": 0.0}), "curvature is 0.0"),
-        (lambda: roller.roll_wheel(0.0, radius=0.0, omega=1.0), "radius is 0.0"),
-        (lambda: roller.cycloid_arch_length(math.inf), "radius is inf"),
+        (
+            lambda: roller.descend(-1.0, slope=0.1, beta=0.4, radius=1.0, g=9.8),
+            "^height = -1.0",
+        ),
+        (
+            lambda: roller.descend(1.0, slope=2.0, beta=0.4, radius=1.0, g=9.8),
+            "^slope = 2.0",
+        ),
+        (
+            lambda: roller.descend(1.0, slope=0.1, beta=-0.4, radius=1.0, g=9.8),
+            "^beta = -0.4",
+        ),
+        (lambda: roller.swing(0.0, math.nan, **VALLEY), "^v0 = nan"),
+        (
+            lambda: roller.valley(0.0, 0.0, 1.0, **{**VALLEY, "curvature": 0.0}),
+            "^curvature = 0.0",
+        ),
+        (lambda: roller.roll_wheel(0.0, radius=0.0, omega=1.0), "^radius = 0.0"),
+        (lambda: roller.cycloid_arch_length(math.inf), "^radius = inf"),
         (lambda: roller.slip_to_roll((1.0, 0.0, 0.0), (0.0, 0.0, 0.0), **BALL), r"shape \(3,\)"),
-        (lambda: roller.slide(-1.0, (1.0, 0.0), (0.0, 0.0, 0.0), **BALL), "expected 0 or above"),
+        (
+            lambda: roller.slide(-1.0, (1.0, 0.0), (0.0, 0.0, 0.0), **BALL),
+            "^t = -1.0; expected at least 0",
+        ),
     ],
 )
 def test_bad_input_is_refused_by_name(call, message):

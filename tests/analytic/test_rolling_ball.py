@@ -231,13 +231,13 @@ def test_straight_rolls_of_any_shape_are_taken():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: rolling_ball.roll_straight((1.0, 0.0), 0.0), "radius is 0.0"),
+        (lambda: rolling_ball.roll_straight((1.0, 0.0), 0.0), "^radius = 0.0; expected"),
         (lambda: rolling_ball.roll_straight((1.0, 0.0, 0.0), 1.0), r"shape \(3,\)"),
         (lambda: rolling_ball.roll_polygon((1.0, 0.0), 1.0), r"expected \(n, 2\)"),
         (lambda: rolling_ball.roll_segments(3.0, [(1.0, 0.0, 0.0, 2.0)], 1.0), "within"),
         (lambda: rolling_ball.roll_segments(0.0, [(1.0, 0.0, 0.0, -2.0)], 1.0), "duration"),
-        (lambda: rolling_ball.circle_holonomy(math.nan, 1.0), "circle_radius is nan"),
-        (lambda: rolling_ball.circle_rotation_vector(1.0, -1.0), "radius is -1.0"),
+        (lambda: rolling_ball.circle_holonomy(math.nan, 1.0), "^circle_radius = nan; expected"),
+        (lambda: rolling_ball.circle_rotation_vector(1.0, -1.0), "^radius = -1.0; expected"),
         (
             lambda: rolling_ball.clothoid_path(0.0, speed=1.0, heading_acceleration=0.0),
             "use roll_straight",
@@ -246,7 +246,7 @@ def test_straight_rolls_of_any_shape_are_taken():
             lambda: rolling_ball.complete_clothoid_angle(
                 speed=1.0, heading_acceleration=-1.0, radius=1.0
             ),
-            "heading_acceleration is -1.0",
+            "^heading_acceleration = -1.0; expected",
         ),
     ],
 )

@@ -201,7 +201,7 @@ def test_times_of_any_shape_are_taken():
     [
         (
             lambda: upright_coin.roll_coin(0.0, radius=0.0, phi_rate=1.0, psi_rate=1.0),
-            "radius is 0.0",
+            "^radius = 0.0; expected",
         ),
         (
             lambda: upright_coin.drive_coin(0.0, torques=1.0, **COIN),
@@ -209,17 +209,17 @@ def test_times_of_any_shape_are_taken():
         ),
         (
             lambda: upright_coin.drive_coin(0.0, torques=(0.0, 0.0), **{**COIN, "i3": -1.0}),
-            "i3 is -1.0",
+            "^i3 = -1.0; expected",
         ),
         (
             lambda: upright_coin.steer_on_incline(
                 0.0, slope=0.1, beta=-1.0, g=9.8, steering_rate=1.0
             ),
-            "beta is -1.0",
+            "^beta = -1.0; expected",
         ),
         (
             lambda: upright_coin.drift_across_slope(slope=0.1, beta=0.0, g=9.8, steering_rate=0.0),
-            "steering_rate is 0.0",
+            "^steering_rate = 0.0; expected",
         ),
     ],
 )

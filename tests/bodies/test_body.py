@@ -120,7 +120,9 @@ def test_the_angular_acceleration_gives_every_point_its_share_of_the_torque(clou
 
 @pytest.mark.parametrize("body", [bodies.rod(1.0, 1.0), bodies.point_masses([1.0], [CENTRE])])
 def test_what_has_no_moment_about_an_axis_has_no_angular_acceleration(body):
-    with pytest.raises(ValueError, match=r"principal moments \[0\.0, .*none at 0.*a width"):
+    with pytest.raises(
+        ValueError, match=r"^moments = \[0\.0, .*expected positive principal .*a width"
+    ):
         body.rotated([0.5, 0.5, 0.5, 0.5]).angular_acceleration([1.0, 0.0, 0.0], CENTRE)
 
 
@@ -200,7 +202,7 @@ def test_a_centre_of_mass_is_one_point(com):
 def test_an_asymmetric_tensor_is_refused_by_entry():
     tensor = np.diag([1.0, 2.0, 2.5])
     tensor[2, 0] = 0.1
-    expected = r"inertia\[0, 2\] = 0.0 but inertia\[2, 0\] = 0.1: expected a symmetric.*I \+ I.T"
+    expected = r"^inertia\[0, 2\] = 0.0; expected inertia\[2, 0\] = 0.1, .*symmetric.*I \+ I.T"
     with pytest.raises(ValueError, match=expected):
         Body(1.0, tensor)
 
@@ -208,13 +210,13 @@ def test_an_asymmetric_tensor_is_refused_by_entry():
 @pytest.mark.parametrize("q", [(1, 0, 0, 0), (0.1, 0.7, -0.1, 0.7)])
 def test_the_moment_that_breaks_the_triangle_is_named_with_the_excess(q):
     R = matrix(np.array(q, dtype=float))
-    above = r"principal moment I3 = 4 kg m\^2, above I1 \+ I2 = 1 \+ 2 by 1: expected.*lower I3"
+    above = r"^inertia = .*; expected I3 <= I1 \+ I2 .*I3 = 4 is above 1 \+ 2 by 1 kg m\^2: l"
     with pytest.raises(ValueError, match=above):
         Body(1.0, R @ np.diag([4.0, 1.0, 2.0]) @ R.T)
-    below = r"principal moment I1 = -0.5 kg m\^2, below 0 by 0.5: expected.*-sum m x y"
+    below = r"^inertia = .*; expected principal moments .*I1 = -0.5 kg m\^2: .*-sum m x y"
     with pytest.raises(ValueError, match=below):
         Body(1.0, R @ np.diag([1.0, 1.0, -0.5]) @ R.T)
-    with pytest.raises(ValueError, match=r"I1 = .* below 0 by 1e-08"):
+    with pytest.raises(ValueError, match=r"I1 = -(1e-08|9.9\d+e-09|1.0\d+e-08) kg"):
         Body(1.0, R @ np.diag([-1e-8, 1.0, 1.0]) @ R.T)
 
 
@@ -248,5 +250,5 @@ def test_bad_arguments_of_methods_are_refused_by_name():
         body.rotated([1.0, 0.0, 0.0, 1.0])
     with pytest.raises(ValueError, match=r"^attitude = .*right-handed"):
         body.rotated(-np.eye(3))
-    with pytest.raises(ValueError, match=r"^tolerance = -1.0: expected a positive"):
+    with pytest.raises(ValueError, match=r"^tolerance = -1.0; expected a positive"):
         body.kind(-1.0)

@@ -92,9 +92,9 @@ def test_the_football_is_a_uniform_skin():
 
 
 def test_the_frisbee_is_nearly_flat():
-    disc = bodies.frisbee()
-    thickness = np.sqrt(-0.5 * bodies.perpendicular_axis(disc) / disc.mass)
-    assert 0.01 < thickness < 0.03  # [m] rms: a disc for Ultimate is some 3 cm deep
+    disk = bodies.frisbee()
+    thickness = np.sqrt(-0.5 * bodies.perpendicular_axis(disk) / disk.mass)
+    assert 0.01 < thickness < 0.03  # [m] rms: a disk for Ultimate is some 3 cm deep
 
 
 def test_the_earth_has_its_published_moments():

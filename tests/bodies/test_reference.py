@@ -17,7 +17,7 @@ SOLIDS = {  # the name in the data: the constructor, and the name of each parame
     "annulus": (bodies.annulus, "r_in r_out"),
     "box": (bodies.box, "lx ly lz"),
     "capsule": (bodies.capsule, "r h"),
-    "disc": (bodies.disc, "r"),
+    "disc": (bodies.disk, "r"),
     "ellipsoid": (bodies.ellipsoid, "a b c"),
     "elliptic_lamina": (bodies.elliptic_lamina, "a b"),
     "hollow_cone_no_base": (bodies.conical_shell, "r h"),

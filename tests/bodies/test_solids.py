@@ -18,7 +18,7 @@ OF_NUMBERS = {
     "cone": (2.0, 1.0, 3.0),
     "conical_shell": (2.0, 1.0, 3.0),
     "cylindrical_shell": (2.0, 1.0, 3.0),
-    "disc": (2.0, 1.0),
+    "disk": (2.0, 1.0),
     "ellipsoid": (2.0, 1.0, 2.0, 3.0),
     "elliptic_lamina": (2.0, 1.0, 2.0),
     "hemisphere": (2.0, 1.0),
@@ -33,7 +33,7 @@ OF_NUMBERS = {
     "thick_shell": (2.0, 0.5, 1.0),
     "torus": (2.0, 1.0, 0.3),
 }
-FLAT = ["annulus", "disc", "elliptic_lamina", "hoop", "rectangular_lamina", "rod"]
+FLAT = ["annulus", "disk", "elliptic_lamina", "hoop", "rectangular_lamina", "rod"]
 
 
 def stack(parts):
@@ -48,11 +48,11 @@ def stack(parts):
 def test_limits_of_one_shape_are_another(m, r, h):
     for one, other in (
         (bodies.ellipsoid(m, r, r, r), bodies.solid_sphere(m, r)),
-        (bodies.elliptic_lamina(m, r, r), bodies.disc(m, r)),
+        (bodies.elliptic_lamina(m, r, r), bodies.disk(m, r)),
         (bodies.thick_shell(m, 0.0, r), bodies.solid_sphere(m, r)),
         (bodies.thick_shell(m, r * (1.0 - 1e-15), r), bodies.hollow_sphere(m, r)),
         (bodies.hollow_cylinder(m, r, r, h), bodies.cylindrical_shell(m, r, h)),
-        (bodies.solid_cylinder(m, r, 1e-9 * r), bodies.disc(m, r)),
+        (bodies.solid_cylinder(m, r, 1e-9 * r), bodies.disk(m, r)),
         (bodies.cylindrical_shell(m, r, 1e-9 * r), bodies.hoop(m, r)),
         (bodies.solid_cylinder(m, 1e-9 * h, h), bodies.rod(m, h)),
         (bodies.torus(m, r, 1e-9 * r), bodies.hoop(m, r)),
@@ -100,8 +100,8 @@ def test_what_fills_a_hole_makes_it_whole(m, r, h):
     tube = [(bodies.hollow_cylinder(m * (1 - part), inner, outer, h), 0.0)]
     tube += [(bodies.solid_cylinder(m * part, inner, h), 0.0)]
     assert_same_body(stack(tube), bodies.solid_cylinder(m, outer, h))
-    plate = [(bodies.annulus(m * (1 - part), inner, outer), 0.0), (bodies.disc(m * part, inner), 0)]
-    assert_same_body(stack(plate), bodies.disc(m, outer))
+    plate = [(bodies.annulus(m * (1 - part), inner, outer), 0.0), (bodies.disk(m * part, inner), 0)]
+    assert_same_body(stack(plate), bodies.disk(m, outer))
 
 
 # Quadratures: Gauss's rule of n nodes is exact for polynomials of degree 2 n - 1
@@ -116,8 +116,8 @@ def slices(m, h, weight, piece):
 
 
 @given(sizes, sizes, sizes)
-def test_discs_and_hoops_of_growing_radius_are_cones(m, r, h):
-    cone = slices(m, h, lambda z: z**2, lambda dm, z: bodies.disc(dm, r * z / h))
+def test_disks_and_hoops_of_growing_radius_are_cones(m, r, h):
+    cone = slices(m, h, lambda z: z**2, lambda dm, z: bodies.disk(dm, r * z / h))
     assert_same_body(cone, bodies.cone(m, r, h))
     shell = slices(m, h, lambda z: z, lambda dm, z: bodies.hoop(dm, r * z / h))
     assert_same_body(shell, bodies.conical_shell(m, r, h))
@@ -125,7 +125,7 @@ def test_discs_and_hoops_of_growing_radius_are_cones(m, r, h):
 
 @given(sizes, sizes)
 def test_round_slices_of_falling_radius_are_half_a_ball_and_all_of_a_shell(m, r):
-    half = slices(m, r, lambda z: r**2 - z**2, lambda dm, z: bodies.disc(dm, np.sqrt(r**2 - z**2)))
+    half = slices(m, r, lambda z: r**2 - z**2, lambda dm, z: bodies.disk(dm, np.sqrt(r**2 - z**2)))
     assert_same_body(half, bodies.hemisphere(m, r))
     zone = slices(m / 2, r, np.ones_like, lambda dm, z: bodies.hoop(dm, np.sqrt(r**2 - z**2)))
     shell = bodies.compose([(zone, UPRIGHT, ORIGIN), (zone, OVER, ORIGIN)])
@@ -190,9 +190,9 @@ def test_sizes_that_are_not_positive_numbers_are_refused_by_name(name, good, i, 
 
 def test_radii_in_the_wrong_order_are_refused():
     for name in ("annulus", "thick_shell"):
-        with pytest.raises(ValueError, match=r"^inner_radius = 2.0: .*outer_radius = 1.0 m"):
+        with pytest.raises(ValueError, match=r"^inner_radius = 2.0; .*outer_radius = 1.0 \[m\]"):
             getattr(bodies, name)(1.0, 2.0, 1.0)
-    with pytest.raises(ValueError, match=r"^inner_radius = 2.0: .*outer_radius = 1.0 m"):
+    with pytest.raises(ValueError, match=r"^inner_radius = 2.0; .*outer_radius = 1.0 \[m\]"):
         bodies.hollow_cylinder(1.0, 2.0, 1.0, 3.0)
-    with pytest.raises(ValueError, match=r"^minor_radius = 2.0: .*major_radius = 1.0 m; swap"):
+    with pytest.raises(ValueError, match=r"^minor_radius = 2.0; .*major_radius = 1.0 \[m\]: swap"):
         bodies.torus(1.0, 1.0, 2.0)

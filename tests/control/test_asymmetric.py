@@ -5,8 +5,8 @@ import pytest
 
 from rigid_envs import rotations
 from rigid_envs.control.asymmetric import AsymmetricBalance, vertical_of
+from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
 from rigid_envs.control.linear import step_jacobian, zero_order_hold
-from rigid_envs.control.region import motion, region
 from rigid_envs.systems import HeavyTop
 from tests.control.claims import assert_within_limits_row_by_row
 
@@ -65,12 +65,14 @@ def test_the_linear_equation_is_that_of_the_steps_of_the_top(spin):
 
 def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases():
     balance, rng = law(), np.random.default_rng(0)
-    states = motion(step(balance), leaning(1e-5 * rng.normal(size=(20, 4)), 1.5), 200)
+    states = simulate_closed_loop(step(balance), leaning(1e-5 * rng.normal(size=(20, 4)), 1.5), 200)
     x, u = vertical_of(states[:-1]), FREE * balance(states[:-1])
     cost = x**2 @ PRICES[0] + PRICES[1] * np.sum(u**2, axis=-1)
     value = balance.value(states)
     np.testing.assert_allclose(cost.sum(axis=0), value[0] - value[-1], rtol=1e-5)
-    value = balance.value(motion(step(balance), leaning(0.1 * rng.normal(size=(50, 4)), 1.5), 100))
+    value = balance.value(
+        simulate_closed_loop(step(balance), leaning(0.1 * rng.normal(size=(50, 4)), 1.5), 100)
+    )
     assert (np.diff(value, axis=0) < 0.0).all()
 
 
@@ -89,11 +91,11 @@ def test_limited_torque_brings_back_the_tilts_that_the_law_says(spin):
 
     def succeeds(turn):
         y = TOP.state(q=rotations.exp(turn), omega_body=[0.0, 0.0, spin])
-        return TOP.tilt(motion(step(balance), y, 300)[-1]) < 0.05
+        return TOP.tilt(simulate_closed_loop(step(balance), y, 300)[-1]) < 0.05
 
     angle = np.linspace(0.0, np.pi, 12)
     directions = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
-    assert (region(succeeds, directions, [0.1, 0.2, 0.3]) == 0.3).all()
+    assert (region_of_attraction(succeeds, directions, [0.1, 0.2, 0.3]) == 0.3).all()
 
 
 def test_numbers_that_are_not_positive_are_refused():

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from rigid_envs.analytic import rolling_disk
+from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
 from rigid_envs.control.disk import CircleRegulator, Rolling, rolling, rolling_state
-from rigid_envs.control.region import motion, region
 from rigid_envs.systems import RollingDisk
 
 DT = 0.05
-DISKS = {"disc": RollingDisk.disc(1.0, 0.8), "hoop": RollingDisk.hoop(2.0, 1.1)}
+DISKS = {"disk": RollingDisk.uniform(1.0, 0.8), "hoop": RollingDisk.hoop(2.0, 1.1)}
 
 
 def law_of(shape, share=0.3):
@@ -39,7 +39,9 @@ def free_circles(disk):
 
 def played(law, y, goal, n):
     """States of the closed loop, the limit of the torque included."""
-    return motion(lambda y: law.disk.advance(y, law.inputs(law(y, goal)), DT, 6), y, n)
+    return simulate_closed_loop(
+        lambda y: law.disk.advance(y, law.inputs(law(y, goal)), DT, 6), y, n
+    )
 
 
 @pytest.mark.parametrize("shape", DISKS)
@@ -112,7 +114,7 @@ def test_the_riccati_value_is_the_cost_near_a_circle(shape):
     circle, curvature = Rolling(*np.array(circles).T), np.array(curvatures)
     states = played(law, rolling_state(circle._replace(rate=1e-4)), curvature, 40)
     now, torque = rolling(states), law.torque * law(states, curvature)[..., 0]
-    cost = (now.lean - circle.lean) ** 2 + now.rate**2 / 300.0 + law.price * torque**2
+    cost = (now.lean - circle.lean) ** 2 + now.rate**2 / 300.0 + law.input_weight * torque**2
     value = law.value(states, curvature)
     # the linear motion is off by the size of the error; P is interpolated over the stiffness
     np.testing.assert_allclose(np.sum(cost, axis=0), value[0], rtol=1e-2)
@@ -124,7 +126,7 @@ def test_the_riccati_value_is_the_cost_near_a_circle(shape):
     ("share", "lean", "goal"), [(0.5, 0.15, 0.25), (0.7, 0.2, -0.25), (0.95, 0.3, 0.1)]
 )
 def test_slow_discs_that_lean_are_led_onto_their_circles(share, lean, goal):
-    law = law_of("disc")
+    law = law_of("disk")
     disk = law.disk
     threshold = math.sqrt(disk.g / (3.0 * disk.radius))
 
@@ -134,11 +136,11 @@ def test_slow_discs_that_lean_are_led_onto_their_circles(share, lean, goal):
         return np.abs(law.curvature(end) / goal - 1.0) < 0.05
 
     sizes = lean * np.array([0.0001, 0.5, 1.0])
-    assert (region(succeeds, [[1.0], [-1.0]], sizes) == lean).all()
+    assert (region_of_attraction(succeeds, [[1.0], [-1.0]], sizes) == lean).all()
 
 
 def test_no_torque_is_larger_than_the_largest_and_each_row_is_as_alone():
-    law, rng = law_of("disc"), np.random.default_rng(3)
+    law, rng = law_of("disk"), np.random.default_rng(3)
     y = rolling_state(Rolling(*rng.uniform([-1, -1, -1, 1], [1, 1, 1, 2], (4, 3, 4)).T))
     goals = rng.uniform(0.1, 0.3, (3, 4))
     actions = law(y, goals)
@@ -149,7 +151,7 @@ def test_no_torque_is_larger_than_the_largest_and_each_row_is_as_alone():
 
 
 def test_a_disk_that_stands_is_held_as_it_leans():
-    law = law_of("disc")
+    law = law_of("disk")
     end = rolling(played(law, rolling_state(Rolling(0.1, 0.0, 0.0, 0.0)), 0.2, 10)[-1])
     assert end.lean == pytest.approx(0.1, abs=1e-12)
 
@@ -157,7 +159,7 @@ def test_a_disk_that_stands_is_held_as_it_leans():
 def test_bad_numbers_are_refused():
     with pytest.raises(ValueError, match="torque = 0"):
         CircleRegulator(RollingDisk(), 0.0, DT)
-    with pytest.raises(ValueError, match="price = -1"):
-        CircleRegulator(RollingDisk(), 1.0, DT, price=-1.0)
+    with pytest.raises(ValueError, match="input_weight = -1"):
+        CircleRegulator(RollingDisk(), 1.0, DT, input_weight=-1.0)
     with pytest.raises(ValueError, match="lies flat"):
-        law_of("disc")(RollingDisk.state(q=[1.0, 0.0, 0.0, 0.0]), 0.1)
+        law_of("disk")(RollingDisk.state(q=[1.0, 0.0, 0.0, 0.0]), 0.1)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from rigid_envs.control.closed_loop import simulate_closed_loop
 from rigid_envs.control.flip import ForcedFlip, TimedFlip
-from rigid_envs.control.region import motion
 from rigid_envs.systems import FreeBody
 from tests.control.claims import assert_within_limits_row_by_row, rate_along, spinning
 
@@ -77,7 +77,9 @@ def test_the_error_of_the_timed_flip_decreases_everywhere_as_stated():
 def test_without_limits_both_flips_come_from_everywhere():
     y = spinning(np.random.default_rng(0), (100,), 1.5)
     forced = ForcedFlip(BODY, RATE, FREE)
-    states = motion(lambda y: BODY.advance(y, forced.inputs(forced(y)), 0.02, 2), y, 400)
+    states = simulate_closed_loop(
+        lambda y: BODY.advance(y, forced.inputs(forced(y)), 0.02, 2), y, 400
+    )
     assert (np.diff(forced.lyapunov(states), axis=0)[:100] < 0.0).all()
     np.testing.assert_allclose(states[-1, :, OMEGA], [[0.0, -RATE, 0.0]] * 100, atol=1e-9)
     timed, dt = TimedFlip(BODY, RATE, FREE), 0.02

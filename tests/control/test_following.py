@@ -36,7 +36,7 @@ def rolled(y, velocity, dt):
     return BALL.advance(y, np.concatenate([velocity, 0.0 * velocity[..., :1]], axis=-1), dt)
 
 
-def closed_loop(act, y, velocities, dt):
+def simulate_closed_loop(act, y, velocities, dt):
     """States of ball and reference, and actions, over all periods."""
     reference, found = np.broadcast_to(BALL.state(), y.shape), []
     for k, velocity in enumerate(velocities):
@@ -49,7 +49,7 @@ def closed_loop(act, y, velocities, dt):
 @pytest.fixture(scope="module")
 def damped():
     follower, dt = DampedFollower(BALL, RATE), 0.01
-    return follower, closed_loop(
+    return follower, simulate_closed_loop(
         lambda k, *now: follower(*now), starts(50, 0.7, 0.8), circle(2000, dt, 50), dt
     )
 
@@ -79,7 +79,7 @@ def test_it_falls_as_fast_as_its_equation_says(damped):
 def test_along_a_straight_line_one_error_stays_and_bends_take_it_away(curvature):
     follower, dt, start = DampedFollower(BALL, RATE), 0.02, starts(20, 0.05, 0.05)
     way = circle(1500, dt, 20, curvature)
-    y, reference, _ = closed_loop(lambda k, *now: follower(*now), start, way, dt)
+    y, reference, _ = simulate_closed_loop(lambda k, *now: follower(*now), start, way, dt)
     error = pose_error(BALL, y, reference)
     size = np.linalg.norm(error, axis=-1)
     across = np.stack([error[..., 3], -error[..., 2]], axis=-1) - error[..., :2]
@@ -100,7 +100,7 @@ def ahead():
 def test_the_riccati_value_is_the_cost_of_small_errors(ahead):
     follower, velocities, regulator = ahead
     size = 1e-4
-    y, reference, action = closed_loop(
+    y, reference, action = simulate_closed_loop(
         lambda k, *now: follower(*now, regulator.gain[k]), starts(30, size, size), velocities, 0.1
     )
     error, w = pose_error(BALL, y, reference), RATE * action - velocities / 0.7
@@ -115,7 +115,7 @@ def test_the_riccati_value_is_the_cost_of_small_errors(ahead):
 
 def test_the_regulator_brings_in_errors_of_a_radius_and_a_radian(ahead):
     follower, velocities, regulator = ahead
-    y, reference, _ = closed_loop(
+    y, reference, _ = simulate_closed_loop(
         lambda k, *now: follower(*now, regulator.gain[k]), starts(30, 0.7, 0.57), velocities, 0.1
     )
     size = np.linalg.norm(pose_error(BALL, y, reference), axis=-1)
@@ -178,7 +178,7 @@ def test_no_velocity_is_larger_than_the_largest_and_the_correction_keeps_its_dir
     np.testing.assert_allclose(
         inner, np.linalg.norm(wanted, axis=-1) * np.linalg.norm(added, axis=-1), atol=1e-9
     )
-    # as far as to the edge of the disc
+    # as far as to the edge of the disk
     assert np.sum(np.linalg.norm(action, axis=-1) > 1.0 - 1e-9) > 50
 
 
@@ -212,9 +212,9 @@ def test_headings_ahead_are_those_of_the_elastica_to_second_order():
 def test_bad_numbers_are_refused():
     with pytest.raises(ValueError, match="rate = 0"):
         DampedFollower(BALL, 0.0)
-    with pytest.raises(ValueError, match="price = -1"):
-        FarSightedFollower(BALL, RATE, 0.1, price=-1.0)
-    with pytest.raises(ValueError, match=r"expected at most radius \* rate = 2.8 m/s"):
+    with pytest.raises(ValueError, match="input_weight = -1"):
+        FarSightedFollower(BALL, RATE, 0.1, input_weight=-1.0)
+    with pytest.raises(ValueError, match=r"expected at most radius \* rate = 2.8 \[m/s\]"):
         DampedFollower(BALL, RATE)(BALL.state(), BALL.state(), [3.0, 0.0])
     with pytest.raises(ValueError, match="velocities has shape"):
         FarSightedFollower(BALL, RATE, 0.1).regulator(np.zeros((4, 3)))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
+from rigid_envs.control.closed_loop import simulate_closed_loop
 from rigid_envs.control.momentum import MomentumBrake, MomentumRegulator
-from rigid_envs.control.region import motion
 from rigid_envs.systems import FreeBody
 from tests.control.claims import assert_within_limits_row_by_row, spinning
 
@@ -46,7 +46,7 @@ def test_gain_and_value_in_closed_form_are_those_of_the_riccati_equation(a, b):
 def test_the_value_is_the_sum_of_the_costs_and_other_gains_cost_more():
     law, y = regulator(), spinning(np.random.default_rng(0), (50,), 0.3)
     y = y[sizes(law, y) < law.reach]
-    states = motion(step(law), y, 100)
+    states = simulate_closed_loop(step(law), y, 100)
     taken = IMPULSE * np.linalg.norm(law(states[:-1]), axis=-1)
     costs = law.weight_momentum * sizes(law, states[1:]) ** 2 + law.weight_impulse * taken**2
     # |L| is kept to rounding in each of 100 steps of 5 substeps
@@ -68,7 +68,7 @@ def test_the_regulator_is_limited_beyond_its_reach_only():
 
 def test_the_brake_needs_one_step_less_after_every_step():
     law, y = MomentumBrake(BODY, IMPULSE), spinning(np.random.default_rng(0), (50,))
-    states = motion(step(law), y, 12)
+    states = simulate_closed_loop(step(law), y, 12)
     n = law.n_steps(np.where(sizes(law, states)[..., None] > 1e-12, states, BODY.state()))
     assert n[0].min() < 4 < 8 < n[0].max()
     np.testing.assert_array_equal(n, np.maximum(n[0] - np.arange(13)[:, None], 0.0))

@@ -29,10 +29,12 @@ def optimum(x):
     return x @ P @ x
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.5])
-def test_plans_come_near_the_optimum_of_a_linear_quadratic_problem(memory):
+@pytest.mark.parametrize("correlation", [0.0, 0.5])
+def test_plans_come_near_the_optimum_of_a_linear_quadratic_problem(correlation):
     rng = np.random.default_rng(0)
-    planner = PathIntegral(n_samples=500, horizon=T, spread=0.1, temperature=0.3, memory=memory)
+    planner = PathIntegral(
+        n_samples=500, horizon=T, spread=0.1, temperature=0.3, correlation=correlation
+    )
     x = np.array([0.3, 0.2])
     plan = planner.start((), 1)
     for _ in range(60):
@@ -64,8 +66,8 @@ def test_plans_stay_in_the_box_and_the_first_that_is_tried_is_the_plan():
     assert np.abs(planner.improve(samples, rng.normal(size=(4, 64)))).max() <= 1.0 + 1e-14
 
 
-def test_noise_has_the_deviation_and_the_memory_that_are_asked_for():
-    planner = PathIntegral(20_000, 4, spread=0.1, memory=0.6, finest=1.0)
+def test_noise_has_the_deviation_and_the_correlation_that_are_asked_for():
+    planner = PathIntegral(20_000, 4, spread=0.1, correlation=0.6, finest=1.0)
     e = planner.draw(np.random.default_rng(0), 1)[:, 1:, 0].T
     # 5 standard errors of 20 000 draws: 5 / sqrt(n) of a correlation, 5 / sqrt(2 n) of a deviation
     np.testing.assert_allclose(e.std(axis=0), 0.1, rtol=0.025)
@@ -123,7 +125,10 @@ def test_a_plan_moves_on_by_one_step():
         (lambda: PathIntegral(1, 5), "n_samples = 1; expected an integer of at least 2"),
         (lambda: PathIntegral(8, 0), "horizon = 0; expected an integer of at least 1"),
         (lambda: PathIntegral(8, 5, spread=0.0), "spread = 0.0; expected a positive"),
-        (lambda: PathIntegral(8, 5, memory=1.0), r"memory = 1.0; expected a number in \[0, 1\)"),
+        (
+            lambda: PathIntegral(8, 5, correlation=1.0),
+            r"correlation = 1.0; .* in \[0, 1\)",
+        ),
         (lambda: CrossEntropyChoices(8, 5, 1), "n_choices = 1"),
         (lambda: CrossEntropyChoices(8, 5, 3, temperature=0.0), "temperature = 0.0"),
     ],

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
 from rigid_envs.control.plate import PlateRegulator
-from rigid_envs.control.region import motion, region
 from rigid_envs.systems import DynamicBall
 
 DT, RATE = 0.1, 0.4
@@ -22,7 +22,7 @@ def played(law, y, n, n_substeps=40):
     def step(y):
         return law.ball.advance(y, law.inputs(y, law(y, POINT)), DT, n_substeps)
 
-    return motion(step, y, n)
+    return simulate_closed_loop(step, y, n)
 
 
 @pytest.mark.parametrize("table", TABLES)
@@ -54,7 +54,7 @@ def test_the_riccati_value_is_the_cost_of_small_errors():
     states = played(law, y, 150, 10)
     error, action = law.error(states, POINT), law(states, POINT)
     cost = np.sum(error**2 * ([1.0] * 2 + [1e-3] * 6), axis=-1)
-    cost += law.price * RATE**2 * np.sum(action**2, axis=-1)
+    cost += law.input_weight * RATE**2 * np.sum(action**2, axis=-1)
     value = law.value(states, POINT)
     # offsets of 1e-3 m in a motion whose next order is their square
     np.testing.assert_allclose(np.sum(cost[:-1], axis=0) + value[-1], value[0], rtol=1e-4)
@@ -78,7 +78,7 @@ def test_balls_are_led_in_from_ten_metres_away(table):
     def succeeds(offset):
         return held(played(law, law.ball.state(position=POINT + offset), 400))
 
-    assert (region(succeeds, DIRECTIONS, [0.1, 1.0, 3.0, 10.0]) == 10.0).all()
+    assert (region_of_attraction(succeeds, DIRECTIONS, [0.1, 1.0, 3.0, 10.0]) == 10.0).all()
 
 
 @pytest.mark.parametrize("table", TABLES)
@@ -88,7 +88,7 @@ def test_balls_are_stopped_that_pass_at_four_metres_a_second(table):
     def succeeds(velocity):
         return held(played(law, law.ball.state(position=POINT, velocity=velocity), 300))
 
-    assert (region(succeeds, DIRECTIONS, [0.1, 1.0, 4.0]) == 4.0).all()
+    assert (region_of_attraction(succeeds, DIRECTIONS, [0.1, 1.0, 4.0]) == 4.0).all()
 
 
 def test_rates_are_those_commanded_at_the_end_of_the_period():
@@ -115,8 +115,8 @@ def test_beyond_the_farthest_only_the_direction_of_the_offset_counts():
 
 
 def test_bad_numbers_are_refused():
-    with pytest.raises(ValueError, match="price = 0"):
-        PlateRegulator(DynamicBall(), RATE, DT, price=0.0)
+    with pytest.raises(ValueError, match="input_weight = 0"):
+        PlateRegulator(DynamicBall(), RATE, DT, input_weight=0.0)
     with pytest.raises(ValueError, match="tilt_rate = -1"):
         PlateRegulator(DynamicBall(), -1.0, DT)
     with pytest.raises(ValueError, match="point has shape"):

@@ -131,7 +131,7 @@ def test_what_cannot_be_pushed_or_planned_is_refused():
         PushAlong(DynamicBall(turntable_rate=1.0), 4.0, 0.1)
     with pytest.raises(ValueError, match="force = 0"):
         PushAlong(BALL, 0.0, 0.1)
-    with pytest.raises(ValueError, match="expected rest at the start"):
+    with pytest.raises(ValueError, match="expected a ball at rest, at the start"):
         PUSHER.plan(BALL.state(velocity=[0.1, 0.0]), polygons(1)[0])
     with pytest.raises(ValueError, match=r"reach = 0\.0"):
         roll_along(polygons(1), 0.0)

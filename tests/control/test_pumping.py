@@ -55,10 +55,10 @@ def test_the_number_of_passes_is_the_least_with_which_the_law_comes_over_the_rim
 
 
 def test_the_height_is_constant_while_the_ratio_stays_and_that_of_the_turning_point():
-    def motion(_, y):
+    def swing(_, y):
         return [y[1], -9.81 * np.sin(0.3 * y[0]) / 1.9]
 
-    found = solve_ivp(motion, (0.0, 3.0), [-2.0, 0.0], rtol=1e-11, atol=1e-12)
+    found = solve_ivp(swing, (0.0, 3.0), [-2.0, 0.0], rtol=1e-11, atol=1e-12)
     heights = PUMP.height(found.y.T, 0.5)
     np.testing.assert_allclose(heights, (1.0 - np.cos(0.6)) / 0.3, rtol=1e-9)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigid_envs.analytic.free_body import growth_rate
-from rigid_envs.control.region import motion
+from rigid_envs.control.closed_loop import simulate_closed_loop
 from rigid_envs.control.saddle import SeparatrixSteering, saddle
 from rigid_envs.systems import FreeBody
 from tests.control.claims import assert_within_limits_row_by_row, spinning
@@ -83,9 +83,9 @@ def test_no_torque_that_steers_adds_to_the_lyapunov_function(axes):
 
 def test_between_samples_the_lyapunov_function_is_kept_and_over_them_it_falls():
     law, y = steering(dt=0.05), starts(np.random.default_rng(0), 100)
-    value = law.lyapunov(motion(lambda y: BODY.advance(y, None, 0.05, 2), y, 100))
+    value = law.lyapunov(simulate_closed_loop(lambda y: BODY.advance(y, None, 0.05, 2), y, 100))
     np.testing.assert_allclose(value, np.broadcast_to(value[0], value.shape), rtol=1e-6, atol=1e-9)
-    states = motion(lambda y: BODY.advance(y, law.inputs(law(y)), 0.05, 2), y, 800)
+    states = simulate_closed_loop(lambda y: BODY.advance(y, law.inputs(law(y)), 0.05, 2), y, 800)
     value, steers = law.lyapunov(states), law.steers(states)
     rise = np.where(steers[:-1] & steers[1:], np.diff(value, axis=0), 0.0)
     assert rise.max() < 1e-3  # a held torque may outlast the sign of the gradient
@@ -104,7 +104,7 @@ def test_between_samples_the_lyapunov_function_is_kept_and_over_them_it_falls():
 def test_weak_torque_captures_every_spin_and_most_of_them_in_a_minute(axes, share):
     """Of 1000 starts 1000, 1000, 972 and 946 in a minute."""
     law, y = steering(axes, FreeBody(), 1.0), starts(np.random.default_rng(1), 200)
-    states = motion(lambda y: law.body.advance(y, law.inputs(law(y)), DT, 3), y, 1500)
+    states = simulate_closed_loop(lambda y: law.body.advance(y, law.inputs(law(y)), DT, 3), y, 1500)
     there = np.linalg.norm(law.error(states), axis=-1) < 0.05
     assert there[550:600].all(axis=0).mean() >= share
     assert there[-50:].all()
@@ -117,7 +117,7 @@ def test_what_is_caught_is_held():
     y = BODY.state(omega_body=omega)
     y = y[~law.steers(y)]
     assert len(y) > 100
-    states = motion(lambda y: BODY.advance(y, law.inputs(law(y)), DT, 3), y, 300)
+    states = simulate_closed_loop(lambda y: BODY.advance(y, law.inputs(law(y)), DT, 3), y, 300)
     assert (np.linalg.norm(law.error(states[-1]), axis=-1) < 0.05 * RATE).all()
 
 

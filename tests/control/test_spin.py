@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
 from rigid_envs.control.energy_casimir import EnergyCasimir, SingleTorque
 from rigid_envs.control.linear import step_jacobian
-from rigid_envs.control.region import motion, region
 from rigid_envs.control.saddle import saddle
 from rigid_envs.control.spin import SpinRegulator
 from rigid_envs.systems import FreeBody
@@ -48,19 +48,21 @@ def test_the_sampled_linearisation_is_that_of_the_steps_of_the_body():
     # the Riccati equation, with the error 1e-10 of the differences and that of the integrator
     K, P = law.regulator
     closed = F - G @ K
-    again = np.eye(3) + law.price * K.T @ K + closed.T @ P @ closed
+    again = np.eye(3) + law.input_weight * K.T @ K + closed.T @ P @ closed
     np.testing.assert_allclose(again, P, rtol=1e-6, atol=1e-7)
 
 
 def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases():
     law, rng = regulator(FREE), np.random.default_rng(0)
     y = BODY.state(omega_body=RATE * E2 + 1e-6 * rng.normal(size=(20, 3)))
-    states = motion(step(law), y, 200)
+    states = simulate_closed_loop(step(law), y, 200)
     torque = law.inputs(law(states))
-    cost = np.sum(law.error(states) ** 2, axis=-1) + law.price * np.sum(torque**2, axis=-1)
+    cost = np.sum(law.error(states) ** 2, axis=-1) + law.input_weight * np.sum(torque**2, axis=-1)
     # what is not linear is 1e-6 of the rest, the rounding of omega near 1 1e-10
     np.testing.assert_allclose(cost.sum(axis=0), law.value(y), rtol=1e-5)
-    far = motion(step(law), BODY.state(omega_body=RATE * E2 + rng.normal(size=(200, 3))), 30)
+    far = simulate_closed_loop(
+        step(law), BODY.state(omega_body=RATE * E2 + rng.normal(size=(200, 3))), 30
+    )
     value = law.value(far)
     assert (np.diff(value, axis=0) < 0.0)[value[:-1] > 1e-20].all()
 
@@ -76,7 +78,7 @@ def test_one_torque_leads_to_e2_from_all_that_is_certified_and_not_from_all_else
     law, y = SingleTorque(BODY, RATE, FREE), spinning(np.random.default_rng(0), (200,), 2.0)
     certified = law.certified(y)
     assert 50 < certified.sum() < 180
-    states = motion(step(law, 0.04), y, 1500)
+    states = simulate_closed_loop(step(law, 0.04), y, 1500)
     ahead = (states[..., 5] > 0.0).all(axis=0)
     assert ahead[certified].all()
     assert not ahead[~certified].all()
@@ -112,7 +114,7 @@ def test_the_energy_casimir_function_decreases_everywhere_as_stated(strength, da
 
 def test_the_energy_casimir_law_leads_to_the_spin_from_everywhere_without_limits():
     law, y = EnergyCasimir(BODY, RATE, FREE), spinning(np.random.default_rng(0), (200,), 3.0)
-    states = motion(step(law, 0.01, 2), y, 600)
+    states = simulate_closed_loop(step(law, 0.01, 2), y, 600)
     value = law.lyapunov(states)
     assert (np.diff(value, axis=0) < 0.0)[value[:-1] > 1e-20].all()
     np.testing.assert_allclose(law.error(states[-1]), 0.0, atol=1e-6)
@@ -130,7 +132,7 @@ def held(law):
 
     def succeeds(perturbation):
         y = law.body.state(omega_body=law.rate * E2 + perturbation)
-        omega = motion(step(law), y, 300)[..., OMEGA]
+        omega = simulate_closed_loop(step(law), y, 300)[..., OMEGA]
         side = np.hypot(omega[-1, ..., 0], omega[-1, ..., 2])
         return (omega[..., 1] > 0.0).all(axis=0) & (side < 0.05 * omega[-1, ..., 1])
 
@@ -141,7 +143,7 @@ def held(law):
 def test_limited_torque_succeeds_from_where_the_law_says(law, size):
     directions = np.random.default_rng(0).normal(size=(200, 3))
     directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-    found = region(held(law), directions, np.arange(0.02, 0.6, 0.02))
+    found = region_of_attraction(held(law), directions, np.arange(0.02, 0.6, 0.02))
     assert size - 1e-9 < found.min() < size + 0.03  # of 200 directions, in steps of 0.02
 
 
@@ -150,7 +152,7 @@ def test_along_the_unstable_direction_a_law_holds_what_can_be_held(law, d):
     r, growth, _ = saddle(law.body.moments)
     first = 1.0 / law.body.I1 if isinstance(law, SpinRegulator) else 0.0
     most = law.torque * (first + r / law.body.I3) / growth
-    found = region(
+    found = region_of_attraction(
         held(law), [[0.5, 0.0, -0.5 / r], [-0.5, 0.0, 0.5 / r]], np.arange(0.01, 1.0, 0.01)
     )
     np.testing.assert_allclose(found, d, rtol=1e-12)
@@ -158,7 +160,7 @@ def test_along_the_unstable_direction_a_law_holds_what_can_be_held(law, d):
 
 
 def test_bodies_gains_and_numbers_that_make_no_law_are_refused():
-    with pytest.raises(ValueError, match=r"expected I1 < I2 < I3: e2 the intermediate axis"):
+    with pytest.raises(ValueError, match=r"expected I1 < I2 < I3: e2 is the intermediate axis"):
         SingleTorque(FreeBody(1.0, 3.0, 2.5), 1.0, 0.2)
     with pytest.raises(ValueError, match=r"^torque = 0\.0; expected a positive finite number"):
         SpinRegulator(BODY, 1.0, 0.0, DT)

@@ -139,7 +139,7 @@ def test_what_is_no_attitude_is_refused_and_a_slight_error_of_length_is_normalis
         spoiled += [-good[i]] if kind == "R" else []
         for bad in spoiled:
             with pytest.raises(
-                ValueError, match=r"= \[.*\]: expected .*(not zero|length|column|right-handed)"
+                ValueError, match=r"= \[.*\]; expected .*(not zero|length|column|right-handed)"
             ):
                 getattr(rot, name)(*good[:i], bad, *good[i + 1 :])
         near = outputs(name, [*good[:i], good[i] * (1.0 + 4e-7), *good[i + 1 :]])

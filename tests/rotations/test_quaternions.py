@@ -118,7 +118,7 @@ def test_samples_come_from_the_generator_alone_and_have_the_asked_shape():
     one, two = (rot.random_quaternion(np.random.default_rng(5), (2, 3)) for _ in range(2))
     assert one.shape == (2, 3, 4) and np.array_equal(one, two)
     assert rot.random_quaternion(np.random.default_rng(5)).shape == (4,)
-    with pytest.raises(ValueError, match="rng = 5: expected a numpy Generator"):
+    with pytest.raises(ValueError, match="rng = 5; expected a numpy Generator"):
         rot.random_quaternion(5)
 
 

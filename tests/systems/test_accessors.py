@@ -192,7 +192,7 @@ def test_the_balls_invariant_is_its_energy_where_the_plate_stands_still():
 
 def test_the_path_of_the_roller_is_the_integral_of_its_descent():
     for s in (-2.0, -1e-9, 0.0, 0.3, 5.0):
-        y = ROLLER.state(way=s)
+        y = ROLLER.state(arc_length=s)
         assert ROLLER.descent(y) == pytest.approx(0.4 - 0.3 * s, abs=1e-15)
         x = quad(lambda w: np.cos(0.4 - 0.3 * w), 0.0, s, epsabs=1e-14)[0]
         z = quad(lambda w: -np.sin(0.4 - 0.3 * w), 0.0, s, epsabs=1e-14)[0]

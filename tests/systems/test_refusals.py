@@ -64,7 +64,7 @@ def test_inertia_ratios_that_no_ball_has_are_refused(value):
     for beta in (0.0, 0.4, 2.0 / 3.0):
         DynamicBall(beta=beta)
     with pytest.raises(
-        ValueError, match=r"^beta = .*I / \(m radius\^2\) of a ball, between 0 .* 2/3"
+        ValueError, match=r"^beta = .*; expected (a finite|I / \(m radius\^2\) of a ball, .* 2/3)"
     ):
         DynamicBall(beta=value)
 
@@ -72,7 +72,7 @@ def test_inertia_ratios_that_no_ball_has_are_refused(value):
 @pytest.mark.parametrize("system_type", [RollingDisk, UprightCoin])
 def test_an_axial_moment_above_twice_the_other_is_refused(system_type):
     system_type(I1=0.5, I3=1.0)  # flat: the limit is a disk
-    with pytest.raises(ValueError, match=r"^I3 = 1\.2 exceeds I1 \+ I\d by 0\.2; expected I3 <= "):
+    with pytest.raises(ValueError, match=r"^I3 = 1\.2; expected I3 <= (2 I1|I1 \+ I2) = 1: "):
         system_type(I1=0.5, I3=1.2)
 
 
@@ -80,7 +80,7 @@ def test_an_axial_moment_above_twice_the_other_is_refused(system_type):
 def test_moments_that_no_body_has_are_refused_by_name(system_type):
     for name, others in (("I1", "I2 \\+ I3"), ("I2", "I1 \\+ I3"), ("I3", "I1 \\+ I2")):
         moments = {"I1": 1.0, "I2": 1.0, "I3": 1.0, name: 2.1}
-        message = f"^{name} = 2.1 exceeds {others} by 0.1; expected {name} <= {others}"
+        message = f"^{name} = 2.1; expected {name} <= {others} = 2: no rigid body"
         with pytest.raises(ValueError, match=message):
             system_type(**moments)
     system_type(1.0, 1.0, 2.0)  # a flat plate: the limit is a body
@@ -105,7 +105,7 @@ each_call = pytest.mark.parametrize("call", CALLS.values(), ids=CALLS.keys())
 def test_bad_states_are_refused_everywhere(system, call):
     rest = system.state()
     entries = ", ".join(system.state_entries)
-    shape = rf"y has shape \(.*\); expected \(\.\.\., {len(rest)}\), the last axis \({entries}\)"
+    shape = rf"y has shape \(.*\); expected \(\.\.\., {len(rest)}\): the last axis is \({entries}\)"
     for y in (rest[:-1], np.append(rest, 0.0), 1.0, []):
         with pytest.raises(ValueError, match=shape):
             call(system, y)
@@ -127,7 +127,7 @@ def test_quaternions_that_are_not_unit_are_refused_with_their_norm(system, call)
     y = system.state()
     for norm in (0.0, 0.5, 1.0 + 2e-6, 2.0):
         y[:4] = (0.0, 0.6 * norm, 0.0, 0.8 * norm)
-        with pytest.raises(ValueError, match=r"quaternion of norm .*divide q"):
+        with pytest.raises(ValueError, match=r"^q\[1\] = .*; expected length 1 .*: divide it"):
             call(system, np.stack([system.state(), y]))
 
 
@@ -136,7 +136,7 @@ def test_a_disk_that_lies_flat_has_no_point_of_contact(call):
     for half in (0.0, 0.49e-6, 0.5 * np.pi - 0.49e-6):
         y = np.stack([DISK.state(), DISK.state(q=(np.cos(half), np.sin(half), 0.0, 0.0))])
         with pytest.raises(
-            ValueError, match=r"y holds a disk with sin\(theta\) = \S+; expected at"
+            ValueError, match=r"^sin\(theta\)\[1\] = \S+; expected at least .* lies flat"
         ):
             call(DISK, y)
     call(DISK, DISK.state(q=(np.cos(0.1), np.sin(0.1), 0.0, 0.0)))
@@ -148,7 +148,8 @@ def test_a_coin_that_leans_is_refused_with_the_remedy(call):
         half = 0.25 * np.pi - 0.5 * lean
         y = np.stack([COIN.state(), COIN.state(q=(np.cos(half), np.sin(half), 0.0, 0.0))])
         with pytest.raises(
-            ValueError, match=r"vertical component \S+; .*take q from UprightCoin\.a"
+            ValueError,
+            match=r"^y\[1\] = .*; expected .*vertical component 0 .*take q from ",
         ):
             call(COIN, y)
     call(COIN, COIN.state(q=COIN.attitude(0.3, -2.0)))
@@ -173,14 +174,14 @@ def test_bad_inputs_are_refused_everywhere(system):
 
 
 def test_components_of_a_state_are_checked_by_name():
-    with pytest.raises(ValueError, match=r"unknown state component 'omega'; expected some of q, o"):
+    with pytest.raises(ValueError, match=r"^component = 'omega'; expected some of q, omega_body"):
         BODY.state(omega=(1.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=r"omega_body has shape \(2,\); expected \(\.\.\., 3\)"):
         BODY.state(omega_body=(1.0, 0.0))
     with pytest.raises(ValueError, match=r"pivot\[1\] = inf"):
         TOP.state(pivot=(0.0, np.inf))
     for system in TURNING:
-        with pytest.raises(ValueError, match=r"state holds a quaternion of norm 2"):
+        with pytest.raises(ValueError, match=r"^q = \[2\.0, 0\.0, 0\.0, 0\.0\]; expected length 1"):
             system.state(q=(2.0, 0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=r"spin\[1\b.*= nan"):
         PLATE.state(spin=[0.0, np.nan])
@@ -189,14 +190,16 @@ def test_components_of_a_state_are_checked_by_name():
 @each_system
 @pytest.mark.parametrize("n_substeps", [0, -1, 1.5])
 def test_substeps_must_be_a_positive_integer(system, n_substeps):
-    with pytest.raises(ValueError, match=f"n_substeps = {n_substeps}; expected a positive integer"):
+    with pytest.raises(
+        ValueError, match=f"n_substeps = {n_substeps}; expected an integer of at least 1"
+    ):
         system.advance(system.state(), None, 0.1, n_substeps)
 
 
 @each_system
 @pytest.mark.parametrize("dt", [np.nan, np.inf, -np.inf])
 def test_steps_must_be_finite(system, dt):
-    with pytest.raises(ValueError, match=f"dt = {dt}; expected a finite time step"):
+    with pytest.raises(ValueError, match=f"dt = {dt}; expected a finite number"):
         system.advance(system.state(), None, dt)
 
 
@@ -207,7 +210,7 @@ def test_steps_outside_the_stability_envelope_are_refused_with_the_remedy():
     # 10 rad/s about e3 can become sqrt(2.3 / 1.1) as fast about e1, and 0.5 rad are the limit.
     assert "rates up to 14.4" in str(refused.value)
     assert np.isfinite(BODY.advance(y, None, 1.0, 29)).all()
-    with pytest.raises(ValueError, match=r"take max_step <= 0\.0345"):
+    with pytest.raises(ValueError, match=r"^max_step = 1\.0; expected at most 0\.0345\d* s"):
         BODY.simulate(y, [0.0, 1.0], max_step=1.0)
     with pytest.raises(ValueError, match="take n_substeps"):
         BODY.advance(REST, (1e4, 0.0, 0.0), 0.1)  # it is the torque that makes it fast
@@ -240,18 +243,18 @@ def test_what_becomes_too_fast_on_the_way_is_refused_with_the_time_and_the_remed
     y, u = PLATE.state(), (0.0, 0.0, 500.0, 0.0)  # the plate reaches 50 rad/s
     with pytest.raises(ValueError, match=r"take n_substeps >= 2$"):
         PLATE.advance(y, u, 0.1)
-    with pytest.raises(ValueError, match=r"0\.01 s is too long from t = 0\.\d+ s on"):
+    with pytest.raises(ValueError, match=r"^from t = 0\.\d+ s on: step = 0\.01; expected at most"):
         PLATE.advance(y, u, 0.1, 10)
     assert np.isfinite(PLATE.advance(y, u, 0.1, 40)).all()
 
 
 @pytest.mark.parametrize("n_substeps", [20, 100, 1000])
 def test_a_disk_that_falls_flat_within_a_step_is_refused(n_substeps):
-    disk, lean = RollingDisk.disc(1.3, 0.5), 0.1  # flat after 0.113 s
+    disk, lean = RollingDisk.uniform(1.3, 0.5), 0.1  # flat after 0.113 s
     y = disk.state(q=(np.cos(0.5 * lean), np.sin(0.5 * lean), 0.0, 0.0))
-    with pytest.raises(ValueError, match=r"is too long from t = 0\.\d+ s on|the motion ends"):
+    with pytest.raises(ValueError, match=r"^from t = 0\.\d+ s on: step|the motion ends"):
         disk.advance(y, None, 0.2, n_substeps)
-    with pytest.raises(ValueError, match=r"is too long from t = 0\.\d+ s on|the motion ends"):
+    with pytest.raises(ValueError, match=r"^from t = 0\.\d+ s on: step|the motion ends"):
         disk.simulate(y, [0.0, 3.0], max_step=0.2 / n_substeps)
 
 
@@ -263,7 +266,7 @@ def test_the_largest_step_must_be_a_positive_time(system, max_step):
 
 
 def test_a_ratio_below_the_rollers_own_is_refused():
-    with pytest.raises(ValueError, match=r"beta_change = -0\.1; expected 0 or above"):
+    with pytest.raises(ValueError, match=r"^beta_change\[1\] = -0\.1; expected at least 0"):
         ROLLER.rhs(ROLLER.state(), [(0.0, 0.2), (0.0, -0.1)])
 
 
@@ -273,8 +276,8 @@ def test_a_ratio_below_the_rollers_own_is_refused():
         (1.0, r"t has shape \(\)"),
         ([[0.0, 1.0]], r"t has shape \(1, 2\)"),
         ([], r"t has shape \(0,\)"),
-        ([0.0, 1.0, 1.0], "t is not monotone"),
-        ([0.0, 2.0, 1.0], "t is not monotone"),
+        ([0.0, 1.0, 1.0], r"^t = .*; expected strictly increasing or decreasing"),
+        ([0.0, 2.0, 1.0], r"^t = .*; expected strictly increasing or decreasing"),
         ([0.0, np.nan], r"t\[1.*\] = nan"),
     ],
 )
@@ -292,5 +295,5 @@ def test_inputs_must_be_one_row_or_one_for_each_interval():
 
 def test_unknown_names_of_a_trajectory_are_answered_with_the_known_ones():
     trajectory = BODY.simulate(REST, [0.0, 1.0])
-    with pytest.raises(KeyError, match=r"'tilt' is not known .*omega_body"):
+    with pytest.raises(KeyError, match=r"name = 'tilt'; expected one of .*omega_body"):
         trajectory["tilt"]

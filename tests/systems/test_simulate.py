@@ -233,7 +233,7 @@ def test_a_roller_whose_ratio_is_increased_swings_as_one_of_that_ratio():
     motion = ROLLER.simulate((bottom + 2.0, -1.0), t, (0.0, 0.35))
     place, speed = roller.valley(t, 2.0, -1.0, curvature=0.3, beta=0.8, g=9.5)
     # Stated: 1e-11 per radian, some 10 of them, at places of 3 m.
-    np.testing.assert_allclose(motion["way"] - bottom, place, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(motion["arc_length"] - bottom, place, rtol=0, atol=1e-9)
     np.testing.assert_allclose(motion["velocity"], speed, rtol=0, atol=1e-9)
 
 

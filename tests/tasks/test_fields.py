@@ -197,7 +197,7 @@ def test_physical_parameters_are_positive_bounded_and_may_be_drawn():
 
 def test_ranges_within_which_some_body_cannot_be_are_refused():
     # both ends of the ranges are bodies, (1, 2, 3) and (1.9, 3, 4); but (1, 2, 4) is not
-    with pytest.raises(ConfigError, match=r"^config\.I3: I3 = 4\.0 exceeds I1 \+ I2 by 1;"):
+    with pytest.raises(ConfigError, match=r"^config\.I3: I3 = 4\.0; expected I3 <= I1 \+ I2 = 3:"):
         IntermediateAxis(I1=(1.0, 1.9), I2=(2.0, 2.9), I3=(3.0, 4.0))
     IntermediateAxis(I1=(1.0, 1.9), I2=(2.0, 2.4), I3=(2.5, 3.0))
 

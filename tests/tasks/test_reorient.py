@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 
 from rigid_envs import rotations
-from rigid_envs.control.attitude import least_slew_time
+from rigid_envs.control.slewing import least_slew_time
 from rigid_envs.envs import RigidEnv
 from rigid_envs.scores.bindings.free_body import quaternion_pd
 from rigid_envs.tasks import Reorient

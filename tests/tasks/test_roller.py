@@ -103,7 +103,7 @@ def test_no_two_switches_gain_more_in_a_pass_and_some_gain_as_much():
     keep = first <= second
     first, second, a, b, c = (x[keep] for x in (first, second, a, b, c))
     envs = rows(len(a), dt=0.05, rim=3.0)
-    envs.reset(options={"state": {"way": -1.5, "velocity": 0.0}})
+    envs.reset(options={"state": {"arc_length": -1.5, "velocity": 0.0}})
     start, reached = height(envs)[0], np.full(len(a), np.nan)
     for k in range(n):
         envs.step(np.where(k < first, a, np.where(k < second, b, c))[:, None].astype(np.float32))
@@ -132,7 +132,7 @@ def test_random_ratios_never_gain_more_in_a_pass():
 
 def test_masses_moved_at_once_keep_the_momentum_about_the_contact():
     envs = rows(3, dt=1e-4)
-    envs.reset(options={"state": {"way": 0.0, "velocity": 2.0}})
+    envs.reset(options={"state": {"arc_length": 0.0, "velocity": 2.0}})
     before = 1.4 * 2.0
     for action in (1.0, -0.2, 0.4):
         envs.step(np.full((3, 1), action, dtype=np.float32))

@@ -145,7 +145,7 @@ def test_no_disk_becomes_faster_than_the_bound_before_it_has_fallen(name):
         systems, upright = envs.systems, np.ones(20, dtype=bool)
         for k in range(80):
             y = envs.y
-            rates = [systems[i].pace(y[i], nothing)[0] for i in np.flatnonzero(upright)]
+            rates = [systems[i].rate_and_growth(y[i], nothing)[0] for i in np.flatnonzero(upright)]
             assert max(rates, default=0.0) <= task.largest_rate(400 * task.dt)
             over = -np.sign(rolling(y).lean) * (-1.0) ** (k // n_held)
             upright &= ~envs.step(over[:, None].astype(np.float32))[2]

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from rigid_envs.laws.numerics import EPS, matrices
 from rigid_envs.systems import System, Trajectory
-from rigid_envs.systems.drive import Input
+from rigid_envs.systems.integration import Input
 
 __all__ = [
     "Refined",

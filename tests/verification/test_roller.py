@@ -94,7 +94,7 @@ def test_in_a_valley_a_body_swings_like_a_pendulum_of_jacobi(beta, descent):
 
 def swinging(system, seed):
     rng = np.random.default_rng([35, seed])
-    return system.state(way=rng.uniform(-0.5, 0.5), velocity=rng.normal()), rng
+    return system.state(arc_length=rng.uniform(-0.5, 0.5), velocity=rng.normal()), rng
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -186,7 +186,7 @@ def pushed(t):
 
 @pytest.mark.parametrize("u", [None, (0.7, 0.2), pushed])
 def test_the_measured_order_is_four(u):
-    y, t = VALLEY.state(way=0.2, velocity=1.0), np.linspace(0.0, 3.2, 5)
+    y, t = VALLEY.state(arc_length=0.2, velocity=1.0), np.linspace(0.0, 3.2, 5)
     fine = VALLEY.simulate(y, t, u, max_step=0.001).y[-1]
     errors = [
         np.max(np.abs(VALLEY.simulate(y, t, u, max_step=step).y[-1] - fine))
@@ -197,7 +197,7 @@ def test_the_measured_order_is_four(u):
 
 @pytest.mark.parametrize(("dt", "bound"), [(0.1, 2e-5), (0.05, 1.3e-6)])
 def test_a_million_steps_in_a_valley_keep_the_energy(dt, bound):
-    y = VALLEY.state(way=0.2, velocity=1.5)
+    y = VALLEY.state(arc_length=0.2, velocity=1.5)
     motion = VALLEY.simulate(y, sample_steps(MILLION) * dt, max_step=dt)
     energy = motion.invariants["energy"] / motion.invariants["energy"][0] - 1.0
     assert np.max(np.abs(energy)) <= bound  # found: 1.0e-5 and 6.5e-7, the fourth power
@@ -212,4 +212,4 @@ def test_straight_down_a_body_keeps_its_energy_to_rounding():
     energy = motion.invariants["energy"]
     np.testing.assert_allclose(energy, energy[0], rtol=0, atol=5.0 * EPS * n_steps * 5.0)
     way = -2.0 * motion.t + 0.5 * 9.81 * math.sin(0.3) / 1.4 * motion.t**2
-    np.testing.assert_allclose(motion["way"], way, rtol=0, atol=5.0 * EPS * n_steps * 6.0)
+    np.testing.assert_allclose(motion["arc_length"], way, rtol=0, atol=5.0 * EPS * n_steps * 6.0)

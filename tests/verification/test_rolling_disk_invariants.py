@@ -7,7 +7,7 @@ from rigid_envs import rotations
 from rigid_envs.systems import RollingDisk
 from tests.verification.measures import is_level, orders, sample_steps, slope
 
-DISC = RollingDisk.disc()
+DISC = RollingDisk.uniform()
 SWINGING = DISC.state(
     q=rotations.quaternion_from_euler((0.0, 1.3, 0.0)), omega_body=(0.2, 0.1, 3.0)
 )

@@ -214,7 +214,7 @@ def falling_flat(lean):
 
     With theta = lean (1 - x^2) the integrand is smooth.
     """
-    disk = RollingDisk.disc(m=1.3, radius=0.5)
+    disk = RollingDisk.uniform(m=1.3, radius=0.5)
     y = disk.state(q=rotations.quaternion_from_euler((0.3, lean, 0.7)))
     pull = 2.0 * disk.m * disk.g * disk.radius / (disk.I1 + disk.m * disk.radius**2)
 

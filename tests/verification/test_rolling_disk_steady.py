@@ -140,9 +140,9 @@ def test_the_lean_of_an_upright_disk_grows_or_swings_at_the_reference_rate(case)
 
 
 @pytest.mark.parametrize(
-    # v^2 = g r / 3 of a thin disc, g r / 4 of a hoop: Routh, section 244.
+    # v^2 = g r / 3 of a thin disk, g r / 4 of a hoop: Routh, section 244.
     ("make", "square"),
-    [(RollingDisk.disc, 1.0 / 3.0), (RollingDisk.hoop, 1.0 / 4.0)],
+    [(RollingDisk.uniform, 1.0 / 3.0), (RollingDisk.hoop, 1.0 / 4.0)],
 )
 def test_an_upright_disk_is_stable_just_above_its_threshold_and_falls_just_below(make, square):
     disk = make(m=1.7, radius=0.4)
@@ -163,7 +163,7 @@ def test_an_upright_disk_is_stable_just_above_its_threshold_and_falls_just_below
     assert largest[3] <= 1.01 * nudge / rate  # it swings with the amplitude of the nudge
 
 
-@pytest.mark.parametrize("make", [RollingDisk.disc, RollingDisk.hoop])
+@pytest.mark.parametrize("make", [RollingDisk.uniform, RollingDisk.hoop])
 def test_a_fast_upright_disk_rolls_straight(make):
     disk, w3 = make(m=1.7, radius=0.4), 9.0
     y = circling(disk, UPRIGHT, 0.0, w3)

@@ -15,7 +15,7 @@ Sources: Neimark & Fufaev, Dynamics of Nonholonomic Systems, ch. III; Weltner (1
 47:984, doi:10.1119/1.11602.
 """
 
-from rigid_envs.analytic.ball_on_plate._attitude import roll_round_axis, stand_in_space
+from rigid_envs.analytic.ball_on_plate._ball_attitude import roll_round_axis, stand_in_space
 from rigid_envs.analytic.ball_on_plate._motion import Rolled
 from rigid_envs.analytic.ball_on_plate._plate import (
     TurntableCircle,

@@ -6,9 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import FloatArray, finite, non_negative, positive, vector
 from rigid_envs.analytic._phi import phi1, phi2
 from rigid_envs.analytic.ball_on_plate._motion import Rolled, about_x, from_complex
+from rigid_envs.checks import (
+    Array,
+    all_positive,
+    array,
+    exact_array,
+    non_negative,
+    number,
+    positive,
+    require,
+)
 
 __all__ = ["TurntableCircle", "drift_across_slope", "roll_on_plate", "turntable_circle"]
 
@@ -23,7 +32,7 @@ class TurntableCircle:
         rate: angular velocity round it, k Omega [rad/s].
     """
 
-    centre: FloatArray
+    centre: Array
     circle_radius: float
     rate: float
 
@@ -63,11 +72,14 @@ def roll_on_plate(
 
     Source: Neimark & Fufaev, ch. III; Weltner (1979).
     """
-    positive(beta=beta, radius=radius)
-    non_negative(g=g)
-    times = finite("t", t)
-    lean, table = finite("tilt", tilt), finite("turntable_rate", turntable_rate)
-    start, spin = complex(*vector("place", place, 2)), about_x(vector("omega", omega, 3), -lean)
+    all_positive(beta=beta, radius=radius)
+    non_negative(g, "g")
+    times = array(t, "t")
+    lean, table = array(tilt, "tilt"), array(turntable_rate, "turntable_rate")
+    start, spin = (
+        complex(*exact_array(place, "place", 2)),
+        about_x(exact_array(omega, "omega", 3), -lean),
+    )
     v0 = 1j * (table * start - radius * complex(spin[0], spin[1]))
     fall = -1j * g * np.sin(lean) / (1.0 + beta)
     angle = beta / (1.0 + beta) * table * times
@@ -100,10 +112,11 @@ def turntable_circle(
 
     Source: Weltner (1979).
     """
-    rate = beta / (1.0 + beta) * _moving(turntable_rate)
+    _moving(turntable_rate)
     begin = roll_on_plate(
         0.0, place, omega, beta=beta, radius=radius, turntable_rate=turntable_rate, g=0.0
     )
+    rate = beta / (1.0 + beta) * float(turntable_rate)
     to_centre = np.array([-begin.velocity[1], begin.velocity[0]]) / rate
     return TurntableCircle(begin.centre[:2] + to_centre, float(np.hypot(*to_centre)), rate)
 
@@ -124,16 +137,14 @@ def drift_across_slope(*, beta: float, turntable_rate: float, tilt: float, g: fl
 
     Source: Neimark & Fufaev, ch. III.
     """
-    positive(beta=beta)
-    non_negative(g=g)
-    return g * math.sin(finite("tilt", tilt)) / (beta * _moving(turntable_rate))
+    positive(beta, "beta")
+    non_negative(g, "g")
+    return g * math.sin(array(tilt, "tilt")) / (beta * _moving(turntable_rate))
 
 
 def _moving(turntable_rate: float) -> float:
     """Rate of a turntable, checked to turn [rad/s]."""
-    rate = float(finite("turntable_rate", turntable_rate))
-    if rate == 0.0:
-        raise ValueError(
-            "turntable_rate is 0.0; expected another: on a plate at rest nothing turns"
-        )
+    rate = number(turntable_rate, "turntable_rate")
+    expected = "a rate other than 0 [rad/s]: on a plate at rest nothing turns"
+    require(rate != 0.0, turntable_rate, "turntable_rate", expected)
     return rate

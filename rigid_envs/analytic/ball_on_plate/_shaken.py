@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import finite, positive, vector
 from rigid_envs.analytic.ball_on_plate._motion import Rolled, with_normal
+from rigid_envs.checks import all_positive, array, exact_array
 
 __all__ = ["roll_on_shaken_plate"]
 
@@ -41,14 +41,14 @@ def roll_on_shaken_plate(
 
     Source: Neimark & Fufaev, ch. III.
     """
-    positive(beta=beta, radius=radius)
-    times = finite("t", t)[..., np.newaxis]
-    swing, nu = vector("amplitudes", amplitudes, 2), vector("frequencies", frequencies, 2)
-    spin, share = vector("omega", omega, 3), beta / (1.0 + beta)
+    all_positive(beta=beta, radius=radius)
+    times = array(t, "t")[..., np.newaxis]
+    swing, nu = exact_array(amplitudes, "amplitudes", 2), exact_array(frequencies, "frequencies", 2)
+    spin, share = exact_array(omega, "omega", 3), beta / (1.0 + beta)
     plate, plate_velocity = swing * np.sin(nu * times), swing * nu * np.cos(nu * times)
     # The velocity without the ball's share in the shaking stays as it is.
     steady = radius * np.array([spin[1], -spin[0]]) + (1.0 - share) * swing * nu
-    centre = vector("place", place, 2) + steady * times + share * plate
+    centre = exact_array(place, "place", 2) + steady * times + share * plate
     slip = (steady - (1.0 - share) * plate_velocity) / radius
     return Rolled(
         with_normal(centre, radius),

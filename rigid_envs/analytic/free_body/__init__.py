@@ -8,7 +8,7 @@ Two times are easily mixed up: the component about the intermediate axis changes
 `Polhode.period` = 4 K / p, two flips later.
 """
 
-from rigid_envs.analytic.free_body._attitude import attitude
+from rigid_envs.analytic.free_body._body_attitude import attitude
 from rigid_envs.analytic.free_body._poinsot import Poinsot, herpolhode, invariable_plane, poinsot
 from rigid_envs.analytic.free_body._polhode import Polhode, omega, polhode
 from rigid_envs.analytic.free_body._rates import growth_rate, oscillation_rates

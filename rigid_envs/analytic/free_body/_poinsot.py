@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import _quaternion, elliptic
-from rigid_envs.analytic._inputs import FloatArray, unit_quaternion, vector
-from rigid_envs.analytic.free_body._attitude import precession
+from rigid_envs.analytic.free_body._body_attitude import precession
 from rigid_envs.analytic.free_body._polhode import Polhode, polhode
+from rigid_envs.checks import Array, exact_array
 
 __all__ = ["Poinsot", "herpolhode", "invariable_plane", "poinsot"]
 
@@ -72,8 +72,8 @@ def poinsot(moments: ArrayLike, omega0: ArrayLike) -> Poinsot:
     path = polhode(moments, omega0)
     (j1, j2, j3), (a1, a2, _) = path.moments, path.amplitudes
     momentum, share = path.momentum, _shares(path)[1]
-    rates = vector("omega0", omega0, 3)
-    distance = float(rates @ _direction(path, vector("moments", moments, 3) * rates))
+    rates = exact_array(omega0, "omega0", 3)
+    distance = float(rates @ _direction(path, exact_array(moments, "moments", 3) * rates))
     return Poinsot(
         momentum=momentum,
         energy=0.5 * momentum * distance,
@@ -86,9 +86,7 @@ def poinsot(moments: ArrayLike, omega0: ArrayLike) -> Poinsot:
     )
 
 
-def invariable_plane(
-    moments: ArrayLike, omega0: ArrayLike, q0: ArrayLike
-) -> tuple[FloatArray, float]:
+def invariable_plane(moments: ArrayLike, omega0: ArrayLike, q0: ArrayLike) -> tuple[Array, float]:
     """Place of the invariable plane in the world: normal . omega_world = distance at all times.
 
     Args:
@@ -105,17 +103,15 @@ def invariable_plane(
 
     Source: Goldstein, sec. 5.6.
     """
-    path, q = polhode(moments, omega0), unit_quaternion("q0", q0)
-    inertia, rates = vector("moments", moments, 3), vector("omega0", omega0, 3)
+    path, q = polhode(moments, omega0), _quaternion.normalized(q0, "q0")
+    inertia, rates = exact_array(moments, "moments", 3), exact_array(omega0, "omega0", 3)
     body = _direction(path, inertia * rates)
     pure = np.concatenate([np.zeros(1), body])
     world = _quaternion.product(_quaternion.product(q, pure), _quaternion.conjugate(q))[1:]
     return world, float(body @ rates)
 
 
-def herpolhode(
-    t: ArrayLike, moments: ArrayLike, omega0: ArrayLike
-) -> tuple[FloatArray, FloatArray]:
+def herpolhode(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike) -> tuple[Array, Array]:
     """Curve of the contact on the invariable plane, in polar coordinates about the foot of L.
 
     The angle is the precession of the third axis of the normal frame about L and, on top of it, the
@@ -145,7 +141,7 @@ def herpolhode(
     return _radius(path, u), angle - start
 
 
-def _direction(path: Polhode, momentum: FloatArray) -> FloatArray:
+def _direction(path: Polhode, momentum: Array) -> Array:
     """Unit vector along L in the body; at rest along the axis that the normal frame has third."""
     if path.momentum == 0.0:
         return path.to_body(np.array([0.0, 0.0, 1.0]))
@@ -160,7 +156,7 @@ def _advance(path: Polhode) -> float:
     return float(precession(path, np.array(whole), path.period))
 
 
-def _radius(path: Polhode, u: FloatArray) -> FloatArray:
+def _radius(path: Polhode, u: Array) -> Array:
     """Distance of the contact from the foot of L, norm(omega x L) / L [rad/s]."""
     (j1, j2, j3), (a1, a2, _) = path.moments, path.amplitudes
     share1, share3 = _shares(path)
@@ -173,7 +169,7 @@ def _radius(path: Polhode, u: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(cross, axis=0))
 
 
-def _lead(path: Polhode, u: FloatArray) -> FloatArray:
+def _lead(path: Polhode, u: Array) -> Array:
     """Angle about L from the third axis of the normal frame, or its opposite, to omega [rad]."""
     (j1, j2, j3), (a1, a2, _) = path.moments, path.amplitudes
     sn, cn, dn = elliptic.jacobi(u, path.m1)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import elliptic
-from rigid_envs.analytic._inputs import FloatArray, finite, positive, vector
+from rigid_envs.checks import Array, array, exact_array, positive_array
 
 __all__ = ["Polhode", "omega", "polhode"]
 
@@ -77,11 +77,11 @@ class Polhode:
             return math.inf
         return 2.0 / abs(self.rate) * (math.log(4.0) - 0.5 * math.log(self.m1))
 
-    def argument(self, t: ArrayLike) -> FloatArray:
+    def argument(self, t: ArrayLike) -> Array:
         """Argument u of the elliptic functions at the times t [s], of the shape of t."""
-        return self.start + self.rate * finite("t", t)
+        return self.start + self.rate * array(t, "t")
 
-    def to_body(self, normal: FloatArray) -> FloatArray:
+    def to_body(self, normal: Array) -> Array:
         """Components in the principal body axes of vectors in the normal frame, shape (..., 3)."""
         body = np.empty_like(normal)
         body[..., list(self.axes)] = np.array(self.signs) * normal
@@ -105,8 +105,8 @@ def polhode(moments: ArrayLike, omega0: ArrayLike) -> Polhode:
 
     Source: Landau & Lifshitz, par. 37.
     """
-    inertia, rates = vector("moments", moments, 3), vector("omega0", omega0, 3)
-    positive(moments=inertia)
+    inertia = positive_array(moments, "moments", "kg m^2", 3)
+    rates = exact_array(omega0, "omega0", 3)
     # Squares of rates must not underflow; a power of two changes no digit.
     size = 2.0 ** (math.frexp(float(np.max(np.abs(rates))))[1] - 1)
     axes, signs, gap = _normal_frame(inertia, rates / size)
@@ -129,7 +129,7 @@ def polhode(moments: ArrayLike, omega0: ArrayLike) -> Polhode:
     )
 
 
-def omega(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike) -> FloatArray:
+def omega(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike) -> Array:
     """Angular velocity of a free body, (a1 cn u, a2 sn u, a3 dn u) in the normal frame.
 
     Args:
@@ -150,7 +150,7 @@ def omega(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike) -> FloatArray:
     return path.to_body(np.stack([cn, sn, dn], axis=-1) * np.array(path.amplitudes))
 
 
-def _normal_frame(inertia: FloatArray, rates: FloatArray) -> tuple[list[int], FloatArray, float]:
+def _normal_frame(inertia: Array, rates: Array) -> tuple[list[int], Array, float]:
     """Axes and signs of the normal frame, and abs(D) to full relative accuracy.
 
     D is taken in exact rational arithmetic: near the separatrix it is the small difference of two

@@ -4,7 +4,7 @@ import math
 
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import finite, positive, vector
+from rigid_envs.checks import number, positive_array
 
 __all__ = ["growth_rate", "oscillation_rates"]
 
@@ -24,7 +24,7 @@ def growth_rate(moments: ArrayLike, spin: float) -> float:
     Source: Goldstein, sec. 5.6; Landau & Lifshitz, par. 37, problem 1.
     """
     a, b, c = _ascending(moments)
-    return abs(float(finite("spin", spin))) * math.sqrt((b - a) * (c - b) / (a * c))
+    return abs(number(spin, "spin")) * math.sqrt((b - a) * (c - b) / (a * c))
 
 
 def oscillation_rates(moments: ArrayLike, spin: float) -> tuple[float, float]:
@@ -46,14 +46,13 @@ def oscillation_rates(moments: ArrayLike, spin: float) -> tuple[float, float]:
     Source: Goldstein, sec. 5.6; Landau & Lifshitz, par. 37, problem 1.
     """
     a, b, c = _ascending(moments)
-    size = abs(float(finite("spin", spin)))
+    size = abs(number(spin, "spin"))
     smallest, largest = (b - a) * (c - a) / (b * c), (c - a) * (c - b) / (a * b)
     return size * math.sqrt(smallest), size * math.sqrt(largest)
 
 
 def _ascending(moments: ArrayLike) -> tuple[float, float, float]:
     """Principal moments, checked and sorted."""
-    inertia = vector("moments", moments, 3)
-    positive(moments=inertia)
+    inertia = positive_array(moments, "moments", "kg m^2", 3)
     a, b, c = sorted(float(x) for x in inertia)
     return a, b, c

@@ -14,7 +14,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import FloatArray, finite, positive, vector
+from rigid_envs.checks import (
+    Array,
+    all_positive,
+    exact_array,
+    number,
+    positive_array,
+    require,
+)
 
 __all__ = ["Cones", "chandler_period", "chandler_turns", "symmetric_cones", "symmetric_rates"]
 
@@ -123,9 +130,8 @@ def chandler_period(omega3: float, *, i_perp: float, i3: float) -> float:
 
     Source: Goldstein, sec. 5.6; Landau & Lifshitz, par. 33.
     """
-    rate = abs(float(finite("omega3", omega3)))
-    if rate == 0.0:
-        raise ValueError("omega3 is 0; expected a body that turns about its axis")
+    rate = abs(number(omega3, "omega3"))
+    require(rate > 0.0, omega3, "omega3", "a rate other than 0 [rad/s]")
     return 2.0 * math.pi * chandler_turns(i_perp=i_perp, i3=i3) / rate
 
 
@@ -141,17 +147,15 @@ def chandler_turns(*, i_perp: float, i3: float) -> float:
 
     Source: Goldstein, sec. 5.6.
     """
-    positive(i_perp=i_perp, i3=i3)
-    if i3 <= i_perp:
-        raise ValueError(f"i3 is {i3}; expected above i_perp = {i_perp}: use symmetric_rates")
+    all_positive(i_perp=i_perp, i3=i3)
+    require(i3 > i_perp, i3, "i3", f"above i_perp = {i_perp}: use symmetric_rates")
     return i_perp / (i3 - i_perp)
 
 
-def _symmetric(moments: ArrayLike, omega0: ArrayLike) -> tuple[FloatArray, FloatArray, int]:
+def _symmetric(moments: ArrayLike, omega0: ArrayLike) -> tuple[Array, Array, int]:
     """Moments and rates, checked, and the body axis of symmetry."""
-    inertia, rates = vector("moments", moments, 3), vector("omega0", omega0, 3)
-    positive(moments=inertia)
-    axis = next((k for k in (2, 1, 0) if inertia[k - 2] == inertia[k - 1]), None)
-    if axis is None:
-        raise ValueError(f"moments are {inertia.tolist()}; expected two equal: use polhode instead")
-    return inertia, rates, axis
+    inertia = positive_array(moments, "moments", "kg m^2", 3)
+    rates = exact_array(omega0, "omega0", 3)
+    axes = [k for k in (2, 1, 0) if inertia[k - 2] == inertia[k - 1]]
+    require(bool(axes), inertia, "moments", "two equal: use polhode instead")
+    return inertia, rates, axes[0]

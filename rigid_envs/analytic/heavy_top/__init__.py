@@ -11,7 +11,6 @@ Sources: Goldstein, Classical Mechanics, sec. 5.7; Landau & Lifshitz, Mechanics,
 Whittaker, Analytical Dynamics, ch. VI.
 """
 
-from rigid_envs.analytic.heavy_top._attitude import attitude, euler_angles, omega
 from rigid_envs.analytic.heavy_top._fast import FastTop, fast_top
 from rigid_envs.analytic.heavy_top._nutation import Nutation, nutation, tilt
 from rigid_envs.analytic.heavy_top._precession import Precession, precession
@@ -21,12 +20,13 @@ from rigid_envs.analytic.heavy_top._sleeping import (
     sleeping_threshold,
 )
 from rigid_envs.analytic.heavy_top._start import Invariants, invariants
-from rigid_envs.analytic.heavy_top._steady import (
+from rigid_envs.analytic.heavy_top._steady_top import (
     effective_potential,
     nutation_frequency,
     steady_precession,
     steady_threshold,
 )
+from rigid_envs.analytic.heavy_top._top_attitude import attitude, euler_angles, omega
 
 __all__ = [
     "FastTop",

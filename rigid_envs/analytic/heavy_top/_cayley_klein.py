@@ -23,7 +23,7 @@ e = 1 + u, D = u3 - 1, span = u3 - u1 and spin = +-(omega3 - a) / 2,
              F = dn, G = sn cn, p^2 = d1, q^2 = (d1 - d2) nu, nu = m D / d2, with the integral of
              dn^2 instead of cn^2 and its factor^2 = d1 D / (span d2).
 
-q has the sign of b + a or b - a, and depth the other; in the last row it is the other way round.
+q has the sign of b + a or b - a, and depth the other; in the last row it is reversed.
 
 Sources: Whittaker, Analytical Dynamics, ch. VI; Klein & Sommerfeld, Theorie des Kreisels, vol. II;
 DLMF 19.7(iii).
@@ -37,16 +37,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigid_envs.analytic import elliptic
-from rigid_envs.analytic._inputs import FloatArray, finite
 from rigid_envs.analytic.heavy_top._nutation import Nutation, nutation_of
 from rigid_envs.analytic.heavy_top._start import Start
+from rigid_envs.checks import Array, array
 
 __all__ = ["ComplexArray", "Wave", "waves"]
 
 ComplexArray = NDArray[np.complex128]
 _Pair = Callable[
-    [FloatArray, FloatArray, FloatArray, float],
-    tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    [Array, Array, Array, float],
+    tuple[Array, Array, Array, Array],
 ]
 
 
@@ -86,11 +86,11 @@ class Wave:
         factor, slope = self.p * F + 1j * self.q * G, self.p * F_slope + 1j * self.q * G_slope
         under = 1.0 + self.nu * sn * sn
         growth = (1j * self.depth * cn * cn - self.nu * sn * cn * dn) / under
-        turn = np.exp(1j * (self.spin * finite("t", t) + self._phase(t))) / np.sqrt(2.0 * under)
+        turn = np.exp(1j * (self.spin * array(t, "t") + self._phase(t))) / np.sqrt(2.0 * under)
         rate = swing.rate * (slope + growth * factor) + 1j * self.drift * factor
         return self.turn * factor * turn, self.turn * rate * turn
 
-    def argument(self, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    def argument(self, t: ArrayLike) -> tuple[Array, Array]:
         """Phase at the times t, continuous: half turns, and the rest without that of the spin."""
         n, v = elliptic.split_half_periods(self.swing.argument(t), self.swing.m1)
         F, G, _, _ = self.pair(*elliptic.jacobi(v, self.swing.m1), 1.0 - self.swing.m1)
@@ -107,13 +107,13 @@ class Wave:
         end = 2.0 * elliptic.quarter_period(self.swing.m1)
         return self.depth * float(self._bounded(np.array(end)))
 
-    def _phase(self, t: ArrayLike) -> FloatArray:
+    def _phase(self, t: ArrayLike) -> Array:
         """Phase of the exponential but for the spin, 0 at t = 0 [rad]."""
         u = self.swing.argument(t)
         turned = self._bounded(u) - self._bounded(np.array(self.swing.start))
-        return np.asarray(self.drift * finite("t", t) + self.depth * turned)
+        return np.asarray(self.drift * array(t, "t") + self.depth * turned)
 
-    def _bounded(self, u: FloatArray) -> FloatArray:
+    def _bounded(self, u: Array) -> Array:
         return elliptic.cn2_integral(u, self.nu, self.swing.m1)
 
 
@@ -175,26 +175,20 @@ def _vector(start: Start, swing: Nutation) -> Wave:
 
 
 def _span(swing: Nutation) -> float:
-    """u3 - u1; where it is 0, at the sleeping threshold, nothing moves and any number will do."""
+    """u3 - u1; where it is 0, at the sleeping threshold, nothing moves and any value does."""
     return swing.depths[0] + swing.depths[2] if swing.rate > 0.0 else 1.0
 
 
-def _far_pair(
-    sn: FloatArray, cn: FloatArray, dn: FloatArray, m: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _far_pair(sn: Array, cn: Array, dn: Array, m: float) -> tuple[Array, Array, Array, Array]:
     """Pair F = cn dn, G = sn, and the derivatives of both."""
     return cn * dn, sn, -sn * (dn * dn + m * cn * cn), cn * dn
 
 
-def _near_pair(
-    sn: FloatArray, cn: FloatArray, dn: FloatArray, m: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _near_pair(sn: Array, cn: Array, dn: Array, m: float) -> tuple[Array, Array, Array, Array]:
     """Pair F = cn, G = sn dn, and the derivatives of both."""
     return cn, sn * dn, -sn * dn, cn * (dn * dn - m * sn * sn)
 
 
-def _beyond_pair(
-    sn: FloatArray, cn: FloatArray, dn: FloatArray, m: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _beyond_pair(sn: Array, cn: Array, dn: Array, m: float) -> tuple[Array, Array, Array, Array]:
     """Pair F = dn, G = sn cn, and the derivatives of both."""
     return dn, sn * cn, -m * sn * cn, dn * (cn * cn - sn * sn)

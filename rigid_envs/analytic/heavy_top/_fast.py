@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import FloatArray, finite, positive
+from rigid_envs.checks import Array, all_positive, array, require
 
 __all__ = ["FastTop", "fast_top"]
 
@@ -21,9 +21,9 @@ class FastTop:
             [rad].
     """
 
-    precession: FloatArray
-    nutation: FloatArray
-    amplitude: FloatArray
+    precession: Array
+    nutation: Array
+    amplitude: Array
 
 
 def fast_top(
@@ -48,10 +48,9 @@ def fast_top(
 
     Source: Goldstein, sec. 5.7, "the fast top".
     """
-    positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    tilt, rates = np.broadcast_arrays(finite("theta", theta), finite("omega3", omega3))
-    if np.any(rates == 0.0):
-        raise ValueError(f"omega3 is {rates.tolist()}; expected a spin other than 0")
+    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    tilt, rates = np.broadcast_arrays(array(theta, "theta"), array(omega3, "omega3"))
+    require(rates != 0.0, rates, "omega3", "a spin other than 0 [rad/s]")
     spin = i3 * rates
     return FastTop(
         precession=mgl / spin,

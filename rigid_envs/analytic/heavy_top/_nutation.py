@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import elliptic
-from rigid_envs.analytic._inputs import FloatArray, finite
 from rigid_envs.analytic.heavy_top._cubic import cubic_roots
 from rigid_envs.analytic.heavy_top._start import Start, start_of
+from rigid_envs.checks import Array, array
 
 __all__ = ["Nutation", "nutation", "nutation_of", "tilt"]
 
@@ -48,13 +48,13 @@ class Nutation:
         e1, e2, _ = self.heights
         return 0.5 * (e1 - d1), 0.5 * (e2 - d2), 1.0 + d3
 
-    def argument(self, t: ArrayLike) -> FloatArray:
+    def argument(self, t: ArrayLike) -> Array:
         """Argument of the elliptic functions at the times t [s], of the shape of t."""
-        return self.start + self.rate * finite("t", t)
+        return self.start + self.rate * array(t, "t")
 
 
 def nutation(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float) -> Nutation:
-    """Find turning points and period of the nutation of a top started anyhow.
+    """Find turning points and period of the nutation of a top from any initial state.
 
     The cubic is taken in the distances from both poles, 1 - u and 1 + u, with coefficients exact to
     rounding: so a tilt of 1e-12 keeps its digits. (Exactly at the sleeping threshold tilts below
@@ -98,8 +98,8 @@ def nutation_of(start: Start) -> Nutation:
 
 def tilt(
     t: ArrayLike, omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float
-) -> FloatArray:
-    """Tilt of the axis of a top started anyhow, at any time.
+) -> Array:
+    """Tilt of the axis of a top from any initial state, at any time.
 
     Args:
         t: times, any shape [s].

@@ -1,4 +1,4 @@
-"""Precession: how far the axis goes round in one nutation, and the kind of path that it draws."""
+"""Precession: angle per nutation, mean rate, and the kind of path of the axis."""
 
 import math
 import sys
@@ -49,7 +49,7 @@ class Precession:
 def precession(
     omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float
 ) -> Precession:
-    """Find the precession of a top started anyhow.
+    """Find the precession of a top from any initial state.
 
     A jump of phi at a pole, as in `euler_angles`, is counted.
 

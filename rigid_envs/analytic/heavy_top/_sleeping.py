@@ -1,4 +1,4 @@
-"""The upright top: when it sleeps, and how it falls when it does not."""
+"""The sleeping top: stability threshold, exponents, homoclinic motion."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import elliptic
-from rigid_envs.analytic._inputs import FloatArray, finite, positive
+from rigid_envs.checks import Array, all_positive, array, number, require
 
 __all__ = ["homoclinic_tilt", "sleeping_exponents", "sleeping_threshold"]
 
@@ -21,7 +21,7 @@ def sleeping_threshold(*, i_perp: float, i3: float, mgl: float) -> float:
 
     Source: Goldstein, sec. 5.7.
     """
-    positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
     return 2.0 * math.sqrt(i_perp * mgl) / i3
 
 
@@ -45,8 +45,8 @@ def sleeping_exponents(
 
     Source: Goldstein, sec. 5.7; Whittaker, ch. VI.
     """
-    positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    half, fall = i3 * float(finite("omega3", omega3)) / (2.0 * i_perp), math.sqrt(mgl / i_perp)
+    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    half, fall = i3 * number(omega3, "omega3") / (2.0 * i_perp), math.sqrt(mgl / i_perp)
     excess = (abs(half) - fall) * (abs(half) + fall)
     if excess < 0.0:
         growth = math.sqrt(-excess)
@@ -55,10 +55,8 @@ def sleeping_exponents(
     return complex(0.0, fall * fall / fast), complex(0.0, fast)
 
 
-def homoclinic_tilt(
-    t: ArrayLike, omega3: float, *, i_perp: float, i3: float, mgl: float
-) -> FloatArray:
-    """Tilt of the top that falls from upright and returns to it, in infinite time each way.
+def homoclinic_tilt(t: ArrayLike, omega3: float, *, i_perp: float, i3: float, mgl: float) -> Array:
+    """Tilt on the homoclinic orbit of the upright top, which takes infinite time either way.
 
     sin(theta / 2) = sqrt(1 - c) sech(lambda t), with c = (I3 omega3)^2 / (4 I mgl) < 1 and lambda
     the growth rate of `sleeping_exponents`; largest at t = 0.
@@ -79,9 +77,9 @@ def homoclinic_tilt(
     Source: Whittaker, ch. VI: the cubic with a double root at the vertical.
     """
     threshold = sleeping_threshold(i_perp=i_perp, i3=i3, mgl=mgl)
-    if abs(omega3) >= threshold:
-        raise ValueError(f"omega3 is {omega3}; expected below the threshold {threshold} rad/s")
+    below = abs(number(omega3, "omega3")) < threshold
+    require(below, omega3, "omega3", f"below the threshold {threshold} [rad/s]")
     ratio = abs(omega3) / threshold
     growth = sleeping_exponents(omega3, i_perp=i_perp, i3=i3, mgl=mgl)[0].real
-    _, sech, _ = elliptic.jacobi(growth * finite("t", t), 0.0)
+    _, sech, _ = elliptic.jacobi(growth * array(t, "t"), 0.0)
     return 2.0 * np.arcsin(math.sqrt((1.0 - ratio) * (1.0 + ratio)) * sech)

@@ -1,4 +1,4 @@
-"""What the motion of a top takes from its start, in exact arithmetic.
+"""Constants of a top's motion from its initial state, in exact arithmetic.
 
 Whether the axis passes the vertical at 1e-17 rad or through it, on which side, and whether a top
 ever comes back down hang on differences of large numbers: b - a, b + a and E - mgl. Here they are
@@ -11,7 +11,8 @@ from fractions import Fraction
 
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import positive, unit_quaternion, vector
+from rigid_envs.analytic import _quaternion
+from rigid_envs.checks import all_positive, exact_array
 
 __all__ = ["Invariants", "Pole", "Start", "invariants", "start_of"]
 
@@ -21,7 +22,7 @@ _SMALLEST = 1e-75
 
 @dataclass(frozen=True)
 class Pole:
-    """The start as it looks from one pole, with distances d = 1 - u from upright, or 1 + u.
+    """Initial state relative to one pole, with distances d = 1 - u from upright, or 1 + u.
 
     Attributes:
         side: +1 for upright, -1 for hanging.
@@ -92,11 +93,12 @@ def start_of(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl:
         ValueError: a moment or mgl that is not positive, a quaternion that is not unit, a wrong
             shape, or a number that is not finite.
     """
-    positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    rates, unit = vector("omega0", omega0, 3).tolist(), unit_quaternion("q0", q0).tolist()
+    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    rates = exact_array(omega0, "omega0", 3).tolist()
+    unit = _quaternion.normalized(q0, "q0").tolist()
     swing = math.sqrt(mgl / i_perp)
     w1, w2, w3 = _exact(rates[0], swing), _exact(rates[1], swing), Fraction(rates[2])
-    qw, qx, qy, qz = (_exact(x, 1.0) for x in vector("q0", q0, 4).tolist())
+    qw, qx, qy, qz = (_exact(x, 1.0) for x in exact_array(q0, "q0", 4).tolist())
     square = qw * qw + qx * qx + qy * qy + qz * qz
     # gamma = R^T e_z; its third component is u.
     gamma1, gamma2 = 2 * (qx * qz - qw * qy) / square, 2 * (qy * qz + qw * qx) / square

@@ -3,21 +3,21 @@
 import math
 from dataclasses import dataclass
 
-from rigid_envs.analytic._inputs import non_negative, positive, strictly_between
+from rigid_envs.checks import all_positive, between, non_negative
 
 __all__ = ["Descent", "descend"]
 
 
 @dataclass(frozen=True)
 class Descent:
-    """What is known of a body released from rest after it has rolled down an incline.
+    """State of a body that has rolled down an incline from rest.
 
     Attributes:
         acceleration: of the centre, down the slope [m/s^2].
         speed: of the centre at the end [m/s].
         time: taken [s].
         angular_velocity: speed / radius at the end [rad/s].
-        turns: way along the slope over the circumference.
+        turns: distance along the slope over the circumference.
         least_friction: coefficient of static friction below which the body slips.
         friction_over_weight: friction force, which points up the slope, over m g.
     """
@@ -50,18 +50,18 @@ def descend(height: float, *, slope: float, beta: float, radius: float, g: float
 
     Source: Goldstein, Classical Mechanics, sec. 2.4; Landau & Lifshitz, Mechanics, par. 38.
     """
-    positive(height=height, radius=radius, g=g)
-    non_negative(beta=beta)
-    strictly_between(0.0, 0.5 * math.pi, slope=slope)
+    all_positive(height=height, radius=radius, g=g)
+    non_negative(beta, "beta")
+    between(slope, "slope", 0.0, 0.5 * math.pi)
     acceleration = g * math.sin(slope) / (1.0 + beta)
-    way = height / math.sin(slope)
+    distance = height / math.sin(slope)
     speed = math.sqrt(2.0 * g * height / (1.0 + beta))
     return Descent(
         acceleration=acceleration,
         speed=speed,
-        time=math.sqrt(2.0 * way / acceleration),
+        time=math.sqrt(2.0 * distance / acceleration),
         angular_velocity=speed / radius,
-        turns=way / (2.0 * math.pi * radius),
+        turns=distance / (2.0 * math.pi * radius),
         least_friction=math.tan(slope) * beta / (1.0 + beta),
         friction_over_weight=math.sin(slope) * beta / (1.0 + beta),
     )

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import FloatArray, finite, positive, vector
+from rigid_envs.checks import Array, all_positive, array, exact_array, require
 
 __all__ = ["SlipToRoll", "slide", "slip_to_roll"]
 
 
 @dataclass(frozen=True)
 class SlipToRoll:
-    """The sliding of a ball and what it ends in; world axes, z up.
+    """Sliding phase of a ball and the rolling that follows; world axes, z up.
 
     Attributes:
         time: at which the ball begins to roll [s].
@@ -24,11 +24,11 @@ class SlipToRoll:
     """
 
     time: float
-    velocity: FloatArray
-    omega: FloatArray
-    position: FloatArray
-    slip: FloatArray
-    omega_rate: FloatArray
+    velocity: Array
+    omega: Array
+    position: Array
+    slip: Array
+    omega_rate: Array
 
 
 def slip_to_roll(
@@ -54,8 +54,8 @@ def slip_to_roll(
 
     Source: Sommerfeld, Mechanics, par. 27, on the high and low shots in billiards; Coriolis (1835).
     """
-    positive(beta=beta, radius=radius, mu=mu, g=g)
-    v, w = vector("velocity", velocity, 2), vector("omega", omega, 3)
+    all_positive(beta=beta, radius=radius, mu=mu, g=g)
+    v, w = exact_array(velocity, "velocity", 2), exact_array(omega, "omega", 3)
     slip = v + radius * np.array([-w[1], w[0]])
     speed = float(np.hypot(*slip))
     e = slip / speed if speed > 0.0 else np.zeros(2)
@@ -81,7 +81,7 @@ def slide(
     radius: float,
     mu: float,
     g: float,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[Array, Array, Array]:
     """Place, velocity and angular velocity of a ball that slides first and rolls then.
 
     Args:
@@ -103,9 +103,9 @@ def slide(
     Source: Sommerfeld, Mechanics, par. 27.
     """
     end = slip_to_roll(velocity, omega, beta=beta, radius=radius, mu=mu, g=g)
-    times = finite("t", t)[..., np.newaxis]
-    if not np.all(times >= 0.0):
-        raise ValueError(f"t is {times[..., 0].tolist()}; expected 0 or above, from the start on")
+    times = array(t, "t")
+    require(times >= 0.0, times, "t", "at least 0, the start [s]")
+    times = times[..., np.newaxis]
     left = np.maximum(end.time - times, 0.0)  # of the sliding
     rate = (np.asarray(velocity) - end.velocity) / end.time if end.time > 0.0 else np.zeros(2)
     position = end.position + (times - end.time) * end.velocity - 0.5 * left * left * rate

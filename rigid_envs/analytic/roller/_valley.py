@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import elliptic
-from rigid_envs.analytic._inputs import FloatArray, finite, non_negative, positive
+from rigid_envs.checks import Array, all_positive, array, non_negative, number
 
 __all__ = ["Swing", "swing", "valley"]
 
@@ -43,7 +43,7 @@ class Swing:
 
 
 def swing(s0: float, v0: float, *, curvature: float, beta: float, g: float) -> Swing:
-    """Find period, reach and elliptic constants of a roller started anyhow.
+    """Find period, reach and elliptic constants of a roller from any initial state.
 
     Args:
         s0: place of the centre along its path, 0 at the bottom [m].
@@ -57,10 +57,10 @@ def swing(s0: float, v0: float, *, curvature: float, beta: float, g: float) -> S
 
     Source: Whittaker, Analytical Dynamics, par. 44; DLMF 22.19(i).
     """
-    positive(curvature=curvature, g=g)
-    non_negative(beta=beta)
+    all_positive(curvature=curvature, g=g)
+    non_negative(beta, "beta")
     slow = math.sqrt(g * curvature / (1.0 + beta))
-    angle, sense = float(finite("s0", s0)) * curvature, math.copysign(1.0, finite("v0", v0))
+    angle, sense = number(s0, "s0") * curvature, math.copysign(1.0, array(v0, "v0"))
     rounds = round(angle / (2.0 * math.pi))
     half = sense * (0.5 * angle - math.pi * rounds)
     sine, cosine = math.sin(half), max(math.cos(half), 0.0)
@@ -79,7 +79,7 @@ def swing(s0: float, v0: float, *, curvature: float, beta: float, g: float) -> S
 
 def valley(
     t: ArrayLike, s0: float, v0: float, *, curvature: float, beta: float, g: float
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Array, Array]:
     """Place and velocity of a roller in a circular valley at any time.
 
     s' = v,  (1 + beta) v' = -g sin(curvature s). With the angle a = curvature s,
@@ -105,7 +105,7 @@ def valley(
     Source: Whittaker, Analytical Dynamics, par. 44; DLMF 22.19(i).
     """
     path = swing(s0, v0, curvature=curvature, beta=beta, g=g)
-    u = path.start + path.rate * finite("t", t)
+    u = path.start + path.rate * array(t, "t")
     if math.isfinite(path.reach):
         sn, cn, dn = elliptic.jacobi(u, path.m1)
         half, speed = np.arctan2(path.modulus * sn, dn), path.modulus * path.rate * cn

@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import FloatArray, finite, positive
+from rigid_envs.checks import Array, array, number, positive
 
 __all__ = ["cycloid_arch_length", "roll_wheel"]
 
 
-def roll_wheel(t: ArrayLike, *, radius: float, omega: float) -> tuple[FloatArray, FloatArray]:
-    """Way of a wheel that rolls uniformly along x, and of the rim point that starts on the ground.
+def roll_wheel(t: ArrayLike, *, radius: float, omega: float) -> tuple[Array, Array]:
+    """Paths of a uniformly rolling wheel's centre, and of the rim point that starts on the ground.
 
     x_centre = radius omega t, and the cycloid with its cusps on the ground
 
@@ -29,8 +29,8 @@ def roll_wheel(t: ArrayLike, *, radius: float, omega: float) -> tuple[FloatArray
 
     Source: Goldstein, Classical Mechanics, sec. 1.3; Whittaker, Analytical Dynamics, ch. I.
     """
-    positive(radius=radius)
-    angle = float(finite("omega", omega)) * finite("t", t)
+    positive(radius, "radius")
+    angle = number(omega, "omega") * array(t, "t")
     centre = radius * angle
     # 1 - cos = 2 sin^2(angle / 2) keeps the digits of the height beside the cusp.
     height = 2.0 * radius * np.sin(0.5 * angle) ** 2
@@ -48,5 +48,5 @@ def cycloid_arch_length(radius: float) -> float:
 
     Source: Wren (1658), in Wallis, De Cycloide.
     """
-    positive(radius=radius)
+    positive(radius, "radius")
     return 8.0 * radius

@@ -1,4 +1,4 @@
-"""What is driven when a ball rolls: its centre, a plate on top of it, or the plane under it."""
+"""Drives of a rolling ball: its centre, a plate on top of it, or the plane under it."""
 
 from types import MappingProxyType
 from typing import NamedTuple

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import _quaternion
-from rigid_envs.analytic._inputs import FloatArray, finite, positive
+from rigid_envs.checks import Array, all_finite, all_positive, array, positive, positive_array
 
 __all__ = ["circle_holonomy", "circle_rotation_vector", "roll_circle"]
 
@@ -17,7 +17,7 @@ def roll_circle(
     rate: float,
     phase: float = 0.0,
     spin: float = 0.0,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Array, Array]:
     """Place and turn of a ball whose centre runs uniformly round a circle about the origin.
 
     With rho = circle_radius / radius and angle = phase + rate t, omega is Rz(angle) w for the
@@ -40,8 +40,9 @@ def roll_circle(
     Raises:
         ValueError: a radius that is not positive.
     """
-    positive(radius=radius, circle_radius=circle_radius)
-    times = finite("t", t)
+    all_positive(radius=radius, circle_radius=circle_radius)
+    all_finite(rate=rate, phase=phase, spin=spin)
+    times = array(t, "t")
     angle = phase + rate * times
     place = circle_radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     steady = np.array([-circle_radius / radius * rate, 0.0, spin - rate])
@@ -50,7 +51,7 @@ def roll_circle(
     return place, _quaternion.product(_quaternion.about_vertical(angle), turn)
 
 
-def circle_holonomy(circle_radius: ArrayLike, radius: float, *, phase: float = 0.0) -> FloatArray:
+def circle_holonomy(circle_radius: ArrayLike, radius: float, *, phase: float = 0.0) -> Array:
     """Turn of one round of a circle, counter-clockwise, without spin about the vertical.
 
     exp(2 pi (-rho, 0, -1)) for rho = circle_radius / radius, turned about z by the phase. Less one
@@ -68,8 +69,8 @@ def circle_holonomy(circle_radius: ArrayLike, radius: float, *, phase: float = 0
     Raises:
         ValueError: a radius that is not positive.
     """
-    positive(radius=radius, circle_radius=circle_radius)
-    rho = np.asarray(circle_radius, dtype=np.float64) / radius
+    all_finite(phase=phase)
+    rho = positive_array(circle_radius, "circle_radius", "m") / positive(radius, "radius", "m")
     root = np.sqrt(1.0 + rho * rho)
     angle = 2.0 * np.pi * rho * rho / (1.0 + root)  # 2 pi (root - 1), without the cancellation
     axis = np.stack([-rho * np.cos(phase), -rho * np.sin(phase), -np.ones_like(rho)], axis=-1)
@@ -78,7 +79,7 @@ def circle_holonomy(circle_radius: ArrayLike, radius: float, *, phase: float = 0
 
 def circle_rotation_vector(
     circle_radius: ArrayLike, radius: float, *, phase: float = 0.0, spin_per_rate: float = 0.0
-) -> FloatArray:
+) -> Array:
     """Rotation vector of one counter-clockwise round, whole turns included.
 
     2 pi (-rho, 0, spin / rate - 1) for rho = circle_radius / radius, turned about z by the phase.
@@ -98,7 +99,7 @@ def circle_rotation_vector(
 
     Source: Hammersley (1983).
     """
-    positive(radius=radius, circle_radius=circle_radius)
-    rho = np.asarray(circle_radius, dtype=np.float64) / radius
+    all_finite(phase=phase, spin_per_rate=spin_per_rate)
+    rho = positive_array(circle_radius, "circle_radius", "m") / positive(radius, "radius", "m")
     vertical = np.full_like(rho, spin_per_rate - 1.0)
     return 2.0 * np.pi * np.stack([-rho * np.cos(phase), -rho * np.sin(phase), vertical], axis=-1)

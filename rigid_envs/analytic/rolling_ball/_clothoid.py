@@ -1,4 +1,4 @@
-"""Rolling along a clothoid, the curve whose curvature grows with the way: Landau and Zener's ball.
+"""Rolling along a clothoid, whose curvature grows with the arc length: Landau and Zener's ball.
 
 At finite times the attitude is a Kummer function of complex order; what is elementary is the path,
 and how far the complete clothoid, from one eye to the other, tips the ball.
@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import fresnel
 
-from rigid_envs.analytic._inputs import FloatArray, finite, positive
+from rigid_envs.checks import Array, all_positive, array, number, require
 
 __all__ = ["clothoid_path", "complete_clothoid_angle"]
 
 
-def clothoid_path(t: ArrayLike, *, speed: float, heading_acceleration: float) -> FloatArray:
-    """Way of a centre with constant speed and the heading k t^2 / 2 from world x.
+def clothoid_path(t: ArrayLike, *, speed: float, heading_acceleration: float) -> Array:
+    """Path of a centre with constant speed and the heading k t^2 / 2 from world x.
 
     x + i y = speed sqrt(pi / k) (C(z) + i S(z)),  z = t sqrt(k / pi), mirrored for k < 0.
 
@@ -33,11 +33,11 @@ def clothoid_path(t: ArrayLike, *, speed: float, heading_acceleration: float) ->
 
     Source: DLMF 7.2(iii), 7.20(ii).
     """
-    k, v = float(finite("heading_acceleration", heading_acceleration)), finite("speed", speed)
-    if k == 0.0:
-        raise ValueError("heading_acceleration is 0.0; expected another: use roll_straight instead")
+    k, v = number(heading_acceleration, "heading_acceleration"), array(speed, "speed")
+    expected = "a number other than 0 [rad/s^2]: use roll_straight instead"
+    require(k != 0.0, heading_acceleration, "heading_acceleration", expected)
     scale = math.sqrt(math.pi / abs(k))
-    sine, cosine = fresnel(finite("t", t) / scale)
+    sine, cosine = fresnel(array(t, "t") / scale)
     return np.asarray(v * scale * np.stack([cosine, math.copysign(1.0, k) * sine], axis=-1))
 
 
@@ -60,6 +60,6 @@ def complete_clothoid_angle(*, speed: float, heading_acceleration: float, radius
         The rolling sphere, the quantum spin and a simple view of the Landau-Zener problem,
         arXiv:0906.2934.
     """
-    positive(speed=speed, heading_acceleration=heading_acceleration, radius=radius)
+    all_positive(speed=speed, heading_acceleration=heading_acceleration, radius=radius)
     exponent = -0.5 * math.pi * (speed / radius) ** 2 / heading_acceleration
     return 2.0 * math.atan2(math.sqrt(-math.expm1(exponent)), math.exp(0.5 * exponent))

@@ -24,12 +24,12 @@ from rigid_envs.analytic.rolling_disk._integrals import (
     legendre_constants,
     spins,
 )
-from rigid_envs.analytic.rolling_disk._steady import (
+from rigid_envs.analytic.rolling_disk._steady_disk import (
     SteadyCircle,
     lean_frequency_squared,
+    stationary_centre_precession,
     steady_circle,
     steady_precession,
-    still_centre_precession,
 )
 from rigid_envs.analytic.rolling_disk._thresholds import (
     rolling_exponent,
@@ -50,7 +50,7 @@ __all__ = [
     "spinning_exponent",
     "spinning_threshold",
     "spins",
+    "stationary_centre_precession",
     "steady_circle",
     "steady_precession",
-    "still_centre_precession",
 ]

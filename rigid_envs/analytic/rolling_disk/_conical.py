@@ -10,7 +10,7 @@ import math
 import numpy as np
 from scipy.special import digamma
 
-from rigid_envs.analytic._inputs import FloatArray
+from rigid_envs.checks import Array
 
 __all__ = ["conical"]
 
@@ -18,7 +18,7 @@ __all__ = ["conical"]
 _TERMS = 60
 
 
-def conical(x: FloatArray, y: FloatArray, mu: float) -> tuple[FloatArray, FloatArray]:
+def conical(x: Array, y: Array, mu: float) -> tuple[Array, Array]:
     """F and dF/dx, a power series up to the middle, and one with a logarithm beyond.
 
     F = sum a_k x^k with a_0 = 1 and a_(k+1) / a_k = (mu + k + k^2) / (k + 1)^2, and by reflection

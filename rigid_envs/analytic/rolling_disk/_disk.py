@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from rigid_envs.analytic._inputs import positive
+from rigid_envs.checks import all_positive
 
 __all__ = ["Disk"]
 
@@ -27,8 +27,8 @@ class Disk:
     i3: float
 
     def __post_init__(self) -> None:
-        """Refuse what is not positive."""
-        positive(m=self.m, radius=self.radius, i_perp=self.i_perp, i3=self.i3)
+        """Check the parameters."""
+        all_positive(m=self.m, radius=self.radius, i_perp=self.i_perp, i3=self.i3)
 
     @property
     def steiner(self) -> float:

@@ -1,4 +1,4 @@
-"""The falling disk: between which leans it nods, and how long that takes.
+"""The falling disk: turning points and period of its lean.
 
 The lean is taken as u = log tan(theta / 2), in which the potential is smooth on a strip of constant
 width, however flat the disk lies. Differences of potential are integrals of its slope: near a
@@ -15,14 +15,14 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import roots_legendre
 
-from rigid_envs.analytic._inputs import FloatArray, finite, positive
 from rigid_envs.analytic.rolling_disk._disk import Disk
 from rigid_envs.analytic.rolling_disk._integrals import legendre_constants, potential, solution
-from rigid_envs.analytic.rolling_disk._steady import lean_frequency_squared
+from rigid_envs.analytic.rolling_disk._steady_disk import lean_frequency_squared
+from rigid_envs.checks import Array, number, positive
 
 __all__ = ["Fall", "fall"]
 
-Slope = Callable[[FloatArray], FloatArray]
+Slope = Callable[[Array], Array]
 
 # Distances in u at which the search for a turning point looks: each panel is short beside its
 # distance from the start and beside pi / 2, the width of the strip. u = 36 is a lean of 5e-16.
@@ -66,7 +66,7 @@ def fall(
     i3: float,
     g: float,
 ) -> Fall:
-    """Find integrals, turning points and period of the lean of a disk started anyhow.
+    """Find integrals, turning points and period of the lean of a disk from any initial state.
 
     theta'^2 = 2 (E - V(theta)) / J with the effective potential V; period = 2 int dtheta / theta'.
     All are good to rounding, but for the period of a disk that starts within d of an unstable
@@ -89,11 +89,11 @@ def fall(
     Source: O'Reilly (1996); Borisov, Mamaev & Kilin (2003), Reg. Chaotic Dyn. 8:201,
         doi:10.1070/RD2003v008n02ABEH000237.
     """
-    positive(g=g)
+    positive(g, "g")
     body = {"m": m, "radius": radius, "i_perp": i_perp, "i3": i3}
     c1, c2 = legendre_constants(theta, phi_rate, omega3, **body)
     disk = Disk(**body)
-    kinetic = 0.5 * disk.tipping * float(finite("theta_rate", theta_rate)) ** 2
+    kinetic = 0.5 * disk.tipping * number(theta_rate, "theta_rate") ** 2
     start, slope = math.log(math.tan(0.5 * theta)), _slope(c1, c2, disk, g)
     low, high = (_turning_point(start, way, kinetic, slope) for way in (-1.0, 1.0))
     if 0.5 * (high - low) > _HARMONIC:
@@ -108,7 +108,7 @@ def fall(
 def _slope(c1: float, c2: float, disk: Disk, g: float) -> Slope:
     """Derivative of the effective potential by u, (B p omega3 - A p^2 cot + m g radius cos) sin."""
 
-    def slope(u: FloatArray) -> FloatArray:
+    def slope(u: Array) -> Array:
         sine, cosine = 1.0 / np.cosh(u), -np.tanh(u)
         p, omega3 = solution(2.0 * np.arctan(np.exp(u)), c1, c2, disk)
         turning = disk.axial * p * omega3 * sine - disk.i_perp * p * p * cosine
@@ -118,7 +118,7 @@ def _slope(c1: float, c2: float, disk: Disk, g: float) -> Slope:
 
 
 def _turning_point(start: float, way: float, kinetic: float, slope: Slope) -> float:
-    """First u from the start on, in one of both ways, at which the kinetic energy is used up."""
+    """First turning point u from the start in one direction."""
     edges = start + way * _DISTANCES
     left = kinetic - np.cumsum(_rise(edges[:-1], edges[1:], slope))
     spent = np.flatnonzero(left < 0.0)
@@ -133,7 +133,7 @@ def _turning_point(start: float, way: float, kinetic: float, slope: Slope) -> fl
     return float(brentq(rest, first, edges[k + 1], xtol=1e-16, rtol=4.0 * np.finfo(float).eps))
 
 
-def _rise(first: FloatArray, last: FloatArray, slope: Slope) -> FloatArray:
+def _rise(first: Array, last: Array, slope: Slope) -> Array:
     """Differences of potential over panels, by Gauss's rule, of the shape of first and last."""
     half = 0.5 * (last - first)[:, np.newaxis]
     return np.asarray(
@@ -164,7 +164,7 @@ def _period(low: float, high: float, slope: Slope, tipping: float) -> float:
     return float(half * math.sqrt(tipping) * total)
 
 
-def _depth(low: float, high: float, slope: Slope) -> FloatArray:
+def _depth(low: float, high: float, slope: Slope) -> Array:
     """Chebyshev series of S = (E - V) / (2 (1 - x^2)) between two turning points.
 
     That of V = sum c_k T_k comes from its slope. T_k - T_(k-2) = 2 (x^2 - 1) U_(k-2) takes out what

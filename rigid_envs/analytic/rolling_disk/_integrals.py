@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import FloatArray, finite, positive, strictly_between
 from rigid_envs.analytic.rolling_disk._conical import conical
 from rigid_envs.analytic.rolling_disk._disk import Disk
+from rigid_envs.checks import Array, all_finite, between, number, positive
 
 __all__ = ["effective_potential", "legendre_constants", "potential", "solution", "spins"]
 
@@ -48,10 +48,10 @@ def legendre_constants(
         doi:10.1070/RD2003v008n02ABEH000237.
     """
     disk = Disk(m, radius, i_perp, i3)
-    strictly_between(0.0, math.pi, theta=theta)
-    spin = float(finite("phi_rate", phi_rate)) * math.sin(theta)
+    between(theta, "theta", 0.0, math.pi)
+    spin = number(phi_rate, "phi_rate") * math.sin(theta)
     axial, across = _basis(np.asarray(theta), disk)
-    c1, c2 = np.linalg.solve(np.stack([axial, across]), [float(finite("omega3", omega3)), spin])
+    c1, c2 = np.linalg.solve(np.stack([axial, across]), [number(omega3, "omega3"), spin])
     return float(c1), float(c2)
 
 
@@ -64,7 +64,7 @@ def spins(
     radius: float,
     i_perp: float,
     i3: float,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Array, Array]:
     """Precession and axial spin at any lean, from the two integrals of the motion.
 
     Args:
@@ -84,8 +84,8 @@ def spins(
 
     Source: as `legendre_constants`.
     """
-    strictly_between(0.0, math.pi, theta=theta)
-    angle = np.asarray(theta, dtype=np.float64)
+    all_finite(c1=c1, c2=c2)
+    angle = between(theta, "theta", 0.0, math.pi)
     p, axial = solution(angle, c1, c2, Disk(m, radius, i_perp, i3))
     return p / np.sin(angle), axial
 
@@ -100,7 +100,7 @@ def effective_potential(
     i_perp: float,
     i3: float,
     g: float,
-) -> FloatArray:
+) -> Array:
     """Potential in which the lean moves, J theta'^2 / 2 + V(theta) = E.
 
     V = (A p^2 + B omega3^2) / 2 + m g radius sin(theta), p and omega3 from `spins`.
@@ -123,27 +123,25 @@ def effective_potential(
 
     Source: O'Reilly (1996).
     """
-    positive(g=g)
-    strictly_between(0.0, math.pi, theta=theta)
-    angle, disk = np.asarray(theta, dtype=np.float64), Disk(m, radius, i_perp, i3)
+    positive(g, "g")
+    all_finite(c1=c1, c2=c2)
+    angle, disk = between(theta, "theta", 0.0, math.pi), Disk(m, radius, i_perp, i3)
     return potential(angle, *solution(angle, c1, c2, disk), disk, g)
 
 
-def potential(
-    theta: ArrayLike, p: ArrayLike, omega3: ArrayLike, disk: Disk, g: float
-) -> FloatArray:
+def potential(theta: ArrayLike, p: ArrayLike, omega3: ArrayLike, disk: Disk, g: float) -> Array:
     """Energy without that of the tipping, (A p^2 + B omega3^2) / 2 + m g radius sin(theta) [J]."""
     spinning = disk.i_perp * np.square(p) + disk.axial * np.square(omega3)
     return np.asarray(0.5 * spinning + disk.m * g * disk.radius * np.sin(theta))
 
 
-def solution(theta: FloatArray, c1: float, c2: float, disk: Disk) -> tuple[FloatArray, FloatArray]:
+def solution(theta: Array, c1: float, c2: float, disk: Disk) -> tuple[Array, Array]:
     """The spins p = phi' sin(theta) and omega3 at any lean [rad/s]."""
     axial, across = _basis(theta, disk)
     return c1 * across[..., 0] + c2 * across[..., 1], c1 * axial[..., 0] + c2 * axial[..., 1]
 
 
-def _basis(theta: FloatArray, disk: Disk) -> tuple[FloatArray, FloatArray]:
+def _basis(theta: Array, disk: Disk) -> tuple[Array, Array]:
     """omega3 and p of the two solutions (1, 0) and (0, 1), each of shape (..., 2)."""
     low, high = np.sin(0.5 * theta) ** 2, np.cos(0.5 * theta) ** 2
     mu = disk.steiner * disk.i3 / (disk.i_perp * disk.axial)

@@ -1,9 +1,9 @@
-"""How fast an upright disk must roll, or a coin spin, not to fall over."""
+"""Stability thresholds of an upright rolling disk and of a spinning coin."""
 
 import cmath
 import math
 
-from rigid_envs.analytic._inputs import finite, positive
+from rigid_envs.checks import all_positive, number
 
 __all__ = ["rolling_exponent", "rolling_threshold", "spinning_exponent", "spinning_threshold"]
 
@@ -12,7 +12,7 @@ def rolling_threshold(*, m: float, radius: float, i_perp: float, i3: float, g: f
     """Least rate at which an upright disk rolls straight on without falling [rad/s].
 
     omega3^2 = A m g radius / (C (C + m radius^2)); the speed radius omega3 is then
-    sqrt(g radius / 3) for a disc and sqrt(g radius / 4) for a hoop.
+    sqrt(g radius / 3) for a disk and sqrt(g radius / 4) for a hoop.
 
     Args:
         m: mass [kg].
@@ -26,7 +26,7 @@ def rolling_threshold(*, m: float, radius: float, i_perp: float, i3: float, g: f
 
     Source: Routh, Advanced Part, par. 244; Bloch, Nonholonomic Mechanics and Control, sec. 1.5.
     """
-    positive(m=m, radius=radius, i_perp=i_perp, i3=i3, g=g)
+    all_positive(m=m, radius=radius, i_perp=i_perp, i3=i3, g=g)
     return math.sqrt(i_perp * m * g * radius / (i3 * (i3 + m * radius * radius)))
 
 
@@ -46,7 +46,7 @@ def spinning_threshold(*, m: float, radius: float, i_perp: float, g: float) -> f
 
     Source: Routh, Advanced Part, par. 244.
     """
-    positive(m=m, radius=radius, i_perp=i_perp, g=g)
+    all_positive(m=m, radius=radius, i_perp=i_perp, g=g)
     return math.sqrt(m * g * radius / (i_perp + m * radius * radius))
 
 
@@ -74,7 +74,7 @@ def rolling_exponent(
     least = rolling_threshold(m=m, radius=radius, i_perp=i_perp, i3=i3, g=g)
     about_contact = m * radius * radius
     factor = i3 * (i3 + about_contact) / (i_perp * (i_perp + about_contact))
-    return _exponent(factor, least, float(finite("omega3", omega3)))
+    return _exponent(factor, least, number(omega3, "omega3"))
 
 
 def spinning_exponent(
@@ -97,7 +97,7 @@ def spinning_exponent(
     Source: Routh, Advanced Part, par. 244.
     """
     least = spinning_threshold(m=m, radius=radius, i_perp=i_perp, g=g)
-    return _exponent(1.0, least, float(finite("phi_rate", phi_rate)))
+    return _exponent(1.0, least, number(phi_rate, "phi_rate"))
 
 
 def _exponent(factor: float, threshold: float, rate: float) -> complex:

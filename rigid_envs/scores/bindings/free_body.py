@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from rigid_envs.control.attitude import QuaternionPD
 from rigid_envs.control.energy_casimir import EnergyCasimir, SingleTorque
 from rigid_envs.control.flip import ForcedFlip, TimedFlip
 from rigid_envs.control.momentum import MomentumBrake, MomentumRegulator
 from rigid_envs.control.saddle import SeparatrixSteering
+from rigid_envs.control.slewing import QuaternionPD
 from rigid_envs.control.spin import SpinRegulator
 from rigid_envs.scores.controllers import Controller
 from rigid_envs.systems import FreeBody

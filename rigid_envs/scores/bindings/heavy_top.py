@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rigid_envs.control.asymmetric import AsymmetricBalance
 from rigid_envs.control.precession import PrecessionRegulator
-from rigid_envs.control.tops import PivotBalance, UprightBalance
+from rigid_envs.control.top_balance import PivotBalance, UprightBalance
 from rigid_envs.scores.controllers import Controller
 from rigid_envs.systems import HeavyTop
 from rigid_envs.tasks import PivotTop, SleepingTop, Task, TopPrecession, TopRandom

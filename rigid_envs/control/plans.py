@@ -1,15 +1,15 @@
-"""Plans laid out in steps."""
+"""Piecewise constant plans."""
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["in_turn"]
+__all__ = ["piecewise_constant"]
 
 Array = npt.NDArray[np.float64]
 
 
-def in_turn(values: Array, counts: npt.NDArray[np.int64]) -> Array:
-    """Values one after the other, each in so many steps; then zero.
+def piecewise_constant(values: Array, counts: npt.NDArray[np.int64]) -> Array:
+    """Piecewise constant sequence: each value repeated for its number of steps, then zero.
 
     Args:
         values: K of them for each row, shape (..., K, m).

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import FloatArray, finite, positive
+from rigid_envs.checks import Array, all_finite, all_positive, array
 
 __all__ = [
     "effective_potential",
@@ -15,7 +15,7 @@ __all__ = [
 
 def effective_potential(
     theta: ArrayLike, p_phi: float, p_psi: float, *, i_perp: float, mgl: float
-) -> FloatArray:
+) -> Array:
     """Potential in which the tilt moves, I theta'^2 / 2 + V(theta) = E - p_psi^2 / (2 I3).
 
     V = (p_phi - p_psi cos theta)^2 / (2 I sin^2 theta) + mgl cos theta.
@@ -32,8 +32,9 @@ def effective_potential(
 
     Source: Goldstein, sec. 5.7.
     """
-    positive(i_perp=i_perp, mgl=mgl)
-    theta = finite("theta", theta)
+    all_positive(i_perp=i_perp, mgl=mgl)
+    all_finite(p_phi=p_phi, p_psi=p_psi)
+    theta = array(theta, "theta")
     with np.errstate(divide="ignore", invalid="ignore"):
         centrifugal = (p_phi - p_psi * np.cos(theta)) ** 2 / (2.0 * i_perp * np.sin(theta) ** 2)
     return np.asarray(centrifugal + mgl * np.cos(theta), dtype=np.float64)
@@ -41,7 +42,7 @@ def effective_potential(
 
 def steady_precession(
     theta: ArrayLike, omega3: ArrayLike, *, i_perp: float, i3: float, mgl: float
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Array, Array]:
     """Both rates at which the top precesses without nutation.
 
     The roots of I cos(theta) phi'^2 - I3 omega3 phi' + mgl = 0, which has none where
@@ -60,9 +61,9 @@ def steady_precession(
 
     Source: Goldstein, sec. 5.7; Landau & Lifshitz, par. 35.
     """
-    positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    spin = i3 * finite("omega3", omega3)
-    level = i_perp * np.cos(finite("theta", theta))
+    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    spin = i3 * array(omega3, "omega3")
+    level = i_perp * np.cos(array(theta, "theta"))
     # Both roots from the one sum that does not cancel.
     with np.errstate(divide="ignore", invalid="ignore"):
         total = spin + np.copysign(np.sqrt(spin * spin - 4.0 * level * mgl), spin)
@@ -72,7 +73,7 @@ def steady_precession(
 
 def nutation_frequency(
     theta: ArrayLike, precession: ArrayLike, omega3: ArrayLike, *, i_perp: float, i3: float
-) -> FloatArray:
+) -> Array:
     """Angular frequency of small nutation about a steady precession [rad/s].
 
     sqrt((phi' sin theta)^2 + (I3 omega3 / I - 2 phi' cos theta)^2): the curvature of the effective
@@ -90,14 +91,14 @@ def nutation_frequency(
 
     Source: Whittaker, ch. VI.
     """
-    positive(i_perp=i_perp, i3=i3)
-    theta, rate = finite("theta", theta), np.asarray(precession, dtype=np.float64)
-    spin = i3 / i_perp * finite("omega3", omega3)
+    all_positive(i_perp=i_perp, i3=i3)
+    theta, rate = array(theta, "theta"), np.asarray(precession, dtype=np.float64)
+    spin = i3 / i_perp * array(omega3, "omega3")
     frequency = np.hypot(rate * np.sin(theta), spin - 2.0 * rate * np.cos(theta))
     return np.asarray(frequency, dtype=np.float64)
 
 
-def steady_threshold(theta: ArrayLike, *, i_perp: float, i3: float, mgl: float) -> FloatArray:
+def steady_threshold(theta: ArrayLike, *, i_perp: float, i3: float, mgl: float) -> Array:
     """Axial rate from which a top can precess steadily at a tilt: 2 sqrt(I mgl cos theta) / I3.
 
     0 from the horizontal on, where it can at any rate. Upright it is the sleeping threshold.
@@ -113,6 +114,6 @@ def steady_threshold(theta: ArrayLike, *, i_perp: float, i3: float, mgl: float) 
 
     Source: Goldstein, sec. 5.7.
     """
-    positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    level = np.maximum(np.cos(finite("theta", theta)), 0.0)
+    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    level = np.maximum(np.cos(array(theta, "theta")), 0.0)
     return np.asarray(2.0 * np.sqrt(i_perp * mgl * level) / i3, dtype=np.float64)

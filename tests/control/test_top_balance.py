@@ -5,9 +5,9 @@ import pytest
 
 from rigid_envs import rotations
 from rigid_envs.analytic.heavy_top import sleeping_exponents
+from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
 from rigid_envs.control.linear import step_jacobian, zero_order_hold
-from rigid_envs.control.region import motion, region
-from rigid_envs.control.tops import PivotBalance, UprightBalance, axis_of
+from rigid_envs.control.top_balance import PivotBalance, UprightBalance, axis_of
 from rigid_envs.systems import HeavyTop
 from tests.control.claims import assert_within_limits_row_by_row
 
@@ -75,7 +75,7 @@ def test_the_complex_equation_is_the_linearisation_of_the_steps_of_the_top(law, 
     closed = F - G @ real(K)
     assert np.abs(np.linalg.eigvals(closed)).max() < 1.0 - 1e-3
     # the Riccati equation of the real system, whose Jacobian is known to 1e-9
-    weights = [np.repeat(prices, 2) for prices in law._prices]
+    weights = [np.repeat(part, 2) for part in law._weights]
     again = np.diag(weights[0]) + real(K).T @ np.diag(weights[1]) @ real(K)
     again += closed.T @ real(P) @ closed
     np.testing.assert_allclose(again, real(P), atol=1e-6 * np.abs(P).max())
@@ -95,13 +95,15 @@ def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases(law):
     rng = np.random.default_rng(0)
     spin = TOP.critical_spin * 0.4  # a node of the table
     y = leaning(1e-4 * rng.normal(size=(20, 8)), spin)
-    states, n = motion(step(law), y, 200), law._n
+    states, n = simulate_closed_loop(step(law), y, 200), law._n
     x, u = axis_of(states[:-1])[..., :n], FREE * law(states[:-1])
-    cost = np.abs(x) ** 2 @ law._prices[0] + law._prices[1][0] * np.sum(u**2, axis=-1)
+    cost = np.abs(x) ** 2 @ law._weights[0] + law._weights[1][0] * np.sum(u**2, axis=-1)
     value = law.value(states)
     # what is not linear is of third order in the tilt, 1e-8 of the rest, and steps are good to 1e-7
     np.testing.assert_allclose(cost.sum(axis=0), value[0] - value[-1], rtol=1e-5)
-    value = law.value(motion(step(law), leaning(0.05 * rng.normal(size=(100, 8)), spin), 100))
+    value = law.value(
+        simulate_closed_loop(step(law), leaning(0.05 * rng.normal(size=(100, 8)), spin), 100)
+    )
     assert (np.diff(value, axis=0) < 0.0).all()
 
 
@@ -124,11 +126,11 @@ def test_torque_brings_back_nearly_every_tilt_that_any_torque_can(share):
 
     def succeeds(turn):
         y = top.state(q=rotations.exp(turn), omega_body=share * top.critical_spin * E_Z)
-        return top.tilt(motion(step(law), y, 300)[-1]) < 0.05
+        return top.tilt(simulate_closed_loop(step(law), y, 300)[-1]) < 0.05
 
     bound = 0.3 / np.sqrt(1.0 - share**2)
     directions = bound * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-0.6, 0.8, 0.0]])
-    found = region(succeeds, directions, np.append(0.5, np.arange(0.9, 1.2, 0.01)))
+    found = region_of_attraction(succeeds, directions, np.append(0.5, np.arange(0.9, 1.2, 0.01)))
     assert (found > 0.95 - 1e-9).all()
     assert (found < 1.0 + 0.3 * bound**2).all()  # the linear bound, but for second order
 
@@ -139,16 +141,18 @@ def test_the_pivot_brings_back_a_tilt_within_five_metres():
 
     def succeeds(turn):
         y = top.state(q=rotations.exp(turn), omega_body=0.3 * top.critical_spin * E_Z)
-        states = motion(step(law), y, 400)
+        states = simulate_closed_loop(step(law), y, 400)
         away = np.linalg.norm(top.pivot(states), axis=-1)
         return (top.tilt(states[-1]) < 0.05) & (away < 5.0).all(axis=0) & (away[-1] < 0.1)
 
-    found = region(succeeds, [[1.0, 0.0, 0.0], [-0.6, 0.8, 0.0]], np.arange(0.02, 0.2, 0.01))
+    found = region_of_attraction(
+        succeeds, [[1.0, 0.0, 0.0], [-0.6, 0.8, 0.0]], np.arange(0.02, 0.2, 0.01)
+    )
     np.testing.assert_allclose(found, 0.16, atol=1e-9)
 
 
 def test_tops_without_symmetry_and_limits_that_are_none_are_refused():
-    with pytest.raises(ValueError, match="expected I1 = I2: a symmetric top"):
+    with pytest.raises(ValueError, match="expected a symmetric top, I1 = I2"):
         UprightBalance(HeavyTop(1.0, 1.1, 0.5), 0.3, DT)
     with pytest.raises(ValueError, match=r"^limit = 0\.0; expected a positive finite number"):
         PivotBalance(TOP, 0.0, DT)

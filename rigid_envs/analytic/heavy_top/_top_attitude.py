@@ -3,17 +3,17 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.analytic._inputs import FloatArray, finite
 from rigid_envs.analytic.heavy_top._cayley_klein import Wave, waves
 from rigid_envs.analytic.heavy_top._start import start_of
+from rigid_envs.checks import Array, array
 
 __all__ = ["attitude", "euler_angles", "omega"]
 
 
 def attitude(
     t: ArrayLike, omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float
-) -> FloatArray:
-    """Attitude of a top started anyhow, continuous in t and equal to q0 at t = 0.
+) -> Array:
+    """Attitude of a top from any initial state, continuous in t and equal to q0 at t = 0.
 
     Also where the axis passes through a vertical, and Euler's angles jump.
 
@@ -42,8 +42,8 @@ def attitude(
 
 def omega(
     t: ArrayLike, omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float
-) -> FloatArray:
-    """Angular velocity of a top started anyhow, at any time.
+) -> Array:
+    """Angular velocity of a top from any initial state, at any time.
 
     omega1 + i omega2 = 2 (conj(w + i z) (x + i y)' - (x + i y) conj(w + i z)'), and omega3 is
     constant.
@@ -73,8 +73,8 @@ def omega(
 
 def euler_angles(
     t: ArrayLike, omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Nutation, precession and spin angle of a top started anyhow, unwrapped.
+) -> tuple[Array, Array, Array]:
+    """Nutation, precession and spin angle of a top from any initial state, unwrapped.
 
     phi and psi are continuous from values in [-pi, pi] at t = 0, but for jumps by pi at the moments
     when the axis passes exactly through a vertical: there phi jumps by +pi, and psi by -pi at the
@@ -107,9 +107,9 @@ def euler_angles(
     return theta, phi - 2.0 * np.pi * turns[0], psi - 2.0 * np.pi * turns[1]
 
 
-def _phi_and_psi(first: Wave, second: Wave, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def _phi_and_psi(first: Wave, second: Wave, t: ArrayLike) -> tuple[Array, Array]:
     """Sum and difference of the phases of w + i z and of x + i y; what is opposite cancels."""
     (turns1, rest1), (turns2, rest2) = first.argument(t), second.argument(t)
     phi = np.pi * (turns1 + turns2) + (rest1 + rest2)
-    psi = np.pi * (turns1 - turns2) + (rest1 - rest2) + 2.0 * first.spin * finite("t", t)
+    psi = np.pi * (turns1 - turns2) + (rest1 - rest2) + 2.0 * first.spin * array(t, "t")
     return phi, psi

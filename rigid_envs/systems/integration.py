@@ -1,30 +1,45 @@
-"""Simulation under an input: the state decides on the next steps."""
+"""Integration with step size control: the rates of the motion decide on the next steps."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.systems.schedule import SLACK, Schedule, schedule
+from rigid_envs.systems.schedule import SLACK, RateBounded, Schedule, step_schedule
 
-if TYPE_CHECKING:
-    from rigid_envs.systems.base import System
-
-__all__ = ["Input", "drive", "march"]
+__all__ = ["Input", "Integrable", "integrate", "integrate_interval"]
 
 Array = npt.NDArray[np.float64]
 Input = npt.ArrayLike | Callable[[float], npt.ArrayLike]
 InputsAt = Callable[[int, Array], Array]  # of an interval, at times in it
-_WATCHED = 4096  # states that are kept at once, to be looked at
+_CHUNK = 4096  # states that are kept at once, to be checked
 _SAMPLES = 2000  # steps over the whole time span, at least, where the input is a function of time
 
 
-def drive(system: System, start: Array, t: Array, u: Input, max_step: float | None) -> Array:
+class Integrable(RateBounded, Protocol):
+    """Part of the interface of `System` that integration needs."""
+
+    def horizon(self, y: Array, u: Array) -> float:
+        """Time [s] for which `rate_bound` holds."""
+
+    def checked_state(self, y: npt.ArrayLike) -> Array:
+        """The state y, checked."""
+
+    def checked_input(self, u: npt.ArrayLike | None) -> Array:
+        """The input u, checked."""
+
+    def run(self, y0: Array, u: Array, plan: Schedule) -> Array:
+        """All states of a schedule."""
+
+
+def integrate(
+    system: Integrable, start: Array, t: Array, u: Input, max_step: float | None
+) -> Array:
     """States at the times t, shape (M, ..., n_state), stepped as `System.simulate` says.
 
     Raises:
@@ -41,7 +56,7 @@ def drive(system: System, start: Array, t: Array, u: Input, max_step: float | No
 
 
 def _interval(
-    system: System,
+    system: Integrable,
     y: Array,
     ends: Array,
     inputs_at: InputsAt,
@@ -56,19 +71,21 @@ def _interval(
         span = end - now
         if max_step is None:
             span = math.copysign(min(abs(span), system.horizon(y, largest)), span)
-        plan = schedule(system, y, largest, np.array([span]), max_step, limit)
+        plan = step_schedule(system, y, largest, np.array([span]), max_step, limit)
         if limit < math.inf:
             plan = plan.sampled()
-        y = march(system, y, inputs_at(m, plan.stage_times(now)), plan, now)
+        y = integrate_interval(system, y, inputs_at(m, plan.stage_times(now)), plan, now)
         now = end if span == end - now else now + span
     return y
 
 
-def march(system: System, y: Array, u: Array, plan: Schedule, start: float) -> Array:
-    """The state at the end of a schedule of one interval; every step is looked at on the way.
+def integrate_interval(
+    system: Integrable, y: Array, u: Array, plan: Schedule, start: float
+) -> Array:
+    """The state at the end of a schedule of one interval; every step is checked on the way.
 
     Args:
-        system: what moves.
+        system: physical system.
         y: state, shape (..., n_state).
         u: inputs, shape (1 or number of stages, ..., n_input).
         plan: steps of one length that is within the envelope at the beginning.
@@ -83,19 +100,19 @@ def march(system: System, y: Array, u: Array, plan: Schedule, start: float) -> A
         end: Array = system.run(y, u, plan)[-1]
         return end
     h, n, n_stages = float(plan.h[0]), int(plan.n_substeps[0]), len(plan.weights)
-    chunk = max(1, _WATCHED * y.shape[-1] // max(y.size, 1))
+    chunk = max(1, _CHUNK * y.shape[-1] // max(y.size, 1))
     for done in range(0, n, chunk):
         k = min(chunk, n - done)
         part = u[done * n_stages : (done + k) * n_stages] if plan.per_stage else u
         piece = replace(plan, h=np.full(k, h), n_substeps=np.ones(k, dtype=np.int64))
         states = system.run(y, part, piece)
-        _watch(system, states[1:], largest, h, start + done * h)
+        _check_steps(system, states[1:], largest, h, start + done * h)
         y = states[-1]
     return y
 
 
-def _watch(system: System, states: Array, u: Array, h: float, start: float) -> None:
-    """Refuse states, one step of length h after the other, that h does not suit.
+def _check_steps(system: Integrable, states: Array, u: Array, h: float, start: float) -> None:
+    """Refuse states of successive steps whose rates are too large for the step length h.
 
     Raises:
         ValueError: says when the first one was reached, and the remedy.
@@ -105,7 +122,7 @@ def _watch(system: System, states: Array, u: Array, h: float, start: float) -> N
         if system.rate_bound(system.checked_state(states), u, 0.0) * abs(h) <= limit:
             return
     except ValueError:
-        pass  # which one it is and when is said below
+        pass  # the loop below finds the state and its time
     for k, y in enumerate(states):
         now = start + (k + 1) * h
         try:
@@ -114,9 +131,8 @@ def _watch(system: System, states: Array, u: Array, h: float, start: float) -> N
             raise ValueError(f"at t = {now:.6g} s the motion ends: {error}") from None
         if rate * abs(h) > limit:
             raise ValueError(
-                f"a step of {abs(h):.6g} s is too long from t = {now:.6g} s on, at rates up to "
-                f"{rate:.6g} rad/s: expected a product of at most {system.envelope}; "
-                f"take steps of at most {system.envelope / rate:.6g} s"
+                f"from t = {now:.6g} s on: step = {abs(h):.6g}; expected at most "
+                f"{system.envelope / rate:.6g} s at rates up to {rate:.6g} rad/s"
             )
 
 
@@ -131,12 +147,12 @@ def _aligned(y: Array, u: Array) -> tuple[Array, Array]:
     )
 
 
-def _sampled(system: System, u: Callable[[float], npt.ArrayLike]) -> InputsAt:
+def _sampled(system: Integrable, u: Callable[[float], npt.ArrayLike]) -> InputsAt:
     """Inputs at given times, shape (len(times), ..., n_input)."""
     return lambda _, times: np.stack([system.checked_input(u(float(s))) for s in times])
 
 
-def _held(system: System, u: npt.ArrayLike, n_intervals: int) -> InputsAt:
+def _held(system: Integrable, u: npt.ArrayLike, n_intervals: int) -> InputsAt:
     """The one input of an interval, shape (1, ..., n_input).
 
     Raises:

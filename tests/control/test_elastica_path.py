@@ -11,8 +11,8 @@ from scipy.optimize import minimize
 from rigid_envs import rotations
 from rigid_envs.analytic import rolling_ball
 from rigid_envs.control import shortest_path as module
-from rigid_envs.control.shortest_path import shortest_path
-from rigid_envs.control.three_rolls import three_rolls
+from rigid_envs.control.elastica_path import shortest_path
+from rigid_envs.control.straight_rolls import three_rolls
 from rigid_envs.envs import RigidVectorEnv
 
 HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -291,11 +291,11 @@ def test_polygons_along_paths_park_every_ball_of_the_environment():
 
 
 def test_what_has_no_path_or_too_few_sides_is_refused():
-    with pytest.raises(ValueError, match=r"start and goal make \(2,\) paths"):
+    with pytest.raises(ValueError, match=r"^(start|goal) has shape \(2, 6\); expected \(6,\)"):
         shortest_path(np.tile(HOME, (2, 1)), HOME)
     with pytest.raises(ValueError, match="radius = -1"):
         shortest_path(HOME, HOME, radius=-1.0)
-    with pytest.raises(ValueError, match=r"n = 0; expected a number of parts"):
+    with pytest.raises(ValueError, match=r"n = 0; expected an integer of at least 1"):
         planned()[0][0].states(0)
     with pytest.raises(ArithmeticError, match="n = 2 sides"):
         planned()[0][0].rolls(2)

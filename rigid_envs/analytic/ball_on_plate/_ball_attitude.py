@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import _quaternion
-from rigid_envs.analytic._inputs import FloatArray, finite, positive, vector
 from rigid_envs.analytic.ball_on_plate._motion import Rolled, from_complex
+from rigid_envs.checks import Array, all_finite, all_positive, array, exact_array, number, positive
 
 __all__ = ["roll_round_axis", "stand_in_space"]
 
@@ -21,7 +21,7 @@ def roll_round_axis(
     beta: float,
     radius: float,
     turntable_rate: float,
-) -> tuple[Rolled, FloatArray]:
+) -> tuple[Rolled, Array]:
     """Roll on a level turntable round its own axis, where the attitude is closed, too.
 
     omega turns with the centre, its horizontal part Omega / (1 + beta) times the centre's place
@@ -50,8 +50,9 @@ def roll_round_axis(
 
     Source: Weltner (1979).
     """
-    positive(beta=beta, radius=radius, circle_radius=circle_radius)
-    times, table = finite("t", t), float(finite("turntable_rate", turntable_rate))
+    all_positive(beta=beta, radius=radius, circle_radius=circle_radius)
+    all_finite(phase=phase, spin=spin)
+    times, table = array(t, "t"), number(turntable_rate, "turntable_rate")
     rate = beta / (1.0 + beta) * table
     z = circle_radius * np.exp(1j * (phase + rate * times))
     w = table / (1.0 + beta) / radius
@@ -66,8 +67,8 @@ def roll_round_axis(
 
 def stand_in_space(
     t: ArrayLike, place: ArrayLike, *, spin: float = 0.0, radius: float, turntable_rate: float
-) -> tuple[FloatArray, FloatArray]:
-    """Roll on a level turntable so that the centre stands still in space.
+) -> tuple[Array, Array]:
+    """Roll on a level turntable with the centre at rest in space.
 
     omega = (Omega X / radius, Omega Y / radius, spin), constant, whatever the inertia.
 
@@ -86,7 +87,7 @@ def stand_in_space(
 
     Source: Weltner (1979).
     """
-    positive(radius=radius)
-    x, y = finite("turntable_rate", turntable_rate) / radius * vector("place", place, 2)
-    omega = np.array([x, y, finite("spin", spin)])
-    return omega, _quaternion.from_rotation_vector(finite("t", t)[..., np.newaxis] * omega)
+    positive(radius, "radius")
+    x, y = array(turntable_rate, "turntable_rate") / radius * exact_array(place, "place", 2)
+    omega = np.array([x, y, array(spin, "spin")])
+    return omega, _quaternion.from_rotation_vector(array(t, "t")[..., np.newaxis] * omega)

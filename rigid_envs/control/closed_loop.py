@@ -1,17 +1,19 @@
-"""Sampled closed loops: their motion, and from how far they come back."""
+"""Sampled closed loops: simulation and region of attraction."""
 
 from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["motion", "region"]
+from rigid_envs.checks import array, exact_array, integer, require
+
+__all__ = ["region_of_attraction", "simulate_closed_loop"]
 
 Array = npt.NDArray[np.float64]
 
 
-def motion(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Array:
-    """States under a step that is repeated: y, step(y), step(step(y)) and so on.
+def simulate_closed_loop(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Array:
+    """States of a closed loop under repeated steps: y, step(y), step(step(y)) and so on.
 
     With ``step = lambda y: system.advance(y, law.inputs(law(y)), dt, n_substeps)`` this is the
     closed loop as an environment runs it, the limits of the actuator included.
@@ -24,18 +26,18 @@ def motion(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Ar
     Returns:
         Shape (n_steps + 1, ..., n).
     """
-    states = [np.asarray(y, dtype=np.float64)]
-    for _ in range(n_steps):
+    states = [array(y, "y")]
+    for _ in range(integer(n_steps, "n_steps", 0)):
         states.append(step(states[-1]))
     return np.stack(states)
 
 
-def region(
+def region_of_attraction(
     succeeds: Callable[[Array], npt.NDArray[np.bool_]],
     directions: npt.ArrayLike,
     sizes: npt.ArrayLike,
 ) -> Array:
-    """From how far a closed loop succeeds, in each of several directions.
+    """Region of attraction of a closed loop, sampled along several directions.
 
     Every size is tried; what lies beyond the first failure does not count.
 
@@ -52,9 +54,9 @@ def region(
     Raises:
         ValueError: sizes that are not positive and ascending.
     """
-    tried = np.asarray(sizes, dtype=np.float64)
-    if tried.ndim != 1 or not (np.diff(tried, prepend=0.0) > 0.0).all():
-        raise ValueError(f"sizes = {sizes!r}; expected positive numbers in ascending order")
-    won = succeeds(tried[:, None, None] * np.asarray(directions, dtype=np.float64))
+    tried = exact_array(sizes, "sizes", "M")
+    ascending = bool((np.diff(tried, prepend=0.0) > 0.0).all())
+    require(ascending, tried, "sizes", "positive numbers in ascending order")
+    won = succeeds(tried[:, None, None] * exact_array(directions, "directions", "N", "k"))
     n_won = np.sum(np.logical_and.accumulate(won, axis=0), axis=0)
     return np.asarray(np.concatenate([[0.0], tried])[n_won])

@@ -1,4 +1,4 @@
-"""Turning a body from rest to rest: quaternion feedback, and a time that no law beats."""
+"""Slewing a body from rest to rest: quaternion feedback, and a lower bound on the time."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.control.limits import within_box
+from rigid_envs.checks import array, positive, positive_array
+from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.systems import FreeBody
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["QuaternionPD", "least_slew_time", "slew_acceleration"]
 
@@ -20,10 +20,10 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class QuaternionPD:
-    """Turns a body to an attitude by the short way: tau = -I (2 k vec(e) + c omega).
+    """Turns a body to an attitude by the smaller angle: tau = -I (2 k vec(e) + c omega).
 
     e = goal^-1 q is the error with the sign that makes its w >= 0. Both signs are one attitude;
-    without the choice the body would unwind: turn the long way round. For small angles this is
+    without the choice the body would unwind: turn by the larger angle. For small angles this is
     ``angle'' = -k angle - c angle'``, critically damped with c = 2 sqrt(k).
 
     Certificate: the Lyapunov function ``V = |omega|^2 / (4 k) + 2 (1 - |w|)``, which is 0 at the
@@ -37,10 +37,10 @@ class QuaternionPD:
     that every turn from rest arrives within 10 s is measured: for the body (1, 2, 3) and 0.5 N m.
 
     Attributes:
-        body: the body.
+        body: rigid body to control.
         torque: largest torque about each axis [N m].
         stiffness: k I_max / torque. The torque is at its limits for large errors, so that time is
-            spent on the way; the larger it is the later it brakes.
+            spent in between; the larger it is the later it brakes.
 
     Raises:
         ValueError: numbers that are not positive.
@@ -67,7 +67,7 @@ class QuaternionPD:
         """
         e, omega = self._error(y, goal)
         acceleration = 2.0 * self.k * e[..., 1:] + self.c * omega
-        return within_box(-self.body.moments * acceleration / self.torque)
+        return clip_to_box(-self.body.moments * acceleration / self.torque)
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `FreeBody` [N m], shape (..., 3), of actions."""
@@ -85,7 +85,7 @@ class QuaternionPD:
 
     @property
     def limit_free(self) -> float:
-        """V up to which the torque stays within its limits.
+        """Level of V below which the torque is not saturated.
 
         ``|2 k vec(e) + c omega| <= 2 k sqrt(5 V)``, as ``V >= |omega|^2 / (4 k) + |vec(e)|^2``.
         """
@@ -113,7 +113,7 @@ class QuaternionPD:
 
 
 def slew_acceleration(moments: npt.ArrayLike, torque: float) -> Array:
-    """What the rate of a body grows by at most, from rest [rad/s^2].
+    """Bound on the growth of a body's rate from rest [rad/s^2].
 
     ``a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)``: the energy grows by
     ``(sqrt(2 T))' = omega . tau / sqrt(2 T) <= torque sqrt(sum 1 / I_k)`` (Cauchy and Schwarz), and
@@ -130,21 +130,18 @@ def slew_acceleration(moments: npt.ArrayLike, torque: float) -> Array:
         ValueError: moments or torque that are not positive and finite.
     """
     positive(torque, "torque", "N m")
-    I_k = np.asarray(moments, dtype=np.float64)
-    if not ((I_k > 0.0) & (I_k < np.inf)).all():
-        raise ValueError(f"moments = {I_k.tolist()}; expected positive finite numbers [kg m^2]")
-    inverse = 1.0 / I_k
+    inverse = 1.0 / positive_array(moments, "moments", "kg m^2")
     return np.asarray(torque * np.sqrt(inverse.sum(axis=0) * inverse.max(axis=0)))
 
 
 def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Array:
-    """Time [s] that no turn from rest to rest by an angle beats: ``2 sqrt(angle / a)``.
+    """Lower bound [s] on the time of a turn from rest to rest by an angle: ``2 sqrt(angle / a)``.
 
     The rate is at most a t (`slew_acceleration`), backwards from the goal likewise, and the angle
     is at most the integral of the smaller of both.
 
     Args:
-        body: the body.
+        body: rigid body to control.
         torque: largest torque about each axis [N m].
         angle: angle between the attitudes [rad], shape (...).
 
@@ -152,4 +149,4 @@ def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Arra
         Times of the shape of angle.
     """
     a = slew_acceleration(body.moments, torque)
-    return np.asarray(2.0 * np.sqrt(np.asarray(angle, dtype=np.float64) / a))
+    return np.asarray(2.0 * np.sqrt(array(angle, "angle") / a))

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import _quaternion, elliptic
-from rigid_envs.analytic._inputs import FloatArray, unit_quaternion
 from rigid_envs.analytic.free_body._polhode import Polhode, polhode
+from rigid_envs.checks import Array
 
 __all__ = ["attitude"]
 
 
-def attitude(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike, q0: ArrayLike) -> FloatArray:
+def attitude(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike, q0: ArrayLike) -> Array:
     """Attitude of a free body, continuous in t and equal to q0 at t = 0.
 
     In a space frame with z along L the attitude has z-x-z Euler angles: theta and psi from the
@@ -44,7 +44,7 @@ def attitude(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike, q0: ArrayLike)
 
     Source: Landau & Lifshitz, par. 37; van Zon & Schofield (2007).
     """
-    path, q_start = polhode(moments, omega0), unit_quaternion("q0", q0)
+    path, q_start = polhode(moments, omega0), _quaternion.normalized(q0, "q0")
     turned = _quaternion.product(
         _quaternion.conjugate(_from_momentum(path, 0.0)), _from_momentum(path, t)
     )
@@ -52,7 +52,7 @@ def attitude(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike, q0: ArrayLike)
     return _quaternion.product(np.broadcast_to(q_start, turned.shape), turned)
 
 
-def _from_momentum(path: Polhode, t: ArrayLike) -> FloatArray:
+def _from_momentum(path: Polhode, t: ArrayLike) -> Array:
     """Quaternion from the normal frame to a space frame with z along L, shape t.shape + (4,)."""
     u = path.argument(t)
     sn, cn, dn = elliptic.jacobi(u, path.m1)
@@ -74,7 +74,7 @@ def _from_momentum(path: Polhode, t: ArrayLike) -> FloatArray:
     return np.stack(parts, axis=-1)
 
 
-def precession(path: Polhode, u: FloatArray, t: ArrayLike) -> FloatArray:
+def precession(path: Polhode, u: Array, t: ArrayLike) -> Array:
     """Euler angle phi about L [rad], up to a constant."""
     j1, j2, _ = path.moments
     steady = path.momentum / j2 * np.asarray(t, dtype=np.float64)
@@ -84,7 +84,7 @@ def precession(path: Polhode, u: FloatArray, t: ArrayLike) -> FloatArray:
     return steady + factor * elliptic.cn2_integral(u, _characteristic(path), path.m1)
 
 
-def _spin(path: Polhode, u: FloatArray) -> FloatArray:
+def _spin(path: Polhode, u: Array) -> Array:
     """Euler angle psi [rad], with tan psi = n1 / n2, continuous in u."""
     n, v = elliptic.split_half_periods(u, path.m1)
     sn, cn, _ = elliptic.jacobi(v, path.m1)

@@ -1,4 +1,4 @@
-"""Any pose of a rolling ball from any other by three straight rolls."""
+"""Motion planning of a rolling ball by three straight rolls."""
 
 from __future__ import annotations
 
@@ -26,13 +26,14 @@ def three_rolls(
     Kendall's problem, solved by Hammersley: three rolls along straight lines are enough, and two
     are not. In radii, with the rotation vector d* = (-d_y, d_x, 0) of a roll by d,
 
-        d1 + d2 + d3 = way   and   exp(d3*) exp(d2*) exp(d1*) = turn.
+        d1 + d2 + d3 = displacement   and   exp(d3*) exp(d2*) exp(d1*) = turn.
 
-    With d3 = way - d1 - d2 there are three equations for four unknowns, so each plan belongs to a
-    family of one parameter. Newton's method, with the smallest of all steps that solve the
-    linearised equations, converges from nearly every guess. The best of the plans found are then
-    shortened along their families, by steps against the part of the gradient of the length that
-    keeps the equations, and the shortest of all is returned. Rows without a plan are tried again.
+    With d3 = displacement - d1 - d2 there are three equations for four unknowns, so each plan
+    belongs to a family of one parameter. Newton's method, with the smallest of all steps that solve
+    the linearised equations, converges from nearly every guess. The best of the plans found are
+    then shortened along their families, by steps against the part of the gradient of the length
+    that keeps the equations, and the shortest of all is returned. Rows without a plan are tried
+    again.
 
     What is rolled does not depend on how many rows there are. The polygon is a path like any other:
     `roll_along` lays it out in steps, `shortest_path` is never longer.
@@ -53,25 +54,29 @@ def three_rolls(
 
     Source: Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79.
     """
-    turn, way = difference(start, goal, radius)
-    turns, ways = turn.reshape(-1, 4), way.reshape(-1, 2)
+    turn, displacement = difference(start, goal, radius)
+    turns, displacements = turn.reshape(-1, 4), displacement.reshape(-1, 2)
     rolls = np.empty((len(turns), 3, 2))
     for first in range(0, len(turns), _BLOCK):
         rows = slice(first, first + _BLOCK)
-        rolls[rows] = _shortest(turns[rows], ways[rows], np.random.default_rng(seed))
+        rolls[rows] = _shortest(turns[rows], displacements[rows], np.random.default_rng(seed))
     scale = np.asarray(radius, dtype=np.float64)[..., None, None]
-    return np.asarray(scale * rolls.reshape(*way.shape[:-1], 3, 2))
+    return np.asarray(scale * rolls.reshape(*displacement.shape[:-1], 3, 2))
 
 
-def _shortest(turn: Array, way: Array, rng: np.random.Generator) -> Array:
-    """The shortest plans found for turns, shape (N, 4), and ways, (N, 2) [radii]."""
+def _shortest(turn: Array, displacement: Array, rng: np.random.Generator) -> Array:
+    """The shortest plans found for turns, shape (N, 4), and displacements, (N, 2) [radii]."""
     rolls, length = np.zeros((len(turn), 3, 2)), np.full(len(turn), np.inf)
     for _ in range(_N_ROUNDS):
         rows = np.flatnonzero(np.isinf(length))
         if len(rows) == 0:
             return rolls
-        rolls[rows], length[rows] = _best_of(_guesses(rng), turn[rows, None], way[rows, None])
-    raise ArithmeticError(f"no three rolls turn a ball by {turn[rows[0]]} over {way[rows[0]]}")
+        rolls[rows], length[rows] = _best_of(
+            _guesses(rng), turn[rows, None], displacement[rows, None]
+        )
+    raise ArithmeticError(
+        f"no three rolls turn a ball by {turn[rows[0]]} over {displacement[rows[0]]}"
+    )
 
 
 def _guesses(rng: np.random.Generator) -> Array:
@@ -80,23 +85,23 @@ def _guesses(rng: np.random.Generator) -> Array:
     return size[:, None] * rng.uniform(-1.0, 1.0, (_N_GUESSES, 4))
 
 
-def _best_of(guesses: Array, turn: Array, way: Array) -> tuple[Array, Array]:
+def _best_of(guesses: Array, turn: Array, displacement: Array) -> tuple[Array, Array]:
     """The shortest plan of each row, and its length; infinite if none converged."""
-    found = _solve(np.broadcast_to(guesses, (len(turn), *guesses.shape)), turn, way, _ONTO)
-    best = np.argsort(_length(found, turn, way), axis=1)[:, :_N_KEPT, None]
+    found = _solve(np.broadcast_to(guesses, (len(turn), *guesses.shape)), turn, displacement, _ONTO)
+    best = np.argsort(_length(found, turn, displacement), axis=1)[:, :_N_KEPT, None]
     kept = np.take_along_axis(found, best, axis=1)
-    short = _solve(_solve(kept, turn, way, _ALONG, shorten=1.0), turn, way, _ONTO)
+    short = _solve(_solve(kept, turn, displacement, _ALONG, shorten=1.0), turn, displacement, _ONTO)
     # a family may lead to where the equations are singular: the plans before count as well
     ends = np.concatenate([short, kept], axis=1)
-    length = _length(ends, turn, way)
+    length = _length(ends, turn, displacement)
     row, first = np.arange(len(turn)), np.argmin(length, axis=1)
-    return _rolls(ends, way)[row, first], length[row, first]
+    return _rolls(ends, displacement)[row, first], length[row, first]
 
 
-def _solve(free: Array, turn: Array, way: Array, n: int, shorten: float = 0.0) -> Array:
+def _solve(free: Array, turn: Array, displacement: Array, n: int, shorten: float = 0.0) -> Array:
     """Newton steps on the first two displacements, and steps that shorten the plan besides."""
     for _ in range(n):
-        rolls = _rolls(free, way)
+        rolls = _rolls(free, displacement)
         missing, jacobian = _linearise(rolls, turn)
         transposed = np.swapaxes(jacobian, -1, -2)
         inverse = transposed @ np.linalg.inv(jacobian @ transposed + 1e-12 * np.eye(3))
@@ -110,23 +115,23 @@ def _solve(free: Array, turn: Array, way: Array, n: int, shorten: float = 0.0) -
 
 
 def _linearise(rolls: Array, turn: Array) -> tuple[Array, Array]:
-    """What is missing of the turn, a rotation vector, and its Jacobian, shape (..., 3, 4)."""
+    """Error of the turn, a rotation vector, and its Jacobian, shape (..., 3, 4)."""
     total, change = rolled(rolls)
     missing = rotations.log(rotations.multiply(turn, rotations.conjugate(total)))
     first, second, third = np.moveaxis(change, -3, 0)
     return missing, np.concatenate([first - third, second - third], axis=-1)
 
 
-def _rolls(free: Array, way: Array) -> Array:
+def _rolls(free: Array, displacement: Array) -> Array:
     """All three displacements of the first two, shape (..., 3, 2)."""
     two = free.reshape(*free.shape[:-1], 2, 2)
-    last = way - np.sum(two, axis=-2)
+    last = displacement - np.sum(two, axis=-2)
     return np.concatenate([two, last[..., None, :]], axis=-2)
 
 
-def _length(free: Array, turn: Array, way: Array) -> Array:
-    """Length of the plans [radii]; infinite where one misses the turn."""
-    rolls = _rolls(free, way)
+def _length(free: Array, turn: Array, displacement: Array) -> Array:
+    """Length of the plans [radii]; infinite where a plan misses the turn."""
+    rolls = _rolls(free, displacement)
     missing, _ = _linearise(rolls, turn)
     length = np.sum(np.linalg.norm(rolls, axis=-1), axis=-1)
     return np.where(np.linalg.norm(missing, axis=-1) <= _EXACT, length, np.inf)

@@ -3,15 +3,15 @@
 import math
 from dataclasses import dataclass
 
-from rigid_envs.analytic._inputs import finite, positive, strictly_between
 from rigid_envs.analytic.rolling_disk._disk import Disk
+from rigid_envs.checks import all_positive, between, number, positive, require
 
 __all__ = [
     "SteadyCircle",
     "lean_frequency_squared",
+    "stationary_centre_precession",
     "steady_circle",
     "steady_precession",
-    "still_centre_precession",
 ]
 
 
@@ -72,13 +72,13 @@ def steady_circle(
     """
     disk = _checked(theta, m, radius, i_perp, i3, g)
     sine, cosine = math.sin(theta), math.cos(theta)
-    apart = float(finite("contact_radius", contact_radius)) / radius - cosine
+    apart = number(contact_radius, "contact_radius") / radius - cosine
     grip = i_perp * cosine + disk.axial * apart
-    if not cosine * grip > 0.0:
-        raise ValueError(
-            f"contact_radius is {contact_radius}; expected further outside at theta = {theta}: "
-            "there the disk's inertia turns it down as its weight does"
-        )
+    expected = (
+        f"one further outside at theta = {theta}: there the disk's inertia turns it down as its "
+        "weight does"
+    )
+    require(cosine * grip > 0.0, contact_radius, "contact_radius", expected)
     precession = math.sqrt(m * g * radius * cosine / (sine * grip))
     return _circle(theta, precession, -precession * apart, disk, g)
 
@@ -112,7 +112,7 @@ def steady_precession(
     disk = _checked(theta, m, radius, i_perp, i3, g)
     sine, cosine = math.sin(theta), math.cos(theta)
     weight, square = m * g * radius * cosine, i_perp * sine * cosine
-    push = disk.axial * float(finite("omega3", omega3)) * sine
+    push = disk.axial * number(omega3, "omega3") * sine
     # Both roots from the one sum that does not cancel.
     total = push + math.copysign(math.sqrt(push * push + 4.0 * square * weight), push)
     rates = -2.0 * weight / total, total / (2.0 * square)
@@ -120,12 +120,12 @@ def steady_precession(
     return slow, fast
 
 
-def still_centre_precession(
+def stationary_centre_precession(
     theta: float, *, m: float, radius: float, i_perp: float, g: float
 ) -> float:
-    """Rate phi' at which a disk wobbles round its own centre, which stands still [rad/s].
+    """Precession rate phi' of a disk whose centre is at rest [rad/s].
 
-    A phi'^2 sin(theta) = m g radius with omega3 = 0: 4 g / (radius sin(theta)) for a disc, Euler's
+    A phi'^2 sin(theta) = m g radius with omega3 = 0: 4 g / (radius sin(theta)) for a disk, Euler's
     disk, which quickens as it settles. The contact runs round a circle of radius
     radius cos(theta), and the face turns only with phi' (1 - cos(theta)).
 
@@ -141,8 +141,8 @@ def still_centre_precession(
 
     Source: Moffatt (2000), Nature 404:833, doi:10.1038/35009017.
     """
-    positive(m=m, radius=radius, i_perp=i_perp, g=g)
-    strictly_between(0.0, math.pi, theta=theta)
+    all_positive(m=m, radius=radius, i_perp=i_perp, g=g)
+    between(theta, "theta", 0.0, math.pi)
     return math.sqrt(m * g * radius / (i_perp * math.sin(theta)))
 
 
@@ -178,14 +178,14 @@ def lean_frequency_squared(
     Source: O'Reilly (1996).
     """
     disk = _checked(theta, m, radius, i_perp, i3, g)
-    rate, axial = float(finite("precession", precession)), float(finite("omega3", omega3))
+    rate, axial = number(precession, "precession"), number(omega3, "omega3")
     return _frequency_squared(theta, rate, axial, disk, g)
 
 
 def _checked(theta: float, m: float, radius: float, i_perp: float, i3: float, g: float) -> Disk:
     """The disk, after lean and gravity are checked, too."""
-    positive(g=g)
-    strictly_between(0.0, math.pi, theta=theta)
+    positive(g, "g")
+    between(theta, "theta", 0.0, math.pi)
     return Disk(m, radius, i_perp, i3)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.checks import exact_array, integer
 from rigid_envs.control.rolling import difference, rolled
 from rigid_envs.kernels import elastica
 
@@ -29,12 +30,12 @@ _G = 1.1673039782614187  # the root of g^5 = g + 1: its powers spread points eve
 class ShortestPath:
     """A path of a ball whose centre runs along one of Euler's elasticae.
 
-    With s the way of the centre [m] and a its heading, ' = d/ds, from a(0) = heading and a'(0) =
+    With s the arc length [m] and a its heading, ' = d/ds, from a(0) = heading and a'(0) =
     turning,
 
         X' = cos a,   Y' = sin a,   a'' = pull_y cos a - pull_x sin a
 
-    and the ball rolls: omega_world = (-sin a, cos a, 0) / radius per way.
+    and the ball rolls: omega_world = (-sin a, cos a, 0) / radius per arc length.
 
     Attributes:
         start: state of `RollingBall` where it begins, shape (6,).
@@ -55,12 +56,12 @@ class ShortestPath:
     pull: Array
 
     def states(self, n: int) -> Array:
-        """States after 0, 1 .. n equal parts of the way, shape (n + 1, 6)."""
+        """States after 0, 1 .. n equal parts of the path, shape (n + 1, 6)."""
         y, axes = self._trace(n), rotations.exp([0.0, 0.0, self.heading])
         turn = rotations.multiply(rotations.multiply(axes, y[:, 2:6]), rotations.conjugate(axes))
-        way = rotations.rotate(axes, np.pad(y[:, 6:8], [(0, 0), (0, 1)]))[:, :2]
+        displacement = rotations.rotate(axes, np.pad(y[:, 6:8], [(0, 0), (0, 1)]))[:, :2]
         q = rotations.multiply(turn, self.start[:4])
-        return np.concatenate([q, self.start[4:] + self.radius * way], axis=1)
+        return np.concatenate([q, self.start[4:] + self.radius * displacement], axis=1)
 
     def headings(self, n: int) -> Array:
         """Headings from world x, through whole turns, after equal parts, shape (n + 1,) [rad]."""
@@ -75,12 +76,12 @@ class ShortestPath:
         Raises:
             ArithmeticError: so few sides cannot be bent to lead to the goal.
         """
-        turn, way = difference(self.start, self.goal, self.radius)
+        turn, displacement = difference(self.start, self.goal, self.radius)
         rolls = np.diff(self.states(n)[:, 4:6], axis=0) / self.radius
         for _ in range(_N_CORRECTIONS):
             total, change = rolled(rolls)
             angle = rotations.log(rotations.multiply(turn, rotations.conjugate(total)))
-            missed = np.concatenate([way - np.sum(rolls, axis=0), angle])
+            missed = np.concatenate([displacement - np.sum(rolls, axis=0), angle])
             if np.max(np.abs(missed)) <= _EXACT:
                 return self.radius * rolls
             jacobian = np.concatenate([np.broadcast_to(np.eye(2), (n, 2, 2)), change], axis=1)
@@ -101,13 +102,13 @@ class ShortestPath:
             n += 1
 
     def missed(self) -> tuple[float, float]:
-        """Distance [m] and angle [rad] between the goal and where the path leads to."""
+        """Errors of the end of the path: distance [m] and angle [rad] to the goal."""
         end = self.states(1)[-1]
         angle = rotations.distance(end[:4], self.goal[:4])
         return math.dist(end[4:], self.goal[4:]), float(angle)
 
     def steering(self, n: int) -> Array:
-        """What the maximum principle steers along, after equal parts, shape (n + 1, 2).
+        """Switching vector V of the maximum principle, after equal parts, shape (n + 1, 2).
 
         A shortest path has a costate (P, M): P on the plane is constant, M in space is carried
         along by the ball, R^T M constant. The Hamiltonian ``V . u``, with V = P + (M_y, -M_x) in
@@ -129,8 +130,7 @@ class ShortestPath:
 
     def _trace(self, n: int) -> Array:
         """(a - heading, a', q, position) of `kernels.elastica` after equal parts, (n + 1, 8)."""
-        if n < 1:
-            raise ValueError(f"n = {n!r}; expected a number of parts, at least 1")
+        n = integer(n, "n", 1)
         c, s = math.cos(self.heading), math.sin(self.heading)
         along, across = self.length**2 * (np.array([[c, s], [-s, c]]) @ self.pull)
         turning, length = self.turning * self.length, self.length / self.radius
@@ -166,30 +166,33 @@ def shortest_path(
     Source: Arthurs & Walsh 1986, "On Hammersley's minimum problem for a rolling sphere",
     doi:10.1017/S0305004100064501; Jurdjevic 1993, doi:10.1007/BF00375605.
     """
-    turn, way = difference(start, goal, radius)
-    if turn.ndim != 1:
-        raise ValueError(f"start and goal make {turn.shape[:-1]} paths; expected one of each")
-    x = _straight(turn, way)
+    turn, displacement = difference(start, goal, radius)
+    exact_array(start, "start", 6), exact_array(goal, "goal", 6)
+    x = _straight(turn, displacement)
     if x is None:
-        x = _search(np.concatenate([turn, way]), np.concatenate(difference(goal, start, radius)))
+        x = _search(
+            np.concatenate([turn, displacement]), np.concatenate(difference(goal, start, radius))
+        )
     length = radius * float(x[4])
     c, s = math.cos(x[0]), math.sin(x[0])
-    bends = x[1:4] / (length or 1.0)  # nothing bends where there is no way
+    bends = x[1:4] / (length or 1.0)  # nothing bends where the path is a point
     turning, pull = float(bends[0]), np.array([[c, -s], [s, c]]) @ bends[1:] / (length or 1.0)
     ends = np.array(start, dtype=np.float64), np.array(goal, dtype=np.float64)
     return ShortestPath(*ends, radius, length, float(x[0]), turning, pull)
 
 
-def _straight(turn: Array, way: Array) -> Array | None:
+def _straight(turn: Array, displacement: Array) -> Array | None:
     """The straight roll, if it leads to the goal, as a row of `kernels.elastica`."""
-    total, _ = rolled(way[None])
+    total, _ = rolled(displacement[None])
     if rotations.distance(total, turn) > _EXACT:
         return None
-    return np.array([math.atan2(way[1], way[0]), 0.0, 0.0, 0.0, math.hypot(*way)])
+    return np.array(
+        [math.atan2(displacement[1], displacement[0]), 0.0, 0.0, 0.0, math.hypot(*displacement)]
+    )
 
 
 def _search(target: Array, back: Array) -> Array:
-    """The shortest path found to a pose (turn, way) [radii], as a row of `kernels.elastica`.
+    """The shortest path found to a pose (turn, displacement), as a row of `kernels.elastica`.
 
     Or to the pose that leads back from it, turned round: what is hard to find from one end, because
     it bends much there, may be easy to find from the other.
@@ -226,11 +229,11 @@ def _shortest(target: Array) -> Array:
 
 
 def _starts(target: Array) -> Array:
-    """Rows to start from: lengths from a lower bound up to what bends into the pose easily."""
-    theta, way = rotations.log(target[:4]), target[4:]
-    distance, angle = math.hypot(*way), float(np.linalg.norm(theta))
+    """Initial guesses of the shooting method, from a lower bound of the length upwards."""
+    theta, displacement = rotations.log(target[:4]), target[4:]
+    distance, angle = math.hypot(*displacement), float(np.linalg.norm(theta))
     twist = math.sqrt(2.0 * math.pi * abs(theta[2]))  # a half circle: area length^2 / (2 pi)
-    mismatch = math.cbrt(math.hypot(theta[0] + way[1], theta[1] - way[0]))
+    mismatch = math.cbrt(math.hypot(theta[0] + displacement[1], theta[1] - displacement[0]))
     least = max(distance, angle, twist)
     most = max(distance + min(5.0, 1.5 * twist + 7.0 * mismatch), 1.1 * least)
     u = (0.5 + np.arange(_N_STARTS)[:, None] * _G ** np.arange(-1.0, -5.0, -1.0)) % 1.0

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rigid_envs import rotations
-from rigid_envs.control.attitude import QuaternionPD, least_slew_time, slew_acceleration
+from rigid_envs.control.closed_loop import simulate_closed_loop
 from rigid_envs.control.linear import step_jacobian
-from rigid_envs.control.region import motion
+from rigid_envs.control.slewing import QuaternionPD, least_slew_time, slew_acceleration
 from rigid_envs.systems import FreeBody
 from tests.control.claims import assert_within_limits_row_by_row, spinning
 
@@ -75,7 +75,7 @@ def test_within_its_level_the_torque_is_free_of_limits_and_the_level_is_kept():
     # V = |angle / 2|^2 + |omega|^2 / (4 k), less what is of fourth order in the angle
     y = BODY.state(q=rotations.exp(2.0 * x[:, :3]), omega_body=2.0 * np.sqrt(law.k) * x[:, 3:])
     assert 0.5 < np.abs(law(y, UP)).max() < 1.0
-    value = law.lyapunov(motion(step(law, UP, 0.01), y, 400), UP)
+    value = law.lyapunov(simulate_closed_loop(step(law, UP, 0.01), y, 400), UP)
     # where omega passes 0, V rests, and held torque may add (k dt^2) to it
     assert (np.diff(value, axis=0) < 10.0 * law.k * 0.01**2 * value[:-1]).all()
     assert (value < law.limit_free).all()
@@ -104,7 +104,9 @@ def test_limited_turns_arrive_by_the_short_way_and_not_before_the_bound():
     law, rng = QuaternionPD(body, TORQUE), np.random.default_rng(0)
     goal = rotations.random_quaternion(rng, (300,))
     y = body.state(q=rotations.random_quaternion(rng, (300,)))
-    states = motion(lambda y: body.advance(y, law.inputs(law(y, goal)), 0.1, 4), y, 100)
+    states = simulate_closed_loop(
+        lambda y: body.advance(y, law.inputs(law(y, goal)), 0.1, 4), y, 100
+    )
     angle = rotations.distance(states[..., :4], goal)
     rate = np.linalg.norm(states[..., 4:7], axis=-1)
     there = (angle < 0.1) & (rate < 0.05)
@@ -147,5 +149,5 @@ def test_numbers_that_are_not_positive_are_refused():
         QuaternionPD(BODY, 1.0, -6.0)
     with pytest.raises(ValueError, match=r"^torque = nan; expected a positive"):
         least_slew_time(BODY, float("nan"), 1.0)
-    with pytest.raises(ValueError, match=r"^moments = \[1\.0, 0\.0, 3\.0\]; expected positive"):
+    with pytest.raises(ValueError, match=r"^moments\[1\] = 0\.0; expected positive"):
         slew_acceleration([1.0, 0.0, 3.0], TORQUE)

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.control.limits import within_ball
+from rigid_envs.checks import positive, require
 from rigid_envs.control.linear import Regulator, lqr, scheduled, zero_order_hold
+from rigid_envs.control.saturation import clip_to_ball
 from rigid_envs.systems import HeavyTop
-from rigid_envs.systems.boundary import positive
 
 __all__ = ["PivotBalance", "TopBalance", "UprightBalance", "axis_of"]
 
@@ -26,7 +26,7 @@ _SPINS = np.linspace(-1.5, 1.5, 31)  # in parts of the critical spin, for which 
 
 
 def axis_of(y: npt.ArrayLike) -> Complex:
-    """Where the axis of a top points and its pivot stands, horizontally, in complex numbers.
+    """Horizontal part of a top's axis, and of its pivot's position, in complex numbers.
 
     Args:
         y: states of `HeavyTop`, shape (..., 11).
@@ -47,7 +47,7 @@ class TopBalance(abc.ABC):
     """Keeps a symmetric top upright by linear feedback of `axis_of`, scheduled on its spin.
 
     Attributes:
-        top: the top, I1 = I2.
+        top: symmetric top, I1 = I2.
         limit: largest input [N m or m/s^2].
         dt: control period [s].
 
@@ -63,13 +63,12 @@ class TopBalance(abc.ABC):
     """How many entries of `axis_of` are fed back."""
     _inputs: ClassVar[slice]
     """Where the two components of the input stand in u of `HeavyTop`."""
-    _prices: ClassVar[tuple[list[float], list[float]]]
+    _weights: ClassVar[tuple[list[float], list[float]]]
     """Weights of the states and of the input."""
 
     def __post_init__(self) -> None:
         """Check the symmetry of the top and the numbers."""
-        if self.top.I1 != self.top.I2:
-            raise ValueError(f"top = {self.top}; expected I1 = I2: a symmetric top")
+        require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
         positive(self.limit, "limit", "N m or m/s^2")
         positive(self.dt, "dt", "s")
 
@@ -78,9 +77,9 @@ class TopBalance(abc.ABC):
         """A and B of the linear equation x' = A x + B u at a spin omega3 [rad/s]."""
 
     def __call__(self, y: npt.ArrayLike) -> Array:
-        """Actions, inputs over the largest, in the disc, shape (..., 2), of states y (..., 11)."""
+        """Actions, inputs over the largest, in the disk, shape (..., 2), of states y (..., 11)."""
         u = self._regulator(y).feedback(axis_of(y)[..., : self._n])[..., 0]
-        return within_ball(np.stack([u.real, u.imag], axis=-1) / self.limit)
+        return clip_to_ball(np.stack([u.real, u.imag], axis=-1) / self.limit)
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `HeavyTop`, shape (..., 8), of actions (..., 2)."""
@@ -95,7 +94,7 @@ class TopBalance(abc.ABC):
 
     def regulator(self, spin: float) -> Regulator:
         """K and P, complex, at a spin omega3 [rad/s]."""
-        return lqr(*zero_order_hold(*self.model(spin), self.dt), *self._prices)
+        return lqr(*zero_order_hold(*self.model(spin), self.dt), *self._weights)
 
     @cached_property
     def _table(self) -> Callable[..., Regulator]:
@@ -126,7 +125,7 @@ class UprightBalance(TopBalance):
     inside the unit circle if moments, mass and length are each up to 15 % off (measured).
 
     Attributes:
-        top: the top, I1 = I2.
+        top: symmetric top, I1 = I2.
         limit: largest torque [N m].
         dt: control period [s].
 
@@ -139,7 +138,7 @@ class UprightBalance(TopBalance):
 
     _n: ClassVar[int] = 2
     _inputs: ClassVar[slice] = slice(3, 5)
-    _prices: ClassVar[tuple[list[float], list[float]]] = ([1.0, 0.1], [0.03])
+    _weights: ClassVar[tuple[list[float], list[float]]] = ([1.0, 0.1], [0.03])
 
     def model(self, spin: float) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """A and B for x = (e, e') and the torque at a spin omega3 [rad/s]."""
@@ -165,7 +164,7 @@ class PivotBalance(TopBalance):
     m of the origin at 0.3 of the critical spin. Moments, mass and length may each be 5 % off.
 
     Attributes:
-        top: the top, I1 = I2.
+        top: symmetric top, I1 = I2.
         limit: largest acceleration [m/s^2].
         dt: control period [s].
 
@@ -178,7 +177,7 @@ class PivotBalance(TopBalance):
 
     _n: ClassVar[int] = 4
     _inputs: ClassVar[slice] = slice(6, 8)
-    _prices: ClassVar[tuple[list[float], list[float]]] = ([1.0, 1.0, 0.05, 0.2], [0.03])
+    _weights: ClassVar[tuple[list[float], list[float]]] = ([1.0, 1.0, 0.05, 0.2], [0.03])
 
     def model(self, spin: float) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """A and B for x = (e, e', X, X') and the acceleration at a spin omega3 [rad/s]."""

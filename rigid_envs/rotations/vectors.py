@@ -1,0 +1,36 @@
+"""Lengths and directions of vectors, without overflow or underflow."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rigid_envs.checks import Array, array, unit_length
+
+__all__ = ["direction", "norm", "unit"]
+
+ROUNDING = 4 * np.finfo(np.float64).eps  # of a length computed in float64
+
+
+def norm(rows: Array) -> Array:
+    """Euclidean norm along the last axis, shape (..., 1)."""
+    length: Array = np.hypot.reduce(rows, axis=-1, keepdims=True)
+    return length
+
+
+def direction(rows: Array) -> Array:
+    """Unit vectors rows / |rows|, of rows of any length but zero."""
+    _, exponent = np.frexp(np.max(np.abs(rows), axis=-1, keepdims=True))
+    scaled: Array = np.ldexp(rows, -exponent)  # exact, and its length is representable
+    return scaled / norm(scaled)
+
+
+def unit(value: ArrayLike, name: str, size: int) -> Array:
+    """Unit vectors, shape (..., size), normalised unless they are so to rounding.
+
+    Raises:
+        ValueError: another shape, no finite numbers, or a length that is not 1 within 1e-6.
+    """
+    rows = array(value, name, size)
+    with np.errstate(over="ignore"):
+        length = norm(rows)
+    unit_length(length[..., 0], rows, name)
+    return np.where(np.abs(length - 1.0) <= ROUNDING, rows, rows / length)
