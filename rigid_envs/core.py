@@ -1,7 +1,7 @@
 """Rows of a task: their states, goals, parameters and clocks. Steps and resets them; no more.
 
 `Core` never resets a row by itself and knows nothing of Gymnasium. Everything it is stands in one
-array, `memory`, which the compiled step and reset of the task work on (`rigid_envs.kernels`).
+array, `buffer`, which the compiled step and reset of the task work on (`rigid_envs.kernels`).
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.kernels.episode import BEGIN, OBSERVE, PARAMETERS_GIVEN
 from rigid_envs.kernels.layout import CLOCK, FLAGS
 from rigid_envs.kernels.rows import LANES
+from rigid_envs.kernels.step_loop import BEGIN, OBSERVE, PARAMETERS_GIVEN
 from rigid_envs.tasks.base import Task
-from rigid_envs.tasks.memory import new_memory, parameter_slot, slots_for
+from rigid_envs.tasks.buffer import new_buffer, parameter_slot, slots_for
 from rigid_envs.tasks.starts import Start
 
 __all__ = ["Core"]
@@ -45,12 +45,12 @@ class Core:
     def __init__(
         self, task: Task, n_rows: int, max_steps: int | None = None, n_threads: int = 1
     ) -> None:
-        """Lay out the memory; no row has begun an episode yet."""
+        """Lay out the buffer; no row has begun an episode yet."""
         self.task = task
         self.n_rows = n_rows
         self._n_threads = min(n_threads, -(-n_rows // LANES))
         self._slots = slots_for(task)
-        self.memory, self._settings = new_memory(task, n_rows, max_steps)
+        self.buffer, self._settings = new_buffer(task, n_rows, max_steps)
         self._make_views()
 
     def step(self) -> int:
@@ -63,7 +63,7 @@ class Core:
         n_blocks = -(-self.n_rows // LANES)
         if self._n_threads > 1:
             return self._step_in_threads(n_blocks)
-        return int(self.advance(self.memory, 0, n_blocks))
+        return int(self.advance(self.buffer, 0, n_blocks))
 
     def reset(self, rows: Integers, start: Start = DRAWN) -> None:
         """Begin a new episode in the given rows; their `observations` are new.
@@ -72,26 +72,26 @@ class Core:
             rows: indices of the rows.
             start: what is given of their states and parameters; the rest is drawn.
         """
-        self.task.reset(self.memory, rows, BEGIN)
+        self.task.episode.reset(self.buffer, rows, BEGIN)
         if start.parameters:
             for name, value in start.parameters.items():
                 for position in self.task.parameter_positions()[name]:
                     self._write(rows, parameter_slot(self.task, position), value)
-            self.task.reset(self.memory, rows, PARAMETERS_GIVEN)
+            self.task.episode.reset(self.buffer, rows, PARAMETERS_GIVEN)
         if start.state:
             for k, value in start.state.items():
                 self._write(rows, self._slots.state + k, value)
-            self.task.reset(self.memory, rows, OBSERVE)
+            self.task.episode.reset(self.buffer, rows, OBSERVE)
 
     def observe(self) -> None:
         """Write `observations` afresh from the states of all rows."""
-        self.task.reset(self.memory, np.arange(self.n_rows), OBSERVE)
+        self.task.episode.reset(self.buffer, np.arange(self.n_rows), OBSERVE)
 
     def seed(self, rows: Integers, keys: npt.NDArray[np.uint64]) -> None:
         """Give rows new random streams; their episodes are counted from 0 again."""
         high, low = keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)
-        for name, value in (("key_high", high), ("key_low", low), ("episode", -1.0)):
-            self._write(rows, self._slots.clock + CLOCK.index(name), value)
+        for slot, value in ((CLOCK.key_high, high), (CLOCK.key_low, low), (CLOCK.episode, -1.0)):
+            self._write(rows, self._slots.clock + slot, value)
 
     @property
     def y(self) -> Array:
@@ -101,12 +101,12 @@ class Core:
     @property
     def elapsed(self) -> Array:
         """Steps since the last reset, shape (N,)."""
-        return self._columns(self._slots.clock + 3, self._slots.clock + 4)[:, 0]
+        return self._column(self._slots.clock + CLOCK.elapsed)
 
     @property
     def running(self) -> npt.NDArray[np.bool_]:
         """Rows that have begun an episode and not ended it, shape (N,)."""
-        return self._columns(self._slots.clock + 4, self._slots.clock + 5)[:, 0] > 0
+        return self._column(self._slots.clock + CLOCK.running) > 0
 
     def system_parameters(self, row: int) -> dict[str, float]:
         """Parameters of the system in one row, by the system's names."""
@@ -121,7 +121,21 @@ class Core:
         """Parameters of every row, by field name, each of shape (N,)."""
         positions = self.task.parameter_positions()
         slots = {name: parameter_slot(self.task, k[0]) for name, k in positions.items()}
-        return {name: self._columns(slot, slot + 1)[:, 0] for name, slot in slots.items()}
+        return {name: self._column(slot) for name, slot in slots.items()}
+
+    def auxiliary(self, *names: str) -> Array:
+        """Parts of the auxiliary state (`Task.aux_names`): shape (N,), or (N, k) of k > 1 names.
+
+        Raises:
+            ValueError: a name that the task does not have.
+        """
+        for name in names:
+            if name not in self.task.aux_names:
+                raise ValueError(f"name = {name!r}; expected some of {self.task.aux_names}")
+        columns = [
+            self._column(self._slots.aux + self.task.aux_names.index(name)) for name in names
+        ]
+        return columns[0] if len(columns) == 1 else np.stack(columns, axis=-1)
 
     def get_state(self) -> dict[str, Array]:
         """All that the future of the rows depends on, by name, each of shape (N, k)."""
@@ -149,32 +163,32 @@ class Core:
         self.observe()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Everything but the views, which would lose their memory."""
+        """Everything but the views, which would lose their buffer."""
         return {
             "task": self.task,
             "n_rows": self.n_rows,
-            "memory": self.memory,
+            "buffer": self.buffer,
             "_n_threads": self._n_threads,
             "_slots": self._slots,
             "_settings": self._settings,
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Restore the memory and look at it anew."""
+        """Restore the buffer and look at it anew."""
         self.__dict__.update(state)
         self._make_views()
 
     def _make_views(self) -> None:
         s, n, slots = self._settings, self.n_rows, self._slots
-        single, byte = self.memory.view(np.float32), self.memory.view(np.bool_)
-        n_action = len(self.task.shapes.action)
+        single, byte = self.buffer.view(np.float32), self.buffer.view(np.bool_)
+        n_action = len(self.task.episode.prototypes.action)
         n_blocks = -(-n // LANES)
         size = n_blocks * slots.total * LANES
-        self._blocks = self.memory[s.blocks : s.blocks + size].reshape(n_blocks, -1, LANES)
+        self._blocks = self.buffer[s.blocks : s.blocks + size].reshape(n_blocks, -1, LANES)
         end = s.results + (2 + s.n_terms) * n
-        self.results = self.memory[s.results : end].reshape(-1, n)
+        self.results = self.buffer[s.results : end].reshape(-1, n)
         self.flags = byte[s.flags : s.flags + len(FLAGS) * n].reshape(-1, n)
-        self.advance = self.task.step  # compiled; see `rigid_envs.kernels.episode.step`
+        self.advance = self.task.episode.step  # compiled; see `rigid_envs.kernels.episode`
         self.actions = single[s.actions : s.actions + n * n_action].reshape(n, n_action)
         end = s.observations + n * s.n_observation
         self.observations = single[s.observations : end].reshape(n, s.n_observation)
@@ -187,12 +201,16 @@ class Core:
         if self._pool is None or self._pool[0] != os.getpid():  # threads do not survive a fork
             self._pool = (os.getpid(), ThreadPoolExecutor(self._n_threads - 1))
         ends = [n_blocks * k // self._n_threads for k in range(self._n_threads + 1)]
-        step, memory = self.advance, self.memory
+        step, buffer = self.advance, self.buffer
         others = [
-            self._pool[1].submit(step, memory, first, last) for first, last in pairwise(ends[1:])
+            self._pool[1].submit(step, buffer, first, last) for first, last in pairwise(ends[1:])
         ]
-        counts = [step(memory, ends[0], ends[1]), *(other.result() for other in others)]
+        counts = [step(buffer, ends[0], ends[1]), *(other.result() for other in others)]
         return min(counts) if min(counts) < 0 else sum(counts)
+
+    def _column(self, slot: int) -> Array:
+        """One slot of all rows, shape (N,)."""
+        return self._columns(slot, slot + 1)[:, 0]
 
     def _columns(self, first: int, last: int) -> Array:
         """Slots ``first .. last - 1`` of all rows, shape (N, last - first), a copy."""
@@ -209,8 +227,8 @@ class Core:
         s = self._slots
         parts = {
             "y": (s.state, s.inputs),
-            "parameters": (s.parameters, s.memo),
-            "memo": (s.memo, s.clock),
+            "parameters": (s.parameters, s.aux),
+            "aux": (s.aux, s.clock),
             "clock": (s.clock, s.action),
             "history": (s.history, s.observation),
         }

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import rigid_envs
-from rigid_envs.kernels.compiler import kernel_hash
+from rigid_envs.kernels.cache import kernel_hash
 
 __all__ = ["commit", "heading", "provenance", "versions"]
 

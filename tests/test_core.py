@@ -110,24 +110,24 @@ def test_step_tells_whether_any_flag_is_up(n_threads):
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_step_tells_the_first_entry_that_is_not_finite_and_moves_nothing(task, bad, n_threads):
     core = begun(task, 3 * LANES, n_threads=n_threads)
-    before = core.memory.copy()
+    before = core.buffer.copy()
     for k in (0, 1, core.actions.size // 2, core.actions.size - 1):
         core.actions[...] = 0.5
         core.actions.flat[k:] = bad
         assert core.step() == -1 - k
         core.actions[...] = 0.0
-        assert core.memory.tobytes() == before.tobytes()
+        assert core.buffer.tobytes() == before.tobytes()
 
 
 def test_what_is_returned_is_a_copy(task):
     core = begun(task, LANES + 1)
     act(core)
-    before = core.memory.copy()
+    before = core.buffer.copy()
     for array in (core.y, core.elapsed, core.running, *core.get_state().values()):
         array[...] = 7
     for values in core.parameters.values():
         values[...] = 7
-    assert core.memory.tobytes() == before.tobytes()
+    assert core.buffer.tobytes() == before.tobytes()
 
 
 @pytest.mark.parametrize("clone", [copy.deepcopy, lambda c: pickle.loads(pickle.dumps(c))])
@@ -135,12 +135,12 @@ def test_a_copy_looks_at_its_own_memory(task, clone):
     core = begun(task, LANES + 1)
     act(core)
     twin = clone(core)
-    assert twin.memory.tobytes() == core.memory.tobytes()
+    assert twin.buffer.tobytes() == core.buffer.tobytes()
     for part in (twin.actions, twin.observations, twin.action, twin.observation, twin.result):
-        assert np.shares_memory(part, twin.memory)
+        assert np.shares_memory(part, twin.buffer)
     act(core)
     act(twin)
-    assert twin.memory.tobytes() == core.memory.tobytes()
+    assert twin.buffer.tobytes() == core.buffer.tobytes()
 
 
 def test_saved_state_restores_memory(task):
@@ -160,7 +160,7 @@ def test_parts_of_a_state_that_do_not_fit_are_refused_and_change_nothing(task, w
     core = begun(task, 3)
     state = core.get_state()
     act(core)
-    before = core.memory.copy()
+    before = core.buffer.copy()
     changed = {
         "missing": {k: v for k, v in state.items() if k != "y"},
         "unknown": {**state, "velocity": state["y"]},
@@ -169,7 +169,7 @@ def test_parts_of_a_state_that_do_not_fit_are_refused_and_change_nothing(task, w
     }[wrong]
     with pytest.raises(ValueError, match=r"expected .*(y|\(3, )"):
         core.set_state(changed)
-    assert core.memory.tobytes() == before.tobytes()
+    assert core.buffer.tobytes() == before.tobytes()
 
 
 def test_seeding_some_rows_leaves_the_others_alone(task):

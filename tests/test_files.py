@@ -1,4 +1,4 @@
-"""A file is there whole or not at all; a reader refuses what is too large; JSON has one spelling."""
+"""A file is there whole or not at all; what is too large is refused; JSON has one spelling."""
 
 import errno
 import json

@@ -1,4 +1,4 @@
-"""The mutation run: which wrong signs are planted, where, and that one is noticed."""
+"""The mutation test: which wrong signs are planted, where, and that one is noticed."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,10 +8,10 @@ import pytest
 from tests.mutations.__main__ import SOURCES, main
 from tests.mutations.equivalents import EQUIVALENTS
 from tests.mutations.mutants import mutants_of
-from tests.mutations.trials import ROOT, Laboratory
+from tests.mutations.trials import ROOT, PackageCopy
 
 SOURCE = '''
-STATE = (1.0, 0.0)
+STATE: tuple[float, float] = (1.0, 0.0)
 INDEX = tuple[float, float]
 RATIO = 1.0 - 4.0 ** (1.0 / 3.0)
 
@@ -95,14 +95,14 @@ def test_equivalents_are_terms_that_are_still_there(name: str) -> None:
 
 def test_a_wrong_sign_in_a_copy_is_noticed_and_the_checkout_stays_as_it_was() -> None:
     before = {path: path.read_bytes() for path in KERNELS.glob("*.py")}
-    laboratory = Laboratory()
+    copy = PackageCopy()
     try:
-        rates = [m for m in mutants_of(laboratory.source("rolling_ball")) if m.function == "rhs"]
-        trial = laboratory.trial("rolling_ball", rates[-1], ("rolling_ball",))
+        rates = [m for m in mutants_of(copy.source("rolling_ball")) if m.function == "rhs"]
+        trial = copy.trial("rolling_ball", rates[-1], ("rolling_ball",))
         assert trial.law == "rolling_ball: rhs is the rate of the motion"
-        assert laboratory.source("rolling_ball") == before[KERNELS / "rolling_ball.py"].decode()
+        assert copy.source("rolling_ball") == before[KERNELS / "rolling_ball.py"].decode()
     finally:
-        laboratory.close()
+        copy.close()
     assert {path: path.read_bytes() for path in before} == before
 
 

@@ -1,4 +1,4 @@
-"""Words of the command line to what they ask for."""
+"""Arguments of the command `rigid-envs`, and its verbs."""
 
 import argparse
 import ast
@@ -10,22 +10,24 @@ from pathlib import Path
 from typing import Any
 
 from rigid_envs import ENVIRONMENTS, __version__, catalogue
+from rigid_envs.cli.progress import tell
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.describe import describe
 from rigid_envs.pages.listing import list_all
 from rigid_envs.pages.writing import write_pages
+from rigid_envs.provenance import provenance
 
 __all__ = ["main"]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Do what the command line says.
+    """Run the command.
 
     Args:
-        argv: its words; None takes those of the process.
+        argv: arguments; None takes those of the process.
 
     Returns:
-        The exit status: 0, 1 for laws that do not hold, or 2 for words that make no sense.
+        Exit status: 0, 1 if a law or an anchor does not hold, or 2 for wrong arguments.
     """
     options, rest = _parser().parse_known_args(argv)
     status = 0
@@ -89,8 +91,8 @@ def _add_bench(verbs: Any) -> None:
         help="speed and accuracy, beside Gymnasium's environments and MuJoCo",
         description="Measure environment steps per second of every environment, single and "
         "vectorised, beside Gymnasium's CartPole and Pendulum and, where it is installed, a free "
-        "body in MuJoCo, all in one interleaved run; then accuracy and start-up, and which of the "
-        "goals are met. Takes about five minutes on an idle machine.",
+        "body in MuJoCo, all in one interleaved run; then accuracy and start-up. Takes about five "
+        "minutes on an idle machine.",
         allow_abbrev=False,
     )
     benching.add_argument("--ids", nargs="+", metavar="ID", help="only these environments")
@@ -151,7 +153,7 @@ def _describe(options: argparse.Namespace, rest: list[str]) -> None:
 def _docs(options: argparse.Namespace, rest: list[str]) -> None:
     _refuse(rest)
     if options.folder.exists() and not options.folder.is_dir():
-        raise ValueError(f"{options.folder} is a file; expected a folder for the pages")
+        raise ValueError(f"FOLDER = {options.folder}; expected a folder: this is a file")
     changed, strangers = write_pages(options.folder)
     print(f"written to {options.folder}: {', '.join(changed) or 'nothing, all is as it was'}")
     if strangers:
@@ -160,14 +162,18 @@ def _docs(options: argparse.Namespace, rest: list[str]) -> None:
 
 def _bench(options: argparse.Namespace, rest: list[str]) -> None:
     _refuse(rest)
-    ids = [catalogue.checked_id(env_id) for env_id in options.ids or ENVIRONMENTS]
-    _refuse_missing_folder(options.json)
-    from rigid_envs.cli.bench import bench  # takes what it measures with it: import only here
+    ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
+    _refuse_missing_folder("--json", options.json)
+    from rigid_envs.bench import bench  # imports what it measures: only here
+    from rigid_envs.cli.bench import as_text
 
-    figures = bench(list(dict.fromkeys(ids)), options.quick)
-    print(figures.as_text())
+    where = provenance()  # before the run: its own load does not count
+    startup_ids = ids[:1] if options.quick else catalogue.one_of_each(ids)
+    figures = bench(ids, startup_ids, options.quick, tell)
+    print(as_text(where, figures))
     if options.json:
-        write_atomic(options.json, json.dumps(figures.as_json(), indent=1) + "\n")
+        document = {"provenance": where, **figures.as_json()}
+        write_atomic(options.json, json.dumps(document, indent=1) + "\n")
         print(f"\nwritten to {options.json}")
 
 
@@ -180,8 +186,8 @@ def _anchors(options: argparse.Namespace, rest: list[str]) -> None:
 
     n = N_STARTS if options.starts is None else options.starts
     if not 1 <= n <= N_STARTS or (n < N_STARTS and options.out is None):
-        raise ValueError(f"--starts {n}: expected 1 to {N_STARTS}, and --out FILE if it is less")
-    _refuse_missing_folder(options.out)
+        raise ValueError(f"--starts = {n}; expected 1 to {N_STARTS}, and --out FILE if it is less")
+    _refuse_missing_folder("--out", options.out)
     make_anchors(list(dict.fromkeys(ids)), n, options.out or ANCHORS)
 
 
@@ -189,18 +195,21 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     _refuse(rest)
     if options.scores:
         if options.json:
-            raise ValueError("--scores: prints a table only; leave out --json")
+            raise ValueError(
+                f"--json = {options.json}; expected no --json beside --scores: that prints a table"
+            )
         from rigid_envs.cli.scoring import verify_scores
 
         ids = [catalogue.checked_id(env_id) for env_id in options.subjects]
         return 0 if verify_scores(list(dict.fromkeys(ids))) else 1
-    from rigid_envs.cli.verify import SUBJECTS, checked_subject, verify  # SciPy takes its time
+    from rigid_envs.cli.verify import verify  # imports SciPy: only here
+    from rigid_envs.laws import SUBJECTS, checked_subject
 
     names = [checked_subject(name) for name in options.subjects]
     if options.json in SUBJECTS:
-        raise ValueError(f"--json {options.json}: expected a file; name subjects before --json")
+        raise ValueError(f"--json = {options.json}; expected a file: name subjects before --json")
     file = Path(options.json) if options.json not in (None, "-") else None
-    _refuse_missing_folder(file)
+    _refuse_missing_folder("--json", file)
     verdict = verify(list(dict.fromkeys(names)))
     document = json.dumps(verdict.as_json(), indent=1, allow_nan=False)
     print(document if options.json == "-" else verdict.as_text())
@@ -210,14 +219,14 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     return 1 if verdict.failures else 0
 
 
-def _refuse_missing_folder(file: Path | None) -> None:
+def _refuse_missing_folder(option: str, file: Path | None) -> None:
     if file and not file.parent.is_dir():
-        raise ValueError(f"{file}: there is no folder {file.parent}")
+        raise ValueError(f"{option} = {file}; expected a file in a folder that exists")
 
 
 def _refuse(rest: list[str]) -> None:
     if rest:
-        raise ValueError(f"unknown option {rest[0]!r}; --help lists those that there are")
+        raise ValueError(f"argument = {rest[0]!r}; expected one of those that --help lists")
 
 
 def _config(words: list[str]) -> dict[str, Any]:
@@ -232,7 +241,7 @@ def _config(words: list[str]) -> dict[str, Any]:
         word = rest.pop(0)
         key, equals, value = word.removeprefix("--").partition("=")
         if not word.startswith("--") or not key or not (equals or rest):
-            raise ValueError(f"cannot read {word!r}; expected --KEY VALUE")
+            raise ValueError(f"argument = {word!r}; expected --KEY VALUE")
         config[key] = _value(value if equals else rest.pop(0))
     return config
 

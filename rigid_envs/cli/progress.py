@@ -1,4 +1,4 @@
-"""What a command is at, for somebody who waits."""
+"""Progress of a command on the terminal."""
 
 import sys
 
@@ -6,6 +6,10 @@ __all__ = ["tell"]
 
 
 def tell(what: str) -> None:
-    """Progress on one line of a terminal, in place of what was told before."""
+    """Show progress on one line of standard error, in place of the line before.
+
+    Args:
+        what: a few words; an empty text clears the line.
+    """
     if sys.stderr.isatty():
         print(f"\r\x1b[K{what}", end="", file=sys.stderr, flush=True)

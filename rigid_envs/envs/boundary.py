@@ -56,7 +56,7 @@ def action_space(task: Task) -> spaces.Space[Any]:
     """Box(-1, 1), one entry for each of the task's actions; Discrete where they are choices."""
     if task.n_choices:
         return spaces.Discrete(task.n_choices)
-    return spaces.Box(-1.0, 1.0, (len(task.shapes.action),), np.float32)
+    return spaces.Box(-1.0, 1.0, (len(task.episode.prototypes.action),), np.float32)
 
 
 def observation_space(task: Task) -> spaces.Space[Any]:
@@ -100,7 +100,7 @@ def actions_of(
     Raises:
         ValueError: names the environment, the entry, its value and what was expected.
     """
-    entry = () if task.n_choices else (len(task.shapes.action),)
+    entry = () if task.n_choices else (len(task.episode.prototypes.action),)
     read: Any = partial(_choice, task.n_choices) if task.n_choices else _action
     if lead and isinstance(value, list | tuple) and len(value) == lead[0]:
         rows = [read(row, entry, env_id, f"action[{k}]") for k, row in enumerate(value)]

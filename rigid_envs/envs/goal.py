@@ -40,7 +40,7 @@ class _Goals:
         Raises:
             ValueError: wrong shapes.
         """
-        weight = self.task.constants()[0]
+        (weight,) = self.task.weights()
         # + 0.0: as `step`, 0 and not -0, also for a negative weight
         reward = weight * (self.task.reached(achieved_goal, desired_goal) - 1.0) + 0.0
         return reward if np.ndim(reward) else float(reward)

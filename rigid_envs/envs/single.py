@@ -68,7 +68,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         self._bind()
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """After a copy, look at the copy's own memory."""
+        """After a copy, look at the copy's own buffer."""
         self.__dict__.update(state)
         self._bind()
 
@@ -78,7 +78,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         self._observe = self._observer()
         self._row_of_core = (
             core.advance,
-            core.memory,
+            core.buffer,
             core.action,
             self._observe,
             core.result,
@@ -86,7 +86,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         )
 
     def _observer(self) -> Callable[[], Any]:
-        """What copies the observation out of the memory."""
+        """What copies the observation out of the buffer."""
         copy: Callable[[], Observation] = self._core.observation.copy
         return copy
 
@@ -94,7 +94,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         """One control period.
 
         Args:
-            action: shape (n_action,), clipped to [-1, 1] (a disc action by its norm).
+            action: shape (n_action,), clipped to [-1, 1] (a disk action by its norm).
 
         Returns:
             Observation, reward, terminated, truncated (always False: time limits are the
@@ -107,7 +107,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         """
         if self._status != _RUNNING:
             self._refuse_step()
-        advance, memory, row_action, observe, result, flag = self._row_of_core
+        advance, buffer, row_action, observe, result, flag = self._row_of_core
         if (
             action.__class__ is np.ndarray
             and action.dtype is FLOAT32
@@ -120,7 +120,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
             row_action[...] = actions_of(self.task, action, (), self._name)
         terminated = False
         info = self._blank_info.copy()
-        if raised := advance(memory, 0, 1):
+        if raised := advance(buffer, 0, 1):
             if raised < 0:
                 actions_of(self.task, action, (), self._name)  # says which entry is not finite
             terminated, _, *flags = flag.tolist()
@@ -174,6 +174,20 @@ class RigidEnv(gym.Env[Observation, Observation]):
         """Physical state, shape (n_state,); names and units are in ``system.state_entries``."""
         y: Array = self._core.y[0]
         return y
+
+    def auxiliary(self, *names: str) -> Array:
+        """Parts of what the task carries from step to step (goal, counters), by name.
+
+        Args:
+            *names: some of ``task.aux_names``.
+
+        Returns:
+            Shape () for one name, (k,) for k > 1.
+
+        Raises:
+            ValueError: a name that the task does not have.
+        """
+        return np.asarray(self._core.auxiliary(*names)[0])
 
     def get_state(self) -> dict[str, Array]:
         """All that the future depends on: state, parameters, goal, clock, random stream."""

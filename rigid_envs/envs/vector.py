@@ -182,6 +182,20 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         """Physical states, shape (N, n_state)."""
         return self._core.y
 
+    def auxiliary(self, *names: str) -> Array:
+        """Parts of what the task carries from step to step (goal, counters), by name.
+
+        Args:
+            *names: some of ``task.aux_names``.
+
+        Returns:
+            Shape (N,) for one name, (N, k) for k > 1.
+
+        Raises:
+            ValueError: a name that the task does not have.
+        """
+        return self._core.auxiliary(*names)
+
     def get_state(self) -> dict[str, Array]:
         """All that the future depends on, each part of shape (N, k)."""
         return self._core.get_state()

@@ -10,7 +10,7 @@ from rigid_envs.kernels.compiler import scalar
 __all__ = [
     "clip_to_ball",
     "clip_to_box",
-    "clip_to_disc",
+    "clip_to_disk",
     "clip_to_interval",
     "clip_to_square",
     "keep",
@@ -50,7 +50,7 @@ def clip_to_box(action: Row) -> tuple[Row, bool]:
 
 
 @scalar
-def clip_to_disc(action: Row) -> tuple[Row, bool]:
+def clip_to_disk(action: Row) -> tuple[Row, bool]:
     """Two components, by their norm: the direction is kept.
 
     The result is rounded to float32, so that clipping it again changes nothing.
@@ -62,7 +62,7 @@ def clip_to_disc(action: Row) -> tuple[Row, bool]:
 
 @scalar
 def clip_to_ball(action: Row) -> tuple[Row, bool]:
-    """Three components, by their norm, as `clip_to_disc`."""
+    """Three components, by their norm, as `clip_to_disk`."""
     x, y, z = action
     scale, outside = shrink(x * x + y * y + z * z)
     return (single(x * scale), single(y * scale), single(z * scale)), outside

@@ -1,6 +1,7 @@
 """Vectors and quaternions as tuples of scalars. ``q = (w, x, y, z)``, unit, body to world."""
 
 import math
+from typing import Any
 
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import atan2, fma, select
@@ -9,6 +10,7 @@ __all__ = [
     "Quaternion",
     "Row",
     "Vector",
+    "attitude",
     "compose",
     "cross",
     "dot",
@@ -25,6 +27,12 @@ __all__ = [
 Row = tuple[float, ...]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+
+
+@scalar
+def attitude(y: Any) -> Quaternion:
+    """Attitude q of a state that has one."""
+    return (y.w, y.x, y.y, y.z)
 
 
 @scalar

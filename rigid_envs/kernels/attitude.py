@@ -5,7 +5,7 @@ import math
 from rigid_envs.kernels.algebra import Quaternion, Row, matrix
 from rigid_envs.kernels.compiler import routine, scalar
 from rigid_envs.kernels.elementary import atan2, fma, select
-from rigid_envs.kernels.layout import Memory
+from rigid_envs.kernels.layout import Buffer
 from rigid_envs.kernels.rows import LANES, load, store
 
 __all__ = ["EULER", "HIDDEN", "MATRIX", "QUATERNION", "ROT6D", "write_attitude"]
@@ -50,23 +50,23 @@ def _wrapped(angle: float) -> float:
 
 @routine
 def write_attitude(
-    memory: Memory, base: int, at: int, first: int, last: int, representation: int
+    buffer: Buffer, base: int, at: int, first: int, last: int, representation: int
 ) -> int:
     """Write the attitude of rows ``first .. last - 1`` to the slots from `at` on; their number."""
     if representation == HIDDEN:
         return 0
     if representation == MATRIX:
         for i in range(first, last):
-            store(memory, at + i, matrix(load(memory, base + i, _Q, LANES)), LANES)
+            store(buffer, at + i, matrix(load(buffer, base + i, _Q, LANES)), LANES)
         return 9
     if representation == ROT6D:
         for i in range(first, last):
-            store(memory, at + i, rot6d(load(memory, base + i, _Q, LANES)), LANES)
+            store(buffer, at + i, rot6d(load(buffer, base + i, _Q, LANES)), LANES)
         return 6
     if representation == QUATERNION:
         for i in range(first, last):
-            store(memory, at + i, canonical(load(memory, base + i, _Q, LANES)), LANES)
+            store(buffer, at + i, canonical(load(buffer, base + i, _Q, LANES)), LANES)
         return 4
     for i in range(first, last):
-        store(memory, at + i, euler(load(memory, base + i, _Q, LANES)), LANES)
+        store(buffer, at + i, euler(load(buffer, base + i, _Q, LANES)), LANES)
     return 3

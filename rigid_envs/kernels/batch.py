@@ -18,10 +18,10 @@ Function = Callable[..., Row]
 
 @scalar
 def evaluate(
-    rhs: Function, shapes: tuple[Row, Row, Row], y: Array, u: Array, p: Array, out: Array
+    rhs: Function, prototypes: tuple[Row, Row, Row], y: Array, u: Array, p: Array, out: Array
 ) -> None:
     """``out[i] = rhs(y[i], u[i], p)``; real or complex."""
-    state, inputs, parameters = shapes
+    state, inputs, parameters = prototypes
     p_row = load(p, 0, parameters, 1)
     for i in range(y.shape[0]):
         y_row = load(y, i * len(state), state, 1)
@@ -31,10 +31,10 @@ def evaluate(
 
 @scalar
 def measure(
-    invariants: Function, shapes: tuple[Row, Row, Row], y: Array, p: Array, out: Array
+    invariants: Function, prototypes: tuple[Row, Row, Row], y: Array, p: Array, out: Array
 ) -> None:
     """``out[i] = invariants(y[i], p)``."""
-    state, _, parameters = shapes
+    state, _, parameters = prototypes
     p_row = load(p, 0, parameters, 1)
     for i in range(y.shape[0]):
         values = invariants(load(y, i * len(state), state, 1), p_row)
@@ -46,7 +46,7 @@ def simulate(
     step: Step,
     restore: Restore,
     weights: Array,
-    shapes: tuple[Row, Row, Row],
+    prototypes: tuple[Row, Row, Row],
     p: Array,
     u: Array,
     u_per_stage: bool,
@@ -59,7 +59,7 @@ def simulate(
     Interval m is integrated in ``n_substeps[m]`` steps of length ``h[m]`` [s]. The input is
     ``u[0]`` throughout, or with `u_per_stage` one after the other, a new one for each stage.
     """
-    state, inputs, parameters = shapes
+    state, inputs, parameters = prototypes
     block = np.empty((len(state) + len(inputs) + len(parameters)) * LANES)
     p_row = load(p, 0, parameters, 1)
     n_rows = y.shape[1]
@@ -76,7 +76,7 @@ def simulate(
                     if u_per_stage:
                         _hold(block, inputs, len(state) * LANES, u, k, row, n)
                         k += 1
-                    advance_rows(step, shapes, block, 0, n, weights[j] * h[m])
+                    advance_rows(step, prototypes, block, 0, n, weights[j] * h[m])
                 restore_rows(restore, state, block, 0, n)
             target = ((m + 1) * n_rows + row) * len(state)
             for i in range(n):

@@ -7,7 +7,7 @@ import numpy as np
 
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.compiler import phase, routine, scalar
-from rigid_envs.kernels.layout import Memory, Settings, Shapes, Slots
+from rigid_envs.kernels.layout import CHANNEL, CLOCK, Buffer, Prototypes, Settings, Slots
 from rigid_envs.kernels.rows import LANES, load, store
 
 __all__ = [
@@ -25,64 +25,65 @@ Function = Callable[..., Any]
 
 
 @scalar
-def stream_of(memory: Memory, clock: int, use: int) -> randoms.Stream:
+def stream_of(buffer: Buffer, clock: int, use: int) -> randoms.Stream:
     """Random numbers of one row, episode and use."""
-    high, low = np.uint64(memory[clock]), np.uint64(memory[clock + LANES])
+    high = np.uint64(buffer[clock + CLOCK.key_high * LANES])
+    low = np.uint64(buffer[clock + CLOCK.key_low * LANES])
     key = (high << np.uint64(32)) | low
-    return key, np.uint64(memory[clock + 2 * LANES]), np.uint64(use)
+    return key, np.uint64(buffer[clock + CLOCK.episode * LANES]), np.uint64(use)
 
 
 @scalar
-def noise(memory: Memory, clock: int, use: int, k: int) -> float:
+def noise(buffer: Buffer, clock: int, use: int, k: int) -> float:
     """Standard normal number k of this row at this step (k below 256)."""
-    index = int(memory[clock + 3 * LANES]) * 128 + k // 2
-    pair = randoms.normal_pair(stream_of(memory, clock, use), index)
+    index = int(buffer[clock + CLOCK.elapsed * LANES]) * 128 + k // 2
+    pair = randoms.normal_pair(stream_of(buffer, clock, use), index)
     return pair[k % 2]
 
 
 @phase
 def add_action_noise(
-    clip: Function, shapes: Shapes, memory: Memory, slots: Slots, base: int, n: int
+    clip: Function, prototypes: Prototypes, buffer: Buffer, slots: Slots, base: int, n: int
 ) -> None:
     """Gaussian noise on every entry of the action, which is then clipped again."""
     at = base + slots.action * LANES
     for i in range(n):
         clock = base + slots.clock * LANES + i
-        sigma = memory[base + slots.channel * LANES + i]
-        for k in range(len(shapes.action)):
-            memory[at + k * LANES + i] += sigma * noise(memory, clock, DRAW_ACTION, k)
-        action, _ = clip(load(memory, at + i, shapes.action, LANES))
-        store(memory, at + i, action, LANES)
+        sigma = buffer[base + (slots.channel + CHANNEL.action_noise) * LANES + i]
+        for k in range(len(prototypes.action)):
+            buffer[at + k * LANES + i] += sigma * noise(buffer, clock, DRAW_ACTION, k)
+        action, _ = clip(load(buffer, at + i, prototypes.action, LANES))
+        store(buffer, at + i, action, LANES)
 
 
 @routine
 def delay_actions(
-    memory: Memory, s: Settings, slots: Slots, base: int, n: int, n_action: int
+    buffer: Buffer, s: Settings, slots: Slots, base: int, n: int, n_action: int
 ) -> None:
     """Replace the action by the one of `action_delay` steps ago; zero before the first."""
     for i in range(n):
-        lag = int(memory[base + (slots.channel + 2) * LANES + i])
+        lag = int(buffer[base + (slots.channel + CHANNEL.action_delay) * LANES + i])
         for k in range(n_action):
             at = base + (slots.action + k) * LANES + i
             past = base + (slots.history + k * s.n_delays) * LANES + i
-            new = memory[at]
+            new = buffer[at]
             if lag > 0:
-                memory[at] = memory[past + (lag - 1) * LANES]
+                buffer[at] = buffer[past + (lag - 1) * LANES]
             for j in range(s.n_delays - 1, 0, -1):
-                memory[past + j * LANES] = memory[past + (j - 1) * LANES]
-            memory[past] = new
+                buffer[past + j * LANES] = buffer[past + (j - 1) * LANES]
+            buffer[past] = new
 
 
 @routine
 def add_observation_noise(
-    memory: Memory, s: Settings, slots: Slots, base: int, first: int, last: int
+    buffer: Buffer, s: Settings, slots: Slots, base: int, first: int, last: int
 ) -> None:
     """Gaussian noise on every entry but goals, kept inside the bounds of the observation space."""
     for i in range(first, last):
         clock = base + slots.clock * LANES + i
-        sigma = memory[base + (slots.channel + 1) * LANES + i]
+        sigma = buffer[base + (slots.channel + CHANNEL.observation_noise) * LANES + i]
         for k in range(s.n_exact, s.n_observation):
             at = base + (slots.observation + k) * LANES + i
-            noisy = memory[at] + sigma * noise(memory, clock, DRAW_OBSERVATION, k)
-            low, high = memory[s.bounds + 2 * k], memory[s.bounds + 2 * k + 1]
-            memory[at] = min(max(noisy, low), high)
+            noisy = buffer[at] + sigma * noise(buffer, clock, DRAW_OBSERVATION, k)
+            low, high = buffer[s.bounds + 2 * k], buffer[s.bounds + 2 * k + 1]
+            buffer[at] = min(max(noisy, low), high)

@@ -1,30 +1,29 @@
-"""How functions are compiled, and where the compiled code is kept between processes.
+"""How functions are compiled.
 
-Numba's own cache looks at the file of the compiled function only: after an edit to a helper in
-another file it would serve stale code (numba issue 1833). The cache of this package therefore
-lies in a folder named by a hash over every source file that can end up inside a kernel.
+=============  ===================================================================================
+`scalar`       a function of one row, which dissolves into the loop that calls it
+`phase`        a part of a kernel, copied into it before anything is compiled
+`routine`      a part of a kernel that is called once per block
+`instruction`  a function given by the machine instructions it becomes
+`kernel`       a loop over rows that Python calls; its code is kept on disk
+=============  ===================================================================================
 """
 
-import functools
-import hashlib
-import os
-import stat
 import sys
 import time
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar, cast
 
 import numba
 from numba import extending
 from numba.core import event
 
-__all__ = ["cache_directory", "instruction", "kernel", "kernel_hash", "phase", "routine", "scalar"]
+from rigid_envs.kernels.cache import KernelCache, cache_directory, cache_name
+
+__all__ = ["instruction", "kernel", "phase", "routine", "scalar"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-_config: Any = numba.config  # made of environment variables, without types
-_PACKAGE = Path(__file__).resolve().parent.parent
 _SLOW = 1.0  # [s] compilations longer than this are announced
 
 
@@ -48,56 +47,24 @@ def routine(function: Function) -> Function:
     return cast(Function, numba.njit(error_model="numpy")(function))
 
 
-def kernel(function: Function) -> Function:
+def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = ()) -> Function:
     """Compile a loop over rows; the result is kept on disk and runs without the interpreter lock.
 
-    If no private cache folder can be made (read-only home), the kernel is compiled per process.
+    If no private cache folder can be made (read-only home), or there is no source file to tell
+    what the kernel is made of, it is compiled anew in every process.
+
+    Args:
+        function: The loop: a function of a module, or a closure that names `parts`.
+        label: What it is, for messages and names of files; by default its module and name.
+        parts: Functions, classes and tuples of numbers that a closure is made of.
     """
-    folder = cache_directory()
-    compile_ = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)
-    kept = _config.CACHE_DIR
-    _config.CACHE_DIR = str(folder or kept)
-    try:
-        compiled = compile_(function)
-    finally:
-        _config.CACHE_DIR = kept  # other users of numba keep their own setting
-    _ours.add(compiled)
+    label = label or f"{function.__module__}.{function.__name__}"
+    compiled: Any = numba.njit(nogil=True, error_model="numpy")(function)
+    folder, name = cache_directory(), cache_name(label, parts or (function,))
+    if folder is not None and name is not None:
+        compiled._cache = KernelCache(function, folder, name)
+    _labels[compiled] = label.removeprefix("rigid_envs.")
     return cast(Function, compiled)
-
-
-@functools.cache
-def kernel_hash() -> str:
-    """SHA-256 over the sources of all compiled code in the package, as 16 hex digits."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    for folder in ("kernels", "tasks"):
-        for path in sorted((_PACKAGE / folder).rglob("*.py")):
-            digest.update(path.relative_to(_PACKAGE).as_posix().encode() + b"\0")
-            digest.update(path.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
-
-
-@functools.cache
-def cache_directory() -> Path | None:
-    """The private folder for compiled code of exactly these sources, or None if there is none.
-
-    It lies below ``NUMBA_CACHE_DIR``, else below ``XDG_CACHE_HOME``, else below ``~/.cache``. A
-    folder that belongs to somebody else, or that others may write to, is never read from.
-    """
-    base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    folder = Path(base).expanduser() / "rigid-envs" / kernel_hash()
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        usable = os.access(folder, os.W_OK) and _is_private(folder)
-    except (OSError, RuntimeError):  # RuntimeError: no home directory to expand
-        return None
-    return folder if usable else None
-
-
-def _is_private(folder: Path) -> bool:
-    if not hasattr(os, "getuid"):
-        return True
-    status = folder.stat()
-    return status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 class _Announcer(event.Listener):
@@ -107,17 +74,20 @@ class _Announcer(event.Listener):
         self._started: dict[Any, float] = {}
 
     def on_start(self, event: event.Event) -> None:
-        if event.data["dispatcher"] in _ours:
+        if event.data["dispatcher"] in _labels:
             self._started[event.data["dispatcher"]] = time.perf_counter()
 
     def on_end(self, event: event.Event) -> None:
-        started = self._started.pop(event.data["dispatcher"], None)
+        dispatcher = event.data["dispatcher"]
+        started = self._started.pop(dispatcher, None)
         if started is None or (took := time.perf_counter() - started) < _SLOW:
             return
-        name = event.data["dispatcher"].__module__.removeprefix("rigid_envs.")
-        kept = "kept for the next process" if cache_directory() else "not kept: no cache folder"
-        print(f"rigid-envs: compiled {name} in {took:.1f} s ({kept})", file=sys.stderr)
+        is_kept = isinstance(dispatcher._cache, KernelCache)
+        kept = "kept for the next process" if is_kept else "not kept: no cache folder"
+        print(
+            f"rigid-envs: compiled {_labels[dispatcher]} in {took:.1f} s ({kept})", file=sys.stderr
+        )
 
 
-_ours: set[Any] = set()
+_labels: dict[Any, str] = {}
 cast(Any, event).register("numba:compile", _Announcer())

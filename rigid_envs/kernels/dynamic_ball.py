@@ -4,66 +4,94 @@ The plate turns about the point O of its surface by the angles alpha_x, alpha_y:
 P = Rx(alpha_x) Ry(alpha_y) of the world's. The surface itself may besides turn about its normal at
 the constant rate Omega (a turntable); the plate axes do not follow that.
 
-State y = (q, X, Y, VX, VY, spin, alpha_x, alpha_y, rate_x, rate_y): attitude (w, x, y, z), body to
-world; centre in plate axes [m], its height is the radius; velocity in plate axes [m/s]; component
-of the angular velocity along the normal [rad/s]; angles of the plate [rad] and their rates [rad/s].
-The rest of the angular velocity follows from rolling, so the ball cannot slip.
-Inputs u = (FX, FY, a_x, a_y): force at the centre in plate axes [N], and the accelerations of the
-two angles [rad/s^2].
-Parameters p = (m, radius, beta, g, Omega, 1 / m, 1 / radius, 1 / (1 + beta)), beta = I / (m r^2).
+State y = (q, X, Y, VX, VY, spin, alpha_x, alpha_y, rate_x, rate_y): attitude, body to world; centre
+in plate axes, its height is the radius; velocity in plate axes; component of the angular velocity
+along the normal [rad/s]; angles of the plate [rad] and their rates [rad/s]. The rest of the angular
+velocity follows from rolling, so the ball cannot slip. The ratio beta is I / (m r^2).
 """
 
-from rigid_envs.kernels import batch
-from rigid_envs.kernels.algebra import Row, Vector, compose, dot, normalize_near_unit
-from rigid_envs.kernels.batch import Array
-from rigid_envs.kernels.compiler import kernel, scalar
-from rigid_envs.kernels.composition import SUZUKI
+from typing import NamedTuple
+
+from rigid_envs.kernels.algebra import Vector, attitude, compose, dot, normalize_near_unit
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma, sincos
 from rigid_envs.kernels.turns import cayley, half_turn, tangent
 
-__all__ = [
-    "INVARIANTS",
-    "SHAPES",
-    "WEIGHTS",
-    "derive",
-    "invariants",
-    "level_step",
-    "restore",
-    "rhs",
-    "step",
-]
+__all__ = ["DYNAMIC_BALL", "Input", "Invariants", "Parameters", "State", "level_step"]
 
-STATE = (1.0,) + (0.0,) * 12
-INPUTS = (0.0,) * 4
-PARAMETERS = (1.0,) * 8
-SHAPES = (STATE, INPUTS, PARAMETERS)
-WEIGHTS = SUZUKI
-INVARIANTS = ("energy", "spin")
 
 Pair = tuple[float, float]
 
 
-@scalar
-def derive(raw: Row) -> Row:
-    """Parameter row p of (m [kg], radius [m], beta, g [m/s^2], turntable_rate [rad/s])."""
-    m, radius, beta, g, turntable = raw
-    return (m, radius, beta, g, turntable, 1.0 / m, 1.0 / radius, 1.0 / (1.0 + beta))
+class State(NamedTuple):
+    """Attitude q; centre, velocity and rate about the normal in plate axes; tilt of the plate."""
+
+    w: float = 1.0
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    X: float = 0.0
+    Y: float = 0.0
+    VX: float = 0.0
+    VY: float = 0.0
+    spin: float = 0.0
+    alpha_x: float = 0.0
+    alpha_y: float = 0.0
+    rate_x: float = 0.0
+    rate_y: float = 0.0
+
+
+class Input(NamedTuple):
+    """Force at the centre in plate axes [N], accelerations of the angles [rad/s^2]."""
+
+    FX: float
+    FY: float
+    a_x: float
+    a_y: float
+
+
+class Parameters(NamedTuple):
+    """m [kg], radius [m], beta, g [m/s^2], Omega [rad/s]; 1 / m, 1 / radius, 1 / (1 + beta)."""
+
+    m: float
+    radius: float
+    beta: float
+    g: float
+    turntable_rate: float
+    inverse_m: float
+    inverse_radius: float
+    share: float
+
+
+class Invariants(NamedTuple):
+    """Energy [J] and rate about the normal [rad/s]."""
+
+    energy: float
+    spin: float
 
 
 @scalar
-def plate_rate(tilt: Row) -> Vector:
-    """Angular velocity of the plate in its own axes, of (alpha_x, alpha_y, rate_x, rate_y)."""
-    s, c = sincos(tilt[1])
-    return (tilt[2] * c, tilt[3], tilt[2] * s)
+def derive(m: float, radius: float, beta: float, g: float, turntable_rate: float) -> Parameters:
+    """Parameters of the physical ones."""
+    inverses = (1.0 / m, 1.0 / radius, 1.0 / (1.0 + beta))
+    return Parameters(m, radius, beta, g, turntable_rate, *inverses)
 
 
 @scalar
-def ball_rate(y: Row, w: Vector, p: Row) -> Vector:
+def plate_rate(y: State) -> Vector:
+    """Angular velocity of the plate in its own axes."""
+    s, c = sincos(y.alpha_y)
+    return (y.rate_x * c, y.rate_y, y.rate_x * s)
+
+
+@scalar
+def ball_rate(y: State, w: Vector, p: Parameters) -> Vector:
     """Angular velocity in plate axes: v' = (omega - w) x r n + Omega n x (X, Y), solved for it."""
     return (
-        w[0] - (y[7] - p[4] * y[4]) * p[6],
-        w[1] + (y[6] + p[4] * y[5]) * p[6],
-        y[8],
+        w[0] - (y.VY - p.turntable_rate * y.X) * p.inverse_radius,
+        w[1] + (y.VX + p.turntable_rate * y.Y) * p.inverse_radius,
+        y.spin,
     )
 
 
@@ -77,38 +105,39 @@ def to_world(v: Vector, alpha_x: float, alpha_y: float) -> Vector:
 
 
 @scalar
-def gyration(w: Vector, p: Row) -> float:
+def gyration(w: Vector, p: Parameters) -> float:
     """The rate at which Coriolis and turntable turn the velocity [rad/s]."""
-    return (p[2] * p[4] - (p[2] + 2.0) * w[2]) * p[7]
+    return (p.beta * p.turntable_rate - (p.beta + 2.0) * w[2]) * p.share
 
 
 @scalar
-def push(y: Row, u: Row, w: Vector, p: Row) -> Pair:
+def push(y: State, u: Input, w: Vector, p: Parameters) -> Pair:
     """The part of the acceleration in plate axes that does not depend on the velocity [m/s^2].
 
     Gravity, force, the inertial forces of the accelerated plate, and what turns the ball's own
     angular momentum with the plate.
     """
-    s, c = sincos(y[10])
-    sx, cx = sincos(y[9])
-    radius, beta, table = p[1], p[2], p[4]
-    rho = (y[4], y[5], radius)
-    grown = (u[2] * c - y[11] * y[12] * s, u[3], u[2] * s + y[11] * y[12] * c)  # w'
+    s, c = sincos(y.alpha_y)
+    sx, cx = sincos(y.alpha_x)
+    radius, beta, table = p.radius, p.beta, p.turntable_rate
+    rho = (y.X, y.Y, radius)
+    grown = (u.a_x * c - y.rate_x * y.rate_y * s, u.a_y, u.a_x * s + y.rate_x * y.rate_y * c)  # w'
     along, square = dot(w, rho), dot(w, w)
     swing_x = grown[1] * radius - grown[2] * rho[1] + w[0] * along - square * rho[0]
     swing_y = grown[2] * rho[0] - grown[0] * radius + w[1] * along - square * rho[1]
     # omega without the part that moves with the velocity, and with it the gyroscopic terms
-    still_x, still_y = w[0] + table * rho[0] * p[6], w[1] + table * rho[1] * p[6]
-    twist_x = grown[0] + w[1] * y[8] - w[2] * still_y
-    twist_y = grown[1] + w[2] * still_x - w[0] * y[8]
+    still_x = w[0] + table * rho[0] * p.inverse_radius
+    still_y = w[1] + table * rho[1] * p.inverse_radius
+    twist_x = grown[0] + w[1] * y.spin - w[2] * still_y
+    twist_y = grown[1] + w[2] * still_x - w[0] * y.spin
     return (
-        p[7] * (p[3] * cx * s + u[0] * p[5] - swing_x - beta * radius * twist_y),
-        p[7] * (u[1] * p[5] - p[3] * sx - swing_y + beta * radius * twist_x),
+        p.share * (p.g * cx * s + u.FX * p.inverse_m - swing_x - beta * radius * twist_y),
+        p.share * (u.FY * p.inverse_m - p.g * sx - swing_y + beta * radius * twist_x),
     )
 
 
 @scalar
-def rhs(y: Row, u: Row, p: Row) -> Row:
+def rhs(y: State, u: Input, p: Parameters) -> State:
     """Newton's and Euler's laws in plate axes, without the contact force.
 
     ``m a = F + contact + m g``, ``beta m r^2 (omega' + w x omega) = -r n x contact``, where a is
@@ -118,88 +147,88 @@ def rhs(y: Row, u: Row, p: Row) -> Row:
     Neimark & Fufaev, *Dynamics of Nonholonomic Systems*, chapter III; Weltner 1979,
     doi:10.1119/1.11602.
     """
-    w, x, y_, z = y[0], y[1], y[2], y[3]
-    plate = plate_rate((y[9], y[10], y[11], y[12]))
+    w, x, y_, z = attitude(y)
+    plate = plate_rate(y)
     omega = ball_rate(y, plate, p)
-    a, b, c = to_world(omega, y[9], y[10])
+    a, b, c = to_world(omega, y.alpha_x, y.alpha_y)
     kappa = gyration(plate, p)
     ax, ay = push(y, u, plate, p)
-    return (
+    return State(
         -0.5 * (a * x + b * y_ + c * z),
         0.5 * (a * w + b * z - c * y_),
         0.5 * (b * w + c * x - a * z),
         0.5 * (c * w + a * y_ - b * x),
-        y[6],
-        y[7],
-        ax - kappa * y[7],
-        ay + kappa * y[6],
+        y.VX,
+        y.VY,
+        ax - kappa * y.VY,
+        ay + kappa * y.VX,
         plate[1] * omega[0] - plate[0] * omega[1],
-        y[11],
-        y[12],
-        u[2],
-        u[3],
+        y.rate_x,
+        y.rate_y,
+        u.a_x,
+        u.a_y,
     )
 
 
 @scalar
-def step(y: Row, u: Row, p: Row, h: float) -> Row:
+def step(y: State, u: Input, p: Parameters, h: float) -> State:
     """Half a kick, a drift at constant velocity, half a kick: symmetric, second order.
 
     The plate moves exactly; the ball turns about its axis at half the time.
     """
-    vx, vy, spin = _kick(y, u, p, 0.5 * h)
     half = 0.5 * h
-    x, y_ = fma(half, vx, y[4]), fma(half, vy, y[5])
-    rate_x, rate_y = fma(half, u[2], y[11]), fma(half, u[3], y[12])
+    vx, vy, spin = _kick(y, u, p, half)
+    X, Y = fma(half, vx, y.X), fma(half, vy, y.Y)
+    rate_x, rate_y = fma(half, u.a_x, y.rate_x), fma(half, u.a_y, y.rate_y)
     # the angle at half the time is h / 2 times the mean rate of that half away
-    alpha_x = fma(half, fma(-0.25 * h, u[2], rate_x), y[9])
-    alpha_y = fma(half, fma(-0.25 * h, u[3], rate_y), y[10])
-    q = (y[0], y[1], y[2], y[3])
-    middle = (*q, x, y_, vx, vy, spin, alpha_x, alpha_y, rate_x, rate_y)
-    omega = ball_rate(middle, plate_rate((alpha_x, alpha_y, rate_x, rate_y)), p)
+    alpha_x = fma(half, fma(-0.25 * h, u.a_x, rate_x), y.alpha_x)
+    alpha_y = fma(half, fma(-0.25 * h, u.a_y, rate_y), y.alpha_y)
+    middle = State(*attitude(y), X, Y, vx, vy, spin, alpha_x, alpha_y, rate_x, rate_y)
+    omega = ball_rate(middle, plate_rate(middle), p)
     a, b, c = to_world(omega, alpha_x, alpha_y)
-    q = compose(half_turn((half * a, half * b, half * c)), q)
-    end = (
-        *q,
-        fma(half, vx, x),
-        fma(half, vy, y_),
-        vx,
-        vy,
-        spin,
-        fma(h, rate_x, y[9]),
-        fma(h, rate_y, y[10]),
-        fma(h, u[2], y[11]),
-        fma(h, u[3], y[12]),
-    )
-    vx, vy, spin = _kick(end, u, p, 0.5 * h)
-    return (*q, end[4], end[5], vx, vy, spin, end[9], end[10], end[11], end[12])
+    q = compose(half_turn((half * a, half * b, half * c)), attitude(y))
+    X, Y = fma(half, vx, X), fma(half, vy, Y)
+    alpha_x, alpha_y = fma(h, rate_x, y.alpha_x), fma(h, rate_y, y.alpha_y)
+    rate_x, rate_y = fma(h, u.a_x, y.rate_x), fma(h, u.a_y, y.rate_y)
+    end = State(*q, X, Y, vx, vy, spin, alpha_x, alpha_y, rate_x, rate_y)
+    vx, vy, spin = _kick(end, u, p, half)
+    return _moving(end, X, Y, vx, vy, spin)
 
 
 @scalar
-def level_step(y: Row, u: Row, p: Row, h: float) -> Row:
+def level_step(y: State, u: Input, p: Parameters, h: float) -> State:
     """What `step` does, to the bit, on a plate that is level and stays so.
 
     Neither tilt nor gravity is looked at, and the spin is kept: a quarter of the work.
     """
     half = 0.5 * h
-    push, kappa = (p[7] * (u[0] * p[5]), p[7] * (u[1] * p[5])), p[2] * p[4] * p[7]
-    vx, vy = _pushed((y[6], y[7]), push, kappa, 0.5 * half)
-    x, y_ = fma(half, vx, y[4]), fma(half, vy, y[5])
-    a, b, c = ball_rate((*y[:4], x, y_, vx, vy, y[8]), (0.0, 0.0, 0.0), p)
-    q = compose(half_turn((half * a, half * b, half * c)), (y[0], y[1], y[2], y[3]))
-    x, y_ = fma(half, vx, x), fma(half, vy, y_)
-    return (*q, x, y_, *_pushed((vx, vy), push, kappa, 0.5 * half), *y[8:])
+    push = (p.share * (u.FX * p.inverse_m), p.share * (u.FY * p.inverse_m))
+    kappa = p.beta * p.turntable_rate * p.share
+    vx, vy = _pushed((y.VX, y.VY), push, kappa, 0.5 * half)
+    X, Y = fma(half, vx, y.X), fma(half, vy, y.Y)
+    a, b, c = ball_rate(_moving(y, X, Y, vx, vy, y.spin), (0.0, 0.0, 0.0), p)
+    q = compose(half_turn((half * a, half * b, half * c)), attitude(y))
+    X, Y = fma(half, vx, X), fma(half, vy, Y)
+    vx, vy = _pushed((vx, vy), push, kappa, 0.5 * half)
+    return State(*q, X, Y, vx, vy, y.spin, y.alpha_x, y.alpha_y, y.rate_x, y.rate_y)
 
 
 @scalar
-def _kick(y: Row, u: Row, p: Row, h: float) -> Vector:
+def _moving(y: State, X: float, Y: float, VX: float, VY: float, spin: float) -> State:
+    """The state y with another position, velocity and spin."""
+    tilt = (y.alpha_x, y.alpha_y, y.rate_x, y.rate_y)
+    return State(*attitude(y), X, Y, VX, VY, spin, *tilt)
+
+
+@scalar
+def _kick(y: State, u: Input, p: Parameters, h: float) -> Vector:
     """Velocity and spin after h [s] at one place."""
-    plate = plate_rate((y[9], y[10], y[11], y[12]))
+    plate = plate_rate(y)
     half = 0.5 * h
-    spin = fma(half, _spin_rate(y, plate, p), y[8])
-    pushed = push((*y[:8], spin, *y[9:]), u, plate, p)
-    vx, vy = _pushed((y[6], y[7]), pushed, gyration(plate, p), half)
-    after = (*y[:6], vx, vy, spin, *y[9:])
+    spin = fma(half, _spin_rate(y, plate, p), y.spin)
+    pushed = push(_moving(y, y.X, y.Y, y.VX, y.VY, spin), u, plate, p)
+    vx, vy = _pushed((y.VX, y.VY), pushed, gyration(plate, p), half)
+    after = _moving(y, y.X, y.Y, vx, vy, spin)
     return vx, vy, fma(half, _spin_rate(after, plate, p), spin)
 
 
@@ -217,54 +246,36 @@ def _pushed(v: Pair, push: Pair, kappa: float, half: float) -> Pair:
 
 
 @scalar
-def _spin_rate(y: Row, w: Vector, p: Row) -> float:
+def _spin_rate(y: State, w: Vector, p: Parameters) -> float:
     """The contact force has no moment about n, but n turns: spin' = omega . (w x n)."""
     omega = ball_rate(y, w, p)
     return w[1] * omega[0] - w[0] * omega[1]
 
 
 @scalar
-def restore(y: Row) -> Row:
+def restore(y: State) -> State:
     """The same state with a quaternion of unit length: roundings of many turns add up."""
-    return (*normalize_near_unit((y[0], y[1], y[2], y[3])), *y[4:])
+    q = normalize_near_unit(attitude(y))
+    tilt = (y.alpha_x, y.alpha_y, y.rate_x, y.rate_y)
+    return State(*q, y.X, y.Y, y.VX, y.VY, y.spin, *tilt)
 
 
 @scalar
-def invariants(y: Row, p: Row) -> Row:
+def invariants(y: State, p: Parameters) -> Invariants:
     """Energy ((1 + beta) v^2 + beta r^2 spin^2) m / 2 + m g height [J], and the spin [rad/s].
 
     Constant without input on a plate that does not tilt. A turntable does work on the ball; the
     first is then no longer its energy, but the integral that takes its place, for the surface
     pushes at right angles to the velocity.
     """
-    sx, cx = sincos(y[9])
-    sy, cy = sincos(y[10])
-    height = fma(sx, y[5], cx * fma(-sy, y[4], cy * p[1]))
-    square = fma(1.0 + p[2], fma(y[6], y[6], y[7] * y[7]), p[2] * p[1] * p[1] * y[8] * y[8])
-    return (p[0] * fma(p[3], height, 0.5 * square), y[8])
+    sx, cx = sincos(y.alpha_x)
+    sy, cy = sincos(y.alpha_y)
+    height = fma(sx, y.Y, cx * fma(-sy, y.X, cy * p.radius))
+    spinning = p.beta * p.radius * p.radius * y.spin * y.spin
+    square = fma(1.0 + p.beta, fma(y.VX, y.VX, y.VY * y.VY), spinning)
+    return Invariants(p.m * fma(p.g, height, 0.5 * square), y.spin)
 
 
-@kernel
-def evaluate_rows(y: Array, u: Array, p: Array, out: Array) -> None:
-    """`batch.evaluate` of this system."""
-    batch.evaluate(rhs, SHAPES, y, u, p, out)
-
-
-@kernel
-def measure_rows(y: Array, p: Array, out: Array) -> None:
-    """`batch.measure` of this system."""
-    batch.measure(invariants, SHAPES, y, p, out)
-
-
-@kernel
-def simulate_rows(
-    weights: Array,
-    p: Array,
-    u: Array,
-    u_per_stage: bool,
-    h: Array,
-    n_substeps: Array,
-    y: Array,
-) -> None:
-    """`batch.simulate` of this system."""
-    batch.simulate(step, restore, weights, SHAPES, p, u, u_per_stage, h, n_substeps, y)
+DYNAMIC_BALL = Dynamics(
+    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants
+)

@@ -1,70 +1,98 @@
 """Free rigid body under a body torque.
 
 State y = (q, omega): attitude (w, x, y, z) and angular velocity in body axes [rad/s].
-Inputs u = (tau_1, tau_2, tau_3), torque in body axes [N m].
-Parameters p = (I1, I2, I3, and what `derive` makes of them).
 """
 
-from rigid_envs.kernels import batch
-from rigid_envs.kernels.algebra import Quaternion, Row, Vector, compose, normalize, rotate
-from rigid_envs.kernels.batch import Array
-from rigid_envs.kernels.compiler import kernel, scalar
-from rigid_envs.kernels.composition import SUZUKI
+from typing import NamedTuple
+
+from rigid_envs.kernels.algebra import Quaternion, Row, Vector, attitude, compose, normalize, rotate
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma
 from rigid_envs.kernels.turns import cayley, tangent
 
-__all__ = [
-    "INVARIANTS",
-    "SHAPES",
-    "WEIGHTS",
-    "derive",
-    "free_rotation",
-    "invariants",
-    "restore",
-    "rhs",
-    "rotor",
-    "step",
-]
+__all__ = ["FREE_BODY", "Input", "Invariants", "Parameters", "State", "free_rotation", "rotor"]
 
-STATE = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-INPUTS = (0.0,) * 3
-PARAMETERS = (1.0,) * 12
-SHAPES = (STATE, INPUTS, PARAMETERS)
-WEIGHTS = SUZUKI
-INVARIANTS = ("energy", "L_squared", "L_world_x", "L_world_y", "L_world_z")
+
+class State(NamedTuple):
+    """Attitude q = (w, x, y, z) and angular velocity in body axes [rad/s]."""
+
+    w: float = 1.0
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    omega1: float = 0.0
+    omega2: float = 0.0
+    omega3: float = 0.0
+
+
+class Input(NamedTuple):
+    """Torque in body axes [N m]."""
+
+    tau1: float
+    tau2: float
+    tau3: float
+
+
+class Parameters(NamedTuple):
+    """Principal moments [kg m^2], their inverses, and the ratios of `rotor`."""
+
+    I1: float
+    I2: float
+    I3: float
+    inverse1: float
+    inverse2: float
+    inverse3: float
+    k1: float
+    k3: float
+    r12: float
+    r21: float
+    r23: float
+    r32: float
+
+
+class Invariants(NamedTuple):
+    """What is constant without torque: kinetic energy [J], |L|^2 and L in world axes [N m s]."""
+
+    energy: float
+    L_squared: float
+    L_world_x: float
+    L_world_y: float
+    L_world_z: float
+
 
 Turned = tuple[Quaternion, float, float]
 
 
 @scalar
 def rotor(I1: float, I2: float, I3: float) -> Row:
-    """Ratios of the moments that the free rotation needs."""
+    """Ratios (k1, k3, r12, r21, r23, r32) of the moments that the free rotation needs."""
     return (1.0 - I1 / I2, 1.0 - I3 / I2, I1 / I2, I2 / I1, I2 / I3, I3 / I2)
 
 
 @scalar
-def derive(raw: Row) -> Row:
-    """Parameter row p of the moments (I1, I2, I3) [kg m^2]."""
-    I1, I2, I3 = raw
-    return (I1, I2, I3, 1.0 / I1, 1.0 / I2, 1.0 / I3, *rotor(I1, I2, I3))
+def derive(I1: float, I2: float, I3: float) -> Parameters:
+    """Parameters of the principal moments [kg m^2]."""
+    k1, k3, r12, r21, r23, r32 = rotor(I1, I2, I3)
+    return Parameters(I1, I2, I3, 1.0 / I1, 1.0 / I2, 1.0 / I3, k1, k3, r12, r21, r23, r32)
 
 
 @scalar
-def rhs(y: Row, u: Row, p: Row) -> Row:
+def rhs(y: State, u: Input, p: Parameters) -> State:
     """Euler's equations I omega' = I omega x omega + tau, and q' = q (0, omega) / 2.
 
     Landau & Lifshitz, *Mechanics*, section 36.
     """
-    w, x, y_, z, w1, w2, w3 = y
-    I1, I2, I3 = p[0], p[1], p[2]
-    return (
+    w, x, y_, z = attitude(y)
+    w1, w2, w3 = y.omega1, y.omega2, y.omega3
+    return State(
         -0.5 * (x * w1 + y_ * w2 + z * w3),
         0.5 * (w * w1 + y_ * w3 - z * w2),
         0.5 * (w * w2 + z * w1 - x * w3),
         0.5 * (w * w3 + x * w2 - y_ * w1),
-        ((I2 - I3) * w2 * w3 + u[0]) / I1,
-        ((I3 - I1) * w3 * w1 + u[1]) / I2,
-        ((I1 - I2) * w1 * w2 + u[2]) / I3,
+        ((p.I2 - p.I3) * w2 * w3 + u.tau1) / p.I1,
+        ((p.I3 - p.I1) * w3 * w1 + u.tau2) / p.I2,
+        ((p.I1 - p.I2) * w1 * w2 + u.tau3) / p.I3,
     )
 
 
@@ -115,56 +143,34 @@ def _turn_about_momentum(q: Quaternion, rate: Vector, half: float) -> Quaternion
 
 
 @scalar
-def step(y: Row, u: Row, p: Row, h: float) -> Row:
+def step(y: State, u: Input, p: Parameters, h: float) -> State:
     """Half a kick by the torque, the free rotation, half a kick: symmetric, second order.
 
     The quaternion returned is not of unit length; `restore` makes it so.
     """
-    k1, k2, k3 = 0.5 * h * p[3], 0.5 * h * p[4], 0.5 * h * p[5]
-    kicked = (fma(k1, u[0], y[4]), fma(k2, u[1], y[5]), fma(k3, u[2], y[6]))
-    ratios = (p[6], p[7], p[8], p[9], p[10], p[11])
-    q, omega = free_rotation((y[0], y[1], y[2], y[3]), kicked, ratios, h)
-    return (*q, fma(k1, u[0], omega[0]), fma(k2, u[1], omega[1]), fma(k3, u[2], omega[2]))
+    k1, k2, k3 = 0.5 * h * p.inverse1, 0.5 * h * p.inverse2, 0.5 * h * p.inverse3
+    kicked = (fma(k1, u.tau1, y.omega1), fma(k2, u.tau2, y.omega2), fma(k3, u.tau3, y.omega3))
+    ratios = (p.k1, p.k3, p.r12, p.r21, p.r23, p.r32)
+    q, omega = free_rotation(attitude(y), kicked, ratios, h)
+    return State(
+        *q, fma(k1, u.tau1, omega[0]), fma(k2, u.tau2, omega[1]), fma(k3, u.tau3, omega[2])
+    )
 
 
 @scalar
-def restore(y: Row) -> Row:
+def restore(y: State) -> State:
     """The same state with a quaternion of unit length."""
-    return (*normalize((y[0], y[1], y[2], y[3])), y[4], y[5], y[6])
+    return State(*normalize(attitude(y)), y.omega1, y.omega2, y.omega3)
 
 
 @scalar
-def invariants(y: Row, p: Row) -> Row:
-    """Kinetic energy [J], |L|^2 and L in world axes [N m s]: constant without torque."""
-    omega = (y[4], y[5], y[6])
-    L = (p[0] * omega[0], p[1] * omega[1], p[2] * omega[2])
+def invariants(y: State, p: Parameters) -> Invariants:
+    """Energy and angular momentum."""
+    omega = (y.omega1, y.omega2, y.omega3)
+    L = (p.I1 * omega[0], p.I2 * omega[1], p.I3 * omega[2])
     energy = 0.5 * fma(L[0], omega[0], fma(L[1], omega[1], L[2] * omega[2]))
     square = fma(L[0], L[0], fma(L[1], L[1], L[2] * L[2]))
-    L_world = rotate((y[0], y[1], y[2], y[3]), L)
-    return (energy, square, L_world[0], L_world[1], L_world[2])
+    return Invariants(energy, square, *rotate(attitude(y), L))
 
 
-@kernel
-def evaluate_rows(y: Array, u: Array, p: Array, out: Array) -> None:
-    """`batch.evaluate` of this system."""
-    batch.evaluate(rhs, SHAPES, y, u, p, out)
-
-
-@kernel
-def measure_rows(y: Array, p: Array, out: Array) -> None:
-    """`batch.measure` of this system."""
-    batch.measure(invariants, SHAPES, y, p, out)
-
-
-@kernel
-def simulate_rows(
-    weights: Array,
-    p: Array,
-    u: Array,
-    u_per_stage: bool,
-    h: Array,
-    n_substeps: Array,
-    y: Array,
-) -> None:
-    """`batch.simulate` of this system."""
-    batch.simulate(step, restore, weights, SHAPES, p, u, u_per_stage, h, n_substeps, y)
+FREE_BODY = Dynamics(State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants)

@@ -1,4 +1,4 @@
-"""Goals: observed as float32 and judged as observed, so that a reward can be computed anew."""
+"""Goals: compared as they are observed, in float32, so that a reward can be computed anew."""
 
 from collections.abc import Callable
 from typing import Any
@@ -18,14 +18,14 @@ Array = npt.NDArray[Any]
 def reach_rows(
     reached: Callable[[Row, Row, Row], bool],
     goal: Row,
-    like: Row,
+    prototype: Row,
     achieved: Array,
     desired: Array,
     constants: Array,
     out: Array,
 ) -> None:
     """``out[i] = reached(achieved[i], desired[i], constants)``, 1 or 0."""
-    c = load(constants, 0, like, 1)
+    c = load(constants, 0, prototype, 1)
     for i in range(achieved.shape[0]):
         at = i * len(goal)
         out[i] = reached(load(achieved, at, goal, 1), load(desired, at, goal, 1), c)

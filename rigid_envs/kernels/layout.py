@@ -3,7 +3,7 @@
 An environment keeps settings, rows, actions, observations and results in a single array, because
 a compiled function costs 45 ns per array that is handed to it, as much as the physics of a row::
 
-    settings | constants, ranges, bounds | block 0 | block 1 | ... | results | flags | actions | ...
+    settings | weights, constants, ranges, bounds | block 0 | ... | results | flags | actions | ...
 
 Each block holds `LANES` rows; the slots of a row are given by `slots_of`. Results (float64) and
 flags (bytes) hold the first number of all rows, then the second, and so on. Actions and
@@ -22,29 +22,57 @@ __all__ = [
     "CHANNEL",
     "CLOCK",
     "FLAGS",
+    "Prototypes",
     "Settings",
-    "Shapes",
     "Slots",
     "read_settings",
     "slots_of",
 ]
 
-Memory = npt.NDArray[np.float64]
-
-CHANNEL = ("action_noise", "observation_noise", "action_delay")
-CLOCK = ("key_high", "key_low", "episode", "elapsed", "running")
-FLAGS = ("terminated", "truncated", "is_success", "action_clipped", "physics_error")
+Buffer = npt.NDArray[np.float64]
 
 
-class Shapes(NamedTuple):
-    """One tuple of the right length for every part of a row whose length the physics fixes."""
+class Channel(NamedTuple):
+    """Slots of what lies between the agent and the physics, relative to `Slots.channel`."""
+
+    action_noise: int = 0
+    observation_noise: int = 1
+    action_delay: int = 2
+
+
+class Clock(NamedTuple):
+    """Slots of the random stream and of the time of a row, relative to `Slots.clock`."""
+
+    key_high: int = 0
+    key_low: int = 1
+    episode: int = 2
+    elapsed: int = 3
+    running: int = 4
+
+
+class Flags(NamedTuple):
+    """Which of the flags of all rows it is, from `Settings.flags` on."""
+
+    terminated: int = 0
+    truncated: int = 1
+    is_success: int = 2
+    action_clipped: int = 3
+    physics_error: int = 4
+
+
+CHANNEL, CLOCK, FLAGS = Channel(), Clock(), Flags()
+
+
+class Prototypes(NamedTuple):
+    """A row of every kind, for whose names and length the loops of an environment are compiled."""
 
     state: Row
     inputs: Row
     parameters: Row
     raw: Row
-    memo: Row
+    aux: Row
     action: Row
+    terms: Row
     constants: Row
 
 
@@ -63,6 +91,7 @@ class Settings(NamedTuple):
     rotation: int
     noisy_actions: int
     noisy_observations: int
+    weights: int
     constants: int
     ranges: int
     observed: int
@@ -81,7 +110,7 @@ class Slots(NamedTuple):
     inputs: int
     parameters: int
     channel: int
-    memo: int
+    aux: int
     clock: int
     action: int
     history: int
@@ -90,49 +119,50 @@ class Slots(NamedTuple):
 
 
 @scalar
-def read_settings(memory: Memory) -> Settings:
+def read_settings(buffer: Buffer) -> Settings:
     """The settings at the head of the array."""
     return Settings(
-        int(memory[0]),
-        int(memory[1]),
-        memory[2],
-        memory[3],
-        int(memory[4]),
-        int(memory[5]),
-        int(memory[6]),
-        int(memory[7]),
-        int(memory[8]),
-        int(memory[9]),
-        int(memory[10]),
-        int(memory[11]),
-        int(memory[12]),
-        int(memory[13]),
-        int(memory[14]),
-        int(memory[15]),
-        int(memory[16]),
-        int(memory[17]),
-        int(memory[18]),
-        int(memory[19]),
-        int(memory[20]),
+        int(buffer[0]),
+        int(buffer[1]),
+        buffer[2],
+        buffer[3],
+        int(buffer[4]),
+        int(buffer[5]),
+        int(buffer[6]),
+        int(buffer[7]),
+        int(buffer[8]),
+        int(buffer[9]),
+        int(buffer[10]),
+        int(buffer[11]),
+        int(buffer[12]),
+        int(buffer[13]),
+        int(buffer[14]),
+        int(buffer[15]),
+        int(buffer[16]),
+        int(buffer[17]),
+        int(buffer[18]),
+        int(buffer[19]),
+        int(buffer[20]),
+        int(buffer[21]),
     )
 
 
 @scalar
-def slots_of(shapes: Shapes, n_delays: int, n_observation: int) -> Slots:
+def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots:
     """Slots of a row: state, inputs and parameters first, where `integrate` expects them."""
-    parameters = len(shapes.state) + len(shapes.inputs)
-    channel = parameters + len(shapes.parameters)
-    memo = channel + 3
-    clock = memo + len(shapes.memo)
-    action = clock + 5
-    history = action + len(shapes.action)
-    observation = history + len(shapes.action) * n_delays
+    parameters = len(prototypes.state) + len(prototypes.inputs)
+    channel = parameters + len(prototypes.parameters)
+    aux = channel + len(CHANNEL)
+    clock = aux + len(prototypes.aux)
+    action = clock + len(CLOCK)
+    history = action + len(prototypes.action)
+    observation = history + len(prototypes.action) * n_delays
     return Slots(
         0,
-        len(shapes.state),
+        len(prototypes.state),
         parameters,
         channel,
-        memo,
+        aux,
         clock,
         action,
         history,

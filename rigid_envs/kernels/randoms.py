@@ -19,7 +19,7 @@ from rigid_envs.kernels.algebra import Quaternion, Vector
 from rigid_envs.kernels.compiler import instruction, routine, scalar
 from rigid_envs.kernels.elementary import log, sincos
 
-__all__ = ["Stream", "direction", "in_ball", "in_disc", "normal_pair", "quaternion", "uniform"]
+__all__ = ["Stream", "direction", "in_ball", "in_disk", "normal_pair", "quaternion", "uniform"]
 
 Word = np.uint64
 Stream = tuple[Word, Word, Word]  # key of the row, episode, use
@@ -89,8 +89,8 @@ def normal_pair(stream: Stream, index: int) -> tuple[float, float]:
 
 
 @scalar
-def in_disc(stream: Stream, index: int) -> tuple[float, float]:
-    """Uniform in the unit disc, by rejection (indices from `index` on)."""
+def in_disk(stream: Stream, index: int) -> tuple[float, float]:
+    """Uniform in the unit disk, by rejection (indices from `index` on)."""
     while True:
         a, b, _, _ = _four(stream, index)
         x, y = 2.0 * a - 1.0, 2.0 * b - 1.0
@@ -114,7 +114,7 @@ def in_ball(stream: Stream, index: int) -> Vector:
 def direction(stream: Stream, index: int) -> tuple[float, float]:
     """Uniform on the unit circle, by rejection (indices from `index` on)."""
     while True:
-        x, y = in_disc(stream, index)
+        x, y = in_disk(stream, index)
         n = math.sqrt(x * x + y * y)
         if n > 1e-3:
             return x / n, y / n
@@ -125,7 +125,7 @@ def direction(stream: Stream, index: int) -> tuple[float, float]:
 def quaternion(stream: Stream, index: int) -> Quaternion:
     """Uniform attitude: a point of the unit 3-sphere (Marsaglia 1972, doi:10.1214/aoms/1177692644).
 
-    Two points of the unit disc, the second scaled onto the sphere.
+    Two points of the unit disk, the second scaled onto the sphere.
     """
     while True:
         a, b, c, d = _four(stream, index)

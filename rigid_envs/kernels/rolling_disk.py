@@ -1,11 +1,8 @@
 """Disk or hoop whose thin rim rolls on the plane z = 0 without slipping: the falling disk.
 
-State y = (q, omega, X, Y): attitude (w, x, y, z), angular velocity in body axes [rad/s], e3 the
-axis of the disk, and the point of contact [m]. The velocity of the centre is no state: it follows
-from omega, so the disk cannot slip.
-Inputs u = (tau_steer, tau_lean, tau_drive) [N m]: torque about n, l and e3, where n is the radius
-that points up and l = e3 x n the horizontal direction that the disk heads for.
-Parameters p = (m, radius, I1, I3, g, and what `derive` makes of them).
+State y = (q, omega, X, Y): e3 is the axis of the disk, (X, Y) the point of contact. The velocity of
+the centre is no state: it follows from omega, so the disk cannot slip. Torque acts about n, l and
+e3, where n is the radius that points up and l = e3 x n the horizontal direction of travel.
 
 With the angle theta between e3 and the vertical, the vertical is sin(theta) n + cos(theta) e3 and
 the contact lies at -radius n. Components of omega along n, l, e3 are written wn, wl, w3; then
@@ -13,39 +10,73 @@ theta' = -wl, phi' = wn / sin(theta) and psi' = w3 - wn cot(theta). A disk that 
 point of contact: sin(theta) = 0 is no state of this system.
 """
 
-from rigid_envs.kernels import batch
-from rigid_envs.kernels.algebra import Quaternion, Row, normalize, vertical
-from rigid_envs.kernels.batch import Array
-from rigid_envs.kernels.compiler import kernel, scalar
-from rigid_envs.kernels.composition import SUZUKI
+from typing import NamedTuple
+
+from rigid_envs.kernels.algebra import Quaternion, Row, attitude, normalize, vertical
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma, sqrt
 from rigid_envs.kernels.turns import cayley, tangent
 
-__all__ = ["INVARIANTS", "SHAPES", "WEIGHTS", "derive", "invariants", "restore", "rhs", "step"]
+__all__ = ["ROLLING_DISK", "Input", "Invariants", "Parameters", "State", "inclination"]
 
-STATE = (0.7071067811865476, 0.7071067811865476) + (0.0,) * 7  # upright, at rest
-INPUTS = (0.0,) * 3
-PARAMETERS = (1.0,) * 13
-SHAPES = (STATE, INPUTS, PARAMETERS)
-WEIGHTS = SUZUKI
-INVARIANTS = ("energy",)
+
+class State(NamedTuple):
+    """Attitude q, angular velocity in body axes [rad/s], point of contact [m]; upright at rest."""
+
+    w: float = 0.7071067811865476
+    x: float = 0.7071067811865476
+    y: float = 0.0
+    z: float = 0.0
+    omega1: float = 0.0
+    omega2: float = 0.0
+    omega3: float = 0.0
+    X: float = 0.0
+    Y: float = 0.0
+
+
+class Input(NamedTuple):
+    """Torque about n, l and e3 [N m]."""
+
+    tau_steer: float
+    tau_lean: float
+    tau_drive: float
+
+
+class Parameters(NamedTuple):
+    """m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2], and what `derive` makes of them."""
+
+    m: float
+    radius: float
+    I1: float
+    I3: float
+    g: float
+    I1_contact: float
+    I3_contact: float
+    inverse1: float
+    inverse1_contact: float
+    inverse3_contact: float
+    ratio: float
+    rim_ratio: float
+    mgr: float
+
+
+class Invariants(NamedTuple):
+    """Energy [J]."""
+
+    energy: float
 
 
 @scalar
-def derive(raw: Row) -> Row:
-    """Parameter row p of (m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2]).
+def derive(m: float, radius: float, I1: float, I3: float, g: float) -> Parameters:
+    """Parameters of the physical ones: m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2].
 
     After these: moments I1 + m r^2 and I3 + m r^2 about the contact, their inverses and that of I1,
     the ratios I3 / I1 and m r^2 / (I3 + m r^2), and m g r.
     """
-    m, radius, I1, I3, g = raw
     rim = m * radius * radius
-    return (
-        m,
-        radius,
-        I1,
-        I3,
-        g,
+    return Parameters(
+        *(m, radius, I1, I3, g),
         I1 + rim,
         I3 + rim,
         1.0 / I1,
@@ -73,7 +104,7 @@ def heading(q: Quaternion, s: float) -> tuple[float, float]:
 
 
 @scalar
-def rhs(y: Row, u: Row, p: Row) -> Row:
+def rhs(y: State, u: Input, p: Parameters) -> State:
     """Newton's and Euler's laws without the contact force; q' = q (0, omega) / 2.
 
     Along n, l, e3, as seen from the body (m r^2 multiplies what the contact force contributes):
@@ -84,46 +115,47 @@ def rhs(y: Row, u: Row, p: Row) -> Row:
     Routh, *Advanced Rigid Dynamics*, section 244; Borisov, Mamaev & Kilin 2003, "Dynamics of
     rolling disk", Regular and Chaotic Dynamics 8:201.
     """
-    w, x, y_, z, w1, w2, w3 = y[0], y[1], y[2], y[3], y[4], y[5], y[6]
-    m, radius, I1, I3, g = p[0], p[1], p[2], p[3], p[4]
-    n1, n2, s, c = inclination((w, x, y_, z))
+    w, x, y_, z = attitude(y)
+    w1, w2, w3 = y.omega1, y.omega2, y.omega3
+    m, radius, I1, I3, g = p.m, p.radius, p.I1, p.I3, p.g
+    n1, n2, s, c = inclination(attitude(y))
     rim = m * radius * radius
     wn, wl = n1 * w1 + n2 * w2, n1 * w2 - n2 * w1
-    turn = ((I1 - I3) * wl * w3 + u[0]) / I1
+    turn = ((I1 - I3) * wl * w3 + u.tau_steer) / I1
     push = rim * (c / s) * wn * wn + m * g * radius * c
-    lean = ((I3 - I1) * wn * w3 + push + u[1]) / (I1 + rim)
+    lean = ((I3 - I1) * wn * w3 + push + u.tau_lean) / (I1 + rim)
     roll = radius * (w3 - wn * (c / s))
-    lx, ly = heading((w, x, y_, z), s)
-    return (
+    lx, ly = heading(attitude(y), s)
+    return State(
         -0.5 * (x * w1 + y_ * w2 + z * w3),
         0.5 * (w * w1 + y_ * w3 - z * w2),
         0.5 * (w * w2 + z * w1 - x * w3),
         0.5 * (w * w3 + x * w2 - y_ * w1),
         n1 * turn - n2 * lean,
         n2 * turn + n1 * lean,
-        (u[2] - rim * wn * wl) / (I3 + rim),
+        (u.tau_drive - rim * wn * wl) / (I3 + rim),
         roll * lx,
         roll * ly,
     )
 
 
 @scalar
-def step(y: Row, u: Row, p: Row, h: float) -> Row:
+def step(y: State, u: Input, p: Parameters, h: float) -> State:
     """Fall for half the time, roll, fall for the other half: symmetric, second order.
 
     Steady rolling on a circle is followed exactly, at any step. With the Euler angles of q, w + i z
     is cos(theta / 2) exp(i (phi + psi) / 2) and x + i y is sin(theta / 2) exp(i (phi - psi) / 2):
     rolling turns these two numbers, falling stretches them.
     """
-    w, x, y_, z = y[0], y[1], y[2], y[3]
+    w, x, y_, z = attitude(y)
     wx, wy, xz, yz = w * x, w * y_, x * z, y_ * z
     g1, g2 = xz - wy, yz + wx  # along n, sin(theta) / 2 long
     half_s = sqrt(fma(g1, g1, g2 * g2))
     k = 1.0 / half_s
-    rates = (fma(g1, y[4], g2 * y[5]) * k, fma(g1, y[5], -g2 * y[4]) * k, y[6])
+    rates = (fma(g1, y.omega1, g2 * y.omega2) * k, fma(g1, y.omega2, -g2 * y.omega1) * k, y.omega3)
     place = (2.0 * half_s, fma(w, w, z * z) - fma(x, x, y_ * y_), 0.5 * k)
     rates, place, first = _fall(rates, place, p, 0.5 * h)
-    rates, (a, b), way = _roll(rates, place, u, p, h)
+    rates, (a, b), chord = _roll(rates, place, u, p, h)
     (wn, wl, w3), _, last = _fall(rates, place, p, 0.5 * h)
     w, z = _turned(_turned((w, z), a), b)
     x, y_ = _turned(_turned((x, y_), a), -b)
@@ -133,13 +165,13 @@ def step(y: Row, u: Row, p: Row, h: float) -> Row:
     n1, n2 = g1 * k, g2 * k
     n1, n2 = fma(sine, n2, -versine * n1) + n1, fma(-sine, n1, -versine * n2) + n2
     ahead, aside = _turned(((yz - wx) * k, -(xz + wy) * k), a)  # l and half the precession
-    return (
+    return State(
         *q,
         fma(n1, wn, -n2 * wl),
         fma(n2, wn, n1 * wl),
         w3,
-        fma(way, ahead, y[7]),
-        fma(way, aside, y[8]),
+        fma(chord, ahead, y.X),
+        fma(chord, aside, y.Y),
     )
 
 
@@ -155,7 +187,7 @@ def _turned(v: Pair, a: float) -> Pair:
 
 
 @scalar
-def _fall(rates: Rates, place: Place, p: Row, h: float) -> tuple[Rates, Place, Pair]:
+def _fall(rates: Rates, place: Place, p: Parameters, h: float) -> tuple[Rates, Place, Pair]:
     """Turn about l at the constant rate wl: theta changes, and with it wn and w3.
 
     ``d(wn sin(theta)) / dtheta = (I3 / I1) w3 sin(theta)`` and
@@ -170,9 +202,9 @@ def _fall(rates: Rates, place: Place, p: Row, h: float) -> tuple[Rates, Place, P
     d = fma(a, a, 1.0)
     stands, rise = fma(-a, fma(a, s, 2.0 * c), s), 2.0 * a * fma(-a, c, s)
     inverse = 1.0 / (d * stands)  # sin(theta) becomes stands / d, and cos(theta) grows by rise / d
-    w3 = fma(-p[11] * x, wn, w3)
-    wn = fma(d * s, wn, -p[10] * rise * w3) * (d * inverse)
-    w3 = fma(-p[11] * x, wn, w3)
+    w3 = fma(-p.rim_ratio * x, wn, w3)
+    wn = fma(d * s, wn, -p.ratio * rise * w3) * (d * inverse)
+    w3 = fma(-p.rim_ratio * x, wn, w3)
     part = stands * inverse  # 1 / d
     place = (stands * part, fma(rise, part, c), d * d * inverse)
     m = a * r
@@ -181,7 +213,9 @@ def _fall(rates: Rates, place: Place, p: Row, h: float) -> tuple[Rates, Place, P
 
 
 @scalar
-def _roll(rates: Rates, place: Place, u: Row, p: Row, h: float) -> tuple[Rates, Pair, float]:
+def _roll(
+    rates: Rates, place: Place, u: Input, p: Parameters, h: float
+) -> tuple[Rates, Pair, float]:
     """Precess about the vertical and spin about e3 at constant theta, while gravity changes wl.
 
     Returned are the rates, the tangents (a, b) of half the two angles, and the chord of the
@@ -189,58 +223,39 @@ def _roll(rates: Rates, place: Place, u: Row, p: Row, h: float) -> tuple[Rates, 
     """
     wn, wl, w3 = rates
     _, c, r = place
-    kick_n, kick_3 = 0.5 * h * p[7] * u[0], 0.5 * h * p[9] * u[2]
+    kick_n = 0.5 * h * p.inverse1 * u.tau_steer
+    kick_3 = 0.5 * h * p.inverse3_contact * u.tau_drive
     wn, w3 = wn + kick_n, w3 + kick_3
     cot = c * r
     spin = fma(-wn, cot, w3)
-    moment = fma(wn, fma(p[6], w3, -p[2] * cot * wn), fma(p[12], c, u[1]))
+    moment = fma(wn, fma(p.I3_contact, w3, -p.I1 * cot * wn), fma(p.mgr, c, u.tau_lean))
     half_phi, half_psi = 0.5 * h * r * wn, 0.5 * h * spin
     stretch = tangent(half_phi * half_phi)
     a, b = half_phi * stretch, half_psi * tangent(half_psi * half_psi)
     # The mean of l over the arc points where l points half way; it is sin(x) / x long, x half_phi.
-    way = 2.0 * p[1] * half_psi * stretch / fma(a, a, 1.0)
-    return (wn + kick_n, fma(h * p[8], moment, wl), w3 + kick_3), (a, b), way
+    chord = 2.0 * p.radius * half_psi * stretch / fma(a, a, 1.0)
+    return (wn + kick_n, fma(h * p.inverse1_contact, moment, wl), w3 + kick_3), (a, b), chord
 
 
 @scalar
-def restore(y: Row) -> Row:
+def restore(y: State) -> State:
     """The same state with a quaternion of unit length: `step` has seen to that."""
     return y
 
 
 @scalar
-def invariants(y: Row, p: Row) -> Row:
+def invariants(y: State, p: Parameters) -> Invariants:
     """Energy [J], constant without input.
 
     ``(I1 wn^2 + (I1 + m r^2) wl^2 + (I3 + m r^2) w3^2) / 2 + m g r sin(theta)``.
     """
-    n1, n2, s, _ = inclination((y[0], y[1], y[2], y[3]))
-    wn, wl, w3 = fma(n1, y[4], n2 * y[5]), fma(n1, y[5], -n2 * y[4]), y[6]
-    kinetic = 0.5 * fma(p[2] * wn, wn, fma(p[5] * wl, wl, p[6] * w3 * w3))
-    return (fma(p[0] * p[4] * p[1], s, kinetic),)
+    n1, n2, s, _ = inclination(attitude(y))
+    wn, wl = fma(n1, y.omega1, n2 * y.omega2), fma(n1, y.omega2, -n2 * y.omega1)
+    w3 = y.omega3
+    kinetic = 0.5 * fma(p.I1 * wn, wn, fma(p.I1_contact * wl, wl, p.I3_contact * w3 * w3))
+    return Invariants(fma(p.m * p.g * p.radius, s, kinetic))
 
 
-@kernel
-def evaluate_rows(y: Array, u: Array, p: Array, out: Array) -> None:
-    """`batch.evaluate` of this system."""
-    batch.evaluate(rhs, SHAPES, y, u, p, out)
-
-
-@kernel
-def measure_rows(y: Array, p: Array, out: Array) -> None:
-    """`batch.measure` of this system."""
-    batch.measure(invariants, SHAPES, y, p, out)
-
-
-@kernel
-def simulate_rows(
-    weights: Array,
-    p: Array,
-    u: Array,
-    u_per_stage: bool,
-    h: Array,
-    n_substeps: Array,
-    y: Array,
-) -> None:
-    """`batch.simulate` of this system."""
-    batch.simulate(step, restore, weights, SHAPES, p, u, u_per_stage, h, n_substeps, y)
+ROLLING_DISK = Dynamics(
+    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants
+)

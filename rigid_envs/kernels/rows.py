@@ -5,9 +5,9 @@ A *block* holds `LANES` rows as a structure of arrays: number k of row i stands 
 row never overlap and turns every loop over the rows of a block into vector instructions. Arrays
 of the public interface hold one row after the other; there the numbers of a row are adjacent.
 
-`load` and `store` move a whole row of numbers between an array and a tuple. The number of numbers
-is taken from a tuple of that length, so that it is known when the loop is compiled. `load_single`,
-`store_single` and `store_byte` do the same on parts of the memory that hold float32 or bytes; their
+`load` and `store` move a whole row of numbers between an array and a tuple. Length and names of the
+row are those of a `prototype`, so that they are known when the loop is compiled. `load_single`,
+`store_single` and `store_byte` do the same on parts of the buffer that hold float32 or bytes; their
 positions count in those.
 """
 
@@ -24,16 +24,18 @@ from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import instruction, phase
 
 types: Any = numba.types  # untyped
-Memory = npt.NDArray[np.float64]
+Buffer = npt.NDArray[np.float64]
 Step = Callable[[Row, Row, Row, float], Row]
 Restore = Callable[[Row], Row]
 
 __all__ = [
     "LANES",
+    "Prototype",
     "advance_rows",
     "integrate",
     "load",
     "load_single",
+    "prototype",
     "restore_rows",
     "store",
     "store_byte",
@@ -42,16 +44,39 @@ __all__ = [
 
 LANES = 64
 
+Prototype = Any
+"""An instance of a `NamedTuple` of floats, for whose type and length loops are compiled."""
+
+
+def prototype(kind: type[Any]) -> Prototype:
+    """An instance of a `NamedTuple`: its defaults, 1 where it has none; () if it is empty.
+
+    Raises:
+        TypeError: not a `NamedTuple` of floats.
+    """
+    names = getattr(kind, "_fields", None)
+    if names is None:
+        raise TypeError(f"{kind!r}; expected a typing.NamedTuple whose fields are all floats")
+    defaults = kind._field_defaults
+    return kind(*(float(defaults.get(name, 1.0)) for name in names)) if names else ()
+
 
 def _elements(
     context: Any, builder: Any, signature: Any, arguments: Any, kind: Any, count: int
 ) -> list[Any]:
-    """Pointers to ``array[start + k * stride]``, k below `count`, the memory seen as `kind`."""
+    """Pointers to ``array[start + k * stride]``, k below `count`, the buffer seen as `kind`."""
     array, start, _, stride = arguments
     data = context.make_array(signature.args[0])(context, builder, array).data
     data = builder.bitcast(data, context.get_value_type(kind).as_pointer())
     offsets = (builder.mul(ir.Constant(stride.type, k), stride) for k in range(count))
     return [builder.gep(data, [builder.add(start, offset)]) for offset in offsets]
+
+
+def _row_type(like: Any, number: Any) -> Any:
+    """The type of a row with the length, and the names, of another one."""
+    if isinstance(like, types.BaseNamedTuple):
+        return types.NamedUniTuple(number, len(like), like.instance_class)
+    return types.UniTuple(number, len(like)) if len(like) else types.Tuple(())
 
 
 def _load_as(kind: Any) -> Callable[..., Any]:
@@ -62,7 +87,7 @@ def _load_as(kind: Any) -> Callable[..., Any]:
     ) -> tuple[Signature, Callable[..., Any]]:
         """``tuple(array[start + k * stride] for k in range(len(like)))``."""
         source, target = kind or array.dtype, types.float64 if kind else array.dtype
-        result: Any = types.UniTuple(target, len(like)) if len(like) else types.Tuple(())
+        result = _row_type(like, target)
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             places = _elements(context, builder, signature, arguments, source, len(like))
@@ -103,31 +128,31 @@ store_byte = _store_as(types.uint8)
 @phase
 def advance_rows(
     step: Step,
-    shapes: tuple[Row, Row, Row],
-    memory: Memory,
+    prototypes: tuple[Row, Row, Row],
+    buffer: Buffer,
     base: int,
     n: int,
     h: float,
 ) -> None:
     """Apply ``step(y, u, p, h)`` to the first n rows of a block.
 
-    State, inputs and parameters (`shapes`) follow each other in the block.
+    State, inputs and parameters (`prototypes`) follow each other in the block.
     """
-    state, inputs, parameters = shapes
+    state, inputs, parameters = prototypes
     input_slot = base + len(state) * LANES
     parameter_slot = input_slot + len(inputs) * LANES
     for i in range(n):
-        y = load(memory, base + i, state, LANES)
-        u = load(memory, input_slot + i, inputs, LANES)
-        p = load(memory, parameter_slot + i, parameters, LANES)
-        store(memory, base + i, step(y, u, p, h), LANES)
+        y = load(buffer, base + i, state, LANES)
+        u = load(buffer, input_slot + i, inputs, LANES)
+        p = load(buffer, parameter_slot + i, parameters, LANES)
+        store(buffer, base + i, step(y, u, p, h), LANES)
 
 
 @phase
-def restore_rows(restore: Restore, state: Row, memory: Memory, base: int, n: int) -> None:
+def restore_rows(restore: Restore, state: Row, buffer: Buffer, base: int, n: int) -> None:
     """Apply ``restore(y)`` to the first n rows of a block."""
     for i in range(n):
-        store(memory, base + i, restore(load(memory, base + i, state, LANES)), LANES)
+        store(buffer, base + i, restore(load(buffer, base + i, state, LANES)), LANES)
 
 
 @phase
@@ -135,8 +160,8 @@ def integrate(
     step: Step,
     restore: Restore,
     weights: Row,
-    shapes: tuple[Row, Row, Row],
-    memory: Memory,
+    prototypes: tuple[Row, Row, Row],
+    buffer: Buffer,
     base: int,
     n: int,
     h: float,
@@ -149,5 +174,5 @@ def integrate(
     """
     for _ in range(n_substeps):
         for weight in weights:
-            advance_rows(step, shapes, memory, base, n, weight * h)
-        restore_rows(restore, shapes[0], memory, base, n)
+            advance_rows(step, prototypes, buffer, base, n, weight * h)
+        restore_rows(restore, prototypes[0], buffer, base, n)

@@ -131,7 +131,7 @@ def _action(task: Task) -> list[str | Table | Code]:
 
 def _clipping(task: Task) -> str:
     """Clipping of actions outside their space; the frame of the entries tells a disk or ball."""
-    shapes = {entry.frame.rpartition(", ")[2].replace("disc", "disk") for entry in task.actions()}
+    shapes = {entry.frame.rpartition(", ")[2] for entry in task.actions()}
     if shape := shapes & {"disk", "ball"}:
         return f"Actions form the unit {shape.pop()}: a longer one is shortened to length 1."
     return "Entries outside [-1, 1] are clipped to it, each by itself."

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from rigid_envs.control.mppi import CrossEntropyChoices, PathIntegral
 from rigid_envs.core import Core
 from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.kernels.layout import CLOCK
+from rigid_envs.kernels.layout import CLOCK, FLAGS
 from rigid_envs.scores.controllers import Controller
 from rigid_envs.tasks import Task
 
@@ -25,7 +25,6 @@ __all__ = ["Rollouts", "SamplingController", "sampling"]
 Array = npt.NDArray[np.float64]
 
 _COPIES = 8192  # rows that are rolled out together: they stay in the cache
-_ELAPSED = CLOCK.index("elapsed")
 
 
 class Rollouts:
@@ -62,7 +61,7 @@ class Rollouts:
             core.actions[...] = action
             core.step()
             cost -= np.where(alive, core.results[-1] - self._distance(), 0.0)
-            alive &= ~core.flags[0]
+            alive &= ~core.flags[FLAGS.terminated]
         return cost.reshape(-1, self._k)
 
     def _distance(self) -> Array | float:
@@ -102,7 +101,7 @@ class SamplingController:
         """Actions of all rows; a row at its first step gets a new plan."""
         task, n, m = envs.task, envs.num_envs, len(envs.task.actions())
         state = envs.get_state()
-        fresh = state["clock"][:, _ELAPSED] == 0
+        fresh = state["clock"][:, CLOCK.elapsed] == 0
         if self._plan.shape[1] != n:
             self._make_room(task, n)
             fresh[:] = True

@@ -39,7 +39,7 @@ class Script:
 
     def __call__(self, envs: RigidVectorEnv) -> Array:
         """The entries that are due now, shape (N, ...)."""
-        elapsed = envs.get_state()["clock"][:, CLOCK.index("elapsed")].astype(np.int64)
+        elapsed = envs.get_state()["clock"][:, CLOCK.elapsed].astype(np.int64)
         new = np.flatnonzero(elapsed % self._period == 0)
         if self._entries is None:
             new = np.arange(envs.num_envs)

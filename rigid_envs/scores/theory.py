@@ -77,7 +77,7 @@ def _roll(envs: RigidVectorEnv) -> Array:
     """Least length [m] of a path of a ball from its pose to within tolerance of its goal."""
     task: Any = envs.task
     home = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    goal = envs.get_state()["memo"] if task.n_goal else home
+    goal = envs.auxiliary(*task.aux_names) if task.n_goal else home
     y = envs.y
     distance = np.linalg.norm(y[:, 4:6] - goal[..., 4:6], axis=-1) - task.position_tolerance
     angle = rotations.distance(y[:, :4], goal[..., :4]) - task.angle_tolerance
@@ -107,7 +107,9 @@ def _turn(envs: RigidVectorEnv) -> Array:
     """
     task: Any = envs.task
     moments = np.stack([_rows(envs, name) for name in ("I1", "I2", "I3")])
-    angle = rotations.distance(envs.y[:, :4], envs.get_state()["memo"]) - task.angle_tolerance
+    angle = (
+        rotations.distance(envs.y[:, :4], envs.auxiliary(*task.aux_names)) - task.angle_tolerance
+    )
     rate = np.sqrt(moments.max(axis=0) / moments.min(axis=0)) * task.rate_tolerance
     return least_time(np.maximum(angle, 0.0), slew_acceleration(moments, task.torque), rate)
 

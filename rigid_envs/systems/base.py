@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass, fields
@@ -12,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.systems.boundary import array_of, unit_attitude
 from rigid_envs.systems.drive import Input, drive, march
 from rigid_envs.systems.schedule import Schedule, intervals, schedule
@@ -30,7 +32,8 @@ class System(abc.ABC):
     units of the entries are in `state_entries` and `input_entries`.
     """
 
-    _kernels: ClassVar[Any]
+    dynamics: ClassVar[Dynamics]
+    """Rows and compiled functions: equations of motion, one step, invariants."""
     state_entries: ClassVar[tuple[str, ...]]
     input_entries: ClassVar[tuple[str, ...]]
     components: ClassVar[Mapping[str, slice]]
@@ -40,6 +43,25 @@ class System(abc.ABC):
     fine: ClassVar[float] = 1.0 / 64.0
     """Rate times step [rad] of `simulate`: truncation error near 1e-11 per radian of that rate,
     5e-11 for a top that swings like a pendulum, 1e-10 where the moments are very unequal."""
+
+    def __init_subclass__(cls) -> None:
+        """Check that the fields are the physical parameters of the dynamics.
+
+        Raises:
+            TypeError: other names, or another order.
+        """
+        super().__init_subclass__()
+        if "dynamics" not in cls.__dict__:
+            return
+        cls.state_entries = cls.dynamics.State._fields
+        cls.input_entries = cls.dynamics.Input._fields
+        annotated = inspect.get_annotations(cls)
+        names = tuple(name for name, kind in annotated.items() if "ClassVar" not in str(kind))
+        if names != cls.dynamics.raw_names:
+            raise TypeError(
+                f"{cls.__name__} has fields {names}; "
+                f"expected the arguments of its derive, {cls.dynamics.raw_names}"
+            )
 
     @property
     @abc.abstractmethod
@@ -83,7 +105,7 @@ class System(abc.ABC):
             rows = np.asarray(value)[..., None] if len(entries) == 1 else value
             parts[name] = array_of(rows, len(entries), name, ", ".join(entries))
         lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts.values()))
-        y = np.broadcast_to(np.array(cls._kernels.STATE), (*lead, len(cls.state_entries))).copy()
+        y = np.broadcast_to(np.array(cls.dynamics.State()), (*lead, len(cls.state_entries))).copy()
         for name, part in parts.items():
             y[..., cls.components[name]] = part
         if "q" in cls.components:
@@ -93,14 +115,12 @@ class System(abc.ABC):
     @property
     def weights(self) -> tuple[float, ...]:
         """Lengths of the stages of one step, which is composed of them."""
-        weights: tuple[float, ...] = self._kernels.WEIGHTS
-        return weights
+        return self.dynamics.weights
 
     @cached_property
     def parameters(self) -> Array:
         """The parameter row p of the kernels: the fields, then what is derived from them."""
-        raw = tuple(float(value) for value in astuple(self))
-        return np.array(self._kernels.derive(raw), dtype=np.float64)
+        return np.array(self.dynamics.derive(*map(float, astuple(self))), dtype=np.float64)
 
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
@@ -146,10 +166,10 @@ class System(abc.ABC):
         """Quantities that are constant without input, each of shape (...)."""
         rows = self.checked_state(y)
         flat = np.ascontiguousarray(rows.reshape(-1, rows.shape[-1]))
-        out = np.empty((len(flat), len(self._kernels.INVARIANTS)))
-        self._kernels.measure_rows(flat, self.parameters, out)
-        shape = rows.shape[:-1]
-        return {name: out[:, k].reshape(shape) for k, name in enumerate(self._kernels.INVARIANTS)}
+        names = self.dynamics.Invariants._fields
+        out = np.empty((len(flat), len(names)))
+        self.dynamics.measure_rows(flat, self.parameters, out)
+        return {name: out[:, k].reshape(rows.shape[:-1]) for k, name in enumerate(names)}
 
     def advance(
         self, y: npt.ArrayLike, u: npt.ArrayLike | None, dt: float, n_substeps: int = 1
@@ -247,7 +267,7 @@ class System(abc.ABC):
         y_rows: npt.NDArray[Any] = np.array(y, dtype=dtype, order="C").reshape(-1, y.shape[-1])
         u_rows: npt.NDArray[Any] = np.array(u, dtype=dtype, order="C").reshape(-1, u.shape[-1])
         out = np.empty_like(y_rows)
-        self._kernels.evaluate_rows(y_rows, u_rows, self.parameters.astype(dtype), out)
+        self.dynamics.evaluate_rows(y_rows, u_rows, self.parameters.astype(dtype), out)
         return out.reshape(y.shape)
 
     def run(self, y0: Array, u: Array, plan: Schedule) -> Array:
@@ -256,7 +276,7 @@ class System(abc.ABC):
         y = np.empty((len(plan.h) + 1, *rows.shape))
         y[0] = rows
         inputs = np.ascontiguousarray(u.reshape(len(u), -1, u.shape[-1]))
-        self._kernels.simulate_rows(
+        self.dynamics.simulate_rows(
             plan.weights,
             self.parameters,
             inputs,

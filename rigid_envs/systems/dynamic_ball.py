@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.kernels import dynamic_ball as kernels
+from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL
 from rigid_envs.systems.attitude import ATTITUDE
 from rigid_envs.systems.boundary import ball_ratio, finite, positive
 from rigid_envs.systems.pace import PacedSystem
@@ -61,12 +61,7 @@ class DynamicBall(PacedSystem):
     g: float = 9.81
     turntable_rate: float = 0.0
 
-    _kernels: ClassVar[Any] = kernels
-    state_entries: ClassVar[tuple[str, ...]] = (
-        *("w", "x", "y", "z", "X", "Y", "VX", "VY", "spin"),
-        *("alpha_x", "alpha_y", "rate_x", "rate_y"),
-    )
-    input_entries: ClassVar[tuple[str, ...]] = ("FX", "FY", "a_x", "a_y")
+    dynamics: ClassVar = DYNAMIC_BALL
     components: ClassVar[Mapping[str, slice]] = {
         "q": slice(0, 4),
         "position": slice(4, 6),

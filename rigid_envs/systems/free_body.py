@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.kernels import free_body as kernels
+from rigid_envs.kernels.free_body import FREE_BODY
 from rigid_envs.systems.attitude import ATTITUDE, quaternion
 from rigid_envs.systems.base import System
 from rigid_envs.systems.boundary import principal_moments
@@ -59,9 +59,7 @@ class FreeBody(System):
     I2: float = 2.0
     I3: float = 3.0
 
-    _kernels: ClassVar[Any] = kernels
-    state_entries: ClassVar[tuple[str, ...]] = ("w", "x", "y", "z", "omega1", "omega2", "omega3")
-    input_entries: ClassVar[tuple[str, ...]] = ("tau1", "tau2", "tau3")
+    dynamics: ClassVar = FREE_BODY
     components: ClassVar[Mapping[str, slice]] = {"q": slice(0, 4), "omega_body": slice(4, 7)}
 
     def __post_init__(self) -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.kernels import heavy_top as kernels
+from rigid_envs.kernels.heavy_top import HEAVY_TOP
 from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
 from rigid_envs.systems.base import System
 from rigid_envs.systems.boundary import positive, principal_moments
@@ -59,30 +59,7 @@ class HeavyTop(System):
     g: float = 9.81
     ell: float = 1.0 / 9.81
 
-    _kernels: ClassVar[Any] = kernels
-    state_entries: ClassVar[tuple[str, ...]] = (
-        "w",
-        "x",
-        "y",
-        "z",
-        "omega1",
-        "omega2",
-        "omega3",
-        "X",
-        "Y",
-        "VX",
-        "VY",
-    )
-    input_entries: ClassVar[tuple[str, ...]] = (
-        "tau_body1",
-        "tau_body2",
-        "tau_body3",
-        "tau_world_x",
-        "tau_world_y",
-        "tau_world_z",
-        "aX",
-        "aY",
-    )
+    dynamics: ClassVar = HEAVY_TOP
     components: ClassVar[Mapping[str, slice]] = {
         "q": slice(0, 4),
         "omega_body": slice(4, 7),

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.kernels import roller as kernels
+from rigid_envs.kernels.roller import ROLLER
 from rigid_envs.systems.base import System
 from rigid_envs.systems.boundary import finite, non_negative, positive
 
@@ -63,9 +63,7 @@ class Roller(System):
     curvature: float = 0.0
     mu: float = 1.0
 
-    _kernels: ClassVar[Any] = kernels
-    state_entries: ClassVar[tuple[str, ...]] = ("s", "v")
-    input_entries: ClassVar[tuple[str, ...]] = ("force", "beta_change")
+    dynamics: ClassVar = ROLLER
     components: ClassVar[Mapping[str, slice]] = {"way": slice(0, 1), "velocity": slice(1, 2)}
 
     def __post_init__(self) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.kernels import rolling_ball as kernels
+from rigid_envs.kernels.rolling_ball import ROLLING_BALL
 from rigid_envs.systems.attitude import ATTITUDE
 from rigid_envs.systems.base import System
 from rigid_envs.systems.boundary import positive
@@ -42,9 +42,7 @@ class RollingBall(System):
 
     radius: float = 1.0
 
-    _kernels: ClassVar[Any] = kernels
-    state_entries: ClassVar[tuple[str, ...]] = ("w", "x", "y", "z", "X", "Y")
-    input_entries: ClassVar[tuple[str, ...]] = ("VX", "VY", "spin")
+    dynamics: ClassVar = ROLLING_BALL
     components: ClassVar[Mapping[str, slice]] = {"q": slice(0, 4), "position": slice(4, 6)}
     envelope: ClassVar[float] = (
         1.5707963267948966  # a quarter turn, where the rotation is exact to rounding

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.kernels import rolling_disk as kernels
+from rigid_envs.kernels.rolling_disk import ROLLING_DISK
 from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
 from rigid_envs.systems.boundary import positive, principal_moments
 from rigid_envs.systems.pace import PacedSystem
@@ -60,11 +60,7 @@ class RollingDisk(PacedSystem):
     I3: float = 0.5
     g: float = 9.81
 
-    _kernels: ClassVar[Any] = kernels
-    state_entries: ClassVar[tuple[str, ...]] = (
-        *("w", "x", "y", "z", "omega1", "omega2", "omega3", "X", "Y"),
-    )
-    input_entries: ClassVar[tuple[str, ...]] = ("tau_steer", "tau_lean", "tau_drive")
+    dynamics: ClassVar = ROLLING_DISK
     components: ClassVar[Mapping[str, slice]] = {
         "q": slice(0, 4),
         "omega_body": slice(4, 7),

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.kernels import upright_coin as kernels
+from rigid_envs.kernels.upright_coin import UPRIGHT_COIN
 from rigid_envs.systems.attitude import ATTITUDE, gamma, quaternion
 from rigid_envs.systems.boundary import finite, non_negative, positive
 from rigid_envs.systems.pace import PacedSystem
@@ -57,11 +57,7 @@ class UprightCoin(PacedSystem):
     g: float = 9.81
     slope: float = 0.0
 
-    _kernels: ClassVar[Any] = kernels
-    state_entries: ClassVar[tuple[str, ...]] = (
-        *("w", "x", "y", "z", "X", "Y", "steer_rate", "roll_rate"),
-    )
-    input_entries: ClassVar[tuple[str, ...]] = ("tau_steer", "tau_drive")
+    dynamics: ClassVar = UPRIGHT_COIN
     components: ClassVar[Mapping[str, slice]] = {
         "q": slice(0, 4),
         "contact": slice(4, 6),

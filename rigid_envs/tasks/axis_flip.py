@@ -4,96 +4,100 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, free_body, randoms
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_box
-from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
-from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
+from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
-from rigid_envs.tasks.moments import check_order, fastest, spun_up
+from rigid_envs.tasks.free_bodies import (
+    FASTEST,
+    BodyTorque,
+    check_order,
+    fastest,
+    observed_rates,
+    perturbed_spin,
+    spun_up,
+    torque_about_axes,
+)
 
 __all__ = ["AxisFlip"]
 
-_FAST = 20.0  # target rates; observed no further than this
 _STEPS = 250  # time limit of the registered environment, for which rates are bounded
-_RATE, _TORQUE, _TOLERANCE, _SPREAD, _LOW, _HIGH = range(2, 8)  # constants after two weights
+
+
+class Terms(NamedTuple):
+    """Reward terms of `AxisFlip`."""
+
+    spin: float
+    impulse: float
+
+
+class Constants(NamedTuple):
+    """Rate [rad/s], torque [N m], tolerance, spread of the starts [rad/s], commanded times [s]."""
+
+    spin_rate: float
+    torque: float
+    tolerance: float
+    start_spread: float
+    least_flip_time: float
+    largest_flip_time: float
+
+
+class Auxiliary(NamedTuple):
+    """Time left until the commanded one [s]; 1 while no spin error was too large since then."""
+
+    time_left: float = 0.0
+    kept: float = 0.0
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """Spin Omega about e2 and a perturbation uniform in a ball; the time left, uniform."""
-    rate, spread = c[_RATE], c[_SPREAD]
-    a, b, d = randoms.in_ball(stream, 0)
-    q = randoms.quaternion(stream, 1 << 20)
-    left = fma(c[_HIGH] - c[_LOW], randoms.uniform(stream, 1 << 21), c[_LOW])
-    return (*q, spread * a, spread * b + rate, spread * d), (left, 1.0)
+    low, high = c.least_flip_time, c.largest_flip_time
+    left = fma(high - low, randoms.uniform(stream, 1 << 21), low)
+    return perturbed_spin(stream, c.spin_rate, c.start_spread), Auxiliary(left, 1.0)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: BodyTorque, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Torque about the three body axes."""
-    return y, (c[_TORQUE] * a[0], c[_TORQUE] * a[1], c[_TORQUE] * a[2])
+    return y, torque_about_axes(a, c.torque)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Spin error about -e2 once the time has come, impulse, and whether it has been small since."""
-    scale = 1.0 / c[_RATE]
-    e1, e2, e3 = scale * y[4], scale * y[5] + 1.0, scale * y[6]
+    scale = 1.0 / c.spin_rate
+    e1, e2, e3 = scale * y.omega1, scale * y.omega2 + 1.0, scale * y.omega3
     error = math.sqrt(e1 * e1 + e2 * e2 + e3 * e3)
-    torque = math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
-    left = memo[0] - dt
+    torque = math.sqrt(u.tau1 * u.tau1 + u.tau2 * u.tau2 + u.tau3 * u.tau3)
+    left = aux.time_left - dt
     due = left < 1e-9 * dt
-    kept = select(due & (error >= c[_TOLERANCE]), 0.0, memo[1])
-    spin = select(due, 1.0 / (1.0 + 10.0 * error), 0.0)
-    terms = (spin, -torque / (math.sqrt(3.0) * c[_TORQUE]))
-    return (left, kept), terms, dt * torque, due & (kept > 0.0), False
+    kept = select(due & (error >= c.tolerance), 0.0, aux.kept)
+    terms = Terms(
+        spin=select(due, 1.0 / (1.0 + 10.0 * error), 0.0),
+        impulse=-torque / (math.sqrt(3.0) * c.torque),
+    )
+    return Auxiliary(left, kept), terms, dt * torque, due & (kept > 0.0), False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(
+    y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[float, float, float, float]:
     """Angular velocity in target rates, and the time left, as a part of the longest."""
-    s = 1.0 / c[_RATE]
-    return (
-        min(max(s * y[4], -_FAST), _FAST),
-        min(max(s * y[5], -_FAST), _FAST),
-        min(max(s * y[6], -_FAST), _FAST),
-        min(max(memo[0] / c[_HIGH], 0.0), 1.0),
-    )
-
-
-SHAPES = Shapes(*free_body.SHAPES, (1.0,) * 3, (0.0,) * 2, (0.0,) * 3, (0.0,) * 8)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        free_body.step,
-        free_body.restore,
-        free_body.WEIGHTS,
-        clip_to_box,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(free_body.derive, start, observe, SHAPES, memory, rows, mode)
+    w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
+    return w1, w2, w3, min(max(aux.time_left / c.largest_flip_time, 0.0), 1.0)
 
 
 @dataclass(frozen=True)
@@ -167,28 +171,33 @@ class AxisFlip(Task):
     weight_impulse: float = setting(1.0, Number("weight of the impulse term", "1", -1e3, 1e3))
 
     system_type: ClassVar = FreeBody
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("spin", "impulse")
+    episode: ClassVar = Episode(
+        dynamics=FREE_BODY,
+        Action=BodyTorque,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        start=start,
+        clip=clip_to_box,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "torque impulse [N m s]"
-    memo_names: ClassVar = ("time_left", "kept")
 
     def _check_parameters(self) -> None:
         check_order((self.I1, self.I2, self.I3))
         super()._check_parameters()
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, rate, torque, tolerance, start, commanded times."""
-        return (
-            self.weight_spin,
-            self.weight_impulse,
-            self.spin_rate,
-            self.torque,
-            self.tolerance,
-            self.start_spread,
-            *span(self.flip_time),
-        )
+    @property
+    def least_flip_time(self) -> float:
+        """Least commanded time [s]."""
+        return span(self.flip_time)[0]
+
+    @property
+    def largest_flip_time(self) -> float:
+        """Largest commanded time [s]."""
+        return span(self.flip_time)[1]
 
     def actions(self) -> tuple[Entry, ...]:
         """Torques about the body axes."""
@@ -197,7 +206,7 @@ class AxisFlip(Task):
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity in target rates, time left."""
         return (
-            *(Entry(f"omega{k} / Omega", "1", "body", -_FAST, _FAST) for k in (1, 2, 3)),
+            *(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3)),
             Entry("time left / longest", "1", "none", 0.0, 1.0),
         )
 

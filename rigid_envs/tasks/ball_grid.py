@@ -4,35 +4,55 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, randoms, rolling_ball
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import keep
-from rigid_envs.kernels.algebra import Row, compose
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.algebra import compose
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import select, sincos
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode, NoAuxiliary
+from rigid_envs.kernels.rolling_ball import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems import RollingBall
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
 
 __all__ = ["BallGrid"]
 
 _QUARTER = 0.5 * math.pi
 _FAR = 100.0  # cells; observed no further than this
-_RATE, _CELLS = range(2, 4)  # constants after the two weights
+
+
+class Action(NamedTuple):
+    """The side to roll to: 0 is +x, 1 is +y, 2 is -x, 3 is -y."""
+
+    side: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `BallGrid`."""
+
+    moves: float
+    home: float
+
+
+class Constants(NamedTuple):
+    """Rolling rate [rad/s], largest distance of a start from home [cells]."""
+
+    roll_rate: float
+    start_cells: float
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, tuple[()]]:
     """A cell of the square around home, and one of the 12 attitudes that can go home from there.
 
     A quarter roll is an odd permutation of the four diagonals of a cube, so the attitude is as odd
     as the number of cells to go.
     """
-    n = 2.0 * c[_CELLS] + 1.0
-    i = float(int(n * randoms.uniform(stream, 0))) - c[_CELLS]
-    j = float(int(n * randoms.uniform(stream, 1))) - c[_CELLS]
+    n = 2.0 * c.start_cells + 1.0
+    i = float(int(n * randoms.uniform(stream, 0))) - c.start_cells
+    j = float(int(n * randoms.uniform(stream, 1))) - c.start_cells
     face, turns = int(6.0 * randoms.uniform(stream, 2)), int(4.0 * randoms.uniform(stream, 3))
     # Faces 0 .. 3 come to the top by so many quarter turns about x, 4 and 5 by one about y.
     oddness = turns + int(abs(i) + abs(j)) + (1 if face == 4 else face)
@@ -41,60 +61,35 @@ def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
     sine, cosine = sincos(0.5 * _QUARTER * (2.0 * face - 9.0 if sideways else float(face)))
     tipped = (cosine, 0.0 if sideways else sine, sine if sideways else 0.0, 0.0)
     q = compose((cosine_z, 0.0, 0.0, sine_z), tipped)
-    return (*q, i * _QUARTER * p[0], j * _QUARTER * p[0]), ()
+    return State(*q, i * _QUARTER * p.radius, j * _QUARTER * p.radius), ()
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: NoAuxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """A quarter roll to +x, +y, -x or -y."""
-    speed = c[_RATE] * p[0] * (1.0 if a[0] < 1.5 else -1.0)
-    along_x = (a[0] == 0.0) | (a[0] == 2.0)
-    return y, (select(along_x, speed, 0.0), select(along_x, 0.0, speed), 0.0)
+    speed = c.roll_rate * p.radius * (1.0 if a.side < 1.5 else -1.0)
+    along_x = (a.side == 0.0) | (a.side == 2.0)
+    return y, Input(VX=select(along_x, speed, 0.0), VY=select(along_x, 0.0, speed), spin=0.0)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
     """Home is the cell at the origin with the attitude upright: far from every other pose."""
-    x, y_ = y[4] * p[1], y[5] * p[1]
-    home = (x * x + y_ * y_ < 0.25) & (y[0] * y[0] > 0.95)
-    rolled = dt * math.sqrt(u[0] * u[0] + u[1] * u[1])
-    return memo, (-1.0, select(home, 1.0, 0.0)), rolled, home, home
+    X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
+    home = (X * X + Y * Y < 0.25) & (y.w * y.w > 0.95)
+    rolled = dt * math.sqrt(u.VX * u.VX + u.VY * u.VY)
+    return aux, Terms(moves=-1.0, home=select(home, 1.0, 0.0)), rolled, home, home
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[float, float]:
     """Position in cells."""
-    scale = p[1] / _QUARTER
-    return (min(max(scale * y[4], -_FAR), _FAR), min(max(scale * y[5], -_FAR), _FAR))
-
-
-SHAPES = Shapes(*rolling_ball.SHAPES, (1.0,), (), (0.0,), (0.0,) * 4)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        rolling_ball.step,
-        rolling_ball.restore,
-        rolling_ball.WEIGHTS,
-        keep,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(rolling_ball.derive, start, observe, SHAPES, memory, rows, mode)
+    scale = p.inverse_radius / _QUARTER
+    return min(max(scale * y.X, -_FAR), _FAR), min(max(scale * y.Y, -_FAR), _FAR)
 
 
 @dataclass(frozen=True)
@@ -149,16 +144,24 @@ class BallGrid(Task):
     weight_home: float = setting(1.0, Number("weight of coming home", "1", -1e3, 1e3))
 
     system_type: ClassVar = RollingBall
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
     n_choices: ClassVar = 4
-    terms: ClassVar = ("moves", "home")
+    episode: ClassVar = Episode(
+        dynamics=ROLLING_BALL,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        start=start,
+        clip=keep,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "distance rolled [m]"
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, rolling rate, start square."""
-        return (self.weight_moves, self.weight_home, _QUARTER / self.dt, float(self.start_cells))
+    @property
+    def roll_rate(self) -> float:
+        """Rate of a quarter roll [rad/s]."""
+        return _QUARTER / self.dt
 
     def actions(self) -> tuple[Entry, ...]:
         """The side to roll to."""
@@ -173,4 +176,4 @@ class BallGrid(Task):
 
     def largest_rate(self) -> float:
         """A quarter turn in one step."""
-        return _QUARTER / self.dt
+        return self.roll_rate

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from rigid_envs import rotations
-from rigid_envs.kernels import episode, randoms, rolling_ball
-from rigid_envs.kernels.actions import clip_to_disc
-from rigid_envs.kernels.algebra import Row, log_rotation
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels import randoms
+from rigid_envs.kernels.actions import clip_to_disk
+from rigid_envs.kernels.algebra import attitude, log_rotation
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import cbrt, select
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode, NoAuxiliary
+from rigid_envs.kernels.rolling_ball import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems import RollingBall
 from rigid_envs.tasks.base import Array, Entry, Task
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
@@ -23,87 +24,89 @@ __all__ = ["FAR", "BallPark", "BallParkRandom", "misplacement"]
 
 FAR = 50.0  # radii; offsets are observed and punished no further than this
 _SMOOTH = 1e-3  # rounds the roots off at the origin
-_RATE, _POSITION, _ANGLE, _SQUARE = range(5, 9)  # constants after the five weights
+
+
+class Action(NamedTuple):
+    """Velocity of the centre, in parts of the largest."""
+
+    VX: float
+    VY: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `BallPark`."""
+
+    position: float
+    twist: float
+    mismatch: float
+    angle: float
+    parked: float
+
+
+class Constants(NamedTuple):
+    """Largest rolling rate [rad/s], tolerances [m, rad], half side of the start square [m]."""
+
+    largest_roll_rate: float
+    position_tolerance: float
+    angle_tolerance: float
+    start_half_width: float
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, tuple[()]]:
     """Position uniform in a square, attitude uniform on SO(3)."""
-    half = c[_SQUARE]
-    x = half * (2.0 * randoms.uniform(stream, 0) - 1.0)
-    y = half * (2.0 * randoms.uniform(stream, 1) - 1.0)
-    return (*randoms.quaternion(stream, 2), x + 0.0, y + 0.0), ()  # -0.0 is 0.0
+    half = c.start_half_width
+    X = half * (2.0 * randoms.uniform(stream, 0) - 1.0)
+    Y = half * (2.0 * randoms.uniform(stream, 1) - 1.0)
+    return State(*randoms.quaternion(stream, 2), X + 0.0, Y + 0.0), ()  # -0.0 is 0.0
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: NoAuxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Velocity of the centre; the ball does not spin about the vertical."""
-    return y, (c[_RATE] * p[0] * a[0], c[_RATE] * p[0] * a[1], 0.0)
+    return y, Input(
+        c.largest_roll_rate * p.radius * a.VX, c.largest_roll_rate * p.radius * a.VY, 0.0
+    )
 
 
 @scalar
-def misplacement(y: Row, scale: float) -> tuple[float, float, float, float]:
+def misplacement(y: Any, scale: float) -> tuple[float, float, float, float]:
     """Distance [radii], sqrt|theta_z|, |m| and |theta| of `BallPark`; `scale` is 1 / radius."""
-    x, y_ = y[4] * scale, y[5] * scale
-    theta = log_rotation((y[0], y[1], y[2], y[3]))
-    distance = math.sqrt(x * x + y_ * y_)
+    X, Y = y.X * scale, y.Y * scale
+    theta = log_rotation(attitude(y))
+    distance = math.sqrt(X * X + Y * Y)
     angle = math.sqrt(theta[0] * theta[0] + theta[1] * theta[1] + theta[2] * theta[2])
-    a, b = theta[0] + y_, theta[1] - x
+    a, b = theta[0] + Y, theta[1] - X
     mismatch = math.sqrt(a * a + b * b + _SMOOTH * _SMOOTH)
     twist = math.sqrt(math.sqrt(theta[2] * theta[2] + _SMOOTH * _SMOOTH))
     return distance, twist, mismatch, angle
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
     """The terms of `BallPark`, and whether the ball is parked."""
-    distance, twist, mismatch, angle = misplacement(y, p[1])
-    parked = (distance * p[0] <= c[_POSITION]) & (angle <= c[_ANGLE])
-    rolled = dt * math.sqrt(u[0] * u[0] + u[1] * u[1])
-    terms = (
-        -min(distance, FAR),
-        -twist,
-        -cbrt(min(mismatch, FAR)),
-        -angle,
-        select(parked, 1.0, 0.0),
+    distance, twist, mismatch, angle = misplacement(y, p.inverse_radius)
+    parked = (distance * p.radius <= c.position_tolerance) & (angle <= c.angle_tolerance)
+    rolled = dt * math.sqrt(u.VX * u.VX + u.VY * u.VY)
+    terms = Terms(
+        position=-min(distance, FAR),
+        twist=-twist,
+        mismatch=-cbrt(min(mismatch, FAR)),
+        angle=-angle,
+        parked=select(parked, 1.0, 0.0),
     )
-    return memo, terms, rolled, parked, parked
+    return aux, terms, rolled, parked, parked
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[float, float]:
     """Position in radii."""
-    x, y_ = y[4] * p[1], y[5] * p[1]
-    return (min(max(x, -FAR), FAR), min(max(y_, -FAR), FAR))
-
-
-SHAPES = Shapes(*rolling_ball.SHAPES, (1.0,), (), (0.0,) * 2, (0.0,) * 9)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        rolling_ball.step,
-        rolling_ball.restore,
-        rolling_ball.WEIGHTS,
-        clip_to_disc,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(rolling_ball.derive, start, observe, SHAPES, memory, rows, mode)
+    X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
+    return min(max(X, -FAR), FAR), min(max(Y, -FAR), FAR)
 
 
 @dataclass(frozen=True)
@@ -180,32 +183,30 @@ class BallPark(Task):
     weight_parked: float = setting(10.0, Number("weight of the step that parks", "1", -1e3, 1e3))
 
     system_type: ClassVar = RollingBall
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("position", "twist", "mismatch", "angle", "parked")
+    episode: ClassVar = Episode(
+        dynamics=ROLLING_BALL,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        start=start,
+        clip=clip_to_disk,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "distance rolled [m]"
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, largest rate, tolerances, start square."""
-        return (
-            self.weight_position,
-            self.weight_twist,
-            self.weight_mismatch,
-            self.weight_angle,
-            self.weight_parked,
-            self.roll_per_step / self.dt,
-            self.position_tolerance,
-            self.angle_tolerance,
-            self.start_half_width,
-        )
+    @property
+    def largest_roll_rate(self) -> float:
+        """Rolling rate at full action [rad/s]."""
+        return self.roll_per_step / self.dt
 
     def actions(self) -> tuple[Entry, ...]:
-        """Velocity of the centre, in a disc."""
-        speed = self.roll_per_step / self.dt * span(self.radius)[1]
+        """Velocity of the centre, in a disk."""
+        speed = self.largest_roll_rate * span(self.radius)[1]
         return (
-            Entry("VX", "m/s", "world, disc", -speed, speed),
-            Entry("VY", "m/s", "world, disc", -speed, speed),
+            Entry("VX", "m/s", "world, disk", -speed, speed),
+            Entry("VY", "m/s", "world, disk", -speed, speed),
         )
 
     def features(self) -> tuple[Entry, ...]:
@@ -217,12 +218,14 @@ class BallPark(Task):
 
     def largest_rate(self) -> float:
         """Rolling rate at full speed."""
-        return self.roll_per_step / self.dt
+        return self.largest_roll_rate
 
     def lower_bound(self, y: Array) -> Array:
         """Path length [m] that no plan can beat: max(distance, radius * angle) to the origin."""
-        distance = np.hypot(y[..., 4], y[..., 5])
-        return np.maximum(distance, span(self.radius)[0] * rotations.angle(y[..., :4]))
+        ball = self.system()
+        distance = np.hypot(*np.moveaxis(ball.accessors["position"](y), -1, 0))
+        angle = rotations.angle(ball.accessors["q"](y))
+        return np.asarray(np.maximum(distance, span(self.radius)[0] * angle))
 
 
 @dataclass(frozen=True)

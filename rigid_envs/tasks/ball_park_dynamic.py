@@ -4,114 +4,118 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import dynamic_ball, episode, randoms
-from rigid_envs.kernels.actions import clip_to_disc
-from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels import randoms
+from rigid_envs.kernels.actions import clip_to_disk
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL, Input, Parameters, State, level_step
 from rigid_envs.kernels.elementary import cbrt, select
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode, NoAuxiliary
 from rigid_envs.systems import DynamicBall
 from rigid_envs.tasks.ball_park import FAR, misplacement
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
 
 __all__ = ["BallParkDynamic", "speed_bound"]
 
 _FAST = 50.0  # radii per second; observed no further than this
-# constants after the six weights
-_FORCE, _POSITION, _ANGLE, _SPEED, _SQUARE, _EDGE = range(6, 12)
+
+
+class Action(NamedTuple):
+    """Force at the centre, in parts of the largest."""
+
+    FX: float
+    FY: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `BallParkDynamic`."""
+
+    position: float
+    twist: float
+    mismatch: float
+    angle: float
+    parked: float
+    off: float
+
+
+class Constants(NamedTuple):
+    """Largest force [N], tolerances [m, rad, m/s], half side of the start square, edge [m]."""
+
+    force: float
+    position_tolerance: float
+    angle_tolerance: float
+    speed_tolerance: float
+    start_half_width: float
+    edge: float
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, tuple[()]]:
     """At rest: position uniform in a square, attitude uniform on SO(3)."""
-    half = c[_SQUARE]
-    x = half * (2.0 * randoms.uniform(stream, 0) - 1.0)
-    y = half * (2.0 * randoms.uniform(stream, 1) - 1.0)
+    half = c.start_half_width
+    X = half * (2.0 * randoms.uniform(stream, 0) - 1.0)
+    Y = half * (2.0 * randoms.uniform(stream, 1) - 1.0)
     q = randoms.quaternion(stream, 2)
-    return (*q, x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), ()
+    return State(*q, X, Y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), ()
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: NoAuxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Horizontal force at the centre; the plate stays level."""
-    return y, (c[_FORCE] * a[0], c[_FORCE] * a[1], 0.0, 0.0)
+    return y, Input(FX=c.force * a.FX, FY=c.force * a.FY, a_x=0.0, a_y=0.0)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
     """The terms of `BallPark`; parked is at rest, and beyond the edge is off."""
-    distance, twist, mismatch, angle = misplacement(y, p[6])
-    speed = math.sqrt(y[6] * y[6] + y[7] * y[7])
-    there = (distance * p[1] <= c[_POSITION]) & (angle <= c[_ANGLE])
-    parked = there & (speed <= c[_SPEED])
-    off = distance * p[1] > c[_EDGE]
-    terms = (
-        -min(distance, FAR),
-        -twist,
-        -cbrt(min(mismatch, FAR)),
-        -angle,
-        select(parked, 1.0, 0.0),
-        select(off, -1.0, 0.0),
+    distance, twist, mismatch, angle = misplacement(y, p.inverse_radius)
+    speed = math.sqrt(y.VX * y.VX + y.VY * y.VY)
+    there = (distance * p.radius <= c.position_tolerance) & (angle <= c.angle_tolerance)
+    parked = there & (speed <= c.speed_tolerance)
+    off = distance * p.radius > c.edge
+    terms = Terms(
+        position=-min(distance, FAR),
+        twist=-twist,
+        mismatch=-cbrt(min(mismatch, FAR)),
+        angle=-angle,
+        parked=select(parked, 1.0, 0.0),
+        off=select(off, -1.0, 0.0),
     )
-    impulse = dt * math.sqrt(u[0] * u[0] + u[1] * u[1])
-    return memo, terms, impulse, parked, parked | off
+    impulse = dt * math.sqrt(u.FX * u.FX + u.FY * u.FY)
+    return aux, terms, impulse, parked, parked | off
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(
+    y: State, aux: NoAuxiliary, p: Parameters, c: Constants
+) -> tuple[float, float, float, float]:
     """Position in radii, velocity in radii per second."""
-    x, y_ = y[4] * p[6], y[5] * p[6]
-    vx, vy = y[6] * p[6], y[7] * p[6]
+    X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
+    VX, VY = y.VX * p.inverse_radius, y.VY * p.inverse_radius
     return (
-        min(max(x, -FAR), FAR),
-        min(max(y_, -FAR), FAR),
-        min(max(vx, -_FAST), _FAST),
-        min(max(vy, -_FAST), _FAST),
+        min(max(X, -FAR), FAR),
+        min(max(Y, -FAR), FAR),
+        min(max(VX, -_FAST), _FAST),
+        min(max(VY, -_FAST), _FAST),
     )
-
-
-SHAPES = Shapes(*dynamic_ball.SHAPES, (1.0,) * 5, (), (0.0,) * 2, (0.0,) * 12)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        dynamic_ball.level_step,
-        dynamic_ball.restore,
-        dynamic_ball.WEIGHTS,
-        clip_to_disc,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(dynamic_ball.derive, start, observe, SHAPES, memory, rows, mode)
 
 
 def speed_bound(push: float, reach: float, gyration: float = 0.0) -> float:
-    """Speed [m/s] that a ball from rest cannot exceed inside a disc.
+    """Speed [m/s] that a ball from rest cannot exceed inside a disk.
 
     Where |r| <= D and |a| <= a_max, ``d(r . v)/dt = v^2 + r . v' >= v^2 - a_max D - kappa D v``:
-    a fast ball soon leaves the disc. In units of D and a_max, with w = v - kappa, it needs at least
+    a fast ball soon leaves the disk. In units of D and a_max, with w = v - kappa, it needs at least
     the time w - 1 from w = 1 on, and ``(w^3 - 1) / 3 - (w - 1) <= w + 1 + 2 kappa`` follows.
 
     Args:
         push: largest acceleration that does not depend on the velocity [m/s^2].
-        reach: radius D of the disc [m].
+        reach: radius D of the disk [m].
         gyration: rate kappa at which the velocity is turned besides [rad/s].
     """
     return 2.6 * math.sqrt(push * reach) + 1.5 * abs(gyration) * reach
@@ -199,33 +203,29 @@ class BallParkDynamic(Task):
     weight_off: float = setting(20.0, Number("weight of leaving the plate", "1", -1e3, 1e3))
 
     system_type: ClassVar = DynamicBall
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("position", "twist", "mismatch", "angle", "parked", "off")
+    episode: ClassVar = Episode(
+        dynamics=DYNAMIC_BALL,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        start=start,
+        clip=clip_to_disk,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+        advance=level_step,
+    )
     cost_unit: ClassVar = "impulse of the force [N s]"
-    still: ClassVar = ("tilt", "tilt_rate")
+    fixed_components: ClassVar = ("tilt", "tilt_rate")
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, force, tolerances, start square, edge."""
-        return (
-            self.weight_position,
-            self.weight_twist,
-            self.weight_mismatch,
-            self.weight_angle,
-            self.weight_parked,
-            self.weight_off,
-            self.force,
-            self.position_tolerance,
-            self.angle_tolerance,
-            self.speed_tolerance,
-            self.start_half_width,
-            self._edge(),
-        )
+    @property
+    def edge(self) -> float:
+        """Radius of the plate [m]."""
+        return math.sqrt(2.0) * self.start_half_width + self.margin
 
     def actions(self) -> tuple[Entry, ...]:
-        """Horizontal force, in a disc."""
-        return tuple(Entry(f"F{k}", "N", "world, disc", -self.force, self.force) for k in "XY")
+        """Horizontal force, in a disk."""
+        return tuple(Entry(f"F{k}", "N", "world, disk", -self.force, self.force) for k in "XY")
 
     def features(self) -> tuple[Entry, ...]:
         """Offset in radii, velocity in radii per second."""
@@ -239,9 +239,5 @@ class BallParkDynamic(Task):
         beta, turntable = span(self.beta), max(abs(rate) for rate in span(self.turntable_rate))
         push = self.force / (span(self.m)[0] * (1.0 + beta[0]))
         gyration = turntable * beta[1] / (1.0 + beta[1])
-        speed = speed_bound(push, self._edge(), gyration) + push * self.dt
-        return (speed + turntable * self._edge()) / span(self.radius)[0]
-
-    def _edge(self) -> float:
-        """Radius of the plate [m]."""
-        return math.sqrt(2.0) * self.start_half_width + self.margin
+        speed = speed_bound(push, self.edge, gyration) + push * self.dt
+        return (speed + turntable * self.edge) / span(self.radius)[0]

@@ -4,49 +4,108 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, goals, randoms, rolling_ball
-from rigid_envs.kernels.actions import clip_to_disc, single
-from rigid_envs.kernels.algebra import Row, matrix
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels import randoms
+from rigid_envs.kernels.actions import clip_to_disk, single
+from rigid_envs.kernels.algebra import Row, attitude, matrix
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import select, sincos
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.rolling_ball import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems import RollingBall
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 
 __all__ = ["BallParkGoal"]
 
 _FAR = 50.0  # m, and radii; positions are observed no further than this
-_RATE, _POSITION, _ANGLE, _SQUARE = range(1, 5)  # constants after the weight
+
+
+class Action(NamedTuple):
+    """Velocity of the centre, in parts of the largest."""
+
+    VX: float
+    VY: float
+
+
+class Terms(NamedTuple):
+    """Reward term of `BallParkGoal`."""
+
+    reached: float
+
+
+class Constants(NamedTuple):
+    """Largest rolling rate [rad/s], tolerances [m, rad], half side of the square of poses [m]."""
+
+    largest_roll_rate: float
+    position_tolerance: float
+    largest_angle: float
+    start_half_width: float
+
+
+class Auxiliary(NamedTuple):
+    """Attitude and position [m] to be reached."""
+
+    goal_w: float = 1.0
+    goal_x: float = 0.0
+    goal_y: float = 0.0
+    goal_z: float = 0.0
+    goal_X: float = 0.0
+    goal_Y: float = 0.0
+
+
+class Goal(NamedTuple):
+    """A pose as it is observed: position [m] and the entries of R, row by row."""
+
+    X: float
+    Y: float
+    R11: float
+    R12: float
+    R13: float
+    R21: float
+    R22: float
+    R23: float
+    R31: float
+    R32: float
+    R33: float
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """Positions of ball and goal uniform in a square, both attitudes uniform on SO(3)."""
-    side = 2.0 * c[_SQUARE]
-    x, y = side * (randoms.uniform(stream, 0) - 0.5), side * (randoms.uniform(stream, 1) - 0.5)
-    goal_x = side * (randoms.uniform(stream, 2) - 0.5)
-    goal_y = side * (randoms.uniform(stream, 3) - 0.5)
+    side = 2.0 * c.start_half_width
+    X, Y = side * (randoms.uniform(stream, 0) - 0.5), side * (randoms.uniform(stream, 1) - 0.5)
+    goal_X = side * (randoms.uniform(stream, 2) - 0.5)
+    goal_Y = side * (randoms.uniform(stream, 3) - 0.5)
     q, goal = randoms.quaternion(stream, 1 << 20), randoms.quaternion(stream, 1 << 21)
-    return (*q, x, y), (*goal, goal_x, goal_y)
+    return State(*q, X, Y), Auxiliary(*goal, goal_X, goal_Y)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Velocity of the centre; the ball does not spin about the vertical."""
-    return y, (c[_RATE] * p[0] * a[0], c[_RATE] * p[0] * a[1], 0.0)
+    return y, Input(
+        c.largest_roll_rate * p.radius * a.VX, c.largest_roll_rate * p.radius * a.VY, 0.0
+    )
 
 
 @scalar
-def pose(y: Row) -> Row:
-    """Position [m] and the nine entries of R, rounded to float32 as they are observed."""
-    r = matrix((y[0], y[1], y[2], y[3]))
-    x, y_ = min(max(y[4], -_FAR), _FAR), min(max(y[5], -_FAR), _FAR)
+def desired_state(aux: Auxiliary) -> State:
+    """The state of a ball at the goal."""
+    return State(aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z, aux.goal_X, aux.goal_Y)
+
+
+@scalar
+def pose(y: State) -> Row:
+    """The entries of a `Goal` for the pose of y, rounded to float32 as they are observed."""
+    r = matrix(attitude(y))
+    X, Y = min(max(y.X, -_FAR), _FAR), min(max(y.Y, -_FAR), _FAR)
     return (
-        single(x),
-        single(y_),
+        single(X),
+        single(Y),
         single(r[0]),
         single(r[1]),
         single(r[2]),
@@ -60,66 +119,41 @@ def pose(y: Row) -> Row:
 
 
 @scalar
-def reached(achieved: Row, desired: Row, c: Row) -> bool:
+def reached(achieved: Goal, desired: Goal, c: Constants) -> bool:
     """Distance and angle within tolerance; the angle is that of tr(R^T R') = 1 + 2 cos."""
-    dx, dy = achieved[0] - desired[0], achieved[1] - desired[1]
-    trace = 0.0
-    for k in range(2, 11):
-        trace += achieved[k] * desired[k]
-    near: bool = dx * dx + dy * dy <= c[_POSITION] * c[_POSITION]
-    _, cosine = sincos(c[_ANGLE])
+    dx, dy = achieved.X - desired.X, achieved.Y - desired.Y
+    trace = (
+        achieved.R11 * desired.R11
+        + achieved.R12 * desired.R12
+        + achieved.R13 * desired.R13
+        + achieved.R21 * desired.R21
+        + achieved.R22 * desired.R22
+        + achieved.R23 * desired.R23
+        + achieved.R31 * desired.R31
+        + achieved.R32 * desired.R32
+        + achieved.R33 * desired.R33
+    )
+    near: bool = dx * dx + dy * dy <= c.position_tolerance * c.position_tolerance
+    _, cosine = sincos(c.largest_angle)
     return near & (trace >= 1.0 + 2.0 * cosine)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Whether the goal is reached, and the way rolled."""
-    success = reached(pose(y), pose(memo), c)
-    rolled = dt * math.sqrt(u[0] * u[0] + u[1] * u[1])
-    return memo, (select(success, 0.0, -1.0),), rolled, success, False
+    success = reached(Goal(*pose(y)), Goal(*pose(desired_state(aux))), c)
+    rolled = dt * math.sqrt(u.VX * u.VX + u.VY * u.VY)
+    return aux, Terms(reached=select(success, 0.0, -1.0)), rolled, success, False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Achieved and desired pose, and the position in radii."""
-    x, y_ = y[4] * p[1], y[5] * p[1]
-    return (*pose(y), *pose(memo), min(max(x, -_FAR), _FAR), min(max(y_, -_FAR), _FAR))
-
-
-GOAL = (0.0,) * 11
-SHAPES = Shapes(*rolling_ball.SHAPES, (1.0,), (1.0,) + (0.0,) * 5, (0.0,) * 2, (0.0,) * 5)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        rolling_ball.step,
-        rolling_ball.restore,
-        rolling_ball.WEIGHTS,
-        clip_to_disc,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(rolling_ball.derive, start, observe, SHAPES, memory, rows, mode)
-
-
-@kernel
-def reach(achieved: Array, desired: Array, constants: Array, out: Array) -> None:
-    """`goals.reach_rows` of this task."""
-    goals.reach_rows(reached, GOAL, SHAPES.constants, achieved, desired, constants, out)
+    X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
+    in_radii = (min(max(X, -_FAR), _FAR), min(max(Y, -_FAR), _FAR))
+    return (*pose(y), *pose(desired_state(aux)), *in_radii)
 
 
 @dataclass(frozen=True)
@@ -190,31 +224,38 @@ class BallParkGoal(Task):
     )
 
     system_type: ClassVar = RollingBall
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    reach: ClassVar = staticmethod(reach)
-    n_goal: ClassVar = 11
-    terms: ClassVar = ("reached",)
+    episode: ClassVar = Episode(
+        dynamics=ROLLING_BALL,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        Goal=Goal,
+        start=start,
+        clip=clip_to_disk,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+        reached=reached,
+    )
     cost_unit: ClassVar = "distance rolled [m]"
-    memo_names: ClassVar = ("goal_w", "goal_x", "goal_y", "goal_z", "goal_X", "goal_Y")
 
-    def constants(self) -> tuple[float, ...]:
-        """Weight, largest rate, tolerances, square."""
-        return (
-            self.weight_reached,
-            self.roll_per_step / self.dt,
-            self.position_tolerance,
-            min(self.angle_tolerance, math.pi),
-            self.start_half_width,
-        )
+    @property
+    def largest_roll_rate(self) -> float:
+        """Rolling rate at full action [rad/s]."""
+        return self.roll_per_step / self.dt
+
+    @property
+    def largest_angle(self) -> float:
+        """Largest angle at the goal [rad], `angle_tolerance` or a half turn: no angle is larger."""
+        return min(self.angle_tolerance, math.pi)
 
     def actions(self) -> tuple[Entry, ...]:
-        """Velocity of the centre, in a disc."""
-        speed = self.roll_per_step / self.dt * span(self.radius)[1]
+        """Velocity of the centre, in a disk."""
+        speed = self.largest_roll_rate * span(self.radius)[1]
         return (
-            Entry("VX", "m/s", "world, disc", -speed, speed),
-            Entry("VY", "m/s", "world, disc", -speed, speed),
+            Entry("VX", "m/s", "world, disk", -speed, speed),
+            Entry("VY", "m/s", "world, disk", -speed, speed),
         )
 
     def features(self) -> tuple[Entry, ...]:
@@ -233,4 +274,4 @@ class BallParkGoal(Task):
 
     def largest_rate(self) -> float:
         """Rolling rate at full speed."""
-        return self.roll_per_step / self.dt
+        return self.largest_roll_rate

@@ -4,121 +4,132 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import dynamic_ball, episode, randoms
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_square
 from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL, Input, Parameters, State
 from rigid_envs.kernels.elementary import select
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
 from rigid_envs.systems import DynamicBall
 from rigid_envs.tasks.ball_park_dynamic import speed_bound
-from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
+from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
 
 __all__ = ["BallPlate"]
 
 _FAR, _FAST = 20.0, 20.0  # m, and m/s or rad/s; observed no further than this
 _WIDE = 2.0  # limits; tilt and tilt rate are observed no further than this
-# constants after the two weights
-_LIMIT, _RATE, _PERIOD, _TOLERANCE, _HOLD, _RADIUS, _SPEED, _EDGE = range(2, 10)
+
+
+class Action(NamedTuple):
+    """Commanded rates of the two angles, in parts of the largest."""
+
+    rate_x: float
+    rate_y: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `BallPlate`."""
+
+    near: float
+    effort: float
+
+
+class Constants(NamedTuple):
+    """Limits [rad, rad/s], period [s], success [m, s], starts [m, m/s], edge of the table [m]."""
+
+    tilt_limit: float
+    tilt_rate: float
+    dt: float
+    tolerance: float
+    hold: float
+    start_radius: float
+    start_speed: float
+    edge: float
+
+
+class Auxiliary(NamedTuple):
+    """The commanded point [m], and for how many steps the ball has been there."""
+
+    point_X: float = 0.0
+    point_Y: float = 0.0
+    held: float = 0.0
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
-    """On a level table: ball and point uniform in one disc, velocity in another."""
-    x, y = randoms.in_disc(stream, 0)
-    vx, vy = randoms.in_disc(stream, 1 << 20)
-    point_x, point_y = randoms.in_disc(stream, 1 << 21)
-    r, v = c[_RADIUS], c[_SPEED]
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
+    """On a level table: ball and point uniform in one disk, velocity in another."""
+    X, Y = randoms.in_disk(stream, 0)
+    VX, VY = randoms.in_disk(stream, 1 << 20)
+    point_X, point_Y = randoms.in_disk(stream, 1 << 21)
+    r, v = c.start_radius, c.start_speed
     q = randoms.quaternion(stream, 1 << 22)
-    ball = (*q, r * x, r * y, v * vx, v * vy, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return ball, (r * point_x, r * point_y, 0.0)
+    ball = State(*q, r * X, r * Y, v * VX, v * VY, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return ball, Auxiliary(point_X=r * point_X, point_Y=r * point_Y, held=0.0)
 
 
 @scalar
-def reachable(rate: float, angle: float, now: float, c: Row) -> float:
+def reachable(rate: float, angle: float, now: float, c: Constants) -> float:
     """The rate nearest to the commanded one from which the angle can still stop at its limit.
 
     Rates change linearly over a period, also when the table stops in the next one: it then stands
     at angle + (now + 2 rate) period / 2.
     """
-    rest, per_period = angle + 0.5 * c[_PERIOD] * now, 1.0 / c[_PERIOD]
-    low, high = (-c[_LIMIT] - rest) * per_period, (c[_LIMIT] - rest) * per_period
-    return min(max(min(max(rate, low), high), -c[_RATE]), c[_RATE])
+    rest, per_period = angle + 0.5 * c.dt * now, 1.0 / c.dt
+    low, high = (-c.tilt_limit - rest) * per_period, (c.tilt_limit - rest) * per_period
+    return min(max(min(max(rate, low), high), -c.tilt_rate), c.tilt_rate)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Accelerations that bring the tilt rates to the commanded ones within the period."""
-    rate_x = reachable(c[_RATE] * a[0], y[9], y[11], c)
-    rate_y = reachable(c[_RATE] * a[1], y[10], y[12], c)
-    per_period = 1.0 / c[_PERIOD]
-    return y, (0.0, 0.0, (rate_x - y[11]) * per_period, (rate_y - y[12]) * per_period)
+    rate_x = reachable(c.tilt_rate * a.rate_x, y.alpha_x, y.rate_x, c)
+    rate_y = reachable(c.tilt_rate * a.rate_y, y.alpha_y, y.rate_y, c)
+    per_period = 1.0 / c.dt
+    a_x, a_y = (rate_x - y.rate_x) * per_period, (rate_y - y.rate_y) * per_period
+    return y, Input(FX=0.0, FY=0.0, a_x=a_x, a_y=a_y)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Distance to the point, tilt rates, for how long the ball is there; beyond the edge is off."""
-    dx, dy = y[4] - memo[0], y[5] - memo[1]
+    dx, dy = y.X - aux.point_X, y.Y - aux.point_Y
     distance = math.sqrt(dx * dx + dy * dy)
-    held = select(distance < c[_TOLERANCE], memo[2] + 1.0, 0.0)
-    square = y[11] * y[11] + y[12] * y[12]
-    effort = min(square * (0.5 / (c[_RATE] * c[_RATE])), 1.0)
-    terms = (1.0 / (1.0 + 5.0 * distance), -effort)
-    success = held * dt >= c[_HOLD] * (1.0 - 1e-9)
-    off = y[4] * y[4] + y[5] * y[5] > c[_EDGE] * c[_EDGE]
-    return (memo[0], memo[1], held), terms, dt * math.sqrt(square), success, off
+    held = select(distance < c.tolerance, aux.held + 1.0, 0.0)
+    square = y.rate_x * y.rate_x + y.rate_y * y.rate_y
+    effort = min(square * (0.5 / (c.tilt_rate * c.tilt_rate)), 1.0)
+    terms = Terms(near=1.0 / (1.0 + 5.0 * distance), effort=-effort)
+    success = held * dt >= c.hold * (1.0 - 1e-9)
+    off = y.X * y.X + y.Y * y.Y > c.edge * c.edge
+    aux = Auxiliary(aux.point_X, aux.point_Y, held)
+    return aux, terms, dt * math.sqrt(square), success, off
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Offset from the point, position, velocity, spin, and the tilt in parts of its limits."""
-    dx, dy = y[4] - memo[0], y[5] - memo[1]
-    tilt, rate = 1.0 / c[_LIMIT], 1.0 / c[_RATE]
+    dx, dy = y.X - aux.point_X, y.Y - aux.point_Y
+    tilt, rate = 1.0 / c.tilt_limit, 1.0 / c.tilt_rate
     return (
         min(max(dx, -_FAR), _FAR),
         min(max(dy, -_FAR), _FAR),
-        min(max(y[4], -_FAR), _FAR),
-        min(max(y[5], -_FAR), _FAR),
-        min(max(y[6], -_FAST), _FAST),
-        min(max(y[7], -_FAST), _FAST),
-        min(max(y[8], -_FAST), _FAST),
-        min(max(tilt * y[9], -_WIDE), _WIDE),
-        min(max(tilt * y[10], -_WIDE), _WIDE),
-        min(max(rate * y[11], -_WIDE), _WIDE),
-        min(max(rate * y[12], -_WIDE), _WIDE),
+        min(max(y.X, -_FAR), _FAR),
+        min(max(y.Y, -_FAR), _FAR),
+        min(max(y.VX, -_FAST), _FAST),
+        min(max(y.VY, -_FAST), _FAST),
+        min(max(y.spin, -_FAST), _FAST),
+        min(max(tilt * y.alpha_x, -_WIDE), _WIDE),
+        min(max(tilt * y.alpha_y, -_WIDE), _WIDE),
+        min(max(rate * y.rate_x, -_WIDE), _WIDE),
+        min(max(rate * y.rate_y, -_WIDE), _WIDE),
     )
-
-
-SHAPES = Shapes(*dynamic_ball.SHAPES, (1.0,) * 5, (0.0,) * 3, (0.0,) * 2, (0.0,) * 10)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        dynamic_ball.step,
-        dynamic_ball.restore,
-        dynamic_ball.WEIGHTS,
-        clip_to_square,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(dynamic_ball.derive, start, observe, SHAPES, memory, rows, mode)
 
 
 @dataclass(frozen=True)
@@ -190,37 +201,34 @@ class BallPlate(Task):
     tilt_limit: float = setting(0.1, Number("largest tilt about each axis", "rad", 1e-3, 0.5))
     tilt_rate: float = setting(0.4, Number("largest rate of each tilt", "rad/s", 1e-3, 10.0))
     start_radius: float = setting(
-        2.0, Number("radius of the disc of starts and points", "m", 0.0, 100.0)
+        2.0, Number("radius of the disk of starts and points", "m", 0.0, 100.0)
     )
     start_speed: float = setting(0.5, Number("largest speed at the start", "m/s", 0.0, 10.0))
-    margin: float = setting(2.0, Number("table beyond that disc", "m", 0.1, 100.0))
+    margin: float = setting(2.0, Number("table beyond that disk", "m", 0.1, 100.0))
     tolerance: float = setting(0.05, Number("largest distance of a success", "m", 1e-6, 10.0))
     hold: float = setting(2.0, Number("time within tolerance", "s", 0.0, 1e4))
     weight_near: float = setting(1.0, Number("weight of the distance term", "1", -1e3, 1e3))
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
     system_type: ClassVar = DynamicBall
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("near", "effort")
+    episode: ClassVar = Episode(
+        dynamics=DYNAMIC_BALL,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        start=start,
+        clip=clip_to_square,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "angle tilted [rad]"
-    memo_names: ClassVar = ("point_X", "point_Y", "held")
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, tilt, period, tolerance, hold, starts, edge."""
-        return (
-            self.weight_near,
-            self.weight_effort,
-            self.tilt_limit,
-            self.tilt_rate,
-            self.dt,
-            self.tolerance,
-            self.hold,
-            self.start_radius,
-            self.start_speed,
-            self.start_radius + self.margin,
-        )
+    @property
+    def edge(self) -> float:
+        """Radius of the table [m]."""
+        return self.start_radius + self.margin
 
     def actions(self) -> tuple[Entry, ...]:
         """Commanded rates of the two angles."""
@@ -241,7 +249,7 @@ class BallPlate(Task):
     def largest_rate(self) -> float:
         """Rates of table and ball at the speed that no tilting exceeds before the edge."""
         beta, table = span(self.beta), max(abs(end) for end in span(self.turntable_rate))
-        plate, edge = math.sqrt(2.0) * self.tilt_rate, self.start_radius + self.margin
+        plate, edge = math.sqrt(2.0) * self.tilt_rate, self.edge
         push = math.sqrt(2.0) * span(self.g)[1] * self.tilt_limit + plate * plate * edge
         gyration = table * beta[1] / (1.0 + beta[1])
         speed = speed_bound(push / (1.0 + beta[0]), edge, gyration) + self.start_speed

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, randoms, rolling_ball
-from rigid_envs.kernels.actions import clip_to_disc, single
-from rigid_envs.kernels.algebra import Row, compose, log_rotation
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels import randoms, rolling_ball
+from rigid_envs.kernels.actions import clip_to_disk, single
+from rigid_envs.kernels.algebra import Row, Vector, attitude, compose, log_rotation
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select, sincos
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.rolling_ball import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.kernels.turns import half_turn
 from rigid_envs.systems import RollingBall
-from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
+from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, span
 
 __all__ = ["BallSteer"]
@@ -24,50 +25,110 @@ _BENT = 5.0  # curvature times radius; observed no further than this
 _EIGHT = 0.9089085575485415  # modulus of the closed elastica: K = 2 E
 _MODULI = (0.6, 1.2)  # of the others: waves, loops, and beyond 1 the curls that never turn back
 _EIGHTS = {"eight": 1.0, "both": 0.5, "elastica": 0.0}  # share of them
-# constants after the weight
-_RATE, _SPEED, _WAVENUMBER, _SHARE, _OFFSET, _ANGLE, _BOUND = range(1, 8)
+
+
+class Action(NamedTuple):
+    """Velocity of the centre, in parts of the largest."""
+
+    VX: float
+    VY: float
+
+
+class Terms(NamedTuple):
+    """Reward term of `BallSteer`."""
+
+    close: float
+
+
+class Constants(NamedTuple):
+    """Rates [rad/s, 1], wavenumber [1/radius], share [1], starts [radius, rad], largest error."""
+
+    largest_roll_rate: float
+    reference_speed: float
+    wavenumber: float
+    share_of_eights: float
+    start_offset: float
+    start_angle: float
+    bound: float
+
+
+class Auxiliary(NamedTuple):
+    """Reference: pose [1, m], heading, curvature [1/m], force [1/m^2]; errors so far."""
+
+    reference_w: float = 1.0
+    reference_x: float = 0.0
+    reference_y: float = 0.0
+    reference_z: float = 0.0
+    reference_X: float = 0.0
+    reference_Y: float = 0.0
+    heading_X: float = 1.0
+    heading_Y: float = 0.0
+    curvature: float = 0.0
+    force_X: float = 0.0
+    force_Y: float = 0.0
+    error_sum: float = 0.0
+    n_errors: float = 0.0
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """The reference at the origin, upright, where its path is bent most; the ball near it.
 
     An elastica of modulus k and wavenumber w has there the curvature 2 k w, its force w^2 along it.
     """
     heading = randoms.direction(stream, 0)
     other = fma(_MODULI[1] - _MODULI[0], randoms.uniform(stream, 1 << 20), _MODULI[0])
-    modulus = select(randoms.uniform(stream, (1 << 20) + 1) < c[_SHARE], _EIGHT, other)
+    modulus = select(randoms.uniform(stream, (1 << 20) + 1) < c.share_of_eights, _EIGHT, other)
     side = select(randoms.uniform(stream, (1 << 20) + 2) < 0.5, -1.0, 1.0)
-    wavenumber = c[_WAVENUMBER] * p[1]
+    wavenumber = c.wavenumber * p.inverse_radius
     force = wavenumber * wavenumber
-    x, y = randoms.in_disc(stream, 1 << 21)
+    X, Y = randoms.in_disk(stream, 1 << 21)
     turn = randoms.in_ball(stream, 1 << 22)
-    half, far = 0.5 * c[_ANGLE], c[_OFFSET] * p[0]
+    half, far = 0.5 * c.start_angle, c.start_offset * p.radius
     q = half_turn((half * turn[0], half * turn[1], half * turn[2]))
-    path = (*heading, 2.0 * side * modulus * wavenumber, force * heading[0], force * heading[1])
-    return (*q, far * x, far * y), (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, *path, 0.0, 0.0)
+    return State(*q, far * X, far * Y), Auxiliary(
+        reference_w=1.0,
+        reference_x=0.0,
+        reference_y=0.0,
+        reference_z=0.0,
+        reference_X=0.0,
+        reference_Y=0.0,
+        heading_X=heading[0],
+        heading_Y=heading[1],
+        curvature=2.0 * side * modulus * wavenumber,
+        force_X=force * heading[0],
+        force_Y=force * heading[1],
+        error_sum=0.0,
+        n_errors=0.0,
+    )
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Velocity of the centre; the ball does not spin about the vertical."""
-    return y, (c[_RATE] * p[0] * a[0], c[_RATE] * p[0] * a[1], 0.0)
+    return y, Input(
+        c.largest_roll_rate * p.radius * a.VX, c.largest_roll_rate * p.radius * a.VY, 0.0
+    )
 
 
 @scalar
-def leading(memo: Row, c: Row) -> Row:
+def leading(aux: Auxiliary, c: Constants) -> Action:
     """The action that rolls the reference, rounded as actions are: it can be copied exactly."""
-    return (single(c[_SPEED] * memo[6]), single(c[_SPEED] * memo[7]))
+    return Action(
+        single(c.reference_speed * aux.heading_X), single(c.reference_speed * aux.heading_Y)
+    )
 
 
 @scalar
-def bend(memo: Row, way: float) -> Row:
-    """Heading and curvature a way further along: half a change of curvature, a turn, another.
+def bend(aux: Auxiliary, way: float) -> Vector:
+    """Heading and curvature a way [m] further along: half a change of curvature, a turn, another.
 
     Euler's elastica: ``heading' = curvature``, ``curvature' = heading x force``, force constant.
     """
-    hx, hy, force_x, force_y = memo[6], memo[7], memo[9], memo[10]
-    curvature = memo[8] + 0.5 * way * (hx * force_y - hy * force_x)
+    hx, hy, force_x, force_y = aux.heading_X, aux.heading_Y, aux.force_X, aux.force_Y
+    curvature = aux.curvature + 0.5 * way * (hx * force_y - hy * force_x)
     s, cosine = sincos(way * curvature)
     hx, hy = cosine * hx - s * hy, s * hx + cosine * hy
     unit = fma(-0.5, hx * hx + hy * hy, 1.5)  # roundings of many turns add up
@@ -76,74 +137,64 @@ def bend(memo: Row, way: float) -> Row:
 
 
 @scalar
-def offset(y: Row, memo: Row, p: Row) -> Row:
+def reference_of(aux: Auxiliary) -> State:
+    """The state of the reference."""
+    return State(
+        aux.reference_w,
+        aux.reference_x,
+        aux.reference_y,
+        aux.reference_z,
+        aux.reference_X,
+        aux.reference_Y,
+    )
+
+
+@scalar
+def offset(y: State, reference: State, p: Parameters) -> tuple[float, float, float, float, float]:
     """From reference to ball: position [radii], rotation vector of q q_reference^-1, world."""
-    theta = log_rotation(compose((y[0], y[1], y[2], y[3]), (memo[0], -memo[1], -memo[2], -memo[3])))
-    return ((y[4] - memo[4]) * p[1], (y[5] - memo[5]) * p[1], *theta)
+    inverse = (reference.w, -reference.x, -reference.y, -reference.z)
+    theta = log_rotation(compose(attitude(y), inverse))
+    X, Y = (y.X - reference.X) * p.inverse_radius, (y.Y - reference.Y) * p.inverse_radius
+    return (X, Y, theta[0], theta[1], theta[2])
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """The reference moves as the ball has; then how far one is from the other."""
-    _, velocity = actuate(leading(memo, c), y, memo, p, c)
-    reference = rolling_ball.restore(rolling_ball.step(memo[:6], velocity, p, dt))
-    path = bend(memo, dt * c[_RATE] * c[_SPEED] * p[0])
-    x, y_, a, b, d = offset(y, reference, p)
-    error = math.sqrt(x * x + y_ * y_ + a * a + b * b + d * d)
-    total, count = memo[11] + error, memo[12] + 1.0
-    rolled = dt * math.sqrt(u[0] * u[0] + u[1] * u[1])
-    memo = (*reference, *path, memo[9], memo[10], total, count)
-    return memo, (1.0 / (1.0 + 5.0 * error),), rolled, total <= c[_BOUND] * count, False
+    before, velocity = actuate(leading(aux, c), reference_of(aux), aux, p, c)
+    reference = rolling_ball.restore(rolling_ball.step(before, velocity, p, dt))
+    path = bend(aux, dt * c.largest_roll_rate * c.reference_speed * p.radius)
+    X, Y, a, b, d = offset(y, reference, p)
+    error = math.sqrt(X * X + Y * Y + a * a + b * b + d * d)
+    error_sum, n_errors = aux.error_sum + error, aux.n_errors + 1.0
+    rolled = dt * math.sqrt(u.VX * u.VX + u.VY * u.VY)
+    position = (reference.X, reference.Y)
+    force = (aux.force_X, aux.force_Y)
+    after = Auxiliary(*attitude(reference), *position, *path, *force, error_sum, n_errors)
+    terms = Terms(close=1.0 / (1.0 + 5.0 * error))
+    return after, terms, rolled, error_sum <= c.bound * n_errors, False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Offset, the action of the reference, curvature and force of its path."""
-    x, y_, a, b, d = offset(y, memo, p)
-    action = leading(memo, c)
-    square = p[0] * p[0]
+    X, Y, a, b, d = offset(y, reference_of(aux), p)
+    action = leading(aux, c)
+    square = p.radius * p.radius
     return (
-        min(max(x, -_FAR), _FAR),
-        min(max(y_, -_FAR), _FAR),
+        min(max(X, -_FAR), _FAR),
+        min(max(Y, -_FAR), _FAR),
         min(max(a, -math.pi), math.pi),
         min(max(b, -math.pi), math.pi),
         min(max(d, -math.pi), math.pi),
-        min(max(action[0], -1.0), 1.0),
-        min(max(action[1], -1.0), 1.0),
-        min(max(p[0] * memo[8], -_BENT), _BENT),
-        min(max(square * memo[9], -_BENT), _BENT),
-        min(max(square * memo[10], -_BENT), _BENT),
+        min(max(action.VX, -1.0), 1.0),
+        min(max(action.VY, -1.0), 1.0),
+        min(max(p.radius * aux.curvature, -_BENT), _BENT),
+        min(max(square * aux.force_X, -_BENT), _BENT),
+        min(max(square * aux.force_Y, -_BENT), _BENT),
     )
-
-
-MEMO = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-SHAPES = Shapes(*rolling_ball.SHAPES, (1.0,), MEMO, (0.0,) * 2, (0.0,) * 8)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        rolling_ball.step,
-        rolling_ball.restore,
-        rolling_ball.WEIGHTS,
-        clip_to_disc,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(rolling_ball.derive, start, observe, SHAPES, memory, rows, mode)
 
 
 @dataclass(frozen=True)
@@ -218,33 +269,34 @@ class BallSteer(Task):
     weight_close: float = setting(1.0, Number("weight of closeness", "1", -1e3, 1e3))
 
     system_type: ClassVar = RollingBall
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("close",)
-    cost_unit: ClassVar = "distance rolled [m]"
-    memo_names: ClassVar = (
-        *("reference_w", "reference_x", "reference_y", "reference_z", "reference_X", "reference_Y"),
-        *("heading_X", "heading_Y", "curvature", "force_X", "force_Y", "total", "count"),
+    episode: ClassVar = Episode(
+        dynamics=ROLLING_BALL,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        start=start,
+        clip=clip_to_disk,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
     )
+    cost_unit: ClassVar = "distance rolled [m]"
 
-    def constants(self) -> tuple[float, ...]:
-        """Weight, rates, path, starts, bound."""
-        return (
-            self.weight_close,
-            self.roll_per_step / self.dt,
-            self.reference_speed,
-            self.wavenumber,
-            _EIGHTS[self.path],
-            self.start_offset,
-            self.start_angle,
-            self.bound,
-        )
+    @property
+    def largest_roll_rate(self) -> float:
+        """Rolling rate at full action [rad/s]."""
+        return self.roll_per_step / self.dt
+
+    @property
+    def share_of_eights(self) -> float:
+        """Probability that the reference rolls a figure eight [1]."""
+        return _EIGHTS[self.path]
 
     def actions(self) -> tuple[Entry, ...]:
-        """Velocity of the centre, in a disc."""
-        speed = self.roll_per_step / self.dt * span(self.radius)[1]
-        return tuple(Entry(f"V{k}", "m/s", "world, disc", -speed, speed) for k in "XY")
+        """Velocity of the centre, in a disk."""
+        speed = self.largest_roll_rate * span(self.radius)[1]
+        return tuple(Entry(f"V{k}", "m/s", "world, disk", -speed, speed) for k in "XY")
 
     def features(self) -> tuple[Entry, ...]:
         """Offset from the reference, its action, curvature and force of its path."""
@@ -259,4 +311,4 @@ class BallSteer(Task):
 
     def largest_rate(self) -> float:
         """Rolling rate at full speed."""
-        return self.roll_per_step / self.dt
+        return self.largest_roll_rate

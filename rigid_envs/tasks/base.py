@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from rigid_envs.errors import ConfigError
 from rigid_envs.kernels import attitude
-from rigid_envs.kernels.layout import CHANNEL, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.layout import CHANNEL
 from rigid_envs.systems import System
 from rigid_envs.tasks.fields import (
     Choice,
@@ -22,6 +23,7 @@ from rigid_envs.tasks.fields import (
     Integer,
     Number,
     Range,
+    Settings,
     check_fields,
     setting,
     span,
@@ -55,11 +57,11 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Task(abc.ABC):
+class Task(Settings, abc.ABC):
     """Hyperparameters of an environment.
 
-    The fields here are common to all tasks. A subclass adds its own, its compiled functions
-    `step` and `reset` (see `rigid_envs.kernels.episode`) and the class attributes below.
+    The fields here are common to all tasks. A subclass adds its own, among them a
+    ``weight_<term>`` for every reward term, and the class attributes below.
 
     Attributes:
         dt: control period [s].
@@ -87,37 +89,74 @@ class Task(abc.ABC):
     )
 
     system_type: ClassVar[type[System]]
-    shapes: ClassVar[Shapes]
-    step: ClassVar[Any]
-    """Compiled ``step(memory, first_block, last_block) -> int``."""
-    reset: ClassVar[Any]
-    """Compiled ``reset(memory, rows, mode) -> None``."""
-    terms: ClassVar[tuple[str, ...]]
-    """Names of the reward terms, in the order of the weights in `constants`."""
+    """What moves."""
+    episode: ClassVar[Episode]
+    """The functions of one row, of which step and reset are compiled."""
     cost_unit: ClassVar[str]
     """What ``info["cost"]`` measures, with its unit."""
     n_choices: ClassVar[int] = 0
     """Number of actions of a task with discrete actions; 0 where they are continuous."""
-    n_goal: ClassVar[int] = 0
-    """Number of entries of a goal; then `features` begins with the achieved and the desired one."""
-    reach: ClassVar[Any] = None
-    """Compiled ``reach(achieved, desired, constants, out) -> None`` of a goal task."""
-    memo_names: ClassVar[tuple[str, ...]] = ()
-    """Names of the numbers a task carries from step to step (goal, counters)."""
-    still: ClassVar[tuple[str, ...]] = ()
+    fixed_components: ClassVar[tuple[str, ...]] = ()
     """Components of the state that stay 0; a start that gives others is refused."""
     aliases: ClassVar[Mapping[str, str]] = {}
     """Field that stands for a parameter of the system, where the names differ."""
+
+    def __init_subclass__(cls) -> None:
+        """Check that names fit together: every constant and every weight is an attribute.
+
+        Raises:
+            TypeError: names what is missing.
+        """
+        super().__init_subclass__()
+        if "episode" not in cls.__dict__:
+            return
+        episode = cls.episode
+        if cls.system_type.dynamics is not episode.dynamics:
+            raise TypeError(f"{cls.__name__}: the episode is not one of {cls.system_type.__name__}")
+        weights = (f"weight_{term}" for term in episode.Terms._fields)
+        for name in (*weights, *episode.Constants._fields):
+            if not hasattr(cls, name):
+                raise TypeError(
+                    f"{cls.__name__} has no {name}; expected a field (or a property) of this name, "
+                    "as its Terms or Constants have it"
+                )
 
     def __post_init__(self) -> None:
         """Check every field by its rule, and the parameters together."""
         check_fields(self)
         self._check_parameters()
-        self._check_lengths()
+        if len(self.actions()) != len(self.episode.prototypes.action):
+            raise TypeError(
+                f"{type(self).__name__}: actions() has {len(self.actions())} entries; "
+                f"expected those of {self.episode.Action.__name__}, {self.episode.Action._fields}"
+            )
 
-    @abc.abstractmethod
-    def constants(self) -> tuple[float, ...]:
-        """Numbers the compiled functions use: the weights of the terms first."""
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """Names of the reward terms."""
+        names: tuple[str, ...] = self.episode.Terms._fields
+        return names
+
+    @property
+    def aux_names(self) -> tuple[str, ...]:
+        """Names of the auxiliary state: what the task carries from step to step."""
+        names: tuple[str, ...] = self.episode.Auxiliary._fields
+        return names
+
+    @property
+    def n_goal(self) -> int:
+        """Entries of a goal; then `features` begins with the achieved and the desired one."""
+        return len(self.episode.Goal._fields)
+
+    def weights(self) -> Any:
+        """Weights of the reward terms, by name."""
+        Terms = self.episode.Terms
+        return Terms(*(float(getattr(self, f"weight_{term}")) for term in Terms._fields))
+
+    def constants(self) -> Any:
+        """Numbers that the compiled functions use, by name: attributes of the task."""
+        Constants = self.episode.Constants
+        return Constants(*(float(getattr(self, name)) for name in Constants._fields))
 
     @abc.abstractmethod
     def actions(self) -> tuple[Entry, ...]:
@@ -151,15 +190,15 @@ class Task(abc.ABC):
                 f"goals have shapes {pair[0].shape} and {pair[1].shape}; "
                 f"expected (..., {self.n_goal}) twice"
             )
-        rows = [np.ascontiguousarray(goal.reshape(-1, self.n_goal)) for goal in pair]
-        out = np.empty(len(rows[0]))
-        self.reach(*rows, np.array(self.constants()), out)
+        found, wanted = (np.ascontiguousarray(goal.reshape(-1, self.n_goal)) for goal in pair)
+        out = np.empty(len(found))
+        self.episode.reach(found, wanted, np.array(self.constants()), out)
         return out.reshape(pair[0].shape[:-1]) > 0.0
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Range of every number that is drawn at reset: the system's, then the channel's."""
         system = {name: span(getattr(self, field)) for name, field in self._fields().items()}
-        return {**system, **{name: span(getattr(self, name)) for name in CHANNEL}}
+        return {**system, **{name: span(getattr(self, name)) for name in CHANNEL._fields}}
 
     def physical_parameters(self) -> tuple[str, ...]:
         """Fields that are parameters of the system."""
@@ -168,7 +207,7 @@ class Task(abc.ABC):
     def parameter_positions(self) -> dict[str, tuple[int, ...]]:
         """Where the value of each field stands among `ranges`."""
         positions: dict[str, tuple[int, ...]] = {}
-        for k, name in enumerate((*self._fields().values(), *CHANNEL)):
+        for k, name in enumerate((*self._fields().values(), *CHANNEL._fields)):
             positions[name] = (*positions.get(name, ()), k)
         return positions
 
@@ -213,20 +252,6 @@ class Task(abc.ABC):
                 f"{envelope / rate:.4g} s: "
                 f"take n_substeps >= {math.ceil(rate * self.dt / envelope)}"
             )
-
-    def _check_lengths(self) -> None:
-        """Compiled functions read as many numbers as `shapes` says, whoever's they are."""
-        pairs = {
-            "constants()": (len(self.constants()), len(self.shapes.constants)),
-            "memo_names": (len(self.memo_names), len(self.shapes.memo)),
-            "actions()": (len(self.actions()), len(self.shapes.action)),
-        }
-        for name, (given, expected) in pairs.items():
-            if given != expected:
-                raise TypeError(
-                    f"{type(self).__name__}: {name} has {given} entries, its SHAPES {expected}; "
-                    "expected as many"
-                )
 
     def _drawn_entries(self) -> tuple[Entry, ...]:
         rules = {field.name: field.metadata["rule"] for field in fields(self)}

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from rigid_envs.kernels import episode, randoms, upright_coin
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_square
-from rigid_envs.kernels.algebra import Row, compose
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.algebra import attitude, compose
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import atan2, cbrt, select
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode, NoAuxiliary
+from rigid_envs.kernels.upright_coin import UPRIGHT_COIN, Input, Parameters, State
 from rigid_envs.systems import UprightCoin
 from rigid_envs.tasks.base import Array, Entry, Task
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
@@ -23,24 +24,54 @@ __all__ = ["CoinPark"]
 _FAR = 50.0  # radii; offsets are observed and punished no further than this
 _SMOOTH = 1e-3  # rounds the roots off at the origin
 _UPRIGHT = math.sqrt(0.5)
-_ROLL, _STEER, _POSITION, _HEADING, _PHASE, _SQUARE = range(5, 11)  # after the five weights
+
+
+class Action(NamedTuple):
+    """Roll rate and steer rate, each in parts of the largest."""
+
+    roll_rate: float
+    steer_rate: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `CoinPark`."""
+
+    position: float
+    heading: float
+    side: float
+    mismatch: float
+    parked: float
+
+
+class Constants(NamedTuple):
+    """Largest rates [rad/s], tolerances [m, rad, rad], half side of the start square [m]."""
+
+    largest_roll_rate: float
+    largest_steer_rate: float
+    position_tolerance: float
+    heading_tolerance: float
+    phase_tolerance: float
+    start_half_width: float
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, tuple[()]]:
     """Place uniform in a square, heading and phase uniform; q = Rz(phi) Rx(pi / 2) Rz(psi)."""
-    x = c[_SQUARE] * (2.0 * randoms.uniform(stream, 0) - 1.0)
-    y = c[_SQUARE] * (2.0 * randoms.uniform(stream, 1) - 1.0)
+    X = c.start_half_width * (2.0 * randoms.uniform(stream, 0) - 1.0)
+    Y = c.start_half_width * (2.0 * randoms.uniform(stream, 1) - 1.0)
     heading, phase = randoms.direction(stream, 1 << 20), randoms.direction(stream, 1 << 21)
     turned = compose((heading[0], 0.0, 0.0, heading[1]), (_UPRIGHT, _UPRIGHT, 0.0, 0.0))
-    return (*compose(turned, (phase[0], 0.0, 0.0, phase[1])), x, y, 0.0, 0.0), ()
+    q = compose(turned, (phase[0], 0.0, 0.0, phase[1]))
+    return State(*q, X, Y, 0.0, 0.0), ()
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: NoAuxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Roll rate and steer rate, at once; no torque, so the way is an arc."""
-    place = (y[0], y[1], y[2], y[3], y[4], y[5])
-    return (*place, c[_STEER] * a[1], c[_ROLL] * a[0]), (0.0, 0.0)
+    steer_rate, roll_rate = c.largest_steer_rate * a.steer_rate, c.largest_roll_rate * a.roll_rate
+    return State(*attitude(y), y.X, y.Y, steer_rate, roll_rate), Input(0.0, 0.0)
 
 
 @scalar
@@ -51,60 +82,33 @@ def wrapped(angle: float) -> float:
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
     """Cost by the order of the Lie bracket that generates each direction (see `CoinPark`)."""
-    x, side = y[4] / p[1], y[5] / p[1]
-    total, difference = atan2(y[3], y[0]), atan2(y[2], y[1])
+    X, Y = y.X / p.radius, y.Y / p.radius
+    total, difference = atan2(y.z, y.w), atan2(y.y, y.x)
     heading, phase = wrapped(total + difference), wrapped(total - difference)
-    distance = math.sqrt(x * x + side * side)
-    mismatch = wrapped(max(min(x, _FAR), -_FAR) + phase)
-    near = distance * p[1] <= c[_POSITION]
-    parked = near & (abs(heading) <= c[_HEADING]) & (abs(phase) <= c[_PHASE])
-    off = min(abs(side), _FAR)
-    terms = (
-        -min(distance, _FAR),
-        -abs(heading),
-        -math.sqrt(math.sqrt(off * off + _SMOOTH * _SMOOTH)),
-        -cbrt(math.sqrt(mismatch * mismatch + _SMOOTH * _SMOOTH)),
-        select(parked, 1.0, 0.0),
+    distance = math.sqrt(X * X + Y * Y)
+    mismatch = wrapped(max(min(X, _FAR), -_FAR) + phase)
+    near = distance * p.radius <= c.position_tolerance
+    parked = near & (abs(heading) <= c.heading_tolerance) & (abs(phase) <= c.phase_tolerance)
+    side = min(abs(Y), _FAR)
+    terms = Terms(
+        position=-min(distance, _FAR),
+        heading=-abs(heading),
+        side=-math.sqrt(math.sqrt(side * side + _SMOOTH * _SMOOTH)),
+        mismatch=-cbrt(math.sqrt(mismatch * mismatch + _SMOOTH * _SMOOTH)),
+        parked=select(parked, 1.0, 0.0),
     )
-    return memo, terms, dt * p[1] * abs(y[7]), parked, parked
+    return aux, terms, dt * p.radius * abs(y.roll_rate), parked, parked
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[float, float]:
     """Position in radii."""
-    x, y_ = y[4] / p[1], y[5] / p[1]
-    return (min(max(x, -_FAR), _FAR), min(max(y_, -_FAR), _FAR))
-
-
-SHAPES = Shapes(*upright_coin.SHAPES, (1.0,) * 6, (), (0.0,) * 2, (0.0,) * 11)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        upright_coin.step,
-        upright_coin.restore,
-        upright_coin.WEIGHTS,
-        clip_to_square,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(upright_coin.derive, start, observe, SHAPES, memory, rows, mode)
+    X, Y = y.X / p.radius, y.Y / p.radius
+    return min(max(X, -_FAR), _FAR), min(max(Y, -_FAR), _FAR)
 
 
 @dataclass(frozen=True)
@@ -182,31 +186,32 @@ class CoinPark(Task):
     weight_parked: float = setting(10.0, Number("weight of the step that parks", "1", -1e3, 1e3))
 
     system_type: ClassVar = UprightCoin
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("position", "heading", "side", "mismatch", "parked")
+    episode: ClassVar = Episode(
+        dynamics=UPRIGHT_COIN,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        start=start,
+        clip=clip_to_square,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "distance rolled [m]"
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, largest rates, tolerances, start square."""
-        return (
-            self.weight_position,
-            self.weight_heading,
-            self.weight_side,
-            self.weight_mismatch,
-            self.weight_parked,
-            self.roll_per_step / self.dt,
-            self.steer_per_step / self.dt,
-            self.position_tolerance,
-            self.heading_tolerance,
-            self.phase_tolerance,
-            self.start_half_width,
-        )
+    @property
+    def largest_roll_rate(self) -> float:
+        """Roll rate at full action [rad/s]."""
+        return self.roll_per_step / self.dt
+
+    @property
+    def largest_steer_rate(self) -> float:
+        """Steer rate at full action [rad/s]."""
+        return self.steer_per_step / self.dt
 
     def actions(self) -> tuple[Entry, ...]:
         """Roll rate psi' and steer rate phi'."""
-        roll, steer = self.roll_per_step / self.dt, self.steer_per_step / self.dt
+        roll, steer = self.largest_roll_rate, self.largest_steer_rate
         return (
             Entry("psi'", "rad/s", "axis", -roll, roll),
             Entry("phi'", "rad/s", "world", -steer, steer),
@@ -225,5 +230,6 @@ class CoinPark(Task):
 
     def lower_bound(self, y: Array) -> Array:
         """Path length [m] that no plan can beat: max(distance, radius * abs(psi)) to the origin."""
-        roll = span(self.radius)[0] * np.abs(UprightCoin().phase(y))
-        return np.maximum(np.hypot(y[..., 4], y[..., 5]), roll)
+        coin = UprightCoin()
+        distance = np.hypot(*np.moveaxis(coin.contact(y), -1, 0))
+        return np.asarray(np.maximum(distance, span(self.radius)[0] * np.abs(coin.phase(y))))

@@ -4,97 +4,94 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, free_body, randoms
+from rigid_envs.kernels import free_body, randoms
 from rigid_envs.kernels.actions import clip_to_ball
-from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.compiler import kernel, scalar
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.algebra import attitude
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.episode import Episode, NoAuxiliary
+from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
-from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
+from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
-from rigid_envs.tasks.moments import fastest
+from rigid_envs.tasks.free_bodies import FASTEST, fastest, observed_rates
 
 __all__ = ["Detumble"]
 
-_FAST = 20.0  # rad/s; observed no further than this
 _FAR = 100.0  # bound of the momentum term
 _STEPS = 50  # time limit of the registered environment, for which rates are bounded
-_IMPULSE, _MOMENTUM, _TOLERANCE = range(2, 5)  # constants after the two weights
+
+
+class Action(NamedTuple):
+    """Impulse in body axes, in parts of the largest."""
+
+    j1: float
+    j2: float
+    j3: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `Detumble`."""
+
+    momentum: float
+    impulse: float
+
+
+class Constants(NamedTuple):
+    """Largest impulse and largest |L| at the start [N m s], tolerance."""
+
+    impulse: float
+    start_momentum: float
+    tolerance: float
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, tuple[()]]:
     """Angular momentum uniform in a ball; attitude uniform on SO(3)."""
     a, b, d = randoms.in_ball(stream, 0)
-    q, L = randoms.quaternion(stream, 1 << 20), c[_MOMENTUM]
-    return (*q, L * a * p[3], L * b * p[4], L * d * p[5]), ()
+    q, L = randoms.quaternion(stream, 1 << 20), c.start_momentum
+    return State(*q, L * a * p.inverse1, L * b * p.inverse2, L * d * p.inverse3), ()
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
-    """The impulse changes omega at once; it is handed on as the input, for `judge` to see."""
-    j1, j2, j3 = c[_IMPULSE] * a[0], c[_IMPULSE] * a[1], c[_IMPULSE] * a[2]
-    q = (y[0], y[1], y[2], y[3])
-    return (*q, y[4] + j1 * p[3], y[5] + j2 * p[4], y[6] + j3 * p[5]), (j1, j2, j3)
+def actuate(
+    a: Action, y: State, aux: NoAuxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
+    """The impulse changes omega at once; it is handed on as the input, for `outcome` to see."""
+    j1, j2, j3 = c.impulse * a.j1, c.impulse * a.j2, c.impulse * a.j3
+    kicked = State(
+        *attitude(y),
+        y.omega1 + j1 * p.inverse1,
+        y.omega2 + j2 * p.inverse2,
+        y.omega3 + j3 * p.inverse3,
+    )
+    return kicked, Input(j1, j2, j3)
 
 
 @scalar
-def drift(y: Row, u: Row, p: Row, h: float) -> Row:
+def drift(y: State, u: Input, p: Parameters, h: float) -> State:
     """Free motion: the input is an impulse that has acted already."""
-    return free_body.step(y, (0.0, 0.0, 0.0), p, h)
+    return free_body.step(y, Input(0.0, 0.0, 0.0), p, h)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
     """Squares of momentum and impulse."""
-    L1, L2, L3 = p[0] * y[4], p[1] * y[5], p[2] * y[6]
-    scale = 1.0 / c[_MOMENTUM]
+    L1, L2, L3 = p.I1 * y.omega1, p.I2 * y.omega2, p.I3 * y.omega3
+    scale = 1.0 / c.start_momentum
     momentum = (L1 * L1 + L2 * L2 + L3 * L3) * (scale * scale)
-    square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
-    terms = (-min(momentum, _FAR), -square / (c[_IMPULSE] * c[_IMPULSE]))
-    success = momentum < c[_TOLERANCE] * c[_TOLERANCE]
-    return memo, terms, math.sqrt(square), success, False
+    square = u.tau1 * u.tau1 + u.tau2 * u.tau2 + u.tau3 * u.tau3
+    terms = Terms(momentum=-min(momentum, _FAR), impulse=-square / (c.impulse * c.impulse))
+    return aux, terms, math.sqrt(square), momentum < c.tolerance * c.tolerance, False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[float, float, float]:
     """Angular velocity."""
-    return (
-        min(max(y[4], -_FAST), _FAST),
-        min(max(y[5], -_FAST), _FAST),
-        min(max(y[6], -_FAST), _FAST),
-    )
-
-
-SHAPES = Shapes(*free_body.SHAPES, (1.0,) * 3, (), (0.0,) * 3, (0.0,) * 5)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        drift,
-        free_body.restore,
-        free_body.WEIGHTS,
-        clip_to_ball,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(free_body.derive, start, observe, SHAPES, memory, rows, mode)
+    return observed_rates(y, 1.0)
 
 
 @dataclass(frozen=True)
@@ -157,21 +154,20 @@ class Detumble(Task):
     weight_impulse: float = setting(1.0, Number("weight of the impulse term", "1", -1e3, 1e3))
 
     system_type: ClassVar = FreeBody
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("momentum", "impulse")
+    episode: ClassVar = Episode(
+        dynamics=FREE_BODY,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=NoAuxiliary,
+        start=start,
+        clip=clip_to_ball,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+        advance=drift,
+    )
     cost_unit: ClassVar = "impulse [N m s]"
-
-    def constants(self) -> tuple[float, ...]:
-        """Weights, impulse, start, tolerance."""
-        return (
-            self.weight_momentum,
-            self.weight_impulse,
-            self.impulse,
-            self.start_momentum,
-            self.tolerance,
-        )
 
     def actions(self) -> tuple[Entry, ...]:
         """Impulse, in a ball."""
@@ -181,7 +177,7 @@ class Detumble(Task):
 
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity."""
-        return tuple(Entry(f"omega{k}", "rad/s", "body", -_FAST, _FAST) for k in (1, 2, 3))
+        return tuple(Entry(f"omega{k}", "rad/s", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
     def largest_rate(self) -> float:
         """What full impulses can make of the start before the time limit."""

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, randoms, rolling_disk
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_interval
 from rigid_envs.kernels.algebra import Row, compose
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import atan2, fma, select, sincos
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.rolling_disk import ROLLING_DISK, Input, Parameters, State
 from rigid_envs.systems import RollingDisk
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.disks import TIGHT, fastest_disk, rolling
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
 
@@ -21,88 +22,103 @@ __all__ = ["DiskRoll", "DiskRollRandom"]
 
 _FAST = 50.0  # rad/s; observed no further than this
 _FALLEN = 0.5 * math.sqrt(3.0)  # sine of a lean of 60 degrees
-(_TORQUE, _TOLERANCE, _HOLD, _GOAL, _GOALS, _LEAN, _RATE, _SPEED, _SPEEDS) = range(3, 12)
+
+
+class Action(NamedTuple):
+    """Torque about the direction of travel, in parts of the largest."""
+
+    tau_lean: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `DiskRoll`."""
+
+    circle: float
+    upright: float
+    effort: float
+
+
+class Constants(NamedTuple):
+    """Torque [N m], success (relative error, time [s]), circles, start (lean [rad], rates).
+
+    Curvatures are those times the radius; `start_rate` is in rad/s, `start_speed` and
+    `start_spread` are parts of the threshold.
+    """
+
+    torque: float
+    tolerance: float
+    hold: float
+    goal_curvature: float
+    goal_spread: float
+    start_lean: float
+    start_rate: float
+    start_speed: float
+    start_spread: float
+
+
+class Auxiliary(NamedTuple):
+    """For how many control periods the error has been small; commanded curvature times radius."""
+
+    held: float = 0.0
+    goal_curvature: float = 1.0
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """Near upright, slower than the speed at which the disk stands by itself; a circle."""
-    lean = c[_LEAN] * (2.0 * randoms.uniform(stream, 0) - 1.0)
-    wn = c[_RATE] * (2.0 * randoms.uniform(stream, 1) - 1.0)
-    wl = c[_RATE] * (2.0 * randoms.uniform(stream, 2) - 1.0)
-    share = fma(c[_SPEEDS], randoms.uniform(stream, 3), c[_SPEED])
-    w3 = share * math.sqrt(p[0] * p[4] * p[1] * p[2] / (p[3] * p[6]))
+    lean = c.start_lean * (2.0 * randoms.uniform(stream, 0) - 1.0)
+    wn = c.start_rate * (2.0 * randoms.uniform(stream, 1) - 1.0)
+    wl = c.start_rate * (2.0 * randoms.uniform(stream, 2) - 1.0)
+    share = fma(c.start_spread, randoms.uniform(stream, 3), c.start_speed)
+    w3 = share * math.sqrt(p.m * p.g * p.radius * p.I1 / (p.I3 * p.I3_contact))
     side = select(randoms.uniform(stream, 4) < 0.5, -1.0, 1.0)
-    goal = side * fma(c[_GOALS], randoms.uniform(stream, 5), c[_GOAL])
+    goal = side * fma(c.goal_spread, randoms.uniform(stream, 5), c.goal_curvature)
     heading, phase = randoms.direction(stream, 1 << 20), randoms.direction(stream, 1 << 21)
     sine, cosine = sincos(0.25 * math.pi + 0.5 * lean)
     turned = compose((heading[0], 0.0, 0.0, heading[1]), (cosine, sine, 0.0, 0.0))
     q = compose(turned, (phase[0], 0.0, 0.0, phase[1]))
     n1, n2 = 2.0 * phase[0] * phase[1], phase[0] * phase[0] - phase[1] * phase[1]
-    omega = (fma(n1, wn, -n2 * wl), fma(n2, wn, n1 * wl), w3)
-    return (*q, *omega, 0.0, 0.0), (0.0, goal)
+    omega, contact = (fma(n1, wn, -n2 * wl), fma(n2, wn, n1 * wl), w3), (0.0, 0.0)
+    return State(*q, *omega, *contact), Auxiliary(held=0.0, goal_curvature=goal)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Torque about the direction of travel."""
-    return y, (0.0, c[_TORQUE] * a[0], 0.0)
+    return y, Input(tau_steer=0.0, tau_lean=c.torque * a.tau_lean, tau_drive=0.0)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Error of the curvature, lean and torque; for how long the error was small; the fall."""
-    sine, cosine, _, _, _, curvature = rolling(y)
-    wrong = abs(curvature - memo[1]) / abs(memo[1])
-    held = select(wrong <= c[_TOLERANCE], memo[0] + 1.0, 0.0)
-    fallen = abs(sine) > _FALLEN
-    effort = u[1] / c[_TORQUE]
-    success = (held * dt >= c[_HOLD] * (1.0 - 1e-9)) & (abs(sine) <= _FALLEN)
-    terms = (1.0 / (1.0 + 10.0 * wrong), cosine, -effort * effort)
-    return (held, memo[1]), terms, dt * abs(u[1]), success, fallen
+    motion = rolling(y)
+    wrong = abs(motion.curvature - aux.goal_curvature) / abs(aux.goal_curvature)
+    held = select(wrong <= c.tolerance, aux.held + 1.0, 0.0)
+    fallen = abs(motion.sin_lean) > _FALLEN
+    effort = u.tau_lean / c.torque
+    success = (held * dt >= c.hold * (1.0 - 1e-9)) & (abs(motion.sin_lean) <= _FALLEN)
+    terms = Terms(
+        circle=1.0 / (1.0 + 10.0 * wrong), upright=motion.cos_lean, effort=-effort * effort
+    )
+    return Auxiliary(held, aux.goal_curvature), terms, dt * abs(u.tau_lean), success, fallen
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Lean and its rate, turn and roll rate, curvature and what it should be."""
-    sine, cosine, rate, wn, w3, curvature = rolling(y)
+    motion = rolling(y)
     return (
-        atan2(sine, cosine),
-        min(max(rate, -_FAST), _FAST),
-        min(max(wn, -_FAST), _FAST),
-        min(max(w3, -_FAST), _FAST),
-        curvature,
-        memo[1],
+        atan2(motion.sin_lean, motion.cos_lean),
+        min(max(motion.lean_rate, -_FAST), _FAST),
+        min(max(motion.turn_rate, -_FAST), _FAST),
+        min(max(motion.roll_rate, -_FAST), _FAST),
+        motion.curvature,
+        aux.goal_curvature,
     )
-
-
-SHAPES = Shapes(*rolling_disk.SHAPES, (1.0,) * 5, (0.0, 1.0), (0.0,), (0.0,) * 12)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        rolling_disk.step,
-        rolling_disk.restore,
-        rolling_disk.WEIGHTS,
-        clip_to_interval,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(rolling_disk.derive, start, observe, SHAPES, memory, rows, mode)
 
 
 @dataclass(frozen=True)
@@ -175,29 +191,19 @@ class DiskRoll(Task):
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
     system_type: ClassVar = RollingDisk
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("circle", "upright", "effort")
+    episode: ClassVar = Episode(
+        dynamics=ROLLING_DISK,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        start=start,
+        clip=clip_to_interval,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "torque impulse [N m s]"
-    memo_names: ClassVar = ("held", "goal_curvature")
-
-    def constants(self) -> tuple[float, ...]:
-        """Weights, torque, tolerance, hold, circles, start."""
-        return (
-            self.weight_circle,
-            self.weight_upright,
-            self.weight_effort,
-            self.torque,
-            self.tolerance,
-            self.hold,
-            self.goal_curvature,
-            self.goal_spread,
-            self.start_lean,
-            self.start_rate,
-            self.start_speed,
-            self.start_spread,
-        )
 
     def actions(self) -> tuple[Entry, ...]:
         """Torque about the direction of travel."""

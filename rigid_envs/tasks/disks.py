@@ -3,37 +3,57 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from rigid_envs.kernels import rolling_disk
-from rigid_envs.kernels.algebra import Row
+from rigid_envs.kernels.algebra import attitude
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma
+from rigid_envs.kernels.rolling_disk import State
 from rigid_envs.tasks.fields import Range, span
 
-__all__ = ["TIGHT", "fastest_disk", "rolling", "threshold"]
+__all__ = ["TIGHT", "Rolling", "fastest_disk", "rolling", "threshold"]
 
 TIGHT = 10.0  # curvatures times the radius are observed no further than this
 _STEPS = 200  # of cos(theta), in which rates are summed up
 
 
+class Rolling(NamedTuple):
+    """Lean, its rate, turn rate wn and roll rate w3 [rad/s], curvature of the way times radius."""
+
+    sin_lean: float
+    cos_lean: float
+    lean_rate: float
+    turn_rate: float
+    roll_rate: float
+    curvature: float
+
+
 @scalar
-def rolling(y: Row) -> Row:
-    """Sine and cosine of the lean, its rate, turn rate wn, roll rate w3, curvature times radius.
+def rolling(y: State) -> Rolling:
+    """How a disk rolls.
 
     The contact goes round at phi' = wn / cos(lean), along the way at the rate psi' = w3 + wn
     tan(lean) times the radius. (The lean is theta - pi / 2.)
     """
-    n1, n2, s, c = rolling_disk.inclination((y[0], y[1], y[2], y[3]))
-    wn, wl = fma(n1, y[4], n2 * y[5]), fma(n1, y[5], -n2 * y[4])
-    way = y[6] - wn * c / s
+    n1, n2, s, c = rolling_disk.inclination(attitude(y))
+    wn, wl = fma(n1, y.omega1, n2 * y.omega2), fma(n1, y.omega2, -n2 * y.omega1)
+    way = y.omega3 - wn * c / s
     curvature = wn / s * way / max(way * way, 1e-9)
-    return (-c, s, -wl, wn, y[6], min(max(curvature, -TIGHT), TIGHT))
+    return Rolling(
+        sin_lean=-c,
+        cos_lean=s,
+        lean_rate=-wl,
+        turn_rate=wn,
+        roll_rate=y.omega3,
+        curvature=min(max(curvature, -TIGHT), TIGHT),
+    )
 
 
 def threshold(mgr: float, I1: float, I3: float, rim: float) -> float:
     """Roll rate [rad/s] above which an upright disk rolls on by itself.
 
-    ``I3 (I3 + m r^2) w3^2 = I1 m g r``: w3^2 = g / (3 r) for a disc, g / (4 r) for a hoop.
+    ``I3 (I3 + m r^2) w3^2 = I1 m g r``: w3^2 = g / (3 r) for a disk, g / (4 r) for a hoop.
 
     Args:
         mgr: m g radius [N m].

@@ -4,91 +4,80 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, free_body, randoms
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_box
-from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.compiler import kernel, scalar
-from rigid_envs.kernels.elementary import select
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
-from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
+from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Number, Range, physical, setting
-from rigid_envs.tasks.moments import check_order
+from rigid_envs.tasks.free_bodies import (
+    FASTEST,
+    BodyTorque,
+    Held,
+    check_order,
+    held_for,
+    observed_rates,
+    perturbed_spin,
+    torque_about_axes,
+)
 
 __all__ = ["IntermediateAxis", "IntermediateAxisRandom"]
 
-_FAST = 20.0  # target rates; observed no further than this
-_RATE, _TORQUE, _TOLERANCE, _HOLD, _SPREAD = range(2, 7)  # constants after the two weights
+
+class Terms(NamedTuple):
+    """Reward terms of `IntermediateAxis`."""
+
+    spin: float
+    effort: float
+
+
+class Constants(NamedTuple):
+    """Target rate [rad/s], torque [N m], tolerance, hold [s], spread of the starts [rad/s]."""
+
+    spin_rate: float
+    torque: float
+    tolerance: float
+    hold: float
+    start_spread: float
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Spin Omega about e2 and a perturbation uniform in a ball; attitude uniform on SO(3)."""
-    rate, spread = c[_RATE], c[_SPREAD]
-    a, b, d = randoms.in_ball(stream, 0)
-    q = randoms.quaternion(stream, 1 << 20)
-    return (*q, spread * a, spread * b + rate, spread * d), (0.0,)
+    return perturbed_spin(stream, c.spin_rate, c.start_spread), Held(0.0)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(a: BodyTorque, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
     """Torque about the three body axes."""
-    return y, (c[_TORQUE] * a[0], c[_TORQUE] * a[1], c[_TORQUE] * a[2])
+    return y, torque_about_axes(a, c.torque)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
+) -> tuple[Held, Terms, float, bool, bool]:
     """Spin error, torque, and for how long the error has been small."""
-    rate, torque, tolerance, hold = c[_RATE], c[_TORQUE], c[_TOLERANCE], c[_HOLD]
-    scale = 1.0 / rate
-    e1, e2, e3 = scale * y[4], scale * y[5] - 1.0, scale * y[6]
+    scale = 1.0 / c.spin_rate
+    e1, e2, e3 = scale * y.omega1, scale * y.omega2 - 1.0, scale * y.omega3
     error = math.sqrt(e1 * e1 + e2 * e2 + e3 * e3)
-    square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
-    held = select(error < tolerance, memo[0] + 1.0, 0.0)
-    terms = (1.0 / (1.0 + 10.0 * error), -square * (1.0 / (3.0 * torque * torque)))
-    return (held,), terms, dt * math.sqrt(square), held * dt >= hold * (1.0 - 1e-9), False
+    square = u.tau1 * u.tau1 + u.tau2 * u.tau2 + u.tau3 * u.tau3
+    held = held_for(error < c.tolerance, aux)
+    terms = Terms(
+        spin=1.0 / (1.0 + 10.0 * error), effort=-square * (1.0 / (3.0 * c.torque * c.torque))
+    )
+    success = held * dt >= c.hold * (1.0 - 1e-9)
+    return Held(held), terms, dt * math.sqrt(square), success, False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, float, float]:
     """Angular velocity in target rates."""
-    s = 1.0 / c[_RATE]
-    return (
-        min(max(s * y[4], -_FAST), _FAST),
-        min(max(s * y[5], -_FAST), _FAST),
-        min(max(s * y[6], -_FAST), _FAST),
-    )
-
-
-SHAPES = Shapes(*free_body.SHAPES, (1.0,) * 3, (0.0,), (0.0,) * 3, (0.0,) * 7)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        free_body.step,
-        free_body.restore,
-        free_body.WEIGHTS,
-        clip_to_box,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(free_body.derive, start, observe, SHAPES, memory, rows, mode)
+    return observed_rates(y, 1.0 / c.spin_rate)
 
 
 @dataclass(frozen=True)
@@ -158,28 +147,23 @@ class IntermediateAxis(Task):
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
     system_type: ClassVar = FreeBody
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("spin", "effort")
+    episode: ClassVar = Episode(
+        dynamics=FREE_BODY,
+        Action=BodyTorque,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Held,
+        start=start,
+        clip=clip_to_box,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "torque impulse [N m s]"
-    memo_names: ClassVar = ("held",)
 
     def _check_parameters(self) -> None:
         super()._check_parameters()
         check_order((self.I1, self.I2, self.I3))
-
-    def constants(self) -> tuple[float, ...]:
-        """Weights, target rate, torque, tolerance, hold, start."""
-        return (
-            self.weight_spin,
-            self.weight_effort,
-            self.spin_rate,
-            self.torque,
-            self.tolerance,
-            self.hold,
-            self.start_spread,
-        )
 
     def actions(self) -> tuple[Entry, ...]:
         """Torques about the body axes."""
@@ -187,7 +171,7 @@ class IntermediateAxis(Task):
 
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity in target rates."""
-        return tuple(Entry(f"omega{k} / Omega", "1", "body", -_FAST, _FAST) for k in (1, 2, 3))
+        return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
     def largest_rate(self) -> float:
         """Target rate and perturbation together."""

@@ -4,90 +4,84 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, free_body, randoms
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_interval
-from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.compiler import kernel, scalar
-from rigid_envs.kernels.elementary import atan2, select
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.elementary import atan2
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
-from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
+from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
-from rigid_envs.tasks.moments import check_order, fastest, spun_up
+from rigid_envs.tasks.free_bodies import (
+    FASTEST,
+    Held,
+    check_order,
+    fastest,
+    held_for,
+    observed_rates,
+    perturbed_spin,
+    spun_up,
+)
 
 __all__ = ["IntermediateAxisSingle"]
 
-_FAST = 20.0  # target rates; observed no further than this
 _STEPS = 300  # time limit of the registered environment, for which rates are bounded
-_RATE, _TORQUE, _TOLERANCE, _HOLD, _SPREAD = range(2, 7)  # constants after the two weights
+
+
+class Action(NamedTuple):
+    """Torque about e3, in parts of the largest."""
+
+    tau3: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `IntermediateAxisSingle`."""
+
+    axis: float
+    effort: float
+
+
+class Constants(NamedTuple):
+    """Rate [rad/s], torque [N m], tolerance [rad], hold [s], spread of the starts [rad/s]."""
+
+    spin_rate: float
+    torque: float
+    tolerance: float
+    hold: float
+    start_spread: float
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Spin Omega about e2 and a perturbation uniform in a ball; attitude uniform on SO(3)."""
-    rate, spread = c[_RATE], c[_SPREAD]
-    a, b, d = randoms.in_ball(stream, 0)
-    q = randoms.quaternion(stream, 1 << 20)
-    return (*q, spread * a, spread * b + rate, spread * d), (0.0,)
+    return perturbed_spin(stream, c.spin_rate, c.start_spread), Held(0.0)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(a: Action, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
     """Torque about e3."""
-    return y, (0.0, 0.0, c[_TORQUE] * a[0])
+    return y, Input(0.0, 0.0, c.torque * a.tau3)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
+) -> tuple[Held, Terms, float, bool, bool]:
     """Angle from e2 to the axis of spin, torque, and for how long the angle has been small."""
-    torque, tolerance, hold = c[_TORQUE], c[_TOLERANCE], c[_HOLD]
-    angle = atan2(math.sqrt(y[4] * y[4] + y[6] * y[6]), y[5])
-    share = u[2] * (1.0 / torque)
-    held = select(angle < tolerance, memo[0] + 1.0, 0.0)
-    terms = (1.0 / (1.0 + 10.0 * angle), -share * share)
-    return (held,), terms, dt * abs(u[2]), held * dt >= hold * (1.0 - 1e-9), False
+    angle = atan2(math.sqrt(y.omega1 * y.omega1 + y.omega3 * y.omega3), y.omega2)
+    share = u.tau3 * (1.0 / c.torque)
+    held = held_for(angle < c.tolerance, aux)
+    terms = Terms(axis=1.0 / (1.0 + 10.0 * angle), effort=-share * share)
+    return Held(held), terms, dt * abs(u.tau3), held * dt >= c.hold * (1.0 - 1e-9), False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, float, float]:
     """Angular velocity in target rates."""
-    s = 1.0 / c[_RATE]
-    return (
-        min(max(s * y[4], -_FAST), _FAST),
-        min(max(s * y[5], -_FAST), _FAST),
-        min(max(s * y[6], -_FAST), _FAST),
-    )
-
-
-SHAPES = Shapes(*free_body.SHAPES, (1.0,) * 3, (0.0,), (0.0,), (0.0,) * 7)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        free_body.step,
-        free_body.restore,
-        free_body.WEIGHTS,
-        clip_to_interval,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(free_body.derive, start, observe, SHAPES, memory, rows, mode)
+    return observed_rates(y, 1.0 / c.spin_rate)
 
 
 @dataclass(frozen=True)
@@ -159,28 +153,23 @@ class IntermediateAxisSingle(Task):
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
     system_type: ClassVar = FreeBody
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("axis", "effort")
+    episode: ClassVar = Episode(
+        dynamics=FREE_BODY,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Held,
+        start=start,
+        clip=clip_to_interval,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "torque impulse [N m s]"
-    memo_names: ClassVar = ("held",)
 
     def _check_parameters(self) -> None:
         check_order((self.I1, self.I2, self.I3))
         super()._check_parameters()
-
-    def constants(self) -> tuple[float, ...]:
-        """Weights, rate, torque, tolerance, hold, start."""
-        return (
-            self.weight_axis,
-            self.weight_effort,
-            self.spin_rate,
-            self.torque,
-            self.tolerance,
-            self.hold,
-            self.start_spread,
-        )
 
     def actions(self) -> tuple[Entry, ...]:
         """Torque about e3."""
@@ -188,7 +177,7 @@ class IntermediateAxisSingle(Task):
 
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity in target rates."""
-        return tuple(Entry(f"omega{k} / Omega", "1", "body", -_FAST, _FAST) for k in (1, 2, 3))
+        return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
     def largest_rate(self) -> float:
         """What full torque can make of the start before the time limit."""

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, heavy_top, randoms
-from rigid_envs.kernels.actions import clip_to_disc
-from rigid_envs.kernels.algebra import Row, rotate, vertical
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels import randoms
+from rigid_envs.kernels.actions import clip_to_disk
+from rigid_envs.kernels.algebra import Row, attitude, rotate, vertical
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import atan2, fma, select
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.heavy_top import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems import HeavyTop
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 from rigid_envs.tasks.tops import derive_symmetric, fastest_spinning, tilted, weight
 
@@ -21,86 +22,104 @@ __all__ = ["PivotTop"]
 
 _STEPS = 400  # time limit of the registered environment
 _FAST = 20.0  # rad/s and m/s; observed no further than this
-_PUSH, _ARENA, _FALL, _TILT, _CENTRE, _HOLD, _START, _SPIN = range(3, 11)  # after the weights
+
+
+class Action(NamedTuple):
+    """Horizontal acceleration of the pivot in world axes, in parts of the largest."""
+
+    aX: float
+    aY: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `PivotTop`."""
+
+    upright: float
+    centre: float
+    effort: float
+
+
+class Constants(NamedTuple):
+    """Largest acceleration [m/s^2], end, success and start: angles [rad], lengths [m], time [s]."""
+
+    push: float
+    arena: float
+    fall: float
+    tilt_tolerance: float
+    centre_tolerance: float
+    hold: float
+    start_tilt: float
+    start_spin: float
+
+
+class Auxiliary(NamedTuple):
+    """For how many control periods tilt and distance from the centre have been small."""
+
+    held: float = 0.0
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """A slow spin, a small tilt, the pivot at rest in the centre."""
-    q = tilted(stream, c[_START] * fma(2.0 / 3.0, randoms.uniform(stream, 0), 1.0 / 3.0))
-    critical = 2.0 * math.sqrt(p[0] * p[3] * p[4] * p[5]) / p[2]
-    spin = critical * c[_SPIN] * fma(0.7, randoms.uniform(stream, 1), 0.3)
-    return (*q, 0.0, 0.0, spin, 0.0, 0.0, 0.0, 0.0), (0.0,)
+    q = tilted(stream, c.start_tilt * fma(2.0 / 3.0, randoms.uniform(stream, 0), 1.0 / 3.0))
+    critical = 2.0 * math.sqrt(p.I1 * p.m * p.g * p.ell) / p.I3
+    spin = critical * c.start_spin * fma(0.7, randoms.uniform(stream, 1), 0.3)
+    omega, pivot, velocity = (0.0, 0.0, spin), (0.0, 0.0), (0.0, 0.0)
+    return State(*q, *omega, *pivot, *velocity), Auxiliary(held=0.0)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Horizontal acceleration of the pivot in world axes."""
-    return y, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, c[_PUSH] * a[0], c[_PUSH] * a[1])
-
-
-@scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
-    """Tilt, distance from the centre, acceleration, and for how long the first two were small."""
-    push, arena, hold = c[_PUSH], c[_ARENA], c[_HOLD]
-    up = vertical((y[0], y[1], y[2], y[3]))
-    tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
-    away = math.sqrt(y[7] * y[7] + y[8] * y[8])
-    size = math.sqrt(u[6] * u[6] + u[7] * u[7])
-    held = select((tilt < c[_TILT]) & (away < c[_CENTRE]), memo[0] + 1.0, 0.0)
-    upright = 1.0 / (1.0 + 10.0 * tilt)
-    terms = (
-        upright,
-        upright / (1.0 + 10.0 * away / arena),
-        -(size * size) * (1.0 / (push * push)),
+    return y, Input(
+        tau_body1=0.0,
+        tau_body2=0.0,
+        tau_body3=0.0,
+        tau_world_x=0.0,
+        tau_world_y=0.0,
+        tau_world_z=0.0,
+        aX=c.push * a.aX,
+        aY=c.push * a.aY,
     )
-    success = held * dt >= hold * (1.0 - 1e-9)
-    return (held,), terms, dt * size, success, (away > arena) | (tilt > c[_FALL])
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
+    """Tilt, distance from the centre, acceleration, and for how long the first two were small."""
+    up = vertical(attitude(y))
+    tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
+    away = math.sqrt(y.X * y.X + y.Y * y.Y)
+    size = math.sqrt(u.aX * u.aX + u.aY * u.aY)
+    near = (tilt < c.tilt_tolerance) & (away < c.centre_tolerance)
+    held = select(near, aux.held + 1.0, 0.0)
+    upright = 1.0 / (1.0 + 10.0 * tilt)
+    terms = Terms(
+        upright=upright,
+        centre=upright / (1.0 + 10.0 * away / c.arena),
+        effort=-(size * size) * (1.0 / (c.push * c.push)),
+    )
+    success = held * dt >= c.hold * (1.0 - 1e-9)
+    return Auxiliary(held), terms, dt * size, success, (away > c.arena) | (tilt > c.fall)
+
+
+@scalar
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Angular velocity in world axes, position in arenas and velocity of the pivot."""
-    omega = rotate((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
-    x, y_ = y[7] / c[_ARENA], y[8] / c[_ARENA]
+    omega = rotate(attitude(y), (y.omega1, y.omega2, y.omega3))
+    X, Y = y.X / c.arena, y.Y / c.arena
     return (
         min(max(omega[0], -_FAST), _FAST),
         min(max(omega[1], -_FAST), _FAST),
         min(max(omega[2], -_FAST), _FAST),
-        min(max(x, -2.0), 2.0),
-        min(max(y_, -2.0), 2.0),
-        min(max(y[9], -_FAST), _FAST),
-        min(max(y[10], -_FAST), _FAST),
+        min(max(X, -2.0), 2.0),
+        min(max(Y, -2.0), 2.0),
+        min(max(y.VX, -_FAST), _FAST),
+        min(max(y.VY, -_FAST), _FAST),
     )
-
-
-SHAPES = Shapes(*heavy_top.SHAPES, (1.0,) * 6, (0.0,), (0.0,) * 2, (0.0,) * 11)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        heavy_top.step,
-        heavy_top.restore,
-        heavy_top.WEIGHTS,
-        clip_to_disc,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(derive_symmetric, start, observe, SHAPES, memory, rows, mode)
 
 
 @dataclass(frozen=True)
@@ -185,33 +204,25 @@ class PivotTop(Task):
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
     system_type: ClassVar = HeavyTop
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("upright", "centre", "effort")
+    episode: ClassVar = Episode(
+        dynamics=HEAVY_TOP,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        derive=derive_symmetric,
+        start=start,
+        clip=clip_to_disk,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "acceleration times time [m/s]"
-    memo_names: ClassVar = ("held",)
     aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, acceleration, arena, tolerances, hold, start."""
-        return (
-            self.weight_upright,
-            self.weight_centre,
-            self.weight_effort,
-            self.push,
-            self.arena,
-            self.fall,
-            self.tilt_tolerance,
-            self.centre_tolerance,
-            self.hold,
-            self.start_tilt,
-            self.start_spin,
-        )
-
     def actions(self) -> tuple[Entry, ...]:
-        """Acceleration of the pivot, in a disc."""
-        return tuple(Entry(f"a{k}", "m/s^2", "world, disc", -self.push, self.push) for k in "XY")
+        """Acceleration of the pivot, in a disk."""
+        return tuple(Entry(f"a{k}", "m/s^2", "world, disk", -self.push, self.push) for k in "XY")
 
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity, position and velocity of the pivot."""

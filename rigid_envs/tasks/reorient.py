@@ -4,38 +4,79 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, free_body, goals, randoms
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_box, single
-from rigid_envs.kernels.algebra import Quaternion, Row, Vector, matrix
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.algebra import Quaternion, Row, Vector, attitude, matrix
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import select, sincos
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
-from rigid_envs.tasks.moments import fastest, spun_up
+from rigid_envs.tasks.free_bodies import FASTEST, BodyTorque, fastest, spun_up, torque_about_axes
 
 __all__ = ["Reorient"]
 
-_FAST = 20.0  # rad/s; observed no further than this
 _STEPS = 100  # time limit of the registered environment, for which rates are bounded
-_TORQUE, _ANGLE, _RATE = range(1, 4)  # constants after the weight
 _REST = (0.0, 0.0, 0.0)
 
 
+class Terms(NamedTuple):
+    """Reward term of `Reorient`."""
+
+    reached: float
+
+
+class Constants(NamedTuple):
+    """Torque [N m], tolerances of angle [rad] and rate [rad/s]."""
+
+    torque: float
+    largest_angle: float
+    rate_tolerance: float
+
+
+class Auxiliary(NamedTuple):
+    """Attitude of the goal."""
+
+    goal_w: float = 1.0
+    goal_x: float = 0.0
+    goal_y: float = 0.0
+    goal_z: float = 0.0
+
+
+class Goal(NamedTuple):
+    """Rotation matrix, row by row, and angular velocity [rad/s], as they are observed."""
+
+    R11: float
+    R12: float
+    R13: float
+    R21: float
+    R22: float
+    R23: float
+    R31: float
+    R32: float
+    R33: float
+    omega1: float
+    omega2: float
+    omega3: float
+
+
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """At rest; attitudes of body and goal uniform on SO(3)."""
     q, goal = randoms.quaternion(stream, 1 << 20), randoms.quaternion(stream, 1 << 21)
-    return (*q, 0.0, 0.0, 0.0), goal
+    return State(*q, 0.0, 0.0, 0.0), Auxiliary(*goal)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: BodyTorque, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Torque about the three body axes."""
-    return y, (c[_TORQUE] * a[0], c[_TORQUE] * a[1], c[_TORQUE] * a[2])
+    return y, torque_about_axes(a, c.torque)
 
 
 @scalar
@@ -52,76 +93,48 @@ def pose(q: Quaternion, omega: Vector) -> Row:
         single(r[6]),
         single(r[7]),
         single(r[8]),
-        single(min(max(omega[0], -_FAST), _FAST)),
-        single(min(max(omega[1], -_FAST), _FAST)),
-        single(min(max(omega[2], -_FAST), _FAST)),
+        single(min(max(omega[0], -FASTEST), FASTEST)),
+        single(min(max(omega[1], -FASTEST), FASTEST)),
+        single(min(max(omega[2], -FASTEST), FASTEST)),
     )
 
 
 @scalar
-def reached(achieved: Row, desired: Row, c: Row) -> bool:
+def both_poses(y: State, aux: Auxiliary) -> tuple[Row, Row]:
+    """The pose of the body, and the one that is commanded, at rest."""
+    achieved = pose(attitude(y), (y.omega1, y.omega2, y.omega3))
+    return achieved, pose((aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z), _REST)
+
+
+@scalar
+def reached(achieved: Goal, desired: Goal, c: Constants) -> bool:
     """Angle and rate within tolerance; the angle is that of tr(R^T R') = 1 + 2 cos."""
     trace, square = 0.0, 0.0
     for k in range(9):
         trace += achieved[k] * desired[k]
     for k in range(9, 12):
         square += (achieved[k] - desired[k]) * (achieved[k] - desired[k])
-    _, cosine = sincos(c[_ANGLE])
+    _, cosine = sincos(c.largest_angle)
     near: bool = trace >= 1.0 + 2.0 * cosine
-    return near & (square <= c[_RATE] * c[_RATE])
+    return near & (square <= c.rate_tolerance * c.rate_tolerance)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Whether the goal is reached, and the torque."""
-    here = pose((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
-    success = reached(here, pose((memo[0], memo[1], memo[2], memo[3]), _REST), c)
-    torque = math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
-    return memo, (select(success, 0.0, -1.0),), dt * torque, success, False
+    achieved, desired = both_poses(y, aux)
+    success = reached(Goal(*achieved), Goal(*desired), c)
+    torque = math.sqrt(u.tau1 * u.tau1 + u.tau2 * u.tau2 + u.tau3 * u.tau3)
+    return aux, Terms(select(success, 0.0, -1.0)), dt * torque, success, False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Achieved and desired pose, and omega; of the goal nothing but the desired pose."""
-    here = pose((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
-    there = pose((memo[0], memo[1], memo[2], memo[3]), _REST)
-    return (*here, *there, here[9], here[10], here[11])
-
-
-GOAL = (0.0,) * 12
-SHAPES = Shapes(*free_body.SHAPES, (1.0,) * 3, (1.0, 0.0, 0.0, 0.0), (0.0,) * 3, (0.0,) * 4)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        free_body.step,
-        free_body.restore,
-        free_body.WEIGHTS,
-        clip_to_box,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(free_body.derive, start, observe, SHAPES, memory, rows, mode)
-
-
-@kernel
-def reach(achieved: Array, desired: Array, constants: Array, out: Array) -> None:
-    """`goals.reach_rows` of this task."""
-    goals.reach_rows(reached, GOAL, SHAPES.constants, achieved, desired, constants, out)
+    achieved, desired = both_poses(y, aux)
+    return (*achieved, *desired, *achieved[9:])
 
 
 @dataclass(frozen=True)
@@ -194,23 +207,26 @@ class Reorient(Task):
     weight_reached: float = setting(1.0, Number("weight of not being there", "1", -1e3, 1e3))
 
     system_type: ClassVar = FreeBody
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    reach: ClassVar = staticmethod(reach)
-    n_goal: ClassVar = 12
-    terms: ClassVar = ("reached",)
+    episode: ClassVar = Episode(
+        dynamics=FREE_BODY,
+        Action=BodyTorque,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        start=start,
+        clip=clip_to_box,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+        Goal=Goal,
+        reached=reached,
+    )
     cost_unit: ClassVar = "torque impulse [N m s]"
-    memo_names: ClassVar = ("goal_w", "goal_x", "goal_y", "goal_z")
 
-    def constants(self) -> tuple[float, ...]:
-        """Weight, torque, tolerances."""
-        return (
-            self.weight_reached,
-            self.torque,
-            min(self.angle_tolerance, math.pi),
-            self.rate_tolerance,
-        )
+    @property
+    def largest_angle(self) -> float:
+        """Largest angle to the goal when reached [rad]; every attitude is within pi."""
+        return min(self.angle_tolerance, math.pi)
 
     def actions(self) -> tuple[Entry, ...]:
         """Torques about the body axes."""
@@ -218,7 +234,7 @@ class Reorient(Task):
 
     def features(self) -> tuple[Entry, ...]:
         """Achieved and desired pose, angular velocity."""
-        rates = tuple(Entry(f"omega{k}", "rad/s", "body", -_FAST, _FAST) for k in (1, 2, 3))
+        rates = tuple(Entry(f"omega{k}", "rad/s", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
         turn = (Entry(f"R{i}{j}", "1", "body to world", -1.0, 1.0) for i in "123" for j in "123")
         goal = (*turn, *rates)
         return (*goal, *goal, *rates)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from rigid_envs.kernels import episode, randoms, roller
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_interval
-from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.algebra import Vector
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import select, sincos
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.roller import ROLLER, Input, Parameters, State
 from rigid_envs.systems import Roller
 from rigid_envs.tasks.base import Array, Entry, Task
 from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, span
@@ -21,23 +22,51 @@ from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, sp
 __all__ = ["RollPump"]
 
 _FAST = 5.0  # speeds in units of sqrt(g / curvature) are observed no further than this
-_CHANGE, _RIM, _START = range(2, 5)  # constants after the two weights
+
+
+class Action(NamedTuple):
+    """What is added to the ratio: -1 nothing, 1 the largest."""
+
+    beta_change: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `RollPump`."""
+
+    shortfall: float
+    over: float
+
+
+class Constants(NamedTuple):
+    """Largest addition to the ratio; angles from the bottom: rim, largest start [rad]."""
+
+    beta_change: float
+    rim: float
+    start_angle: float
+
+
+class Auxiliary(NamedTuple):
+    """What is added to the inertia ratio since the last action."""
+
+    beta_change: float = 0.0
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """At rest on either side: the angle uniform between half of the largest and the largest."""
     side = select(randoms.uniform(stream, 0) < 0.5, -1.0, 1.0)
-    angle = c[_START] * (0.5 + 0.5 * randoms.uniform(stream, 1))
-    return (side * angle / p[5], 0.0), (0.0,)
+    angle = c.start_angle * (0.5 + 0.5 * randoms.uniform(stream, 1))
+    return State(s=side * angle / p.curvature, v=0.0), Auxiliary(beta_change=0.0)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """The new ratio, at once: (1 + beta) v, the momentum about the contact, stays what it is."""
-    change = 0.5 * c[_CHANGE] * (1.0 + a[0])
-    v = y[1] * ((1.0 + (p[2] + memo[0])) / (1.0 + (p[2] + change)))
-    return (y[0], v), (0.0, change)
+    change = 0.5 * c.beta_change * (1.0 + a.beta_change)
+    v = y.v * ((1.0 + (p.beta + aux.beta_change)) / (1.0 + (p.beta + change)))
+    return State(y.s, v), Input(force=0.0, beta_change=change)
 
 
 @scalar
@@ -48,53 +77,27 @@ def height(angle: float) -> float:
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Energy that is still missing, and whether the rim is passed; the ratio is remembered."""
-    angle = p[5] * y[0]
-    kinetic = 0.5 * (1.0 + (p[2] + u[1])) * y[1] * y[1] * p[5] / p[3]
-    over = abs(angle) >= c[_RIM]
-    missing = max(1.0 - (height(angle) + kinetic) / height(c[_RIM]), 0.0)
-    return (u[1],), (-min(missing, 1.0), select(over, 1.0, 0.0)), dt, over, over
+    angle = p.curvature * y.s
+    kinetic = 0.5 * (1.0 + (p.beta + u.beta_change)) * y.v * y.v * p.curvature / p.g
+    over = abs(angle) >= c.rim
+    missing = max(1.0 - (height(angle) + kinetic) / height(c.rim), 0.0)
+    terms = Terms(shortfall=-min(missing, 1.0), over=select(over, 1.0, 0.0))
+    return Auxiliary(u.beta_change), terms, dt, over, over
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
     """Angle from the bottom, velocity in sqrt(g / curvature), and what is added to the ratio."""
-    angle, v = p[5] * y[0], y[1] * math.sqrt(p[5] / p[3])
+    angle, v = p.curvature * y.s, y.v * math.sqrt(p.curvature / p.g)
     return (
         min(max(angle, -math.pi), math.pi),
         min(max(v, -_FAST), _FAST),
-        min(memo[0] / c[_CHANGE], 1.0),
+        min(aux.beta_change / c.beta_change, 1.0),
     )
-
-
-SHAPES = Shapes(*roller.SHAPES, (1.0,) * 7, (0.0,), (0.0,), (0.0,) * 5)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        roller.step,
-        roller.restore,
-        roller.WEIGHTS,
-        clip_to_interval,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(roller.derive, start, observe, SHAPES, memory, rows, mode)
 
 
 @dataclass(frozen=True)
@@ -164,22 +167,24 @@ class RollPump(Task):
     weight_over: float = setting(10.0, Number("weight of passing the rim", "1", -1e3, 1e3))
 
     system_type: ClassVar = Roller
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("shortfall", "over")
+    episode: ClassVar = Episode(
+        dynamics=ROLLER,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        start=start,
+        clip=clip_to_interval,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "time [s]"
-    memo_names: ClassVar = ("beta_change",)
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, change of the ratio, rim, start."""
-        return (
-            self.weight_shortfall,
-            self.weight_over,
-            self.beta_change,
-            self.rim,
-            self.start_part * self.rim,
-        )
+    @property
+    def start_angle(self) -> float:
+        """Largest angle from the bottom at the start [rad]."""
+        return self.start_part * self.rim
 
     def actions(self) -> tuple[Entry, ...]:
         """What is added to the ratio: -1 nothing, 1 all."""
@@ -210,7 +215,7 @@ class RollPump(Task):
         """
         low = 1.0 + span(self.beta)[0]
         gain = math.log((low + self.beta_change) / low)
-        start = 1.0 - np.cos(span(self.curvature)[1] * y[..., 0])
+        start = 1.0 - np.cos(span(self.curvature)[1] * y[..., Roller.components["way"]][..., 0])
         n = np.ceil(np.log((1.0 - np.cos(self.rim)) / start) / gain)
         swing = math.sqrt(span(self.g)[1] * span(self.curvature)[1] / low)
         return np.asarray((n - 0.5) * math.pi / swing)

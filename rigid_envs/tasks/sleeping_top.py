@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from rigid_envs.errors import ConfigError
-from rigid_envs.kernels import episode, heavy_top, randoms
-from rigid_envs.kernels.actions import clip_to_disc
-from rigid_envs.kernels.algebra import Row, compose, rotate, vertical
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels import randoms
+from rigid_envs.kernels.actions import clip_to_disk
+from rigid_envs.kernels.algebra import Vector, attitude, compose, rotate, vertical
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import atan2, fma, select, sincos
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.heavy_top import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems import HeavyTop
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
 from rigid_envs.tasks.tops import derive_symmetric, fastest_top, weight
 
@@ -22,79 +23,98 @@ __all__ = ["SleepingTop", "SleepingTopRandom"]
 
 _STEPS = 300  # time limit of the registered environments
 _FAST = 20.0  # rad/s; observed no further than this
-_TORQUE, _TOLERANCE, _HOLD, _TILT, _SPIN_LOW, _SPIN_HIGH = range(2, 8)  # after two weights
+
+
+class Action(NamedTuple):
+    """Horizontal torque in world axes, in parts of the largest."""
+
+    tau_x: float
+    tau_y: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `SleepingTop`."""
+
+    upright: float
+    effort: float
+
+
+class Constants(NamedTuple):
+    """Largest torque [N m], success (tilt [rad], time [s]), start (tilt [rad], parts of a spin)."""
+
+    torque: float
+    tolerance: float
+    hold: float
+    start_tilt: float
+    start_spin_low: float
+    start_spin_high: float
+
+
+class Auxiliary(NamedTuple):
+    """For how many control periods the tilt has been small."""
+
+    held: float = 0.0
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """Released with a slow spin at a small tilt: tilt and spin uniform, azimuth and phase too."""
-    tilt = c[_TILT] * randoms.uniform(stream, 0)
-    critical = 2.0 * math.sqrt(p[0] * p[3] * p[4] * p[5]) / p[2]
-    spin = critical * fma(c[_SPIN_HIGH] - c[_SPIN_LOW], randoms.uniform(stream, 1), c[_SPIN_LOW])
+    tilt = c.start_tilt * randoms.uniform(stream, 0)
+    critical = 2.0 * math.sqrt(p.I1 * p.m * p.g * p.ell) / p.I3
+    width = c.start_spin_high - c.start_spin_low
+    spin = critical * fma(width, randoms.uniform(stream, 1), c.start_spin_low)
     azimuth = randoms.direction(stream, 2)
     phase = randoms.direction(stream, 1 << 20)
     sine, cosine = sincos(0.5 * tilt)
     tilted = (cosine, sine * azimuth[0], sine * azimuth[1], 0.0)
     q = compose(tilted, (phase[0], 0.0, 0.0, phase[1]))
-    return (*q, 0.0, 0.0, spin, 0.0, 0.0, 0.0, 0.0), (0.0,)
+    omega, pivot, velocity = (0.0, 0.0, spin), (0.0, 0.0), (0.0, 0.0)
+    return State(*q, *omega, *pivot, *velocity), Auxiliary(held=0.0)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Horizontal torque in world axes."""
-    return y, (0.0, 0.0, 0.0, c[_TORQUE] * a[0], c[_TORQUE] * a[1], 0.0, 0.0, 0.0)
+    return y, Input(
+        tau_body1=0.0,
+        tau_body2=0.0,
+        tau_body3=0.0,
+        tau_world_x=c.torque * a.tau_x,
+        tau_world_y=c.torque * a.tau_y,
+        tau_world_z=0.0,
+        aX=0.0,
+        aY=0.0,
+    )
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
-    """Tilt, horizontal rate, torque, and for how long the tilt has been small."""
-    torque, tolerance, hold = c[_TORQUE], c[_TOLERANCE], c[_HOLD]
-    up = vertical((y[0], y[1], y[2], y[3]))
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
+    """Tilt, torque, and for how long the tilt has been small."""
+    up = vertical(attitude(y))
     tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
-    size = math.sqrt(u[3] * u[3] + u[4] * u[4])
-    held = select(tilt < tolerance, memo[0] + 1.0, 0.0)
-    terms = (1.0 / (1.0 + 10.0 * tilt), -(size * size) * (1.0 / (torque * torque)))
-    return (held,), terms, dt * size, held * dt >= hold * (1.0 - 1e-9), False
+    size = math.sqrt(u.tau_world_x * u.tau_world_x + u.tau_world_y * u.tau_world_y)
+    held = select(tilt < c.tolerance, aux.held + 1.0, 0.0)
+    terms = Terms(
+        upright=1.0 / (1.0 + 10.0 * tilt),
+        effort=-(size * size) * (1.0 / (c.torque * c.torque)),
+    )
+    success = held * dt >= c.hold * (1.0 - 1e-9)
+    return Auxiliary(held), terms, dt * size, success, False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
     """Angular velocity in world axes, the frame of the torque."""
-    omega = rotate((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
+    omega = rotate(attitude(y), (y.omega1, y.omega2, y.omega3))
     return (
         min(max(omega[0], -_FAST), _FAST),
         min(max(omega[1], -_FAST), _FAST),
         min(max(omega[2], -_FAST), _FAST),
     )
-
-
-SHAPES = Shapes(*heavy_top.SHAPES, (1.0,) * 6, (0.0,), (0.0,) * 2, (0.0,) * 8)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        heavy_top.step,
-        heavy_top.restore,
-        heavy_top.WEIGHTS,
-        clip_to_disc,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(derive_symmetric, start, observe, SHAPES, memory, rows, mode)
 
 
 @dataclass(frozen=True)
@@ -160,12 +180,20 @@ class SleepingTop(Task):
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
     system_type: ClassVar = HeavyTop
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("upright", "effort")
+    episode: ClassVar = Episode(
+        dynamics=HEAVY_TOP,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        derive=derive_symmetric,
+        start=start,
+        clip=clip_to_disk,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "torque impulse [N m s]"
-    memo_names: ClassVar = ("held",)
     aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 
     def _check_parameters(self) -> None:
@@ -176,23 +204,10 @@ class SleepingTop(Task):
                 f"{self.start_spin_high}; expected start_spin_low <= start_spin_high"
             )
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, torque, tolerance, hold, start."""
-        return (
-            self.weight_upright,
-            self.weight_effort,
-            self.torque,
-            self.tolerance,
-            self.hold,
-            self.start_tilt,
-            self.start_spin_low,
-            self.start_spin_high,
-        )
-
     def actions(self) -> tuple[Entry, ...]:
-        """Horizontal torque, in a disc."""
+        """Horizontal torque, in a disk."""
         return tuple(
-            Entry(f"tau_{k}", "N m", "world, disc", -self.torque, self.torque) for k in "xy"
+            Entry(f"tau_{k}", "N m", "world, disk", -self.torque, self.torque) for k in "xy"
         )
 
     def features(self) -> tuple[Entry, ...]:
@@ -201,9 +216,9 @@ class SleepingTop(Task):
 
     def largest_rate(self) -> float:
         """Spin at the start and the rate of a free fall together."""
-        weight = span(self.m)[1] * span(self.g)[1] * span(self.ell)[1]
-        critical = 2.0 * math.sqrt(span(self.I_perp)[1] * weight) / span(self.I3)[0]
-        return self.start_spin_high * critical + 2.0 * math.sqrt(weight / span(self.I_perp)[0])
+        mgl = weight(self.m, self.g, self.ell)
+        critical = 2.0 * math.sqrt(span(self.I_perp)[1] * mgl) / span(self.I3)[0]
+        return self.start_spin_high * critical + 2.0 * math.sqrt(mgl / span(self.I_perp)[0])
 
 
 @dataclass(frozen=True)

@@ -4,100 +4,102 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, free_body, randoms
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_box
-from rigid_envs.kernels.algebra import Row, vertical
-from rigid_envs.kernels.compiler import kernel, scalar
-from rigid_envs.kernels.elementary import fma, select
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.algebra import vertical
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.elementary import fma
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
-from rigid_envs.tasks.base import ROTATION, Array, Entry, Task
+from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Choice, Integer, Number, Range, physical, setting, span
-from rigid_envs.tasks.moments import check_order, fastest, spun_up
+from rigid_envs.tasks.free_bodies import (
+    FASTEST,
+    BodyTorque,
+    Held,
+    check_order,
+    fastest,
+    held_for,
+    observed_rates,
+    spun_up,
+)
 
 __all__ = ["SpinCapture"]
 
-_FAST = 20.0  # target rates; observed no further than this
 _STEPS = 600  # time limit of the registered environment, for which rates are bounded
 _ACTUATORS = ("e1 e2 e3", "e1 e2", "e1 e3", "e2 e3", "e1", "e2", "e3")
-_RATE, _TOLERANCE, _HOLD, _LOW, _HIGH, _TORQUE = range(3, 9)  # constants after three weights
+
+
+class Terms(NamedTuple):
+    """Reward terms of `SpinCapture`."""
+
+    spin: float
+    manifold: float
+    effort: float
+
+
+class Constants(NamedTuple):
+    """Target rate [rad/s], tolerance, hold [s], rates at the start [rad/s], torques [N m]."""
+
+    spin_rate: float
+    tolerance: float
+    hold: float
+    least_start_rate: float
+    largest_start_rate: float
+    torque1: float
+    torque2: float
+    torque3: float
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Direction of spin uniform on the sphere, its rate uniform; attitude uniform on SO(3)."""
-    rate = fma(c[_HIGH] - c[_LOW], randoms.uniform(stream, 0), c[_LOW])
+    low, high = c.least_start_rate, c.largest_start_rate
+    rate = fma(high - low, randoms.uniform(stream, 0), low)
     axis = vertical(randoms.quaternion(stream, 1 << 21))
     q = randoms.quaternion(stream, 1 << 20)
-    return (*q, rate * axis[0], rate * axis[1], rate * axis[2]), (0.0,)
+    return State(*q, rate * axis[0], rate * axis[1], rate * axis[2]), Held(0.0)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(a: BodyTorque, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
     """Torque about the body axes that have an actuator."""
-    return y, (c[_TORQUE] * a[0], c[_TORQUE + 1] * a[1], c[_TORQUE + 2] * a[2])
+    return y, Input(c.torque1 * a.tau1, c.torque2 * a.tau2, c.torque3 * a.tau3)
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
+) -> tuple[Held, Terms, float, bool, bool]:
     """Spin error, distance in energy and momentum, torque, and for how long there is no error."""
-    rate, tolerance, hold = c[_RATE], c[_TOLERANCE], c[_HOLD]
-    scale = 1.0 / rate
-    w1, w2, w3 = scale * y[4], scale * y[5], scale * y[6]
+    scale = 1.0 / c.spin_rate
+    w1, w2, w3 = scale * y.omega1, scale * y.omega2, scale * y.omega3
     error = math.sqrt(w1 * w1 + (w2 - 1.0) * (w2 - 1.0) + w3 * w3)
-    L1, L2, L3 = p[0] * w1, p[1] * w2, p[2] * w3
-    unit = p[4] * p[4]  # 1 / I2^2
+    L1, L2, L3 = p.I1 * w1, p.I2 * w2, p.I3 * w3
+    unit = p.inverse2 * p.inverse2
     momentum = unit * (L1 * L1 + L2 * L2 + L3 * L3)
-    energy = p[4] * (L1 * w1 + L2 * w2 + L3 * w3)
+    energy = p.inverse2 * (L1 * w1 + L2 * w2 + L3 * w3)
     apart = abs(energy - momentum) + abs(momentum - 1.0)
-    square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
-    full = c[_TORQUE] * c[_TORQUE] + c[_TORQUE + 1] * c[_TORQUE + 1]
-    full = full + c[_TORQUE + 2] * c[_TORQUE + 2]
-    held = select(error < tolerance, memo[0] + 1.0, 0.0)
-    terms = (1.0 / (1.0 + 10.0 * error), 1.0 / (1.0 + 10.0 * apart), -square / full)
-    return (held,), terms, dt * math.sqrt(square), held * dt >= hold * (1.0 - 1e-9), False
+    square = u.tau1 * u.tau1 + u.tau2 * u.tau2 + u.tau3 * u.tau3
+    full = c.torque1 * c.torque1 + c.torque2 * c.torque2
+    full = full + c.torque3 * c.torque3
+    held = held_for(error < c.tolerance, aux)
+    terms = Terms(
+        spin=1.0 / (1.0 + 10.0 * error),
+        manifold=1.0 / (1.0 + 10.0 * apart),
+        effort=-square / full,
+    )
+    success = held * dt >= c.hold * (1.0 - 1e-9)
+    return Held(held), terms, dt * math.sqrt(square), success, False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, float, float]:
     """Angular velocity in target rates."""
-    s = 1.0 / c[_RATE]
-    return (
-        min(max(s * y[4], -_FAST), _FAST),
-        min(max(s * y[5], -_FAST), _FAST),
-        min(max(s * y[6], -_FAST), _FAST),
-    )
-
-
-SHAPES = Shapes(*free_body.SHAPES, (1.0,) * 3, (0.0,), (0.0,) * 3, (0.0,) * 11)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        free_body.step,
-        free_body.restore,
-        free_body.WEIGHTS,
-        clip_to_box,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(free_body.derive, start, observe, SHAPES, memory, rows, mode)
+    return observed_rates(y, 1.0 / c.spin_rate)
 
 
 @dataclass(frozen=True)
@@ -181,12 +183,19 @@ class SpinCapture(Task):
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
     system_type: ClassVar = FreeBody
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("spin", "manifold", "effort")
+    episode: ClassVar = Episode(
+        dynamics=FREE_BODY,
+        Action=BodyTorque,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Held,
+        start=start,
+        clip=clip_to_box,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "torque impulse [N m s]"
-    memo_names: ClassVar = ("held",)
 
     def _check_parameters(self) -> None:
         check_order((self.I1, self.I2, self.I3))
@@ -201,18 +210,30 @@ class SpinCapture(Task):
             self.torque * ("e3" in on),
         )
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, target rate, tolerance, hold, start, torques."""
-        return (
-            self.weight_spin,
-            self.weight_manifold,
-            self.weight_effort,
-            self.spin_rate,
-            self.tolerance,
-            self.hold,
-            *span(self.start_rate),
-            *self.torques(),
-        )
+    @property
+    def torque1(self) -> float:
+        """Largest torque about e1 [N m]."""
+        return self.torques()[0]
+
+    @property
+    def torque2(self) -> float:
+        """Largest torque about e2 [N m]."""
+        return self.torques()[1]
+
+    @property
+    def torque3(self) -> float:
+        """Largest torque about e3 [N m]."""
+        return self.torques()[2]
+
+    @property
+    def least_start_rate(self) -> float:
+        """Least rate of the spin at the start [rad/s]."""
+        return span(self.start_rate)[0]
+
+    @property
+    def largest_start_rate(self) -> float:
+        """Largest rate of the spin at the start [rad/s]."""
+        return span(self.start_rate)[1]
 
     def actions(self) -> tuple[Entry, ...]:
         """Torques about the body axes."""
@@ -223,7 +244,7 @@ class SpinCapture(Task):
 
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity in target rates."""
-        return tuple(Entry(f"omega{k} / Omega", "1", "body", -_FAST, _FAST) for k in (1, 2, 3))
+        return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
     def largest_rate(self) -> float:
         """What full torque can make of the fastest start before the time limit."""

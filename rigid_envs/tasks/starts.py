@@ -66,7 +66,7 @@ def _state(
         raise ValueError(
             f"state has shape {y.shape}; expected ({y.shape[-1]},) or ({n}, {y.shape[-1]})"
         )
-    for name in task.still:
+    for name in task.fixed_components:
         if np.any(part := y[..., system.components[name]]):
             raise ValueError(f"state has {name} = {part}; expected 0, as it stays in this task")
     return {k: y[..., k] for k in columns}

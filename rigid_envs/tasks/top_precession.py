@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, heavy_top, randoms
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_square
-from rigid_envs.kernels.algebra import Row, vertical
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.algebra import Row, attitude, vertical
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import atan2, fma, select, sincos
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.heavy_top import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems import HeavyTop
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Choice, Integer, Number, Range, physical, setting, span
 from rigid_envs.tasks.tops import derive_symmetric, fastest_spinning, tilted, weight
 
@@ -21,47 +22,98 @@ __all__ = ["TopPrecession"]
 
 _STEPS = 400  # time limit of the registered environment
 _FAST = 30.0  # rad/s; observed no further than this
-_TORQUE, _TOLERANCE, _HOLD, _FAST_BRANCH, _GOAL, _GOALS, _TILT, _RATE, _SPIN, _SPINS = range(3, 13)
+
+
+class Action(NamedTuple):
+    """Torque about e1 and e2, in parts of the largest."""
+
+    tau1: float
+    tau2: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `TopPrecession`."""
+
+    tilt: float
+    rate: float
+    effort: float
+
+
+class Constants(NamedTuple):
+    """Torque [N m], success (relative errors, time [s]), branch, tilts [rad], rate [rad/s], spins.
+
+    Spins are parts of the critical one.
+    """
+
+    torque: float
+    tolerance: float
+    hold: float
+    fast_branch: float
+    goal_tilt: float
+    goal_spread: float
+    start_tilt: float
+    start_rate: float
+    start_spin: float
+    start_spread: float
+
+
+class Auxiliary(NamedTuple):
+    """For how many control periods the errors have been small; the commanded tilt [rad]."""
+
+    held: float = 0.0
+    goal_tilt: float = 0.0
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """Any tilt, any rates across the axis, a spin above the critical one; a goal."""
-    q = tilted(stream, c[_TILT] * randoms.uniform(stream, 0))
-    critical = 2.0 * math.sqrt(p[0] * p[3] * p[4] * p[5]) / p[2]
-    spin = critical * fma(c[_SPINS], randoms.uniform(stream, 1), c[_SPIN])
-    goal = fma(c[_GOALS], randoms.uniform(stream, 2), c[_GOAL])
-    across = randoms.in_disc(stream, 1 << 22)
-    omega = (c[_RATE] * across[0], c[_RATE] * across[1], spin)
-    return (*q, *omega, 0.0, 0.0, 0.0, 0.0), (0.0, goal)
+    q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0))
+    critical = 2.0 * math.sqrt(p.I1 * p.m * p.g * p.ell) / p.I3
+    spin = critical * fma(c.start_spread, randoms.uniform(stream, 1), c.start_spin)
+    goal = fma(c.goal_spread, randoms.uniform(stream, 2), c.goal_tilt)
+    across = randoms.in_disk(stream, 1 << 22)
+    omega = (c.start_rate * across[0], c.start_rate * across[1], spin)
+    pivot, velocity = (0.0, 0.0), (0.0, 0.0)
+    return State(*q, *omega, *pivot, *velocity), Auxiliary(held=0.0, goal_tilt=goal)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Torque about e1 and e2."""
-    return y, (c[_TORQUE] * a[0], c[_TORQUE] * a[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return y, Input(
+        tau_body1=c.torque * a.tau1,
+        tau_body2=c.torque * a.tau2,
+        tau_body3=0.0,
+        tau_world_x=0.0,
+        tau_world_y=0.0,
+        tau_world_z=0.0,
+        aX=0.0,
+        aY=0.0,
+    )
 
 
 @scalar
-def precession(y: Row) -> tuple[float, float]:
+def precession(y: State) -> tuple[float, float]:
     """Tilt [rad] and rate of precession phi' = (omega1 G1 + omega2 G2) / (G1^2 + G2^2) [rad/s].
 
     G is the vertical in body axes. At the vertical the rate is none, and 0 is given.
     """
-    G = vertical((y[0], y[1], y[2], y[3]))
+    G = vertical(attitude(y))
     square = G[0] * G[0] + G[1] * G[1]
-    rate = (y[4] * G[0] + y[5] * G[1]) / max(square, 1e-12)
+    rate = (y.omega1 * G[0] + y.omega2 * G[1]) / max(square, 1e-12)
     return atan2(math.sqrt(square), G[2]), min(max(rate, -_FAST), _FAST)
 
 
 @scalar
-def steady(tilt: float, spin: float, p: Row, fast_branch: float) -> float:
+def steady(tilt: float, spin: float, p: Parameters, fast_branch: float) -> float:
     """Rate of steady precession: a root of I1 cos(theta) x^2 - I3 omega3 x + m g ell = 0.
 
     Where there is none (a slow spin, from outside) both are taken where they meet.
     """
     _, cosine = sincos(tilt)
-    L, mgl, level = p[2] * spin, p[3] * p[4] * p[5], p[0] * cosine
+    L, mgl, level = p.I3 * spin, p.m * p.g * p.ell, p.I1 * cosine
     root = math.sqrt(max(L * L - 4.0 * level * mgl, 0.0))
     total = L + select(L < 0.0, -root, root)
     slow = 2.0 * mgl / select(abs(total) < 1e-9, 1e-9, total)
@@ -71,66 +123,39 @@ def steady(tilt: float, spin: float, p: Row, fast_branch: float) -> float:
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Errors of tilt and rate, torque, and for how long both errors have been small."""
-    goal = steady(memo[1], y[6], p, c[_FAST_BRANCH])
+    goal = steady(aux.goal_tilt, y.omega3, p, c.fast_branch)
     tilt, rate = precession(y)
-    off = abs(tilt - memo[1])
+    off = abs(tilt - aux.goal_tilt)
     wrong = abs(rate - goal) / abs(goal)
-    square = u[0] * u[0] + u[1] * u[1]
-    near = (off <= c[_TOLERANCE] * memo[1]) & (wrong <= c[_TOLERANCE])
-    held = select(near, memo[0] + 1.0, 0.0)
-    terms = (
-        1.0 / (1.0 + 10.0 * off),
-        1.0 / (1.0 + 10.0 * wrong),
-        -square * (1.0 / (2.0 * c[_TORQUE] * c[_TORQUE])),
+    square = u.tau_body1 * u.tau_body1 + u.tau_body2 * u.tau_body2
+    near = (off <= c.tolerance * aux.goal_tilt) & (wrong <= c.tolerance)
+    held = select(near, aux.held + 1.0, 0.0)
+    terms = Terms(
+        tilt=1.0 / (1.0 + 10.0 * off),
+        rate=1.0 / (1.0 + 10.0 * wrong),
+        effort=-square * (1.0 / (2.0 * c.torque * c.torque)),
     )
-    success = held * dt >= c[_HOLD] * (1.0 - 1e-9)
-    return (held, memo[1]), terms, dt * math.sqrt(square), success, False
+    success = held * dt >= c.hold * (1.0 - 1e-9)
+    return Auxiliary(held, aux.goal_tilt), terms, dt * math.sqrt(square), success, False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Angular velocity in body axes, tilt and rate of precession, and what both should be."""
     tilt, rate = precession(y)
     return (
-        min(max(y[4], -_FAST), _FAST),
-        min(max(y[5], -_FAST), _FAST),
-        min(max(y[6], -_FAST), _FAST),
+        min(max(y.omega1, -_FAST), _FAST),
+        min(max(y.omega2, -_FAST), _FAST),
+        min(max(y.omega3, -_FAST), _FAST),
         tilt,
         rate,
-        memo[1],
-        steady(memo[1], y[6], p, c[_FAST_BRANCH]),
+        aux.goal_tilt,
+        steady(aux.goal_tilt, y.omega3, p, c.fast_branch),
     )
-
-
-SHAPES = Shapes(*heavy_top.SHAPES, (1.0,) * 6, (0.0,) * 2, (0.0,) * 2, (0.0,) * 13)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        heavy_top.step,
-        heavy_top.restore,
-        heavy_top.WEIGHTS,
-        clip_to_square,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(derive_symmetric, start, observe, SHAPES, memory, rows, mode)
 
 
 @dataclass(frozen=True)
@@ -215,31 +240,26 @@ class TopPrecession(Task):
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
     system_type: ClassVar = HeavyTop
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("tilt", "rate", "effort")
+    episode: ClassVar = Episode(
+        dynamics=HEAVY_TOP,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        derive=derive_symmetric,
+        start=start,
+        clip=clip_to_square,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "torque impulse [N m s]"
-    memo_names: ClassVar = ("held", "goal_tilt")
     aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 
-    def constants(self) -> tuple[float, ...]:
-        """Weights, torque, tolerance, hold, branch, goals, start."""
-        return (
-            self.weight_tilt,
-            self.weight_rate,
-            self.weight_effort,
-            self.torque,
-            self.tolerance,
-            self.hold,
-            float(self.branch == "fast"),
-            self.goal_tilt,
-            self.goal_spread,
-            self.start_tilt,
-            self.start_rate,
-            self.start_spin,
-            self.start_spread,
-        )
+    @property
+    def fast_branch(self) -> float:
+        """1 where the goal is the fast root of steady precession, 0 where it is the slow one."""
+        return float(self.branch == "fast")
 
     def actions(self) -> tuple[Entry, ...]:
         """Torques about e1 and e2."""

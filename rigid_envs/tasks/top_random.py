@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from rigid_envs.kernels import episode, heavy_top, randoms
+from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_box
-from rigid_envs.kernels.algebra import Row, vertical
-from rigid_envs.kernels.compiler import kernel, scalar
+from rigid_envs.kernels.algebra import Vector, attitude, vertical
+from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import atan2, select
-from rigid_envs.kernels.layout import Memory, Shapes
+from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.heavy_top import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems import HeavyTop
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
 from rigid_envs.tasks.tops import fastest_top, tilted, weight
 
@@ -21,75 +22,94 @@ __all__ = ["TopRandom"]
 
 _STEPS = 300  # time limit of the registered environment
 _FAST = 30.0  # rad/s; observed no further than this
-_TORQUE, _TOLERANCE, _HOLD, _TILT, _SPIN, _RATE = range(2, 8)  # constants after the two weights
+
+
+class Action(NamedTuple):
+    """Torque about the body axes, in parts of the largest."""
+
+    tau1: float
+    tau2: float
+    tau3: float
+
+
+class Terms(NamedTuple):
+    """Reward terms of `TopRandom`."""
+
+    upright: float
+    effort: float
+
+
+class Constants(NamedTuple):
+    """Largest torque [N m], success (tilt [rad], time [s]), start (tilt [rad], rates [rad/s])."""
+
+    torque: float
+    tolerance: float
+    hold: float
+    start_tilt: float
+    start_spin: float
+    start_rate: float
+
+
+class Auxiliary(NamedTuple):
+    """For how many control periods the tilt has been small."""
+
+    held: float = 0.0
 
 
 @scalar
-def start(stream: randoms.Stream, p: Row, c: Row) -> tuple[Row, Row]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """A small tilt, a spin in either sense, small rates across it."""
-    q = tilted(stream, c[_TILT] * randoms.uniform(stream, 0))
-    spin = c[_SPIN] * (2.0 * randoms.uniform(stream, 1) - 1.0)
-    across = randoms.in_disc(stream, 1 << 22)
-    omega = (c[_RATE] * across[0], c[_RATE] * across[1], spin)
-    return (*q, *omega, 0.0, 0.0, 0.0, 0.0), (0.0,)
+    q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0))
+    spin = c.start_spin * (2.0 * randoms.uniform(stream, 1) - 1.0)
+    across = randoms.in_disk(stream, 1 << 22)
+    omega = (c.start_rate * across[0], c.start_rate * across[1], spin)
+    pivot, velocity = (0.0, 0.0), (0.0, 0.0)
+    return State(*q, *omega, *pivot, *velocity), Auxiliary(held=0.0)
 
 
 @scalar
-def actuate(a: Row, y: Row, memo: Row, p: Row, c: Row) -> tuple[Row, Row]:
+def actuate(
+    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Torque about the three body axes."""
-    t = c[_TORQUE]
-    return y, (t * a[0], t * a[1], t * a[2], 0.0, 0.0, 0.0, 0.0, 0.0)
+    return y, Input(
+        tau_body1=c.torque * a.tau1,
+        tau_body2=c.torque * a.tau2,
+        tau_body3=c.torque * a.tau3,
+        tau_world_x=0.0,
+        tau_world_y=0.0,
+        tau_world_z=0.0,
+        aX=0.0,
+        aY=0.0,
+    )
 
 
 @scalar
-def judge(
-    y: Row, u: Row, memo: Row, p: Row, c: Row, dt: float
-) -> tuple[Row, Row, float, bool, bool]:
+def outcome(
+    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
+) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Tilt, torque, and for how long the tilt has been small."""
-    torque, hold = c[_TORQUE], c[_HOLD]
-    up = vertical((y[0], y[1], y[2], y[3]))
+    up = vertical(attitude(y))
     tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
-    square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
-    held = select(tilt < c[_TOLERANCE], memo[0] + 1.0, 0.0)
-    terms = (1.0 / (1.0 + 10.0 * tilt), -square * (1.0 / (3.0 * torque * torque)))
-    return (held,), terms, dt * math.sqrt(square), held * dt >= hold * (1.0 - 1e-9), False
+    tau1, tau2, tau3 = u.tau_body1, u.tau_body2, u.tau_body3
+    square = tau1 * tau1 + tau2 * tau2 + tau3 * tau3
+    held = select(tilt < c.tolerance, aux.held + 1.0, 0.0)
+    terms = Terms(
+        upright=1.0 / (1.0 + 10.0 * tilt),
+        effort=-square * (1.0 / (3.0 * c.torque * c.torque)),
+    )
+    success = held * dt >= c.hold * (1.0 - 1e-9)
+    return Auxiliary(held), terms, dt * math.sqrt(square), success, False
 
 
 @scalar
-def observe(y: Row, memo: Row, p: Row, c: Row) -> Row:
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
     """Angular velocity in body axes, the frame of the torque."""
     return (
-        min(max(y[4], -_FAST), _FAST),
-        min(max(y[5], -_FAST), _FAST),
-        min(max(y[6], -_FAST), _FAST),
+        min(max(y.omega1, -_FAST), _FAST),
+        min(max(y.omega2, -_FAST), _FAST),
+        min(max(y.omega3, -_FAST), _FAST),
     )
-
-
-SHAPES = Shapes(*heavy_top.SHAPES, (1.0,) * 6, (0.0,), (0.0,) * 3, (0.0,) * 8)
-
-
-@kernel
-def step(memory: Memory, first_block: int, last_block: int) -> int:
-    """`episode.step` of this task."""
-    return episode.step(
-        heavy_top.step,
-        heavy_top.restore,
-        heavy_top.WEIGHTS,
-        clip_to_box,
-        actuate,
-        judge,
-        observe,
-        SHAPES,
-        memory,
-        first_block,
-        last_block,
-    )
-
-
-@kernel
-def reset(memory: Memory, rows: Array, mode: int) -> None:
-    """`episode.reset` of this task."""
-    episode.reset(heavy_top.derive, start, observe, SHAPES, memory, rows, mode)
 
 
 @dataclass(frozen=True)
@@ -163,25 +183,19 @@ class TopRandom(Task):
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
     system_type: ClassVar = HeavyTop
-    shapes: ClassVar = SHAPES
-    step: ClassVar = staticmethod(step)
-    reset: ClassVar = staticmethod(reset)
-    terms: ClassVar = ("upright", "effort")
+    episode: ClassVar = Episode(
+        dynamics=HEAVY_TOP,
+        Action=Action,
+        Terms=Terms,
+        Constants=Constants,
+        Auxiliary=Auxiliary,
+        start=start,
+        clip=clip_to_box,
+        actuate=actuate,
+        outcome=outcome,
+        observe=observe,
+    )
     cost_unit: ClassVar = "torque impulse [N m s]"
-    memo_names: ClassVar = ("held",)
-
-    def constants(self) -> tuple[float, ...]:
-        """Weights, torque, tolerance, hold, start."""
-        return (
-            self.weight_upright,
-            self.weight_effort,
-            self.torque,
-            self.tolerance,
-            self.hold,
-            self.start_tilt,
-            self.start_spin,
-            self.start_rate,
-        )
 
     def actions(self) -> tuple[Entry, ...]:
         """Torques about the body axes."""

@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from rigid_envs.kernels import heavy_top, randoms
-from rigid_envs.kernels.algebra import Quaternion, Row, compose
+from rigid_envs.kernels.algebra import Quaternion, compose
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import sincos
+from rigid_envs.kernels.heavy_top import Parameters
 from rigid_envs.systems.free_body import fastest_turn
 from rigid_envs.tasks.fields import Range, span
 
@@ -17,9 +18,9 @@ __all__ = ["derive_symmetric", "fastest_spinning", "fastest_top", "tilted", "wei
 
 
 @scalar
-def derive_symmetric(raw: Row) -> Row:
-    """Parameters of a symmetric top: I2 is I1, also where a range is drawn from."""
-    return heavy_top.derive((raw[0], raw[0], raw[2], raw[3], raw[4], raw[5]))
+def derive_symmetric(I1: float, I2: float, I3: float, m: float, g: float, ell: float) -> Parameters:
+    """Parameters of a symmetric top: I1 stands for I2, which may have been drawn by itself."""
+    return heavy_top.derive(I1, I1, I3, m, g, ell)
 
 
 @scalar

@@ -54,8 +54,8 @@ def finish(process: BaseProcess, timeout: float = 60) -> int:
 
 def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
     import tests.agents.drift  # noqa: F401, registers the environment
-    from agents.config import config_from
-    from agents.training import train
+    from agents.config.by_algorithm import config_from
+    from agents.training.trainer import train
 
     config = None if values is None else config_from(values)
     try:
@@ -69,7 +69,7 @@ def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
 def _write(path: Path, size: int) -> None:
     import numpy as np
 
-    from agents.tensorfile import save_tensors
+    from agents.storage.tensorfile import save_tensors
 
     for k in range(10**9):
         save_tensors(path, {"a": np.full(size, k)}, {"k": k})

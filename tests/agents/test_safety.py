@@ -30,7 +30,7 @@ def test_no_source_loads_pickles_or_evaluates_text(path: Path) -> None:
             if called == "np.load":
                 assert "allow_pickle=False" in ast.unparse(node)
             if called in ("importlib.import_module", "__import__"):
-                assert path.name == "cli.py"
+                assert path.name == "command_line.py"
             if called.startswith("subprocess."):
                 assert "shell" not in ast.unparse(node)
 
@@ -38,8 +38,8 @@ def test_no_source_loads_pickles_or_evaluates_text(path: Path) -> None:
 def test_a_run_leaves_files_in_its_folder_only(tmp_path: Path) -> None:
     code = f"""
 import tests.agents.drift
-from agents.config import config_from
-from agents.training import train
+from agents.config.by_algorithm import config_from
+from agents.training.trainer import train
 train(config_from({ {**SMALL, "total_timesteps": 2048}!r}), quiet=True)
 """
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}

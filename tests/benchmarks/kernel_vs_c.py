@@ -19,8 +19,8 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.cli.bench.race import Contestant, Result, race
-from rigid_envs.kernels import free_body
+from rigid_envs.bench.interleaved import Throughput, Workload, time_interleaved
+from rigid_envs.kernels.free_body import FREE_BODY
 from rigid_envs.kernels.rows import LANES, integrate
 from rigid_envs.pages.tables import table
 from rigid_envs.provenance import provenance
@@ -32,26 +32,28 @@ _FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC")
 _SOURCE = Path(__file__).with_name("free_body.c")
 _N = 4096
 _H = 0.1  # [s]
-_STAGES = len(free_body.WEIGHTS)
+_STEP, _RESTORE, _WEIGHTS = FREE_BODY.step, FREE_BODY.restore, FREE_BODY.weights
+_PROTOTYPES = FREE_BODY.prototypes
+_STAGES = len(_WEIGHTS)
 _TARGET = 1.5
 
 Array = npt.NDArray[np.float64]
 Loop = Callable[[Array, int, float, int], None]
-"""``loop(memory, n_blocks, h, n_substeps)``."""
+"""``loop(buffer, n_blocks, h, n_substeps)``."""
 
-_SIZE = sum(map(len, free_body.SHAPES)) * LANES
+_SIZE = sum(map(len, _PROTOTYPES)) * LANES
 
 
 @numba.njit(error_model="numpy", nogil=True)
-def kernel_loop(memory: Array, n_blocks: int, h: float, n_substeps: int) -> None:
+def kernel_loop(buffer: Array, n_blocks: int, h: float, n_substeps: int) -> None:
     """The integration loop of the environments, over blocks of rows."""
     for block in range(n_blocks):
         integrate(
-            free_body.step,
-            free_body.restore,
-            free_body.WEIGHTS,
-            free_body.SHAPES,
-            memory,
+            _STEP,
+            _RESTORE,
+            _WEIGHTS,
+            _PROTOTYPES,
+            buffer,
             block * _SIZE,
             LANES,
             h,
@@ -86,8 +88,8 @@ def _loop(library: ctypes.CDLL, name: str) -> Loop:
     function.argtypes = (ctypes.c_void_p, ctypes.c_long, ctypes.c_double, ctypes.c_long)
     function.restype = None
 
-    def loop(memory: Array, n_blocks: int, h: float, n_substeps: int) -> None:
-        function(memory.ctypes.data, n_blocks, h, n_substeps)
+    def loop(buffer: Array, n_blocks: int, h: float, n_substeps: int) -> None:
+        function(buffer.ctypes.data, n_blocks, h, n_substeps)
 
     return loop
 
@@ -100,18 +102,18 @@ def difference(loop: Loop) -> float:
     return float(np.max(np.abs(ours - theirs)))
 
 
-def _contestant(name: str, loop: Loop) -> Contestant:
-    memory = new_rows(_N)
+def _workload(name: str, loop: Loop) -> Workload:
+    buffer = new_rows(_N)
 
-    def burst(times: int) -> int:
+    def run(times: int) -> int:
         for _ in range(times):
-            loop(memory, _N // LANES, _H, 1)
+            loop(buffer, _N // LANES, _H, 1)
         return times * _N
 
-    return Contestant(name, "", burst)
+    return Workload(name, "", run)
 
 
-def _report(results: list[Result], differences: dict[str, float]) -> str:
+def _report(results: list[Throughput], differences: dict[str, float]) -> str:
     ours = results[0]
     rows = []
     for result in results:
@@ -141,9 +143,9 @@ def main() -> int:
         return 2
     with c_loops() as loops:
         differences = {f"C, {name}": difference(loop) for name, loop in loops.items()}
-        contestants = [_contestant("rigid_envs.kernels", kernel_loop)]
-        contestants += [_contestant(f"C, {name}", loop) for name, loop in loops.items()]
-        results = race(contestants, options.rounds, 0.01)
+        workloads = [_workload("rigid_envs.kernels", kernel_loop)]
+        workloads += [_workload(f"C, {name}", loop) for name, loop in loops.items()]
+        results = time_interleaved(workloads, options.rounds, 0.01)
     where = provenance()
     print(f"{where['cpu']}; gcc {' '.join(_FLAGS[:3])}; {_N} rows, {_STAGES} stages per step\n")
     print(_report(results, differences))

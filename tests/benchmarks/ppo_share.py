@@ -12,10 +12,10 @@ import time
 from typing import Any
 
 import rigid_envs
-from agents import training
-from agents.config import config_from
-from agents.progress import Progress
-from agents.runs import create_run
+from agents.config.by_algorithm import config_from
+from agents.storage.runs import create_run
+from agents.training.progress_bar import Progress
+from agents.training.trainer import Trainer
 
 
 def measure(env_id: str, steps: int, folder: str) -> tuple[float, float]:
@@ -34,7 +34,7 @@ def measure(env_id: str, steps: int, folder: str) -> tuple[float, float]:
     )
     run = create_run(config)
     run.begin()
-    trainer = training.Trainer(run, config, Progress(quiet=True))
+    trainer = Trainer(run, config, Progress(quiet=True))
     venv = trainer._adapter.venv
     inside, step = 0.0, venv.step
 

@@ -119,9 +119,9 @@ def n_actions(env_id: str) -> int:
 
 
 def is_round(env_id: str) -> bool:
-    """Whether actions are clipped by their norm: a disc, a ball."""
+    """Whether actions are clipped by their norm: a disk, a ball."""
     frame = task_of(env_id).actions()[0].frame
-    return "disc" in frame or "ball" in frame
+    return "disk" in frame or "ball" in frame
 
 
 def actions(env_id: str, n_steps: int, n_rows: int, seed: int = 0) -> npt.NDArray[Any]:

@@ -191,7 +191,7 @@ def test_without_a_limit_nothing_is_truncated(env_id, mode, before):
     for env, action in ((single(env_id), still(env_id, 1)[0]), (envs, still(env_id, 2))):
         env.reset(seed=0)
         state = env.get_state()
-        state["clock"][..., CLOCK.index("elapsed")] = max(
+        state["clock"][..., CLOCK.elapsed] = max(
             ENVIRONMENTS[env_id].max_episode_steps - before, before
         )
         env.set_state(state)

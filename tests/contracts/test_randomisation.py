@@ -255,5 +255,5 @@ def test_noise_on_the_action_stays_inside_the_space(env_id):
     for batch in actions(env_id, 5, N):
         acts = acting(loud, batch)
         size = np.linalg.norm(acts, axis=1) if is_round(env_id) else np.abs(acts).max(axis=1)
-        assert size.max() <= 1 + 2.0**-23  # a disc action is rounded to float32
+        assert size.max() <= 1 + 2.0**-23  # a disk action is rounded to float32
         assert size.mean() > 0.9

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigid_envs.kernels.actions import clip_to_box, clip_to_disc
+from rigid_envs.kernels.actions import clip_to_box, clip_to_disk
 
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 INSIDE = st.floats(-1.0, 1.0, width=32)
@@ -33,7 +33,7 @@ def test_a_box_action_inside_is_left_bit_for_bit(action):
 
 @given(st.tuples(FLOATS, FLOATS).filter(lambda a: math.hypot(*a) < 1e18))
 def test_a_disc_action_keeps_its_direction_and_gets_at_most_length_one(action):
-    found, clipped = clip_to_disc(action)
+    found, clipped = clip_to_disk(action)
     length = math.hypot(*action)
     # A float32 has 24 bits: the direction turns by at most 2^-24 or so, the length too.
     if clipped:
@@ -46,13 +46,13 @@ def test_a_disc_action_keeps_its_direction_and_gets_at_most_length_one(action):
 
 @given(st.tuples(FLOATS, FLOATS).filter(lambda a: math.hypot(*a) < 1e18))
 def test_clipping_a_disc_action_twice_changes_nothing(action):
-    once, _ = clip_to_disc(action)
-    twice, clipped = clip_to_disc(once)
+    once, _ = clip_to_disk(action)
+    twice, clipped = clip_to_disk(once)
     assert bits(twice) == bits(once)
     assert not clipped
 
 
-@pytest.mark.parametrize("clip", [clip_to_box, clip_to_disc])
+@pytest.mark.parametrize("clip", [clip_to_box, clip_to_disk])
 def test_signed_zeros_and_denormals_are_kept(clip):
     tiny = float(np.float32(1e-45))
     action = (-0.0, tiny, 0.0) if clip is clip_to_box else (-0.0, tiny)

@@ -11,16 +11,17 @@ import numba
 import pytest
 
 import rigid_envs
-from rigid_envs.kernels import compiler
+from rigid_envs.kernels import cache
 
 # The vertical momentum of a body, which a kernel of one file makes by `rotate` of another one.
 REPORT = """
-from rigid_envs.kernels.free_body import measure_rows
+from rigid_envs.kernels.free_body import FREE_BODY
 from rigid_envs.systems import FreeBody
 
 body = FreeBody(1.0, 1.0, 1.0)
 momentum = body.invariants(body.state(omega_body=(0.0, 0.0, 3.0)))["L_world_z"]
-print(float(momentum), sum(measure_rows.stats.cache_hits.values()), measure_rows.stats.cache_path)
+stats = FREE_BODY.measure_rows.stats
+print(float(momentum), sum(stats.cache_hits.values()), stats.cache_path)
 """
 EDIT = """
 
@@ -76,12 +77,12 @@ def test_without_a_place_to_keep_them_kernels_are_compiled_per_process(
 def folder(base: Path, monkeypatch: pytest.MonkeyPatch) -> Path | None:
     """The cache folder below a base, found afresh."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(base))
-    return compiler.cache_directory.__wrapped__()
+    return cache.cache_directory.__wrapped__()
 
 
 def test_the_cache_folder_is_private_and_named_by_the_sources(tmp_path, monkeypatch):
     found = folder(tmp_path, monkeypatch)
-    assert found == tmp_path / "rigid-envs" / compiler.kernel_hash()
+    assert found == tmp_path / "rigid-envs" / cache.kernel_hash()
     assert stat.S_IMODE(found.stat().st_mode) == 0o700
 
 
@@ -102,10 +103,10 @@ def test_a_cache_folder_of_somebody_else_is_not_used(tmp_path, monkeypatch):
 def test_the_cache_folder_falls_back_to_the_users_own(tmp_path, monkeypatch):
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
-    assert compiler.cache_directory.__wrapped__().is_relative_to(tmp_path / "xdg")
+    assert cache.cache_directory.__wrapped__().is_relative_to(tmp_path / "xdg")
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    assert compiler.cache_directory.__wrapped__().is_relative_to(tmp_path / "home/.cache")
+    assert cache.cache_directory.__wrapped__().is_relative_to(tmp_path / "home/.cache")
 
 
 def test_other_users_of_numba_keep_their_own_cache_setting():

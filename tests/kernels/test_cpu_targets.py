@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 from llvmlite import binding
 
-from rigid_envs.kernels.compiler import kernel_hash
+from rigid_envs.kernels.cache import kernel_hash
 from tests.contracts.environments import IDS, task_of
 from tests.kernels.fingerprint import hashes_of
 

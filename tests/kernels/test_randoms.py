@@ -82,7 +82,7 @@ def test_normal_pairs_are_standard_normal_and_independent():
 
 
 def test_points_of_the_disc_are_uniform_by_area():
-    x, y = draws(randoms.in_disc).T
+    x, y = draws(randoms.in_disk).T
     assert uniform_on(x**2 + y**2, 0.0, 1.0)
     assert uniform_on(np.arctan2(y, x), -math.pi, math.pi)
     assert uncorrelated(x**2 + y**2, np.arctan2(y, x))

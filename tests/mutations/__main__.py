@@ -1,4 +1,4 @@
-"""Does verification notice a wrong sign? Plant every single one and see.
+"""Mutation test of the laws: every wrong sign in the kernels must break one.
 
 Run from the checkout: ``python -m tests.mutations [--subjects free_body heavy_top] [--jobs 2]
 [--sample 20 --seed 0] [--json FILE]``. A mutant takes a second, or ten where only the compiled
@@ -19,13 +19,14 @@ from typing import NamedTuple
 from tests.mutations.equivalents import EQUIVALENTS, Equivalent
 from tests.mutations.mutants import Mutant, mutants_of
 from tests.mutations.report import as_json, as_markdown, survivors
-from tests.mutations.trials import Laboratory, Trial
+from tests.mutations.trials import PackageCopy, Trial
 
 
 class Source(NamedTuple):
-    """A file of kernels, who is asked about it, and its functions that have no part in motions.
+    """Subjects whose laws check a kernel file, and functions of it that are left out.
 
-    These are for observations, actions and random numbers, or tests compare them to the bit.
+    Left out are functions for observations, actions and random numbers, and those that other tests
+    compare bit for bit.
     """
 
     subjects: tuple[str, ...]
@@ -53,24 +54,24 @@ SOURCES = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Plant mutants and print what became of them."""
+    """Check the laws against mutants and print the results."""
     options = _options(argv)
-    laboratories = [Laboratory() for _ in range(options.jobs)]
+    copies = [PackageCopy() for _ in range(options.jobs)]
     try:
-        _refuse_broken_laws(laboratories[0], options.subjects)
+        _refuse_broken_laws(copies[0], options.subjects)
         every = [
             (name, mutant)
             for name in options.subjects
-            for mutant in mutants_of(laboratories[0].source(name), SOURCES[name].leave_out)
+            for mutant in mutants_of(copies[0].source(name), SOURCES[name].leave_out)
         ]
         chosen = every
         if options.sample is not None:
             chosen = random.Random(options.seed).sample(every, min(options.sample, len(every)))
             chosen.sort(key=every.index)
-        trials = _try_all(chosen, laboratories)
+        trials = _try_all(chosen, copies)
     finally:
-        for laboratory in laboratories:
-            laboratory.close()
+        for copy in copies:
+            copy.close()
     print(as_markdown(trials, EQUIVALENTS))
     if options.json:
         options.json.write_text(json.dumps(as_json(trials), indent=1) + "\n")
@@ -97,25 +98,25 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     return parser.parse_args(argv)
 
 
-def _refuse_broken_laws(laboratory: Laboratory, names: Sequence[str]) -> None:
+def _refuse_broken_laws(copy: PackageCopy, names: Sequence[str]) -> None:
     """Stop if a law fails without any mutant."""
     subjects = dict.fromkeys(s for name in names for s in SOURCES[name].subjects)
-    law, error = laboratory.first_broken(tuple(subjects))
+    law, error = copy.first_broken(tuple(subjects))
     if law:
         raise SystemExit(f"a law fails without any mutant: {law} ({error})")
 
 
-def _try_all(chosen: list[tuple[str, Mutant]], laboratories: list[Laboratory]) -> list[Trial]:
-    free: queue.SimpleQueue[Laboratory] = queue.SimpleQueue()
-    for laboratory in laboratories:
-        free.put(laboratory)
+def _try_all(chosen: list[tuple[str, Mutant]], copies: list[PackageCopy]) -> list[Trial]:
+    free: queue.SimpleQueue[PackageCopy] = queue.SimpleQueue()
+    for copy in copies:
+        free.put(copy)
 
     def one(number: int, name: str, mutant: Mutant) -> Trial:
-        laboratory = free.get()
+        copy = free.get()
         try:
-            trial = laboratory.trial(name, mutant, SOURCES[name].subjects)
+            trial = copy.trial(name, mutant, SOURCES[name].subjects)
         finally:
-            free.put(laboratory)
+            free.put(copy)
         verdict = f"{trial.law} ({trial.error})" if trial.law else "SURVIVED"
         print(
             f"{number}/{len(chosen)} {name}.py:{mutant.line} {mutant.term}: {verdict}",
@@ -124,7 +125,7 @@ def _try_all(chosen: list[tuple[str, Mutant]], laboratories: list[Laboratory]) -
         )
         return trial
 
-    with ThreadPoolExecutor(len(laboratories)) as pool:
+    with ThreadPoolExecutor(len(copies)) as pool:
         futures = [pool.submit(one, k + 1, *each) for k, each in enumerate(chosen)]
         return [future.result() for future in futures]
 
@@ -132,7 +133,7 @@ def _try_all(chosen: list[tuple[str, Mutant]], laboratories: list[Laboratory]) -
 def _mistaken(
     every: list[tuple[str, Mutant]], trials: list[Trial], names: Sequence[str]
 ) -> list[tuple[Equivalent, str]]:
-    """Equivalents that are no mutants any more, or that a law has noticed."""
+    """Equivalents that are no longer in the source, or that a law has noticed."""
     there = {(name, mutant.key) for name, mutant in every}
     noticed = {(t.source, t.mutant.key): t.law for t in trials if t.law}
     found = []

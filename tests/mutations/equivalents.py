@@ -1,4 +1,4 @@
-"""Mutants that change nothing, each with the reason why."""
+"""Equivalent mutants: wrong signs that change no motion, each with the reason."""
 
 from typing import NamedTuple
 
@@ -6,11 +6,11 @@ __all__ = ["EQUIVALENTS", "Equivalent"]
 
 
 class Equivalent(NamedTuple):
-    """A wrong sign that is none.
+    """A mutant that gives the same motion.
 
     Attributes:
         source: name of the source file.
-        function: in which function.
+        function: name of the function.
         text: the line as it is written, without blanks at its ends.
         term: the term on that line.
         nth: which of the equal terms of the line, from 0.
@@ -44,53 +44,41 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         *("w1", 0, _UNREAD),
     ),
     Equivalent(
-        *("dynamic_ball", "rhs", "plate = plate_rate((y[9], y[10], y[11], y[12]))"),
-        *("y[9]", 0, _UNREAD),
-    ),
-    Equivalent(
-        *("dynamic_ball", "step", "alpha_x = fma(half, fma(-0.25 * h, u[2], rate_x), y[9])"),
+        *("dynamic_ball", "step", "alpha_x = fma(half, fma(-0.25 * h, u.a_x, rate_x), y.alpha_x)"),
         *("-0.25 * h", 0, _SYMMETRIC),
     ),
     Equivalent(
-        *("dynamic_ball", "step", "alpha_y = fma(half, fma(-0.25 * h, u[3], rate_y), y[10])"),
+        *("dynamic_ball", "step", "alpha_y = fma(half, fma(-0.25 * h, u.a_y, rate_y), y.alpha_y)"),
         *("-0.25 * h", 0, _SYMMETRIC),
-    ),
-    *(
-        Equivalent(
-            *("dynamic_ball", "step"),
-            "middle = (*q, x, y_, vx, vy, spin, alpha_x, alpha_y, rate_x, rate_y)",
-            *(term, 0, _UNREAD),
-        )
-        for term in ("alpha_x", "alpha_y", "rate_x", "rate_y")
     ),
     Equivalent(
         *("dynamic_ball", "step"),
-        "omega = ball_rate(middle, plate_rate((alpha_x, alpha_y, rate_x, rate_y)), p)",
+        "middle = State(*attitude(y), X, Y, vx, vy, spin, alpha_x, alpha_y, rate_x, rate_y)",
         *("alpha_x", 0, _UNREAD),
     ),
     Equivalent(
         *("dynamic_ball", "step"),
-        "omega = ball_rate(middle, plate_rate((alpha_x, alpha_y, rate_x, rate_y)), p)",
+        "middle = State(*attitude(y), X, Y, vx, vy, spin, alpha_x, alpha_y, rate_x, rate_y)",
         *("alpha_y", 0, "it changes the sign of w . n only, which ball_rate does not read"),
     ),
     Equivalent(
-        *("dynamic_ball", "_kick", "plate = plate_rate((y[9], y[10], y[11], y[12]))"),
-        *("y[9]", 0, _UNREAD),
-    ),
-    Equivalent(
-        *("dynamic_ball", "_kick", "after = (*y[:6], vx, vy, spin, *y[9:])"),
+        *("dynamic_ball", "_kick", "after = _moving(y, y.X, y.Y, vx, vy, spin)"),
         *("spin", 0, _UNREAD),
     ),
     *(
         Equivalent(
             *("rolling_disk", "invariants"),
-            "wn, wl, w3 = fma(n1, y[4], n2 * y[5]), fma(n1, y[5], -n2 * y[4]), y[6]",
+            "wn, wl = fma(n1, y.omega1, n2 * y.omega2), fma(n1, y.omega2, -n2 * y.omega1)",
             *(term, 0, _SQUARED),
         )
-        for term in ("fma(n1, y[4], n2 * y[5])", "fma(n1, y[5], -n2 * y[4])", "y[6]")
+        for term in ("fma(n1, y.omega1, n2 * y.omega2)", "fma(n1, y.omega2, -n2 * y.omega1)")
     ),
     Equivalent(
-        *("roller", "invariants", "sunk = y[0] * mean * ratio(x)"),
+        *("rolling_disk", "invariants", "w3 = y.omega3"),
+        *("y.omega3", 0, _SQUARED),
+    ),
+    Equivalent(
+        *("roller", "invariants", "sunk = y.s * mean * ratio(x)"),
         *("x", 0, "sin(x) / x is even"),
     ),
     Equivalent(

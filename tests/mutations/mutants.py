@@ -1,4 +1,4 @@
-"""Every single wrong sign that a source file of compiled functions can have.
+"""All mutants of a source file of compiled functions: each has one wrong sign.
 
 A *term* is what carries a sign of its own: an operand of + or -, an operand of unary minus, a
 product as a whole (whichever factor has the wrong sign), the addend of an fma, an argument, an
@@ -19,10 +19,10 @@ _TIMES = (ast.Mult, ast.Div)
 
 @dataclass(frozen=True)
 class Mutant:
-    """A term that is to be negated.
+    """A term that is negated.
 
     Attributes:
-        function: in which function it stands; "module" outside of all.
+        function: name of the function; "module" outside of all.
         line: number of its first line.
         text: that line of the source, without blanks at its ends.
         term: the term as it is written.
@@ -39,7 +39,7 @@ class Mutant:
 
     @property
     def key(self) -> tuple[str, str, str, int]:
-        """What names it as long as its line is not edited."""
+        """Identifies the mutant as long as its line is not edited."""
         return self.function, self.text, self.term, self.nth
 
     def planted(self, source: str) -> str:
@@ -76,7 +76,7 @@ def _places(tree: ast.Module) -> Iterator[tuple[str, list[ast.expr]]]:
         if isinstance(node, ast.FunctionDef):
             for function in _compiled(node):
                 yield function.name, list(_of_function(function))
-        elif isinstance(node, ast.Assign) and not _is_shape(node) and _is_arithmetic(node.value):
+        elif isinstance(node, ast.Assign) and _is_arithmetic(node.value):
             yield "module", list(_terms(node.value, True))
 
 
@@ -86,11 +86,6 @@ def _compiled(node: ast.FunctionDef) -> list[ast.FunctionDef]:
     if "overload" in names:
         return [inner for inner in node.body if isinstance(inner, ast.FunctionDef)]
     return [node] if names & {"scalar", "phase", "routine"} else []
-
-
-def _is_shape(node: ast.Assign) -> bool:
-    """Whether a tuple counts for its length only: where it starts is up to who simulates."""
-    return any(_is_name(node.targets[0], name) for name in ("STATE", "INPUTS", "PARAMETERS"))
 
 
 def _is_arithmetic(value: ast.expr) -> bool:

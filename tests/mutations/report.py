@@ -10,7 +10,7 @@ __all__ = ["as_json", "as_markdown", "survivors"]
 
 
 def survivors(trials: Iterable[Trial], equivalents: Iterable[Equivalent]) -> list[Trial]:
-    """Trials that no law has noticed and nobody has argued away."""
+    """Trials that no law has noticed and that are not known to be equivalent."""
     known = {(e.source, (e.function, e.text, e.term, e.nth)) for e in equivalents}
     return [t for t in trials if not t.law and (t.source, t.mutant.key) not in known]
 
@@ -29,7 +29,7 @@ def as_markdown(trials: Sequence[Trial], equivalents: Sequence[Equivalent]) -> s
     lines.append(f"\n{void} terms more are tuples, which have no sign: they do not compile.")
     lines.append("\nSurvivors:" if left else "\nNo survivor.")
     lines += [f"- {place_of(t)} `{t.mutant.term}` in `{t.mutant.text}`" for t in left]
-    return "\n".join([*lines, "", *_executioners(trials)])
+    return "\n".join([*lines, "", *_kills_by_law(trials)])
 
 
 def place_of(trial: Trial) -> str:
@@ -39,11 +39,11 @@ def place_of(trial: Trial) -> str:
 
 def _row(source: str, function: str, here: Sequence[Trial], left: Sequence[Trial]) -> str:
     killed, survived = sum(bool(t.law) for t in here), sum(t in left for t in here)
-    argued = len(here) - killed - survived
-    return f"| {source} | {function} | {len(here)} | {killed} | {argued} | {survived} |"
+    equivalent = len(here) - killed - survived
+    return f"| {source} | {function} | {len(here)} | {killed} | {equivalent} | {survived} |"
 
 
-def _executioners(trials: Iterable[Trial]) -> list[str]:
+def _kills_by_law(trials: Iterable[Trial]) -> list[str]:
     """How many mutants each law was the first to notice."""
     laws = [t.law for t in trials if t.law and not t.is_void]
     lines = ["| law that was the first to fail | mutants |", "|---|---:|"]

@@ -1,4 +1,4 @@
-"""Planting a mutant in a copy of the package, and asking the laws about it."""
+"""Mutants in a copy of the package, and the laws checked against it."""
 
 import json
 import os
@@ -11,17 +11,16 @@ from pathlib import Path
 
 from tests.mutations.mutants import Mutant
 
-__all__ = ["Laboratory", "Trial"]
+__all__ = ["PackageCopy", "Trial"]
 
 ROOT = Path(__file__).parents[2]
-_LIMIT = 300.0  # [s] a mutant that takes so long has run wild, which is noticed too
-_QUICK = 4  # laws of a subject that are worth interpreting: one step takes a thousand times as long
-# Until the first law fails. The file is printed as proof that it is the copy that was looked at.
+_LIMIT = 300.0  # [s] a mutant that takes so long does not end: it counts as noticed
+_QUICK = 4  # laws of a subject that are tried interpreted: a step takes a thousand times as long
+# Checks laws until one fails; prints the file of the package, to prove that it is the copy.
 _PROGRAM = """
 import json, sys
 import rigid_envs
-from rigid_envs.cli.verify import SUBJECTS
-from rigid_envs.cli.verify.laws import check
+from rigid_envs.laws import SUBJECTS, check
 broken, count = None, int(sys.argv[1])
 for law in (law for name in sys.argv[2:] for law in SUBJECTS[name].laws[:count]):
     outcome = check(law)
@@ -30,13 +29,14 @@ for law in (law for name in sys.argv[2:] for law in SUBJECTS[name].laws[:count])
         break
 print(json.dumps([rigid_envs.__file__, broken]))
 """
-# The kernels are plain Python too, but for the two instructions that read and write rows.
+# Kernels run without compilation, except for the two functions that read and write rows.
 _INTERPRETED_ROWS = """
 
 if numba.config.DISABLE_JIT:
 
     def load(array, start, like, stride):
-        return tuple(array.reshape(-1)[start : start + len(like) * stride : stride].tolist())
+        numbers = array.reshape(-1)[start : start + len(like) * stride : stride].tolist()
+        return type(like)(*numbers) if hasattr(like, "_fields") else tuple(numbers)
 
     def store(array, start, values, stride):
         array.reshape(-1)[start : start + len(values) * stride : stride] = values
@@ -45,13 +45,13 @@ if numba.config.DISABLE_JIT:
 
 @dataclass(frozen=True)
 class Trial:
-    """What the laws say of a mutant.
+    """Result of the laws for one mutant.
 
     Attributes:
-        source: name of the source file, without its ending.
-        mutant: what was planted.
-        law: the first law that failed, "subject: name"; empty if all of them hold.
-        error: its error, or what it raised.
+        source: name of the kernel file, without its suffix.
+        mutant: the wrong sign.
+        law: the first law that failed, "subject: name"; empty if all hold.
+        error: its error, or the exception.
     """
 
     source: str
@@ -61,15 +61,15 @@ class Trial:
 
     @property
     def is_void(self) -> bool:
-        """Whether nothing was planted: the term is no number, and the compiler says so."""
+        """Whether the term is no number, so that the mutant does not compile."""
         return self.error.startswith(("TypeError: bad operand", "TypingError", "LoweringError"))
 
 
-class Laboratory:
-    """A copy of the package in a folder of its own; the checkout is never touched.
+class PackageCopy:
+    """A copy of the package in a temporary folder; the checkout is never changed.
 
     Args:
-        package: the package to copy.
+        package: folder of the package.
     """
 
     def __init__(self, package: Path = ROOT / "rigid_envs") -> None:
@@ -84,25 +84,25 @@ class Laboratory:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def source(self, name: str) -> str:
-        """Text of a file of the kernels."""
+        """Text of a kernel file."""
         return self._path(name).read_text(encoding="utf-8")
 
     def first_broken(self, subjects: tuple[str, ...]) -> tuple[str, str]:
-        """The first law that fails as the copy stands, and its error; empty if none does.
+        """The first law that fails in the copy as it is, and its error; empty if none does.
 
-        A few laws are asked with the kernels interpreted, which takes a second; if these hold, all
-        of them with the kernels compiled.
+        A few laws are checked with interpreted kernels, which takes a second; if they hold, all
+        laws with compiled kernels.
 
         Raises:
-            RuntimeError: the copy could not be asked.
+            RuntimeError: the process failed.
         """
-        quick = self._ask(subjects, _QUICK, {"NUMBA_DISABLE_JIT": "1"})
-        return quick if quick[0] else self._ask(subjects, 1000, {})
+        quick = self._check(subjects, _QUICK, {"NUMBA_DISABLE_JIT": "1"})
+        return quick if quick[0] else self._check(subjects, 1000, {})
 
-    def _ask(
+    def _check(
         self, subjects: tuple[str, ...], count: int, settings: dict[str, str]
     ) -> tuple[str, str]:
-        """Check the first laws of subjects in a process of its own."""
+        """Check the first laws of subjects in a new process."""
         cache = self._folder / "cache"
         environment = {
             **os.environ,
@@ -128,21 +128,21 @@ class Laboratory:
         finally:
             shutil.rmtree(cache, ignore_errors=True)
         if done.returncode != 0:
-            raise RuntimeError(f"the copy could not be asked: {done.stderr[-2000:]}")
-        return self._answer(done.stdout)
+            raise RuntimeError(f"the laws could not be checked: {done.stderr[-2000:]}")
+        return self._failed_law(done.stdout)
 
-    def _answer(self, said: str) -> tuple[str, str]:
-        """The law that failed and its error, from what was printed last."""
+    def _failed_law(self, said: str) -> tuple[str, str]:
+        """The law that failed and its error, from the last line of the output."""
         file, broken = json.loads(said.splitlines()[-1])
         if not Path(file).is_relative_to(self._folder):
-            raise RuntimeError(f"{file} was looked at and not the copy in {self._folder}")
+            raise RuntimeError(f"{file} was checked and not the copy in {self._folder}")
         if broken is None:
             return "", ""
         subject, name, error, message = broken
         return f"{subject}: {name}", message.splitlines()[0] if message else f"{error:.1e}"
 
     def trial(self, name: str, mutant: Mutant, subjects: tuple[str, ...]) -> Trial:
-        """Plant a mutant in the kernel file `name`, ask, and take it out again."""
+        """Put a mutant into the kernel file `name`, check the laws, and restore the file."""
         path, source = self._path(name), self.source(name)
         path.write_text(mutant.planted(source), encoding="utf-8")
         try:

@@ -115,7 +115,10 @@ def goal_rows(n=500, **config):
 
 def test_goals_are_the_poses_drawn_and_what_is_achieved_is_the_pose():
     envs, seen = goal_rows()
-    for part, pose in (("achieved_goal", envs.y), ("desired_goal", envs.get_state()["memo"])):
+    for part, pose in (
+        ("achieved_goal", envs.y),
+        ("desired_goal", envs.auxiliary(*envs.task.aux_names)),
+    ):
         np.testing.assert_allclose(seen[part][:, :2], pose[:, 4:], rtol=1e-7)
         R = rotations.matrix_from_quaternion(pose[:, :4]).reshape(-1, 9)
         np.testing.assert_allclose(seen[part][:, 2:], R, rtol=0, atol=1e-7)
@@ -124,7 +127,7 @@ def test_goals_are_the_poses_drawn_and_what_is_achieved_is_the_pose():
 def test_nothing_but_the_desired_goal_depends_on_the_goal():
     envs, seen = goal_rows()
     state = envs.get_state()
-    state["memo"] = np.roll(state["memo"], 1, axis=0)
+    state["aux"] = np.roll(state["aux"], 1, axis=0)
     envs.set_state(state)
     other, *_ = envs.step(np.zeros((500, 2), dtype=np.float32))  # standing still
     np.testing.assert_array_equal(other["observation"], seen["observation"])

@@ -117,12 +117,12 @@ def test_the_episode_ends_where_the_table_does():
 def test_success_is_two_seconds_near_the_point():
     envs = rows(2)
     state = envs.get_state()
-    point = state["memo"][:, :2]
+    point = state["aux"][:, :2]
     y = np.zeros((2, 13))
     y[:, 0], y[:, 4:6] = 1.0, point + np.array([[0.049, 0.0], [0.0, 0.051]])
     envs.reset(options={"state": y})
     state = envs.get_state()
-    state["memo"][:, :2] = point
+    state["aux"][:, :2] = point
     envs.set_state(state)
     for k in range(1, 30):
         *_, infos = envs.step(np.zeros((2, 2), dtype=np.float32))
@@ -131,7 +131,7 @@ def test_success_is_two_seconds_near_the_point():
 
 def test_balls_and_points_are_drawn_in_their_discs():
     envs = rows(5000)
-    y, point = envs.y, envs.get_state()["memo"][:, :2]
+    y, point = envs.y, envs.auxiliary("point_X", "point_Y")
     for pair, radius in ((y[:, 4:6], 2.0), (point, 2.0), (y[:, 6:8], 0.5)):
         square = np.sum(pair**2, axis=1) / radius**2
         assert np.max(square) <= 1.0

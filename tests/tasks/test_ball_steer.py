@@ -21,8 +21,8 @@ def rows(n, **config):
     return envs, envs.reset(seed=0)[0]
 
 
-def memo(envs):
-    return envs.get_state()["memo"]
+def aux(envs):
+    return envs.get_state()["aux"]
 
 
 def error(rewards):
@@ -32,7 +32,7 @@ def error(rewards):
 
 def copy(envs):
     """The action of the reference alone."""
-    return envs.task.reference_speed * memo(envs)[:, 6:8]
+    return envs.task.reference_speed * aux(envs)[:, 6:8]
 
 
 @pytest.mark.parametrize("path", PATHS)
@@ -53,11 +53,11 @@ def test_whoever_knows_the_path_ahead_keeps_up_from_every_start_and_closer(path)
 @pytest.mark.parametrize("path", PATHS)
 def test_the_headings_that_are_looked_ahead_at_are_those_that_come(path):
     envs, _ = rows(20, path=path, radius=0.7)
-    start, way = memo(envs), envs.task.reference_speed * envs.task.roll_per_step * 0.7
+    start, way = aux(envs), envs.task.reference_speed * envs.task.roll_per_step * 0.7
     ahead = elastica_headings(start[:, 6:8], start[:, 8], start[:, 9:11], way, 100)
     for heading in ahead:
         # roundings of 100 turns, and of sines that are not NumPy's
-        np.testing.assert_allclose(memo(envs)[:, 6:8], heading, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(aux(envs)[:, 6:8], heading, rtol=0, atol=1e-12)
         envs.step(np.zeros((20, 2), dtype=np.float32))
 
 
@@ -75,7 +75,7 @@ def test_whoever_copies_the_reference_from_no_offset_stays_at_none(path, n_subst
     for _ in range(300):
         seen, rewards, *_, infos = envs.step(seen[:, 5:7])
         assert infos["is_success"].all()
-    away = envs.y - memo(envs)[:, :6]
+    away = envs.y - aux(envs)[:, :6]
     # the same operations on the same numbers; in parts of a step the sums are rounded differently:
     # 900 roundings of positions up to 30 and of attitudes
     assert np.max(np.abs(away)) <= (0.0 if n_substeps == 1 else 900 * 2.0**-53 * 30)
@@ -85,14 +85,14 @@ def test_whoever_copies_the_reference_from_no_offset_stays_at_none(path, n_subst
 
 def test_the_reference_rolls_without_slipping():
     envs, _ = rows(1, radius=0.7)
-    places, turn = [memo(envs)[0, 4:6]], memo(envs)[0, :4]
+    places, turn = [aux(envs)[0, 4:6]], aux(envs)[0, :4]
     for _ in range(100):
         envs.step(np.zeros((1, 2), dtype=np.float32))
-        places.append(memo(envs)[0, 4:6])
+        places.append(aux(envs)[0, 4:6])
     rolled = rolling_ball.roll_polygon(np.diff(places, axis=0), 0.7)
     expected = rotations.multiply(rolled, turn)
     # 100 rolls, each rounded in the differences of places up to 10 radii
-    assert rotations.distance(memo(envs)[0, :4], expected) < 100 * 10 * 2.3e-16
+    assert rotations.distance(aux(envs)[0, :4], expected) < 100 * 10 * 2.3e-16
     speed = np.linalg.norm(np.diff(places, axis=0), axis=1) / envs.task.dt
     # directions are rounded to float32, by 3e-8 of the largest speed in each component
     np.testing.assert_allclose(speed, 0.5 * np.pi / 8 / 0.1 * 0.7, rtol=1e-7)
@@ -101,10 +101,10 @@ def test_the_reference_rolls_without_slipping():
 def way_along(n, step, **config):
     """Way [radii], heading and curvature [1/radius] of references, in steps of this roll [rad]."""
     envs, _ = rows(50, reference_speed=0.5, roll_per_step=2.0 * step, radius=0.7, **config)
-    found = [memo(envs)]
+    found = [aux(envs)]
     for _ in range(n):
         envs.step(np.zeros((50, 2), dtype=np.float32))
-        found.append(memo(envs))
+        found.append(aux(envs))
     return step * np.arange(n + 1), np.stack(found)
 
 
@@ -158,7 +158,7 @@ def test_the_paths_are_those_that_were_chosen():
     moduli = {}
     for path in PATHS:
         envs, _ = rows(2000, path=path)
-        moduli[path] = np.abs(memo(envs)[:, 8]) / (2.0 * 0.6)
+        moduli[path] = np.abs(aux(envs)[:, 8]) / (2.0 * 0.6)
     np.testing.assert_allclose(moduli["eight"], _EIGHT, rtol=1e-14)
     assert _MODULI[0] <= np.min(moduli["elastica"]) < 0.61
     assert 1.19 < np.max(moduli["elastica"]) <= _MODULI[1]
@@ -169,7 +169,7 @@ def test_the_paths_are_those_that_were_chosen():
 def test_the_observed_error_is_that_of_the_pose():
     envs, seen = rows(N, radius=0.7)
     for _ in range(20):
-        y, reference = envs.y, memo(envs)
+        y, reference = envs.y, aux(envs)
         theta = rotations.log(rotations.multiply(y[:, :4], rotations.conjugate(reference[:, :4])))
         expected = np.concatenate([(y[:, 4:6] - reference[:, 4:6]) / 0.7, theta], axis=1)
         np.testing.assert_allclose(seen[:, :5], expected, rtol=1e-6, atol=1e-6)

@@ -2,12 +2,13 @@
 
 import dataclasses
 import math
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import pytest
 
+from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import ConfigError, IntermediateAxis, SleepingTop
 from rigid_envs.tasks.fields import (
     Choice,
@@ -23,6 +24,7 @@ from rigid_envs.tasks.fields import (
 
 LENGTH = Number("a length", "m", 0.5, 2.0)
 DRAWN = Number("a length", "m", 0.5, 2.0, drawn=True)
+SHORT = Number("a short time", "s", 0.001, 0.01)
 COUNT = Integer("a count", 1, 9)
 DRAWN_COUNT = Integer("a count", 1, 9, drawn=True)
 COLOUR = Choice("a colour", ("red", "green"))
@@ -88,7 +90,7 @@ def test_anything_else_is_refused(rule, value):
 
 
 def test_an_integer_too_large_for_a_float_is_refused():
-    with pytest.raises(ConfigError, match=r"^config\.length: 1000"):
+    with pytest.raises(ConfigError, match=r"^config\.length: length = 1000"):
         Body(length=10**400)
 
 
@@ -97,15 +99,15 @@ def test_an_integer_too_large_for_a_float_is_refused():
     [
         (
             {"length": 3.0},
-            "config.length: 3.0 is not allowed; expected a number in [0.5, 2] "
+            "config.length: length = 3.0; expected a number in [0.5, 2] "
             "or a pair (low, high) of such numbers [m]",
         ),
-        ({"count": 0}, "config.count: 0 is not allowed; expected an integer in [1, 9] [1]"),
+        ({"count": 0}, "config.count: count = 0; expected an integer in [1, 9]"),
         (
             {"colour": "blue"},
-            "config.colour: 'blue' is not allowed; expected one of 'red', 'green'",
+            "config.colour: colour = 'blue'; expected one of 'red', 'green'",
         ),
-        ({"switch": 1}, "config.switch: 1 is not allowed; expected True or False"),
+        ({"switch": 1}, "config.switch: switch = 1; expected True or False"),
     ],
 )
 def test_message_names_key_value_range_and_unit(config, message):
@@ -138,6 +140,48 @@ def test_defaults_obey_their_own_rules():
     assert dataclasses.astuple(Body()) == (1.0, 3, "red", False)
 
 
+def test_an_overridden_default_keeps_its_rule():
+    @dataclass(frozen=True)
+    class Large(SleepingTop):
+        ell: float = 0.05
+        dt: float = setting(0.01, SHORT)
+        kind: ClassVar[str] = "large"
+
+    rules = {field.name: field.metadata["rule"] for field in dataclasses.fields(Large)}
+    plain = {field.name: field.metadata["rule"] for field in dataclasses.fields(SleepingTop)}
+    assert rules == plain | {"dt": SHORT}
+    assert Large().ell == 0.05
+    with pytest.raises(ConfigError, match=r"^config\.ell: ell = -1; expected a number in"):
+        Large(ell=-1)
+
+
+def test_a_field_without_a_rule_is_refused_when_the_class_is_made():
+    with pytest.raises(TypeError, match=r"New\.size has no rule; expected size: float = setting\("):
+
+        class New(SleepingTop):
+            size: float = 1.0
+
+    with pytest.raises(TypeError, match=r"Made\.size has no rule; expected"):
+
+        class Made(SleepingTop):
+            size: float = dataclasses.field(default=1.0)
+
+
+def test_an_override_without_annotation_is_refused_when_the_class_is_made():
+    with pytest.raises(TypeError, match=r"Large\.ell = 0\.5; expected an annotation"):
+
+        class Large(SleepingTop):
+            ell = 0.5
+
+
+def test_a_subclass_with_fields_that_is_not_decorated_is_refused():
+    class Large(SleepingTop):
+        ell: float = 0.5
+
+    with pytest.raises(TypeError, match=r"Large is no dataclass; expected @dataclass"):
+        Large()
+
+
 def test_span_of_a_number_is_the_number_twice():
     assert span(1.5) == (1.5, 1.5)
     assert span((1.0, 2.0)) == (1.0, 2.0)
@@ -163,18 +207,47 @@ def test_parameters_that_are_drawn_as_one_count_as_one():
     SleepingTop(I_perp=(1.0, 3.0))
 
 
-def test_what_the_compiled_functions_would_misread_is_refused_by_name():
-    @dataclass(frozen=True)
-    class Longer(SleepingTop):
-        def constants(self):
-            return (*super().constants(), 0.0)
+def test_what_the_compiled_functions_would_miss_is_refused_by_name():
+    class Constants(NamedTuple):
+        torque: float
+        patience: float
+
+    with pytest.raises(TypeError, match=r"^Impatient has no patience; expected a field"):
+
+        class Impatient(SleepingTop):
+            episode: ClassVar = replace(SleepingTop.episode, Constants=Constants)
+
+    class Terms(NamedTuple):
+        upright: float
+        style: float
+
+    with pytest.raises(TypeError, match=r"^Careless has no weight_style; expected a field"):
+
+        class Careless(SleepingTop):
+            episode: ClassVar = replace(SleepingTop.episode, Terms=Terms)
+
+    with pytest.raises(TypeError, match=r"^Elsewhere: the episode is not one of FreeBody"):
+
+        class Elsewhere(SleepingTop):
+            system_type: ClassVar = FreeBody
+            episode: ClassVar = SleepingTop.episode
 
     @dataclass(frozen=True)
     class Forgetful(SleepingTop):
-        memo_names: ClassVar = ()
+        def actions(self):
+            return super().actions()[:1]
 
-    n = len(SleepingTop.shapes.constants)
-    with pytest.raises(TypeError, match=rf"^Longer: constants\(\) has {n + 1} .*, its SHAPES {n};"):
-        Longer()
-    with pytest.raises(TypeError, match=r"^Forgetful: memo_names has 0 entries, its SHAPES"):
+    with pytest.raises(TypeError, match=r"^Forgetful: actions\(\) has 1 entries; expected those"):
         Forgetful()
+
+
+def swapped(I2, I1, I3, m, g, ell): ...
+
+
+def short(I1, I2, I3, m, g): ...
+
+
+@pytest.mark.parametrize("derive", [swapped, short])
+def test_parameters_that_are_derived_in_another_order_are_refused(derive):
+    with pytest.raises(TypeError, match=r"has arguments .*; expected those that Parameters begins"):
+        replace(SleepingTop.episode, derive=derive)

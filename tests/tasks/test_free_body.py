@@ -4,10 +4,10 @@ import importlib
 
 import numpy as np
 import pytest
+from rigid_envs.tasks.moments import fastest, spun_up
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.tasks import AxisFlip, ConfigError, IntermediateAxisSingle, SpinCapture
-from rigid_envs.tasks.moments import fastest, spun_up
 from tests.tasks.runs import at_random, run, still
 
 BOUNDED = ("IntermediateAxisSingle", "SpinCapture", "AxisFlip", "Detumble", "Reorient")

@@ -28,7 +28,7 @@ UPRIGHT = {
 
 def goals(envs):
     """Commanded tilts."""
-    return envs.get_state()["memo"][:, 1]
+    return envs.auxiliary("goal_tilt")
 
 
 @pytest.mark.parametrize("name", UPRIGHT)

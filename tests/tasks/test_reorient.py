@@ -14,7 +14,7 @@ turn = quaternion_pd(Reorient())
 
 
 def goals(envs):
-    return envs.get_state()["memo"]
+    return envs.auxiliary(*envs.task.aux_names)
 
 
 def rows(n, **config):
@@ -79,7 +79,7 @@ def test_a_goal_is_reached_within_both_tolerances_only():
     env = RigidEnv("rigid_envs.tasks:Reorient")
     env.reset(seed=0)
     state = env.get_state()
-    goal = state["memo"]
+    goal = state["aux"]
     for angle, rate, expected in (
         (0.099, 0.0, True),
         (0.101, 0.0, False),
@@ -105,7 +105,7 @@ def test_rewards_can_be_computed_anew_and_observations_hold_no_goal():
         own = envs.compute_reward(pair[0], pair[0], {})
         assert (own == 0.0).all()  # what was achieved is a goal that was reached
     state = envs.get_state()
-    state["memo"] = np.roll(state["memo"], 1, axis=0)
+    state["aux"] = np.roll(state["aux"], 1, axis=0)
     envs.set_state(state)
     again = envs._core.observations[:, 2 * envs.task.n_goal :]
     np.testing.assert_array_equal(again, observations["observation"])

@@ -21,7 +21,7 @@ def rows(n, **config):
 
 def change(envs):
     """What is added to the ratio of each row."""
-    return envs.get_state()["memo"][:, 0]
+    return envs.auxiliary("beta_change")
 
 
 def height(envs):

@@ -1,4 +1,4 @@
-"""How motions are judged: orders, drifts, and Newton's law integrated by somebody else."""
+"""Measures of simulated motions: order of convergence, drift, error estimate by step doubling."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,18 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
-from scipy.spatial.transform import Rotation
 
-from rigid_envs.systems import FreeBody, HeavyTop, System, Trajectory
+from rigid_envs.laws.numerics import EPS, matrices
+from rigid_envs.systems import System, Trajectory
 from rigid_envs.systems.drive import Input
 
 __all__ = [
-    "EPS",
     "Refined",
     "is_level",
     "leaning",
-    "matrices",
-    "newton",
     "orders",
     "random_attitude",
     "random_moments",
@@ -29,7 +26,6 @@ __all__ = [
 ]
 
 Array = npt.NDArray[np.float64]
-EPS = float(np.finfo(np.float64).eps)
 
 
 def orders(errors: list[float]) -> Array:
@@ -107,12 +103,6 @@ def sample_steps(n_steps: int, size: int = 20000) -> Array:
     return np.concatenate([[0], np.sort(inside), [n_steps]])
 
 
-def matrices(q: npt.ArrayLike) -> Array:
-    """Rotation matrices of quaternions (w, x, y, z), shape (n, 3, 3), by SciPy."""
-    rows = np.asarray(q, dtype=np.float64).reshape(-1, 4)
-    return Rotation.from_quat(rows, scalar_first=True).as_matrix()
-
-
 def same_attitude(found: Array, expected: Array) -> float:
     """Largest difference of the rotation matrices of two series of quaternions."""
     return float(np.max(np.abs(matrices(found) - matrices(expected))))
@@ -150,30 +140,3 @@ def through(
         z = solution.y[:, -1]
         ends.append(z)
     return np.array(ends)
-
-
-def newton(
-    system: FreeBody | HeavyTop,
-    y0: Array,
-    dt: float,
-    inputs: Array,
-    torque: Callable[[Array, Array], Array],
-) -> tuple[Array, Array]:
-    """Rotation matrices and body rates at the end of each interval of length dt under its input.
-
-    Newton's law in the *world*: the momentum L changes by the torque, ``L' = torque(R, u)``, and
-    the body turns with omega = R I^-1 R^T L, ``R' = [omega] R``. No equation of Euler's, no
-    quaternion and none of our code.
-    """
-    moments = np.array([system.I1, system.I2, system.I3])
-    R = matrices(y0[:4])[0]
-    z = np.concatenate([np.ravel(R), R @ (moments * y0[4:7])])
-
-    def rate(z: Array, u: Array) -> Array:
-        R = z[:9].reshape(3, 3)
-        omega = R @ ((R.T @ z[9:]) / moments)
-        return np.concatenate([np.ravel(np.cross(omega, R.T).T), torque(R, u)])
-
-    ends = through(rate, z, dt, inputs)
-    R = ends[:, :9].reshape(-1, 3, 3)
-    return R, np.einsum("nji,nj->ni", R, ends[:, 9:]) / moments

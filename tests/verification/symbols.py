@@ -1,11 +1,13 @@
 """Compiled equations as SymPy sees them, and the kinematics of z-x-z Euler angles."""
 
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import sympy as sp
 from numba.core.dispatcher import Dispatcher
+
+from rigid_envs.kernels.dynamics import Dynamics
 
 __all__ = [
     "ACCELERATIONS",
@@ -16,8 +18,9 @@ __all__ = [
     "RATES",
     "R",
     "in_time",
-    "plain",
+    "integrals",
     "quaternion",
+    "rates",
     "reduced",
 ]
 
@@ -41,6 +44,28 @@ def plain(function: Any, stand_ins: Mapping[str, Callable[..., Any]] | None = No
         if name in names
     }
     return types.FunctionType(source.__code__, {**scope, "__builtins__": __builtins__})
+
+
+def named(kind: type[Any], values: Sequence[Any]) -> Any:
+    """A row with names, of its first values; the others are not looked at, and 0 here."""
+    n = len(kind._fields)  # type: ignore[attr-defined]
+    return kind(*values[:n], *(0,) * (n - len(values)))
+
+
+def rates(
+    dynamics: Dynamics, y: Sequence[Any], u: Sequence[Any], p: Sequence[Any], **stand_ins: Any
+) -> tuple[Any, ...]:
+    """What ``dynamics.rhs`` makes of rows of symbols; see `plain`."""
+    rows = named(dynamics.State, y), named(dynamics.Input, u), named(dynamics.Parameters, p)
+    return tuple(plain(dynamics.rhs, stand_ins)(*rows))
+
+
+def integrals(
+    dynamics: Dynamics, y: Sequence[Any], p: Sequence[Any], **stand_ins: Any
+) -> tuple[Any, ...]:
+    """What ``dynamics.invariants`` makes of rows of symbols; see `plain`."""
+    rows = named(dynamics.State, y), named(dynamics.Parameters, p)
+    return tuple(plain(dynamics.invariants, stand_ins)(*rows))
 
 
 def reduced(expression: Any) -> Any:

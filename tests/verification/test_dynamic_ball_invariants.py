@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from rigid_envs.laws.numerics import EPS
 from rigid_envs.systems import DynamicBall
-from tests.verification.measures import EPS, is_level, orders, sample_steps, slope
+from tests.verification.measures import is_level, orders, sample_steps, slope
 
 TABLE = DynamicBall(m=1.2, radius=0.5, beta=0.4, turntable_rate=1.7)
 CIRCLING = TABLE.state(position=(0.1, 0.2), velocity=(0.3, 0.2), spin=1.0)

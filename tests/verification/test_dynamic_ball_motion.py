@@ -6,17 +6,10 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
+from rigid_envs.laws.numerics import EPS, matrices
 from rigid_envs.systems import DynamicBall
 from tests.reference import cases
-from tests.verification.measures import (
-    EPS,
-    matrices,
-    orders,
-    random_attitude,
-    refined,
-    slope,
-    through,
-)
+from tests.verification.measures import orders, random_attitude, refined, slope, through
 from tests.verification.multipliers import ball_on_plate, pack
 
 BETA = {"solid_sphere": 0.4, "hollow_sphere": 2.0 / 3.0}
@@ -115,7 +108,7 @@ def moving(seed, turntable_rate=0.9):
 
 def in_the_world(ball, y):
     """State of the model with multipliers."""
-    R = matrices(y[:4])[0]
+    R = matrices(y[:4])
     return pack(ball.centre(y), ball.velocity_world(y), R, ball.omega_world(y), y[9:])
 
 

@@ -7,7 +7,9 @@ know quaternions only.
 import pytest
 import sympy as sp
 
-from rigid_envs.kernels import free_body, heavy_top, rolling_ball
+from rigid_envs.kernels.free_body import FREE_BODY
+from rigid_envs.kernels.heavy_top import HEAVY_TOP
+from rigid_envs.kernels.rolling_ball import ROLLING_BALL
 from tests.verification.symbols import (
     BY_RATES,
     HALF,
@@ -15,8 +17,9 @@ from tests.verification.symbols import (
     RATES,
     R,
     in_time,
-    plain,
+    integrals,
     quaternion,
+    rates,
     reduced,
 )
 
@@ -28,18 +31,17 @@ INERTIA = sp.diag(I1, I2, I3)
 
 def test_the_free_body_obeys_eulers_equations():
     q = sp.symbols("q0:4")
-    rates = plain(free_body.rhs)((*q, *W), tuple(TAU), (I1, I2, I3))
+    found_rates = rates(FREE_BODY, (*q, *W), tuple(TAU), (I1, I2, I3))
     momentum = INERTIA * W
-    found = INERTIA * sp.Matrix(rates[4:]) + W.cross(momentum) - TAU
+    found = INERTIA * sp.Matrix(found_rates[4:]) + W.cross(momentum) - TAU
     assert found.applyfunc(sp.simplify) == sp.zeros(3, 1)
 
 
-@pytest.mark.parametrize("kernels", [free_body, heavy_top], ids=["free body", "heavy top"])
-def test_the_quaternion_turns_with_the_angular_velocity_of_the_euler_angles(kernels):
+@pytest.mark.parametrize("system", [FREE_BODY, HEAVY_TOP], ids=["free body", "heavy top"])
+def test_the_quaternion_turns_with_the_angular_velocity_of_the_euler_angles(system):
     q = quaternion()
-    state = (*q, *OMEGA, 0, 0, 0, 0)[: len(kernels.STATE)]
-    rates = plain(kernels.rhs)(state, (0,) * 8, (I1, I2, I3, m, g, ell))
-    for found, expected in zip(rates[:4], q.applyfunc(in_time), strict=True):
+    found_rates = rates(system, (*q, *OMEGA), (), (I1, I2, I3, m, g, ell))
+    for found, expected in zip(found_rates[:4], q.applyfunc(in_time), strict=True):
         assert reduced(found - expected) == 0
 
 
@@ -53,15 +55,16 @@ def test_the_heavy_top_obeys_lagranges_equations_with_torques_and_a_moving_pivot
         centre.applyfunc(in_time)
     )
     lagrangian = kinetic - m * g * centre[2]
-    rates = plain(heavy_top.rhs)(
+    found_rates = rates(
+        HEAVY_TOP,
         (*quaternion(), *OMEGA, 0, 0, VX, VY),
         (*tau_body, *tau_world, aX, aY),
         (I1, I2, I3, m, g, ell),
     )
-    assert rates[7:] == (VX, VY, aX, aY)
+    assert found_rates[7:] == (VX, VY, aX, aY)
     # If Lagrange's equations are BY_RATES^T I (omega' - rhs) = 0 for whatever accelerations, the
     # two say the same wherever the angles are coordinates.
-    excess = INERTIA * (OMEGA.applyfunc(in_time) - sp.Matrix(rates[4:7]))
+    excess = INERTIA * (OMEGA.applyfunc(in_time) - sp.Matrix(found_rates[4:7]))
     torque = tau_body + R.T * tau_world
     for k, (half, rate) in enumerate(zip(HALF, RATES, strict=True)):
         conjugate = sp.diff(lagrangian, rate)
@@ -73,11 +76,11 @@ def test_the_heavy_top_obeys_lagranges_equations_with_torques_and_a_moving_pivot
 
 def test_the_rolling_ball_obeys_the_no_slip_condition():
     q, (VX, VY, spin) = sp.symbols("q0:4"), sp.symbols("VX VY spin")
-    rates = plain(rolling_ball.rhs)((*q, 0, 0), (VX, VY, spin), (r, 1 / r))
-    turn = sp.Quaternion(*rates[:4]) * sp.Quaternion(*q).conjugate() * 2
+    found_rates = rates(ROLLING_BALL, q, (VX, VY, spin), (r, 1 / r))
+    turn = sp.Quaternion(*found_rates[:4]) * sp.Quaternion(*q).conjugate() * 2
     norm = sum(x**2 for x in q)
     omega = sp.Matrix([turn.b, turn.c, turn.d]) / norm
-    centre = sp.Matrix([rates[4], rates[5], 0])
+    centre = sp.Matrix([found_rates[4], found_rates[5], 0])
     contact = centre + omega.cross(sp.Matrix([0, 0, -r]))
     assert contact.applyfunc(sp.simplify) == sp.zeros(3, 1)
     assert sp.simplify(omega[2] - spin) == 0
@@ -85,15 +88,15 @@ def test_the_rolling_ball_obeys_the_no_slip_condition():
 
 
 @pytest.mark.parametrize(
-    ("kernels", "n_invariants"), [(free_body, 5), (heavy_top, 2)], ids=["free body", "heavy top"]
+    ("system", "n_invariants"), [(FREE_BODY, 5), (HEAVY_TOP, 2)], ids=["free body", "heavy top"]
 )
-def test_energies_and_momenta_are_first_integrals(kernels, n_invariants):
+def test_energies_and_momenta_are_first_integrals(system, n_invariants):
     q = quaternion()
-    symbols = sp.symbols(f"y0:{len(kernels.STATE)}")
+    symbols = sp.symbols(f"y0:{len(system.State._fields)}")
     p = (I1, I2, I3, m, g, ell)
-    rates = plain(kernels.rhs)(symbols, (0,) * 8, p)
-    values = plain(kernels.invariants)(symbols, p)[:n_invariants]
+    found_rates = rates(system, symbols, (), p)
+    values = integrals(system, symbols, p)[:n_invariants]
     at = dict(zip(symbols[:4], q, strict=True))
     for value in values:
-        change = sum(sp.diff(value, y) * rate for y, rate in zip(symbols, rates, strict=True))
+        change = sum(sp.diff(value, y) * rate for y, rate in zip(symbols, found_rates, strict=True))
         assert reduced(change.subs(at)) == 0

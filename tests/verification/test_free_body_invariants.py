@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 from rigid_envs.systems import FreeBody
-from tests.verification.measures import (
-    is_level,
-    random_attitude,
-    random_moments,
-    sample_steps,
-)
+from tests.verification.measures import is_level, random_attitude, random_moments, sample_steps
 
 BODY = FreeBody(1.0, 2.0, 3.0)
 RACKET = BODY.state(omega_body=(0.01, 1.0, 0.01))  # flips over for ever

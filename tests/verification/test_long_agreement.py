@@ -19,8 +19,9 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from rigid_envs.analytic import free_body, heavy_top
+from rigid_envs.laws.numerics import EPS, matrices
 from rigid_envs.systems import FreeBody, HeavyTop
-from tests.verification.measures import EPS, leaning, matrices, orders
+from tests.verification.measures import leaning, orders
 
 PERIODS = 100
 TAU = 1.1e-10

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
+from rigid_envs.laws.numerics import EPS
 from rigid_envs.systems import Roller, UprightCoin
 from tests.reference import cases
-from tests.verification.measures import EPS, is_level, orders, sample_steps, slope, through
+from tests.verification.measures import is_level, orders, sample_steps, slope, through
 from tests.verification.multipliers import pack, roller_in_valley
 
 VALLEY = Roller(m=1.1, radius=0.3, beta=0.45, g=9.5, slope=0.4, curvature=0.5)

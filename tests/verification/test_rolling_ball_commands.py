@@ -10,9 +10,10 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
+from rigid_envs.laws.numerics import EPS
 from rigid_envs.systems import RollingBall
 from tests.reference import cases
-from tests.verification.measures import EPS, Refined
+from tests.verification.measures import Refined
 
 SHARE = {
     "fixed_plane": np.array([1.0, 1.0, 1.0]),

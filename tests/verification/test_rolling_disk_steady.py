@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from rigid_envs import rotations
+from rigid_envs.laws.numerics import EPS
 from rigid_envs.systems import RollingDisk
 from tests.reference import cases
-from tests.verification.measures import EPS
 
 UPRIGHT = 0.5 * math.pi
 

@@ -5,12 +5,18 @@ Newton and Euler's for the ball. All rates, inputs and parameters are symbols; t
 where their sines and cosines are rational.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 import sympy as sp
 
-from rigid_envs.kernels import dynamic_ball, roller, rolling_disk, upright_coin
+from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL
+from rigid_envs.kernels.dynamics import Dynamics
+from rigid_envs.kernels.roller import ROLLER
+from rigid_envs.kernels.rolling_disk import ROLLING_DISK
+from rigid_envs.kernels.upright_coin import UPRIGHT_COIN
+from tests.verification import symbols
 from tests.verification.symbols import (
     ACCELERATIONS,
     BY_RATES,
@@ -19,7 +25,7 @@ from tests.verification.symbols import (
     RATES,
     R,
     in_time,
-    plain,
+    integrals,
     quaternion,
 )
 
@@ -63,8 +69,10 @@ def exact(expression: Any) -> Any:
     return sp.nsimplify(expression, rational=True)
 
 
-def compiled(function: Any, roots: dict[Any, Any], *rows: tuple[Any, ...]) -> sp.Matrix:
-    """What a kernel computes of rows of symbols; `roots` names what square roots are of what."""
+def compiled(
+    function: Callable[..., Any], system: Dynamics, roots: dict[Any, Any], *rows: tuple[Any, ...]
+) -> sp.Matrix:
+    """What `rates` or `integrals` make of symbols; `roots` names what square roots are of what."""
 
     def root(square: Any) -> Any:
         name = sp.Symbol("root")
@@ -74,7 +82,7 @@ def compiled(function: Any, roots: dict[Any, Any], *rows: tuple[Any, ...]) -> sp
     def circular(x: Any) -> tuple[Any, Any]:
         return sp.sin(x), sp.cos(x)
 
-    found = plain(function, {"sqrt": root, "sincos": circular})(*rows)
+    found = function(system, *rows, sqrt=root, sincos=circular)
     return sp.Matrix(found).applyfunc(exact)
 
 
@@ -98,7 +106,7 @@ def state_of_angles() -> dict[Any, Any]:
 
 def disk_rates(place: dict[Any, Any], torques: Any) -> sp.Matrix:
     roots: dict[Any, Any] = {}
-    found = compiled(rolling_disk.rhs, roots, STATE, tuple(torques), DISK)
+    found = compiled(symbols.rates, ROLLING_DISK, roots, STATE, tuple(torques), DISK)
     return placed(place, found, roots)
 
 
@@ -142,7 +150,7 @@ def test_the_contact_of_the_disk_runs_below_its_centre_and_its_quaternion_turns(
 @at_places
 def test_the_energy_of_the_disk_is_a_first_integral(place):
     roots: dict[Any, Any] = {}
-    energy = compiled(rolling_disk.invariants, roots, STATE, DISK)[0]
+    energy = compiled(integrals, ROLLING_DISK, roots, STATE, DISK)[0]
     (root, square), rates = next(iter(roots.items())), disk_rates(place, (0, 0, 0))
     # The root changes by half the change of its square over itself.
     slopes = [
@@ -164,7 +172,7 @@ def test_the_upright_coin_obeys_lagranges_equations_on_a_slope(place):
     inertia = I3 + RIM
     p = (m, r, I1, I3, g, slope, 1 / I1, 1 / inertia, m * g * sp.sin(slope) * r / inertia)
     y = sp.symbols("y0:8")
-    rates = compiled(upright_coin.rhs, {}, y, (steer, drive), p)
+    rates = compiled(symbols.rates, UPRIGHT_COIN, {}, y, (steer, drive), p)
     upright = {RATES[1]: 0, RATES[0]: phi_t, RATES[2]: psi_t}
     state = dict(zip(y, (*quaternion(), 0, 0, phi_t, psi_t), strict=True))
     found = rates.subs(state).applyfunc(lambda entry: at(where, entry))
@@ -181,7 +189,7 @@ def test_the_upright_coin_obeys_lagranges_equations_on_a_slope(place):
     for entry, q in zip(found[:4], quaternion().applyfunc(in_time).subs(upright), strict=True):
         assert vanishes(entry - at(where, q))
     kinetic = (I1 * phi_t**2 + I3 * psi_t**2 + m * velocity.dot(velocity)) / 2
-    energy = compiled(upright_coin.invariants, {}, y, p)[0]
+    energy = compiled(integrals, UPRIGHT_COIN, {}, y, p)[0]
     x = y[4]
     expected = at(where, kinetic) - m * g * sp.sin(slope) * x
     assert vanishes(energy.subs({y[6]: phi_t, y[7]: psi_t}) - expected)
@@ -191,7 +199,7 @@ def test_the_roller_obeys_lagranges_equation_on_its_path():
     beta, slope, curvature, mu, s, v = sp.symbols("beta slope curvature mu s v")
     push, change = sp.symbols("push change")
     p = (m, r, beta, g, slope, curvature, mu, 1 / (1 + beta), 1 / m)
-    rates = compiled(roller.rhs, {}, (s, v), (push, change), p)
+    rates = compiled(symbols.rates, ROLLER, {}, (s, v), (push, change), p)
     # How far the centre has sunk: where it goes down by that angle.
     sunk = (sp.cos(slope - curvature * s) - sp.cos(slope)) / curvature
     assert sp.simplify(sp.diff(sunk, s) - sp.sin(slope - curvature * s)) == 0
@@ -200,7 +208,7 @@ def test_the_roller_obeys_lagranges_equation_on_its_path():
     equation = sp.diff(kinetic, v, 2) * rates[1] - pulled - push
     assert sp.simplify(equation) == 0
     assert rates[0] == v
-    energy = compiled(roller.invariants, {}, (s, v), p)[0]
+    energy = compiled(integrals, ROLLER, {}, (s, v), p)[0]
     assert sp.simplify(sp.expand_trig(energy - kinetic.subs(change, 0) + m * g * sunk)) == 0
 
 
@@ -211,7 +219,7 @@ def test_the_ball_on_its_plate_obeys_newtons_and_eulers_laws():
     u = sp.symbols("FX FY a_x a_y")
     (X, Y), spin, (ax, ay), (FX, FY) = motion[:2], motion[4], motion[5:7], u[:2]
     p = (m, r, beta, g, table, 1 / m, 1 / r, 1 / (1 + beta))
-    rates = compiled(dynamic_ball.rhs, {}, (*q, *motion), u, p)
+    rates = compiled(symbols.rates, DYNAMIC_BALL, {}, (*q, *motion), u, p)
 
     def in_time(vector):
         return sum(

@@ -7,18 +7,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from rigid_envs.laws.numerics import EPS, matrices
 from rigid_envs.systems import RollingDisk, UprightCoin
 from tests.reference import cases
-from tests.verification.measures import (
-    EPS,
-    is_level,
-    matrices,
-    orders,
-    refined,
-    sample_steps,
-    slope,
-    through,
-)
+from tests.verification.measures import is_level, orders, refined, sample_steps, slope, through
 from tests.verification.multipliers import coin_on_slope, pack
 
 SLOPE = UprightCoin(m=1.1, radius=0.6, I1=0.13, I3=0.2, g=9.5, slope=0.3)
@@ -135,7 +127,7 @@ def in_the_world(y):
     """State of the model with multipliers."""
     r = np.append(SLOPE.contact(y), SLOPE.radius)
     v = np.append(SLOPE.velocity(y), 0.0)
-    return pack(r, v, matrices(y[:4])[0], SLOPE.omega_world(y))
+    return pack(r, v, matrices(y[:4]), SLOPE.omega_world(y))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -166,7 +158,7 @@ def test_accelerations_and_forces_are_those_of_the_multipliers(seed):
     np.testing.assert_allclose(SLOPE.contact_force(y, u), held.contact, rtol=0, atol=1e-11)
     assert SLOPE.upright_torque(y, u) == pytest.approx(held.torque[0], abs=1e-11)
     rates = SLOPE.rhs(y, u)
-    axis, omega = matrices(y[:4])[0][:, 2], SLOPE.omega_world(y)
+    axis, omega = matrices(y[:4])[:, 2], SLOPE.omega_world(y)
     # omega = phi' e_z + psi' e3, whose axis turns with omega.
     grown = rates[6] * np.array([0.0, 0.0, 1.0]) + rates[7] * axis + y[7] * np.cross(omega, axis)
     np.testing.assert_allclose(grown, held.rates[15:18], rtol=0, atol=1e-11)
@@ -178,7 +170,7 @@ def test_the_torque_that_holds_the_coin_holds_a_free_disk(seed):
     disk = RollingDisk(m=1.1, radius=0.6, I1=0.13, I3=0.2, g=9.5)
     y, rng = rolling(200 + seed)
     u = rng.normal(size=2)
-    R = matrices(y[:4])[0]
+    R = matrices(y[:4])
     leaning = disk.state(q=y[:4], omega_body=R.T @ coin.omega_world(y), contact=y[4:6])
     torques = np.array([u[0], coin.upright_torque(y, u), u[1]])
     found, expected = disk.rhs(leaning, torques), coin.rhs(y, u)
@@ -199,7 +191,7 @@ def test_the_torque_that_holds_the_coin_holds_a_free_disk(seed):
 def test_a_disk_that_is_held_rolls_as_the_coin_does():
     coin, disk = UprightCoin(), RollingDisk()
     start = coin.state(steer_rate=0.8, roll_rate=5.0)
-    R = matrices(start[:4])[0]
+    R = matrices(start[:4])
     leaning = disk.state(q=start[:4], omega_body=R.T @ coin.omega_world(start))
     t = np.linspace(0.0, 3.0, 13)
     held = disk.simulate(leaning, t, (0.0, float(coin.upright_torque(start)), 0.0))

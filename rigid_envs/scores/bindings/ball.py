@@ -42,6 +42,8 @@ __all__ = [
 
 Array = npt.NDArray[np.float64]
 _HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+_REFERENCE = tuple(f"reference_{name}" for name in "wxyzXY")  # pose of the ball to be followed
+_HEADING = ("heading_X", "heading_Y")  # of its path
 _LONGEST = 30  # moves of an episode on the grid
 _AHEAD, _ANEW = 200, 100  # steps that a follower looks ahead, and after which it looks again
 
@@ -96,8 +98,8 @@ def damped(task: BallSteer) -> Controller:
     law = DampedFollower(_rolling_ball(task), task.roll_per_step / task.dt)
 
     def policy(envs: RigidVectorEnv) -> Array:
-        memo = envs.get_state()["memo"]
-        return law(envs.y, memo[:, :6], _speed(task) * memo[:, 6:8])
+        heading = envs.auxiliary(*_HEADING)
+        return law(envs.y, envs.auxiliary(*_REFERENCE), _speed(task) * heading)
 
     return policy
 
@@ -108,15 +110,15 @@ def far_sighted(task: BallSteer) -> Controller:
     speed = _speed(task)
 
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
-        memo = envs.get_state()["memo"][rows]
-        path = memo[:, 6:8], memo[:, 8], memo[:, 9:11]
+        heading, force = envs.auxiliary(*_HEADING)[rows], envs.auxiliary("force_X", "force_Y")[rows]
+        path = heading, envs.auxiliary("curvature")[rows], force
         return law.regulator(speed * elastica_headings(*path, speed * task.dt, _AHEAD)).gain
 
     gains = Script(plan, _ANEW)
 
     def policy(envs: RigidVectorEnv) -> Array:
-        memo = envs.get_state()["memo"]
-        return law(envs.y, memo[:, :6], speed * memo[:, 6:8], gains(envs))
+        heading = speed * envs.auxiliary(*_HEADING)
+        return law(envs.y, envs.auxiliary(*_REFERENCE), heading, gains(envs))
 
     return policy
 
@@ -124,7 +126,7 @@ def far_sighted(task: BallSteer) -> Controller:
 def plate_regulator(task: BallPlate) -> Controller:
     """Linear-quadratic regulator of the ball by the tilt of the table."""
     law = PlateRegulator(_dynamic_ball(task), task.tilt_rate, task.dt)
-    return lambda envs: law(envs.y, envs.get_state()["memo"][:, :2])
+    return lambda envs: law(envs.y, envs.auxiliary("point_X", "point_Y"))
 
 
 def quarter_rolls(task: BallGrid) -> Controller:
@@ -136,7 +138,7 @@ def quarter_rolls(task: BallGrid) -> Controller:
 def _goals(envs: RigidVectorEnv) -> Array:
     """Pose that every row is to be parked in, shape (N, 6)."""
     if envs.task.n_goal:
-        return np.asarray(envs.get_state()["memo"])
+        return envs.auxiliary(*envs.task.aux_names)
     return np.tile(_HOME, (envs.num_envs, 1))
 
 

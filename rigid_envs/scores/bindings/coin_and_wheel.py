@@ -30,8 +30,7 @@ def circle_regulator(task: DiskRoll) -> Controller:
     disk = task.system()
     assert isinstance(disk, RollingDisk)
     law = CircleRegulator(disk, task.torque, task.dt)
-    goal = task.memo_names.index("goal_curvature")
-    return lambda envs: law(envs.y, envs.get_state()["memo"][:, goal])
+    return lambda envs: law(envs.y, envs.auxiliary("goal_curvature"))
 
 
 def pump(task: RollPump) -> Controller:
@@ -39,5 +38,4 @@ def pump(task: RollPump) -> Controller:
     roller = task.system()
     assert isinstance(roller, Roller)
     law = Pump(roller, task.beta_change, task.dt)
-    change = task.memo_names.index("beta_change")
-    return lambda envs: law(envs.y, envs.get_state()["memo"][:, change])
+    return lambda envs: law(envs.y, envs.auxiliary("beta_change"))

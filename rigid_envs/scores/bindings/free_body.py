@@ -72,8 +72,7 @@ def separatrix_steering(task: SpinCapture) -> Controller:
 def timed_flip(task: AxisFlip) -> Controller:
     """Tracking of the free flip that ends within 0.6 of the tolerance at the commanded time."""
     law = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
-    time_left = task.memo_names.index("time_left")
-    return lambda envs: law(envs.y, envs.get_state()["memo"][:, time_left])
+    return lambda envs: law(envs.y, envs.auxiliary("time_left"))
 
 
 def forced_flip(task: AxisFlip) -> Controller:
@@ -102,4 +101,4 @@ def momentum_brake(task: Detumble) -> Controller:
 def quaternion_pd(task: Reorient) -> Controller:
     """Quaternion feedback to the goal attitude."""
     law = QuaternionPD(body_of(task), task.torque)
-    return lambda envs: law(envs.y, envs.get_state()["memo"])
+    return lambda envs: law(envs.y, envs.auxiliary(*task.aux_names))

@@ -50,8 +50,7 @@ def precession_regulator(task: TopPrecession) -> Controller:
         spins=(top.critical_spin, fastest),
         branch=task.branch,
     )
-    goal = task.memo_names.index("goal_tilt")
-    return lambda envs: law(envs.y, envs.get_state()["memo"][:, goal])
+    return lambda envs: law(envs.y, envs.auxiliary("goal_tilt"))
 
 
 def asymmetric_balance(task: TopRandom) -> Controller:

@@ -1,0 +1,147 @@
+"""The command line `python -m agents VERB`: its verbs and options."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.errors import ConfigError
+from rigid_envs.files import DamagedFileError
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED
+
+from ..config.options import add_config_options
+from ..storage.runs import RunInUseError
+from . import verbs
+
+__all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one verb.
+
+    Args:
+        argv: Words of the command line; None takes those of the process.
+
+    Returns:
+        The exit status: 0; 1 for a failure; 2 for bad usage; 128 + n after signal n.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    if not words or (words[0].startswith("-") and words[0] not in ("-h", "--help")):
+        words = ["train", *words]
+    options, rest = _parser().parse_known_args(words)
+    try:
+        for module in options.allow_import:
+            importlib.import_module(module)
+        status: int = options.run(options, rest)
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
+    except (RunInUseError, FloatingPointError, OSError, ImportError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except (ConfigError, DamagedFileError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m agents",
+        description="Train, evaluate and watch agents. Without a verb: train on BallPark with "
+        "PPO, evaluate on 500 unseen starts, and say where everything was written.",
+        allow_abbrev=False,
+    )
+    commands = parser.add_subparsers(metavar="VERB", required=True)
+    _add_train(commands.add_parser("train", help="train, then evaluate", allow_abbrev=False))
+    _add_evaluate(commands.add_parser("evaluate", help="metrics and scores on unseen starts"))
+    _add_leaderboard(commands.add_parser("leaderboard", help="one table and plot of evaluations"))
+    _add_enjoy(commands.add_parser("enjoy", help="print one episode, step by step"))
+    _add_benchmark(commands.add_parser("benchmark", help="train and evaluate every environment"))
+    for verb in commands.choices.values():
+        verb.add_argument(
+            "--allow_import",
+            metavar="MODULE",
+            action="append",
+            default=[],
+            help="import a module first, which may register environments of its own",
+        )
+    return parser
+
+
+def _add_train(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(run=verbs.train)
+    parser.usage = "python -m agents train [--config FILE | --resume RUN] [--ENTRY VALUE ...]"
+    parser.description = (
+        "Train from a config file; every entry of it can be given as an option too, and "
+        "--env_kwargs.NAME VALUE sets a hyperparameter of the task. Ctrl-C and SIGTERM save "
+        "first, and say how to go on."
+    )
+    parser.add_argument("--config", type=Path, metavar="FILE", help="(that of the environment)")
+    parser.add_argument("--resume", type=Path, metavar="RUN", help="go on with a run, to the bit")
+    parser.add_argument("--overwrite", action="store_true", help="delete a run of the same name")
+    parser.add_argument("--print_config", action="store_true", help="print the config and stop")
+    parser.add_argument("--quiet", action="store_true", help="no progress, only the result")
+    add_config_options(parser)
+
+
+def _add_evaluate(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(run=verbs.evaluate)
+    parser.description = (
+        "Play one episode from each of the fixed starts: a policy, or with --controller what needs "
+        "no training: a reference controller by its name, `reference` for the best one, `sampling` "
+        "or `random`."
+    )
+    _add_policy_options(parser, "?")
+    parser.add_argument("--controller", metavar="NAME", help="in place of a policy")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--ids", nargs="+", metavar="ID", default=[], help="for --controller")
+    which.add_argument("--all", action="store_true", help="all ids that have such a controller")
+    parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
+    parser.add_argument("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="for results.json, episodes.csv (the run); of controllers, ID/NAME is added to it "
+        "(logs/results)",
+    )
+
+
+def _add_leaderboard(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(run=verbs.leaderboard)
+    parser.description = (
+        "Collect all results.json below a folder into leaderboard.md and leaderboard.png there."
+    )
+    parser.add_argument("folder", type=Path, metavar="FOLDER")
+
+
+def _add_enjoy(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(run=verbs.enjoy)
+    _add_policy_options(parser)
+    parser.add_argument("--seed", type=int, help="of the start (the first of the evaluation)")
+    parser.add_argument("--random", action="store_true", help="act at random instead")
+
+
+def _add_benchmark(parser: argparse.ArgumentParser) -> None:
+    parser.set_defaults(run=verbs.benchmark)
+    parser.description = (
+        "Train every environment with its config (configs/NAME_ALGO.yaml, or else the defaults of "
+        "the algorithm that suits it), compare with a random policy on the same unseen starts, "
+        "and write one table. The same command goes on where it was stopped."
+    )
+    parser.add_argument("--ids", nargs="+", metavar="ID", default=list(ENVIRONMENTS), help="(all)")
+    parser.add_argument("--steps", metavar="N", help="of each training (as its config says)")
+    parser.add_argument("--seed", default="0", help="of the trainings (0)")
+    parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
+    parser.add_argument("--out", default="logs/benchmark", metavar="FOLDER", help="(%(default)s)")
+    parser.add_argument("--quiet", action="store_true", help="no progress, only the table")
+
+
+def _add_policy_options(parser: argparse.ArgumentParser, number: str | None = None) -> None:
+    parser.add_argument("path", type=Path, metavar="RUN_OR_POLICY", nargs=number)
+    parser.add_argument("--which", choices=("best", "last"), default="best", help="of a run (best)")

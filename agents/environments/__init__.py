@@ -1,0 +1,1 @@
+"""Vector environments by id, and as Stable-Baselines3 sees them."""

@@ -1,0 +1,297 @@
+"""Gymnasium vector environments as Stable-Baselines3 sees them.
+
+SB3 accepts only its own `VecEnv`. The two protocols mean the same thing when the Gymnasium
+environment resets a finished row within the step (`AutoresetMode.SAME_STEP`); what differs is the
+packing: Gymnasium gives one dictionary of arrays over the rows, SB3 wants one dictionary per row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from numpy.typing import NDArray
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env.base_vec_env import (
+    VecEnv,
+    VecEnvIndices,
+    VecEnvObs,
+    VecEnvStepReturn,
+)
+
+from .finite import NonFiniteError, all_finite, bad_row
+from .infos import rows_of, split
+
+__all__ = ["EpisodeEnds", "GymnasiumVecEnv"]
+
+
+class EpisodeEnds(NamedTuple):
+    """The episodes that ended in one step of the adapter.
+
+    Attributes:
+        step: Steps of the adapter so far, this one included.
+        rows: Rows whose episode ended, shape (k,), ascending.
+        returns: Sum of rewards of each episode, shape (k,).
+        lengths: Number of steps of each episode, shape (k,).
+        successes: `info["is_success"]` at the end, shape (k,); None if the environment has none.
+    """
+
+    step: int
+    rows: NDArray[np.intp]
+    returns: NDArray[np.float64]
+    lengths: NDArray[np.int64]
+    successes: NDArray[np.bool_] | None
+
+
+class GymnasiumVecEnv(VecEnv):
+    """An SB3 `VecEnv` over a Gymnasium `VectorEnv` that resets in the same step.
+
+    A row whose episode ended reports its whole `final_info`, and what SB3 looks for:
+    `terminal_observation`, `TimeLimit.truncated` (the limit struck and nothing else) and
+    `episode` = {r: sum of rewards, l: length}, so that no `Monitor` or `VecMonitor` is needed.
+    A running row reports an empty dictionary of its own, because filling one for every row at
+    every step would cost more than the physics; `vector_infos` has them all as arrays.
+
+    Attributes:
+        venv: Gymnasium environment inside.
+        vector_infos: The infos of the last reset or step, as Gymnasium gives them.
+    """
+
+    def __init__(self, venv: VectorEnv[Any, Any, Any]) -> None:
+        """Wrap a vector environment.
+
+        Args:
+            venv: Environment with `metadata["autoreset_mode"]` equal to `SAME_STEP`.
+
+        Raises:
+            ValueError: The environment resets in another way.
+        """
+        mode = venv.metadata.get("autoreset_mode")
+        if mode is not AutoresetMode.SAME_STEP:
+            raise ValueError(
+                f"{venv} has autoreset mode {mode}; expected AutoresetMode.SAME_STEP: "
+                'make it with autoreset_mode="SameStep"'
+            )
+        self.venv = venv
+        self.vector_infos: dict[str, Any] = {}
+        super().__init__(venv.num_envs, venv.single_observation_space, venv.single_action_space)
+        self._actions: NDArray[Any] | None = None
+        self._returns = np.zeros(self.num_envs)
+        self._lengths = np.zeros(self.num_envs, dtype=np.int64)
+        self._steps = 0
+        self._ends: list[EpisodeEnds] = []
+
+    def seed(self, seed: int | Sequence[int] | None = None) -> Sequence[int | None]:
+        """Choose the seeds of the next reset.
+
+        Args:
+            seed: An integer s gives row i the seed s + i, as in SB3 and Gymnasium; a sequence
+                gives each row its own.
+
+        Returns:
+            The seed of each row.
+
+        Raises:
+            ValueError: A sequence with other than one seed per row.
+        """
+        if seed is None or isinstance(seed, (int, np.integer)):
+            return super().seed(None if seed is None else int(seed))
+        if len(seed) != self.num_envs:
+            raise ValueError(f"{len(seed)} seeds for {self.num_envs} rows; expected one per row")
+        self._seeds = [int(s) for s in seed]
+        return self._seeds
+
+    def reset(self) -> VecEnvObs:
+        """Start an episode in every row.
+
+        Returns:
+            Observations, shape (N, ...), or a dictionary of such arrays.
+        """
+        seed: Any = self._next_seed()  # one integer or one for each row
+        obs, infos = self.venv.reset(seed=seed, options=self._next_options())
+        self._reset_seeds()
+        self._reset_options()
+        self.vector_infos = infos
+        self.reset_infos = split(infos, np.arange(self.num_envs))
+        self._returns[:] = 0.0
+        self._lengths[:] = 0
+        return obs  # type: ignore[no-any-return]
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Keep the actions for `step_wait`.
+
+        Args:
+            actions: One action per row, shape (N, ...).
+        """
+        self._actions = actions
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Advance every row by one step.
+
+        Returns:
+            Observations (of the new episode where one ended), rewards (N,) float32, dones (N,)
+            bool, and one dictionary per row.
+
+        Raises:
+            NonFiniteError: A reward or an observation is NaN or infinite.
+        """
+        obs, rewards, terminated, truncated, infos = self.venv.step(self._actions)
+        self.vector_infos = infos
+        self._steps += 1
+        self._returns += rewards
+        self._lengths += 1
+        if not (all_finite(self._returns) and all_finite(obs)):
+            raise NonFiniteError(self._what_is_not_finite(obs, rewards))
+        dones = terminated | truncated
+        row_infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        rows = np.flatnonzero(dones)
+        if rows.size:
+            self._end_episodes(rows, truncated & ~terminated, infos, row_infos)
+        # A new array: SB3 adds the value of truncated states to it in place.
+        return obs, np.array(rewards, dtype=np.float32), dones, row_infos
+
+    def pop_episodes(self) -> list[EpisodeEnds]:
+        """The episodes that ended since the last call, in order."""
+        ends, self._ends = self._ends, []
+        return ends
+
+    def get_state(self) -> dict[str, NDArray[Any]]:
+        """Everything that a bitwise continuation needs: the environment's state and ours.
+
+        Returns:
+            Arrays by name; `set_state` takes them back.
+        """
+        state = {f"env/{key}": value for key, value in self._find("get_state")().items()}
+        state["returns"] = self._returns.copy()
+        state["lengths"] = self._lengths.copy()
+        state["steps"] = np.array(self._steps)
+        return state
+
+    def set_state(self, state: Mapping[str, NDArray[Any]]) -> None:
+        """Return to a state, to the bit.
+
+        Args:
+            state: From `get_state`.
+        """
+        inner = {key[4:]: value for key, value in state.items() if key.startswith("env/")}
+        self._find("set_state")(inner)
+        self._returns[:] = state["returns"]
+        self._lengths[:] = state["lengths"]
+        self._steps = int(state["steps"])
+        self._ends = []
+
+    def close(self) -> None:
+        """Close the environment."""
+        self.venv.close()
+
+    def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
+        """One picture per row."""
+        pictures: Any = self.venv.render()
+        return [None] * self.num_envs if pictures is None else list(pictures)
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """An attribute of the environment, once for each row asked for.
+
+        Rows of a native vector environment share one object, hence one value.
+        """
+        rows = list(self._get_indices(indices))
+        if hasattr(self.venv, "envs"):
+            return [self.venv.envs[row].get_wrapper_attr(attr_name) for row in rows]
+        return [self._find(attr_name)] * len(rows)
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Set an attribute of the environment.
+
+        Raises:
+            ValueError: Only some rows are asked for, and rows share one object.
+        """
+        rows = list(self._get_indices(indices))
+        if hasattr(self.venv, "envs"):
+            for row in rows:
+                self.venv.envs[row].set_wrapper_attr(attr_name, value)
+        elif len(rows) == self.num_envs:
+            setattr(self.venv.unwrapped, attr_name, value)
+        else:
+            raise ValueError(f"set_attr({attr_name!r}): rows of {self.venv} share one object")
+
+    def env_method(
+        self,
+        method_name: str,
+        *method_args: Any,
+        indices: VecEnvIndices = None,
+        **method_kwargs: Any,
+    ) -> list[Any]:
+        """Call a method, once per row asked for; once only where rows share one object."""
+        rows = list(self._get_indices(indices))
+        if hasattr(self.venv, "envs"):
+            methods = self.get_attr(method_name, rows)
+            return [method(*method_args, **method_kwargs) for method in methods]
+        return [self._find(method_name)(*method_args, **method_kwargs)] * len(rows)
+
+    def env_is_wrapped(
+        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None
+    ) -> list[bool]:
+        """Whether rows are in a wrapper; true of `Monitor`, whose work the adapter does."""
+        wrapped = issubclass(wrapper_class, Monitor)
+        return [wrapped for _ in self._get_indices(indices)]
+
+    def _end_episodes(
+        self,
+        rows: NDArray[np.intp],
+        truncated: NDArray[np.bool_],
+        infos: dict[str, Any],
+        row_infos: list[dict[str, Any]],
+    ) -> None:
+        details = split(infos.get("final_info", {}), rows)
+        last_obs = rows_of(infos["final_obs"], rows)
+        returns, lengths = self._returns[rows], self._lengths[rows]
+        columns = zip(
+            rows.tolist(), details, last_obs, truncated[rows].tolist(), returns.tolist(),
+            lengths.tolist(), strict=True,
+        )  # fmt: skip
+        for row, info, last, cut, total, length in columns:
+            info["terminal_observation"] = last
+            info["TimeLimit.truncated"] = cut
+            info["episode"] = {"r": total, "l": length}
+            row_infos[row] = info
+        successes = None
+        if "is_success" in details[0]:
+            successes = np.array([info["is_success"] for info in details], dtype=bool)
+        self._ends.append(EpisodeEnds(self._steps, rows, returns, lengths, successes))
+        self._returns[rows] = 0.0
+        self._lengths[rows] = 0
+
+    def _what_is_not_finite(self, obs: VecEnvObs, rewards: NDArray[Any]) -> str:
+        what, row = "reward", bad_row(rewards)
+        if row is None:
+            what, row = "observation", bad_row(obs)
+        if row is None:
+            return f"the sum of rewards of an episode overflowed at step {self._steps} of the run"
+        action = None if self._actions is None else np.asarray(self._actions[row]).tolist()
+        return (
+            f"{what} of row {row} is not finite at step {self._lengths[row]} of its episode, "
+            f"step {self._steps} of the run; reward {rewards[row]}, action {action}"
+        )
+
+    def _find(self, name: str) -> Any:
+        for owner in (self.venv, self.venv.unwrapped):
+            if hasattr(owner, name):
+                return getattr(owner, name)
+        raise AttributeError(f"{self.venv.unwrapped} has no attribute {name!r}")
+
+    def _next_seed(self) -> int | list[int] | None:
+        seeds = [s for s in self._seeds if s is not None]
+        if len(seeds) != self.num_envs:
+            return None
+        first = seeds[0]
+        # Native environments of others take an integer only: s means s + i there too.
+        return first if seeds == list(range(first, first + len(seeds))) else seeds
+
+    def _next_options(self) -> dict[str, Any] | None:
+        options = self._options[0]
+        if any(other != options for other in self._options):
+            raise ValueError("set_options: rows of a vector environment take the same options")
+        return dict(options) or None

@@ -1,0 +1,71 @@
+"""Environments by id, as data names them: nothing is imported because a file says so."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+from gymnasium.vector import VectorEnv
+
+import rigid_envs  # noqa: F401, registers the environments
+from rigid_envs.errors import ConfigError
+from rigid_envs.settings import refusal
+
+__all__ = ["cost_unit", "make"]
+
+
+def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv[Any, Any, Any]:
+    """A native vector environment whose rows reset in the step that ends their episode.
+
+    Args:
+        env_id: A registered id; `module:id` only of a module that is imported already.
+        env_kwargs: Hyperparameters of its task.
+        num_envs: Number of rows.
+
+    Raises:
+        ConfigError: "config.env_id: ..." or "config.env_kwargs....: ...".
+    """
+    module, _, name = env_id.rpartition(":")
+    if module and module not in sys.modules:
+        raise refusal(
+            "env_id", env_id, f"no import of {module}: allow it with --allow_import {module}"
+        )
+    if name not in gym.registry or gym.registry[name].vector_entry_point is None:
+        known = [key for key, spec in gym.registry.items() if spec.vector_entry_point is not None]
+        close = difflib.get_close_matches(name, known, n=1) or sorted(known)
+        raise refusal(
+            "env_id",
+            env_id,
+            "a registered environment with a native vector form: "
+            f"did you mean {', '.join(map(repr, close))}?",
+        )
+    try:
+        return gym.make_vec(
+            name,
+            num_envs=num_envs,
+            vectorization_mode="vector_entry_point",
+            autoreset_mode="SameStep",
+            **env_kwargs,
+        )
+    except (TypeError, ValueError) as error:
+        why = str(error)
+        prefix = "config.env_kwargs."
+        nested = why.startswith("config.")
+        why = prefix + why[7:] if nested else f"config.env_kwargs: {why}"
+        raise ConfigError(why) from error
+
+
+def cost_unit(env_id: str, env_kwargs: Mapping[str, Any]) -> str | None:
+    """Meaning and unit of `info["cost"]`; None where the task does not say.
+
+    Args:
+        env_id: A registered id.
+        env_kwargs: Hyperparameters of its task.
+    """
+    venv = make(env_id, env_kwargs, 1)
+    unit: str | None = getattr(getattr(venv.unwrapped, "task", None), "cost_unit", None)
+    venv.close()
+    return unit

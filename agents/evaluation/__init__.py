@@ -1,0 +1,1 @@
+"""Episodes of policies on unseen starts: figures, intervals, reports, plots."""

@@ -1,0 +1,1 @@
+"""Trained policies in files, which run without Stable-Baselines3."""

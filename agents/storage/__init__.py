@@ -1,0 +1,1 @@
+"""Files of a run: tensors, checkpoints, logs, the run folder and its lock."""

@@ -1,0 +1,58 @@
+"""Checkpoints, from which a run resumes: one file each; the last two are kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from rigid_envs.files import DamagedFileError
+
+from .tensorfile import load_tensors, save_tensors
+
+__all__ = ["load_newest", "save_newest"]
+
+Arrays = dict[str, NDArray[Any]]
+_SIZE_LIMIT = 64 * 2**30
+_KEPT = 2
+
+
+def save_newest(folder: Path, timesteps: int, arrays: Arrays, document: dict[str, Any]) -> None:
+    """Write a checkpoint, and drop all but the last two.
+
+    Args:
+        folder: Folder of checkpoints; made if it is not there.
+        timesteps: Age of the run, which names the file.
+        arrays: Arrays of numbers by name.
+        document: JSON values.
+    """
+    folder.mkdir(exist_ok=True)
+    save_tensors(folder / f"{timesteps:015d}.safetensors", arrays, document)
+    for old in sorted(folder.glob("*.safetensors"))[:-_KEPT]:
+        old.unlink()
+
+
+def load_newest(folder: Path) -> tuple[Arrays, dict[str, Any], list[str]] | None:
+    """Read the newest checkpoint that is whole.
+
+    Args:
+        folder: Folder of checkpoints.
+
+    Returns:
+        Arrays, document, and a line about each newer one that is damaged; None if there is none.
+
+    Raises:
+        DamagedFileError: There are some, and all are damaged.
+    """
+    damaged: list[str] = []
+    for path in sorted(folder.glob("*.safetensors"), reverse=True):
+        try:
+            arrays, document = load_tensors(path, _SIZE_LIMIT)
+        except DamagedFileError as error:
+            damaged.append(str(error))
+        else:
+            return arrays, document, damaged
+    if damaged:
+        raise DamagedFileError("; ".join(damaged))
+    return None

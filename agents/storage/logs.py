@@ -1,0 +1,120 @@
+"""Logs that a resumed run continues as if it had never stopped: CSV rows and TensorBoard events."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from stable_baselines3.common.logger import KVWriter, TensorBoardOutputFormat
+from torch.utils.tensorboard import SummaryWriter
+
+from rigid_envs.files import DamagedFileError
+
+__all__ = ["CsvLog", "ProgressLog", "TensorBoardLog"]
+
+
+class CsvLog:
+    """A CSV file with fixed columns, to which rows are added.
+
+    Columns never change, unlike those of SB3's CSV writer, which rewrites the file for each new
+    one: what is written stays, and cutting the file back to a position undoes what came after.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        columns: Iterable[str],
+        preamble: str = "",
+        position: int | None = None,
+    ) -> None:
+        """Start a file, or append to one.
+
+        Args:
+            path: File to write.
+            columns: Names of the columns.
+            preamble: Text above the header.
+            position: Length to cut an existing file back to [bytes]; None starts a new one.
+
+        Raises:
+            DamagedFileError: The file is shorter than that.
+        """
+        self.columns = tuple(columns)
+        if position is None:
+            self._file = open(path, "wb")
+            self._file.write((preamble + ",".join(self.columns) + "\n").encode())
+            return
+        size = path.stat().st_size
+        if size < position:
+            raise DamagedFileError(f"{path}: {size} bytes; the checkpoint knows of {position}")
+        os.truncate(path, position)
+        self._file = open(path, "ab")
+
+    def write(self, rows: Iterable[Mapping[str, Any]]) -> None:
+        """Add rows.
+
+        Args:
+            rows: Values by column; a column that is missing or None stays empty.
+        """
+        lines = (",".join(_cell(row.get(key)) for key in self.columns) for row in rows)
+        self._file.write("".join(f"{line}\n" for line in lines).encode())
+        self._file.flush()
+
+    def sync(self) -> int:
+        """Bring the file to the disk.
+
+        Returns:
+            Its length [bytes].
+        """
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        return self._file.tell()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+class ProgressLog(KVWriter):
+    """Output of SB3's logger: one CSV row per update."""
+
+    def __init__(self, csv: CsvLog) -> None:
+        """Write to a CSV file.
+
+        Args:
+            csv: The file; keys that it has no column for are left out.
+        """
+        self.csv = csv
+
+    def write(  # noqa: D102
+        self,
+        key_values: dict[str, Any],
+        key_excluded: dict[str, tuple[str, ...]],
+        step: int = 0,
+    ) -> None:
+        self.csv.write([key_values])
+
+    def close(self) -> None:  # noqa: D102
+        self.csv.close()
+
+
+class TensorBoardLog(TensorBoardOutputFormat):
+    """SB3's TensorBoard writer, able to hide what a run that goes on will write again."""
+
+    def __init__(self, folder: Path, purge_step: int | None) -> None:
+        """Open an event file.
+
+        Args:
+            folder: Where event files are.
+            purge_step: First step whose earlier events are void; None if there are none.
+        """
+        self.writer = SummaryWriter(log_dir=str(folder), purge_step=purge_step)
+        self._is_closed = False
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    item = value.item() if hasattr(value, "item") else value
+    return str(int(item)) if isinstance(item, bool) else str(item)

@@ -1,0 +1,191 @@
+"""Run folders, in the layout that SB3 and rl_zoo3 users know; one process at a time in each.
+
+logs/<algo>/<environment>_<n>/
+    config.yaml             all entries, defaults included
+    progress.csv            one row per update          (times.csv: the clock, kept apart)
+    monitor.csv             one row per episode, as SB3's Monitor writes it
+    evaluations.npz         as SB3's EvalCallback writes it
+    tensorboard/            events
+    best_model/, last_model/    policy.safetensors, policy.json
+    checkpoints/            what `--resume` continues from
+    results.json, episodes.csv, learning_curve.png      the final evaluation
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import platform
+import re
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from rigid_envs.files import canonical_json, read_bytes, sync_folder, write_atomic
+
+from ..config.by_algorithm import Config, config_from, config_to_dict
+from ..config.yaml_data import dump_yaml, read_yaml
+
+__all__ = ["Run", "RunInUseError", "create_run", "find_run", "open_run"]
+
+_LOCK = "run.lock"
+
+
+class RunInUseError(RuntimeError):
+    """Another process works in the folder."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run folder.
+
+    Attributes:
+        folder: Folder of its files.
+        lock: Descriptor whose file lock keeps other processes out; None for a reader. The kernel
+            drops the lock with the process, however that ends, so a lock is never stale.
+        new: Config of a run that is yet to begin; None for one that has begun.
+    """
+
+    folder: Path
+    lock: int | None = None
+    new: Config | None = None
+
+    def __truediv__(self, name: str) -> Path:
+        """The path of a file of the run."""
+        return self.folder / name
+
+    def config(self) -> Config:
+        """The config that the run is, or was, started with."""
+        return self.new or config_from(read_yaml(self / "config.yaml"))
+
+    def begin(self) -> None:
+        """Delete what an earlier run left, and write `config.yaml`; nothing if not new."""
+        if self.new is None:
+            return
+        for path in _content(self.folder):
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
+        write_atomic(self / "config.yaml", dump_yaml(config_to_dict(self.new)))
+
+    def discard(self) -> None:
+        """Remove the folder of a new run, if nothing is in it."""
+        if self.new is not None and not _content(self.folder):
+            shutil.rmtree(self.folder)
+
+    def close(self) -> None:
+        """Let other processes in."""
+        if self.lock is not None:
+            os.close(self.lock)
+
+
+def create_run(config: Config, overwrite: bool = False) -> Run:
+    """Make the folder of a new run, and lock it. Nothing is deleted or written before `begin`.
+
+    Args:
+        config: Its config; `run_name` None takes the next free number.
+        overwrite: Whether `begin` may delete an earlier run of the same name.
+
+    Raises:
+        FileExistsError: A run of this name is there.
+        RunInUseError: And another process works in it.
+    """
+    parent = Path(config.log_dir) / config.algo
+    parent.mkdir(parents=True, exist_ok=True)
+    # Made aside, locked, then named: nobody ever sees the folder of a run without its lock.
+    hidden = parent / f".{os.getpid()}.tmp"
+    hidden.mkdir(exist_ok=True)
+    lock = _acquire(hidden)
+    folder = _name(hidden, parent, config)
+    if folder is None:
+        os.close(lock)
+        shutil.rmtree(hidden)
+        folder = parent / str(config.run_name)
+        lock = _take_over(folder, overwrite)
+    sync_folder(parent)
+    return Run(folder, lock, config)
+
+
+def open_run(folder: Path) -> Run:
+    """Lock the folder of an existing run, to resume it.
+
+    Raises:
+        FileNotFoundError: There is no run.
+        RunInUseError: Another process works in it.
+    """
+    find_run(folder)
+    return Run(folder, _acquire(folder))
+
+
+def find_run(folder: Path) -> Run:
+    """The run in a folder, to read.
+
+    Raises:
+        FileNotFoundError: There is no run.
+    """
+    if not (folder / "config.yaml").is_file():
+        raise FileNotFoundError(f"{folder}: no run here (no config.yaml)")
+    return Run(folder)
+
+
+def _name(hidden: Path, parent: Path, config: Config) -> Path | None:
+    """Give the hidden folder its name; None if that is taken."""
+    if config.run_name is not None:
+        return _renamed(hidden, parent / config.run_name)
+    stem = re.sub(r"[^A-Za-z0-9._-]", "-", re.split("[:/]", config.env_id)[-1])[:60]
+    numbers = [path.name.removeprefix(f"{stem}_") for path in parent.glob(f"{stem}_*")]
+    number = max([int(text) for text in numbers if text.isdecimal()], default=0)
+    folder = None
+    while folder is None:
+        number += 1
+        folder = _renamed(hidden, parent / f"{stem}_{number}")
+    return folder
+
+
+def _renamed(hidden: Path, folder: Path) -> Path | None:
+    try:
+        os.rename(hidden, folder)  # refused by the system if the folder has anything in it
+    except OSError:
+        if folder.exists():
+            return None
+        raise
+    return folder
+
+
+def _take_over(folder: Path, overwrite: bool) -> int:
+    lock = _acquire(folder)
+    is_run = (folder / "config.yaml").is_file()
+    if not _content(folder) or (overwrite and is_run):
+        return lock
+    os.close(lock)
+    hint = (
+        f"--overwrite deletes it; --resume {folder} goes on with it" if is_run else "it is no run"
+    )
+    raise FileExistsError(f"{folder} exists; {hint}; --run_name gives the new run another name")
+
+
+def _content(folder: Path) -> list[Path]:
+    return [path for path in folder.iterdir() if path.name != _LOCK]
+
+
+def _acquire(folder: Path) -> int:
+    path = folder / _LOCK
+    lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(lock)
+        raise RunInUseError(f"{folder} is in use by {_owner(path)}") from None
+    os.truncate(lock, 0)
+    os.write(lock, canonical_json({"pid": os.getpid(), "host": platform.node()}).encode())
+    return lock
+
+
+def _owner(path: Path) -> str:
+    try:
+        owner = json.loads(read_bytes(path, 4096))
+        return f"process {owner['pid']} on {owner['host']}"
+    except (OSError, ValueError, LookupError, TypeError):
+        return "another process"

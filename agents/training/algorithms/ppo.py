@@ -1,0 +1,90 @@
+"""Proximal policy optimisation: on-policy, continuous or discrete actions."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+from gymnasium import spaces
+from gymnasium.vector import VectorEnv
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.vec_env import VecEnv
+from torch import nn
+
+from ...config.by_algorithm import PPOConfig
+from .common import Network, Parts, arguments, layers, policy_arguments
+
+__all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "network", "parts"]
+
+MODEL = PPO
+COUNTERS: tuple[str, ...] = ()
+COLUMNS: tuple[str, ...] = (
+    "train/learning_rate",
+    "train/clip_range",
+    "train/n_updates",
+    "train/loss",
+    "train/policy_gradient_loss",
+    "train/value_loss",
+    "train/entropy_loss",
+    "train/approx_kl",
+    "train/clip_fraction",
+    "train/explained_variance",
+    "train/std",
+)
+
+
+def check(config: PPOConfig, venv: VectorEnv[Any, Any, Any]) -> None:
+    """Nothing to refuse: actions may be continuous or discrete."""
+
+
+def build(config: PPOConfig, env: VecEnv) -> PPO:
+    """The untrained model.
+
+    Args:
+        config: Config of the run.
+        env: Environment to train on.
+    """
+    return PPO(
+        n_steps=config.n_steps,
+        batch_size=config.batch_size,
+        n_epochs=config.n_epochs,
+        gae_lambda=config.gae_lambda,
+        clip_range=config.clip_range,
+        ent_coef=config.ent_coef,
+        vf_coef=config.vf_coef,
+        max_grad_norm=config.max_grad_norm,
+        target_kl=config.target_kl,
+        policy_kwargs={**policy_arguments(config, env), "log_std_init": config.log_std_init},
+        **arguments(config, env),
+    )
+
+
+def iterate(model: PPO, config: PPOConfig, callback: BaseCallback) -> None:
+    """One update: `n_steps` of every row, then `n_epochs` of gradient steps.
+
+    Args:
+        model: SB3 model.
+        config: Config of the run.
+        callback: Hooks of SB3.
+    """
+    assert model.env is not None
+    model.collect_rollouts(model.env, callback, model.rollout_buffer, model.n_steps)
+    model._update_current_progress_remaining(model.num_timesteps, config.total_timesteps)
+    model.train()
+
+
+def parts(model: PPO) -> Parts:
+    """See `Parts`."""
+    return Parts(model.policy.state_dict(), {"policy": model.policy.optimizer})
+
+
+def network(model: PPO) -> Network:
+    """See `Network`."""
+    hidden: Any = model.policy.mlp_extractor.policy_net
+    arrays = layers([*hidden, cast("nn.Linear", model.policy.action_net)])
+    if not isinstance(model.action_space, spaces.Box):
+        return Network("categorical", arrays)
+    arrays["log_std"] = model.policy.log_std.detach().numpy()
+    arrays["action.low"] = model.action_space.low
+    arrays["action.high"] = model.action_space.high
+    return Network("gaussian", arrays)

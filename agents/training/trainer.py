@@ -1,0 +1,261 @@
+"""Training of a run: collect, learn, log, evaluate, save; resumed to the bit."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from stable_baselines3.common.utils import safe_mean
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+
+from rigid_envs.errors import ConfigError
+from rigid_envs.files import sweep
+from rigid_envs.scores.starts import row_seeds
+
+from ..config.by_algorithm import Config, config_to_dict
+from ..environments.adapter import GymnasiumVecEnv
+from ..environments.factory import make
+from ..environments.finite import NonFiniteError
+from ..policies.policy_file import save_policy
+from ..storage.checkpoints import load_newest, save_newest
+from ..storage.manifest import differences, manifest
+from ..storage.runs import Run, create_run, open_run
+from .algorithms import build_model, check_fit, iterate
+from .exporting import export_policy
+from .progress_bar import Progress
+from .records import Records
+from .signals import StopSignals
+from .snapshots import capture, restore
+from .validation import Validation
+
+__all__ = ["Outcome", "train", "train_in"]
+
+_SHARE = 0.02  # largest share of the time that goes into checkpoints
+_LEAST_GAP = 2.0  # seconds between them, lest a fast disk be worn for nothing
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Outcome of a training session.
+
+    Attributes:
+        folder: Folder of the run.
+        timesteps: Steps made, all sessions together.
+        seconds: Time spent, all sessions together.
+        stopped_by: The signal that ended it early; None if it is complete.
+    """
+
+    folder: Path
+    timesteps: int
+    seconds: float
+    stopped_by: int | None
+
+
+def train(
+    config: Config | None = None,
+    resume: Path | None = None,
+    overwrite: bool = False,
+    quiet: bool = False,
+) -> Outcome:
+    """Train from a config, or resume a run.
+
+    Args:
+        config: Config of a new run; None with `resume`.
+        resume: Folder of the run to go on with; it ends with the same bits as if it had never
+            stopped, on the same machine and versions.
+        overwrite: Whether a new run may delete an old one of its name.
+        quiet: No progress bar.
+
+    Raises:
+        ValueError: Neither or both of config and resume, or a config that cannot be.
+        RunInUseError: Another process works in the folder.
+        NonFiniteError: A NaN came up; nothing was learnt from it, the last checkpoint is good.
+    """
+    if config is not None and resume is None:
+        run = create_run(config, overwrite)
+    elif resume is not None and config is None:
+        run = open_run(resume)
+    else:
+        raise ValueError("train: expected either a config or a run to resume")
+    try:
+        return train_in(run, quiet)
+    finally:
+        run.close()
+
+
+def train_in(run: Run, quiet: bool = False) -> Outcome:
+    """Train in a run folder, from where it is.
+
+    Args:
+        run: A run that this process has the lock of.
+        quiet: No progress bar.
+
+    Raises:
+        ConfigError: The config cannot be; a new run then leaves no folder behind.
+        NonFiniteError: See `train`.
+    """
+    config = run.config()
+    try:
+        venv = make(config.env_id, config.env_kwargs, 1)
+        check_fit(config, venv)
+        venv.close()
+    except ConfigError:
+        run.discard()
+        raise
+    run.begin()
+    with StopSignals() as signals:
+        trainer = Trainer(run, config, Progress(quiet))
+        try:
+            while not (trainer.is_complete() or signals.stopping()):
+                trainer.iterate()
+                if trainer.checkpoint_is_due():
+                    trainer.save()
+            trainer.save()
+        except NonFiniteError as error:
+            raise NonFiniteError(
+                f"{error}; seed {config.seed}. {run / 'checkpoints'} is of before, and good"
+            ) from error
+        finally:
+            trainer.close()
+    return Outcome(run.folder, trainer.model.num_timesteps, trainer.seconds(), signals.received)
+
+
+class Trainer:
+    """A run being trained.
+
+    Attributes:
+        model: SB3 model.
+    """
+
+    def __init__(self, run: Run, config: Config, progress: Progress) -> None:
+        """Build everything, as it is at the start of the run or at its newest checkpoint.
+
+        Args:
+            run: Where to write; this process has its lock.
+            config: Config of the run.
+            progress: Progress bar.
+        """
+        torch.set_num_threads(config.torch_threads)
+        sweep(run.folder)
+        self._run, self._config, self._progress = run, config, progress
+        self._adapter = GymnasiumVecEnv(make(config.env_id, config.env_kwargs, config.n_envs))
+        self.model = build_model(config, _normalized(self._adapter, config))
+        self._adapter.seed(row_seeds(config.seed, config.n_envs, "train"))
+        self._validation = Validation(config)
+        self._iterations = 0
+        self._begin, self._spent = time.perf_counter(), 0.0
+        self._saved_at, self._save_took = self._begin, 0.0
+        arrays, document, damaged = load_newest(run / "checkpoints") or ({}, {}, [])
+        for line in damaged:
+            progress.say(f"damaged, taking the one before: {line}")
+        self._records = Records(run, config, document.get("logs"))
+        self.model.set_logger(self._records.logger)
+        _, self._callback = self.model._setup_learn(config.total_timesteps)
+        if document:
+            self._restore(arrays, document)
+        update = config.steps_per_update  # the last one is made in full
+        progress.start(-(-config.total_timesteps // update) * update, self.model.num_timesteps)
+
+    def is_complete(self) -> bool:
+        """Whether all steps are made."""
+        return bool(self.model.num_timesteps >= self._config.total_timesteps)
+
+    def seconds(self) -> float:
+        """Time spent on the run, all sessions together."""
+        return self._spent + time.perf_counter() - self._begin
+
+    def iterate(self) -> None:
+        """One update: collect, learn, evaluate if it is due, log."""
+        before, total = self.model.num_timesteps, self._config.total_timesteps
+        iterate(self.model, self._config, self._callback)
+        self._iterations += 1
+        figures = self._figures()
+        if self._validation.is_due(before, self.model.num_timesteps, total):
+            figures |= self._evaluate()
+        self._records.write(
+            self.model.num_timesteps, figures, self._adapter.pop_episodes(), self.seconds()
+        )
+        self._progress.show(self.model.num_timesteps, figures)
+
+    def checkpoint_is_due(self) -> bool:
+        """Whether to save now: every so many updates, or as often as is cheap."""
+        if self._config.checkpoint_every is not None:
+            return self._iterations % self._config.checkpoint_every == 0
+        gap = time.perf_counter() - self._saved_at
+        return gap > max(_LEAST_GAP, self._save_took / _SHARE)
+
+    def save(self) -> None:
+        """Write the policy of now and a checkpoint."""
+        begin = time.perf_counter()
+        save_policy(export_policy(self.model, self._config), self._run / "last_model")
+        arrays, document = capture(self.model, self._adapter)
+        arrays |= {f"validation/{k}": v for k, v in self._validation.arrays().items()}
+        document |= {
+            "config": config_to_dict(self._config),
+            "manifest": manifest(),
+            "iterations": self._iterations,
+            "seconds": self.seconds(),
+            "logs": self._records.sync(self.model.num_timesteps),
+        }
+        save_newest(self._run / "checkpoints", self.model.num_timesteps, arrays, document)
+        self._saved_at = time.perf_counter()
+        self._save_took = self._saved_at - begin
+
+    def close(self) -> None:
+        """Close files and environments."""
+        self._progress.close()
+        self._records.close()
+        self._validation.close()
+        self._adapter.close()
+
+    def _restore(self, arrays: dict[str, Any], document: dict[str, Any]) -> None:
+        changed = differences(document["config"], config_to_dict(self._config))
+        if changed:
+            raise ConfigError(
+                f"{self._run / 'config.yaml'} is not what the run was started with "
+                f"({'; '.join(changed)}); put it back, or start a new run"
+            )
+        for line in differences(document["manifest"], manifest()):
+            self._progress.say(f"not the machine or versions of before, so not its bits: {line}")
+        restore(self.model, self._adapter, arrays, document)
+        prefix = "validation/"
+        held = {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
+        self._validation.restore(held)
+        self._iterations, self._spent = document["iterations"], document["seconds"]
+
+    def _figures(self) -> dict[str, Any]:
+        episodes, successes = self.model.ep_info_buffer, self.model.ep_success_buffer
+        figures: dict[str, Any] = {"time/iterations": self._iterations}
+        if episodes:
+            figures["rollout/ep_rew_mean"] = safe_mean([episode["r"] for episode in episodes])
+            figures["rollout/ep_len_mean"] = safe_mean([episode["l"] for episode in episodes])
+        if successes:
+            figures["rollout/success_rate"] = safe_mean(successes)
+        return figures
+
+    def _evaluate(self) -> dict[str, Any]:
+        policy = export_policy(self.model, self._config)
+        episodes, better = self._validation.run(policy, self.model.num_timesteps)
+        if better:
+            save_policy(policy, self._run / "best_model")
+        self._validation.save(self._run / "evaluations.npz")
+        return {
+            "eval/success_rate": episodes.successes.mean(),
+            "eval/mean_reward": episodes.returns.mean(),
+            "eval/mean_ep_length": episodes.lengths.mean(),
+            "eval/mean_cost": episodes.costs.mean(),
+        }
+
+
+def _normalized(adapter: GymnasiumVecEnv, config: Config) -> VecEnv:
+    if not (config.normalize_observation or config.normalize_reward):
+        return adapter
+    return VecNormalize(
+        adapter,
+        norm_obs=config.normalize_observation,
+        norm_reward=config.normalize_reward,
+        gamma=config.gamma,
+    )

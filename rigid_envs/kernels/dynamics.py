@@ -1,0 +1,138 @@
+"""What the compiled layer knows of a physical system, and its loops behind the NumPy interface."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from rigid_envs.kernels import batch
+from rigid_envs.kernels.batch import Array
+from rigid_envs.kernels.compiler import kernel
+from rigid_envs.kernels.composition import SUZUKI
+from rigid_envs.kernels.rows import Prototype, prototype
+
+__all__ = ["Dynamics"]
+
+Function = Callable[..., Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """Equations of motion of a system: its rows, by name, and compiled functions of one row.
+
+    Attributes:
+        State: `NamedTuple` of the state y; its defaults are the rest state.
+        Input: `NamedTuple` of the input u.
+        Parameters: `NamedTuple` of the parameters p: first the physical ones, in the order of the
+            arguments of `derive`, then what is derived from them.
+        Invariants: `NamedTuple` of what is constant without input.
+        derive: ``derive(*physical parameters) -> Parameters``.
+        rhs: ``rhs(y, u, p) -> y'``, for real and complex numbers.
+        step: ``step(y, u, p, h) -> y`` after h [s], symmetric and of second order, or exact.
+        restore: ``restore(y) -> y`` without the roundings that steps leave (|q| = 1).
+        invariants: ``invariants(y, p) -> Invariants``.
+        weights: lengths of the stages that a step is composed of (`kernels.composition`).
+
+    Raises:
+        TypeError: `Parameters` do not begin with the arguments of `derive`.
+    """
+
+    State: type[Any]
+    Input: type[Any]
+    Parameters: type[Any]
+    Invariants: type[Any]
+    derive: Function
+    rhs: Function
+    step: Function
+    restore: Function
+    invariants: Function
+    weights: tuple[float, ...] = SUZUKI
+
+    def __post_init__(self) -> None:
+        """Check that the names fit together."""
+        check_derive(self.derive, self.Parameters)
+
+    @property
+    def raw_names(self) -> tuple[str, ...]:
+        """Names of the physical parameters, from which `derive` makes the others."""
+        return argument_names(self.derive)
+
+    @cached_property
+    def prototypes(self) -> tuple[Prototype, Prototype, Prototype]:
+        """Rows of state, input and parameters that loops are compiled for."""
+        return prototype(self.State), prototype(self.Input), prototype(self.Parameters)
+
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """What the compiled steps of the system are made of."""
+        return (self.step, self.restore, self.State, self.Input, self.Parameters, self.weights)
+
+    @cached_property
+    def evaluate_rows(self) -> Callable[[Array, Array, Array, Array], None]:
+        """Compiled ``out[i] = rhs(y[i], u[i], p)``; real or complex."""
+        rhs, prototypes = self.rhs, self.prototypes
+
+        def evaluate_rows(y: Array, u: Array, p: Array, out: Array) -> None:
+            batch.evaluate(rhs, prototypes, y, u, p, out)
+
+        return self._kernel(evaluate_rows)
+
+    @cached_property
+    def measure_rows(self) -> Callable[[Array, Array, Array], None]:
+        """Compiled ``out[i] = invariants(y[i], p)``."""
+        invariants, prototypes = self.invariants, self.prototypes
+
+        def measure_rows(y: Array, p: Array, out: Array) -> None:
+            batch.measure(invariants, prototypes, y, p, out)
+
+        return self._kernel(measure_rows)
+
+    @cached_property
+    def simulate_rows(self) -> Callable[..., None]:
+        """Compiled `batch.simulate` of this system."""
+        step, restore, prototypes = self.step, self.restore, self.prototypes
+
+        def simulate_rows(
+            weights: Array,
+            p: Array,
+            u: Array,
+            u_per_stage: bool,
+            h: Array,
+            n_substeps: Array,
+            y: Array,
+        ) -> None:
+            batch.simulate(step, restore, weights, prototypes, p, u, u_per_stage, h, n_substeps, y)
+
+        return self._kernel(simulate_rows)
+
+    def _kernel(self, loop: Function) -> Function:
+        label = f"{self.step.__module__}.{loop.__name__}"
+        return kernel(loop, label, (self.rhs, self.invariants, *self.parts))
+
+
+def argument_names(function: Function) -> tuple[str, ...]:
+    """Names of the arguments of a compiled function."""
+    return tuple(inspect.signature(getattr(function, "py_func", function)).parameters)
+
+
+def check_derive(derive: Function, parameters: type[Any], n: int | None = None) -> None:
+    """See that a parameter row begins with the physical parameters that it is derived from.
+
+    Args:
+        derive: Function of the physical parameters.
+        parameters: `NamedTuple` of the parameter row.
+        n: Number of physical parameters; None takes the number of arguments.
+
+    Raises:
+        TypeError: it does not; names both.
+    """
+    names = argument_names(derive)
+    first = parameters._fields[: len(names) if n is None else n]
+    if first != names:
+        raise TypeError(
+            f"{derive.__module__}.{derive.__name__} has arguments {names}; "
+            f"expected those that {parameters.__qualname__} begins with, {first}"
+        )

@@ -1,0 +1,85 @@
+"""Physical laws, each a named claim with an error bound and the reason for the bound.
+
+One file per subject. A law compares the public interface of the library with an independent
+source: closed forms, conserved quantities, Newton's law in world axes. `rigid-envs verify` prints
+them, the tests check them.
+"""
+
+import difflib
+from collections.abc import Callable, Sequence
+
+from rigid_envs.laws import (
+    bodies,
+    dynamic_ball,
+    free_body,
+    heavy_top,
+    roller,
+    rolling_ball,
+    rolling_disk,
+    rotations,
+    upright_coin,
+)
+from rigid_envs.laws.law import Law, Outcome, Subject, check
+
+__all__ = [
+    "SUBJECTS",
+    "Law",
+    "Outcome",
+    "Subject",
+    "UnknownSubjectError",
+    "check",
+    "check_all",
+    "checked_subject",
+]
+
+_MODULES = (
+    rotations,
+    bodies,
+    free_body,
+    heavy_top,
+    rolling_ball,
+    dynamic_ball,
+    rolling_disk,
+    upright_coin,
+    roller,
+)
+SUBJECTS: dict[str, Subject] = {module.SUBJECT.name: module.SUBJECT for module in _MODULES}
+"""All laws by subject, in the order in which they are checked."""
+
+
+class UnknownSubjectError(ValueError):
+    """No subject of laws has that name."""
+
+
+def checked_subject(name: str) -> str:
+    """The name itself, if it is one of `SUBJECTS`.
+
+    Raises:
+        UnknownSubjectError: names the nearest subject and lists all.
+    """
+    if name in SUBJECTS:
+        return name
+    (near,) = difflib.get_close_matches(name.lower(), SUBJECTS, n=1, cutoff=0.0)
+    raise UnknownSubjectError(
+        f"subject = {name!r}; expected one of {', '.join(SUBJECTS)}: did you mean {near!r}?"
+    )
+
+
+def check_all(
+    names: Sequence[str] = (), progress: Callable[[str], None] = lambda _: None
+) -> list[Outcome]:
+    """Check every law of some subjects.
+
+    Args:
+        names: subjects; all of them if empty.
+        progress: called with "subject: law" before each law.
+
+    Returns:
+        One outcome per law, in the order of the subjects.
+    """
+    outcomes = []
+    for subject in (SUBJECTS[name] for name in names or SUBJECTS):
+        for law in subject.laws:
+            progress(f"{subject.name}: {law.name}")
+            outcomes.append(check(law))
+    return outcomes

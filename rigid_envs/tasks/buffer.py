@@ -1,0 +1,75 @@
+"""The one array in which all rows of a task stand, with its settings in place."""
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.kernels.layout import CHANNEL, FLAGS, Settings, Slots, slots_of
+from rigid_envs.kernels.rows import LANES
+from rigid_envs.tasks.base import Task
+
+__all__ = ["new_buffer", "parameter_slot", "slots_for"]
+
+
+def slots_for(task: Task) -> Slots:
+    """Slots of a row of this task."""
+    delay = int(task.ranges()["action_delay"][1])
+    return Slots(*slots_of(task.episode.prototypes, delay, len(task.observations())))
+
+
+def parameter_slot(task: Task, position: int) -> int:
+    """Slot of the number at a position of `Task.ranges`: the system's, then the channel's."""
+    slots, n_raw = slots_for(task), len(task.episode.prototypes.raw)
+    if position < n_raw:
+        return slots.parameters + position
+    return slots.channel + position - n_raw
+
+
+def new_buffer(
+    task: Task, n_rows: int, max_steps: int | None
+) -> tuple[npt.NDArray[np.float64], Settings]:
+    """The array of `n_rows` rows, zero but for its head, and the settings at its head."""
+    slots, ranges = slots_for(task), list(task.ranges().values())
+    positions = task.parameter_positions()
+    observed = [parameter_slot(task, positions[name][0]) for name in task.observed_parameters()]
+    bounds = [end for entry in task.observations() for end in (entry.low, entry.high)]
+    weights, constants = task.weights(), task.constants()
+    tail = [*weights, *constants, *(end for ends in ranges for end in ends), *observed, *bounds]
+    noise, blur, delay = (high for _, high in ranges[-len(CHANNEL) :])
+    n_head = len(Settings._fields)
+    blocks = _blocks_up(n_head + len(tail))
+    results = blocks + _blocks_up(n_rows) * slots.total
+    flags = results + (2 + len(task.terms)) * n_rows
+    actions = 2 * (flags + -(-len(FLAGS) * n_rows // 8))
+    observations = actions + len(task.episode.prototypes.action) * n_rows
+    settings = Settings(
+        n_rows=n_rows,
+        n_substeps=task.n_substeps,
+        max_steps=np.inf if max_steps is None else max_steps,
+        dt=task.dt,
+        n_terms=len(task.terms),
+        n_delays=int(delay),
+        n_observed=len(observed),
+        n_observation=len(bounds) // 2,
+        n_exact=2 * task.n_goal,
+        rotation=task.rotation_code,
+        noisy_actions=int(noise > 0),
+        noisy_observations=int(blur > 0),
+        weights=n_head,
+        constants=n_head + len(weights),
+        ranges=n_head + len(weights) + len(constants),
+        observed=n_head + len(weights) + len(constants) + 2 * len(ranges),
+        bounds=n_head + len(weights) + len(constants) + 2 * len(ranges) + len(observed),
+        blocks=blocks,
+        results=results,
+        flags=8 * flags,
+        actions=actions,
+        observations=observations,
+    )
+    buffer = np.zeros(-(-(observations + n_rows * len(bounds) // 2) // 2))
+    buffer[: n_head + len(tail)] = [*settings, *tail]
+    return buffer, settings
+
+
+def _blocks_up(n: int) -> int:
+    """The least multiple of LANES that is at least n."""
+    return -(-n // LANES) * LANES

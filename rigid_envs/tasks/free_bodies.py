@@ -1,0 +1,116 @@
+"""What the tasks of a free body share: torque, observed rates, order of moments, largest rates."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigid_envs.errors import ConfigError
+from rigid_envs.kernels import randoms
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.elementary import select
+from rigid_envs.kernels.free_body import Input, State
+from rigid_envs.systems.free_body import fastest_turn
+from rigid_envs.tasks.fields import Range, span
+
+__all__ = [
+    "FASTEST",
+    "BodyTorque",
+    "Held",
+    "Moments",
+    "check_order",
+    "fastest",
+    "held_for",
+    "observed_rates",
+    "perturbed_spin",
+    "spun_up",
+    "torque_about_axes",
+]
+
+Moments = tuple[Range, Range, Range]
+
+FASTEST = 20.0  # rates are observed no further than this
+
+
+class BodyTorque(NamedTuple):
+    """Torque about the body axes, in parts of the largest."""
+
+    tau1: float
+    tau2: float
+    tau3: float
+
+
+class Held(NamedTuple):
+    """For how many steps the state has been within the tolerance."""
+
+    held: float = 0.0
+
+
+@scalar
+def perturbed_spin(stream: randoms.Stream, rate: float, spread: float) -> State:
+    """Spin about e2 and a perturbation uniform in a ball [rad/s]; attitude uniform on SO(3)."""
+    a, b, d = randoms.in_ball(stream, 0)
+    q = randoms.quaternion(stream, 1 << 20)
+    return State(*q, spread * a, spread * b + rate, spread * d)
+
+
+@scalar
+def torque_about_axes(a: BodyTorque, torque: float) -> Input:
+    """Torque about the three body axes [N m]."""
+    return Input(torque * a.tau1, torque * a.tau2, torque * a.tau3)
+
+
+@scalar
+def observed_rates(y: State, scale: float) -> tuple[float, float, float]:
+    """The angular velocity times a scale, clipped to the bounds of the observation."""
+    return (
+        min(max(scale * y.omega1, -FASTEST), FASTEST),
+        min(max(scale * y.omega2, -FASTEST), FASTEST),
+        min(max(scale * y.omega3, -FASTEST), FASTEST),
+    )
+
+
+@scalar
+def held_for(is_near: bool, aux: Any) -> float:
+    """Steps for which the state has been within the tolerance, this one included."""
+    return select(is_near, aux.held + 1.0, 0.0)
+
+
+def check_order(moments: Moments) -> None:
+    """See that I1 < I2 < I3 for all values that the three ranges allow.
+
+    Raises:
+        ConfigError: two ranges touch or are in the wrong order.
+    """
+    I1, I2, I3 = moments
+    if not span(I1)[1] < span(I2)[0]:
+        raise ConfigError(f"config.I1: {I1} is not below I2 = {I2}; expected I1 < I2")
+    if not span(I2)[1] < span(I3)[0]:
+        raise ConfigError(f"config.I3: {I3} is not above I2 = {I2}; expected I2 < I3")
+
+
+def spun_up(
+    moments: Moments, rate: float, torques: tuple[float, float, float], time: float
+) -> float:
+    """Largest sqrt(2 T) of a body that starts at a rate and is under torques for a time.
+
+    ``(sqrt(2 T))' = omega . tau / sqrt(2 T) <= sqrt(sum tau_k^2 / I_k)``, by Cauchy and Schwarz.
+
+    Args:
+        moments: principal moments [kg m^2].
+        rate: largest norm of omega at the start [rad/s].
+        torques: largest torque about each body axis [N m].
+        time: for how long they act [s].
+    """
+    gain = sum(tau * tau / span(moment)[0] for tau, moment in zip(torques, moments, strict=True))
+    return rate * math.sqrt(max(span(moment)[1] for moment in moments)) + time * math.sqrt(gain)
+
+
+def fastest(moments: Moments, root: float) -> float:
+    """Largest rate of the turns that motion and steps are made of [rad/s], at sqrt(2 T) = root.
+
+    See `rigid_envs.systems.free_body.fastest_turn`; the worst body of the ranges counts.
+    """
+    low = [span(moment)[0] for moment in moments]
+    high = max(span(moment)[1] for moment in moments)
+    return root * fastest_turn(np.array([min(low), low[1], high]))

@@ -1,0 +1,175 @@
+"""The command line does what its help says, in real processes, and says what to do next."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+
+from agents.cli.command_line import main
+
+ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow_import", "tests.agents.drift"]
+SMALL = [
+    *("--n_envs", "16", "--n_steps", "32", "--batch_size", "128", "--n_epochs", "2"),
+    *("--eval_every", "4000", "--eval_episodes", "16", "--learning_rate", "1e-3"),
+]
+ROOT = Path(__file__).parents[3]
+
+
+def run(*words: str) -> "subprocess.CompletedProcess[str]":
+    command = [sys.executable, "-m", "agents", *words]
+    return subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=120)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    logs = tmp_path_factory.mktemp("logs")
+    words = [*SMALL, "--total_timesteps", "1.2e4", "--log_dir", str(logs)]
+    answer = run("train", *ENV, *words)
+    assert answer.returncode == 0, answer.stderr
+    return logs / "ppo" / "Drift-v0_1", answer.stdout
+
+
+def test_training_ends_with_the_table_and_where_everything_is(finished: tuple[Path, str]) -> None:
+    folder, said = finished
+    assert "500 unseen starts" in said and "random policy" in said and str(folder) in said
+    listed = said.split(f"In {folder}:")[1].split("Watch")[0]
+    named = re.findall(r"[\w.]+\.(?:json|csv|png|npz)|\w+(?=/)", listed)
+    assert len(named) == 9
+    assert all((folder / name).exists() for name in named)
+    results = json.loads((folder / "results.json").read_text())
+    assert results["policy"]["episodes"] == results["random_policy"]["episodes"] == 500
+    keys = {"versions", "training_seed", "git_commit", "git_dirty", "training_seconds", "command",
+            "kernel_hash", "test_seed", "policy_sha256", "cost_unit"}  # fmt: skip
+    assert keys <= results.keys()
+    assert (folder / "learning_curve.png").read_bytes().startswith(b"\x89PNG")
+    assert list((folder / "tensorboard").glob("events.*"))
+
+
+def test_evaluate_gives_the_same_figures_again(finished: tuple[Path, str]) -> None:
+    folder, said = finished
+    before = json.loads((folder / "results.json").read_text())
+    answer = run("evaluate", str(folder), *ENV[2:])
+    assert answer.returncode == 0, answer.stderr
+    after = json.loads((folder / "results.json").read_text())
+    assert after["policy"] == before["policy"]
+    assert after["random_policy"] == before["random_policy"]
+    assert answer.stdout.splitlines()[1] in said
+
+
+def test_enjoy_prints_one_line_per_step(finished: tuple[Path, str]) -> None:
+    folder, _ = finished
+    answer = run("enjoy", str(folder / "best_model"), *ENV[2:], "--seed", "3")
+    assert answer.returncode == 0, answer.stderr
+    head, names, *steps, end = answer.stdout.splitlines()
+    assert "seed 3" in head and "reward" in names and "cost" in names
+    assert len(steps) == int(re.search(r"in (\d+) steps", end)[1])  # type: ignore[index]
+    assert {len(line) for line in steps if "is_success" not in line} == {len(names)}
+
+
+def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
+    words = ["train", *ENV, *SMALL, "--total_timesteps", "1e7", "--log_dir", str(tmp_path)]
+    command = [sys.executable, "-m", "agents", *words]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
+    progress = tmp_path / "ppo" / "Drift-v0_1" / "progress.csv"
+    deadline = time.perf_counter() + 60
+    while not (progress.exists() and progress.stat().st_size > 1000):
+        assert time.perf_counter() < deadline and process.poll() is None
+        time.sleep(0.01)
+    busy = run("train", "--resume", str(progress.parent), *ENV[2:])
+    assert busy.returncode == 1
+    assert f"in use by process {process.pid}" in busy.stderr
+    process.send_signal(signal.SIGTERM)
+    said, _ = process.communicate(timeout=20)
+    assert process.returncode == 128 + signal.SIGTERM
+    again = said.splitlines()[-1].split()
+    assert again[:4] == ["python", "-m", "agents", "train"]
+    process = subprocess.Popen([sys.executable, *again[1:]], cwd=ROOT, stdout=subprocess.PIPE)
+    size = progress.stat().st_size
+    while progress.stat().st_size <= size:
+        assert time.perf_counter() < deadline and process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=20)
+    assert process.returncode == 128 + signal.SIGINT
+
+
+@pytest.mark.parametrize(
+    ("words", "entries"),
+    [
+        ([], {"env_id": "RigidEnvs/BallPark-v0", "algo": "ppo", "n_steps": 128}),
+        (["--env_id", "RigidEnvs/Reorient-v0"], {"algo": "sac", "goal_turn": True}),
+        (["--env_id", "RigidEnvs/Reorient-v0", "--algo", "ppo"], {"total_timesteps": 1_000_000}),
+        (["--env_id", "RigidEnvs/BallGrid-v0", "--seed", "7"], {"algo": "dqn", "seed": 7}),
+    ],
+)
+def test_an_environment_is_trained_with_its_own_recipe(
+    words: list[str], entries: dict[str, object], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["train", *words, "--print_config"]) == 0
+    shown = yaml.safe_load(capsys.readouterr().out)
+    assert {key: shown[key] for key in entries} == entries
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "message"),
+    [
+        (["train", "--gama", "1"], 2, r"config\.gama: unknown key; did you mean 'gamma'\?"),
+        (["train", "--gamma", "7"], 2, r"config\.gamma: gamma = 7; expected a number in \[0, 1\]"),
+        (["train", "--env_id", "os:system"], 2, r"config\.env_id: "),
+        (["train", "--config", "nowhere.yaml"], 1, "nowhere.yaml"),
+        (["train", "--resume", "nowhere"], 1, "nowhere: no run here"),
+        (["train", "--resume", "x", "--seed", "1"], 2, r"leave out \['seed'\]"),
+        (["train", "--run_name", "../x"], 2, r"config\.run_name: run_name = '\.\./x'; expected"),
+        (["train", "--allow_import", "no_such_module"], 1, "no_such_module"),
+        (["evaluate", "nowhere"], 1, "nowhere"),
+        (["evaluate", "nowhere", "--episodes", "0"], 2, "--episodes = 0; expected an integer in"),
+        (["enjoy", "x", "--fast"], 2, "unknown option --fast"),
+        (["benchmark", "--ids", "BallPark"], 2, r"config\.env_id: .*BallPark-v0"),
+        (
+            ["benchmark", "--steps", "0"],
+            2,
+            r"config\.total_timesteps: total_timesteps = 0; expected",
+        ),
+    ],
+)
+def test_a_mistake_is_answered_in_one_line(
+    words: list[str],
+    status: int,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == status
+    said = capsys.readouterr().err
+    assert re.search(message, said) and said.startswith("error: ") and said.count("\n") == 1
+    assert list(tmp_path.rglob("config.yaml")) == []
+
+
+def test_the_config_is_printed_and_nothing_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["train", "--print_config", "--seed", "7", "--env_kwargs.dt", "1e-2"]) == 0
+    printed = capsys.readouterr().out
+    assert "seed: 7" in printed and "env_kwargs: {dt: 0.01}" in printed
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "again.yaml").write_text(printed)
+    assert main(["train", "--print_config", "--config", "again.yaml"]) == 0
+    assert capsys.readouterr().out == printed
+
+
+@pytest.mark.parametrize("verb", [[], ["train"], ["evaluate"], ["enjoy"], ["benchmark"]], ids=str)
+def test_help_is_there(verb: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main([*verb, "--help"])
+    assert stop.value.code == 0
+    assert len(capsys.readouterr().out) > 200

@@ -1,0 +1,260 @@
+"""A config is refused at once, by key, with what would be right; a good one never."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from agents.config.by_algorithm import ALGORITHMS, config_from, config_to_dict
+from agents.config.entries import is_folder_name
+from agents.config.options import load_config
+from agents.config.yaml_data import dump_yaml, parse_yaml, read_yaml
+from agents.environments.factory import make
+from agents.training.trainer import train
+
+CONFIGS = sorted((Path(__file__).parents[3] / "configs").glob("*.yaml"))
+
+BAD: dict[str, list[Any]] = {
+    "env_id": ["", " ", 3, None, True, ["x"]],
+    "env_kwargs": [3, "x", None, [1], {1: 2}, {"x": math.nan}, {"x": {1, 2}}],
+    "algo": ["", "pop", 3, None, True],
+    "seed": [-1, 0.5, math.nan, math.inf, "1", True, None, [1], 2**63],
+    "total_timesteps": [0, -1, 0.5, math.nan, "many", False, None, 10**400],
+    "n_envs": [0, -3, 1.5, math.inf, "x", True, None],
+    "gamma": [-0.1, 1.1, math.nan, -math.inf, "x", True, None, [0.9]],
+    "learning_rate": [0, -1, 1.5, math.nan, "x", True, None, [1e-3], [1, 2], [0.1, 0.1, 0.1]],
+    "net_arch": [64, [0], [1.5], ["x"], [64] * 9, None, True, {"pi": [64]}],
+    "activation": ["tan", 1, None, True],
+    "normalize_observation": [0, 1, "true", None],
+    "normalize_reward": [0, "no", None],
+    "goal_turn": [0, "yes", None],
+    "eval_every": [0, -1, math.nan, None, "x"],
+    "eval_episodes": [0, 100_001, None, True],
+    "checkpoint_every": [0, -1, 0.5, "auto", True],
+    "torch_threads": [0, None, 1.5, True],
+    "log_dir": ["", 3, None],
+    "run_name": ["", "a/b", "..", "a b", "x" * 81, 3, True, "é"],
+    "n_steps": [0, None, 1.5, True, "x"],
+    "batch_size": [1, 3, 10**9, None, True, 2.5],
+    "n_epochs": [0, None, 1.5, True],
+    "gae_lambda": [-1, 2, None, True, "x", math.nan],
+    "clip_range": [0, 1.5, None, True, math.nan],
+    "ent_coef": [-1, None, True, math.inf],
+    "vf_coef": [-1, None, True, math.inf],
+    "max_grad_norm": [0, -1, None, True, math.inf],
+    "target_kl": [0, -1, True, math.nan, "x"],
+    "log_std_init": [3, -21, None, True, math.nan],
+}
+BAD_OFF_POLICY: dict[str, list[Any]] = {
+    "buffer_size": [0, None, 1.5, True, "x"],
+    "learning_starts": [-1, None, 0.5, math.inf],
+    "batch_size": [1, None, True, 2.5],
+    "train_freq": [0, None, [1, "episode"], True],
+    "gradient_steps": [0, -1, None, 1.5],
+    "tau": [0, 1.1, None, True, math.nan],
+    "log_every": [0, None, 1.5, True],
+    "n_sampled_goal": [-1, 101, None, 1.5, True],
+}
+BAD_SAC: dict[str, list[Any]] = {"ent_coef": [-1, None, True, math.inf, "automatic", "auto_0.1"]}
+BAD_DQN: dict[str, list[Any]] = {
+    "target_update_interval": [0, None, 1.5, 63],  # less than the rows
+    "exploration_fraction": [0, 1.1, None, True],
+    "exploration_initial_eps": [-0.1, 1.1, None, True, math.nan],
+    "exploration_final_eps": [-0.1, 1.1, None, True, math.nan],
+    "max_grad_norm": [0, -1, None, True, math.inf],
+}
+BY_ALGORITHM = {
+    "ppo": BAD,
+    "sac": BAD_OFF_POLICY | BAD_SAC,
+    "dqn": BAD_OFF_POLICY | BAD_DQN,
+}
+
+
+@pytest.mark.parametrize("algo", ALGORITHMS)
+def test_every_entry_is_tried(algo: str) -> None:
+    own = set(config_to_dict(config_from({"algo": algo})))
+    shared = set.intersection(*[set(config_to_dict(config_from({"algo": a}))) for a in ALGORITHMS])
+    assert set(BAD) >= shared and set(BY_ALGORITHM[algo]) | shared == own
+
+
+@pytest.mark.parametrize(
+    ("algo", "key", "value"),
+    [(a, k, v) for a, entries in BY_ALGORITHM.items() for k, bad in entries.items() for v in bad],
+)
+def test_a_bad_value_is_refused_by_key_with_what_is_expected(
+    algo: str, key: str, value: Any
+) -> None:
+    with pytest.raises(ValueError, match=rf"^config\.{key}: {key} = .*; expected "):
+        config_from({"algo": algo, key: value})
+
+
+def test_an_entry_of_another_algorithm_is_unknown() -> None:
+    with pytest.raises(ValueError, match=r"^config\.buffer_size: unknown key"):
+        config_from({"buffer_size": 1000})
+    with pytest.raises(ValueError, match=r"^config\.n_epochs: unknown key"):
+        config_from({"algo": "sac", "n_epochs": 3})
+
+
+@pytest.mark.parametrize(
+    ("values", "rounds", "steps"),
+    [
+        ({"n_envs": 64, "log_every": 2000}, 32, 2048),
+        ({"n_envs": 64, "log_every": 2048}, 32, 2048),
+        ({"n_envs": 7, "train_freq": 3, "log_every": 1}, 1, 21),
+    ],
+)
+def test_an_update_is_the_least_number_of_whole_rounds(
+    values: dict[str, Any], rounds: int, steps: int
+) -> None:
+    config: Any = config_from({"algo": "sac", **values})
+    assert (config.rounds, config.steps_per_update) == (rounds, steps)
+
+
+@pytest.mark.parametrize(
+    ("env_id", "values", "message"),
+    [
+        (
+            "RigidEnvs/BallGrid-v0",
+            {"algo": "sac"},
+            r"^config\.algo: algo = 'sac'; expected .* Discrete\(4\)",
+        ),
+        (
+            "RigidEnvs/BallPark-v0",
+            {"algo": "dqn"},
+            r"^config\.algo: algo = 'dqn'; expected .* Box\(",
+        ),
+        (
+            "RigidEnvs/BallParkGoal-v0",
+            {"algo": "sac", "n_envs": 8, "buffer_size": 807},
+            r"^config\.buffer_size: buffer_size = 807; expected at least 808: 101 steps of each",
+        ),
+        (
+            "RigidEnvs/BallPark-v0",
+            {"algo": "sac", "n_envs": 8, "buffer_size": 7},
+            r"^config\.buffer_size: buffer_size = 7; expected at least 8",
+        ),
+        (
+            "RigidEnvs/BallPark-v0",
+            {"goal_turn": True},
+            r"^config\.goal_turn: goal_turn = True; expected False: goals of .* hold no attitude",
+        ),
+    ],
+)
+def test_what_an_algorithm_cannot_learn_from_is_refused_before_the_run_begins(
+    tmp_path: Path, env_id: str, values: dict[str, Any], message: str
+) -> None:
+    config = config_from({"env_id": env_id, "log_dir": str(tmp_path), **values})
+    with pytest.raises(ValueError, match=message):
+        train(config, quiet=True)
+    assert list(tmp_path.rglob("config.yaml")) == []
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("totl_timesteps", "total_timesteps"),
+        ("n-envs", "n_envs"),
+        ("learning_rat", "learning_rate"),
+    ],
+)
+def test_a_misspelt_key_is_answered_with_the_right_one(key: str, meant: str) -> None:
+    with pytest.raises(ValueError, match=rf"^config\.{key}: unknown key; did you mean '{meant}'\?"):
+        config_from({key: 1})
+
+
+fine = st.fixed_dictionaries(
+    {},
+    optional={
+        "seed": st.integers(0, 2**63 - 1),
+        "total_timesteps": st.integers(1, 10**12) | st.sampled_from([3e6, 1e9]),
+        "gamma": st.floats(0, 1) | st.sampled_from([0, 1]),
+        "learning_rate": st.floats(1e-12, 1) | st.lists(st.floats(0, 1), min_size=2, max_size=2),
+        "net_arch": st.lists(st.integers(1, 4096), max_size=8),
+        "activation": st.sampled_from(["tanh", "relu", "elu", "silu"]),
+        "normalize_reward": st.booleans(),
+        "checkpoint_every": st.none() | st.integers(1, 1000),
+        "target_kl": st.none() | st.floats(1e-9, 100),
+        "env_kwargs": st.dictionaries(
+            st.text(), st.floats(allow_nan=False, allow_infinity=False) | st.text() | st.booleans()
+        ),
+        "run_name": st.none() | st.from_regex(r"[A-Za-z0-9_-]{1,80}", fullmatch=True),
+    },
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(fine)
+@example({"run_name": "0E0"})  # a text that reads like a number
+def test_a_good_config_is_accepted_and_survives_its_own_yaml(values: dict[str, Any]) -> None:
+    config = config_from(values)
+    assert config_from(parse_yaml(dump_yaml(config_to_dict(config)))) == config
+
+
+def test_batches_must_divide_the_samples() -> None:
+    with pytest.raises(
+        ValueError,
+        match=r"^config\.batch_size: batch_size = 3000; expected a divisor of .* = 16384",
+    ):
+        config_from({"batch_size": 3000})
+
+
+def test_numbers_in_yaml_are_numbers() -> None:
+    text = "[1e-3, 1E5, -2.5e-4, 1., .5, +3e+2, 7, 4e6]"
+    assert parse_yaml(text) == [1e-3, 1e5, -2.5e-4, 1.0, 0.5, 300.0, 7, 4e6]
+    assert config_from(parse_yaml("learning_rate: 1e-3")).learning_rate == 1e-3
+    assert config_from(parse_yaml("total_timesteps: 4e6")).total_timesteps == 4_000_000
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("seed: 1\nseed: 2\n", "'seed' is there twice"),
+        ("env_kwargs: {dt: 1, dt: 2}\n", "'dt' is there twice"),
+        ("a: &a [1]\nb: *a\n", "aliases"),
+        ("a: !!python/object/apply:os.system [echo]\n", "python"),
+        ("a: !!python/name:os.system\n", "python"),
+        ("[" * 20_000, "YAML"),
+        ("seed: [1\n", "YAML"),
+        ("- 1\n", "expected a mapping"),
+        ("a: \0\n", "YAML"),
+        ("x: " + "1" * 70_000, "at most 65536"),
+    ],
+)
+def test_yaml_that_is_not_plain_data_is_refused(tmp_path: Path, text: str, why: str) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(text)
+    with pytest.raises(ValueError, match=rf"bad\.yaml: (?s:.*){why}"):
+        read_yaml(file)
+
+
+def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path: Path) -> None:
+    file = tmp_path / "a.yaml"
+    file.write_text("seed: 3\ngamma: 0.5\nenv_kwargs: {dt: 0.1, rotation: quat}\n")
+    rest = ["--env_kwargs.dt", "2e-1", "--env_kwargs.goal=3"]
+    config = load_config(read_yaml(file), {"seed": "4", "learning_rate": "[1e-3, 0]"}, rest)
+    assert (config.seed, config.gamma, config.n_envs) == (4, 0.5, 256)
+    assert config.learning_rate == (1e-3, 0.0)
+    assert config.env_kwargs == {"dt": 0.2, "rotation": "quat", "goal": 3}
+    with pytest.raises(ValueError, match=r"^config\.seeds: unknown key; did you mean 'seed'\?"):
+        load_config(read_yaml(file), {}, ["--seeds", "3"])
+    with pytest.raises(ValueError, match=r"^config\.env_kwargs\.dt: expected a value"):
+        load_config(read_yaml(file), {}, ["--env_kwargs.dt"])
+
+
+@pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
+def test_a_shipped_config_is_accepted_and_so_is_its_environment(path: Path) -> None:
+    config = config_from(read_yaml(path))
+    make(config.env_id, config.env_kwargs, 2).close()
+
+
+@pytest.mark.parametrize("name", ["a", "BallPark-v0_1", "x" * 80, "...a", "-"])
+def test_a_plain_name_is_accepted(name: str) -> None:
+    assert is_folder_name(name)
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "...", "a/b", "a\\b", "a b", "x" * 81, "a\n", "é"])
+def test_a_name_that_could_leave_the_folder_is_refused(name: str) -> None:
+    assert not is_folder_name(name)

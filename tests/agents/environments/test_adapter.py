@@ -1,0 +1,276 @@
+"""The adapter says what SB3 expects, at the cost of microseconds."""
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+from stable_baselines3 import PPO
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
+
+from agents.environments.adapter import GymnasiumVecEnv
+from agents.environments.finite import NonFiniteError
+from tests.agents.drift import Drift
+
+
+class Script(VectorEnv[Any, Any, Any]):
+    """Three rows that play what is written: row 0 ends after 2 steps, row 1 at the limit of 3."""
+
+    metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}  # noqa: RUF012
+    ENDS = (2, 99, 3)
+
+    def __init__(self) -> None:
+        self.num_envs = 3
+        self.single_observation_space = gym.spaces.Box(-100, 100, (1,), np.float32)
+        self.single_action_space = gym.spaces.Box(-1, 1, (1,), np.float32)
+        self.observation_space = batch_space(self.single_observation_space, 3)
+        self.action_space = batch_space(self.single_action_space, 3)
+
+    def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+        self.seen_seed, self.seen_options = seed, options
+        self.elapsed = np.zeros(3, dtype=np.int64)
+        return self.observe(), {"elapsed": self.elapsed.copy()}
+
+    def step(self, actions: NDArray[Any]) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        self.elapsed += 1
+        reward = 10.0 * np.arange(3) + self.elapsed
+        terminated = self.elapsed == np.array(self.ENDS)
+        truncated = self.elapsed >= 3
+        done = terminated | truncated
+        info: dict[str, Any] = {"elapsed": self.elapsed.copy()}
+        if done.any():
+            info |= {
+                "final_obs": self.observe(),
+                "final_info": {
+                    "elapsed": self.elapsed.copy(),
+                    "is_success": terminated.copy(),
+                    "only_row_0": np.array([7, 0, 0]),
+                    "_only_row_0": np.array([True, False, False]),
+                    "pose": np.outer(self.elapsed, [1.0, 2.0]),
+                },
+            }
+            self.elapsed[done] = 0
+            info["elapsed"] = self.elapsed.copy()
+        return self.observe(), reward, terminated, truncated, info
+
+    def observe(self) -> NDArray[np.float32]:
+        return (10.0 * np.arange(3) + self.elapsed).astype(np.float32)[:, None]
+
+
+def steps(env: Any, n: int) -> list[Any]:
+    return [env.step(np.zeros((env.num_envs, *env.action_space.shape))) for _ in range(n)]
+
+
+def test_the_trace_is_the_one_written_by_hand() -> None:
+    env = GymnasiumVecEnv(Script())
+    assert env.reset().ravel().tolist() == [0, 10, 20]
+    first, second, third = steps(env, 3)
+
+    obs, rewards, dones, infos = first
+    assert obs.ravel().tolist() == [1, 11, 21]
+    assert rewards.tolist() == [1, 11, 21] and rewards.dtype == np.float32
+    assert dones.tolist() == [False, False, False]
+    assert infos == [{}, {}, {}]
+
+    obs, rewards, dones, infos = second
+    assert obs.ravel().tolist() == [0, 12, 22]
+    assert rewards.tolist() == [2, 12, 22]
+    assert dones.tolist() == [True, False, False]
+    assert infos[1:] == [{}, {}]
+    last = infos[0].pop("terminal_observation")
+    assert last.tolist() == [2.0] and last.dtype == np.float32
+    assert infos[0].pop("pose").tolist() == [2.0, 4.0]
+    assert infos[0] == {
+        "elapsed": 2,
+        "is_success": True,
+        "only_row_0": 7,
+        "TimeLimit.truncated": False,
+        "episode": {"r": 3.0, "l": 2},
+    }
+
+    obs, rewards, dones, infos = third
+    assert obs.ravel().tolist() == [1, 10, 20]
+    assert dones.tolist() == [False, True, True]
+    assert infos[0] == {}
+    assert infos[1]["TimeLimit.truncated"] is True and infos[1]["is_success"] is False
+    # Row 2 ends by itself at the very step of the limit: not a truncation.
+    assert infos[2]["TimeLimit.truncated"] is False and infos[2]["is_success"] is True
+    assert infos[1]["episode"] == {"r": 36.0, "l": 3}
+    assert infos[2]["episode"] == {"r": 66.0, "l": 3}
+    assert "only_row_0" not in infos[1]
+
+
+def test_ended_episodes_are_listed_once() -> None:
+    env = GymnasiumVecEnv(Script())
+    env.reset()
+    steps(env, 3)
+    one, two = env.pop_episodes()
+    assert (one.step, one.rows.tolist(), one.returns.tolist()) == (2, [0], [3.0])
+    assert (two.step, two.rows.tolist(), two.lengths.tolist()) == (3, [1, 2], [3, 3])
+    assert two.successes is not None and two.successes.tolist() == [False, True]
+    assert env.pop_episodes() == []
+
+
+def test_it_agrees_with_dummy_vec_env_on_cart_pole() -> None:
+    n = 4
+    ours = GymnasiumVecEnv(
+        SyncVectorEnv(
+            [lambda: gym.make("CartPole-v1", max_episode_steps=15)] * n,
+            autoreset_mode=AutoresetMode.SAME_STEP,
+        )
+    )
+    theirs = DummyVecEnv([lambda: Monitor(gym.make("CartPole-v1", max_episode_steps=15))] * n)
+    ours.seed(3)
+    theirs.seed(3)
+    np.testing.assert_array_equal(ours.reset(), theirs.reset())
+    rng = np.random.default_rng(0)
+    ends = 0
+    for _ in range(100):
+        actions = rng.integers(0, 2, n)
+        a, b = ours.step(actions), theirs.step(actions)
+        for mine, other in zip(a[:3], b[:3], strict=True):
+            np.testing.assert_array_equal(mine, other)
+            assert mine.dtype == other.dtype
+        for row in np.flatnonzero(a[2]):
+            mine, other = a[3][row], b[3][row]
+            ends += 1
+            np.testing.assert_array_equal(
+                mine["terminal_observation"], other["terminal_observation"]
+            )
+            assert mine["TimeLimit.truncated"] == other["TimeLimit.truncated"]
+            assert mine["episode"]["r"] == other["episode"]["r"]
+            assert mine["episode"]["l"] == other["episode"]["l"]
+    assert ends > 20
+
+
+def test_rows_never_share_an_info() -> None:
+    env = GymnasiumVecEnv(Drift(8))
+    env.reset()
+    for _, _, _, infos in steps(env, 30):
+        assert len({id(info) for info in infos}) == 8
+
+
+def test_consecutive_seeds_go_as_one_integer_and_others_as_a_list() -> None:
+    script = Script()
+    env = GymnasiumVecEnv(script)
+    env.seed(5)
+    env.reset()
+    assert script.seen_seed == 5
+    env.seed([9, 2, 4])
+    env.reset()
+    assert script.seen_seed == [9, 2, 4]
+    env.reset()
+    assert script.seen_seed is None
+    with pytest.raises(ValueError, match="2 seeds for 3 rows"):
+        env.seed([1, 2])
+
+
+def test_options_go_to_the_next_reset_only() -> None:
+    script = Script()
+    env = GymnasiumVecEnv(script)
+    env.set_options({"tilt": 1})
+    env.reset()
+    assert script.seen_options == {"tilt": 1}
+    env.reset()
+    assert script.seen_options is None
+    env.set_options([{"tilt": 1}, {"tilt": 2}, {"tilt": 3}])
+    with pytest.raises(ValueError, match="same options"):
+        env.reset()
+
+
+def test_attributes_and_methods_reach_the_environment() -> None:
+    env = GymnasiumVecEnv(Drift(3))
+    assert env.get_attr("limit") == [20, 20, 20]
+    assert env.get_attr("limit", [0, 1]) == [20, 20]
+    env.set_attr("limit", 7)
+    assert env.venv.limit == 7
+    with pytest.raises(ValueError, match="share one object"):
+        env.set_attr("limit", 8, indices=[1])
+    with pytest.raises(AttributeError, match="nonsense"):
+        env.get_attr("nonsense")
+    assert env.env_method("get_state", indices=0)[0].keys() == env.venv.state.keys()
+    assert env.env_is_wrapped(Monitor) == [True] * 3
+    sync = SyncVectorEnv(
+        [lambda: gym.make("CartPole-v1")] * 2, autoreset_mode=AutoresetMode.SAME_STEP
+    )
+    rows = GymnasiumVecEnv(sync)
+    rows.set_attr("gravity", 1.5, indices=[1])
+    assert rows.get_attr("gravity") == [9.8, 1.5]
+
+
+def test_another_autoreset_mode_is_refused() -> None:
+    with pytest.raises(ValueError, match="SameStep"):
+        GymnasiumVecEnv(Drift(2, autoreset_mode="NextStep"))
+
+
+def test_continuation_from_a_state_is_bitwise() -> None:
+    env = GymnasiumVecEnv(Drift(5))
+    env.seed(1)
+    env.reset()
+    steps(env, 13)
+    state = env.get_state()
+    expected = steps(env, 40)
+    other = GymnasiumVecEnv(Drift(5))
+    other.reset()
+    other.set_state(state)
+    for a, b in zip(expected, steps(other, 40), strict=True):
+        for mine, theirs in zip(a[:3], b[:3], strict=True):
+            np.testing.assert_array_equal(mine, theirs)
+        assert str(a[3]) == str(b[3])
+
+
+def test_a_nan_reward_stops_at_its_step_and_names_row_and_action() -> None:
+    env = GymnasiumVecEnv(Drift(4, bad_reward_at=6))
+    env.reset()
+    steps(env, 5)
+    with pytest.raises(NonFiniteError, match=r"reward of row 2 .* step 6 of the run.*\[0.0, 0.0\]"):
+        steps(env, 1)
+
+
+def test_an_infinite_observation_is_named() -> None:
+    env = GymnasiumVecEnv(Drift(4))
+    env.reset()
+    env.venv.state["x"][1] = np.inf
+    env.venv._observe = lambda: np.where(np.arange(4)[:, None] == 3, np.inf, np.zeros((4, 2)))
+    with pytest.raises(NonFiniteError, match="observation of row 3"):
+        steps(env, 1)
+
+
+def test_sb3_wrappers_training_and_evaluation_run_over_it() -> None:
+    with pytest.warns(UserWarning, match="already wrapped with a `Monitor`"):
+        env = VecNormalize(VecMonitor(GymnasiumVecEnv(Drift(8))))
+    model = PPO("MlpPolicy", env, n_steps=32, batch_size=64, n_epochs=1, device="cpu", seed=0)
+    model.learn(8 * 32 * 2)
+    assert len(model.ep_info_buffer) > 0 and len(model.ep_success_buffer) > 0
+    returns, lengths = evaluate_policy(
+        model, GymnasiumVecEnv(Drift(2)), n_eval_episodes=4, return_episode_rewards=True
+    )
+    assert len(returns) == 4 and max(lengths) <= 20
+
+
+def test_truncated_states_are_worth_their_value() -> None:
+    """Reward 1 forever, cut every 20 steps, has the value 1 / (1 - gamma) in every state."""
+    env = GymnasiumVecEnv(Drift(4, noise=0.0))
+    env.venv._start = lambda rows: env.venv.state["elapsed"].__setitem__(rows, 0)
+    env.venv.state["x"][:] = 5.0
+    gamma = 0.9
+    model = PPO("MlpPolicy", env, n_steps=64, batch_size=64, gamma=gamma, device="cpu", seed=0)
+    value = 1.0 / (1.0 - gamma)
+    for parameter in model.policy.value_net.parameters():
+        parameter.data.zero_()
+    model.policy.value_net.bias.data.fill_(value)
+    plain_step = env.venv.step
+
+    def unit_reward(actions: NDArray[Any]) -> tuple[Any, ...]:
+        obs, _, terminated, truncated, info = plain_step(np.zeros_like(actions))
+        return obs, np.ones(4), terminated, truncated, info
+
+    env.venv.step = unit_reward
+    _, callback = model._setup_learn(256, None)
+    model.collect_rollouts(env, callback, model.rollout_buffer, 64)
+    np.testing.assert_allclose(model.rollout_buffer.returns, value, rtol=1e-6)

@@ -1,0 +1,145 @@
+"""A run folder belongs to one process; names are free, numbered, and never overwritten unasked."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from agents.config.by_algorithm import config_from
+from agents.storage.runs import RunInUseError, create_run, find_run, open_run
+
+HOLDER = """
+import sys, time
+from pathlib import Path
+from agents.storage.runs import open_run
+open_run(Path(sys.argv[1]))
+print("held", flush=True)
+time.sleep(60)
+"""
+STARTER = """
+import sys
+from agents.config.by_algorithm import config_from
+from agents.storage.runs import create_run, RunInUseError
+config = config_from({"log_dir": sys.argv[1], "run_name": "r"})
+sys.stdin.read(1)
+try:
+    create_run(config)
+    print("mine", flush=True)
+    sys.stdin.read(1)
+except (RunInUseError, FileExistsError) as error:
+    print(f"{type(error).__name__}: {error}", flush=True)
+"""
+
+
+def python(code: str, *arguments: str) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_runs_are_numbered(tmp_path: Path) -> None:
+    config = config_from({"log_dir": str(tmp_path), "env_id": "module:Some/Thing-v3"})
+    names = [create_run(config).folder.name for _ in range(3)]
+    assert names == ["Thing-v3_1", "Thing-v3_2", "Thing-v3_3"]
+    (tmp_path / "ppo" / "Thing-v3_41").mkdir()
+    (tmp_path / "ppo" / "Thing-v3_x").mkdir()
+    assert create_run(config).folder.name == "Thing-v3_42"
+
+
+def test_the_config_is_kept_with_its_defaults(tmp_path: Path) -> None:
+    config = config_from({"log_dir": str(tmp_path), "seed": 3, "env_kwargs": {"dt": 1e-3}})
+    run = create_run(config)
+    run.begin()
+    assert find_run(run.folder).config() == config
+
+
+def test_a_name_that_is_taken_needs_a_flag(tmp_path: Path) -> None:
+    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
+    run = create_run(config)
+    run.begin()
+    (run / "deep").mkdir()
+    (run / "deep" / "file").touch()
+    run.close()
+    with pytest.raises(FileExistsError, match="--overwrite"):
+        create_run(config)
+    assert (run / "deep" / "file").exists()
+    again = create_run(config, overwrite=True)
+    assert (run / "deep" / "file").exists()
+    again.begin()
+    assert sorted(path.name for path in again.folder.iterdir()) == ["config.yaml", "run.lock"]
+
+
+def test_a_folder_that_is_no_run_is_never_deleted(tmp_path: Path) -> None:
+    folder = tmp_path / "ppo" / "r"
+    folder.mkdir(parents=True)
+    (folder / "thesis.tex").touch()
+    with pytest.raises(FileExistsError, match="it is no run"):
+        create_run(config_from({"log_dir": str(tmp_path), "run_name": "r"}), overwrite=True)
+    assert (folder / "thesis.tex").exists()
+    with pytest.raises(FileNotFoundError, match="no run here"):
+        open_run(folder)
+
+
+def test_a_start_that_came_to_nothing_leaves_the_name_free(tmp_path: Path) -> None:
+    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
+    run = create_run(config)
+    run.close()  # as if killed before the run began
+    again = create_run(config)
+    again.discard()
+    assert list((tmp_path / "ppo").iterdir()) == []
+
+
+def test_a_second_process_is_told_who_has_it_and_changes_nothing(tmp_path: Path) -> None:
+    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
+    run = create_run(config)
+    run.begin()
+    run.close()
+    holder = python(HOLDER, str(run.folder))
+    assert holder.stdout is not None and holder.stdout.readline() == "held\n"
+    before = {path: path.read_bytes() for path in run.folder.iterdir()}
+    for attempt in (
+        lambda: open_run(run.folder),
+        lambda: create_run(config),
+        lambda: create_run(config, overwrite=True),
+    ):
+        begin = time.perf_counter()
+        with pytest.raises(RunInUseError, match=rf"in use by process {holder.pid} on \S+"):
+            attempt()
+        assert time.perf_counter() - begin < 1
+    assert {path: path.read_bytes() for path in run.folder.iterdir()} == before
+    assert [path.name for path in (tmp_path / "ppo").iterdir()] == ["r"]
+    holder.kill()  # which leaves the lock file, and no lock
+    holder.communicate()
+    open_run(run.folder).close()
+
+
+def test_of_two_starts_at_once_one_gets_the_run(tmp_path: Path) -> None:
+    for k in range(8):
+        folder = tmp_path / str(k)
+        starters = [python(STARTER, str(folder)) for _ in range(2)]
+        for starter in starters:
+            assert starter.stdin is not None
+            starter.stdin.write("g")
+            starter.stdin.flush()
+        said = [starter.stdout.readline() for starter in starters if starter.stdout]
+        pids = [starter.pid for starter in starters]
+        for starter in starters:
+            starter.communicate()
+        winner = said.index("mine\n")
+        assert said[1 - winner].startswith("RunInUseError")
+        assert f"process {pids[winner]} on" in said[1 - winner]
+
+
+def test_a_copied_run_is_free(tmp_path: Path) -> None:
+    import shutil
+
+    run = create_run(config_from({"log_dir": str(tmp_path), "run_name": "r"}))
+    run.begin()
+    shutil.copytree(run.folder, tmp_path / "copy")
+    open_run(tmp_path / "copy").close()
+    run.close()

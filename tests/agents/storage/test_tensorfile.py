@@ -1,0 +1,156 @@
+"""Tensor files are whole or not there; what is damaged is said to be, and never runs."""
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agents.storage.tensorfile import load_tensors, save_tensors
+from rigid_envs.files import DamagedFileError, sweep
+from tests.agents.sessions import finish, start_writer
+
+ARRAYS: dict[str, Any] = {
+    "weights": np.arange(12, dtype=np.float32).reshape(3, 4).T,
+    "count": np.array(7, dtype=np.uint64),
+    "mask": np.array([True, False]),
+    "empty": np.zeros((0, 3)),
+    "bytes": np.arange(5, dtype=np.uint8),
+}
+DOCUMENT = {"step": 3, "big": 2**200, "third": 1 / 3, "list": [None, True, "é"]}
+
+
+def test_arrays_and_document_come_back_to_the_bit(tmp_path: Path) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    arrays, document = load_tensors(path, 10**6)
+    assert document == DOCUMENT
+    assert arrays.keys() == ARRAYS.keys()
+    for name, array in ARRAYS.items():
+        assert arrays[name].dtype == array.dtype
+        np.testing.assert_array_equal(arrays[name], array)
+        arrays[name][...] = 0
+
+
+def test_equal_content_gives_equal_bytes(tmp_path: Path) -> None:
+    one, two = tmp_path / "1", tmp_path / "2"
+    save_tensors(one, ARRAYS, DOCUMENT)
+    save_tensors(two, dict(reversed(ARRAYS.items())), dict(reversed(DOCUMENT.items())))
+    assert one.read_bytes() == two.read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["flip", "cut", "tail"])
+def test_damage_is_named_or_harmless(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    good = path.read_bytes()
+    rng = np.random.default_rng(0)
+    for _ in range(500):
+        data = bytearray(good)
+        place = int(rng.integers(len(data)))
+        if kind == "flip":
+            data[place] ^= 1 << int(rng.integers(8))
+        elif kind == "cut":
+            del data[place:]
+        else:
+            data += rng.bytes(place)
+        path.write_bytes(data)
+        with pytest.raises(DamagedFileError, match=r"a\.safetensors"):
+            load_tensors(path, 10**6)
+
+
+def header(text: str) -> bytes:
+    return len(text).to_bytes(8, "little") + text.encode()
+
+
+HOSTILE = {
+    "empty": b"",
+    "short": b"\x02\x00",
+    "length of the header beyond the file": (2**62).to_bytes(8, "little") + b"{}",
+    "no metadata": header("{}"),
+    "deep": header("[" * 100_000),
+    "deep inside": header('{"__metadata__":{"rigid-envs":"' + "[" * 100_000 + '"}}'),
+    "list": header("[]"),
+    "pickle": b"\x80\x04\x8c\x05posix\x94\x8c\x06system\x94\x93\x94\x8c\x02id\x94\x85\x94R\x94.",
+    "zip": b"PK\x03\x04" + b"\0" * 100,
+    "huge tensor": header(
+        '{"__metadata__":{"rigid-envs":"{\\"document\\":{},\\"sha256\\":\\"\\"}"},'
+        '"a":{"dtype":"F64","shape":[100000000000],"data_offsets":[0,800000000000]}}'
+    ),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "hostile"
+    path.write_bytes(HOSTILE[name])
+    begin = time.perf_counter()
+    with pytest.raises(DamagedFileError, match="hostile"):
+        load_tensors(path, 10**6)
+    assert time.perf_counter() - begin < 1
+
+
+def test_loading_imports_and_executes_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    good = path.read_bytes()
+    payloads = [good, *HOSTILE.values()]
+    rng = np.random.default_rng(1)
+    for _ in range(100):
+        data = bytearray(good)
+        data[int(rng.integers(len(data)))] = int(rng.integers(256))
+        payloads.append(bytes(data))
+    seen: list[str] = []
+    watching = False
+    forbidden = ("import", "exec", "compile", "os.system", "pickle.find_class", "subprocess.Popen",
+                 "socket.connect", "ctypes.dlopen", "os.remove", "os.rename")  # fmt: skip
+
+    def hook(event: str, args: tuple[Any, ...]) -> None:
+        if watching and event in forbidden:
+            seen.append(f"{event} {args}")
+
+    sys.addaudithook(hook)
+    for payload in payloads:
+        path.write_bytes(payload)
+        watching = True
+        try:
+            load_tensors(path, 10**6)
+        except DamagedFileError:
+            pass
+        finally:
+            watching = False
+    assert seen == []
+
+
+def kill_writers(folder: Path, size: int, interruptions: int) -> None:
+    """Kill writers of one file at random until so many were in the middle of a write."""
+    path = folder / "a.safetensors"
+    rng = np.random.default_rng(2)
+    kills = interrupted = 0
+    while interrupted < interruptions:
+        kills += 1
+        path.unlink(missing_ok=True)
+        writer = start_writer(path, size)
+        while not path.exists():
+            time.sleep(0.001)
+        time.sleep(float(rng.uniform(0, 0.03)))
+        writer.kill()
+        finish(writer)
+        arrays, document = load_tensors(path, 10**9)
+        assert (arrays["a"] == document["k"]).all() and arrays["a"].shape == (size,)
+        interrupted += bool(list(folder.glob(".*.tmp")))
+        sweep(folder)
+        assert not list(folder.glob(".*.tmp"))
+    print(f"{interrupted} of {kills} kills in the middle of a write of {8 * size} bytes")
+
+
+def test_a_kill_in_the_middle_of_a_write_leaves_a_whole_file(tmp_path: Path) -> None:
+    kill_writers(tmp_path, 100_000, 5)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("size", [1_000, 100_000, 3_000_000])
+def test_100_kills_in_the_middle_of_a_write_leave_a_whole_file(tmp_path: Path, size: int) -> None:
+    kill_writers(tmp_path, size, 100)

@@ -1,0 +1,191 @@
+"""A run that is killed, stopped or damaged ends with the bits of one that never was."""
+
+import csv
+import os
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+import tests.agents.drift  # noqa: F401, registers the environment
+from agents.storage.tensorfile import load_tensors
+from agents.training.trainer import train
+from tests.agents.sessions import SMALL, finish, start
+
+SAME = (
+    "progress.csv",
+    "monitor.csv",
+    "last_model/policy.safetensors",
+    "last_model/policy.json",
+    "best_model/policy.safetensors",
+)
+PPO_ONLY = ("n_steps", "batch_size", "n_epochs")
+MEMORY = {"log_every": 512, "learning_starts": 2000, "batch_size": 64, "train_freq": 2,
+          "gradient_steps": 1, "buffer_size": 50_000}  # fmt: skip
+VARIANTS: dict[str, dict[str, Any]] = {
+    "plain": {},
+    "normalized": {"normalize_observation": True, "normalize_reward": True, "seed": 2**40},
+    "ball park": {
+        "env_id": "RigidEnvs/BallPark-v0",
+        "env_kwargs": {"radius": [0.9, 1.1], "observation_noise": 0.01, "action_delay": 2},
+    },
+    "sac, hindsight, normalized, overflowing": MEMORY
+    | {
+        "algo": "sac",
+        "env_id": "RigidEnvs/BallParkGoal-v0",
+        "train_freq": 8,
+        "buffer_size": 8000,
+        "normalize_observation": True,
+    },
+    "dqn": MEMORY
+    | {"algo": "dqn", "env_id": "RigidEnvs/BallGrid-v0", "target_update_interval": 700},
+}
+
+
+def base(values: dict[str, Any]) -> dict[str, Any]:
+    """The small run; of another algorithm only what all have in common."""
+    algo = values.get("algo", "ppo")
+    return {k: v for k, v in SMALL.items() if algo == "ppo" or k not in PPO_ONLY} | values
+
+
+def whole(folder: Path, **values: Any) -> Path:
+    entries = base(values) | {"log_dir": str(folder), "run_name": "whole"}
+    assert finish(start(entries)) == 0
+    return folder / str(entries.get("algo", "ppo")) / "whole"
+
+
+def newest(run: Path) -> Path:
+    return max((run / "checkpoints").glob("*.safetensors"))
+
+
+def assert_same(run: Path, other: Path) -> None:
+    for name in SAME:
+        assert (run / name).read_bytes() == (other / name).read_bytes(), name
+    with np.load(run / "evaluations.npz") as a, np.load(other / "evaluations.npz") as b:
+        assert a.files == b.files
+        for key in a.files:
+            np.testing.assert_array_equal(a[key], b[key])
+    ours, ours_too = (load_tensors(newest(r), 10**8) for r in (run, other))
+    assert ours[0].keys() == ours_too[0].keys()
+    for key, array in ours[0].items():
+        np.testing.assert_array_equal(array, ours_too[0][key], err_msg=key)
+
+
+def age(run: Path) -> int:
+    """Updates that a run has logged."""
+    path = run / "progress.csv"
+    return max(path.read_bytes().count(b"\n") - 1, 0) if path.exists() else 0
+
+
+def wait_for(run: Path, updates: int) -> None:
+    deadline = time.perf_counter() + 60
+    while age(run) < updates:
+        assert time.perf_counter() < deadline
+        time.sleep(0.002)
+
+
+def kill_at_random(folder: Path, values: dict[str, Any], kills: int, seed: int) -> Path:
+    """Start a run and kill it that often, at random moments of its life."""
+    rng = np.random.default_rng(seed)
+    run = folder / str(values.get("algo", "ppo")) / "killed"
+    updates = values["total_timesteps"] // 512
+    moments = np.sort(rng.choice(np.arange(1, updates - 5), kills, replace=False))
+    session = start({**values, "log_dir": str(folder), "run_name": "killed"})
+    checkpoints = set()
+    for moment in moments:
+        wait_for(run, int(moment))
+        time.sleep(float(rng.uniform(0, 0.05)))
+        session.kill()
+        assert finish(session) == -signal.SIGKILL
+        found = sorted((run / "checkpoints").glob("*.safetensors"))
+        checkpoints.add(found[-1].stem if found else "none")
+        print(f"killed after {age(run)} updates, newest checkpoint {found[-1:]}")
+        session = start(None, run)
+    assert len(checkpoints) > kills // 2
+    assert finish(session) == 0
+    return run
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_run_killed_three_times_is_bitwise_the_one_that_never_was(
+    tmp_path: Path, variant: str
+) -> None:
+    values = base(VARIANTS[variant]) | {"total_timesteps": 512 * 60}
+    reference = whole(tmp_path, **values)
+    assert_same(reference, kill_at_random(tmp_path, values, kills=3, seed=0))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("seed", range(5))
+def test_a_run_killed_ten_times_is_bitwise_the_one_that_never_was(
+    tmp_path: Path, variant: str, seed: int
+) -> None:
+    values = base(VARIANTS[variant]) | {"total_timesteps": 512 * 300, "checkpoint_every": 1}
+    reference = whole(tmp_path, **values)
+    assert_same(reference, kill_at_random(tmp_path, values, kills=10, seed=seed))
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+def test_a_signal_saves_and_exits_with_its_number(tmp_path: Path, number: signal.Signals) -> None:
+    values = {**SMALL, "checkpoint_every": None}
+    run = tmp_path / "ppo" / "stopped"
+    session = start({**values, "log_dir": str(tmp_path), "run_name": "stopped"})
+    wait_for(run, 3)
+    signalled = time.perf_counter()
+    assert session.pid is not None
+    os.kill(session.pid, number)
+    assert finish(session) == 128 + number
+    assert time.perf_counter() - signalled < 10
+    with (run / "progress.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert 0 < len(rows) < 40
+    assert int(rows[-1]["time/total_timesteps"]) == int(newest(run).stem)
+    if number == signal.SIGTERM:
+        assert finish(start(None, run)) == 0
+        assert_same(whole(tmp_path, **values), run)
+
+
+def test_no_row_and_no_event_is_doubled_or_missing_after_a_kill(tmp_path: Path) -> None:
+    run = kill_at_random(tmp_path, {**SMALL, "total_timesteps": 512 * 60}, kills=2, seed=1)
+    with (run / "progress.csv").open() as file:
+        steps = [int(row["time/total_timesteps"]) for row in csv.DictReader(file)]
+    assert steps == list(range(512, 512 * 60 + 1, 512))
+    with (run / "times.csv").open() as file:
+        assert [int(row["time/total_timesteps"]) for row in csv.DictReader(file)] == steps
+    events = EventAccumulator(str(run / "tensorboard")).Reload()
+    assert [event.step for event in events.Scalars("train/loss")] == steps
+
+
+def test_a_damaged_checkpoint_is_passed_over_for_the_one_before(tmp_path: Path) -> None:
+    reference = whole(tmp_path)
+    run = tmp_path / "ppo" / "damaged"
+    session = start({**SMALL, "log_dir": str(tmp_path), "run_name": "damaged"})
+    wait_for(run, 10)
+    session.kill()
+    finish(session)
+    assert len(list((run / "checkpoints").glob("*.safetensors"))) == 2
+    data = bytearray(newest(run).read_bytes())
+    data[len(data) // 2] ^= 4
+    newest(run).write_bytes(data)
+    assert finish(start(None, run)) == 0
+    assert_same(reference, run)
+
+
+def test_a_finished_run_stays_as_it_is(tmp_path: Path) -> None:
+    run = whole(tmp_path)
+    before = {name: (run / name).read_bytes() for name in SAME}
+    assert finish(start(None, run)) == 0
+    assert {name: (run / name).read_bytes() for name in SAME} == before
+
+
+def test_a_changed_config_is_refused_on_resume(tmp_path: Path) -> None:
+    run = whole(tmp_path, total_timesteps=512 * 4)
+    text = (run / "config.yaml").read_text()
+    (run / "config.yaml").write_text(text.replace("gamma: 0.99", "gamma: 0.9"))
+    with pytest.raises(ValueError, match=r"config\.yaml .*gamma: 0\.99 -> 0\.9"):
+        train(resume=run, quiet=True)

@@ -1,0 +1,126 @@
+"""The speed and accuracy that this project holds itself to.
+
+    python -m tests.benchmarks.targets [--quick]
+
+Runs the benchmark and sets each figure beside its target; the status is 1 if one is missed.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.bench import Figures, bench
+from rigid_envs.bench.accuracy import FreeRun
+from rigid_envs.bench.costs import FORMS, Cost
+from rigid_envs.bench.ratios import Ratio
+from rigid_envs.bench.startup import Startup
+from rigid_envs.cli.catalogue import one_of_each
+from rigid_envs.cli.progress import tell
+from rigid_envs.cli.tables import table
+
+__all__ = ["MINUTE", "SIX_THOUSAND_SECONDS", "Target", "targets"]
+
+_SPEED = {
+    ("made", "CartPole-v1"): 4.5,
+    ("bare", "CartPole-v1"): 7.0,
+    ("16", "CartPole-v1, NumPy"): 14.0,
+    ("256", "CartPole-v1, NumPy"): 5.0,
+    ("4096", "CartPole-v1, NumPy"): 1.6,
+}
+_AGAINST_MUJOCO = 900.0
+_AGAINST_MEDIAN = 3.0
+_WARM, _COLD = 1.0, 5.0  # [s]
+MINUTE = {"omega_end": 2e-9}
+SIX_THOUSAND_SECONDS = {"L_squared": 2e-13, "energy": 2e-9, "omega_end": 2e-7}
+"""Largest errors of a torque-free run in steps of 0.05 s, see `FreeRun`."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A figure and what it has to reach.
+
+    Attributes:
+        text: name of the figure.
+        value: its measured value.
+        limit: what it has to reach.
+        at_least: whether the limit is a lower one.
+    """
+
+    text: str
+    value: float
+    limit: float
+    at_least: bool = False
+
+    @property
+    def is_met(self) -> bool:
+        """Whether the limit is reached."""
+        return self.value >= self.limit if self.at_least else self.value <= self.limit
+
+
+def targets(figures: Figures) -> list[Target]:
+    """Every target that the figures say something about."""
+    minute, long = figures.runs
+    return [
+        *map(_speed, figures.ratios),
+        *_dearest(figures.costs),
+        *_errors(long, SIX_THOUSAND_SECONDS),
+        *_errors(minute, MINUTE),
+        *_startups(figures.startups),
+    ]
+
+
+def _speed(ratio: Ratio) -> Target:
+    limit = _SPEED.get((ratio.column, ratio.peer), _AGAINST_MUJOCO)
+    return Target(f"{ratio.text}, against {ratio.peer}", ratio.median, limit, at_least=True)
+
+
+def _dearest(costs: Sequence[Cost]) -> list[Target]:
+    """The dearest environment in every form, against the median of all."""
+    dearest = [
+        max((cost for cost in costs if cost.column == column), key=lambda cost: cost.ratio)
+        for column in dict.fromkeys(cost.column for cost in costs)
+    ]
+    return [
+        Target(f"dearest {FORMS[cost.column]} ({cost.name})", cost.ratio, _AGAINST_MEDIAN)
+        for cost in dearest
+    ]
+
+
+def _errors(run: FreeRun, limits: dict[str, float]) -> list[Target]:
+    return [
+        Target(f"{name} of a free body, {run.duration:g} s", getattr(run, name), limit)
+        for name, limit in limits.items()
+    ]
+
+
+def _startups(startups: Sequence[Startup]) -> list[Target]:
+    cold, warm = (max(startup.medians[k] for startup in startups) for k in (0, 1))
+    return [
+        Target("import to first step, compiled before [s]", warm, _WARM),
+        Target("import to first step, empty cache [s]", cold, _COLD),
+    ]
+
+
+def main() -> int:
+    """Measure, and print the targets."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
+    parser.add_argument("--quick", action="store_true", help="a first look, a minute")
+    quick = parser.parse_args().quick
+    found = targets(bench(list(ENVIRONMENTS), one_of_each(), quick, tell))
+    rows = [
+        (
+            target.text,
+            f"{target.value:.3g}",
+            f"{'>=' if target.at_least else '<='} {target.limit:g}",
+            "met" if target.is_met else "missed",
+        )
+        for target in found
+    ]
+    print(table(("figure", "measured", "target", ""), rows, "<>>", indent=0))
+    return 0 if all(target.is_met for target in found) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

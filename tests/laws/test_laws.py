@@ -1,0 +1,58 @@
+"""The laws of the physics hold, every one within its bound."""
+
+import re
+
+import pytest
+
+from rigid_envs import laws, systems
+from rigid_envs.laws import SUBJECTS, Law, Subject, UnknownSubjectError, check, checked_subject
+
+LAWS = [law for subject in SUBJECTS.values() for law in subject.laws]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: f"{law.subject}: {law.name}")
+def test_the_law_holds(law: Law) -> None:
+    outcome = check(law)
+    assert outcome.holds, outcome.message or f"{outcome.error} > {law.bound}: {law.why}"
+
+
+def test_every_system_is_a_subject() -> None:
+    kinds = [getattr(systems, name) for name in systems.__all__]
+    kinds = [kind for kind in kinds if issubclass(kind, systems.System)]
+    names = {re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower() for kind in kinds}
+    assert names - {"system"} <= set(SUBJECTS)
+
+
+@pytest.mark.parametrize("subject", SUBJECTS.values(), ids=SUBJECTS)
+def test_a_subject_has_laws_of_different_names(subject: Subject) -> None:
+    names = [law.name for law in subject.laws]
+    assert names
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: f"{law.subject}: {law.name}")
+def test_a_law_states_itself_its_bound_and_the_reason(law: Law) -> None:
+    assert law.measure.__doc__ and law.compared and law.why
+    assert law.bound >= 0.0
+
+
+def test_all_laws_of_the_chosen_subjects_are_checked_in_order(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    subjects = {name: Subject(name, "two laws") for name in ("one", "two")}
+    for subject in subjects.values():
+        subject.law("0 with 0", bound=0.0, why="equal")(lambda: 0.0)
+        subject.law("1 with 0", bound=0.0, why="not equal")(lambda: 1.0)
+    monkeypatch.setattr(laws, "SUBJECTS", subjects)
+    told: list[str] = []
+    outcomes = laws.check_all(["two"], told.append)
+    assert [outcome.law for outcome in outcomes] == subjects["two"].laws
+    assert [outcome.holds for outcome in outcomes] == [True, False]
+    assert [text.partition(":")[0] for text in told] == ["two", "two"]
+    assert len(laws.check_all()) == 4
+
+
+def test_an_unknown_subject_is_refused_with_the_nearest_one() -> None:
+    expected = r"subject = 'heavytop'; expected one of .*: did you mean 'heavy_top'\?"
+    with pytest.raises(UnknownSubjectError, match=expected):
+        checked_subject("heavytop")
