@@ -52,7 +52,7 @@ def register(
         ConfigError: a wrong task name or time limit, or an id that is registered already.
     """
     if goal is None:
-        goal = load(task).n_goal > 0
+        goal = bool(load(task).episode.Goal._fields)
     record = EnvironmentRecord(env_id, task, max_episode_steps, family, goal, **more)
     add(record)
     _register(record)

@@ -1,7 +1,7 @@
 """The environments as data: one record per id.
 
-Whatever a table, page, test or score needs to know of an id, and its task class does not say, is
-read here. Code is named by strings "module:name", so that this module imports nothing.
+What a table, page, test or score needs beside the task class is read here. Code is named by strings
+"module:name", so that this module imports nothing.
 """
 
 from __future__ import annotations
@@ -48,8 +48,7 @@ class EnvironmentRecord:
         error: Reward term that the metric "error" is computed from; None without that metric.
         controllers: Reference controllers by name, the best first, each a function
             "module:name" from the task to a controller.
-        limits: Theoretical limits by metric, each a "module:name" of a
-            `rigid_envs.scores.TheoreticalLimit`.
+        limits: Theoretical limits by metric, each the "module:name" of a `TheoreticalLimit`.
     """
 
     id: str
@@ -78,8 +77,8 @@ def add(record: EnvironmentRecord) -> None:
     """
     place = record.id
     limit: Any = record.max_episode_steps
-    if ENVIRONMENTS.get(record.id, record) != record:
-        raise ConfigError(f"env_id = {record.id!r}; expected an id that is not registered yet")
+    if ENVIRONMENTS.get(place, record) != record:
+        raise ConfigError(f"env_id = {place!r}; expected an id that is not registered yet")
     if record.task.count(":") != 1:
         raise ConfigError(f"{place}: task = {record.task!r}; expected 'module:Class'")
     if isinstance(limit, bool) or not isinstance(limit, int) or limit < 1:
@@ -112,9 +111,9 @@ def _ours(family: str, name: str, max_episode_steps: int, metrics: str, **more: 
     """Add an environment of this package.
 
     Args:
-        family: As in the record.
-        name: Of the id and of the task class.
-        max_episode_steps: As in the record.
+        family: Heading in tables and pages.
+        name: Name of the id and of the task class.
+        max_episode_steps: Time limit in steps.
         metrics: Names of the metrics, separated by blanks.
         **more: Other entries of the record; code is named relative to `rigid_envs.scores`.
     """
@@ -122,8 +121,8 @@ def _ours(family: str, name: str, max_episode_steps: int, metrics: str, **more: 
         codes = more.get(key, {})
         more[key] = {label: f"rigid_envs.scores.{place}{code}" for label, code in codes.items()}
     env_id, task = f"RigidEnvs/{name}-v0", f"rigid_envs.tasks:{name}"
-    names = tuple(metrics.split())
-    add(EnvironmentRecord(env_id, task, max_episode_steps, family, metrics=names, **more))
+    more["metrics"] = tuple(metrics.split())
+    add(EnvironmentRecord(env_id, task, max_episode_steps, family, **more))
 
 
 def _variant(name: str, original: str) -> None:

@@ -144,8 +144,8 @@ def _evaluate_controller(options: argparse.Namespace) -> int:
                 raise ConfigError(f"--controller: {error}") from None
     if not chosen:
         raise ConfigError(f"--controller: no id has a controller {options.controller!r}")
-    for env_id, name, player in chosen:
-        figures, episodes = report_controller(name, player, env_id, options.episodes, options.seed)
+    for env_id, name, policy in chosen:
+        figures, episodes = report_controller(name, policy, env_id, options.episodes, options.seed)
         folder = (options.out or _RESULTS) / env_id.split("/")[-1] / name
         folder.mkdir(parents=True, exist_ok=True)
         write_report(folder, figures, episodes)

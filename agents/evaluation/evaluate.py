@@ -23,7 +23,7 @@ __all__ = [
     "RandomPolicy",
     "SupportsPredict",
     "evaluate",
-    "evaluate_player",
+    "evaluate_factory",
     "play",
     "summary",
 ]
@@ -45,19 +45,19 @@ def evaluate(
         seed: Seed that the starts are spawned from.
         env_kwargs: Hyperparameters of the task.
     """
-    return evaluate_player(
+    return evaluate_factory(
         uniform(seed) if policy is None else from_predict(policy), env_id, n, seed, env_kwargs
     )
 
 
-def evaluate_player(
+def evaluate_factory(
     policy: PolicyFactory,
     env_id: str,
     n: int = 500,
     seed: int = TEST_SEED,
     env_kwargs: Mapping[str, Any] | None = None,
 ) -> Episodes:
-    """The same for anything that plays, such as a reference controller.
+    """Play one episode from each start by a policy of any kind, such as a reference controller.
 
     Args:
         policy: See `rigid_envs.scores.evaluate`.

@@ -17,7 +17,7 @@ from ..environments.factory import cost_unit
 from ..policies.mlp import Policy
 from ..policies.policy_file import load_policy
 from ..storage.manifest import manifest
-from .evaluate import Episodes, evaluate, evaluate_player, summary
+from .evaluate import Episodes, evaluate, evaluate_factory, summary
 from .measures import measures
 
 __all__ = ["report", "report_controller", "table", "write_report"]
@@ -49,13 +49,13 @@ def report(path: Path, n: int, seed: int) -> tuple[dict[str, Any], Episodes]:
 
 
 def report_controller(
-    name: str, player: PolicyFactory, env_id: str, n: int, seed: int
+    name: str, policy: PolicyFactory, env_id: str, n: int, seed: int
 ) -> tuple[dict[str, Any], Episodes]:
     """Evaluate what needs no training, and the random policy, on the same starts.
 
     Args:
         name: Name of the controller.
-        player: The controller; see `rigid_envs.scores.evaluate`.
+        policy: The controller; see `rigid_envs.scores.evaluate`.
         env_id: The environment.
         n: Number of starts.
         seed: Seed of the starts.
@@ -63,15 +63,15 @@ def report_controller(
     Returns:
         As `report`, `algo` the name.
     """
-    figures, episodes = _measured(player, env_id, {}, n, seed)
+    figures, episodes = _measured(policy, env_id, {}, n, seed)
     return figures | {"algo": name}, episodes
 
 
 def _measured(
-    player: PolicyFactory, env_id: str, env_kwargs: dict[str, Any], n: int, seed: int
+    policy: PolicyFactory, env_id: str, env_kwargs: dict[str, Any], n: int, seed: int
 ) -> tuple[dict[str, Any], Episodes]:
     begin = time.perf_counter()
-    episodes = evaluate_player(player, env_id, n, seed, env_kwargs)
+    episodes = evaluate_factory(policy, env_id, n, seed, env_kwargs)
     chance = evaluate(None, env_id, n, seed, env_kwargs)
     figures = {
         "env_id": env_id,

@@ -69,7 +69,7 @@ def goal_table(task: Task) -> Table:
 
 def term_table(task: Task) -> Table:
     """The reward terms with their weights and the arguments that set these."""
-    weights = task.constants()[: len(task.terms)]  # the weights come first
+    weights = task.weights()
     meaning = {field.name: field.metadata["rule"].text for field in fields(task)}
     rows = [
         (term, f"{weight:g}", f"weight_{term}", meaning.get(f"weight_{term}", ""))

@@ -74,7 +74,7 @@ def anchors() -> Mapping[str, Anchors]:
     return {
         env_id: Anchors(
             {scale["metric"]: ScoreScale(**scale) for scale in entry["scales"]},
-            entry.get("means", {}),
+            entry["means"],
             data["evaluation_set"]["starts"],
         )
         for env_id, entry in data["ids"].items()

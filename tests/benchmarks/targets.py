@@ -16,9 +16,9 @@ from rigid_envs.bench.accuracy import FreeRun
 from rigid_envs.bench.costs import FORMS, Cost
 from rigid_envs.bench.ratios import Ratio
 from rigid_envs.bench.startup import Startup
-from rigid_envs.cli.catalogue import one_of_each
+from rigid_envs.catalogue import one_of_each
 from rigid_envs.cli.progress import tell
-from rigid_envs.cli.tables import table
+from rigid_envs.pages.tables import table
 
 __all__ = ["MINUTE", "SIX_THOUSAND_SECONDS", "Target", "targets"]
 

@@ -50,7 +50,8 @@ def test_the_data_is_of_every_id_and_says_where_it_comes_from():
             assert tuple(means) == ENVIRONMENTS[env_id].metrics
         for name, scale in found.scales.items():
             assert found.means["random"][name] == scale.random
-            assert scale.kind != "reference" or found.means[scale.why][name] == scale.anchor
+            if scale.kind == "reference":  # LAPACK rounds differently on the machines of the data
+                assert found.means[scale.why][name] == pytest.approx(scale.anchor, rel=1e-9)
 
 
 def test_the_data_can_be_computed_again(capsys):
