@@ -20,18 +20,18 @@ FORMAT = "rigid-envs result 1"
 
 
 def measures(
-    env_id: str, env_kwargs: Mapping[str, Any], episodes: Episodes, chance: Episodes
+    env_id: str, env_kwargs: Mapping[str, Any], episodes: Episodes, baseline: Episodes
 ) -> dict[str, Any]:
     """The metrics that matter for an environment, each with its score, as JSON values.
 
     Scores are of the environment as it is registered, so there are none with other hyperparameters;
-    then failures count for what chance does under these.
+    then failures count for what the random policy does under these.
 
     Args:
         env_id: The environment.
         env_kwargs: Hyperparameters of its task.
         episodes: Of the policy.
-        chance: Of the random policy, from the same starts.
+        baseline: Of the random policy, from the same starts.
 
     Returns:
         `metrics`: name -> mean, its bootstrap interval and what it is, the one that ranks policies
@@ -49,7 +49,7 @@ def measures(
     scores: dict[str, Any] = {}
     for metric in metrics_of(env_id):
         scale = scales.get(metric.name)
-        failed = metric.values(chance, task).mean() if scale is None else scale.failed
+        failed = metric.values(baseline, task).mean() if scale is None else scale.failed
         values = metric.values(episodes, task, float(failed))
         ends = mean_interval(values)
         metrics[metric.name] = {

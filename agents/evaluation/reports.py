@@ -72,17 +72,17 @@ def _measured(
 ) -> tuple[dict[str, Any], Episodes]:
     begin = time.perf_counter()
     episodes = evaluate_factory(policy, env_id, n, seed, env_kwargs)
-    chance = evaluate(None, env_id, n, seed, env_kwargs)
+    baseline = evaluate(None, env_id, n, seed, env_kwargs)
     figures = {
         "env_id": env_id,
         "env_kwargs": env_kwargs,
         "policy": summary(episodes),
-        "random_policy": summary(chance),
+        "random_policy": summary(baseline),
         "cost_unit": cost_unit(env_id, env_kwargs),
         "test_seed": seed,
         "kernel_hash": kernel_hash(),
         "evaluation_seconds": round(time.perf_counter() - begin, 3),
-        **measures(env_id, env_kwargs, episodes, chance),
+        **measures(env_id, env_kwargs, episodes, baseline),
         **manifest(),
         **commit(),
         "command": " ".join([Path(sys.executable).name, "-m", "agents", *sys.argv[1:]]),
@@ -118,9 +118,9 @@ def write_report(folder: Path, figures: dict[str, Any], episodes: Episodes) -> N
 
 def table(figures: dict[str, Any]) -> str:
     """Figures of `report` as an aligned table."""
-    policy, chance = figures["policy"], figures["random_policy"]
+    policy, baseline = figures["policy"], figures["random_policy"]
     header = ("", "success", "95 % interval", "return", "steps", "cost", "cost of successes")
-    rows = [header, _row(figures["algo"], policy), _row("random policy", chance)]
+    rows = [header, _row(figures["algo"], policy), _row("random policy", baseline)]
     if "lower_bound_mean" in policy:
         bound = policy["lower_bound_mean"], policy["lower_bound_mean_of_successes"]
         rows.append(("lower bound", "", "", "", "", *map(_number, bound)))
