@@ -10,7 +10,6 @@ from rigid_envs.control.asymmetric import AsymmetricBalance
 from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
 from rigid_envs.control.coin import CoinPlan, TwoRolls
 from rigid_envs.control.disk import CircleRegulator
-from rigid_envs.control.elastica_path import ShortestPath, shortest_path
 from rigid_envs.control.energy_casimir import EnergyCasimir, SingleTorque
 from rigid_envs.control.flip import ForcedFlip, TimedFlip
 from rigid_envs.control.following import DampedFollower, FarSightedFollower, elastica_headings
@@ -23,9 +22,10 @@ from rigid_envs.control.polygons import PushAlong, PushPlan, RollPlan, roll_alon
 from rigid_envs.control.precession import PrecessionRegulator
 from rigid_envs.control.pumping import Pump
 from rigid_envs.control.saddle import SeparatrixSteering
+from rigid_envs.control.shortest_path import ShortestPath, shortest_path
 from rigid_envs.control.slewing import QuaternionPD, least_slew_time, slew_acceleration
 from rigid_envs.control.spin import SpinRegulator
-from rigid_envs.control.straight_rolls import three_rolls
+from rigid_envs.control.three_rolls import three_rolls
 from rigid_envs.control.top_balance import PivotBalance, UprightBalance
 
 __all__ = [

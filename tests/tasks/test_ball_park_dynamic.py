@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigid_envs.control.polygons import PushAlong
-from rigid_envs.control.straight_rolls import three_rolls
+from rigid_envs.control.three_rolls import three_rolls
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.scores.bindings.ball import pushed
 from rigid_envs.systems import RollingBall

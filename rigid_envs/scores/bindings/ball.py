@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control.elastica_path import shortest_path
 from rigid_envs.control.following import DampedFollower, FarSightedFollower, elastica_headings
 from rigid_envs.control.grid import QuarterRolls
 from rigid_envs.control.plate import PlateRegulator
 from rigid_envs.control.polygons import PushAlong, roll_along
-from rigid_envs.control.straight_rolls import three_rolls
+from rigid_envs.control.shortest_path import shortest_path
+from rigid_envs.control.three_rolls import three_rolls
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.scores.controllers import Controller
 from rigid_envs.scores.scripts import Rows, Script

@@ -11,8 +11,8 @@ from scipy.optimize import minimize
 from rigid_envs import rotations
 from rigid_envs.analytic import rolling_ball
 from rigid_envs.control import shortest_path as module
-from rigid_envs.control.elastica_path import shortest_path
-from rigid_envs.control.straight_rolls import three_rolls
+from rigid_envs.control.shortest_path import shortest_path
+from rigid_envs.control.three_rolls import three_rolls
 from rigid_envs.envs import RigidVectorEnv
 
 HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
