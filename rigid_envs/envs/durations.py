@@ -1,28 +1,26 @@
 """For how many steps the integrator is known to stay within its stability envelope."""
 
 from rigid_envs.errors import ConfigError
-from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.tasks import Task
 
 __all__ = ["checked_steps", "further_steps"]
 
 
-def checked_steps(task: Task, name: str, max_episode_steps: int | None) -> int:
-    """Steps of an episode for which the rates are within the envelope, checked now.
+def checked_steps(task: Task, max_episode_steps: int | None) -> int:
+    """Steps of an episode for which the rates are known to be within the envelope.
 
     Args:
-        task: The task.
-        name: The task as "module:Class".
+        task: The task, which has checked itself with the registered limit.
         max_episode_steps: Time limit in force; None takes the registered one. Gymnasium tells a
             single environment nothing of the limit that it is made with.
 
     Raises:
         ConfigError: the rates may leave the envelope before the limit.
     """
-    limits = [r.max_episode_steps for r in ENVIRONMENTS.values() if r.task == name]
-    steps = min(limits, default=0) if max_episode_steps is None else max_episode_steps
-    task.check_duration(steps)
-    return steps
+    if max_episode_steps is None:
+        return task.registered_steps()
+    task.check_duration(max_episode_steps)
+    return max_episode_steps
 
 
 def further_steps(task: Task, elapsed: int, name: str) -> int:

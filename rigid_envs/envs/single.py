@@ -55,7 +55,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         self._shape = None if self.task.n_choices else (len(self.task.actions()),)
         self._n_choices = self.task.n_choices
         self._status = _FRESH
-        self._checked_steps = checked_steps(self.task, task, None)
+        self._checked_steps = checked_steps(self.task, None)
         self._steps_left = 0  # that may follow without a look at `_status`
         self._keyed_by: np.random.Generator | None = None
         self._bind()

@@ -94,7 +94,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         self._ended = everywhere.copy()
         self._keyed = False  # whether the rows have random streams
         self._fresh = True
-        self._checked_steps = checked_steps(self.task, task, max_episode_steps)
+        self._checked_steps = checked_steps(self.task, max_episode_steps)
         self._steps_left = math.inf if max_episode_steps else self._checked_steps
 
     def reset(

@@ -16,6 +16,7 @@ from rigid_envs.errors import ConfigError
 from rigid_envs.kernels import attitude
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.layout import CHANNEL
+from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.systems import System
 from rigid_envs.tasks.fields import (
     Choice,
@@ -128,7 +129,7 @@ class Task(Settings, abc.ABC):
         """Check every field by its rule, and the parameters together."""
         check_fields(self)
         self._check_parameters()
-        self.check_duration(0)
+        self.check_duration(self.registered_steps())
         if len(self.actions()) != len(self.episode.prototypes.action):
             raise TypeError(
                 f"{type(self).__name__}: actions() has {len(self.actions())} entries; "
@@ -201,6 +202,16 @@ class Task(Settings, abc.ABC):
                 f"rad/s in {n_steps:g} steps (stability envelope): "
                 f"take n_substeps >= {math.ceil(rate * self.dt / self.largest_turn)}"
             )
+
+    @classmethod
+    def registered_steps(cls) -> int:
+        """Least time limit of the ids with this task, or with one it inherits from; 0: no id."""
+        for kind in cls.__mro__:
+            tasks = {f"{kind.__module__}:{kind.__name__}", f"rigid_envs.tasks:{kind.__name__}"}
+            limits = [r.max_episode_steps for r in ENVIRONMENTS.values() if r.task in tasks]
+            if limits:
+                return min(limits)
+        return 0
 
     def stable_steps(self) -> int:
         """Steps of an episode for which the integrator stays within the envelope; 2**31 at most."""
