@@ -1,7 +1,7 @@
-"""Rows of a task: their states, goals, parameters and clocks. Steps and resets them; no more.
+"""Batch of rows of a task: state, goal, parameters and clock of each; step and reset.
 
-`Core` never resets a row by itself and knows nothing of Gymnasium. Everything it is stands in one
-array, `buffer`, which the compiled step and reset of the task work on (`rigid_envs.kernels`).
+`Core` has no autoreset and does not depend on Gymnasium. All its data are in one array, `buffer`,
+on which the compiled step and reset of the task work (`rigid_envs.kernels`).
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ class Core:
     """N rows of a task.
 
     Attributes:
-        task: what the rows do.
+        task: task of the rows.
         n_rows: number of rows N.
         actions: the action of the next step, written by the caller, float32 (N, n_action).
         observations: last observations, float32 (N, n_observation).
         results: last cost, reward terms and reward, float64 (2 + n_terms, N).
         flags: last flags in the order of `FLAGS`, bool (5, N).
-        action, observation, result, flag: those of the first row: what a single environment uses.
+        action, observation, result, flag: those of the first row, for a single environment.
     """
 
     def __init__(
         self, task: Task, n_rows: int, max_steps: int | None = None, n_threads: int = 1
     ) -> None:
-        """Lay out the buffer; no row has begun an episode yet."""
+        """Allocate the buffer; no row has begun an episode."""
         self.task = task
         self.n_rows = n_rows
         self._n_threads = min(n_threads, -(-n_rows // LANES))
@@ -57,7 +57,7 @@ class Core:
         """Advance all rows by one control period under `actions`.
 
         Returns:
-            0 if no flag of any row is up, a positive number if one is; -1 - k if entry k of the
+            0 if no flag of any row is set, a positive number if one is; -1 - k if entry k of the
             (flat) actions is not finite: then no row has changed.
         """
         n_blocks = -(-self.n_rows // LANES)
@@ -66,11 +66,11 @@ class Core:
         return int(self.advance(self.buffer, 0, n_blocks))
 
     def reset(self, rows: Integers, start: Start = DRAWN) -> None:
-        """Begin a new episode in the given rows; their `observations` are new.
+        """Begin a new episode in the given rows and update their `observations`.
 
         Args:
             rows: indices of the rows.
-            start: what is given of their states and parameters; the rest is drawn.
+            start: given states and parameters; the rest is drawn.
         """
         self.task.episode.reset(self.buffer, rows, BEGIN)
         if start.parameters:
@@ -84,11 +84,11 @@ class Core:
             self.task.episode.reset(self.buffer, rows, OBSERVE)
 
     def observe(self) -> None:
-        """Write `observations` afresh from the states of all rows."""
+        """Recompute `observations` from the states of all rows."""
         self.task.episode.reset(self.buffer, np.arange(self.n_rows), OBSERVE)
 
     def seed(self, rows: Integers, keys: npt.NDArray[np.uint64]) -> None:
-        """Give rows new random streams; their episodes are counted from 0 again."""
+        """Set new random streams of rows; their episode counters restart at 0."""
         high, low = keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)
         for slot, value in ((CLOCK.key_high, high), (CLOCK.key_low, low), (CLOCK.episode, -1.0)):
             self._write(rows, self._slots.clock + slot, value)
@@ -105,7 +105,7 @@ class Core:
 
     @property
     def running(self) -> npt.NDArray[np.bool_]:
-        """Rows that have begun an episode and not ended it, shape (N,)."""
+        """Rows in an episode, shape (N,)."""
         return self._column(self._slots.clock + CLOCK.running) > 0
 
     def system_parameters(self, row: int) -> dict[str, float]:
@@ -127,7 +127,7 @@ class Core:
         """Parts of the auxiliary state (`Task.aux_names`): shape (N,), or (N, k) of k > 1 names.
 
         Raises:
-            ValueError: a name that the task does not have.
+            ValueError: unknown name.
         """
         for name in names:
             if name not in self.task.aux_names:
@@ -138,14 +138,14 @@ class Core:
         return columns[0] if len(columns) == 1 else np.stack(columns, axis=-1)
 
     def get_state(self) -> dict[str, Array]:
-        """All that the future of the rows depends on, by name, each of shape (N, k)."""
+        """Complete state of the rows, by name, each part of shape (N, k)."""
         return {name: self._columns(*ends) for name, ends in self._state_parts().items()}
 
     def set_state(self, state: Mapping[str, npt.ArrayLike]) -> None:
-        """Restore what `get_state` returned; what follows is bitwise the same.
+        """Restore the result of `get_state`; the continuation is bitwise the same.
 
         Raises:
-            ValueError: parts missing or of the wrong shape; then nothing has changed.
+            ValueError: missing part or wrong shape; the state is unchanged.
         """
         parts = self._state_parts()
         if set(state) != set(parts):
@@ -163,7 +163,7 @@ class Core:
         self.observe()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Everything but the views, which would lose their buffer."""
+        """All attributes except the views, which refer to the buffer."""
         return {
             "task": self.task,
             "n_rows": self.n_rows,
@@ -174,7 +174,7 @@ class Core:
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Restore the buffer and look at it anew."""
+        """Restore the buffer and make its views again."""
         self.__dict__.update(state)
         self._make_views()
 
@@ -197,7 +197,7 @@ class Core:
         self._pool: tuple[int, ThreadPoolExecutor] | None = None
 
     def _step_in_threads(self, n_blocks: int) -> int:
-        """The blocks in equal shares; every row is computed as by one thread."""
+        """Step equal numbers of blocks in threads; the bits are those of one thread."""
         if self._pool is None or self._pool[0] != os.getpid():  # threads do not survive a fork
             self._pool = (os.getpid(), ThreadPoolExecutor(self._n_threads - 1))
         ends = [n_blocks * k // self._n_threads for k in range(self._n_threads + 1)]
@@ -218,12 +218,12 @@ class Core:
         return rows.reshape(-1, last - first)[: self.n_rows].copy()
 
     def _write(self, rows: Integers, slot: int, value: npt.ArrayLike) -> None:
-        """One slot of some rows."""
+        """Set one slot of some rows."""
         blocks, lanes = np.divmod(rows, LANES)
         self._blocks[blocks, slot, lanes] = value
 
     def _state_parts(self) -> dict[str, tuple[int, int]]:
-        """First and last slot of every part that a state consists of."""
+        """First and last slot of every part of the complete state."""
         s = self._slots
         parts = {
             "y": (s.state, s.inputs),

@@ -19,11 +19,11 @@ INTEGERS = (int, np.int64)
 
 
 def new_task(task: str, render_mode: str | None, config: Mapping[str, Any]) -> Task:
-    """The task named "module:Class" with this configuration.
+    """Make the task "module:Class" with the given configuration.
 
     Raises:
-        UnknownKeywordError: names the key and the nearest known one.
-        ConfigError: names the key and what is allowed.
+        UnknownKeywordError: unknown key; suggests the most similar one.
+        ConfigError: wrong value; names the key and the allowed values.
     """
     if render_mode is not None:
         raise UnknownKeywordError(
@@ -39,7 +39,7 @@ def new_task(task: str, render_mode: str | None, config: Mapping[str, Any]) -> T
 def actions_of(
     task: Task, value: Any, lead: tuple[int, ...], env_id: str
 ) -> npt.NDArray[np.float32]:
-    """`value` as finite float32 of shape (*lead, n_action); a choice as its number.
+    """Check an action and convert it to float32, shape (*lead, n_action).
 
     Raises:
         ValueError: names the environment, the entry, its value and what was expected.
@@ -98,7 +98,7 @@ def _choice(
 def options_of(
     options: Mapping[str, Any] | None, known: tuple[str, ...], env_id: str
 ) -> Mapping[str, Any]:
-    """Options of a reset, unknown keys refused.
+    """Check the keys of the options of a reset.
 
     Raises:
         ValueError: names the key and the known ones.

@@ -1,4 +1,4 @@
-"""For how many steps the integrator is known to stay within its stability envelope."""
+"""Number of steps for which the integrator stays within its stability envelope."""
 
 from rigid_envs.errors import ConfigError
 from rigid_envs.tasks import Task
@@ -7,12 +7,12 @@ __all__ = ["checked_steps", "further_steps"]
 
 
 def checked_steps(task: Task, max_episode_steps: int | None) -> int:
-    """Steps of an episode for which the rates are known to be within the envelope.
+    """Check the stability envelope up to the time limit; returns the limit in steps.
 
     Args:
-        task: The task, which has checked itself with the registered limit.
-        max_episode_steps: Time limit in force; None takes the registered one. Gymnasium tells a
-            single environment nothing of the limit that it is made with.
+        task: The task, which has already checked the registered limit.
+        max_episode_steps: Time limit in force; None takes the registered one, as Gymnasium does
+            not pass the limit to a single environment.
 
     Raises:
         ConfigError: the rates may leave the envelope before the limit.
@@ -24,10 +24,10 @@ def checked_steps(task: Task, max_episode_steps: int | None) -> int:
 
 
 def further_steps(task: Task, elapsed: int, name: str) -> int:
-    """Steps that may follow after so many, at most until the rates may leave the envelope.
+    """Number of further steps before the rates may leave the envelope.
 
     Raises:
-        ConfigError: none may; names the remedy.
+        ConfigError: no further step is allowed; the message names the remedy.
     """
     left = task.stable_steps() - elapsed
     if left > 0:

@@ -1,8 +1,8 @@
-"""Goal environments: observations are a dictionary, and rewards can be computed anew.
+"""Goal environments: dictionary observations, and rewards that can be recomputed.
 
 The interface of Gymnasium-Robotics and of hindsight experience replay: `observation`,
-`achieved_goal`, `desired_goal`, and ``compute_reward(achieved, desired, info)``, bit for bit what
-`step` pays. The episode does not end at the goal: staying there pays best.
+`achieved_goal`, `desired_goal`, and ``compute_reward(achieved, desired, info)``, bit for bit the
+reward of `step`. The episode does not end at the goal: staying there has the largest reward.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Part = npt.NDArray[np.float32]
 
 
 class _Goals:
-    """What follows from achieved and desired goals alone, single or in batches."""
+    """Functions of achieved and desired goals, single or in batches."""
 
     task: Task
 

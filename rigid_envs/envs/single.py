@@ -32,7 +32,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
     Args:
         task: the task as "module:Class"; set by the registration of each id.
         render_mode: None.
-        **config: hyperparameters of the task; unknown keys and bad values are refused.
+        **config: hyperparameters of the task; unknown keys and wrong values are refused.
 
     Raises:
         ConfigError: message ``config.<key>: ...``.
@@ -41,7 +41,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as in gymnasium.Env
 
     def __init__(self, task: str, render_mode: str | None = None, **config: Any) -> None:
-        """Check the configuration, then lay out one row."""
+        """Check the configuration, then allocate one row."""
         self.task = new_task(task, render_mode, config)
         self.render_mode = render_mode
         self.action_space = action_space(self.task)
@@ -51,22 +51,22 @@ class RigidEnv(gym.Env[Observation, Observation]):
         keys = info_keys(self.task)
         self._numbers = keys[: -len(INFO_FLAGS)]
         self._blank_info = {key: 0.0 if key in self._numbers else False for key in keys}
-        # what needs no check but that of its numbers; choices do
+        # shape of actions that need no further check than finiteness; None for discrete ones
         self._shape = None if self.task.n_choices else (len(self.task.actions()),)
         self._n_choices = self.task.n_choices
         self._status = _FRESH
         self._checked_steps = checked_steps(self.task, None)
-        self._steps_left = 0  # that may follow without a look at `_status`
+        self._steps_left = 0  # before `_status` must be checked again
         self._keyed_by: np.random.Generator | None = None
         self._bind()
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """After a copy, look at the copy's own buffer."""
+        """Restore attributes, and bind `step` to the buffer of the copy."""
         self.__dict__.update(state)
         self._bind()
 
     def _bind(self) -> None:
-        """What `step` works on, in one place: it takes a microsecond, and each look-up counts."""
+        """Collect the objects that `step` uses, to save attribute look-ups."""
         core = self._core
         self._observe = self._observer()
         self._row_of_core = (
@@ -79,12 +79,12 @@ class RigidEnv(gym.Env[Observation, Observation]):
         )
 
     def _observer(self) -> Callable[[], Any]:
-        """What copies the observation out of the buffer."""
+        """Function that copies the observation from the buffer."""
         copy: Callable[[], Observation] = self._core.observation.copy
         return copy
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """One control period.
+        """Advance by one control period.
 
         Args:
             action: shape (n_action,), clipped to [-1, 1] (a disk action by its norm).
@@ -133,7 +133,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         """Begin a new episode.
 
         Args:
-            seed: new random stream; without it the stream goes on.
+            seed: new random stream; None continues the present one.
             options: ``state``: physical state to start from, y or named components;
                 ``params``: parameters of the system by name.
 
@@ -141,7 +141,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
             Observation and info, with the keys and types that `step` gives.
 
         Raises:
-            ValueError: unknown option, bad state or parameter; the state is unchanged.
+            ValueError: unknown option, wrong state or parameter; the state is unchanged.
             ClosedEnvironmentError: after `close`.
         """
         if self._status == _CLOSED:
@@ -157,7 +157,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         return self._observe(), self._blank_info.copy()
 
     def close(self) -> None:
-        """No further step or reset."""
+        """Close the environment: no further step or reset."""
         self._status, self._steps_left = _CLOSED, 0
 
     @property
@@ -172,7 +172,7 @@ class RigidEnv(gym.Env[Observation, Observation]):
         return y
 
     def auxiliary(self, *names: str) -> Array:
-        """Parts of what the task carries from step to step (goal, counters), by name.
+        """Auxiliary state of the task (goal, counters), by name.
 
         Args:
             *names: some of ``task.aux_names``.
@@ -181,35 +181,35 @@ class RigidEnv(gym.Env[Observation, Observation]):
             Shape () for one name, (k,) for k > 1.
 
         Raises:
-            ValueError: a name that the task does not have.
+            ValueError: unknown name.
         """
         return np.asarray(self._core.auxiliary(*names)[0])
 
     def get_state(self) -> dict[str, Array]:
-        """All that the future depends on: state, parameters, goal, clock, random stream."""
+        """Complete state: physical state, parameters, goal, clock, random stream."""
         return {name: part[0] for name, part in self._core.get_state().items()}
 
     def set_state(self, state: Mapping[str, npt.ArrayLike]) -> None:
-        """Go on bitwise as from where `get_state` was called.
+        """Restore the result of `get_state`; the continuation is bitwise the same.
 
         Raises:
-            ValueError: parts missing or of the wrong shape; nothing has changed.
+            ValueError: missing part or wrong shape; the state is unchanged.
         """
         self._core.set_state({name: np.asarray(part)[None] for name, part in state.items()})
-        self._keyed_by = self.np_random  # the stream, too, goes on
+        self._keyed_by = self.np_random  # keep the restored random stream
         if self._status != _CLOSED:
             self._status = _RUNNING if self._core.running[0] else _ENDED
-            self._steps_left = 0  # the next step looks at the clock
+            self._steps_left = 0  # the next step checks the clock
 
     @property
     def _name(self) -> str:
         return self.spec.id if self.spec is not None else type(self.task).__name__
 
     def _allow_step(self) -> None:
-        """See that an episode runs, and for how many steps it may run on.
+        """Check that an episode runs, and set the number of steps until the next check.
 
         Raises:
-            ResetNeeded, ClosedEnvironmentError: no episode runs.
+            ResetNeeded, ClosedEnvironmentError: no episode is running.
             ConfigError: the rates may leave the stability envelope.
         """
         if self._status == _RUNNING:

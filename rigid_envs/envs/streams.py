@@ -14,10 +14,10 @@ def stream_key(generator: np.random.Generator) -> np.uint64:
 
 
 def seeded_key(seed: int) -> np.uint64:
-    """Key of a row with this seed: the same for a single environment and for a row of many."""
+    """Key of a row with a given seed, the same in single and vector environments."""
     return stream_key(seeding.np_random(python_seed(seed))[0])
 
 
 def python_seed(seed: Any) -> Any:
-    """An integer of NumPy as one of Python; Gymnasium refuses what is neither."""
+    """Convert a NumPy integer to a Python one; Gymnasium refuses other types."""
     return int(seed) if isinstance(seed, np.integer) else seed

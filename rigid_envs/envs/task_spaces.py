@@ -15,7 +15,7 @@ INFO_FLAGS = ("is_success", "action_clipped", "physics_error")
 
 
 def action_space(task: Task) -> spaces.Space[Any]:
-    """Box(-1, 1), one entry for each of the task's actions; Discrete where they are choices."""
+    """Box(-1, 1) with one entry for each action entry; Discrete for discrete actions."""
     if task.n_choices:
         return spaces.Discrete(task.n_choices)
     return spaces.Box(-1.0, 1.0, (len(task.episode.prototypes.action),), np.float32)
@@ -35,7 +35,7 @@ def observation_space(task: Task) -> spaces.Space[Any]:
 
 
 def goal_parts(flat: npt.NDArray[np.float32], n_goal: int) -> dict[str, npt.NDArray[np.float32]]:
-    """A flat observation (..., 2 n_goal + n) of a goal task by its parts, each a view."""
+    """Views of the parts of a flat observation (..., 2 n_goal + n) of a goal task."""
     return {
         "observation": flat[..., 2 * n_goal :],
         "achieved_goal": flat[..., :n_goal],

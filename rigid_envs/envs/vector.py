@@ -1,4 +1,4 @@
-"""Many rows at once: a native vector environment with the three autoreset modes."""
+"""Vector environment with the three autoreset modes of Gymnasium."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         render_mode: str | None = None,
         **config: Any,
     ) -> None:
-        """Check the configuration, then lay out the rows."""
+        """Check the configuration, then allocate the rows."""
         counts: dict[str, Any] = {"num_envs": num_envs, "num_threads": num_threads}
         if max_episode_steps is not None:
             counts["max_episode_steps"] = max_episode_steps
@@ -84,7 +84,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._core = Core(self.task, self.num_envs, max_episode_steps, int(num_threads))
         self._rows = np.arange(self.num_envs)
-        # what needs no check but that of its numbers; choices do
+        # shape of actions that need no further check than finiteness; None for discrete ones
         self._shape = None if self.task.n_choices else (self.num_envs, len(self.task.actions()))
         self._keys = info_keys(self.task)
         everywhere = np.ones(self.num_envs, dtype=np.bool_)
@@ -115,7 +115,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
             Observations (N, n) and infos, with the keys and types that `step` gives.
 
         Raises:
-            ValueError: unknown option, bad mask, seed, state or parameter; nothing has changed.
+            ValueError: unknown option, wrong mask, seed, state or parameter; no row has changed.
             ClosedEnvironmentError: after `close`.
         """
         if self.closed:
@@ -131,7 +131,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         return self._core.observations.copy(), self._blank_infos()
 
     def step(self, actions: Any) -> tuple[Observations, Array, Bools, Bools, dict[str, Any]]:
-        """One control period of all rows.
+        """Advance all rows by one control period.
 
         Args:
             actions: shape (N, n_action).
@@ -160,7 +160,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
             actions = actions_of(self.task, actions, (self.num_envs,), self._name)
         core.actions[...] = actions
         raised = core.step()
-        if raised < 0:  # say which entry is not finite
+        if raised < 0:  # raises with the entry that is not finite
             actions_of(self.task, actions, (self.num_envs,), self._name)
         *numbers, rewards = core.results.copy()
         terminated, truncated, *flags = core.flags.copy()
@@ -184,7 +184,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         return self._core.y
 
     def auxiliary(self, *names: str) -> Array:
-        """Parts of what the task carries from step to step (goal, counters), by name.
+        """Auxiliary state of the task (goal, counters), by name.
 
         Args:
             *names: some of ``task.aux_names``.
@@ -193,32 +193,32 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
             Shape (N,) for one name, (N, k) for k > 1.
 
         Raises:
-            ValueError: a name that the task does not have.
+            ValueError: unknown name.
         """
         return self._core.auxiliary(*names)
 
     def get_state(self) -> dict[str, Array]:
-        """All that the future depends on, each part of shape (N, k)."""
+        """Complete state, each part of shape (N, k)."""
         return self._core.get_state()
 
     def set_state(self, state: Mapping[str, npt.ArrayLike]) -> None:
-        """Go on bitwise as from where `get_state` was called.
+        """Restore the result of `get_state`; the continuation is bitwise the same.
 
         Raises:
-            ValueError: parts missing or of the wrong shape; nothing has changed.
+            ValueError: missing part or wrong shape; the state is unchanged.
         """
         self._core.set_state(state)
         self._ended = ~self._core.running
         self._keyed, self._fresh = True, False
         if self._steps_left != math.inf:
-            self._steps_left = 0  # the next step looks at the clocks
+            self._steps_left = 0  # the next step checks the clocks
 
     @property
     def _name(self) -> str:
         return self.spec.id if self.spec is not None else type(self.task).__name__
 
     def _allow_steps(self) -> None:
-        """See for how many steps all episodes may run on, where no time limit ends them.
+        """Set the number of steps until the next check of the envelope, without time limit.
 
         Raises:
             ConfigError: the rates may leave the stability envelope.
@@ -228,7 +228,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)
 
     def _check_order(self) -> Rows | None:
-        """Rows that ended in the step before, if there are any."""
+        """Rows that ended in the previous step; None if there are none."""
         if self.closed:
             raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
         if self._fresh:
@@ -246,7 +246,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         return rows
 
     def _begin_next(self, rows: Rows, outputs: tuple[npt.NDArray[Any], ...]) -> None:
-        """NEXT_STEP: rows that had ended are reset instead of stepped; their outputs are blank."""
+        """NEXT_STEP: rows that had ended are reset instead of stepped; their outputs are zero."""
         self._core.reset(rows)
         for output in outputs:
             output[rows] = 0
@@ -281,7 +281,7 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         return np.flatnonzero(mask)
 
     def _seed(self, seed: int | Sequence[int | None] | None, rows: Rows) -> None:
-        """Give rows a stream of their own: from a seed, or where there is none from entropy."""
+        """Set the random stream of each row, from its seed or else from entropy."""
         if isinstance(seed, int | np.integer):
             super().reset(seed=int(seed))
             seeds: list[int | None] = [int(seed) + i for i in range(self.num_envs)]

@@ -1,4 +1,4 @@
-"""The compiled layer: everything that runs per row, and nothing else.
+"""The compiled layer: all functions that run per row.
 
 Every function here is written on scalars and tuples of scalars with ``+ - * / sqrt`` and fused
 multiply-add only. No call to the C mathematics library and no ``fastmath``: the same input gives
@@ -7,22 +7,22 @@ and are read by name.
 
 =================  =================================================================
 `compiler`         the decorators by which functions are compiled
-`cache`            where compiled code is kept, and under which key
-`rows`             how rows lie in memory, and the integration loop over them
+`cache`            storage of compiled code on disk, and its key
+`rows`             memory layout of rows, and the integration loop over them
 `elementary`       fma, sincos, atan2, cbrt, log
 `algebra`          vectors and quaternions as tuples
 `turns`            small rotations from polynomials
 `randoms`          counter-based random numbers, one stream per row and episode
 `composition`      stages of a fourth-order step
-`dynamics`         what a system is: its rows, equations of motion, one step, invariants
+`dynamics`         definition of a system: rows, equations of motion, one step, invariants
 `free_body` ...    one file per physical system
 `batch`            loops behind the NumPy interface of the systems
-`layout`           where everything of a batch stands in its one array
+`layout`           layout of a batch of rows in one array
 `actions`          clipping of actions
-`attitude`         the attitude as it is observed
-`channel`          noise and delay between the agent and the physics
-`goals`            goals as they are observed
+`attitude`         observed representations of the attitude
+`channel`          noise and delay of actions and observations
+`goals`            comparison of observed goals
 `step_loop`        the step and the reset of an environment, over all rows
-`episode`          what a task is: its functions of one row, compiled into step and reset
+`episode`          definition of a task: functions of one row, compiled into step and reset
 =================  =================================================================
 """

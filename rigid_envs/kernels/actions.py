@@ -1,4 +1,4 @@
-"""How an action outside its space is brought back into it."""
+"""Clipping of actions to the action space."""
 
 import math
 
@@ -23,27 +23,27 @@ _ROUNDED_UNIT = 1.0 + 2.0**-22
 
 @scalar
 def clip(a: float) -> float:
-    """One component, into [-1, 1]."""
+    """Clip one component to [-1, 1]."""
     return min(max(a, -1.0), 1.0)
 
 
 @scalar
 def clip_to_interval(action: Row) -> tuple[Row, bool]:
-    """A single component, into [-1, 1]."""
+    """Clip a single component to [-1, 1]; also whether it was outside."""
     x = clip(action[0])
     return (x,), x != action[0]
 
 
 @scalar
 def clip_to_square(action: Row) -> tuple[Row, bool]:
-    """Two components, each into [-1, 1]."""
+    """Clip two components, each to [-1, 1]."""
     x, y = clip(action[0]), clip(action[1])
     return (x, y), (x != action[0]) | (y != action[1])
 
 
 @scalar
 def clip_to_box(action: Row) -> tuple[Row, bool]:
-    """Three components, each into [-1, 1]."""
+    """Clip three components, each to [-1, 1]."""
     a, b, c = action
     x, y, z = clip(a), clip(b), clip(c)
     return (x, y, z), (x != a) | (y != b) | (z != c)
@@ -51,7 +51,7 @@ def clip_to_box(action: Row) -> tuple[Row, bool]:
 
 @scalar
 def clip_to_disk(action: Row) -> tuple[Row, bool]:
-    """Two components, by their norm: the direction is kept.
+    """Clip two components to the unit disk; the direction is kept.
 
     The result is rounded to float32, so that clipping it again changes nothing.
     """
@@ -62,7 +62,7 @@ def clip_to_disk(action: Row) -> tuple[Row, bool]:
 
 @scalar
 def clip_to_ball(action: Row) -> tuple[Row, bool]:
-    """Three components, by their norm, as `clip_to_disk`."""
+    """Clip three components to the unit ball, as `clip_to_disk`."""
     x, y, z = action
     scale, outside = shrink(x * x + y * y + z * z)
     return (single(x * scale), single(y * scale), single(z * scale)), outside
@@ -70,13 +70,13 @@ def clip_to_ball(action: Row) -> tuple[Row, bool]:
 
 @scalar
 def keep(action: Row) -> tuple[Row, bool]:
-    """A choice, which has been checked already."""
+    """Discrete action, unchanged: it has been checked already."""
     return action, False
 
 
 @scalar
 def shrink(square: float) -> tuple[float, bool]:
-    """Factor that brings a vector of this squared length to length 1, and whether it must be."""
+    """Scale factor to norm 1 for a squared norm above 1, else 1; also whether it was above 1."""
     outside = square > _ROUNDED_UNIT
     return (1.0 / math.sqrt(square) if outside else 1.0), outside
 

@@ -1,4 +1,4 @@
-"""The attitude as it is observed: four representations of the same rotation."""
+"""Observed attitude: matrix, two columns, quaternion or Euler angles."""
 
 import math
 
@@ -16,7 +16,7 @@ _Q = (1.0, 0.0, 0.0, 0.0)
 
 @scalar
 def canonical(q: Quaternion) -> Quaternion:
-    """The one of q and -q with w >= 0: the same attitude."""
+    """Quaternion of the same attitude with w >= 0."""
     sign = select(q[0] < 0.0, -1.0, 1.0)
     return (sign * q[0], sign * q[1], sign * q[2], sign * q[3])
 
@@ -32,8 +32,8 @@ def rot6d(q: Quaternion) -> Row:
 def euler(q: Quaternion) -> Row:
     """Angles (phi, theta, psi) of R = Rz(phi) Rx(theta) Rz(psi) [rad].
 
-    With phi + psi = 2 atan2(z, w) and phi - psi = 2 atan2(y, x). At theta = 0 and pi one of the
-    two is undetermined and atan2(0, 0) = 0 takes its place: finite, but not continuous.
+    With phi + psi = 2 atan2(z, w) and phi - psi = 2 atan2(y, x). At theta = 0 and pi one of the two
+    is undefined and replaced by atan2(0, 0) = 0: finite, but not continuous.
     """
     w, x, y, z = q
     total, difference = atan2(z, w), atan2(y, x)

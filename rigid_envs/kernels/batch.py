@@ -1,4 +1,4 @@
-"""Loops behind the NumPy interface of the systems: rows one after the other, shape (N, n)."""
+"""Loops of the NumPy interface of the systems, on arrays of shape (N, n)."""
 
 from collections.abc import Callable
 from typing import Any
@@ -57,7 +57,7 @@ def simulate(
     """Fill ``y[m + 1]`` from ``y[m]``, shape (M + 1, N, n_state), for all M intervals.
 
     Interval m is integrated in ``n_substeps[m]`` steps of length ``h[m]`` [s]. The input is
-    ``u[0]`` throughout, or with `u_per_stage` one after the other, a new one for each stage.
+    ``u[0]`` throughout; with `u_per_stage` each stage has its own input, in sequence.
     """
     state, inputs, parameters = prototypes
     block = np.empty((len(state) + len(inputs) + len(parameters)) * LANES)
@@ -85,7 +85,7 @@ def simulate(
 
 @scalar
 def _hold(block: Array, inputs: Row, slot: int, u: Array, k: int, row: int, n: int) -> None:
-    """Copy input k of n rows into the block; one that all rows share has ``u.shape[1] == 1``."""
+    """Copy input k of n rows into the block; a shared input has ``u.shape[1] == 1``."""
     n_inputs, shared = len(inputs), u.shape[1] == 1
     for i in range(n):
         source = k * u.shape[1] * n_inputs + (0 if shared else row + i) * n_inputs

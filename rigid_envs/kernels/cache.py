@@ -1,10 +1,10 @@
-"""Where compiled code is kept between processes, and under which key.
+"""Disk cache of compiled code, and its keys.
 
-Numba's own cache looks at the file of the compiled function only: after an edit to a helper in
-another file it would serve stale code (numba issue 1833), and it cannot tell two closures of one
-factory apart. Here a kernel is kept under the names of the functions that it is made of and a hash
-of every source file that can end up inside it: all kernels and tasks of this package, and all
-files of any other package that one of the functions comes from.
+Numba's own cache checks only the file of the compiled function: after an edit to a helper in
+another file it would load stale code (numba issue 1833), and it does not distinguish two closures
+of one factory. Here the key of a kernel consists of the names of its functions and a hash of every
+source file that can be compiled into it: all kernels and tasks of this package, and all files of
+any other package from which one of the functions comes.
 """
 
 import functools
@@ -26,7 +26,7 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 
 
 class _Place(caching._CacheLocator):
-    """The folder and the name of a kernel's files, which are known beforehand."""
+    """Known folder and name of the files of a kernel."""
 
     def __init__(self, folder: Path, name: str) -> None:
         self._folder, self._py_file = str(folder), name
@@ -42,7 +42,7 @@ class _Place(caching._CacheLocator):
 
 
 class _Results(caching.CompileResultCacheImpl):
-    """How compiled code becomes bytes: numba's way, without its search for a folder."""
+    """Serialisation of compiled code as in numba, without its search for a folder."""
 
     def __init__(self, place: _Place, line: int) -> None:
         self._locator, self._lineno = place, line
@@ -55,11 +55,11 @@ class KernelCache(caching.FunctionCache):
     Args:
         function: The kernel.
         folder: `cache_directory()`.
-        name: What tells the kernel from all others: see `cache_name`.
+        name: Unique name of the kernel: see `cache_name`.
     """
 
     def __init__(self, function: Any, folder: Path, name: str) -> None:
-        """Look for nothing: the place is known."""
+        """Set the known folder and names, without a search."""
         self._name, self._py_func = repr(function), function
         self._impl = _Results(_Place(folder, name), function.__code__.co_firstlineno)
         self._cache_path = str(folder)
@@ -67,16 +67,16 @@ class KernelCache(caching.FunctionCache):
         self._enabled = True
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        """Argument types and processor: the functions inside are in the name of the file."""
+        """Argument types and processor; the file name identifies the functions inside."""
         return sig, codegen.magic_tuple()
 
 
 def cache_name(label: str, parts: Iterable[Any]) -> str | None:
-    """File name of a kernel that is made of some functions and types; None if it has no source.
+    """File name of a kernel, from its functions and types; None if one has no source file.
 
     Args:
-        label: What the kernel is, to begin the name with.
-        parts: Functions, classes and tuples of numbers that the kernel is made of.
+        label: First part of the name.
+        parts: Functions, classes and tuples of numbers compiled into the kernel.
     """
     digest = hashlib.sha256()
     for part in parts:
@@ -84,7 +84,7 @@ def cache_name(label: str, parts: Iterable[Any]) -> str | None:
             digest.update(repr(part).encode())
             continue
         stamp = _source_hash(part.__module__)
-        if stamp is None or "<" in part.__qualname__:  # typed at a prompt, or made by a factory
+        if stamp is None or "<" in part.__qualname__:  # typed at a prompt, or a closure
             return None
         digest.update(f"{part.__module__}.{part.__qualname__} {stamp}\0".encode())
     return f"{label}-{digest.hexdigest()[:16]}"
@@ -101,7 +101,7 @@ def kernel_hash() -> str:
 
 @functools.cache
 def _source_hash(module: str) -> str | None:
-    """Hash of the package that a module is in, or of its file if it is in none."""
+    """Hash of the package of a module, or of its file if it has no package."""
     top: Any = sys.modules.get(module.partition(".")[0])
     if top is sys.modules[__package__.partition(".")[0]]:
         return kernel_hash()
@@ -129,10 +129,10 @@ def _hash_files(digest: Any, base: Path, paths: Iterable[Path]) -> None:
 
 @functools.cache
 def cache_directory() -> Path | None:
-    """The private folder for compiled code of exactly these sources, or None if there is none.
+    """Private folder for compiled code of exactly these sources; None if it cannot be made.
 
     It lies below ``NUMBA_CACHE_DIR``, else below ``XDG_CACHE_HOME``, else below ``~/.cache``. A
-    folder that belongs to somebody else, or that others may write to, is never read from.
+    folder with another owner, or writable by others, is never read.
     """
     base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     folder = Path(base).expanduser() / "rigid-envs" / kernel_hash()

@@ -1,4 +1,4 @@
-"""Between the agent and the physics: noise and delay, and the streams of a row's numbers."""
+"""Noise and delay of actions and observations, and the random streams of a row."""
 
 from collections.abc import Callable
 from typing import Any
@@ -19,14 +19,14 @@ __all__ = [
     "stream_of",
 ]
 
-DRAW_PARAMETERS, DRAW_START, DRAW_ACTION, DRAW_OBSERVATION = range(4)  # uses of random numbers
+DRAW_PARAMETERS, DRAW_START, DRAW_ACTION, DRAW_OBSERVATION = range(4)  # purposes of random streams
 
 Function = Callable[..., Any]
 
 
 @scalar
 def stream_of(buffer: Buffer, clock: int, use: int) -> randoms.Stream:
-    """Random numbers of one row, episode and use."""
+    """Random stream of one row and episode for one purpose."""
     high = np.uint64(buffer[clock + CLOCK.key_high * LANES])
     low = np.uint64(buffer[clock + CLOCK.key_low * LANES])
     key = (high << np.uint64(32)) | low
@@ -45,7 +45,7 @@ def noise(buffer: Buffer, clock: int, use: int, k: int) -> float:
 def add_action_noise(
     clip: Function, prototypes: Prototypes, buffer: Buffer, slots: Slots, base: int, n: int
 ) -> None:
-    """Gaussian noise on every entry of the action, which is then clipped again."""
+    """Add Gaussian noise to every entry of the action, and clip it again."""
     at = base + slots.action * LANES
     for i in range(n):
         clock = base + slots.clock * LANES + i
@@ -60,7 +60,7 @@ def add_action_noise(
 def delay_actions(
     buffer: Buffer, s: Settings, slots: Slots, base: int, n: int, n_action: int
 ) -> None:
-    """Replace the action by the one of `action_delay` steps ago; zero before the first."""
+    """Replace the action by that of `action_delay` steps before; zero before the first."""
     for i in range(n):
         lag = int(buffer[base + (slots.channel + CHANNEL.action_delay) * LANES + i])
         for k in range(n_action):
@@ -78,7 +78,7 @@ def delay_actions(
 def add_observation_noise(
     buffer: Buffer, s: Settings, slots: Slots, base: int, first: int, last: int
 ) -> None:
-    """Gaussian noise on every entry but goals, kept inside the bounds of the observation space."""
+    """Add Gaussian noise to every observation entry except goals, and clip to its bounds."""
     for i in range(first, last):
         clock = base + slots.clock * LANES + i
         sigma = buffer[base + (slots.channel + CHANNEL.observation_noise) * LANES + i]

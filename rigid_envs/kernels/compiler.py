@@ -1,11 +1,11 @@
-"""How functions are compiled.
+"""Decorators that compile functions.
 
 =============  ===================================================================================
-`scalar`       a function of one row, which dissolves into the loop that calls it
-`phase`        a part of a kernel, copied into it before anything is compiled
-`routine`      a part of a kernel that is called once per block
-`instruction`  a function given by the machine instructions it becomes
-`kernel`       a loop over rows that Python calls; its code is kept on disk
+`scalar`       a function of one row, inlined into the loop that calls it
+`phase`        a part of a kernel, inlined before type inference
+`routine`      a part of a kernel, called once per block and not inlined
+`instruction`  a function defined by its LLVM instructions
+`kernel`       a loop over rows that Python calls, cached on disk
 =============  ===================================================================================
 """
 
@@ -28,35 +28,35 @@ _SLOW = 1.0  # [s] compilations longer than this are announced
 
 
 def scalar(function: Function) -> Function:
-    """Compile a function of scalars and tuples so that it dissolves into the loop that calls it."""
+    """Compile a function of scalars and tuples, inlined into the loop that calls it."""
     return cast(Function, numba.njit(forceinline=True, error_model="numpy")(function))
 
 
 def instruction(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Define a function by the machine instructions it becomes."""
+    """Define a function by its LLVM instructions."""
     return cast(Callable[..., Any], extending.intrinsic(function))
 
 
 def phase(function: Function) -> Function:
-    """Copy a function into its caller before anything is compiled: for parts of a kernel."""
+    """Inline a function into its caller before type inference: for parts of a kernel."""
     return cast(Function, numba.njit(inline="always", error_model="numpy")(function))
 
 
 def routine(function: Function) -> Function:
-    """Compile a function that is called once per block: not worth copying into its caller."""
+    """Compile a function that is called once per block, without inlining."""
     return cast(Function, numba.njit(error_model="numpy")(function))
 
 
 def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = ()) -> Function:
-    """Compile a loop over rows; the result is kept on disk and runs without the interpreter lock.
+    """Compile a loop over rows; the code is cached on disk and releases the interpreter lock.
 
-    If no private cache folder can be made (read-only home), or there is no source file to tell
-    what the kernel is made of, it is compiled anew in every process.
+    If no private cache folder can be made (read-only home), or a part has no source file, the
+    kernel is compiled again in every process.
 
     Args:
-        function: The loop: a function of a module, or a closure that names `parts`.
-        label: What it is, for messages and names of files; by default its module and name.
-        parts: Functions, classes and tuples of numbers that a closure is made of.
+        function: The loop: a function of a module, or a closure over `parts`.
+        label: Name for messages and files; by default module and function name.
+        parts: Functions, classes and tuples of numbers in a closure.
     """
     label = label or f"{function.__module__}.{function.__name__}"
     compiled: Any = numba.njit(nogil=True, error_model="numpy")(function)
@@ -68,7 +68,7 @@ def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = 
 
 
 class _Announcer(event.Listener):
-    """Says in one line on stderr what a long first compilation was."""
+    """Prints one line on stderr after each long compilation."""
 
     def __init__(self) -> None:
         self._started: dict[Any, float] = {}

@@ -1,8 +1,8 @@
-"""Ball with inertia that rolls without slipping on a plate, which may tilt and turn.
+"""Ball with inertia that rolls without slipping on a plate, which can tilt and rotate.
 
-The plate turns about the point O of its surface by the angles alpha_x, alpha_y: plate axes are
-P = Rx(alpha_x) Ry(alpha_y) of the world's. The surface itself may besides turn about its normal at
-the constant rate Omega (a turntable); the plate axes do not follow that.
+The plate turns about the point O of its surface by the angles alpha_x, alpha_y: plate axes are P =
+Rx(alpha_x) Ry(alpha_y) of the world's. The surface can also turn about its normal at the constant
+rate Omega (a turntable); the plate axes do not turn with it.
 
 State y = (q, X, Y, VX, VY, spin, alpha_x, alpha_y, rate_x, rate_y): attitude, body to world; centre
 in plate axes, its height is the radius; velocity in plate axes; component of the angular velocity
@@ -73,7 +73,7 @@ class Invariants(NamedTuple):
 
 @scalar
 def derive(m: float, radius: float, beta: float, g: float, turntable_rate: float) -> Parameters:
-    """Parameters of the physical ones."""
+    """Parameter row of the physical parameters."""
     inverses = (1.0 / m, 1.0 / radius, 1.0 / (1.0 + beta))
     return Parameters(m, radius, beta, g, turntable_rate, *inverses)
 
@@ -106,16 +106,16 @@ def to_world(v: Vector, alpha_x: float, alpha_y: float) -> Vector:
 
 @scalar
 def gyration(w: Vector, p: Parameters) -> float:
-    """The rate at which Coriolis and turntable turn the velocity [rad/s]."""
+    """Rate at which Coriolis force and turntable turn the velocity [rad/s]."""
     return (p.beta * p.turntable_rate - (p.beta + 2.0) * w[2]) * p.share
 
 
 @scalar
 def push(y: State, u: Input, w: Vector, p: Parameters) -> Pair:
-    """The part of the acceleration in plate axes that does not depend on the velocity [m/s^2].
+    """Velocity-independent part of the acceleration in plate axes [m/s^2].
 
-    Gravity, force, the inertial forces of the accelerated plate, and what turns the ball's own
-    angular momentum with the plate.
+    Gravity, force, the inertial forces of the accelerated plate, and the torque that turns the
+    ball's own angular momentum with the plate.
     """
     s, c = sincos(y.alpha_y)
     sx, cx = sincos(y.alpha_x)
@@ -125,11 +125,11 @@ def push(y: State, u: Input, w: Vector, p: Parameters) -> Pair:
     along, square = dot(w, rho), dot(w, w)
     swing_x = grown[1] * radius - grown[2] * rho[1] + w[0] * along - square * rho[0]
     swing_y = grown[2] * rho[0] - grown[0] * radius + w[1] * along - square * rho[1]
-    # omega without the part that moves with the velocity, and with it the gyroscopic terms
-    still_x = w[0] + table * rho[0] * p.inverse_radius
-    still_y = w[1] + table * rho[1] * p.inverse_radius
-    twist_x = grown[0] + w[1] * y.spin - w[2] * still_y
-    twist_y = grown[1] + w[2] * still_x - w[0] * y.spin
+    # omega at zero velocity, and the gyroscopic terms of it
+    rest_x = w[0] + table * rho[0] * p.inverse_radius
+    rest_y = w[1] + table * rho[1] * p.inverse_radius
+    twist_x = grown[0] + w[1] * y.spin - w[2] * rest_y
+    twist_y = grown[1] + w[2] * rest_x - w[0] * y.spin
     return (
         p.share * (p.g * cx * s + u.FX * p.inverse_m - swing_x - beta * radius * twist_y),
         p.share * (u.FY * p.inverse_m - p.g * sx - swing_y + beta * radius * twist_x),
@@ -180,7 +180,7 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
     vx, vy, spin = _kick(y, u, p, half)
     X, Y = fma(half, vx, y.X), fma(half, vy, y.Y)
     rate_x, rate_y = fma(half, u.a_x, y.rate_x), fma(half, u.a_y, y.rate_y)
-    # the angle at half the time is h / 2 times the mean rate of that half away
+    # the change of angle over the first half is h / 2 times the mean rate of that half
     alpha_x = fma(half, fma(-0.25 * h, u.a_x, rate_x), y.alpha_x)
     alpha_y = fma(half, fma(-0.25 * h, u.a_y, rate_y), y.alpha_y)
     middle = State(*attitude(y), X, Y, vx, vy, spin, alpha_x, alpha_y, rate_x, rate_y)
@@ -197,9 +197,9 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
 
 @scalar
 def level_step(y: State, u: Input, p: Parameters, h: float) -> State:
-    """What `step` does, to the bit, on a plate that is level and stays so.
+    """Same result as `step`, bit for bit, on a plate that is level and at rest.
 
-    Neither tilt nor gravity is looked at, and the spin is kept: a quarter of the work.
+    Tilt and gravity are ignored and the spin is constant: a quarter of the work.
     """
     half = 0.5 * h
     push = (p.share * (u.FX * p.inverse_m), p.share * (u.FY * p.inverse_m))
@@ -222,7 +222,7 @@ def _moving(y: State, X: float, Y: float, VX: float, VY: float, spin: float) -> 
 
 @scalar
 def _kick(y: State, u: Input, p: Parameters, h: float) -> Vector:
-    """Velocity and spin after h [s] at one place."""
+    """Velocity and spin after h [s] at constant position."""
     plate = plate_rate(y)
     half = 0.5 * h
     spin = fma(half, _spin_rate(y, plate, p), y.spin)
@@ -236,7 +236,7 @@ def _kick(y: State, u: Input, p: Parameters, h: float) -> Vector:
 def _pushed(v: Pair, push: Pair, kappa: float, half: float) -> Pair:
     """Velocity after a time 2 half [s]: a turn at the rate kappa between half pushes.
 
-    The turn keeps the speed to rounding, as the turntable does.
+    The turn conserves the speed to rounding.
     """
     vx, vy = fma(half, push[0], v[0]), fma(half, push[1], v[1])
     x = half * kappa
@@ -247,14 +247,14 @@ def _pushed(v: Pair, push: Pair, kappa: float, half: float) -> Pair:
 
 @scalar
 def _spin_rate(y: State, w: Vector, p: Parameters) -> float:
-    """The contact force has no moment about n, but n turns: spin' = omega . (w x n)."""
+    """Rate of the spin, omega . (w x n): the contact force has no moment about n, but n turns."""
     omega = ball_rate(y, w, p)
     return w[1] * omega[0] - w[0] * omega[1]
 
 
 @scalar
 def restore(y: State) -> State:
-    """The same state with a quaternion of unit length: roundings of many turns add up."""
+    """State with q normalised, against the accumulation of rounding errors."""
     q = normalize_near_unit(attitude(y))
     tilt = (y.alpha_x, y.alpha_y, y.rate_x, y.rate_y)
     return State(*q, y.X, y.Y, y.VX, y.VY, y.spin, *tilt)
@@ -264,9 +264,9 @@ def restore(y: State) -> State:
 def invariants(y: State, p: Parameters) -> Invariants:
     """Energy ((1 + beta) v^2 + beta r^2 spin^2) m / 2 + m g height [J], and the spin [rad/s].
 
-    Constant without input on a plate that does not tilt. A turntable does work on the ball; the
-    first is then no longer its energy, but the integral that takes its place, for the surface
-    pushes at right angles to the velocity.
+    Conserved without input on a plate at constant tilt. A turntable does work on the ball; the
+    first is then not its energy, but still an integral, as the force of the surface is
+    perpendicular to the velocity.
     """
     sx, cx = sincos(y.alpha_x)
     sy, cy = sincos(y.alpha_y)

@@ -1,4 +1,4 @@
-"""What the compiled layer knows of a physical system, and its loops behind the NumPy interface."""
+"""Compiled definition of a physical system, and the loops of its NumPy interface."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ Function = Callable[..., Any]
 
 @dataclass(frozen=True, eq=False)
 class Dynamics:
-    """Equations of motion of a system: its rows, by name, and compiled functions of one row.
+    """Equations of motion of a system: named rows and compiled functions of one row.
 
     Attributes:
         State: `NamedTuple` of the state y; its defaults are the rest state.
         Input: `NamedTuple` of the input u.
         Parameters: `NamedTuple` of the parameters p: first the physical ones, in the order of the
-            arguments of `derive`, then what is derived from them.
-        Invariants: `NamedTuple` of what is constant without input.
+            arguments of `derive`, then the derived ones.
+        Invariants: `NamedTuple` of the quantities conserved without input.
         derive: ``derive(*physical parameters) -> Parameters``.
         rhs: ``rhs(y, u, p) -> y'``, for real and complex numbers.
         step: ``step(y, u, p, h) -> y`` after h [s], symmetric and of second order, or exact.
-        restore: ``restore(y) -> y`` without the roundings that steps leave (|q| = 1).
+        restore: ``restore(y) -> y`` with rounding drift removed (|q| = 1).
         invariants: ``invariants(y, p) -> Invariants``.
         weights: lengths of the stages that a step is composed of (`kernels.composition`).
 
@@ -52,22 +52,22 @@ class Dynamics:
     weights: tuple[float, ...] = SUZUKI
 
     def __post_init__(self) -> None:
-        """Check that the names fit together."""
+        """Check the order of the parameters."""
         check_derive(self.derive, self.Parameters)
 
     @property
     def raw_names(self) -> tuple[str, ...]:
-        """Names of the physical parameters, from which `derive` makes the others."""
+        """Names of the physical parameters, the arguments of `derive`."""
         return argument_names(self.derive)
 
     @cached_property
     def prototypes(self) -> tuple[Prototype, Prototype, Prototype]:
-        """Rows of state, input and parameters that loops are compiled for."""
+        """Prototype rows of state, input and parameters, for which loops are compiled."""
         return prototype(self.State), prototype(self.Input), prototype(self.Parameters)
 
     @property
     def parts(self) -> tuple[Any, ...]:
-        """What the compiled steps of the system are made of."""
+        """Functions, types and weights that the compiled steps contain."""
         return (self.step, self.restore, self.State, self.Input, self.Parameters, self.weights)
 
     @cached_property
@@ -119,15 +119,15 @@ def argument_names(function: Function) -> tuple[str, ...]:
 
 
 def check_derive(derive: Function, parameters: type[Any], n: int | None = None) -> None:
-    """See that a parameter row begins with the physical parameters that it is derived from.
+    """Check that a parameter row begins with the arguments of `derive`.
 
     Args:
         derive: Function of the physical parameters.
         parameters: `NamedTuple` of the parameter row.
-        n: Number of physical parameters; None takes the number of arguments.
+        n: Number of physical parameters; by default the number of arguments.
 
     Raises:
-        TypeError: it does not; names both.
+        TypeError: names or order differ.
     """
     names = argument_names(derive)
     first = parameters._fields[: len(names) if n is None else n]

@@ -1,15 +1,15 @@
-"""Rolling along Euler's elasticae, and Newton's method for one that leads to a given pose.
+"""Rolling along Euler's elasticae, and a shooting method for those that end at a given pose.
 
-Lengths are in radii of the ball, angles from the first heading. The centre runs along (cos a,
-sin a), a the angle of a pendulum, ``a'' = Y cos a - X sin a``, and rolling turns the ball. With the
-way counted in parts t of the length L, five numbers are a path: the row
+Lengths are in radii of the ball, angles from the first heading. The centre runs along (cos a, sin
+a), a the angle of a pendulum, ``a'' = Y cos a - X sin a``, and rolling turns the ball. With the arc
+length divided by the length L as parameter t, five numbers define a path: the row
 
     x = (first heading [rad], a'(0), X, Y, L),   ' = d/dt,   0 <= t <= 1.
 
-A step is split: the heading drifts for half of it, the ball rolls straight on while (X, Y) changes
-a', the heading drifts. So the ball is carried by exact rotations along a polygon of fourth order,
-and derivatives by x are those of the polygon itself: Newton's method converges quadratically
-however few its sides are.
+A step is split: the heading drifts for half a step, the ball rolls straight while (X, Y) changes
+a', the heading drifts for half a step. So the path is a polygon of fourth order, along which the
+ball turns by exact rotations. The derivatives by x are those of the polygon itself, so that
+Newton's method converges quadratically for any number of sides.
 
 Source: Jurdjevic 1993, "The geometry of the plate-ball problem", doi:10.1007/BF00375605.
 """
@@ -37,17 +37,17 @@ Array = npt.NDArray[np.float64]
 Columns = tuple[Row, Row, Row, Row]
 
 _CONSTANT = (0.0,) * 7  # a derivative of (a, a', position, turn in body axes)
-_UNITS = (1.0, 3.0, 10.0, 10.0, 0.2)  # of a step in x, the last of them in L
+_UNITS = (1.0, 3.0, 10.0, 10.0, 0.2)  # scales of a Newton step in x, the last relative to L
 _N_ROUNDS = 30
-_EXACT = 1e-12  # radii and rad; a path is accepted if it misses the pose by no more
-_DEPENDENT = 1e-24  # square of an equation that says nothing new
+_EXACT = 1e-12  # radii and rad; largest residual of an accepted path
+_DEPENDENT = 1e-24  # squared norm below which an equation is dependent
 
 
 @scalar
 def vary(
     d: Row, g: float, slope: float, kick: float, roll: float, per_heading: Row, per_roll: Row
 ) -> Row:
-    """Derivative d after a step: of a' it changes by `slope` per heading and by `kick`."""
+    """Derivative d after a step; that of a' changes by `slope` times that of a, plus `kick`."""
     a = fma(0.5 * g, d[1], d[0])
     rate = d[1] + fma(slope, a, kick)
     return (
@@ -63,10 +63,10 @@ def vary(
 
 @scalar
 def step(y: Row, d: Columns, x: Row, g: float) -> tuple[Row, Columns]:
-    """Step of y = (a, a', q, position) by the part g of the way; d are its derivatives by x[1:].
+    """Step of y = (a, a', q, position) by the fraction g of the path; d are derivatives by x[1:].
 
-    A roll r along u = (c, s, 0) turns the ball by r about (-s, c, 0). Along a heading that is da
-    further it turns by da (-sin r u + (1 - cos r) e_z) more.
+    A roll r along u = (c, s, 0) turns the ball by r about (-s, c, 0). A change da of the heading
+    changes this rotation by da (-sin r u + (1 - cos r) e_z).
     """
     a = fma(0.5 * g, y[1], y[0])
     s, c = sincos(a)
@@ -89,7 +89,7 @@ def step(y: Row, d: Columns, x: Row, g: float) -> tuple[Row, Columns]:
 
 @routine
 def follow(y: Row, d: Columns, x: Row, part: float, n: int) -> tuple[Row, Columns]:
-    """Go on by a part of the way in n steps."""
+    """Advance by a fraction of the path in n steps."""
     for _ in range(n):
         for weight in SUZUKI:
             y, d = step(y, d, x, weight * part / n)
@@ -108,7 +108,7 @@ def first(x: Row) -> tuple[Row, Columns]:
 
 @scalar
 def seen_from(heading: float, pose: Row) -> Row:
-    """A pose (q, position) in axes that are turned about the vertical to this heading."""
+    """Pose (q, position) in axes turned about the vertical by a heading."""
     s, c = sincos(heading)
     w, x, y, z, px, py = pose
     return (w, fma(c, x, s * y), fma(c, y, -s * x), z, fma(c, px, s * py), fma(c, py, -s * px))
@@ -116,10 +116,10 @@ def seen_from(heading: float, pose: Row) -> Row:
 
 @routine
 def linearise(x: Row, target: Row, n: int, m: Array) -> float:
-    """Fill m, (5, 6), with the derivatives of the end by x and what it misses; its largest entry.
+    """Fill m, (5, 6), with Jacobian and residual of the end pose; returns the largest residual.
 
-    Rows are position and rotation vector in axes along the first heading: a turn of the path shows
-    as the opposite turn of the target.
+    Rows are position and rotation vector in axes along the first heading: a rotation of the path is
+    represented by the opposite rotation of the target.
     """
     y, d = first(x)
     y, d = follow(y, d, x, 1.0, n)
@@ -140,11 +140,11 @@ def linearise(x: Row, target: Row, n: int, m: Array) -> float:
 
 @routine
 def solve(m: Array, step: Array) -> None:
-    """Fill `step` with the smallest solution of m[:, :5] step = m[:, 5], cut where it is long.
+    """Fill `step` with the least-norm solution of m[:, :5] step = m[:, 5], each part clipped.
 
-    Equations are made orthogonal to those before (Gram & Schmidt), always the largest that is left,
-    and what each asks for is cut to a step of 1. One that depends on those before is left out:
-    where turning the whole path changes nothing, there is one too many.
+    Equations are orthogonalised by Gram-Schmidt with pivoting on the largest, and the step along
+    each is clipped to [-1, 1]. Dependent equations are left out: there is one where a rotation of
+    the whole path has no effect.
     """
     step[:] = 0.0
     for k in range(5):
@@ -174,7 +174,7 @@ def solve(m: Array, step: Array) -> None:
 
 @routine
 def shoot(x: Array, target: Row, n: int, m: Array, step: Array) -> None:
-    """Newton's method from x, shape (5,), in place: an infinite length where it finds no path."""
+    """Newton's method from x, shape (5,), in place; an infinite length marks failure."""
     for _ in range(_N_ROUNDS):
         if linearise((x[0], x[1], x[2], x[3], x[4]), target, n, m) <= _EXACT:
             return
@@ -192,8 +192,7 @@ def shoot(x: Array, target: Row, n: int, m: Array, step: Array) -> None:
 def shoot_rows(x: Array, target: Array, n: int) -> None:
     """Newton's method from each row of x, shape (N, 5), for a path to the target, in place.
 
-    The target is a pose (q, X, Y); paths are polygons of n steps. Where none is found the length is
-    infinite.
+    The target is a pose (q, X, Y); paths are polygons of n steps. An infinite length marks failure.
     """
     goal = (target[0], target[1], target[2], target[3], target[4], target[5])
     m, step = np.empty((5, 6)), np.empty(5)
@@ -203,11 +202,11 @@ def shoot_rows(x: Array, target: Array, n: int) -> None:
 
 @kernel
 def face_rows(x: Array, target: Array, n: int) -> None:
-    """Turn each path to where its end comes nearest to the target: the first column of x.
+    """Set the first heading of each path so that its end is nearest to the target.
 
-    In complex numbers the end p and the target P of the position match best, turned by the angle of
-    P / p; the same holds of x + i y of the quaternions, for either sign of them. The sum of the
-    squares of distance and, for small ones, angle is least.
+    In complex numbers the rotation by the angle of P / p brings the final position p nearest to the
+    target P; the same holds for x + i y of the quaternions, with either sign. The sum of the
+    squares of distance and (to first order) angle is minimal.
     """
     for i in range(x.shape[0]):
         row = (0.0, x[i, 1], x[i, 2], x[i, 3], x[i, 4])
@@ -227,7 +226,7 @@ def face_rows(x: Array, target: Array, n: int) -> None:
 
 @kernel
 def trace(x: Array, n: int, out: Array) -> None:
-    """Fill out, shape (M + 1, 8), with (a, a', q, position) after equal parts, n steps in each."""
+    """Fill out, (M + 1, 8), with (a, a', q, position) at equal intervals of n steps each."""
     row = (x[0], x[1], x[2], x[3], x[4])
     y, d = first(row)
     for i in range(out.shape[0]):

@@ -1,11 +1,11 @@
 """Elementary functions built from ``+ - * / sqrt`` and fma: the same bits on every processor.
 
-The C library's sin, cos, exp or atan2 differ between processors with and without FMA. These do
-not. They hold no branch, so that loops over rows are vectorised; accuracy is a few units in the
-last place over the stated range (measured in the tests against NumPy).
+The C library's sin, cos, exp or atan2 differ between processors with and without FMA. These do not.
+They have no branches, so that loops over rows are vectorised; accuracy is a few units in the last
+place over the stated range (measured in the tests against NumPy).
 
-Equations of motion are differentiated by complex step: what occurs in them takes complex numbers
-too, x + i y with a tiny y, and returns f(x) + i y f'(x).
+Equations of motion are differentiated by complex step: the functions in them also take complex
+numbers x + i y with a tiny y, and return f(x) + i y f'(x).
 """
 
 import math
@@ -21,7 +21,7 @@ from rigid_envs.kernels.compiler import instruction, scalar
 __all__ = ["atan2", "cbrt", "fma", "log", "select", "sincos", "sqrt"]
 
 _PI = math.pi
-_DISSOLVED: Any = {"forceinline": True, "error_model": "numpy"}  # as `scalar`, one for each type
+_DISSOLVED: Any = {"forceinline": True, "error_model": "numpy"}  # as `scalar`
 _TO_INTEGER = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds to an integer
 # pi / 2 in three parts, the first two of 33 bits: n * part is exact for n < 2**20
 _HALF_PI = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
@@ -69,7 +69,7 @@ def _compiled_fma(a: Any, b: Any, c: Any) -> Callable[..., Any]:
 
 
 def sqrt(x: float) -> float:
-    """Square root; of a complex ``x`` the tangent of the root at its real part."""
+    """Square root; for a complex ``x`` its linearisation at the real part."""
     return math.sqrt(x)
 
 

@@ -1,18 +1,18 @@
-"""What a task adds to a system: functions of one row, from which its step and reset are compiled.
+"""Definition of a task over a system: functions of one row, compiled into step and reset.
 
 ============================================================  ====================================
 ``start(stream, p, c) -> (y, aux)``                           first state of an episode
-``clip(action) -> (action, clipped)``                         action brought into its space
+``clip(action) -> (action, clipped)``                         action clipped to its space
 ``actuate(action, y, aux, p, c) -> (y, u)``                   state, changed at once or as it is,
                                                               and the input held over the step
-``outcome(y, u, aux, p, c, dt)                                what the step came to
+``outcome(y, u, aux, p, c, dt)                                result of the step
 -> (aux, terms, cost, success, terminated)``
-``observe(y, aux, p, c) -> features``                         what is observed besides the attitude
+``observe(y, aux, p, c) -> features``                         observation without the attitude
 ============================================================  ====================================
 
-y is the state, u the input and p the parameters of the system; aux is the auxiliary state, what a
-task carries from step to step (goal, counters); c are its constants. All are read by name:
-``y.X / p.radius``, ``c.position_tolerance``.
+y is the state, u the input and p the parameters of the system; aux is the auxiliary state, which a
+task keeps from step to step (goal, counters); c are its constants. All are read by name: ``y.X /
+p.radius``, ``c.position_tolerance``.
 """
 
 from __future__ import annotations
@@ -35,28 +35,28 @@ Function = Callable[..., Any]
 
 
 class NoAuxiliary(NamedTuple):
-    """The auxiliary state of a task that carries nothing from step to step."""
+    """Empty auxiliary state."""
 
 
 class NoConstants(NamedTuple):
-    """The constants of a task that has none."""
+    """Empty row of constants."""
 
 
 class NoGoal(NamedTuple):
-    """The goal of a task that has none."""
+    """Empty goal, of a task without goals."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Episode:
-    """The functions and rows of a task; `step`, `reset` and `reach` are compiled on first use.
+    """Functions and rows of a task; `step`, `reset` and `reach` are compiled on first use.
 
     Attributes:
-        dynamics: the system that moves.
+        dynamics: the physical system.
         Action: `NamedTuple` of the action, each entry in [-1, 1].
         Terms: `NamedTuple` of the reward terms, unweighted.
         Constants: `NamedTuple` of numbers that the functions use; each is an attribute of the task.
-        Auxiliary: `NamedTuple` of the auxiliary state; its defaults follow a broken state.
-        start, clip, actuate, outcome, observe: see above.
+        Auxiliary: `NamedTuple` of the auxiliary state; its defaults are used after a physics error.
+        start, clip, actuate, outcome, observe: see the table of the module.
         advance: one step of the integrator, by default that of the system.
         derive: parameters from the physical ones, by default that of the system.
         Goal: `NamedTuple` of a goal, in a goal task.
@@ -82,13 +82,13 @@ class Episode:
     reached: Function | None = None
 
     def __post_init__(self) -> None:
-        """Check that the names fit together."""
+        """Check the arguments of `derive`."""
         if self.derive is not None:
             check_derive(self.derive, self.dynamics.Parameters, len(self.dynamics.raw_names))
 
     @cached_property
     def prototypes(self) -> Prototypes:
-        """A row of every kind."""
+        """Prototype rows, for which the loops are compiled."""
         state, inputs, parameters = self.dynamics.prototypes
         return Prototypes(
             state=state,

@@ -52,7 +52,7 @@ class Parameters(NamedTuple):
 
 
 class Invariants(NamedTuple):
-    """What is constant without torque: kinetic energy [J], |L|^2 and L in world axes [N m s]."""
+    """Conserved without torque: kinetic energy [J], |L|^2, and L in world axes [N m s]."""
 
     energy: float
     L_squared: float
@@ -72,7 +72,7 @@ def rotor(I1: float, I2: float, I3: float) -> Row:
 
 @scalar
 def derive(I1: float, I2: float, I3: float) -> Parameters:
-    """Parameters of the principal moments [kg m^2]."""
+    """Parameter row of the principal moments [kg m^2]."""
     k1, k3, r12, r21, r23, r32 = rotor(I1, I2, I3)
     return Parameters(I1, I2, I3, 1.0 / I1, 1.0 / I2, 1.0 / I3, k1, k3, r12, r21, r23, r32)
 
@@ -100,13 +100,13 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
 def free_rotation(q: Quaternion, omega: Vector, ratios: Row, h: float) -> tuple[Quaternion, Vector]:
     """One symmetric second-order step of the free rotation: (c q, omega) after h [s].
 
-    The energy is split into three parts that can each be integrated exactly,
-    ``|L|^2 / 2 I2  +  L1^2 / 2 (1/I1 - 1/I2)  +  L3^2 / 2 (1/I3 - 1/I2)``: the first turns the
-    attitude about L and leaves L in the body unchanged, the others turn the body about e1 and e3
-    (McLachlan 1993, doi:10.1103/PhysRevLett.71.3043; Hairer, Lubich & Wanner, section VII.5).
-    Each turn is the quaternion (1, a e) with a near tan(angle / 2): exactly a rotation for any a,
-    so |L| and the angular momentum in space are kept to rounding, without a call to sin or cos.
-    The quaternion grows by the factor c > 1; the caller rescales it.
+    The energy is split into three parts that can each be integrated exactly, ``|L|^2 / 2 I2 + L1^2
+    / 2 (1/I1 - 1/I2) + L3^2 / 2 (1/I3 - 1/I2)``: the first turns the attitude about L and leaves L
+    in the body unchanged, the others turn the body about e1 and e3 (McLachlan 1993,
+    doi:10.1103/PhysRevLett.71.3043; Hairer, Lubich & Wanner, section VII.5). Each turn is the
+    quaternion (1, a e) with a near tan(angle / 2): a rotation for any a, so |L| and the angular
+    momentum in space are conserved to rounding, without a call to sin or cos. The quaternion grows
+    by the factor c > 1; the caller rescales it.
     """
     k1, k3, r12, r21, r23, r32 = ratios
     q, w2, w3 = _turn_about_1(q, omega, 0.25 * h * k1 * omega[0], r23, r32)
@@ -146,7 +146,7 @@ def _turn_about_momentum(q: Quaternion, rate: Vector, half: float) -> Quaternion
 def step(y: State, u: Input, p: Parameters, h: float) -> State:
     """Half a kick by the torque, the free rotation, half a kick: symmetric, second order.
 
-    The quaternion returned is not of unit length; `restore` makes it so.
+    The returned quaternion is not normalised; `restore` normalises it.
     """
     k1, k2, k3 = 0.5 * h * p.inverse1, 0.5 * h * p.inverse2, 0.5 * h * p.inverse3
     kicked = (fma(k1, u.tau1, y.omega1), fma(k2, u.tau2, y.omega2), fma(k3, u.tau3, y.omega3))
@@ -159,7 +159,7 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
 
 @scalar
 def restore(y: State) -> State:
-    """The same state with a quaternion of unit length."""
+    """State with q normalised."""
     return State(*normalize(attitude(y)), y.omega1, y.omega2, y.omega3)
 
 

@@ -1,4 +1,4 @@
-"""Goals: compared as they are observed, in float32, so that a reward can be computed anew."""
+"""Comparison of observed goals (float32 values), so that rewards can be recomputed exactly."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,8 +1,8 @@
-"""Heavy top: a rigid body turning about a pivot on its axis e3, in gravity; the pivot may move.
+"""Heavy top: a rigid body that turns about a pivot on its axis e3, in gravity; the pivot can move.
 
 State y = (q, omega, pivot): attitude, angular velocity in body axes and the pivot's horizontal
-motion. No Euler angle occurs, so the upright top (theta = 0) is a state like any other. The centre
-of mass stands at ell e3.
+motion. There are no Euler angles, so the upright top (theta = 0) is not singular. The centre of
+mass is at ell e3.
 """
 
 from typing import NamedTuple
@@ -85,7 +85,7 @@ class Invariants(NamedTuple):
 
 @scalar
 def derive(I1: float, I2: float, I3: float, m: float, g: float, ell: float) -> Parameters:
-    """Parameters of moments about the pivot [kg m^2], mass [kg], gravity [m/s^2], ell [m]."""
+    """Parameter row of moments about the pivot [kg m^2], m [kg], g [m/s^2], ell [m]."""
     k1, k3, r12, r21, r23, r32 = rotor(I1, I2, I3)
     inverses = (1.0 / I1, 1.0 / I2, 1.0 / I3)
     return Parameters(I1, I2, I3, m, g, ell, *inverses, k1, k3, r12, r21, r23, r32)
@@ -136,8 +136,8 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
 def step(y: State, u: Input, p: Parameters, h: float) -> State:
     """Half a kick by all torques, the free rotation, half a kick: symmetric, second order.
 
-    Gravity turns nothing about the vertical and nothing about e3, so the vertical momentum and
-    (I1 = I2) the spin momentum are kept to rounding; the energy error stays bounded.
+    Gravity has no torque about the vertical and none about e3, so the vertical momentum and (I1 =
+    I2) the spin momentum are conserved to rounding; the energy error stays bounded.
     """
     omega = _kick(attitude(y), (y.omega1, y.omega2, y.omega3), u, p, 0.5 * h)
     ratios = (p.k1, p.k3, p.r12, p.r21, p.r23, p.r32)
@@ -150,7 +150,7 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
 
 @scalar
 def restore(y: State) -> State:
-    """The same state with a quaternion of unit length: `step` has seen to that."""
+    """State unchanged: `step` already normalises q."""
     return y
 
 
@@ -168,7 +168,7 @@ def _kick(q: Quaternion, omega: Vector, u: Input, p: Parameters, h: float) -> Ve
 def invariants(y: State, p: Parameters) -> Invariants:
     """Energy [J], vertical and spin momentum [N m s] in the pivot's frame, pivot velocity [m/s].
 
-    Constant without input; the spin momentum I3 omega3 for I1 = I2 only.
+    Conserved without input; the spin momentum I3 omega3 for I1 = I2 only.
     """
     q, omega = attitude(y), (y.omega1, y.omega2, y.omega3)
     L = (p.I1 * omega[0], p.I2 * omega[1], p.I3 * omega[2])

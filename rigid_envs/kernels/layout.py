@@ -1,13 +1,13 @@
-"""Where everything of a batch of rows stands in its one array of float64.
+"""Memory layout of a batch of rows in one array of float64.
 
-An environment keeps settings, rows, actions, observations and results in a single array, because
-a compiled function costs 45 ns per array that is handed to it, as much as the physics of a row::
+An environment keeps settings, rows, actions, observations and results in a single array, because a
+call of a compiled function takes 45 ns per array argument, as long as the physics of a row::
 
     settings | weights, constants, ranges, bounds | block 0 | ... | results | flags | actions | ...
 
 Each block holds `LANES` rows; the slots of a row are given by `slots_of`. Results (float64) and
-flags (bytes) hold the first number of all rows, then the second, and so on. Actions and
-observations are float32, one row after the other.
+flags (bytes) hold the first value of all rows, then the second, and so on. Actions and observations
+are float32, one row after the other.
 """
 
 from typing import NamedTuple
@@ -33,7 +33,7 @@ Buffer = npt.NDArray[np.float64]
 
 
 class Channel(NamedTuple):
-    """Slots of what lies between the agent and the physics, relative to `Slots.channel`."""
+    """Slots of noise and delay, relative to `Slots.channel`."""
 
     action_noise: int = 0
     observation_noise: int = 1
@@ -41,7 +41,7 @@ class Channel(NamedTuple):
 
 
 class Clock(NamedTuple):
-    """Slots of the random stream and of the time of a row, relative to `Slots.clock`."""
+    """Slots of random stream and time of a row, relative to `Slots.clock`."""
 
     key_high: int = 0
     key_low: int = 1
@@ -51,7 +51,7 @@ class Clock(NamedTuple):
 
 
 class Flags(NamedTuple):
-    """Which of the flags of all rows it is, from `Settings.flags` on."""
+    """Index of each flag; the flags of all rows begin at `Settings.flags`."""
 
     terminated: int = 0
     truncated: int = 1
@@ -64,7 +64,7 @@ CHANNEL, CLOCK, FLAGS = Channel(), Clock(), Flags()
 
 
 class Prototypes(NamedTuple):
-    """A row of every kind, for whose names and length the loops of an environment are compiled."""
+    """Prototype rows, whose names and lengths the loops of an environment are compiled for."""
 
     state: Row
     inputs: Row
@@ -77,7 +77,7 @@ class Prototypes(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """Numbers shared by all rows: sizes, and where the parts of the array start."""
+    """Numbers shared by all rows: sizes, and offsets of the parts of the array."""
 
     n_rows: int
     n_substeps: int

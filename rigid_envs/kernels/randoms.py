@@ -2,8 +2,7 @@
 
 Philox4x64-10 (Salmon, Moraes, Dror & Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11,
 doi:10.1145/2063384.2063405), the generator behind `numpy.random.Philox`, against which it is
-tested. Each row has a key of its own, so a row draws the same numbers alone, among thousands of
-rows and on any thread.
+tested. Each row has its own key, so it draws the same numbers for any number of rows and threads.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 State y = (s, v): arc length of the centre along its path, positive downhill at s = 0, and velocity.
 The ratio beta is I / (m r^2); the path descends by the angle slope - curvature * s, a straight line
-or a circular arc; on mu, the coefficient of friction, the motion does not depend.
+or a circular arc. The motion does not depend on mu, the coefficient of friction.
 """
 
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class State(NamedTuple):
 
 
 class Input(NamedTuple):
-    """Force along the path [N], and what is added to the inertia ratio while it is held."""
+    """Force along the path [N], and addition to the inertia ratio."""
 
     force: float
     beta_change: float
@@ -52,7 +52,7 @@ class Invariants(NamedTuple):
 def derive(
     m: float, radius: float, beta: float, g: float, slope: float, curvature: float, mu: float
 ) -> Parameters:
-    """Parameters of the physical ones, 1 / (1 + beta) and 1 / m."""
+    """Parameter row of the physical parameters, 1 / (1 + beta) and 1 / m."""
     return Parameters(
         m, radius, beta, g, slope, curvature, mu, share=1.0 / (1.0 + beta), inverse_m=1.0 / m
     )
@@ -60,9 +60,9 @@ def derive(
 
 @scalar
 def acceleration(s: float, u: Input, p: Parameters) -> float:
-    """``(1 + beta + beta_change) v' = g sin(slope - curvature s) + force / m``.
+    """Acceleration along the path [m/s^2], with the rotational inertia of rolling.
 
-    Rolling turns the body, too.
+    ``(1 + beta + beta_change) v' = g sin(slope - curvature s) + force / m``.
     """
     pull = p.share * fma(p.g, sincos(fma(-p.curvature, s, p.slope))[0], u.force * p.inverse_m)
     return pull / fma(p.share, u.beta_change, 1.0)
@@ -70,7 +70,7 @@ def acceleration(s: float, u: Input, p: Parameters) -> float:
 
 @scalar
 def rhs(y: State, u: Input, p: Parameters) -> State:
-    """The rates s' = v and v'. Goldstein, Poole & Safko, *Classical Mechanics*, section 2.4."""
+    """Rates s' = v and v'. Goldstein, Poole & Safko, *Classical Mechanics*, section 2.4."""
     return State(y.v, acceleration(y.s, u, p))
 
 
@@ -84,7 +84,7 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
 
 @scalar
 def restore(y: State) -> State:
-    """The same state: nothing is normalised here."""
+    """State unchanged: there is nothing to normalise."""
     return y
 
 
@@ -92,7 +92,7 @@ def restore(y: State) -> State:
 def invariants(y: State, p: Parameters) -> Invariants:
     """Energy (1 + beta) m v^2 / 2 + m g height [J], the height 0 at s = 0; constant without input.
 
-    The path has sunk by sin(x) / x sin(slope - curvature s / 2) s there, with x = curvature s / 2.
+    The descent from s = 0 is sin(x) / x sin(slope - curvature s / 2) s, with x = curvature s / 2.
     """
     x = 0.5 * p.curvature * y.s
     mean = sincos(p.slope - x)[0]

@@ -1,4 +1,4 @@
-"""Ball rolling on the plane z = 0 without slipping, its velocity given.
+"""Ball that rolls on the plane z = 0 without slipping, at a given velocity.
 
 State y = (q, X, Y): attitude (w, x, y, z) and position of the centre [m].
 """
@@ -42,26 +42,26 @@ class Parameters(NamedTuple):
 
 
 class Invariants(NamedTuple):
-    """Squared norm of q: the ball is kinematic, its only constraint is built into `rhs`."""
+    """Squared norm of q; a kinematic system has no energy, and `rhs` satisfies the constraint."""
 
     q_squared: float
 
 
 @scalar
 def derive(radius: float) -> Parameters:
-    """Parameters of the radius [m]."""
+    """Parameter row of the radius [m]."""
     return Parameters(radius, 1.0 / radius)
 
 
 @scalar
 def rolling_rate(u: Input, p: Parameters) -> Vector:
-    """Angular velocity in world axes [rad/s] that rolls: v_centre = omega x radius e_z."""
+    """Angular velocity of rolling in world axes [rad/s], from v_centre = omega x radius e_z."""
     return (-u.VY * p.inverse_radius, u.VX * p.inverse_radius, u.spin)
 
 
 @scalar
 def rhs(y: State, u: Input, p: Parameters) -> State:
-    """The rates q' = (0, omega_world) q / 2, X' = VX, Y' = VY.
+    """Rates q' = (0, omega_world) q / 2, X' = VX, Y' = VY.
 
     Jurdjevic, "The geometry of the plate-ball problem" (1993), doi:10.1007/BF00375605.
     """
@@ -91,7 +91,7 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
 
 @scalar
 def restore(y: State) -> State:
-    """The same state with a quaternion of unit length: roundings of many turns add up."""
+    """State with q normalised, against the accumulation of rounding errors."""
     return State(*normalize_near_unit(attitude(y)), y.X, y.Y)
 
 

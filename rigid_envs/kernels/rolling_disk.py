@@ -1,13 +1,13 @@
-"""Disk or hoop whose thin rim rolls on the plane z = 0 without slipping: the falling disk.
+"""Thin disk or hoop that rolls on the plane z = 0 without slipping.
 
 State y = (q, omega, X, Y): e3 is the axis of the disk, (X, Y) the point of contact. The velocity of
-the centre is no state: it follows from omega, so the disk cannot slip. Torque acts about n, l and
-e3, where n is the radius that points up and l = e3 x n the horizontal direction of travel.
+the centre is not a state: it follows from omega, so the disk cannot slip. Torque acts about n, l
+and e3, where n is the radius that points up and l = e3 x n the horizontal direction of travel.
 
 With the angle theta between e3 and the vertical, the vertical is sin(theta) n + cos(theta) e3 and
 the contact lies at -radius n. Components of omega along n, l, e3 are written wn, wl, w3; then
-theta' = -wl, phi' = wn / sin(theta) and psi' = w3 - wn cot(theta). A disk that lies flat has no
-point of contact: sin(theta) = 0 is no state of this system.
+theta' = -wl, phi' = wn / sin(theta) and psi' = w3 - wn cot(theta). A flat disk has no point of
+contact: sin(theta) = 0 is not a state of this system.
 """
 
 from typing import NamedTuple
@@ -44,7 +44,7 @@ class Input(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2], and what `derive` makes of them."""
+    """m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2], and derived quantities; see `derive`."""
 
     m: float
     radius: float
@@ -69,10 +69,10 @@ class Invariants(NamedTuple):
 
 @scalar
 def derive(m: float, radius: float, I1: float, I3: float, g: float) -> Parameters:
-    """Parameters of the physical ones: m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2].
+    """Parameter row of m [kg], radius [m], I1, I3 [kg m^2] and g [m/s^2].
 
-    After these: moments I1 + m r^2 and I3 + m r^2 about the contact, their inverses and that of I1,
-    the ratios I3 / I1 and m r^2 / (I3 + m r^2), and m g r.
+    It adds: moments I1 + m r^2 and I3 + m r^2 about the contact, their inverses and that of I1, the
+    ratios I3 / I1 and m r^2 / (I3 + m r^2), and m g r.
     """
     rim = m * radius * radius
     return Parameters(
@@ -90,7 +90,7 @@ def derive(m: float, radius: float, I1: float, I3: float, g: float) -> Parameter
 
 @scalar
 def inclination(q: Quaternion) -> Row:
-    """The radius n that points up, (n1, n2) in body axes, and sin and cos of theta."""
+    """Upward radius n, (n1, n2) in body axes, and sin and cos of theta."""
     g1, g2, g3 = vertical(q)
     s = sqrt(g1 * g1 + g2 * g2)
     return (g1 / s, g2 / s, s, g3)
@@ -98,7 +98,7 @@ def inclination(q: Quaternion) -> Row:
 
 @scalar
 def heading(q: Quaternion, s: float) -> tuple[float, float]:
-    """The horizontal direction l = e3 x n in world axes: (e3_y, -e3_x) / sin(theta)."""
+    """Horizontal direction l = e3 x n in world axes: (e3_y, -e3_x) / sin(theta)."""
     w, x, y, z = q
     return 2.0 * fma(y, z, -w * x) / s, -2.0 * fma(x, z, w * y) / s
 
@@ -107,10 +107,10 @@ def heading(q: Quaternion, s: float) -> tuple[float, float]:
 def rhs(y: State, u: Input, p: Parameters) -> State:
     """Newton's and Euler's laws without the contact force; q' = q (0, omega) / 2.
 
-    Along n, l, e3, as seen from the body (m r^2 multiplies what the contact force contributes):
-    ``I1 wn' = (I1 - I3) wl w3 + tau_n``,
-    ``(I1 + m r^2) wl' = (I3 - I1) wn w3 + m r^2 cot(theta) wn^2 + m g r cos(theta) + tau_l``,
-    ``(I3 + m r^2) w3' = -m r^2 wn wl + tau_3``; the contact moves along l at r psi'.
+    Along n, l, e3, in body axes (terms with m r^2 come from the contact force): ``I1 wn' = (I1 -
+    I3) wl w3 + tau_n``, ``(I1 + m r^2) wl' = (I3 - I1) wn w3 + m r^2 cot(theta) wn^2 + m g r
+    cos(theta) + tau_l``, ``(I3 + m r^2) w3' = -m r^2 wn wl + tau_3``; the contact moves along l at
+    r psi'.
 
     Routh, *Advanced Rigid Dynamics*, section 244; Borisov, Mamaev & Kilin 2003, "Dynamics of
     rolling disk", Regular and Chaotic Dynamics 8:201.
@@ -141,11 +141,11 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
 
 @scalar
 def step(y: State, u: Input, p: Parameters, h: float) -> State:
-    """Fall for half the time, roll, fall for the other half: symmetric, second order.
+    """Half a step of falling, a step of rolling, half a step of falling: symmetric, second order.
 
-    Steady rolling on a circle is followed exactly, at any step. With the Euler angles of q, w + i z
-    is cos(theta / 2) exp(i (phi + psi) / 2) and x + i y is sin(theta / 2) exp(i (phi - psi) / 2):
-    rolling turns these two numbers, falling stretches them.
+    Steady rolling on a circle is exact for any step size. With the Euler angles of q, w + i z is
+    cos(theta / 2) exp(i (phi + psi) / 2) and x + i y is sin(theta / 2) exp(i (phi - psi) / 2):
+    rolling rotates these two complex numbers, and falling scales them.
     """
     w, x, y_, z = attitude(y)
     wx, wy, xz, yz = w * x, w * y_, x * z, y_ * z
@@ -182,18 +182,18 @@ Pair = tuple[float, float]
 
 @scalar
 def _turned(v: Pair, a: float) -> Pair:
-    """The product (v0 + i v1) (1 + i a): v turned by arctan(a), and longer."""
+    """Product (v0 + i v1) (1 + i a): v turned by arctan(a) and scaled by sqrt(1 + a^2)."""
     return fma(-a, v[1], v[0]), fma(a, v[0], v[1])
 
 
 @scalar
 def _fall(rates: Rates, place: Place, p: Parameters, h: float) -> tuple[Rates, Place, Pair]:
-    """Turn about l at the constant rate wl: theta changes, and with it wn and w3.
+    """Rotation about l at the constant rate wl, which changes theta, wn and w3.
 
-    ``d(wn sin(theta)) / dtheta = (I3 / I1) w3 sin(theta)`` and
-    ``dw3 / dtheta = wn m r^2 / (I3 + m r^2)``, the latter by the trapezoidal rule. The contact
-    stays where it is, and so does l. Returned are the rates, the place (sin, cos and 1 / sin of
-    theta), and the factors of cos(theta / 2) and sin(theta / 2), times sqrt(d).
+    ``d(wn sin(theta)) / dtheta = (I3 / I1) w3 sin(theta)`` and ``dw3 / dtheta = wn m r^2 / (I3 + m
+    r^2)``, the latter by the trapezoidal rule. The contact and l are constant. Returned are the
+    rates, the place (sin, cos and 1 / sin of theta), and the factors of cos(theta / 2) and
+    sin(theta / 2), times sqrt(d).
     """
     wn, wl, w3 = rates
     s, c, r = place
@@ -216,10 +216,10 @@ def _fall(rates: Rates, place: Place, p: Parameters, h: float) -> tuple[Rates, P
 def _roll(
     rates: Rates, place: Place, u: Input, p: Parameters, h: float
 ) -> tuple[Rates, Pair, float]:
-    """Precess about the vertical and spin about e3 at constant theta, while gravity changes wl.
+    """Precession about the vertical and spin about e3 at constant theta; gravity changes wl.
 
     Returned are the rates, the tangents (a, b) of half the two angles, and the chord of the
-    contact's arc by the length of l + a l', where l' is l turned by a right angle.
+    contact's arc divided by the norm of l + a l', where l' is l turned by a right angle.
     """
     wn, wl, w3 = rates
     _, c, r = place
@@ -232,20 +232,20 @@ def _roll(
     half_phi, half_psi = 0.5 * h * r * wn, 0.5 * h * spin
     stretch = tangent(half_phi * half_phi)
     a, b = half_phi * stretch, half_psi * tangent(half_psi * half_psi)
-    # The mean of l over the arc points where l points half way; it is sin(x) / x long, x half_phi.
+    # The mean of l over the arc is sin(x) / x times l at mid-arc, x = half_phi.
     chord = 2.0 * p.radius * half_psi * stretch / fma(a, a, 1.0)
     return (wn + kick_n, fma(h * p.inverse1_contact, moment, wl), w3 + kick_3), (a, b), chord
 
 
 @scalar
 def restore(y: State) -> State:
-    """The same state with a quaternion of unit length: `step` has seen to that."""
+    """State unchanged: `step` already normalises q."""
     return y
 
 
 @scalar
 def invariants(y: State, p: Parameters) -> Invariants:
-    """Energy [J], constant without input.
+    """Energy [J], conserved without input.
 
     ``(I1 wn^2 + (I1 + m r^2) wl^2 + (I3 + m r^2) w3^2) / 2 + m g r sin(theta)``.
     """

@@ -1,14 +1,14 @@
-"""How rows of numbers lie in memory, and the loop that integrates them.
+"""Memory layout of rows, and the loop that integrates them.
 
-A *block* holds `LANES` rows as a structure of arrays: number k of row i stands at
-``base + k * LANES + i``. Because `LANES` is a constant, the compiler knows that the numbers of a
-row never overlap and turns every loop over the rows of a block into vector instructions. Arrays
-of the public interface hold one row after the other; there the numbers of a row are adjacent.
+A *block* holds `LANES` rows as a structure of arrays: number k of row i is at ``base + k * LANES +
+i``. Because `LANES` is a constant, the compiler knows that the numbers of a row never overlap and
+turns every loop over the rows of a block into vector instructions. In arrays of the public
+interface the numbers of a row are adjacent.
 
-`load` and `store` move a whole row of numbers between an array and a tuple. Length and names of the
-row are those of a `prototype`, so that they are known when the loop is compiled. `load_single`,
-`store_single` and `store_byte` do the same on parts of the buffer that hold float32 or bytes; their
-positions count in those.
+`load` and `store` copy a row of numbers between an array and a tuple. Length and names of the row
+are those of a `prototype`, so that they are known at compile time. `load_single`, `store_single`
+and `store_byte` do the same for parts of the buffer that hold float32 or bytes; their positions are
+in units of these.
 """
 
 from collections.abc import Callable
@@ -64,7 +64,7 @@ def prototype(kind: type[Any]) -> Prototype:
 def _elements(
     context: Any, builder: Any, signature: Any, arguments: Any, kind: Any, count: int
 ) -> list[Any]:
-    """Pointers to ``array[start + k * stride]``, k below `count`, the buffer seen as `kind`."""
+    """Pointers to ``array[start + k * stride]``, k below `count`, the buffer cast to `kind`."""
     array, start, _, stride = arguments
     data = context.make_array(signature.args[0])(context, builder, array).data
     data = builder.bitcast(data, context.get_value_type(kind).as_pointer())
@@ -73,14 +73,14 @@ def _elements(
 
 
 def _row_type(like: Any, number: Any) -> Any:
-    """The type of a row with the length, and the names, of another one."""
+    """Type of a row with the length and names of another one."""
     if isinstance(like, types.BaseNamedTuple):
         return types.NamedUniTuple(number, len(like), like.instance_class)
     return types.UniTuple(number, len(like)) if len(like) else types.Tuple(())
 
 
 def _load_as(kind: Any) -> Callable[..., Any]:
-    """An instruction that reads numbers of this kind; of the array's own kind for None."""
+    """Instruction that reads numbers of a type; None for the type of the array."""
 
     def load(
         _context: Any, array: Any, start: Any, like: Any, stride: Any
@@ -100,7 +100,7 @@ def _load_as(kind: Any) -> Callable[..., Any]:
 
 
 def _store_as(kind: Any) -> Callable[..., None]:
-    """An instruction that writes numbers of this kind; of the array's own kind for None."""
+    """Instruction that writes numbers of a type; None for the type of the array."""
 
     def store(
         _context: Any, array: Any, start: Any, values: Any, stride: Any
@@ -136,7 +136,7 @@ def advance_rows(
 ) -> None:
     """Apply ``step(y, u, p, h)`` to the first n rows of a block.
 
-    State, inputs and parameters (`prototypes`) follow each other in the block.
+    State, inputs and parameters (`prototypes`) are adjacent in the block, in this order.
     """
     state, inputs, parameters = prototypes
     input_slot = base + len(state) * LANES
@@ -169,8 +169,8 @@ def integrate(
 ) -> None:
     """Advance the first n rows of a block by `n_substeps` steps of length h [s].
 
-    The symmetric second-order map `step` is composed with itself at lengths ``weights[j] * h``.
-    The loop over rows is the inner one, over numbers that stay in the first-level cache.
+    The symmetric second-order map `step` is composed with itself at lengths ``weights[j] * h``. The
+    loop over rows is the innermost one; its data stay in the first-level cache.
     """
     for _ in range(n_substeps):
         for weight in weights:

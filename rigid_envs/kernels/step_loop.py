@@ -1,6 +1,6 @@
-"""The loops that step and reset the rows of an environment; `episode` says what they run.
+"""Loops that step and reset the rows of an environment, with the functions of an `Episode`.
 
-A row never depends on another row, so the result is the same for any number of rows and threads.
+Rows are independent, so the result is the same for any number of rows and threads.
 """
 
 from collections.abc import Callable
@@ -44,9 +44,9 @@ from rigid_envs.kernels.rows import (
 
 __all__ = ["BEGIN", "OBSERVE", "PARAMETERS_GIVEN", "reset_rows", "step_rows"]
 
-BEGIN, PARAMETERS_GIVEN, OBSERVE = range(3)  # what `reset_rows` does, see there
+BEGIN, PARAMETERS_GIVEN, OBSERVE = range(3)  # modes of `reset_rows`
 _ONE = (0.0,)
-_LARGEST = 1e9  # a state beyond this is no longer physics: the episode is ended
+_LARGEST = 1e9  # a larger state is a physics error and ends the episode
 
 Function = Callable[..., Any]
 
@@ -65,10 +65,10 @@ def step_rows(
     first_block: int,
     last_block: int,
 ) -> int:
-    """One control step of all rows of the given blocks.
+    """Step all rows of the given blocks by one control period.
 
-    Returns 0 if no flag of any row is up, a positive number if one is. If action entry k is not
-    finite, nothing at all changes, in any row, and -1 - k is returned.
+    Returns 0 if no flag of any row is set, a positive number if one is. If action entry k is not
+    finite, no row changes and -1 - k is returned.
     """
     s = read_settings(buffer)
     bad = _first_not_finite(buffer, s, len(prototypes.action))
@@ -107,10 +107,10 @@ def reset_rows(
     rows: Any,
     mode: int,
 ) -> None:
-    """Begin a new episode in the given rows and publish their observations.
+    """Begin a new episode in the given rows and write their observations.
 
-    `BEGIN` draws parameters and a start. `PARAMETERS_GIVEN`, after it, takes the parameters as
-    they stand and draws the start again. `OBSERVE` draws nothing.
+    `BEGIN` draws parameters and an initial state. `PARAMETERS_GIVEN`, after it, keeps the
+    parameters and draws the initial state again. `OBSERVE` draws nothing.
     """
     s = read_settings(buffer)
     slots = slots_of(prototypes, s.n_delays, s.n_observation)
@@ -150,7 +150,7 @@ def _receive(
     row: int,
     n: int,
 ) -> int:
-    """Actions as they come, brought into their space; returns how many were outside."""
+    """Read actions and clip them to their space; returns how many were clipped."""
     n_action = len(prototypes.action)
     at, flag = base + slots.action * LANES, s.flags + FLAGS.action_clipped * s.n_rows + row
     n_clipped = 0
@@ -199,9 +199,9 @@ def _conclude(
     weights: Row,
     c: Row,
 ) -> int:
-    """Cost, reward terms, reward, success and ends of the episode; the clock moves on.
+    """Write cost, reward terms, reward and flags, and advance the clock.
 
-    Returns how many flags went up. A state that is no longer a number ends the episode; see
+    Returns how many flags are set. A state that is not finite or too large ends the episode; see
     `_mend`.
     """
     results, flags = s.results + row, s.flags + row
@@ -242,7 +242,7 @@ def _conclude(
 def _mend(
     prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, base: int, row: int, n: int
 ) -> None:
-    """A broken row gets the system's rest state, no reward, no cost and no success."""
+    """Set a row with a physics error to the rest state, without reward, cost and success."""
     byte = buffer.view(np.uint8)
     results, flags = s.results + row, s.flags + row
     for i in range(n):
@@ -266,7 +266,7 @@ def _observe(
     last: int,
     c: Row,
 ) -> None:
-    """Observation slots: the task's features, the attitude, the drawn parameters, noise."""
+    """Write the observation slots: features, attitude, drawn parameters, noise."""
     at = base + slots.observation * LANES
     n_features = 0
     for i in range(first, last):
@@ -290,7 +290,7 @@ def _observe(
 def _publish(
     buffer: Buffer, s: Settings, slots: Slots, base: int, row: int, first: int, last: int
 ) -> None:
-    """Observations as float32, one row after the other."""
+    """Copy the observations to the float32 part of the buffer."""
     at = base + slots.observation * LANES
     target = s.observations + row * s.n_observation
     for k in range(s.n_observation):
@@ -303,7 +303,7 @@ def _publish(
 def _new_episode(
     prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, at: int
 ) -> None:
-    """Clock of a new episode; no past actions."""
+    """Set the clock of a new episode and clear past actions."""
     clock = at + slots.clock * LANES
     buffer[clock + CLOCK.episode * LANES] += 1.0
     buffer[clock + CLOCK.elapsed * LANES] = 0.0
@@ -316,7 +316,7 @@ def _new_episode(
 def _draw_parameters(
     prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, at: int
 ) -> None:
-    """Every parameter of the system and the channel, uniform in its range; the delay whole."""
+    """Draw every parameter of system and channel, uniform in its range; the delay is an integer."""
     n_raw = len(prototypes.raw)
     draws = stream_of(buffer, at + slots.clock * LANES, DRAW_PARAMETERS)
     for k in range(n_raw + len(CHANNEL)):

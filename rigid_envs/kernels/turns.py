@@ -1,4 +1,4 @@
-"""Turns: what a rotation by a small angle is made of, from polynomials alone.
+"""Rotations by small angles, from polynomials.
 
 A turn by the angle 2 x is a quaternion along (1, tan(x) e), or (cos x, sin(x) e). The polynomials
 take z = x^2, so that no root is needed to find the angle of a rotation vector.
@@ -15,7 +15,7 @@ __all__ = ["cayley", "half_turn", "tangent"]
 def cayley(a: float) -> tuple[float, float]:
     """Versine m = 1 - cos and sine s of 2 arctan(a): m^2 + s^2 = 2 m, a rotation for any a.
 
-    The versine, not the cosine: rounded cosines near 1 would let lengths drift.
+    With the versine, unlike a cosine near 1, the rounding error of the norm does not accumulate.
     """
     s = 2.0 * a / fma(a, a, 1.0)
     return s * a, s

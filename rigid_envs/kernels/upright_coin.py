@@ -1,7 +1,7 @@
 """Upright coin: a wheel held upright that rolls and is steered on a plane, level or inclined.
 
-The axis e3 stays in the plane: R = Rz(phi) Rx(pi/2) Rz(psi). World z is the normal of the plane;
-gravity is g (sin(slope), 0, -cos(slope)), so that x points downhill.
+The axis e3 is parallel to the plane: R = Rz(phi) Rx(pi/2) Rz(psi). World z is the normal of the
+plane; gravity is g (sin(slope), 0, -cos(slope)), so that x points downhill.
 """
 
 from typing import NamedTuple
@@ -58,7 +58,7 @@ class Invariants(NamedTuple):
 
 @scalar
 def derive(m: float, radius: float, I1: float, I3: float, g: float, slope: float) -> Parameters:
-    """Parameters of the physical ones: 1 / I1, 1 / (I3 + m r^2), m g sin(slope) r / (I3 + m r^2).
+    """Parameter row: physical, 1 / I1, 1 / (I3 + m r^2), m g sin(slope) r / (I3 + m r^2).
 
     The moment about the contact is I3 + m r^2.
     """
@@ -69,14 +69,14 @@ def derive(m: float, radius: float, I1: float, I3: float, g: float, slope: float
 
 @scalar
 def heading(q: Quaternion) -> tuple[float, float]:
-    """The direction of travel l = e3 x e_z = (e3_y, -e3_x): (-cos phi, -sin phi)."""
+    """Direction of travel l = e3 x e_z = (e3_y, -e3_x): (-cos phi, -sin phi)."""
     w, x, y, z = q
     return 2.0 * fma(y, z, -w * x), -2.0 * fma(x, z, w * y)
 
 
 @scalar
 def rhs(y: State, u: Input, p: Parameters) -> State:
-    """Steering, rolling, and the velocity of the contact.
+    """Equations of steering and rolling, and the velocity of the contact.
 
     ``I1 phi'' = tau_steer``, ``(I3 + m r^2) psi'' = tau_drive + m g sin(slope) r l_x``, and
     ``(X', Y') = r psi' l``.
@@ -123,7 +123,7 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
 
 @scalar
 def restore(y: State) -> State:
-    """The same state with a quaternion of unit length: `step` has seen to that."""
+    """State unchanged: `step` already normalises q."""
     return y
 
 

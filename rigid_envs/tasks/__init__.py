@@ -1,7 +1,7 @@
-"""Tasks: what is observed, rewarded and called a success, one file per environment family.
+"""Tasks: observation, reward and success criterion, one file per environment family.
 
-A task is a frozen dataclass of hyperparameters over a physical system, with a few compiled
-functions of one row; `rigid_envs.core` runs it.
+A task is a frozen dataclass of hyperparameters for a physical system, with a few compiled functions
+of one row; `rigid_envs.core` runs it.
 """
 
 from rigid_envs.errors import ConfigError

@@ -1,4 +1,4 @@
-"""Reverse a spin in the body by a commanded time, with the least impulse."""
+"""Reverse the spin of a free body by a commanded time with the least impulse."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Constants(NamedTuple):
 
 
 class Auxiliary(NamedTuple):
-    """Time left until the commanded one [s]; 1 while no spin error was too large since then."""
+    """Time until the commanded time [s]; 1 while the spin error has stayed within tolerance."""
 
     time_left: float = 0.0
     kept: float = 0.0
@@ -56,7 +56,7 @@ class Auxiliary(NamedTuple):
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
-    """Spin Omega about e2 and a perturbation uniform in a ball; the time left, uniform."""
+    """Spin Omega about e2, perturbed uniformly in a ball; commanded time uniform in its range."""
     low, high = c.least_flip_time, c.largest_flip_time
     left = fma(high - low, randoms.uniform(stream, 1 << 21), low)
     return perturbed_spin(stream, c.spin_rate, c.start_spread), Auxiliary(left, 1.0)
@@ -74,7 +74,7 @@ def actuate(
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Spin error about -e2 once the time has come, impulse, and whether it has been small since."""
+    """Spin reward from the commanded time on, torque impulse, and the success test."""
     scale = 1.0 / c.spin_rate
     e1, e2, e3 = scale * y.omega1, scale * y.omega2 + 1.0, scale * y.omega3
     error = math.sqrt(e1 * e1 + e2 * e2 + e3 * e3)
@@ -93,7 +93,7 @@ def outcome(
 def observe(
     y: State, aux: Auxiliary, p: Parameters, c: Constants
 ) -> tuple[float, float, float, float]:
-    """Angular velocity in target rates, and the time left, as a part of the longest."""
+    """Angular velocity divided by Omega; time left divided by the longest time."""
     w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
     return w1, w2, w3, min(max(aux.time_left / c.largest_flip_time, 0.0), 1.0)
 
@@ -102,44 +102,48 @@ def observe(
 class AxisFlip(Task):
     """Reverse the spin in the body, from e2 to -e2, by a commanded time with the least impulse.
 
-    L is fixed in space, but not in the body: spin about the unstable intermediate axis flips to the
-    opposite direction by itself (Dzhanibekov). A push onto the unstable direction is enough, if it
-    comes in time, and the smaller, the more time there is. The difficulty is to flip at the right
-    moment, and not to leave -e2 again, which is as unstable as e2.
+    The angular momentum L is fixed in space, but not in the body: spin about the unstable
+    intermediate axis flips to the opposite direction by itself (the Dzhanibekov effect). A small
+    early impulse along the unstable direction is enough; the more time is left, the smaller it can
+    be. The difficulty is to flip at the commanded time and to stay at -e2, which is as unstable as
+    e2.
 
     The time T is drawn at reset and the time left is observed. From T on to the end of the episode
-    the spin must stay at -e2, where holding it costs next to nothing.
+    the spin must stay at -e2, where holding it costs almost no impulse.
 
     Physics:
         Euler's equations ``I omega' = I omega x omega + tau``, all in body axes, which are the
         principal axes. Without torque the energy T and the angular momentum L in space are
         conserved.
 
-        Turning the spin by brute force takes the impulse ``2 L = 2 I2 Omega``. A push of the size
-        delta onto the unstable direction flips the body after ``log(1 / delta) / lambda`` and a
-        constant, with ``lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))``. So from exact spin
-        about e2 the impulse falls like ``exp(-lambda T)`` with the time T that is given.
+        Reversing the spin directly takes the impulse ``2 L = 2 I2 Omega``. An impulse of relative
+        size delta along the unstable direction flips the body after the time ``log(1 / delta) /
+        lambda`` plus a constant, with ``lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))``. So
+        from exact spin about e2 the least impulse decreases as ``exp(-lambda T)`` with the
+        commanded time T.
 
-        The energy that full torque could give the body before the time limit bounds its rates.
+        The kinetic energy that full torque can give the body before the time limit bounds its
+        rates.
 
     Rewards:
         ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega + Omega e2| / Omega`` from the
-        commanded time on, 0 before: how the body gets there does not count. ``impulse`` =
-        ``-|tau| / (sqrt(3) torque)``, not squared: it sums up to the impulse that is to be least.
+        commanded time on, and 0 before: the motion until then is not rewarded. ``impulse`` =
+        ``-|tau| / (sqrt(3) torque)``, not squared, so that its sum is proportional to the impulse
+        to be minimised.
 
     Starting State:
-        omega is ``Omega e2`` (`spin_rate`) and a perturbation uniform in a ball of radius
+        omega is ``Omega e2`` (`spin_rate`) plus a perturbation uniform in a ball of radius
         `start_spread`; the attitude is uniform on SO(3). The commanded time is uniform in
         `flip_time`.
 
     Episode End:
-        The episode does not end before its time. Success (`info["is_success"]`): the error has been
-        below `tolerance` at the commanded time and ever since.
+        The episode ends only at its time limit. Success (`info["is_success"]`): the error has been
+        below `tolerance` from the commanded time on.
 
     Reference:
-        `timed` tracks the free motion that flips in time, ``tau = -1.5 Omega I (omega -
-        omega_free)``, where omega_free lies on the separatrix (a tanh and a cosh of the time left).
-        `brute_force` turns the spin at once, ``tau = -4 Omega I (omega + Omega e2)``.
+        `timed` tracks the free motion that flips at the commanded time,
+        ``tau = -1.5 Omega I (omega - omega_free)``, where omega_free lies on the separatrix (a tanh and a cosh of the time
+        left). `brute_force` reverses the spin at once, ``tau = -4 Omega I (omega + Omega e2)``.
 
         Exact: torque about e2 alone, from exact spin, costs ``2 L = 2 I2 Omega``.
 
@@ -202,14 +206,14 @@ class AxisFlip(Task):
         return tuple(Entry(f"tau{k}", "N m", "body", -self.torque, self.torque) for k in (1, 2, 3))
 
     def features(self) -> tuple[Entry, ...]:
-        """Angular velocity in target rates, time left."""
+        """Angular velocity divided by Omega, and the time left."""
         return (
             *(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3)),
             Entry("time left / longest", "1", "none", 0.0, 1.0),
         )
 
     def largest_rate(self, duration: float) -> float:
-        """What full torque can make of the start until the end."""
+        """Bound on the rates after full torque during the whole episode."""
         moments = (self.I1, self.I2, self.I3)
         rate = self.spin_rate + self.start_spread
         return fastest(moments, spun_up(moments, rate, (self.torque,) * 3, duration))

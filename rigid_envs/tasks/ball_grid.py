@@ -1,4 +1,4 @@
-"""Park a ball on a grid by quarter rolls: parallel parking in the discrete."""
+"""Park a ball on a grid by quarter rolls: parking with discrete actions."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
 __all__ = ["BallGrid"]
 
 _QUARTER = 0.5 * math.pi
-_FAR = 100.0  # cells; observed no further than this
+_FAR = 100.0  # cells; bound of the observed position
 
 
 class Action(NamedTuple):
-    """The side to roll to: 0 is +x, 1 is +y, 2 is -x, 3 is -y."""
+    """Direction of the quarter roll: 0 is +x, 1 is +y, 2 is -x, 3 is -y."""
 
     side: float
 
@@ -37,7 +37,7 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Rolling rate [rad/s], largest distance of a start from home [cells]."""
+    """Rolling rate [rad/s], largest initial offset along each axis [cells]."""
 
     roll_rate: float
     start_cells: float
@@ -45,16 +45,16 @@ class Constants(NamedTuple):
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, tuple[()]]:
-    """A cell of the square around home, and one of the 12 attitudes that can go home from there.
+    """Uniform cell of a square about the origin; uniform attitude among the 12 solvable ones.
 
-    A quarter roll is an odd permutation of the four diagonals of a cube, so the attitude is as odd
-    as the number of cells to go.
+    A quarter roll is an odd permutation of the four diagonals of a cube. So the parity of the
+    attitude must equal the parity of the number of cells to the origin.
     """
     n = 2.0 * c.start_cells + 1.0
     i = float(int(n * randoms.uniform(stream, 0))) - c.start_cells
     j = float(int(n * randoms.uniform(stream, 1))) - c.start_cells
     face, turns = int(6.0 * randoms.uniform(stream, 2)), int(4.0 * randoms.uniform(stream, 3))
-    # Faces 0 .. 3 come to the top by so many quarter turns about x, 4 and 5 by one about y.
+    # face 0 .. 3: number of quarter turns about x; faces 4 and 5: one turn about y, either sense
     oddness = turns + int(abs(i) + abs(j)) + (1 if face == 4 else face)
     sine_z, cosine_z = sincos(0.5 * _QUARTER * (turns + oddness % 2))
     sideways = face >= 4
@@ -78,7 +78,7 @@ def actuate(
 def outcome(
     y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
-    """Home is the cell at the origin with the attitude upright: far from every other pose."""
+    """Reward terms; the goal is the cell at the origin with the attitude upright."""
     X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
     home = (X * X + Y * Y < 0.25) & (y.w * y.w > 0.95)
     rolled = dt * math.sqrt(u.VX * u.VX + u.VY * u.VY)
@@ -94,40 +94,41 @@ def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[fl
 
 @dataclass(frozen=True)
 class BallGrid(Task):
-    """Bring a ball home by quarter rolls on a grid: cell and attitude.
+    """Bring a ball to a goal cell and attitude by quarter rolls on a grid.
 
-    The ball rolls like a die, a quarter turn to one of four sides, onto the next of the square
-    cells of side pi radius / 2. Home is the cell at the origin, the ball upright, q = 1.
+    The ball rolls like a die: a quarter turn in one of four directions takes it to the adjacent
+    square cell, of side pi radius / 2. The goal, home, is the cell at the origin with the ball
+    upright, q = 1.
 
-    Why it is hard: it is parallel parking. The straight way leads to the right cell with the wrong
-    side up, and no move changes the attitude alone.
+    Why it is hard: it is parallel parking. The direct path leads to the right cell with the wrong
+    attitude, and no move changes the attitude alone.
 
-    With `action_delay` the first rolls of an episode are those to +x. There is no `action_noise`:
-    a choice with noise on it is no choice.
+    With `action_delay` the first rolls of an episode are in the direction +x. `action_noise` is 0:
+    Gaussian noise is not defined for discrete actions.
 
     Physics:
         A quarter roll, ``v = omega x radius e_z`` held for a quarter turn, is an odd permutation of
-        the four diagonals of a cube: after an even number of cells the attitude is one of the 12
-        even ones, after an odd number one of the 12 odd ones, and the other 12 of the 24 cannot be
-        reached there. A move is undone by the opposite one.
+        the four diagonals of a cube: after an even number of moves the attitude is one of the 12
+        even ones, after an odd number one of the 12 odd ones. The other 12 of the 24 attitudes
+        cannot be reached in that cell. The opposite move undoes a move.
 
     Rewards:
-        ``moves`` = -1 in every step, ``home`` = 1 in the step that comes home: the shortest way
-        pays best.
+        ``moves`` = -1 in every step, ``home`` = 1 in the step that reaches home: the shortest path
+        has the largest return.
 
     Starting State:
-        A cell of the square within `start_cells` of home along each axis, and one of the 12
-        attitudes that can go home from there, all equally likely; home itself is among them.
+        A cell within `start_cells` of home along each axis, and one of the 12 attitudes from which
+        home can be reached, all equally likely. Home itself is among them.
 
     Episode End:
         The episode terminates at home, which is the success (`info["is_success"]`).
 
     Reference:
-        `breadth_first` is breadth-first search from home, which is exact: from home itself the
-        shortest way is 2 moves, out and back.
+        `breadth_first` is breadth-first search from home, which is exact. From home itself the
+        shortest path has 2 moves, out and back.
 
-        Exact: 12 of the 24 attitudes can be reached in each cell, the same in all cells of one
-        colour of a chessboard, and the other 12 in those of the other.
+        Exact: 12 of the 24 attitudes can be reached in each cell, the same 12 in all cells of one
+        chessboard colour, and the other 12 in the cells of the other colour.
 
     Version History:
         v0: first version.
@@ -137,11 +138,11 @@ class BallGrid(Task):
     """
 
     dt: float = setting(1.0, Number("time of a quarter roll, without effect", "s", 1.0, 1.0))
-    action_noise: float = setting(0.0, Number("choices take no noise", "1", 0.0, 0.0))
+    action_noise: float = setting(0.0, Number("no noise on discrete actions", "1", 0.0, 0.0))
     radius: Range = physical(1.0, "radius of the ball", "m")
     start_cells: int = setting(4, Integer("largest distance from home, in cells", 0, 50))
     weight_moves: float = setting(0.05, Number("weight of -1 per step", "1", -1e3, 1e3))
-    weight_home: float = setting(1.0, Number("weight of coming home", "1", -1e3, 1e3))
+    weight_home: float = setting(1.0, Number("weight of reaching home", "1", -1e3, 1e3))
 
     system_type: ClassVar = RollingBall
     n_choices: ClassVar = 4
@@ -164,7 +165,7 @@ class BallGrid(Task):
         return _QUARTER / self.dt
 
     def actions(self) -> tuple[Entry, ...]:
-        """The side to roll to."""
+        """Direction of the quarter roll."""
         return (Entry("side", "1", "0: +x, 1: +y, 2: -x, 3: -y", 0.0, 3.0),)
 
     def features(self) -> tuple[Entry, ...]:

@@ -1,4 +1,4 @@
-"""Park a ball: reach position and orientation by rolling alone."""
+"""Park a ball: reach a position and an attitude by rolling without slipping."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 
 __all__ = ["FAR", "BallPark", "BallParkRandom", "misplacement"]
 
-FAR = 50.0  # radii; offsets are observed and punished no further than this
-_SMOOTH = 1e-3  # rounds the roots off at the origin
+FAR = 50.0  # radii; bound of observed and penalised offsets
+_SMOOTH = 1e-3  # smooths the roots at the origin
 
 
 class Action(NamedTuple):
-    """Velocity of the centre, in parts of the largest."""
+    """Velocity of the centre, as a fraction of the maximum speed."""
 
     VX: float
     VY: float
@@ -111,37 +111,38 @@ def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[fl
 
 @dataclass(frozen=True)
 class BallPark(Task):
-    """Park the ball: position at the origin and orientation upright, by rolling alone.
+    """Park the ball: position at the origin and attitude upright, by rolling alone.
 
-    A ball rolls on a plane without slipping. Its centre is driven with a velocity; it cannot be
-    turned about the vertical, nor about any axis without moving on. It starts anywhere, turned in
-    any way, and is to be brought to the origin with the attitude R = 1.
+    A ball rolls on a plane without slipping. The action is the velocity of its centre. The ball
+    cannot be turned about the vertical, nor about any axis without moving. It starts at a random
+    pose and is to reach the origin with the attitude R = 1.
 
-    There are five dimensions and two controls. A ball that rolls somewhere and back on one line is
-    not turned at all; what turns it is the area of the loop that its centre runs round. So the
-    straight way home arrives with the wrong side up, and the way that does not is a manoeuvre.
+    The pose has five dimensions, and there are two controls. Rolling out and back along one line
+    leaves the attitude unchanged; a closed path turns the ball according to the area that it
+    encloses. So the straight path to the origin arrives with the wrong attitude, and parking takes
+    a manoeuvre.
 
     Physics:
         Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
         ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
         exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
 
-        The two fields of controls and their Lie brackets span 2, 3 and 5 dimensions (growth vector
-        (2, 3, 5)). A small counter-clockwise loop of area A turns the ball by ``-A / radius^2``
-        about the vertical: second order in the size of the loop. To tilt it where it stands, or to
-        shift it without turning it, takes two such loops: third order. Nothing moves while the
-        action is 0.
+        The two control vector fields and their Lie brackets span 2, 3 and 5 dimensions (growth
+        vector (2, 3, 5)). A small counter-clockwise loop of area A turns the ball by ``-A /
+        radius^2`` about the vertical: second order in the size of the loop. A tilt without
+        displacement, or a displacement without rotation, takes two such loops: third order. There
+        is no drift: nothing moves while the action is 0.
 
     Rewards:
-        The terms make up a distance that weighs every direction by the order 1, 2 or 3 of the Lie
-        bracket that generates it. With p the offset in radii, theta = log R the rotation vector in
-        world axes and ``m = (theta_x + p_y, theta_y - p_x)`` the mismatch between what was rolled
-        and what is turned, ``position`` = ``-|p|``, ``twist`` = ``-sqrt(|theta_z|)`` and
-        ``mismatch`` = ``-cbrt(|m|)``; the roots are rounded off within 0.001 of 0, and lengths
-        count up to 50. ``parked`` = 1 in the step that parks the ball.
+        The cost is a homogeneous distance: each direction has the root of the order, 1, 2 or 3, of
+        the Lie bracket that generates it. With p the offset in radii, theta = log R the rotation
+        vector in world axes and ``m = (theta_x + p_y, theta_y - p_x)`` the mismatch between
+        rotation and rolled offset, ``position`` = ``-|p|``, ``twist`` = ``-sqrt(|theta_z|)`` and
+        ``mismatch`` = ``-cbrt(|m|)``; the roots are smoothed within 0.001 of 0, and lengths are
+        limited to 50. ``parked`` = 1 in the step that parks the ball.
 
-        Negative distance is what one tries first: `weight_position` and `weight_angle`, of
-        ``angle`` = ``-|theta|``, in place of `weight_twist` and `weight_mismatch`, as in
+        The obvious alternative, negative distance, uses `weight_position` and `weight_angle` (of
+        ``angle`` = ``-|theta|``) in place of `weight_twist` and `weight_mismatch`, as in
         configs/ball_park_naive_ppo.yaml.
 
     Starting State:
@@ -153,12 +154,13 @@ class BallPark(Task):
         (`info["is_success"]`).
 
     Reference:
-        `shortest_path` is the shortest path, an elastica found by shooting, rolled as a polygon
-        with one side per step. `three_rolls` takes three straight rolls; two are not enough for
-        every pose.
+        `shortest_path` follows the shortest path, an elastica found by shooting, rolled as a
+        polygon with one side per step. `three_rolls` takes three straight rolls; two are not enough
+        for every pose.
 
         Bound: no path is shorter than ``max(distance, radius angle)``, less the tolerance. Paths
-        that end just within tolerance may be shorter than those that lead to the very goal.
+        that end at the edge of the tolerance may be shorter than those that end exactly at the
+        goal.
 
     Version History:
         v0: first version.
@@ -221,7 +223,7 @@ class BallPark(Task):
         return self.largest_roll_rate
 
     def lower_bound(self, y: Array) -> Array:
-        """Path length [m] that no plan can beat: max(distance, radius * angle) to the origin."""
+        """Lower bound on the path length [m]: max(distance, radius * angle) to the origin."""
         ball = self.system()
         distance = np.hypot(*np.moveaxis(ball.accessors["position"](y), -1, 0))
         angle = rotations.angle(ball.accessors["q"](y))
@@ -230,17 +232,17 @@ class BallPark(Task):
 
 @dataclass(frozen=True)
 class BallParkRandom(BallPark):
-    """Park balls of every size: `BallPark` with a radius that is drawn in every episode.
+    """Park balls of different sizes: `BallPark` with a radius drawn in every episode.
 
-    Rolling knows no length but the radius. Positions are observed in radii and actions are rolling
-    rates, so one and the same manoeuvre parks balls of all sizes. What does not scale are the
-    square of the starts and the tolerance, which stay in metres: a ball of 0.5 m starts up to 5.7
-    of its radii away and is parked within 0.2 of them, one of 2 m starts at no more than 1.4 and is
-    parked within 0.05. The bounds of the action in m/s are those of the largest ball. With
-    `observe_params` the radius is observed.
+    The radius is the only length in the kinematics. Positions are observed in radii and actions are
+    rolling rates, so the same manoeuvre parks balls of all sizes. The start square and the
+    tolerance do not scale; they stay in metres. A ball of 0.5 m starts up to 5.7 radii away and
+    must park within 0.2 radii; a ball of 2 m starts at most 1.4 radii away and must park within
+    0.05. The bounds of the action in m/s are those of the largest ball. With `observe_params` the
+    radius is observed.
 
     Reference:
-        The controllers of `BallPark`, planned with the radius that was drawn.
+        The controllers of `BallPark`, which plan with the drawn radius.
 
         Bound: no path is shorter than ``max(distance, radius angle)``, less the tolerance.
     """

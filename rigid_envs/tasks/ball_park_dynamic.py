@@ -1,4 +1,4 @@
-"""Park a ball that has inertia: a force rolls it, and it must arrive at rest."""
+"""Park a ball that has inertia and is driven by a force: it must come to rest at the goal."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, s
 
 __all__ = ["BallParkDynamic", "speed_bound"]
 
-_FAST = 50.0  # radii per second; observed no further than this
+_FAST = 50.0  # radii per second; bound of the observed velocity
 
 
 class Action(NamedTuple):
-    """Force at the centre, in parts of the largest."""
+    """Force at the centre, as a fraction of the maximum."""
 
     FX: float
     FY: float
@@ -73,7 +73,7 @@ def actuate(
 def outcome(
     y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
-    """The terms of `BallPark`; parked is at rest, and beyond the edge is off."""
+    """The terms of `BallPark`; parking requires rest, and the plate ends at the edge."""
     distance, twist, mismatch, angle = misplacement(y, p.inverse_radius)
     speed = math.sqrt(y.VX * y.VX + y.VY * y.VY)
     there = (distance * p.radius <= c.position_tolerance) & (angle <= c.angle_tolerance)
@@ -107,48 +107,50 @@ def observe(
 
 
 def speed_bound(push: float, reach: float, gyration: float = 0.0) -> float:
-    """Speed [m/s] that a ball from rest cannot exceed inside a disk.
+    """Upper bound on the speed [m/s] of a ball that starts from rest inside a disk.
 
-    Where |r| <= D and |a| <= a_max, ``d(r . v)/dt = v^2 + r . v' >= v^2 - a_max D - kappa D v``:
-    a fast ball soon leaves the disk. In units of D and a_max, with w = v - kappa, it needs at least
-    the time w - 1 from w = 1 on, and ``(w^3 - 1) / 3 - (w - 1) <= w + 1 + 2 kappa`` follows.
+    Where |r| <= D and |a| <= a_max, ``d(r . v)/dt = v^2 + r . v' >= v^2 - a_max D - kappa D v``: a
+    fast ball soon leaves the disk. In units of D and a_max, with w = v - kappa, it takes at least
+    the time w - 1 to accelerate from w = 1 on, and ``(w^3 - 1) / 3 - (w - 1) <= w + 1 + 2 kappa``
+    follows.
 
     Args:
         push: largest acceleration that does not depend on the velocity [m/s^2].
         reach: radius D of the disk [m].
-        gyration: rate kappa at which the velocity is turned besides [rad/s].
+        gyration: rate kappa at which the velocity also turns [rad/s].
     """
     return 2.6 * math.sqrt(push * reach) + 1.5 * abs(gyration) * reach
 
 
 @dataclass(frozen=True)
 class BallParkDynamic(Task):
-    """Park a ball that has inertia: it is pushed, rolls on, and must come to rest at home.
+    """Park a ball that has inertia: a force drives it, and it must come to rest at the goal.
 
     A horizontal force at the centre rolls the ball on a level plate without slipping. Position and
-    attitude follow from the velocity as in `BallPark`: five dimensions, reached by manoeuvres
-    alone, now with a drift of two dimensions that has to be stopped.
+    attitude follow from the velocity as in `BallPark`: five dimensions, reached by manoeuvres only.
+    The velocity adds two dimensions of drift, which must be brought to zero.
 
-    Why it is hard: every curve costs force, every mistake goes on until it is braked, and the goal
-    counts only at rest. Beyond `margin` outside the square of starts the plate ends.
+    Why it is hard: every curve takes force, every error persists until the ball is braked, and the
+    goal counts only at rest. The plate ends `margin` outside the corners of the start square.
 
     Physics:
-        The contact takes its share, ``m (1 + beta) v' = F`` with beta = I / (m radius^2), so that
-        a solid sphere accelerates at 5/7 of F / m. Without force it rolls straight on for ever: its
-        velocity, its energy and its spin about the vertical, which is 0, are conserved, and a level
-        plate leaves g without effect. On a turntable (`turntable_rate` Omega) the velocity turns
-        besides, at ``beta / (1 + beta) Omega``.
+        The rotational inertia adds to the mass, ``m (1 + beta) v' = F`` with beta = I / (m
+        radius^2), so that a solid sphere accelerates at 5/7 of F / m. Without force it rolls on
+        along a straight line: its velocity, its energy and its spin about the vertical, which is 0,
+        are conserved. On a level plate g has no effect. On a turntable (`turntable_rate` Omega) the
+        velocity also turns, at the rate ``beta / (1 + beta) Omega``.
 
         The attitude follows by rolling, ``v = omega x radius e_z``: growth vector (2, 3, 5) of the
-        velocities, each by an integrator away from the force.
+        velocity fields, with one integrator between force and velocity.
 
     Rewards:
-        The cost of `BallPark`, by the orders of the Lie brackets. With p the offset in radii, theta
-        = log R the rotation vector in world axes and ``m = (theta_x + p_y, theta_y - p_x)`` the
-        mismatch between what was rolled and what is turned, ``position`` = ``-|p|``, ``twist`` =
-        ``-sqrt(|theta_z|)``, ``mismatch`` = ``-cbrt(|m|)``, and ``angle`` = ``-|theta|`` without
-        weight. ``parked`` = 1 in the step that parks the ball, and ``off`` = -1 in the step that
-        leaves the plate: that costs more than to stay where one is for the whole episode.
+        The cost of `BallPark`, with the orders of the Lie brackets. With p the offset in radii,
+        theta = log R the rotation vector in world axes and ``m = (theta_x + p_y, theta_y - p_x)``
+        the mismatch between rotation and rolled offset, ``position`` = ``-|p|``, ``twist`` =
+        ``-sqrt(|theta_z|)``, ``mismatch`` = ``-cbrt(|m|)``, and ``angle`` = ``-|theta|``, whose
+        default weight is 0. ``parked`` = 1 in the step that parks the ball, and ``off`` = -1 in the
+        step that leaves the plate, which costs more than resting anywhere on it for the whole
+        episode.
 
     Starting State:
         At rest: position uniform in the square ``|X|, |Y| <= start_half_width``, attitude uniform
@@ -157,17 +159,17 @@ class BallParkDynamic(Task):
     Episode End:
         The episode terminates when the ball is parked: its offset is at most `position_tolerance`,
         the angle of its attitude at most `angle_tolerance` and its speed at most `speed_tolerance`.
-        That step is the success (`info["is_success"]`). It terminates, too, when the ball leaves
-        the plate, a disk that ends `margin` beyond the corners of the square of starts.
+        That step is the success (`info["is_success"]`). It also terminates when the ball leaves the
+        plate, a disk whose edge is `margin` beyond the corners of the start square.
 
     Reference:
-        `three_rolls` takes three straight rolls, each at full force first forward and then backward
-        in whole control periods, tracked by ``F = m (1 + beta) (a + k^2 (position - X) + 2 k
-        (velocity - V))`` with k = 2 / s.
+        `three_rolls` plans three straight rolls, each with full force forward and then backward
+        during whole control periods. It tracks them by ``F = m (1 + beta) (a + k^2 (position - X) +
+        2 k (velocity - V))`` with k = 2 / s.
 
-        Bound: a motion from rest to rest over the length L takes ``2 sqrt(L (1 + beta) m / F)`` or
-        more, and no path is shorter than ``L = max(distance, radius angle)``, less the tolerances.
-        A ball need not stop at corners.
+        Bound: a motion from rest to rest over the length L takes at least ``2 sqrt(L (1 + beta) m /
+        F)``, and no path is shorter than ``L = max(distance, radius angle)``, less the tolerances.
+        The ball need not stop at the corners of its path, as it does with `three_rolls`.
 
     Version History:
         v0: first version.
@@ -191,7 +193,7 @@ class BallParkDynamic(Task):
     )
     force: float = setting(4.0, Number("largest force at the centre", "N", 1e-6, 1e6))
     start_half_width: float = setting(2.0, Number("half side of the start square", "m", 0.0, 20.0))
-    margin: float = setting(7.0, Number("plate beyond the corners of that square", "m", 0.1, 1e3))
+    margin: float = setting(7.0, Number("plate beyond the start square's corners", "m", 0.1, 1e3))
     position_tolerance: float = setting(0.1, Number("largest offset when parked", "m", 1e-6, 10.0))
     angle_tolerance: float = setting(0.15, Number("largest angle when parked", "rad", 1e-6, 3.2))
     speed_tolerance: float = setting(0.05, Number("largest speed when parked", "m/s", 1e-6, 10.0))
@@ -235,7 +237,7 @@ class BallParkDynamic(Task):
         )
 
     def largest_rate(self, duration: float) -> float:
-        """Rolling rate at the speed that no push exceeds on this plate."""
+        """Rolling rate at the bound on the speed on this plate."""
         beta, turntable = span(self.beta), max(abs(rate) for rate in span(self.turntable_rate))
         push = self.force / (span(self.m)[0] * (1.0 + beta[0]))
         gyration = turntable * beta[1] / (1.0 + beta[1])

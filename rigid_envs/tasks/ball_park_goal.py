@@ -1,4 +1,4 @@
-"""Park a ball at a pose that is drawn: the goal environment of parking."""
+"""Park a ball at a random pose: the goal environment of parking."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 
 __all__ = ["BallParkGoal"]
 
-_FAR = 50.0  # m, and radii; positions are observed no further than this
+_FAR = 50.0  # m, and radii; bound of observed positions
 
 
 class Action(NamedTuple):
-    """Velocity of the centre, in parts of the largest."""
+    """Velocity of the centre, as a fraction of the maximum speed."""
 
     VX: float
     VY: float
@@ -45,7 +45,7 @@ class Constants(NamedTuple):
 
 
 class Auxiliary(NamedTuple):
-    """Attitude and position [m] to be reached."""
+    """Attitude and position [m] of the goal."""
 
     goal_w: float = 1.0
     goal_x: float = 0.0
@@ -56,7 +56,7 @@ class Auxiliary(NamedTuple):
 
 
 class Goal(NamedTuple):
-    """A pose as it is observed: position [m] and the entries of R, row by row."""
+    """An observed pose: position [m] and the entries of R, row by row."""
 
     X: float
     Y: float
@@ -100,7 +100,7 @@ def desired_state(aux: Auxiliary) -> State:
 
 @scalar
 def pose(y: State) -> Row:
-    """The entries of a `Goal` for the pose of y, rounded to float32 as they are observed."""
+    """Entries of a `Goal` for the pose of y, rounded to float32 as in the observation."""
     r = matrix(attitude(y))
     X, Y = min(max(y.X, -_FAR), _FAR), min(max(y.Y, -_FAR), _FAR)
     return (
@@ -142,7 +142,7 @@ def reached(achieved: Goal, desired: Goal, c: Constants) -> bool:
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Whether the goal is reached, and the way rolled."""
+    """Whether the goal is reached, and the distance rolled."""
     success = reached(Goal(*pose(y)), Goal(*pose(desired_state(aux))), c)
     rolled = dt * math.sqrt(u.VX * u.VX + u.VY * u.VY)
     return aux, Terms(reached=select(success, 0.0, -1.0)), rolled, success, False
@@ -158,39 +158,40 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 @dataclass(frozen=True)
 class BallParkGoal(Task):
-    """Park the ball at a pose that is drawn anew in every episode; sparse reward.
+    """Park the ball at a pose drawn in every episode; sparse reward.
 
     The ball of `BallPark`, as a goal environment: the observation is a dictionary, the goals are
-    position and rotation matrix, and ``compute_reward`` says what any pair of them pays. What is
-    observed besides the goals does not depend on the desired one, so a step may be remembered as
-    one towards any other goal.
+    position and rotation matrix, and ``compute_reward`` gives the reward of any pair of goals. The
+    rest of the observation does not depend on the desired goal, so hindsight relabelling with any
+    other goal is exact.
 
-    Why it is hard: five dimensions are reached by two velocities, through manoeuvres alone, and
-    nothing is paid on the way. One in three million of the poses in the square is within tolerance
-    of a goal.
+    Why it is hard: five dimensions are reached with two velocities, by manoeuvres only, and the
+    reward does not change before the goal. One in three million poses in the square is within
+    tolerance of a goal.
 
     Physics:
         Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
         ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
         exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
 
-        Rolling does not depend on the place or on how the ball is marked. So what leads from pose
-        to goal depends on nothing but their difference: the way between them, and the rotation
-        from one attitude to the other in world axes.
+        Rolling is invariant under translation and under the choice of body axes. So the motion from
+        pose to goal depends on their difference only: the displacement, and the rotation from one
+        attitude to the other in world axes.
 
     Rewards:
         ``reached`` = 0 where the distance to the goal is at most `position_tolerance` and the angle
         between the attitudes at most `angle_tolerance`, else -1: the return is minus the number of
-        steps away from the goal. What is compared are the goals as they are observed, so rewards
-        that are computed anew are those that were paid, to the bit.
+        steps away from the goal. The observed (float32) goals are compared, so recomputed rewards
+        equal those of `step` bit for bit.
 
     Starting State:
         Positions of ball and goal uniform in the square ``|X|, |Y| <= start_half_width``, both
         attitudes uniform on SO(3).
 
     Episode End:
-        The episode goes on at the goal, where staying pays best. Success (`info["is_success"]`) is
-        told of every step; that of an episode is that of its last step.
+        The episode continues at the goal, where staying has the largest reward. Success
+        (`info["is_success"]`) is given for every step; the success of an episode is that of its
+        last step.
 
     Reference:
         `shortest_path` rolls from pose to goal as in `BallPark` and then rests; `three_rolls` takes
@@ -220,7 +221,7 @@ class BallParkGoal(Task):
     )
     angle_tolerance: float = setting(0.15, Number("largest angle at the goal", "rad", 1e-3, 3.2))
     weight_reached: float = setting(
-        1.0, Number("weight of -1 per step off the goal", "1", -1e3, 1e3)
+        1.0, Number("weight of -1 per step away from the goal", "1", -1e3, 1e3)
     )
 
     system_type: ClassVar = RollingBall
@@ -247,7 +248,7 @@ class BallParkGoal(Task):
 
     @property
     def largest_angle(self) -> float:
-        """Largest angle at the goal [rad], `angle_tolerance` or a half turn: no angle is larger."""
+        """Largest angle at the goal [rad]: `angle_tolerance`, at most pi."""
         return min(self.angle_tolerance, math.pi)
 
     def actions(self) -> tuple[Entry, ...]:

@@ -1,4 +1,4 @@
-"""Hold a ball on a commanded point of a table by tilting it."""
+"""Hold a ball at a commanded point of a table by tilting the table."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, s
 
 __all__ = ["BallPlate"]
 
-_FAR, _FAST = 20.0, 20.0  # m, and m/s or rad/s; observed no further than this
-_WIDE = 2.0  # limits; tilt and tilt rate are observed no further than this
+_FAR, _FAST = 20.0, 20.0  # m, and m/s or rad/s; bounds of the observation
+_WIDE = 2.0  # limits; bound of the observed tilt and tilt rate
 
 
 class Action(NamedTuple):
-    """Commanded rates of the two angles, in parts of the largest."""
+    """Commanded rates of the two angles, as fractions of the maximum."""
 
     rate_x: float
     rate_y: float
@@ -52,7 +52,7 @@ class Constants(NamedTuple):
 
 
 class Auxiliary(NamedTuple):
-    """The commanded point [m], and for how many steps the ball has been there."""
+    """Commanded point [m], and the number of steps for which the ball has been near it."""
 
     point_X: float = 0.0
     point_Y: float = 0.0
@@ -73,10 +73,10 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
 
 @scalar
 def reachable(rate: float, angle: float, now: float, c: Constants) -> float:
-    """The rate nearest to the commanded one from which the angle can still stop at its limit.
+    """Commanded rate, limited so that the angle can stop within its limit.
 
-    Rates change linearly over a period, also when the table stops in the next one: it then stands
-    at angle + (now + 2 rate) period / 2.
+    Rates change linearly over a period, also when the table stops in the next period. The final
+    angle is then angle + (now + 2 rate) period / 2.
     """
     rest, per_period = angle + 0.5 * c.dt * now, 1.0 / c.dt
     low, high = (-c.tilt_limit - rest) * per_period, (c.tilt_limit - rest) * per_period
@@ -99,7 +99,7 @@ def actuate(
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Distance to the point, tilt rates, for how long the ball is there; beyond the edge is off."""
+    """Reward terms, angle tilted as cost, success after the hold time, end at the edge."""
     dx, dy = y.X - aux.point_X, y.Y - aux.point_Y
     distance = math.sqrt(dx * dx + dy * dy)
     held = select(distance < c.tolerance, aux.held + 1.0, 0.0)
@@ -114,7 +114,7 @@ def outcome(
 
 @scalar
 def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
-    """Offset from the point, position, velocity, spin, and the tilt in parts of its limits."""
+    """Offset from the point, position, velocity, spin; tilt and rate divided by their limits."""
     dx, dy = y.X - aux.point_X, y.Y - aux.point_Y
     tilt, rate = 1.0 / c.tilt_limit, 1.0 / c.tilt_rate
     return (
@@ -134,32 +134,31 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 @dataclass(frozen=True)
 class BallPlate(Task):
-    """Hold a ball on a point of a table that is commanded anew in every episode, by tilting it.
+    """Hold a ball at a commanded point of a table, drawn in every episode, by tilting the table.
 
     The ball rolls without slipping on a table that turns about the point O of its surface by the
     angles alpha_x and alpha_y. The action commands the rates of the two angles. The attitude of the
-    ball does not matter here, and is not observed (`rotation`).
+    ball does not matter here and is not observed (`rotation`).
 
-    Why it is hard: the ball is two integrators behind the tilt, and tilting carries its centre the
-    wrong way first. Weak tilt makes the ball slow to stop, and the table ends soon.
+    Why it is hard: there are two integrators between tilt and position, and tilting first moves the
+    centre in the wrong direction. A small tilt limit makes stopping slow, and the table is small.
 
     Physics:
-        Near level, in the axes of the table and with beta = I / (m radius^2),
-        ``X'' = g alpha_y / (1 + beta) - radius alpha_y''`` and
-        ``Y'' = -g alpha_x / (1 + beta) + radius alpha_x''``. What is simulated are the full
-        equations, with centrifugal and gyroscopic terms. The mass has no effect. The motor brings
-        the rates of the angles to the commanded ones linearly within the control period, and slows
-        down in time to stop at `tilt_limit`.
+        Near level, in the axes of the table and with beta = I / (m radius^2), ``X'' = g alpha_y /
+        (1 + beta) - radius alpha_y''`` and ``Y'' = -g alpha_x / (1 + beta) + radius alpha_x''``.
+        The full equations are simulated, with centrifugal and gyroscopic terms. The mass has no
+        effect. The motor changes the rates of the angles linearly to the commanded ones within the
+        control period, and brakes in time to stop at `tilt_limit`.
 
-        Tilting carries the centre of the ball the wrong way by radius times angle: a zero of the
-        transfer function in the right half-plane, at ``sqrt(g / ((1 + beta) radius))``. On a
-        turntable (`turntable_rate` Omega) a free ball does not roll straight on but round a circle,
-        at ``beta / (1 + beta) Omega``: 2/7 of the rate of the table for a solid sphere, 2/5 for a
-        hollow one, whatever its size and speed.
+        Tilting moves the centre of the ball in the wrong direction by radius times angle: a zero of
+        the transfer function in the right half-plane, at ``sqrt(g / ((1 + beta) radius))``. On a
+        turntable (`turntable_rate` Omega) a free ball does not roll along a straight line but round
+        a circle, at ``beta / (1 + beta) Omega``: 2/7 of the rate of the table for a solid sphere,
+        2/5 for a hollow one, whatever its size and speed.
 
     Rewards:
         ``near`` = ``1 / (1 + 5 distance)`` with the distance to the point [m], and ``effort`` =
-        ``-|rates|^2 / (2 tilt_rate^2)`` of the angles, against needless tilting.
+        ``-|rates|^2 / (2 tilt_rate^2)`` of the angles, which penalises unnecessary tilting.
 
     Starting State:
         The table is level and at rest. Ball and point are uniform in a disk of `start_radius`, the
@@ -168,12 +167,12 @@ class BallPlate(Task):
 
     Episode End:
         Success (`info["is_success"]`): the distance to the point has been below `tolerance`
-        throughout the last `hold` seconds. The episode terminates where the table ends, `margin`
-        beyond the disk of starts and points.
+        throughout the last `hold` seconds. The episode terminates when the ball passes the edge of
+        the table, `margin` beyond the disk of starts and points.
 
     Reference:
         `lqr` is the linear-quadratic regulator ``rates = -K (offset, velocity, tilt, tilt rates)``
-        of the level table, for an offset that counts up to 1 m.
+        of the level table, with the offset limited to 1 m.
 
         Exact: a free ball on a turntable goes round at ``beta / (1 + beta)`` of its rate. A ball at
         rest on its point stays there on a level table, without effort.
@@ -204,7 +203,7 @@ class BallPlate(Task):
         2.0, Number("radius of the disk of starts and points", "m", 0.0, 100.0)
     )
     start_speed: float = setting(0.5, Number("largest speed at the start", "m/s", 0.0, 10.0))
-    margin: float = setting(2.0, Number("table beyond that disk", "m", 0.1, 100.0))
+    margin: float = setting(2.0, Number("table beyond the start disk", "m", 0.1, 100.0))
     tolerance: float = setting(0.05, Number("largest distance of a success", "m", 1e-6, 10.0))
     hold: float = setting(2.0, Number("time within tolerance", "s", 0.0, 1e4))
     weight_near: float = setting(1.0, Number("weight of the distance term", "1", -1e3, 1e3))
@@ -247,11 +246,11 @@ class BallPlate(Task):
         )
 
     def largest_rate(self, duration: float) -> float:
-        """Rates of table and ball at the speed that no tilting exceeds before the edge."""
+        """Rates of table and ball at the bound on the speed within the edge."""
         beta, table = span(self.beta), max(abs(end) for end in span(self.turntable_rate))
         plate, edge = math.sqrt(2.0) * self.tilt_rate, self.edge
         push = math.sqrt(2.0) * span(self.g)[1] * self.tilt_limit + plate * plate * edge
         gyration = table * beta[1] / (1.0 + beta[1])
         speed = speed_bound(push / (1.0 + beta[0]), edge, gyration) + self.start_speed
-        # the tilting table moves the ball by radius times its rate, besides
+        # the tilting table also moves the ball, by radius times its rate
         return 2.0 * plate + (speed + table * edge) / span(self.radius)[0]

@@ -1,4 +1,4 @@
-"""Reorient a ball: come back to where it stands, turned, by rolling alone."""
+"""Reorient a ball by a closed path: return to the start position with another attitude."""
 
 from __future__ import annotations
 
@@ -12,15 +12,14 @@ __all__ = ["BallReorient"]
 
 @dataclass(frozen=True)
 class BallReorient(BallPark):
-    """Turn the ball upright and come back to where it stood: pure holonomy.
+    """Turn the ball upright and return to the start position: pure holonomy.
 
-    `BallPark` from position 0 and an attitude uniform on SO(3). A ball that rolls out and back on
-    one line is not turned at all; what turns it is the area of the loop that its centre runs round.
-    Commanding another attitude than upright would be the same task for other body axes: rolling
-    does not know how the ball is marked.
+    `BallPark` from position 0 and an attitude uniform on SO(3). Rolling out and back along one line
+    leaves the attitude unchanged; a closed path turns the ball according to the area that it
+    encloses. A goal attitude other than upright would be the same task in other body axes.
 
-    Why it is hard: what is gained in attitude by rolling away is lost again by rolling straight
-    back, so the way home must differ from the way out, and by the right area.
+    Why it is hard: rolling straight back undoes the rotation of rolling out. So the return path
+    must differ from the outward path, and must enclose the right area with it.
 
     Physics:
         Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity

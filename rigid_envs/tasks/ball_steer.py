@@ -1,4 +1,4 @@
-"""Steer a ball along with another one that rolls ahead: position and attitude together."""
+"""Track a rolling reference ball in position and attitude."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, sp
 
 __all__ = ["BallSteer"]
 
-_FAR = 50.0  # radii; offsets are observed no further than this
-_BENT = 5.0  # curvature times radius; observed no further than this
+_FAR = 50.0  # radii; bound of observed offsets
+_BENT = 5.0  # curvature times radius; bound of the observation
 _EIGHT = 0.9089085575485415  # modulus of the closed elastica: K = 2 E
-_MODULI = (0.6, 1.2)  # of the others: waves, loops, and beyond 1 the curls that never turn back
-_EIGHTS = {"eight": 1.0, "both": 0.5, "elastica": 0.0}  # share of them
+_MODULI = (0.6, 1.2)  # range of the other moduli; above 1 the heading turns in one sense only
+_EIGHTS = {"eight": 1.0, "both": 0.5, "elastica": 0.0}  # probability of a figure eight
 
 
 class Action(NamedTuple):
-    """Velocity of the centre, in parts of the largest."""
+    """Velocity of the centre, as a fraction of the maximum speed."""
 
     VX: float
     VY: float
@@ -41,7 +41,7 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Rates [rad/s, 1], wavenumber [1/radius], share [1], starts [radius, rad], largest error."""
+    """Rates [rad/s, 1], wavenumber [1/radius], probability, starts [radius, rad], error bound."""
 
     largest_roll_rate: float
     reference_speed: float
@@ -72,9 +72,10 @@ class Auxiliary(NamedTuple):
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
-    """The reference at the origin, upright, where its path is bent most; the ball near it.
+    """Reference at the origin, upright, at the largest curvature of its path; ball near it.
 
-    An elastica of modulus k and wavenumber w has there the curvature 2 k w, its force w^2 along it.
+    There an elastica of modulus k and wavenumber w has the curvature 2 k w and a force w^2 along
+    the heading.
     """
     heading = randoms.direction(stream, 0)
     other = fma(_MODULI[1] - _MODULI[0], randoms.uniform(stream, 1 << 20), _MODULI[0])
@@ -115,25 +116,25 @@ def actuate(
 
 @scalar
 def leading(aux: Auxiliary, c: Constants) -> Action:
-    """The action that rolls the reference, rounded as actions are: it can be copied exactly."""
+    """Action of the reference, rounded to float32 as all actions: it can be copied exactly."""
     return Action(
         single(c.reference_speed * aux.heading_X), single(c.reference_speed * aux.heading_Y)
     )
 
 
 @scalar
-def bend(aux: Auxiliary, way: float) -> Vector:
-    """Heading and curvature a way [m] further along: half a change of curvature, a turn, another.
+def bend(aux: Auxiliary, distance: float) -> Vector:
+    """Heading and curvature of the path after a distance [m], by one leapfrog step.
 
     Euler's elastica: ``heading' = curvature``, ``curvature' = heading x force``, force constant.
     """
     hx, hy, force_x, force_y = aux.heading_X, aux.heading_Y, aux.force_X, aux.force_Y
-    curvature = aux.curvature + 0.5 * way * (hx * force_y - hy * force_x)
-    s, cosine = sincos(way * curvature)
+    curvature = aux.curvature + 0.5 * distance * (hx * force_y - hy * force_x)
+    s, cosine = sincos(distance * curvature)
     hx, hy = cosine * hx - s * hy, s * hx + cosine * hy
-    unit = fma(-0.5, hx * hx + hy * hy, 1.5)  # roundings of many turns add up
+    unit = fma(-0.5, hx * hx + hy * hy, 1.5)  # rounding errors of many turns add up
     hx, hy = unit * hx, unit * hy
-    return (hx, hy, curvature + 0.5 * way * (hx * force_y - hy * force_x))
+    return (hx, hy, curvature + 0.5 * distance * (hx * force_y - hy * force_x))
 
 
 @scalar
@@ -162,7 +163,7 @@ def offset(y: State, reference: State, p: Parameters) -> tuple[float, float, flo
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """The reference moves as the ball has; then how far one is from the other."""
+    """Step of the reference; then the pose error, and its mean for success."""
     before, velocity = actuate(leading(aux, c), reference_of(aux), aux, p, c)
     reference = rolling_ball.restore(rolling_ball.step(before, velocity, p, dt))
     path = bend(aux, dt * c.largest_roll_rate * c.reference_speed * p.radius)
@@ -199,51 +200,52 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 @dataclass(frozen=True)
 class BallSteer(Task):
-    """Follow another ball, which rolls along a path of its own, in position and attitude.
+    """Track a reference ball, which rolls along an elastica, in position and attitude.
 
-    Both balls roll alike, so whoever begins at no offset and copies the velocity of the reference
-    stays at no offset, exactly. Who begins at an offset must find the way to none while both roll.
-    Only the difference of the two attitudes matters, and it is observed; the attitude itself is not
-    (`rotation`).
+    Both balls have the same kinematics, so a ball that starts without offset and copies the
+    velocity of the reference keeps the offset at exactly zero. From another start the offset must
+    be brought to zero while both roll. Only the relative attitude matters, and it is observed; the
+    attitude itself is not (`rotation`).
 
-    Why it is hard: five errors, two controls. To first order the error of the attitude turns with
-    the rolling reference, ``theta' = d omega + omega_reference x theta``, which is what makes it
-    controllable; but along a straight line ``theta_y - p_x`` (x along the line) does not change at
-    all, and only the bends of the path bring it down.
+    Why it is hard: five errors, two controls. To first order the attitude error turns with the
+    rolling reference, ``theta' = d omega + omega_reference x theta``, which makes it controllable.
+    But along a straight line ``theta_y - p_x`` (x along the line) is constant; only the curvature
+    of the path allows it to be reduced.
 
     Physics:
         Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
         ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
         exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
 
-        The paths are elasticae of Euler, ``heading'' = -w^2 sin(heading - axis)`` along the way, w
-        the `wavenumber`, those along which the shortest ways of a ball lead from pose to pose: the
-        closed one, a figure eight (modulus 0.909), which is ``9.28 / w`` radii long, and others of
-        modulus 0.6 to 1.2; above 1 they curl and never turn back. The reference rolls them as
-        polygons, one side in each control period, at `reference_speed` of the largest speed.
+        The paths are Euler's elasticae, ``heading'' = -w^2 sin(heading - axis)`` in arc length,
+        with the `wavenumber` w; the shortest paths of a rolling ball between poses are elasticae.
+        One is the closed elastica, a figure eight (modulus 0.909), which is ``9.28 / w`` radii
+        long; the others have a modulus of 0.6 to 1.2, and above 1 their heading turns in one sense
+        only. The reference rolls them as polygons, one side in each control period, at
+        `reference_speed` of the largest speed.
 
     Rewards:
         ``close`` = ``1 / (1 + 5 error)``, with the pose error ``sqrt(|p|^2 + |theta|^2)``: p the
         offset in radii and theta the rotation vector from the attitude of the reference to that of
-        the ball: steepest at no error, and not flat at any.
+        the ball. Its slope is largest at zero error and nowhere zero.
 
     Starting State:
-        The reference at the origin, upright, where its path is bent most, heading anywhere and
-        bent to either side; `path` is "eight", "elastica" (modulus uniform), or "both", each in
-        half of the episodes. The ball is away from it by an offset uniform in a disk of
-        `start_offset` radii and a rotation vector uniform in a ball of `start_angle`.
+        The reference is at the origin, upright, at the largest curvature of its path, with uniform
+        heading and either sense of curvature; `path` is "eight", "elastica" (modulus uniform), or
+        "both", each in half of the episodes. The offset of the ball from it is uniform in a disk of
+        `start_offset` radii, its relative rotation vector uniform in a ball of `start_angle`.
 
     Episode End:
-        The episode does not end before its time. Success (`info["is_success"]`): the mean pose
-        error since the start is at most `bound`.
+        The episode ends only at its time limit. Success (`info["is_success"]`): the mean pose error
+        since the start is at most `bound`.
 
     Reference:
-        `lqr` is the linear-quadratic regulator along the elastica that the reference is on: it
-        looks ahead. `damping` does not: it takes the action of the reference and a step down the
-        slope of the error, ``w = -0.6 (p_x + 1.2 theta_y, p_y - 1.2 theta_x)`` in radii per second.
+        `lqr` is the linear-quadratic regulator along the elastica of the reference, which uses its
+        future path. `damping` does not: it adds to the action of the reference a gradient descent
+        of the error, ``w = -0.6 (p_x + 1.2 theta_y, p_y - 1.2 theta_x)`` in radii per second.
 
-        Exact: the error 0 for ever is feasible from no offset, as the reference is rolled by
-        actions that are rounded as any other and can be copied to the bit.
+        Exact: zero error for the whole episode is feasible from zero offset, as the actions of the
+        reference are rounded like all others and can be copied bit for bit.
 
     Version History:
         v0: first version.

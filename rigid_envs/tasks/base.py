@@ -1,4 +1,4 @@
-"""What every task has: its system, its entries of action and observation, its settings."""
+"""Base class of tasks: system, entries of action and observation, hyperparameters."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Task(Settings, abc.ABC):
         observe_params: append to the observation every parameter that is drawn from a range.
         action_noise: standard deviation of Gaussian noise on the action.
         observation_noise: standard deviation of Gaussian noise on every observation entry.
-        action_delay: number of control periods by which actions are late; zero action before.
+        action_delay: delay of actions in control periods; the action before the first one is zero.
     """
 
     dt: float = setting(0.1, Number("control period", "s", 1e-4, 1.0))
@@ -90,26 +90,26 @@ class Task(Settings, abc.ABC):
     )
 
     system_type: ClassVar[type[System]]
-    """What moves."""
+    """Class of the physical system."""
     episode: ClassVar[Episode]
-    """The functions of one row, of which step and reset are compiled."""
+    """Functions of one row, from which `step` and `reset` are compiled."""
     cost_unit: ClassVar[str]
-    """What ``info["cost"]`` measures, with its unit."""
+    """Quantity and unit of ``info["cost"]``."""
     n_choices: ClassVar[int] = 0
     """Number of actions of a task with discrete actions; 0 where they are continuous."""
     fixed_components: ClassVar[tuple[str, ...]] = ()
-    """Components of the state that stay 0; a start that gives others is refused."""
+    """Components of the state that are constantly 0; a start with other values is refused."""
     envelope: ClassVar[float | None] = None
     """Largest rate times integrator step [rad]; None: that of the system, up to which the
     integrator keeps its stated accuracy."""
     aliases: ClassVar[Mapping[str, str]] = {}
-    """Field that stands for a parameter of the system, where the names differ."""
+    """Field of the task for a parameter of the system, where the names differ."""
 
     def __init_subclass__(cls) -> None:
-        """Check that names fit together: every constant and every weight is an attribute.
+        """Check that every constant and every weight is an attribute of the class.
 
         Raises:
-            TypeError: names what is missing.
+            TypeError: an attribute is missing, or the episode belongs to another system.
         """
         super().__init_subclass__()
         if "episode" not in cls.__dict__:
@@ -126,7 +126,7 @@ class Task(Settings, abc.ABC):
                 )
 
     def __post_init__(self) -> None:
-        """Check every field by its rule, and the parameters together."""
+        """Check every field by its rule, and the parameters in combination."""
         check_fields(self)
         self._check_parameters()
         self.check_duration(self.registered_steps())
@@ -144,13 +144,13 @@ class Task(Settings, abc.ABC):
 
     @property
     def aux_names(self) -> tuple[str, ...]:
-        """Names of the auxiliary state: what the task carries from step to step."""
+        """Names of the auxiliary state, which the task keeps from step to step."""
         names: tuple[str, ...] = self.episode.Auxiliary._fields
         return names
 
     @property
     def n_goal(self) -> int:
-        """Entries of a goal; then `features` begins with the achieved and the desired one."""
+        """Number of entries of a goal; `features` then begins with achieved and desired goal."""
         return len(self.episode.Goal._fields)
 
     def weights(self) -> Any:
@@ -159,13 +159,13 @@ class Task(Settings, abc.ABC):
         return Terms(*(float(getattr(self, f"weight_{term}")) for term in Terms._fields))
 
     def constants(self) -> Any:
-        """Numbers that the compiled functions use, by name: attributes of the task."""
+        """Constants of the compiled functions, by name: attributes of the task."""
         Constants = self.episode.Constants
         return Constants(*(float(getattr(self, name)) for name in Constants._fields))
 
     @abc.abstractmethod
     def actions(self) -> tuple[Entry, ...]:
-        """Entries of the action, with the physical value that 1 stands for."""
+        """Entries of the action; their bounds are the physical values of actions -1 and 1."""
 
     @abc.abstractmethod
     def features(self) -> tuple[Entry, ...]:
@@ -175,24 +175,24 @@ class Task(Settings, abc.ABC):
     def largest_rate(self, duration: float) -> float:
         """Bound on the angular rates that an episode of this duration can reach.
 
-        Whatever is drawn at the start and whatever actions follow. It is compared with the
-        `envelope`, with the time limit in force.
+        The bound holds for every start and every sequence of actions. For the time limit in force
+        it is compared with the `envelope`.
 
         Args:
             duration: Time from the start to the end of the episode [s]; may be infinite.
 
         Returns:
-            Rate [rad/s], of the motion and of the turns that an integrator step is made of.
+            Bound [rad/s] on the rates of the motion and of the rotations within an integrator step.
         """
 
     def check_duration(self, n_steps: float) -> None:
-        """See that the integrator stays within the envelope in an episode of so many steps.
+        """Check that the integrator stays within the stability envelope during an episode.
 
         Args:
-            n_steps: Number of control periods.
+            n_steps: Length of the episode in control periods.
 
         Raises:
-            ConfigError: it may not; names the remedy.
+            ConfigError: the rates may leave the envelope; the message names the remedy.
         """
         rate, h = self.largest_rate(n_steps * self.dt), self.dt / self.n_substeps
         if rate * h > self.largest_turn:
@@ -214,7 +214,7 @@ class Task(Settings, abc.ABC):
         return 0
 
     def stable_steps(self) -> int:
-        """Steps of an episode for which the integrator stays within the envelope; 2**31 at most."""
+        """Largest number of steps within the stability envelope; 2**31 at most."""
         allowed = self.largest_turn * self.n_substeps / self.dt
         low, high = 0, 2**31
         if self.largest_rate(high * self.dt) <= allowed:
@@ -229,7 +229,7 @@ class Task(Settings, abc.ABC):
 
     @property
     def largest_turn(self) -> float:
-        """Largest rate times integrator step that is allowed [rad]."""
+        """Allowed product of rate and integrator step [rad]."""
         return self.system_type.envelope if self.envelope is None else self.envelope
 
     def observations(self) -> tuple[Entry, ...]:
@@ -237,7 +237,7 @@ class Task(Settings, abc.ABC):
         return (*self.features(), *_attitude_entries(self.rotation), *self._drawn_entries())
 
     def reached(self, achieved: npt.ArrayLike, desired: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Whether goals are reached, by the very function that `step` uses; shape (...).
+        """Whether goals are reached, by the same function as in `step`; shape (...).
 
         Args:
             achieved: shape (..., n_goal), as observed.
@@ -258,7 +258,7 @@ class Task(Settings, abc.ABC):
         return out.reshape(pair[0].shape[:-1]) > 0.0
 
     def ranges(self) -> dict[str, tuple[float, float]]:
-        """Range of every number that is drawn at reset: the system's, then the channel's."""
+        """Range of every parameter drawn at reset: of the system, then of noise and delay."""
         system = {name: span(getattr(self, field)) for name, field in self._fields().items()}
         return {**system, **{name: span(getattr(self, name)) for name in CHANNEL._fields}}
 
@@ -267,7 +267,7 @@ class Task(Settings, abc.ABC):
         return tuple(dict.fromkeys(self._fields().values()))
 
     def parameter_positions(self) -> dict[str, tuple[int, ...]]:
-        """Where the value of each field stands among `ranges`."""
+        """Positions of the value of each field in `ranges`."""
         positions: dict[str, tuple[int, ...]] = {}
         for k, name in enumerate((*self._fields().values(), *CHANNEL._fields)):
             positions[name] = (*positions.get(name, ()), k)
@@ -282,7 +282,7 @@ class Task(Settings, abc.ABC):
 
     @property
     def rotation_code(self) -> int:
-        """The representation of the attitude, as the kernels know it."""
+        """Code of the attitude representation in the kernels."""
         return _ROTATIONS[self.rotation]
 
     def system(self, parameters: Mapping[str, float] | None = None) -> System:
@@ -292,12 +292,12 @@ class Task(Settings, abc.ABC):
         return self.system_type(**{name: parameters[name] for name in self._fields()})
 
     def _fields(self) -> dict[str, str]:
-        """Parameter of the system: field of the task."""
+        """Field of the task for each parameter of the system."""
         return {name: self.aliases.get(name, name) for name in self.system_type.parameter_names()}
 
     def _check_parameters(self) -> None:
         ends = {name: set(span(getattr(self, name))) for name in self.physical_parameters()}
-        # what a system refuses is linear in its parameters: if every corner can be, all can
+        # a system's conditions are linear in its parameters: valid corners imply a valid range
         for corner in itertools.product(*ends.values()):
             values = dict(zip(ends, corner, strict=True))
             try:

@@ -1,4 +1,4 @@
-"""The one array in which all rows of a task stand, with its settings in place."""
+"""Allocation of the array that holds all rows and settings of a task."""
 
 import numpy as np
 import numpy.typing as npt
@@ -11,13 +11,13 @@ __all__ = ["new_buffer", "parameter_slot", "slots_for"]
 
 
 def slots_for(task: Task) -> Slots:
-    """Slots of a row of this task."""
+    """Memory slots of a row of this task."""
     delay = int(task.ranges()["action_delay"][1])
     return Slots(*slots_of(task.episode.prototypes, delay, len(task.observations())))
 
 
 def parameter_slot(task: Task, position: int) -> int:
-    """Slot of the number at a position of `Task.ranges`: the system's, then the channel's."""
+    """Slot of the parameter at a position of `Task.ranges`."""
     slots, n_raw = slots_for(task), len(task.episode.prototypes.raw)
     if position < n_raw:
         return slots.parameters + position
@@ -27,7 +27,7 @@ def parameter_slot(task: Task, position: int) -> int:
 def new_buffer(
     task: Task, n_rows: int, max_steps: int | None
 ) -> tuple[npt.NDArray[np.float64], Settings]:
-    """The array of `n_rows` rows, zero but for its head, and the settings at its head."""
+    """Array of `n_rows` rows, zero except for the settings at its head; and the settings."""
     slots, ranges = slots_for(task), list(task.ranges().values())
     positions = task.parameter_positions()
     observed = [parameter_slot(task, positions[name][0]) for name in task.observed_parameters()]
@@ -71,5 +71,5 @@ def new_buffer(
 
 
 def _blocks_up(n: int) -> int:
-    """The least multiple of LANES that is at least n."""
+    """Smallest multiple of LANES that is at least n."""
     return -(-n // LANES) * LANES

@@ -1,4 +1,4 @@
-"""Park an upright coin: reach place, heading and roll phase by rolling and steering."""
+"""Park an upright coin: reach position, heading and roll phase by rolling and steering."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 
 __all__ = ["CoinPark"]
 
-_FAR = 50.0  # radii; offsets are observed and punished no further than this
-_SMOOTH = 1e-3  # rounds the roots off at the origin
+_FAR = 50.0  # radii; bound of observed and penalised offsets
+_SMOOTH = 1e-3  # smooths the roots at the origin
 _UPRIGHT = math.sqrt(0.5)
 
 
 class Action(NamedTuple):
-    """Roll rate and steer rate, each in parts of the largest."""
+    """Roll rate and steer rate, each as a fraction of its maximum."""
 
     roll_rate: float
     steer_rate: float
@@ -56,7 +56,7 @@ class Constants(NamedTuple):
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, tuple[()]]:
-    """Place uniform in a square, heading and phase uniform; q = Rz(phi) Rx(pi / 2) Rz(psi)."""
+    """Position uniform in a square, heading and phase uniform; q = Rz(phi) Rx(pi / 2) Rz(psi)."""
     X = c.start_half_width * (2.0 * randoms.uniform(stream, 0) - 1.0)
     Y = c.start_half_width * (2.0 * randoms.uniform(stream, 1) - 1.0)
     heading, phase = randoms.direction(stream, 1 << 20), randoms.direction(stream, 1 << 21)
@@ -69,7 +69,7 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, t
 def actuate(
     a: Action, y: State, aux: NoAuxiliary, p: Parameters, c: Constants
 ) -> tuple[State, Input]:
-    """Roll rate and steer rate, at once; no torque, so the way is an arc."""
+    """Roll rate and steer rate, set at once; without torque the path is an arc."""
     steer_rate, roll_rate = c.largest_steer_rate * a.steer_rate, c.largest_roll_rate * a.roll_rate
     return State(*attitude(y), y.X, y.Y, steer_rate, roll_rate), Input(0.0, 0.0)
 
@@ -113,34 +113,35 @@ def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[fl
 
 @dataclass(frozen=True)
 class CoinPark(Task):
-    """Park an upright coin: place at the origin, heading and roll phase 0.
+    """Park an upright coin: position at the origin, heading and roll phase 0.
 
-    Four dimensions, two controls: the coin rolls and is steered, also where it stands, but it
-    cannot slip sideways.
+    Four dimensions, two controls: the coin rolls and is steered, also on the spot, but it cannot
+    slip sideways.
 
-    Why it is hard: turning on the spot brings the heading right; the place can then be reached by
-    rolling, but the phase arrives as it will. To change it a way must be gone whose length is not
-    that of the straight one.
+    Why it is hard: turning on the spot corrects the heading, and rolling then reaches the position,
+    but the final phase follows from the length of the path. To change the phase, the path must have
+    another length than the straight one.
 
     Physics:
         ``(X', Y') = -radius psi' (cos phi, sin phi)`` with the heading phi and the roll phase psi.
-        Both rates are set at once, so each step is an exact arc. Mass, moments and g have no effect
-        on a coin whose rates are given.
+        Both rates are set at once, so each step is an exact arc. Mass, moments and g have no
+        effect, as the rates are given.
 
-        The two fields of controls and their Lie brackets span 2, 3 and 4 dimensions (growth vector
-        (2, 3, 4)): at the goal steering and rolling are at hand, the side y takes a commutator of
-        the two, and the mismatch ``x + psi`` between what was rolled and what is turned takes a
-        commutator of that with steering. Nothing moves while the action is 0.
+        The two control vector fields and their Lie brackets span 2, 3 and 4 dimensions (growth
+        vector (2, 3, 4)). At the goal steering and rolling are directly controlled, the lateral
+        offset y needs the bracket of the two, and the mismatch ``x + psi`` between rolled offset
+        and phase needs the bracket of that with steering. There is no drift: nothing moves while
+        the action is 0.
 
     Rewards:
-        The cost weighs every direction by the order of the bracket that generates it. With p = (x,
-        y) the offset in radii and m = x + psi within half a turn, ``position`` = ``-|p|``,
-        ``heading`` = ``-|phi|``, ``side`` = ``-sqrt(|y|)`` and ``mismatch`` = ``-cbrt(|m|)``:
-        orders 1, 1, 2 and 3, with roots that are rounded off within 0.001 of 0. |p|, |x| and |y|
-        count up to 50. ``parked`` = 1 in the step that parks the coin.
+        Each direction has the root of the order of the bracket that generates it. With p = (x, y)
+        the offset in radii and m = x + psi within half a turn, ``position`` = ``-|p|``, ``heading``
+        = ``-|phi|``, ``side`` = ``-sqrt(|y|)`` and ``mismatch`` = ``-cbrt(|m|)``: orders 1, 1, 2
+        and 3. The roots are smoothed within 0.001 of 0, and |p|, |x| and |y| are limited to 50.
+        ``parked`` = 1 in the step that parks the coin.
 
     Starting State:
-        Place uniform in the square ``|X|, |Y| <= start_half_width``, heading and phase uniform.
+        Position uniform in the square ``|X|, |Y| <= start_half_width``, heading and phase uniform.
 
     Episode End:
         The episode terminates when the coin is parked: its offset is at most `position_tolerance`,
@@ -152,7 +153,7 @@ class CoinPark(Task):
         D`` and ``a + b = 2 pi k - psi`` with D the offset in radii and u the headings.
 
         Bound: no path is shorter than ``max(distance, radius |psi|)``, less the tolerance. Turning
-        while rolling would save steps.
+        while rolling takes fewer steps.
 
     Version History:
         v0: first version.
@@ -229,7 +230,7 @@ class CoinPark(Task):
         return max(self.roll_per_step, self.steer_per_step) / self.dt
 
     def lower_bound(self, y: Array) -> Array:
-        """Path length [m] that no plan can beat: max(distance, radius * abs(psi)) to the origin."""
+        """Lower bound on the path length [m]: max(distance, radius * abs(psi)) to the origin."""
         coin = UprightCoin()
         distance = np.hypot(*np.moveaxis(coin.contact(y), -1, 0))
         return np.asarray(np.maximum(distance, span(self.radius)[0] * np.abs(coin.phase(y))))

@@ -23,7 +23,7 @@ _FAR = 100.0  # bound of the momentum term
 
 
 class Action(NamedTuple):
-    """Impulse in body axes, in parts of the largest."""
+    """Impulse in body axes, as a fraction of the maximum."""
 
     j1: float
     j2: float
@@ -57,7 +57,7 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, t
 def actuate(
     a: Action, y: State, aux: NoAuxiliary, p: Parameters, c: Constants
 ) -> tuple[State, Input]:
-    """The impulse changes omega at once; it is handed on as the input, for `outcome` to see."""
+    """The impulse changes omega at once; the input passes it on to `outcome`."""
     j1, j2, j3 = c.impulse * a.j1, c.impulse * a.j2, c.impulse * a.j3
     kicked = State(
         *attitude(y),
@@ -70,7 +70,7 @@ def actuate(
 
 @scalar
 def drift(y: State, u: Input, p: Parameters, h: float) -> State:
-    """Free motion: the input is an impulse that has acted already."""
+    """One step of free motion: the impulse in the input has acted already."""
     return free_body.step(y, Input(0.0, 0.0, 0.0), p, h)
 
 
@@ -78,7 +78,7 @@ def drift(y: State, u: Input, p: Parameters, h: float) -> State:
 def outcome(
     y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
-    """Squares of momentum and impulse."""
+    """Quadratic terms of momentum and impulse."""
     L1, L2, L3 = p.I1 * y.omega1, p.I2 * y.omega2, p.I3 * y.omega3
     scale = 1.0 / c.start_momentum
     momentum = (L1 * L1 + L2 * L2 + L3 * L3) * (scale * scale)
@@ -97,39 +97,39 @@ def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[fl
 class Detumble(Task):
     """Bring the angular momentum of a tumbling body to zero by impulses.
 
-    Each step is an impulse, which changes the momentum at once, and then a free drift, which turns
-    L in the body and keeps its size. What is observed is the angular velocity, which the drift
-    changes in a way that is not linear. But impulses act on the momentum, and of it only the size
-    counts, which the drift keeps: what is best is known exactly.
+    Each step is an impulse, which changes the angular momentum L at once, and then free motion,
+    which rotates L in the body and conserves its norm. The observation is the angular velocity,
+    whose free motion is nonlinear. But impulses act on the momentum, and the cost depends on its
+    norm only, so the optimal policy is known exactly.
 
     Physics:
-        An impulse j changes the momentum by ``L -> L + j``; then the body drifts freely for a
+        An impulse j changes the momentum by ``L -> L + j``; then the body moves freely for a
         control period, by Euler's equations ``I omega' = I omega x omega``. Momentum and impulse
-        are vectors in body axes, which are the principal axes, and ``omega = I^-1 L``. The drift
-        keeps the size of L, and L in space, to rounding.
+        are vectors in body axes, which are the principal axes, and ``omega = I^-1 L``. The free
+        motion conserves the norm of L, and L in space, to rounding.
 
-        The momentum that largest impulses could add up to before the time limit bounds the rates.
+        The sum of the largest impulses until the time limit bounds the rates.
 
     Rewards:
         ``momentum`` = ``-(|L| / start_momentum)^2`` after the step (not below -100) and ``impulse``
-        = ``-(|j| / impulse)^2``: the quadratic cost, of which the optimum is known.
+        = ``-(|j| / impulse)^2``: a quadratic cost with a known optimum.
 
     Starting State:
         The angular momentum is uniform in a ball of radius `start_momentum`; the attitude is
         uniform on SO(3).
 
     Episode End:
-        The episode does not end before its time. Success (`info["is_success"]`): |L| is below
+        The episode ends only at its time limit. Success (`info["is_success"]`): |L| is below
         `tolerance` times `start_momentum`.
 
     Reference:
         Exact: with a and b the weights over the squares of start_momentum and impulse, the cost to
         go is ``P |L|^2`` with the root ``P = (-a + sqrt(a^2 + 4 a b)) / 2`` of the scalar Riccati
         equation ``P = b (a + P) / (a + b + P)``, under the law ``j = -L (a + P) / (a + b + P)``,
-        which is `riccati`: in n steps it pays ``P (|L_0|^2 - |L_n|^2)``. With equal weights it
-        stays within the ball of impulses for all starts.
+        which is `riccati`: n steps cost ``P (|L_0|^2 - |L_n|^2)``. With equal weights it stays
+        within the ball of impulses for all starts.
 
-        In the least time, L takes ``|L| / impulse`` steps, rounded up. `brake` does it, by the
+        The least time to rest is ``|L| / impulse`` steps, rounded up. `brake` attains it with the
         largest impulse against L.
 
     Version History:
@@ -179,7 +179,7 @@ class Detumble(Task):
         return tuple(Entry(f"omega{k}", "rad/s", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
     def largest_rate(self, duration: float) -> float:
-        """What full impulses can make of the start until the end."""
+        """Bound on the rates after the largest impulse in every step."""
         moments = (self.I1, self.I2, self.I3)
         momentum = self.start_momentum + duration / self.dt * self.impulse
         return fastest(moments, momentum / math.sqrt(min(span(moment)[0] for moment in moments)))

@@ -1,4 +1,4 @@
-"""Keep a slow disk rolling, on a commanded circle."""
+"""Keep a slow disk rolling on a commanded circle."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
 
 __all__ = ["DiskRoll", "DiskRollRandom"]
 
-_FAST = 50.0  # rad/s; observed no further than this
+_FAST = 50.0  # rad/s; bound of the observed rates
 _FALLEN = 0.5 * math.sqrt(3.0)  # sine of a lean of 60 degrees
 
 
 class Action(NamedTuple):
-    """Torque about the direction of travel, in parts of the largest."""
+    """Torque about the direction of travel, as a fraction of the maximum."""
 
     tau_lean: float
 
@@ -42,7 +42,7 @@ class Constants(NamedTuple):
     """Torque [N m], success (relative error, time [s]), circles, start (lean [rad], rates).
 
     Curvatures are those times the radius; `start_rate` is in rad/s, `start_speed` and
-    `start_spread` are parts of the threshold.
+    `start_spread` are fractions of the threshold.
     """
 
     torque: float
@@ -57,7 +57,7 @@ class Constants(NamedTuple):
 
 
 class Auxiliary(NamedTuple):
-    """For how many control periods the error has been small; commanded curvature times radius."""
+    """Control periods for which the error has been small; commanded curvature times radius."""
 
     held: float = 0.0
     goal_curvature: float = 1.0
@@ -65,7 +65,7 @@ class Auxiliary(NamedTuple):
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
-    """Near upright, slower than the speed at which the disk stands by itself; a circle."""
+    """Near upright, below the speed of stable rolling; commanded curvature uniform."""
     lean = c.start_lean * (2.0 * randoms.uniform(stream, 0) - 1.0)
     wn = c.start_rate * (2.0 * randoms.uniform(stream, 1) - 1.0)
     wl = c.start_rate * (2.0 * randoms.uniform(stream, 2) - 1.0)
@@ -94,7 +94,7 @@ def actuate(
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Error of the curvature, lean and torque; for how long the error was small; the fall."""
+    """Reward terms, torque impulse as cost, success after the hold time, end at a fall."""
     motion = rolling(y)
     wrong = abs(motion.curvature - aux.goal_curvature) / abs(aux.goal_curvature)
     held = select(wrong <= c.tolerance, aux.held + 1.0, 0.0)
@@ -109,7 +109,7 @@ def outcome(
 
 @scalar
 def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
-    """Lean and its rate, turn and roll rate, curvature and what it should be."""
+    """Lean and its rate, turn and roll rate, actual and commanded curvature."""
     motion = rolling(y)
     return (
         atan2(motion.sin_lean, motion.cos_lean),
@@ -123,44 +123,45 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 @dataclass(frozen=True)
 class DiskRoll(Task):
-    """Keep a disk rolling that is too slow to stand, and lead it round a commanded circle.
+    """Keep a disk rolling below its stable speed, on a circle of commanded curvature.
 
-    A disk rolls at 0.5 to 0.95 of the speed above which it stands by itself, and is to be led round
-    a circle of a curvature that is drawn anew in every episode; where the circle lies is free. The
-    only control is a torque about the direction of travel.
+    A disk rolls at 0.5 to 0.95 of the speed above which upright rolling is stable. It is to roll on
+    a circle whose curvature is drawn in every episode; the centre of the circle is free. The only
+    control is a torque about the direction of travel.
 
-    Why it is hard: the torque does not act on the turn rate and the roll rate at all; those follow
-    the lean, as when a bicycle is steered by leaning. So the disk must be leaned as far as the
-    circle asks for, and held there against its weight.
+    Why it is hard: the torque does not act on turn rate and roll rate; both follow from the lean,
+    as for a bicycle that is steered by leaning. So the disk must reach the lean of the commanded
+    circle and hold it against gravity.
 
     Physics:
         With the turn rate wn about the radius that points up, the roll rate w3 about the axis and
         theta = pi / 2 + lean, ``d(wn sin(theta)) = (I3 / I1) w3 sin(theta) dtheta`` and ``dw3 = m
-        r^2 / (I3 + m r^2) wn dtheta``, whatever the torque. Without it the energy is conserved.
+        r^2 / (I3 + m r^2) wn dtheta`` under any lean torque. Without torque the energy is
+        conserved.
 
         Upright rolling is stable where ``I3 (I3 + m r^2) w3^2 > I1 m g r``: a disk above ``w3^2 = g
-        / (3 r)``, a hoop above ``g / (4 r)``. Below, a small lean grows, and left alone the disk
-        falls or reels.
+        / (3 r)``, a hoop above ``g / (4 r)``. Below, a small lean grows, and without control the
+        disk falls or reels.
 
     Rewards:
-        ``circle`` = ``1 / (1 + 10 e)`` with e the relative error of the curvature of the way of the
-        contact, ``upright`` = ``cos(lean)``, which is paid for rolling on, and ``effort`` =
-        ``-(tau / torque)^2``.
+        ``circle`` = ``1 / (1 + 10 e)`` with e the relative error of the curvature of the contact's
+        path, ``upright`` = ``cos(lean)``, the reward for not falling, and ``effort`` = ``-(tau /
+        torque)^2``.
 
     Starting State:
         Lean uniform within `start_lean`, turn rate and lean rate each within `start_rate`, the roll
         rate between `start_speed` and `start_speed` + `start_spread` of the threshold. The
-        commanded curvature times radius is to either side, between `goal_curvature` and
-        `goal_curvature` + `goal_spread`. Heading and phase are uniform.
+        commanded curvature times radius has either sign and a magnitude between `goal_curvature`
+        and `goal_curvature` + `goal_spread`. Heading and phase are uniform.
 
     Episode End:
         Success (`info["is_success"]`): e has been at most `tolerance` throughout the last `hold`
-        seconds, and the disk has not fallen. The episode terminates when it has, at a lean of more
-        than 60 degrees.
+        seconds, and the disk has not fallen. The episode terminates when the disk has fallen, at a
+        lean of more than 60 degrees.
 
     Reference:
-        `lqr` is the linear-quadratic regulator of the lean, about that with which the disk rolls on
-        the commanded circle, and the torque that holds it there.
+        `lqr` is the linear-quadratic regulator of the lean about steady rolling on the commanded
+        circle, with the torque of steady rolling as feedforward.
 
     Version History:
         v0: first version.
@@ -210,7 +211,7 @@ class DiskRoll(Task):
         return (Entry("tau_lean", "N m", "direction of travel", -self.torque, self.torque),)
 
     def features(self) -> tuple[Entry, ...]:
-        """Lean and its rate, turn and roll rate, curvature and its goal."""
+        """Lean and its rate, turn and roll rate, actual and commanded curvature."""
         return (
             Entry("lean", "rad", "theta - pi / 2", -0.5 * math.pi, 0.5 * math.pi),
             Entry("theta'", "rad/s", "direction of travel", -_FAST, _FAST),
@@ -221,7 +222,7 @@ class DiskRoll(Task):
         )
 
     def largest_rate(self, duration: float) -> float:
-        """What gravity and full torque make of the fastest start before the disk has fallen."""
+        """Bound on the rates from the fastest start until the disk has fallen."""
         parameters = (self.m, self.radius, self.I1, self.I3, self.g)
         speed = self.start_speed + self.start_spread
         return fastest_disk(parameters, speed, self.start_rate, self.torque)
@@ -229,15 +230,16 @@ class DiskRoll(Task):
 
 @dataclass(frozen=True)
 class DiskRollRandom(DiskRoll):
-    """Keep a wheel rolling on a commanded circle that is drawn anew in every episode.
+    """Keep a wheel with random parameters rolling on a circle of commanded curvature.
 
-    `DiskRoll` with mass, radius and moments that are not known, from flat (I3 = 2 I1, the most that
-    a body can have) to thick wheels: the threshold is 0.53 to 0.72 sqrt(g / r), and the torque that
-    holds a lean differs by a factor of 1.5. Curvatures are observed as they are, so a wheel can be
-    held on its circle whatever it is made of; `observe_params` shows what that is.
+    `DiskRoll` with mass, radius and moments that are drawn and not observed, from flat wheels (I3 =
+    2 I1, the largest ratio of a rigid body) to thick ones. The threshold is 0.53 to 0.72 sqrt(g /
+    r), and the torque that holds a lean varies by a factor of 1.5. The actual curvature is
+    observed, so a policy can hold the circle without the parameters; `observe_params` adds them to
+    the observation.
 
     Reference:
-        The regulator of `DiskRoll` for the middle of the ranges, which does not know the wheel.
+        The regulator of `DiskRoll` for the middle of the ranges, without the drawn parameters.
 
         Exact: the threshold ``I3 (I3 + m r^2) w3^2 = I1 m g r`` of each wheel.
     """

@@ -1,4 +1,4 @@
-"""What the tasks of a rolling disk share: how it rolls, and how fast it can become."""
+"""Common functions of the rolling-disk tasks: rolling variables and bounds on rates."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from rigid_envs.tasks.fields import Range, span
 
 __all__ = ["TIGHT", "Rolling", "fastest_disk", "rolling", "threshold"]
 
-TIGHT = 10.0  # curvatures times the radius are observed no further than this
-_STEPS = 200  # of cos(theta), in which rates are summed up
+TIGHT = 10.0  # bound of observed curvature times radius
+_STEPS = 200  # number of steps in cos(theta) for the integration of rates
 
 
 class Rolling(NamedTuple):
-    """Lean, its rate, turn rate wn and roll rate w3 [rad/s], curvature of the way times radius."""
+    """Lean, its rate, turn rate wn and roll rate w3 [rad/s], path curvature times radius."""
 
     sin_lean: float
     cos_lean: float
@@ -31,15 +31,15 @@ class Rolling(NamedTuple):
 
 @scalar
 def rolling(y: State) -> Rolling:
-    """How a disk rolls.
+    """Rolling variables of a state.
 
-    The contact goes round at phi' = wn / cos(lean), along the way at the rate psi' = w3 + wn
-    tan(lean) times the radius. (The lean is theta - pi / 2.)
+    The path of the contact turns at phi' = wn / cos(lean), and its speed is the radius times psi' =
+    w3 + wn tan(lean). (The lean is theta - pi / 2.)
     """
     n1, n2, s, c = rolling_disk.inclination(attitude(y))
     wn, wl = fma(n1, y.omega1, n2 * y.omega2), fma(n1, y.omega2, -n2 * y.omega1)
-    way = y.omega3 - wn * c / s
-    curvature = wn / s * way / max(way * way, 1e-9)
+    psi_rate = y.omega3 - wn * c / s
+    curvature = wn / s * psi_rate / max(psi_rate * psi_rate, 1e-9)
     return Rolling(
         sin_lean=-c,
         cos_lean=s,
@@ -51,7 +51,7 @@ def rolling(y: State) -> Rolling:
 
 
 def threshold(mgr: float, I1: float, I3: float, rim: float) -> float:
-    """Roll rate [rad/s] above which an upright disk rolls on by itself.
+    """Roll rate [rad/s] above which upright rolling is stable.
 
     ``I3 (I3 + m r^2) w3^2 = I1 m g r``: w3^2 = g / (3 r) for a disk, g / (4 r) for a hoop.
 
@@ -72,16 +72,16 @@ def fastest_disk(
     turn: float,
     torque: float,
 ) -> float:
-    """Largest rate [rad/s] until the lean is 60 degrees, by `RollingDisk.rate_and_growth`.
+    """Bound on the rate [rad/s] until the lean is 60 degrees, as in `RollingDisk.rate_and_growth`.
 
-    Whatever the lean torque, wn and w3 depend on theta alone. With c = cos(theta), ``d(wn
+    Under any lean torque, wn and w3 depend on theta alone. With c = cos(theta), ``d(wn
     sin(theta))/dc = -(I3 / I1) w3`` and ``dw3/dc = -m r^2 / (I3 + m r^2) wn / sin(theta)``: both
-    are summed up from upright, in the sense in which both grow. What is left of the energy, and
-    the work of the torque over 120 degrees, is a rate of the lean.
+    are integrated from upright in the sense in which both grow. The remaining energy, plus the work
+    of the torque over 120 degrees, bounds the lean rate.
 
     Args:
         parameters: m, radius, I1, I3 and g, numbers or ranges.
-        speed: largest w3 at the start, as a part of the `threshold`.
+        speed: largest w3 at the start / `threshold`.
         turn: largest wn and wl at the start [rad/s].
         torque: largest lean torque [N m].
 

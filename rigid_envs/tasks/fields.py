@@ -1,4 +1,4 @@
-"""Fields of a task: its hyperparameters, each with the rule of its values."""
+"""Fields of a task: hyperparameters, each with the rule that checks its value."""
 
 from typing import Any
 
@@ -23,9 +23,9 @@ Range = float | tuple[float, float]
 
 
 def physical(default: Range, text: str, unit: str) -> Any:
-    """A positive physical parameter: a number, or a range it is drawn from at reset.
+    """A positive physical parameter: a number, or a range from which it is drawn at reset.
 
-    From a grain to a ship: within these bounds no product or quotient of parameters overflows.
+    Within the bounds 1e-9 and 1e6 no product or quotient of parameters overflows.
     """
     return setting(default, Number(text, unit, 1e-9, 1e6, drawn=True))
 

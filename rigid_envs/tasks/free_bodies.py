@@ -1,4 +1,4 @@
-"""What the tasks of a free body share: torque, observed rates, order of moments, largest rates."""
+"""Common functions of the free-body tasks: torque, observed rates, checks, bounds on rates."""
 
 import math
 from typing import Any, NamedTuple
@@ -29,11 +29,11 @@ __all__ = [
 
 Moments = tuple[Range, Range, Range]
 
-FASTEST = 20.0  # rates are observed no further than this
+FASTEST = 20.0  # bound of observed rates
 
 
 class BodyTorque(NamedTuple):
-    """Torque about the body axes, in parts of the largest."""
+    """Torque about the body axes, as fractions of the maximum."""
 
     tau1: float
     tau2: float
@@ -41,14 +41,14 @@ class BodyTorque(NamedTuple):
 
 
 class Held(NamedTuple):
-    """For how many steps the state has been within the tolerance."""
+    """Number of steps for which the state has been within the tolerance."""
 
     held: float = 0.0
 
 
 @scalar
 def perturbed_spin(stream: randoms.Stream, rate: float, spread: float) -> State:
-    """Spin about e2 and a perturbation uniform in a ball [rad/s]; attitude uniform on SO(3)."""
+    """Spin about e2, perturbed uniformly in a ball [rad/s]; attitude uniform on SO(3)."""
     a, b, d = randoms.in_ball(stream, 0)
     q = randoms.quaternion(stream, 1 << 20)
     return State(*q, spread * a, spread * b + rate, spread * d)
@@ -62,7 +62,7 @@ def torque_about_axes(a: BodyTorque, torque: float) -> Input:
 
 @scalar
 def observed_rates(y: State, scale: float) -> tuple[float, float, float]:
-    """The angular velocity times a scale, clipped to the bounds of the observation."""
+    """Angular velocity times a scale, clipped to the bounds of the observation."""
     return (
         min(max(scale * y.omega1, -FASTEST), FASTEST),
         min(max(scale * y.omega2, -FASTEST), FASTEST),
@@ -72,12 +72,12 @@ def observed_rates(y: State, scale: float) -> tuple[float, float, float]:
 
 @scalar
 def held_for(is_near: bool, aux: Any) -> float:
-    """Steps for which the state has been within the tolerance, this one included."""
+    """Number of steps for which the state has been within the tolerance, up to this one."""
     return select(is_near, aux.held + 1.0, 0.0)
 
 
 def check_order(moments: Moments) -> None:
-    """See that I1 < I2 < I3 for all values that the three ranges allow.
+    """Check that I1 < I2 < I3 for all values in the three ranges.
 
     Raises:
         ConfigError: two ranges touch or are in the wrong order.
@@ -92,24 +92,25 @@ def check_order(moments: Moments) -> None:
 def spun_up(
     moments: Moments, rate: float, torques: tuple[float, float, float], time: float
 ) -> float:
-    """Largest sqrt(2 T) of a body that starts at a rate and is under torques for a time.
+    """Bound on sqrt(2 T) of a body after bounded torques have acted for a time.
 
-    ``(sqrt(2 T))' = omega . tau / sqrt(2 T) <= sqrt(sum tau_k^2 / I_k)``, by Cauchy and Schwarz.
+    ``(sqrt(2 T))' = omega . tau / sqrt(2 T) <= sqrt(sum tau_k^2 / I_k)``, by the Cauchy-Schwarz
+    inequality.
 
     Args:
         moments: principal moments [kg m^2].
         rate: largest norm of omega at the start [rad/s].
         torques: largest torque about each body axis [N m].
-        time: for how long they act [s].
+        time: duration of the torques [s].
     """
     gain = sum(tau * tau / span(moment)[0] for tau, moment in zip(torques, moments, strict=True))
     return rate * math.sqrt(max(span(moment)[1] for moment in moments)) + time * math.sqrt(gain)
 
 
 def fastest(moments: Moments, root: float) -> float:
-    """Largest rate of the turns that motion and steps are made of [rad/s], at sqrt(2 T) = root.
+    """Bound on the rates of motion and integrator steps [rad/s], at sqrt(2 T) = root.
 
-    See `rigid_envs.systems.free_body.fastest_turn`; the worst body of the ranges counts.
+    For the worst body of the ranges; see `rigid_envs.systems.free_body.fastest_turn`.
     """
     low = [span(moment)[0] for moment in moments]
     high = max(span(moment)[1] for moment in moments)

@@ -49,7 +49,7 @@ class Constants(NamedTuple):
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
-    """Spin Omega about e2 and a perturbation uniform in a ball; attitude uniform on SO(3)."""
+    """Spin Omega about e2, perturbed uniformly in a ball; attitude uniform on SO(3)."""
     return perturbed_spin(stream, c.spin_rate, c.start_spread), Held(0.0)
 
 
@@ -63,7 +63,7 @@ def actuate(a: BodyTorque, y: State, aux: Held, p: Parameters, c: Constants) -> 
 def outcome(
     y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
 ) -> tuple[Held, Terms, float, bool, bool]:
-    """Spin error, torque, and for how long the error has been small."""
+    """Reward terms, torque impulse as cost, success after the hold time."""
     scale = 1.0 / c.spin_rate
     e1, e2, e3 = scale * y.omega1, scale * y.omega2 - 1.0, scale * y.omega3
     error = math.sqrt(e1 * e1 + e2 * e2 + e3 * e3)
@@ -78,7 +78,7 @@ def outcome(
 
 @scalar
 def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, float, float]:
-    """Angular velocity in target rates."""
+    """Angular velocity divided by Omega."""
     return observed_rates(y, 1.0 / c.spin_rate)
 
 
@@ -87,10 +87,10 @@ class IntermediateAxis(Task):
     """Hold spin about the unstable intermediate axis e2 at the rate Omega.
 
     Free spin about the axis of the middle moment is unstable: perturbations grow, and the body
-    flips over (Dzhanibekov). Three body torques keep it from doing so.
+    flips over (Dzhanibekov). Torques about the three body axes prevent this.
 
-    The torque is weak: it can hold the unstable mode only near the axis. The start stays inside,
-    though not by much.
+    The torque is weak: it can hold the unstable mode only near the axis. The starts are inside that
+    region by a small margin.
 
     Physics:
         Euler's equations ``I omega' = I omega x omega + tau``, all in body axes, which are the
@@ -104,16 +104,16 @@ class IntermediateAxis(Task):
         body. At the start |d| is 0.5 rad/s at most.
 
     Rewards:
-        ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega - Omega e2| / Omega``: steepest at
-        no error, and not flat at any. ``effort`` = ``-|tau|^2 / (3 torque^2)``, small beside it:
-        holding the spin at e2 needs no torque at all.
+        ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega - Omega e2| / Omega``: its slope is
+        largest at zero error and nowhere zero. ``effort`` = ``-|tau|^2 / (3 torque^2)`` has a small
+        weight: the spin exactly at e2 needs no torque.
 
     Starting State:
-        omega is ``Omega e2`` (`spin_rate`) and a perturbation uniform in a ball of radius
+        omega is ``Omega e2`` (`spin_rate`) plus a perturbation uniform in a ball of radius
         `start_spread`; the attitude is uniform on SO(3).
 
     Episode End:
-        The episode does not end before its time. Success (`info["is_success"]`): the error has been
+        The episode ends only at its time limit. Success (`info["is_success"]`): the error has been
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
@@ -122,7 +122,7 @@ class IntermediateAxis(Task):
         `energy_casimir` is energy-Casimir feedback, ``tau = -(k1 omega1, k2 (omega2 - Omega), k3
         omega3 - eps omega1 omega2)`` with ``eps = 3 (I2 - I1)`` and ``kj = 5/3 Ij Omega``.
 
-        Spin exactly at e2 needs no torque: what is paid is for the perturbation at the start.
+        Spin exactly at e2 needs no torque: the cost is due to the initial perturbation.
 
     Version History:
         v0: first version.
@@ -162,8 +162,8 @@ class IntermediateAxis(Task):
         observe=observe,
     )
     cost_unit: ClassVar = "torque impulse [N m s]"
-    # Full torque for 30 s: stable, but less accurate than within the envelope of the system, which
-    # is left at more than 5 rad/s. See Physics.
+    # Full torque for 30 s exceeds the envelope of the system, at more than 5 rad/s: the step is
+    # then stable but less accurate. See Physics.
     envelope: ClassVar = 1.1
 
     def _check_parameters(self) -> None:
@@ -175,11 +175,11 @@ class IntermediateAxis(Task):
         return tuple(Entry(f"tau{k}", "N m", "body", -self.torque, self.torque) for k in (1, 2, 3))
 
     def features(self) -> tuple[Entry, ...]:
-        """Angular velocity in target rates."""
+        """Angular velocity divided by Omega."""
         return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
     def largest_rate(self, duration: float) -> float:
-        """What full torque can make of the start until the end."""
+        """Bound on the rates after full torque during the whole episode."""
         moments = (self.I1, self.I2, self.I3)
         rate = self.spin_rate + self.start_spread
         return fastest(moments, spun_up(moments, rate, (self.torque,) * 3, duration))
@@ -187,12 +187,11 @@ class IntermediateAxis(Task):
 
 @dataclass(frozen=True)
 class IntermediateAxisRandom(IntermediateAxis):
-    """Hold spin about the intermediate axis e2 of a body that is drawn anew in every episode.
+    """Hold spin about the intermediate axis e2 of a body with random moments.
 
-    `IntermediateAxis` with moments that are not known: a law must hold bodies whose spin escapes
-    slowly, at 0.23 Omega, and others that escape more than twice as fast, at 0.52 Omega. Every
-    start of every body can be held by the torque there is. The drawn moments are observed with
-    `observe_params`.
+    `IntermediateAxis` with moments that are drawn in every episode and not observed. A policy must
+    hold bodies with growth rates from 0.23 Omega to 0.52 Omega. The torque is large enough for
+    every start of every body. The drawn moments are observed with `observe_params`.
 
     Physics:
         Euler's equations ``I omega' = I omega x omega + tau``, all in body axes, which are the

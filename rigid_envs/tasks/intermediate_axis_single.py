@@ -30,7 +30,7 @@ __all__ = ["IntermediateAxisSingle"]
 
 
 class Action(NamedTuple):
-    """Torque about e3, in parts of the largest."""
+    """Torque about e3, as a fraction of the maximum."""
 
     tau3: float
 
@@ -54,7 +54,7 @@ class Constants(NamedTuple):
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
-    """Spin Omega about e2 and a perturbation uniform in a ball; attitude uniform on SO(3)."""
+    """Spin Omega about e2, perturbed uniformly in a ball; attitude uniform on SO(3)."""
     return perturbed_spin(stream, c.spin_rate, c.start_spread), Held(0.0)
 
 
@@ -68,7 +68,7 @@ def actuate(a: Action, y: State, aux: Held, p: Parameters, c: Constants) -> tupl
 def outcome(
     y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
 ) -> tuple[Held, Terms, float, bool, bool]:
-    """Angle from e2 to the axis of spin, torque, and for how long the angle has been small."""
+    """Reward terms, torque impulse as cost, success after the hold time."""
     angle = atan2(math.sqrt(y.omega1 * y.omega1 + y.omega3 * y.omega3), y.omega2)
     share = u.tau3 * (1.0 / c.torque)
     held = held_for(angle < c.tolerance, aux)
@@ -78,7 +78,7 @@ def outcome(
 
 @scalar
 def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, float, float]:
-    """Angular velocity in target rates."""
+    """Angular velocity divided by Omega."""
     return observed_rates(y, 1.0 / c.spin_rate)
 
 
@@ -86,38 +86,38 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, fl
 class IntermediateAxisSingle(Task):
     """Align the spin with the unstable intermediate axis e2 by a torque about e3 alone.
 
-    Without control the spin leaves e2 and flips over. One torque is enough to hold it there, if it
-    turns the sign of a gyroscopic term: a law that only damps omega3 does not do it.
+    Without control the spin leaves e2 and flips over. One torque is enough to hold it there if it
+    reverses the sign of a gyroscopic term; a law that only damps omega3 fails.
 
-    The rate of the spin is not free, as the torque cannot change a certain sum of squares, so only
-    the direction of the spin is asked for.
+    The final rate of the spin cannot be chosen, as the torque conserves a quadratic form. So the
+    goal is the direction of the spin only.
 
     Physics:
         Euler's equations ``I omega' = I omega x omega + (0, 0, tau3)``, all in body axes, which are
         the principal axes. Under any tau3 the sum ``I1 (I3 - I1) omega1^2 + I2 (I3 - I2) omega2^2``
         is conserved.
 
-        Without control the spin leaves e2 at the rate
-        ``lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))``, 0.577 per second for the default
-        body. ``tau3 = eps omega1 omega2 - k omega3`` with ``k > 0`` makes e2 stable if and only if
-        ``eps > I2 - I1``, as it then turns the sign of the gyroscopic term of
-        ``I3 omega3' = (I1 - I2) omega1 omega2 + tau3``. Bounded torque can hold the unstable mode
-        only near the axis: to first order, for the default body, while
-        ``|omega1 - sqrt(3) omega3| < 0.45`` rad/s. At the start it is 0.4 at most.
+        Without control the spin leaves e2 at the rate ``lambda = Omega sqrt((I2 - I1)(I3 - I2) /
+        (I1 I3))``, 0.577 per second for the default body. ``tau3 = eps omega1 omega2 - k omega3``
+        with ``k > 0`` makes e2 stable if and only if ``eps > I2 - I1``, as it then reverses the
+        sign of the gyroscopic term of ``I3 omega3' = (I1 - I2) omega1 omega2 + tau3``. Bounded
+        torque can hold the unstable mode only near the axis: to first order, for the default body,
+        while ``|omega1 - sqrt(3) omega3| < 0.45`` rad/s. At the start it is 0.4 at most.
 
-        The energy that full torque could give the body before the time limit bounds its rates.
+        The kinetic energy that full torque can give the body before the time limit bounds its
+        rates.
 
     Rewards:
-        ``axis`` = ``1 / (1 + 10 angle)`` with the angle from e2 to omega: steepest at no angle, and
-        not flat at any. ``effort`` = ``-(tau3 / torque)^2``, small beside it: spin at e2 needs no
-        torque.
+        ``axis`` = ``1 / (1 + 10 angle)`` with the angle from e2 to omega: its slope is largest at
+        zero angle and nowhere zero. ``effort`` = ``-(tau3 / torque)^2`` has a small weight: spin at
+        e2 needs no torque.
 
     Starting State:
-        omega is ``Omega e2`` (`spin_rate`) and a perturbation uniform in a ball of radius
+        omega is ``Omega e2`` (`spin_rate`) plus a perturbation uniform in a ball of radius
         `start_spread`; the attitude is uniform on SO(3).
 
     Episode End:
-        The episode does not end before its time. Success (`info["is_success"]`): the angle has been
+        The episode ends only at its time limit. Success (`info["is_success"]`): the angle has been
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
@@ -174,11 +174,11 @@ class IntermediateAxisSingle(Task):
         return (Entry("tau3", "N m", "body", -self.torque, self.torque),)
 
     def features(self) -> tuple[Entry, ...]:
-        """Angular velocity in target rates."""
+        """Angular velocity divided by Omega."""
         return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
     def largest_rate(self, duration: float) -> float:
-        """What full torque can make of the start until the end."""
+        """Bound on the rates after full torque during the whole episode."""
         moments = (self.I1, self.I2, self.I3)
         rate = self.spin_rate + self.start_spread
         return fastest(moments, spun_up(moments, rate, (0.0, 0.0, self.torque), duration))

@@ -1,4 +1,4 @@
-"""Balance a slow top by moving the point that it stands on."""
+"""Balance a slowly spinning top by accelerating its pivot."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from rigid_envs.tasks.tops import derive_symmetric, fastest_spinning, tilted, we
 
 __all__ = ["PivotTop"]
 
-_FAST = 20.0  # rad/s and m/s; observed no further than this
+_FAST = 20.0  # rad/s and m/s; bounds of the observation
 
 
 class Action(NamedTuple):
-    """Horizontal acceleration of the pivot in world axes, in parts of the largest."""
+    """Horizontal acceleration of the pivot in world axes, as a fraction of the maximum."""
 
     aX: float
     aY: float
@@ -52,14 +52,14 @@ class Constants(NamedTuple):
 
 
 class Auxiliary(NamedTuple):
-    """For how many control periods tilt and distance from the centre have been small."""
+    """Control periods for which tilt and distance from the centre have been small."""
 
     held: float = 0.0
 
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
-    """A slow spin, a small tilt, the pivot at rest in the centre."""
+    """Slow spin, small tilt, pivot at rest in the centre."""
     q = tilted(stream, c.start_tilt * fma(2.0 / 3.0, randoms.uniform(stream, 0), 1.0 / 3.0))
     critical = 2.0 * math.sqrt(p.I1 * p.m * p.g * p.ell) / p.I3
     spin = critical * c.start_spin * fma(0.7, randoms.uniform(stream, 1), 0.3)
@@ -88,7 +88,7 @@ def actuate(
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Tilt, distance from the centre, acceleration, and for how long the first two were small."""
+    """Reward terms, integral of |a| as cost, success after the hold time, end at arena or fall."""
     up = vertical(attitude(y))
     tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
     away = math.sqrt(y.X * y.X + y.Y * y.Y)
@@ -107,7 +107,7 @@ def outcome(
 
 @scalar
 def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
-    """Angular velocity in world axes, position in arenas and velocity of the pivot."""
+    """Angular velocity in world axes; pivot position / arena radius, and pivot velocity."""
     omega = rotate(attitude(y), (y.omega1, y.omega2, y.omega3))
     X, Y = y.X / c.arena, y.Y / c.arena
     return (
@@ -126,40 +126,40 @@ class PivotTop(Task):
     """Balance a slowly spinning top by moving its pivot: the spinning spherical cart-pole.
 
     A top below the sleeping threshold falls, more slowly the faster it spins, and it precesses as
-    it falls. Here nothing but the point it stands on can be moved. To come back the pivot must
-    first run further away: some metres are needed, and the arena has a radius of 5 m. Leaving it
-    ends the episode, and so does a top that has fallen.
+    it falls. The only control is the acceleration of its pivot. The system is non-minimum phase: to
+    return, the pivot must first move further away, by some metres. The arena has a radius of 5 m;
+    the episode ends when the pivot leaves it or the top has fallen.
 
     Physics:
         ``I omega' = I omega x omega + ell e3 x R^T m (-aX, -aY, -g)`` about the pivot, in body
         axes, and ``X'' = a`` for the pivot. The top is symmetric, I1 = I2 (`I_perp`), and its spin
-        omega3 is conserved whatever the pivot does.
+        omega3 is conserved under any motion of the pivot.
 
-        For a small tilt, with ``e = e_x + i e_y`` the horizontal part of the axis of the top,
-        ``I1 e'' - i I3 omega3 e' - m g ell e = -m ell a``. The sleeping threshold is the spin
-        ``2 sqrt(I1 m g ell) / I3``, here 4 rad/s; at a part s of it the tilt grows at the rate
-        ``sqrt((1 - s^2) m g ell / I1)``. Without spin the top falls like a pendulum of length
-        ``I1 / (m ell)``, 9.8 m. Under a constant acceleration it is in equilibrium, an unstable
-        one, if it leans forwards by ``arctan(a / g)``, up to 0.30 rad.
+        For a small tilt, with ``e = e_x + i e_y`` the horizontal part of the axis of the top, ``I1
+        e'' - i I3 omega3 e' - m g ell e = -m ell a``. The sleeping threshold is the spin ``2
+        sqrt(I1 m g ell) / I3``, here 4 rad/s; at a fraction s of it the tilt grows at the rate
+        ``sqrt((1 - s^2) m g ell / I1)``. Without spin the top falls like a pendulum of length ``I1
+        / (m ell)``, 9.8 m. Under a constant acceleration it has an unstable equilibrium, leaning
+        forwards by ``arctan(a / g)``, up to 0.30 rad.
 
     Rewards:
-        ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta, ``centre`` =
-        ``upright / (1 + 10 d / arena)`` with the distance d of the pivot from the centre: both
-        steepest at the goal. ``effort`` = ``-|a|^2 / push^2``. Near the goal rewards are positive,
-        and who falls or leaves the arena forgoes those still to come.
+        ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta, ``centre`` = ``upright / (1 + 10 d
+        / arena)`` with the distance d of the pivot from the centre: the slopes of both are largest
+        at the goal. ``effort`` = ``-|a|^2 / push^2``. Near the goal the reward is positive, so an
+        early end of the episode loses the rewards of the remaining steps.
 
-        The centre pays an upright top only: otherwise it would pay to stay in the centre under a
-        fallen one.
+        The factor ``upright`` in ``centre`` prevents a reward for a pivot in the centre under a
+        fallen top.
 
     Starting State:
-        The tilt is uniform from a third of `start_tilt` to all of it, so that no top stays up by
-        itself until the end; the spin is uniform from 0.3 of `start_spin` to all of it, as a part
-        of the critical one. The direction of the tilt and the phase of the body are uniform. The
-        pivot rests in the centre.
+        The tilt is uniform from a third of `start_tilt` to all of it, so that every uncontrolled
+        top falls before the end; the spin is uniform from 0.3 of `start_spin` to all of it, as a
+        fraction of the critical spin. The direction of the tilt and the phase of the body are
+        uniform. The pivot rests in the centre.
 
     Episode End:
         The episode terminates when the pivot is further than `arena` from the centre, or theta is
-        above `fall`, from where the push holds up no top that hardly spins. Success
+        above `fall`: from there the acceleration cannot hold a top of little spin. Success
         (`info["is_success"]`): theta has been below `tilt_tolerance` and d below `centre_tolerance`
         throughout the last `hold` seconds.
 
@@ -167,8 +167,8 @@ class PivotTop(Task):
         `lqr` is the linear-quadratic regulator of the upright top and its pivot, linear in e, e', X
         and X' with a gain for every spin.
 
-        Threshold: the critical spin, as for `SleepingTop`. A start is caught, to first order and
-        but for the arena, if ``g theta sqrt(1 - s^2) < push``.
+        Threshold: the critical spin, as for `SleepingTop`. To first order, and without the limit of
+        the arena, a start is caught if ``g theta sqrt(1 - s^2) < push``.
 
     Version History:
         v0: first version.
@@ -232,7 +232,7 @@ class PivotTop(Task):
         )
 
     def largest_rate(self, duration: float) -> float:
-        """What gravity and full acceleration make of the start until the end."""
+        """Bound on the rates under gravity and full acceleration of the pivot."""
         mgl = weight(self.m, self.g, self.ell)
         spin = self.start_spin * 2.0 * math.sqrt(span(self.I_perp)[1] * mgl) / span(self.I3)[0]
         impulse = span(self.m)[1] * span(self.ell)[1] * self.push * duration

@@ -1,4 +1,4 @@
-"""Turn a body at rest to an attitude that is drawn: a goal environment."""
+"""Turn a body from rest to rest at a random attitude: a goal environment."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Auxiliary(NamedTuple):
 
 
 class Goal(NamedTuple):
-    """Rotation matrix, row by row, and angular velocity [rad/s], as they are observed."""
+    """Observed rotation matrix, row by row, and angular velocity [rad/s]."""
 
     R11: float
     R12: float
@@ -80,7 +80,7 @@ def actuate(
 
 @scalar
 def pose(q: Quaternion, omega: Vector) -> Row:
-    """The nine entries of R and omega [rad/s], rounded to float32 as they are observed."""
+    """The nine entries of R and omega [rad/s], rounded to float32 as in the observation."""
     r = matrix(q)
     return (
         single(r[0]),
@@ -100,7 +100,7 @@ def pose(q: Quaternion, omega: Vector) -> Row:
 
 @scalar
 def both_poses(y: State, aux: Auxiliary) -> tuple[Row, Row]:
-    """The pose of the body, and the one that is commanded, at rest."""
+    """Achieved goal of the body, and desired goal, which is at rest."""
     achieved = pose(attitude(y), (y.omega1, y.omega2, y.omega3))
     return achieved, pose((aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z), _REST)
 
@@ -122,7 +122,7 @@ def reached(achieved: Goal, desired: Goal, c: Constants) -> bool:
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Whether the goal is reached, and the torque."""
+    """Whether the goal is reached, and the torque impulse as cost."""
     achieved, desired = both_poses(y, aux)
     success = reached(Goal(*achieved), Goal(*desired), c)
     torque = math.sqrt(u.tau1 * u.tau1 + u.tau2 * u.tau2 + u.tau3 * u.tau3)
@@ -131,22 +131,22 @@ def outcome(
 
 @scalar
 def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
-    """Achieved and desired pose, and omega; of the goal nothing but the desired pose."""
+    """Achieved and desired goal, and omega."""
     achieved, desired = both_poses(y, aux)
     return (*achieved, *desired, *achieved[9:])
 
 
 @dataclass(frozen=True)
 class Reorient(Task):
-    """Turn a body from rest to rest to an attitude that is drawn anew in every episode.
+    """Turn a body from rest to rest at an attitude drawn in every episode.
 
     A goal environment with sparse reward. Goals are the rotation matrix R (body to world, row by
-    row) and the angular velocity (body axes, [rad/s]), which is zero for all goals that are drawn;
-    what is achieved on the way has another one.
+    row) and the angular velocity (body axes, [rad/s]), which is zero for all drawn goals, but not
+    for goals achieved during a turn.
 
-    The turn must be begun and stopped in time, and on the way the gyroscopic term, as large as the
-    torque at the rates that a fast turn needs, turns the axis of rotation in the body. The episode
-    goes on at the goal, where staying pays best.
+    The body must be accelerated and then braked in time. At the rates of a fast turn the gyroscopic
+    term is as large as the torque and turns the axis of rotation in the body. The episode continues
+    at the goal, where staying has the largest reward.
 
     Physics:
         Euler's equations ``I omega' = I omega x omega + tau``, all in body axes, which are the
@@ -154,34 +154,34 @@ class Reorient(Task):
         conserved.
 
         The gyroscopic term is at most ``(I_max - I_min) |omega|^2 / 2``, 1 N m at 1 rad/s for the
-        default body; the torque is 0.5 N m about each axis. From rest, the rate is at most
-        ``a t``, ``a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)``, as energy is gained at
-        ``omega . tau``, and backwards from the goal likewise. So no turn from rest to rest by an
-        angle takes less than ``2 sqrt(angle / a)``
-        (`rigid_envs.control.slewing.least_slew_time`).
+        default body; the torque is 0.5 N m about each axis. From rest, the rate is at most ``a t``,
+        ``a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)``, as the power is ``omega . tau``;
+        the same bound holds backwards in time from the goal. So a turn from rest to rest by an
+        angle takes at least ``2 sqrt(angle / a)`` (`rigid_envs.control.slewing.least_slew_time`).
 
-        The energy that full torque could give the body before the time limit bounds its rates.
+        The kinetic energy that full torque can give the body before the time limit bounds its
+        rates.
 
     Rewards:
-        ``reached`` = 0 where angle and rate are within tolerance, else -1: the return counts the
-        steps away from the goal. `compute_reward` gives the same for any pair of goals.
+        ``reached`` = 0 where angle and rate are within tolerance, else -1: the return is minus the
+        number of steps away from the goal. `compute_reward` gives the same for any pair of goals.
 
     Starting State:
-        At rest; the attitudes of body and goal are uniform on SO(3), each by itself.
+        At rest; the attitudes of body and goal are uniform on SO(3) and independent.
 
     Episode End:
-        The episode does not end before its time. Success (`info["is_success"]`): the angle to the
+        The episode ends only at its time limit. Success (`info["is_success"]`): the angle to the
         goal is at most `angle_tolerance`, and the difference of the angular velocities at most
         `rate_tolerance`.
 
     Reference:
         `quaternion_pd` is quaternion feedback, ``tau = -I (2 k vec(e) + 2 sqrt(k) omega)`` with ``k
-        = 6 torque / I_max`` and e the turn from goal to body, of the two signs the one with w >= 0,
-        so that the body does not unwind the long way.
+        = 6 torque / I_max`` and e the rotation from goal to body with the sign w >= 0, so that the
+        body takes the shorter rotation (no unwinding).
 
-        Bound: ``2 sqrt(angle / a)``; the tolerances let the goal be reached a little earlier. A
-        half turn about e1 by one torque, full and then full against it, takes ``sqrt(a I1 /
-        torque)`` times the bound.
+        Bound: ``2 sqrt(angle / a)``; with the tolerances the goal can be reached slightly earlier.
+        A half turn about e1 with bang-bang torque about e1 takes ``sqrt(a I1 / torque)`` times the
+        bound.
 
     Version History:
         v0: first version.
@@ -203,7 +203,7 @@ class Reorient(Task):
     rate_tolerance: float = setting(
         0.05, Number("largest rate off the goal when reached", "rad/s", 1e-6, 1e3)
     )
-    weight_reached: float = setting(1.0, Number("weight of not being there", "1", -1e3, 1e3))
+    weight_reached: float = setting(1.0, Number("weight of -1 off the goal", "1", -1e3, 1e3))
 
     system_type: ClassVar = FreeBody
     episode: ClassVar = Episode(
@@ -224,7 +224,7 @@ class Reorient(Task):
 
     @property
     def largest_angle(self) -> float:
-        """Largest angle to the goal when reached [rad]; every attitude is within pi."""
+        """Largest angle to the goal when reached [rad]: `angle_tolerance`, at most pi."""
         return min(self.angle_tolerance, math.pi)
 
     def actions(self) -> tuple[Entry, ...]:
@@ -239,6 +239,6 @@ class Reorient(Task):
         return (*goal, *goal, *rates)
 
     def largest_rate(self, duration: float) -> float:
-        """What full torque can make of rest until the end."""
+        """Bound on the rates after full torque from rest."""
         moments = (self.I1, self.I2, self.I3)
         return fastest(moments, spun_up(moments, 0.0, (self.torque,) * 3, duration))

@@ -1,4 +1,4 @@
-"""Climb out of a valley by changing the inertia ratio of what rolls in it."""
+"""Drive a roller out of a valley by changing its inertia ratio."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, sp
 
 __all__ = ["RollPump"]
 
-_FAST = 5.0  # speeds in units of sqrt(g / curvature) are observed no further than this
+_FAST = 5.0  # bound of the observed speed in units of sqrt(g / curvature)
 
 
 class Action(NamedTuple):
-    """What is added to the ratio: -1 nothing, 1 the largest."""
+    """Change of the inertia ratio: -1 is no addition, 1 the largest."""
 
     beta_change: float
 
@@ -46,7 +46,7 @@ class Constants(NamedTuple):
 
 
 class Auxiliary(NamedTuple):
-    """What is added to the inertia ratio since the last action."""
+    """Current addition to the inertia ratio."""
 
     beta_change: float = 0.0
 
@@ -63,7 +63,7 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
 def actuate(
     a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
 ) -> tuple[State, Input]:
-    """The new ratio, at once: (1 + beta) v, the momentum about the contact, stays what it is."""
+    """New inertia ratio, at once; (1 + beta) v, the momentum about the contact, is conserved."""
     change = 0.5 * c.beta_change * (1.0 + a.beta_change)
     v = y.v * ((1.0 + (p.beta + aux.beta_change)) / (1.0 + (p.beta + change)))
     return State(y.s, v), Input(force=0.0, beta_change=change)
@@ -80,7 +80,7 @@ def height(angle: float) -> float:
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Energy that is still missing, and whether the rim is passed; the ratio is remembered."""
+    """Energy shortfall, time as cost, and success at the rim; the ratio is stored."""
     angle = p.curvature * y.s
     kinetic = 0.5 * (1.0 + (p.beta + u.beta_change)) * y.v * y.v * p.curvature / p.g
     over = abs(angle) >= c.rim
@@ -91,7 +91,7 @@ def outcome(
 
 @scalar
 def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
-    """Angle from the bottom, velocity in sqrt(g / curvature), and what is added to the ratio."""
+    """Angle from the bottom, velocity / sqrt(g / curvature), and addition to the ratio."""
     angle, v = p.curvature * y.s, y.v * math.sqrt(p.curvature / p.g)
     return (
         min(max(angle, -math.pi), math.pi),
@@ -102,54 +102,55 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
 
 @dataclass(frozen=True)
 class RollPump(Task):
-    """Roll out of a valley with nothing to push: only the inertia ratio can be changed.
+    """Roll out of a valley without external force, by changing the inertia ratio.
 
     A roller in a circular valley changes its ratio beta = I / (m r^2) between that of a solid
-    sphere (2/5) and that of a hoop (1) by moving masses along its spokes, and must pass the rim,
+    sphere (2/5) and that of a hoop (1) by moving masses along its spokes. It must pass the rim,
     which takes several swings.
 
-    Why it is hard: what pays at once leads nowhere. Energy comes from making the ratio smaller, and
-    there is an end to that; to make it larger again, without losing what was won, one must wait
-    until the roller stands still.
+    Why it is hard: the greedy policy fails. Making the ratio smaller adds energy, but only once;
+    making it larger again costs no energy only at a turning point, so the policy must wait for it.
 
     Physics:
         ``(1 + beta) s'' = -g sin(curvature s)``, s along the path of the centre, 0 at the bottom.
-        Masses are moved at once and keep the momentum about the contact, ``P = (1 + beta) v``: a
-        smaller ratio at full speed costs work and gives energy, a larger one at rest costs nothing.
-        Energy is conserved while the ratio stays; the motion is that without slip, whatever `mu`.
+        Masses move instantaneously and conserve the momentum about the contact, ``P = (1 + beta)
+        v``: a smaller ratio at full speed adds energy, by the work done on the masses; a larger
+        ratio at rest changes no energy. Energy is conserved while the ratio is constant. The motion
+        has no slip for any `mu`.
 
         From one turning point to the next, ``d(P^2)/ds = -2 (1 + beta) g sin(curvature s)`` shows
-        that the height grows by ``(1 + beta_hi) / (1 + beta_lo)`` = 10/7 at most, whatever is done,
-        and by just that where the ratio is large on the way down and small on the way up.
+        that under any policy the height grows by a factor of at most ``(1 + beta_hi) / (1 +
+        beta_lo)`` = 10/7. It grows by exactly this factor if the ratio is large during descent and
+        small during ascent.
 
     Rewards:
         ``shortfall`` = ``E / E_rim - 1``, from -1 to 0, with E the energy above the bottom and
-        E_rim that of rest on the rim, so that time costs less the higher the roller swings; and
-        ``over`` = 1 in the step that passes the rim.
+        E_rim that of rest on the rim, so that a step costs less at a higher energy; and ``over`` =
+        1 in the step that passes the rim.
 
     Starting State:
-        At rest on either side, with the smallest ratio: the angle from the bottom uniform between
-        half of `start_part` and `start_part` of that of the rim.
+        At rest on either side, with the smallest ratio. The angle from the bottom, as a fraction of
+        `rim`, is uniform between half of `start_part` and `start_part`.
 
     Episode End:
         The episode terminates when the angle from the bottom is `rim` or more, on either side. That
         step is the success (`info["is_success"]`).
 
     Reference:
-        `bang_bang` makes the ratio large on the way down and small on the way up. Actions are held
-        for a control period, which costs a pass here and there.
+        `bang_bang` makes the ratio large during descent and small during ascent. As actions are
+        held for a control period, some episodes take one pass more.
 
         Exact: the factor ``(1 + beta_hi) / (1 + beta_lo)`` = 10/7 in height per pass. From rest at
-        the height h to the rim it takes ``log(h_rim / h) / log(10/7)`` passes, rounded up. No way
-        to the rim takes less time than ``(n - 1/2) pi sqrt((1 + beta_lo) / (g curvature))`` with n
-        this number.
+        the height h to the rim it takes ``log(h_rim / h) / log(10/7)`` passes, rounded up. No
+        policy reaches the rim in less time than ``(n - 1/2) pi sqrt((1 + beta_lo) / (g
+        curvature))`` with n the number of passes.
 
     Version History:
         v0: first version.
 
     Source:
-        Tea & Falk 1968, "Pumping on a swing", American Journal of Physics 36, for the swing whose
-        length is changed in this way.
+        Tea & Falk 1968, "Pumping on a swing", American Journal of Physics 36, for a swing of
+        variable length.
     """
 
     rotation: str = setting("none", Choice("a roller is observed without attitude", ("none",)))
@@ -187,11 +188,11 @@ class RollPump(Task):
         return self.start_part * self.rim
 
     def actions(self) -> tuple[Entry, ...]:
-        """What is added to the ratio: -1 nothing, 1 all."""
+        """Addition to the ratio: -1 is none, 1 the largest."""
         return (Entry("beta_change", "1", "-1: 0", 0.0, self.beta_change),)
 
     def features(self) -> tuple[Entry, ...]:
-        """Angle, velocity, and what is added to the ratio."""
+        """Angle, velocity, and addition to the ratio."""
         return (
             Entry("curvature s", "rad", "path", -math.pi, math.pi),
             Entry("v sqrt(curvature / g)", "1", "path", -_FAST, _FAST),
@@ -199,7 +200,7 @@ class RollPump(Task):
         )
 
     def largest_rate(self, duration: float) -> float:
-        """Through the bottom at most as fast as from the rim, the ratio then made least."""
+        """Rate at the bottom after a descent from the rim, then at the smallest ratio."""
         swing = span(self.g)[1] * span(self.curvature)[1]
         low = 1.0 + span(self.beta)[0]
         share = (low + self.beta_change) / low  # of height, gained in one pass
@@ -207,11 +208,11 @@ class RollPump(Task):
         return math.sqrt(swing / low * max(1.0, 2.0 * rim * share))
 
     def lower_bound(self, y: Array) -> Array:
-        """Time [s] that no way to the rim can beat, from rest in y, shape (...).
+        """Lower bound on the time [s] to the rim, from rest in y, shape (...).
 
-        The angle of (curvature s, P) in the plane, with P measured so that the smallest ratio goes
-        round in circles, changes by sqrt(g curvature / (1 + beta)) at most. With n passes, the
-        least number, it must change by (n - 1/2) pi.
+        The phase angle of (curvature s, P), with P scaled so that motion at the smallest ratio is a
+        circle, changes at a rate of at most sqrt(g curvature / (1 + beta)). With the least number n
+        of passes it must change by (n - 1/2) pi.
         """
         low = 1.0 + span(self.beta)[0]
         gain = math.log((low + self.beta_change) / low)

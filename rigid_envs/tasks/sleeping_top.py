@@ -1,4 +1,4 @@
-"""Keep a top upright whose spin is too slow for it to sleep."""
+"""Keep a top upright whose spin is below the sleeping threshold."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from rigid_envs.tasks.tops import derive_symmetric, fastest_top, weight
 
 __all__ = ["SleepingTop", "SleepingTopRandom"]
 
-_FAST = 20.0  # rad/s; observed no further than this
+_FAST = 20.0  # rad/s; bound of the observed rates
 
 
 class Action(NamedTuple):
-    """Horizontal torque in world axes, in parts of the largest."""
+    """Horizontal torque in world axes, as a fraction of the maximum."""
 
     tau_x: float
     tau_y: float
@@ -39,7 +39,7 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Largest torque [N m], success (tilt [rad], time [s]), start (tilt [rad], parts of a spin)."""
+    """Torque [N m], success (tilt [rad], time [s]), start (tilt [rad], spins / critical spin)."""
 
     torque: float
     tolerance: float
@@ -50,14 +50,14 @@ class Constants(NamedTuple):
 
 
 class Auxiliary(NamedTuple):
-    """For how many control periods the tilt has been small."""
+    """Control periods for which the tilt has been small."""
 
     held: float = 0.0
 
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
-    """Released with a slow spin at a small tilt: tilt and spin uniform, azimuth and phase too."""
+    """Slow spin and small tilt; tilt, spin, azimuth and phase uniform."""
     tilt = c.start_tilt * randoms.uniform(stream, 0)
     critical = 2.0 * math.sqrt(p.I1 * p.m * p.g * p.ell) / p.I3
     width = c.start_spin_high - c.start_spin_low
@@ -92,7 +92,7 @@ def actuate(
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Tilt, torque, and for how long the tilt has been small."""
+    """Reward terms, torque impulse as cost, success after the hold time."""
     up = vertical(attitude(y))
     tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
     size = math.sqrt(u.tau_world_x * u.tau_world_x + u.tau_world_y * u.tau_world_y)
@@ -120,9 +120,9 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
 class SleepingTop(Task):
     """Keep a spinning top upright whose spin is below the sleeping threshold.
 
-    A top that spins fast enough sleeps upright by itself. Here the spin is 0.3 to 0.95 of the
-    critical one: without control the tilt grows, and the top goes round as it falls. A horizontal
-    torque, given in world axes, holds it up.
+    Upright spin above the critical rate is stable: the top sleeps. Here the spin is 0.3 to 0.95 of
+    the critical one: without control the tilt grows, and the top precesses as it falls. A
+    horizontal torque, given in world axes, holds it up.
 
     Physics:
         ``I omega' = I omega x omega + R^T tau + ell e3 x R^T (0, 0, -m g)`` about the pivot, in
@@ -130,30 +130,30 @@ class SleepingTop(Task):
         Without torque the energy, the vertical momentum and the spin omega3 are conserved.
 
         For a small tilt, in complex numbers with ``e = e_x + i e_y`` the horizontal part of the
-        axis of the top, ``I1 e'' - i I3 omega3 e' - m g ell e = -i tau`` with
-        ``tau = tau_x + i tau_y``. The top sleeps upright if ``(I3 omega3)^2 > 4 I1 m g ell``, above
-        the critical spin ``2 sqrt(I1 m g ell) / I3``, here 4 rad/s. At a part s of it the tilt
-        grows at the rate ``sqrt((1 - s^2) m g ell / I1)``: 0.95 per second at 0.3, 0.31 at 0.95.
+        axis of the top, ``I1 e'' - i I3 omega3 e' - m g ell e = -i tau`` with ``tau = tau_x + i
+        tau_y``. The top sleeps upright if ``(I3 omega3)^2 > 4 I1 m g ell``, above the critical spin
+        ``2 sqrt(I1 m g ell) / I3``, here 4 rad/s. At a fraction s of it the tilt grows at the rate
+        ``sqrt((1 - s^2) m g ell / I1)``: 0.95 per second at 0.3, 0.31 at 0.95.
 
     Rewards:
-        ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta: steepest at the vertical, and not
-        flat anywhere. ``effort`` = ``-|tau|^2 / torque^2``, small beside it: the upright top needs
-        no torque.
+        ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta: its slope is largest at the
+        vertical and nowhere zero. ``effort`` = ``-|tau|^2 / torque^2`` has a small weight: the
+        upright top needs no torque.
 
     Starting State:
         The tilt is uniform up to `start_tilt`, the spin uniform from `start_spin_low` to
-        `start_spin_high` of the critical one, without any rate across the axis. The direction of
-        the tilt and the phase of the body are uniform.
+        `start_spin_high` of the critical one, and the transverse rates are 0. The direction of the
+        tilt and the phase of the body are uniform.
 
     Episode End:
-        The episode does not end before its time. Success (`info["is_success"]`): the tilt has been
+        The episode ends only at its time limit. Success (`info["is_success"]`): the tilt has been
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
         `lqr` is the linear-quadratic regulator of the upright top, linear in e and e' with a gain
         for every spin.
 
-        Threshold: the critical spin. A start is caught, to first order, if ``m g ell theta sqrt(1 -
+        Threshold: the critical spin. To first order, a start is caught if ``m g ell theta sqrt(1 -
         s^2) < torque``.
 
     Version History:
@@ -192,8 +192,8 @@ class SleepingTop(Task):
         outcome=outcome,
         observe=observe,
     )
-    # Full torque for 15 s: stable, but less accurate than within the envelope of the system, which
-    # is left at more than 10 rad/s. See Physics.
+    # Full torque for 15 s exceeds the envelope of the system, at more than 10 rad/s: the step is
+    # then stable but less accurate. See Physics.
     envelope: ClassVar[float | None] = 0.7
     cost_unit: ClassVar = "torque impulse [N m s]"
     aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
@@ -215,7 +215,7 @@ class SleepingTop(Task):
         return tuple(Entry(f"omega_{k}", "rad/s", "world", -_FAST, _FAST) for k in "xyz")
 
     def largest_rate(self, duration: float) -> float:
-        """What gravity and full torque make of the fastest start until the end."""
+        """Bound on the rates from the fastest start under gravity and full torque."""
         mgl = weight(self.m, self.g, self.ell)
         moments = (self.I_perp, self.I_perp, self.I3)
         low = min(span(moment)[0] for moment in moments)
@@ -226,27 +226,26 @@ class SleepingTop(Task):
 
 @dataclass(frozen=True)
 class SleepingTopRandom(SleepingTop):
-    """Keep a slow top upright that is drawn anew in every episode.
+    """Keep a slow top with random parameters upright.
 
-    `SleepingTop` with moments, mass and length that are not known. Tops fall at rates from 0.8 to
-    1.2 of those of the default top and answer to the torque with 0.8 to 1.2 of its strength; the
-    spin is 0.3 to 0.95 of the critical one of the top that was drawn, 0.8 to 5.6 rad/s, so that the
-    spin that is observed does not tell how far below the threshold it is. The drawn values are
-    observed with `observe_params`.
+    `SleepingTop` with moments, mass and length that are drawn in every episode and not observed.
+    Growth rate and response to the torque are 0.8 to 1.2 of those of the default top. The spin is
+    0.3 to 0.95 of the critical spin of the drawn top, 0.8 to 5.6 rad/s, so the observed spin does
+    not determine its ratio to the threshold. The drawn values are observed with `observe_params`.
 
     Physics:
         ``I omega' = I omega x omega + R^T tau + ell e3 x R^T (0, 0, -m g)`` about the pivot, in
         body axes, with the torque tau in world axes. The top is symmetric, I1 = I2 (`I_perp`).
         Without torque the energy, the vertical momentum and the spin omega3 are conserved.
 
-        The top sleeps upright if ``(I3 omega3)^2 > 4 I1 m g ell``. Below, at a part s of that spin,
-        the tilt grows at the rate ``sqrt((1 - s^2) m g ell / I1)``. From a tilt theta at rest the
-        torque catches the unstable mode, to first order, if
-        ``m g ell theta sqrt(1 - s^2) < torque``. Here the worst top needs 0.24 of 0.3 N m: much
-        wider ranges would hold tops that cannot be caught.
+        The top sleeps upright if ``(I3 omega3)^2 > 4 I1 m g ell``. Below, at a fraction s of that
+        spin, the tilt grows at the rate ``sqrt((1 - s^2) m g ell / I1)``. From a tilt theta at rest
+        the torque catches the unstable mode, to first order, if ``m g ell theta sqrt(1 - s^2) <
+        torque``. Here the worst top needs 0.24 of 0.3 N m; much wider ranges would contain tops
+        that cannot be caught.
 
-        A light top may be spun up faster: the energy that gravity and full torque could give it
-        before the time limit bounds its rates.
+        The torque can spin up a light top faster: the energy that gravity and full torque can give
+        it before the time limit bounds its rates.
 
     Reference:
         The regulator of `SleepingTop` for the middle of the ranges, without the drawn values.

@@ -1,4 +1,4 @@
-"""Bring any spin to the unstable intermediate axis, by torques weaker than the tumbling."""
+"""Bring any spin to the unstable intermediate axis by weak torques."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Constants(NamedTuple):
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
-    """Direction of spin uniform on the sphere, its rate uniform; attitude uniform on SO(3)."""
+    """Spin axis uniform on the sphere, rate uniform; attitude uniform on SO(3)."""
     low, high = c.least_start_rate, c.largest_start_rate
     rate = fma(high - low, randoms.uniform(stream, 0), low)
     axis = vertical(randoms.quaternion(stream, 1 << 21))
@@ -73,7 +73,7 @@ def actuate(a: BodyTorque, y: State, aux: Held, p: Parameters, c: Constants) -> 
 def outcome(
     y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
 ) -> tuple[Held, Terms, float, bool, bool]:
-    """Spin error, distance in energy and momentum, torque, and for how long there is no error."""
+    """Reward terms, torque impulse as cost, success after the hold time."""
     scale = 1.0 / c.spin_rate
     w1, w2, w3 = scale * y.omega1, scale * y.omega2, scale * y.omega3
     error = math.sqrt(w1 * w1 + (w2 - 1.0) * (w2 - 1.0) + w3 * w3)
@@ -97,7 +97,7 @@ def outcome(
 
 @scalar
 def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, float, float]:
-    """Angular velocity in target rates."""
+    """Angular velocity divided by Omega."""
     return observed_rates(y, 1.0 / c.spin_rate)
 
 
@@ -106,53 +106,53 @@ class SpinCapture(Task):
     """Bring a spin about any axis to the intermediate axis e2 at the rate Omega.
 
     The torque is weak: a tenth of what the gyroscopic terms of Euler's equations can reach at the
-    rate Omega, so the spin cannot be turned against the tumbling. But energy and momentum can be
-    steered while the body tumbles, and of all free motions those with the right ones arrive at e2.
-    There the spin comes by itself and must be caught, as e2 is unstable.
+    rate Omega, so it cannot overcome the tumbling. But it can change energy and momentum while the
+    body tumbles, and free motions with the right values of both approach e2. There the spin must be
+    caught, as e2 is unstable.
 
-    Two actuators can do it too, if more slowly. One cannot, as each conserves a quadratic form
-    whatever it does; these choices of `actuators` are here for the proof.
+    Two actuators also suffice, but take longer. One does not, as each conserves a quadratic form
+    under any torque; these choices of `actuators` serve as a proof of failure.
 
     Physics:
         Euler's equations ``I omega' = I omega x omega + tau``, all in body axes, which are the
         principal axes. The gyroscopic term is ``(I3 - I1) Omega^2 / 2`` at most at the rate Omega,
-        1 N m for the default body. Without torque the energy T and the size of L are conserved.
+        1 N m for the default body. Without torque the energy T and the norm of L are conserved.
 
-        Of all free motions only those on the separatrix, ``2 T I2 = L^2``, arrive at e2 (half of
-        them at -e2); the right one has ``L = I2 Omega`` too. Bounded torque holds the default body
-        at e2, to first order, while ``|omega1 - sqrt(3) omega3| < 0.273`` rad/s.
+        Of all free motions only those on the separatrix, ``2 T I2 = L^2``, approach e2 (half of
+        them -e2); the rate Omega requires ``L = I2 Omega`` as well. Bounded torque holds the
+        default body at e2, to first order, while ``|omega1 - sqrt(3) omega3| < 0.273`` rad/s.
 
-        One torque alone: tau1 keeps ``I2 (I2 - I1) omega2^2 + I3 (I3 - I1) omega3^2``, tau2 keeps
-        ``2 T I2 - L^2``, and tau3 keeps ``I1 (I3 - I1) omega1^2 + I2 (I3 - I2) omega2^2``. Entries
-        of the action about an axis without actuator do nothing.
+        One torque alone: tau1 conserves ``I2 (I2 - I1) omega2^2 + I3 (I3 - I1) omega3^2``, tau2
+        conserves ``2 T I2 - L^2``, and tau3 conserves ``I1 (I3 - I1) omega1^2 + I2 (I3 - I2)
+        omega2^2``. Entries of the action about an axis without actuator have no effect.
 
-        The energy that full torque could give the body before the time limit bounds its rates.
+        The kinetic energy that full torque can give the body before the time limit bounds its
+        rates.
 
     Rewards:
-        ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega - Omega e2| / Omega``, the aim
-        itself. ``manifold`` = ``1 / (1 + 10 (|2 T I2 - L^2| + |L^2 - L0^2|) / L0^2)`` with
-        ``L0 = I2 Omega``, which is 1 on the motions that lead to e2 or -e2 and guides the tumbling
-        body there. ``effort`` = ``-|tau|^2`` as a part of the largest, ``n torque^2`` for n
-        actuators.
+        ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega - Omega e2| / Omega``, the goal
+        itself. ``manifold`` = ``1 / (1 + 10 (|2 T I2 - L^2| + |L^2 - L0^2|) / L0^2)`` with ``L0 =
+        I2 Omega``, which is 1 on the motions that lead to e2 or -e2 and guides the tumbling body
+        there. ``effort`` = ``-|tau|^2`` divided by its maximum, ``n torque^2`` for n actuators.
 
     Starting State:
-        The direction of omega in the body is uniform on the sphere, its size uniform in
+        The direction of omega in the body is uniform on the sphere, its norm uniform in
         `start_rate`; the attitude is uniform on SO(3).
 
     Episode End:
-        The episode does not end before its time. Success (`info["is_success"]`): the error has been
+        The episode ends only at its time limit. Success (`info["is_success"]`): the error has been
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        `separatrix` steers onto the separatrix: torque down the slope of ``(p^2 + E^2) / 2``, where
-        ``E = (omega2^2 + b (d^2 + s^2)) / Omega^2 - 1`` is the excess of the rate at which the
-        motion would arrive and ``p = d s / Omega^2`` with ``d, s = omega1 -+ sqrt(I3 (I3 - I2) /
-        (I1 (I2 - I1))) omega3`` vanishes on the separatrix; near e2, the linear-quadratic
-        regulator.
+        `separatrix` steers onto the separatrix, by torque along the negative gradient of ``(p^2 +
+        E^2) / 2``, where ``E = (omega2^2 + b (d^2 + s^2)) / Omega^2 - 1`` is the excess of the rate
+        at which the motion would arrive and ``p = d s / Omega^2`` with ``d, s = omega1 -+ sqrt(I3
+        (I3 - I2) / (I1 (I2 - I1))) omega3`` vanishes on the separatrix; near e2, the
+        linear-quadratic regulator.
 
-        Proof of failure: with a torque about e3 alone the default body keeps ``omega1^2 +
+        Proof of failure: with a torque about e3 alone the default body conserves ``omega1^2 +
         omega2^2``, and omega comes no nearer to ``Omega e2`` than ``|sqrt(omega1^2 + omega2^2) -
-        Omega|``. A torque about e1 alone keeps ``omega2^2 + 3 omega3^2``.
+        Omega|``. A torque about e1 alone conserves ``omega2^2 + 3 omega3^2``.
 
     Version History:
         v0: first version.
@@ -242,11 +242,11 @@ class SpinCapture(Task):
         )
 
     def features(self) -> tuple[Entry, ...]:
-        """Angular velocity in target rates."""
+        """Angular velocity divided by Omega."""
         return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
 
     def largest_rate(self, duration: float) -> float:
-        """What full torque can make of the fastest start until the end."""
+        """Bound on the rates after full torque from the fastest start on."""
         moments = (self.I1, self.I2, self.I3)
         return fastest(
             moments, spun_up(moments, span(self.start_rate)[1], self.torques(), duration)

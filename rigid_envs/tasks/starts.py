@@ -1,4 +1,4 @@
-"""What a caller of `reset` wants an episode to start with, checked before anything changes."""
+"""State and parameters given to `reset`, checked before anything changes."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ __all__ = ["Start", "start_from"]
 
 @dataclass(frozen=True)
 class Start:
-    """Numbers that are given instead of drawn, each of shape () or one for each row.
+    """Given initial values, which replace drawn ones; each of shape () or one for each row.
 
     Attributes:
-        state: by their position in y.
-        parameters: by field of the task.
+        state: entries of y, by index.
+        parameters: parameters of the system, by field of the task.
     """
 
     state: Mapping[int, Array] = field(default_factory=dict)
@@ -37,14 +37,14 @@ def start_from(
     """Check a state and parameters for `n_rows` rows.
 
     Args:
-        task: what the rows do.
-        n_rows: number of rows that begin.
+        task: task of the rows.
+        n_rows: number of rows to reset.
         state: y of shape (n_state,) or (n_rows, n_state), or named components of it; the others
             are drawn.
         params: parameters of the system by field, numbers or one for each row.
 
     Raises:
-        ValueError: unknown names, bad shapes, values that cannot be.
+        ValueError: unknown names, wrong shapes, values out of range.
     """
     return Start(
         {} if state is None else _state(task, n_rows, state),
@@ -68,7 +68,7 @@ def _state(
         )
     for name in task.fixed_components:
         if np.any(part := y[..., system.components[name]]):
-            raise ValueError(f"{name} = {part}; expected 0, as it stays in this task")
+            raise ValueError(f"{name} = {part}; expected 0, its constant value in this task")
     return {k: y[..., k] for k in columns}
 
 

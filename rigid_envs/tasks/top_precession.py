@@ -20,11 +20,11 @@ from rigid_envs.tasks.tops import derive_symmetric, fastest_spinning, tilted, we
 
 __all__ = ["TopPrecession"]
 
-_FAST = 30.0  # rad/s; observed no further than this
+_FAST = 30.0  # rad/s; bound of the observed rates
 
 
 class Action(NamedTuple):
-    """Torque about e1 and e2, in parts of the largest."""
+    """Torque about e1 and e2, as fractions of the maximum."""
 
     tau1: float
     tau2: float
@@ -41,7 +41,7 @@ class Terms(NamedTuple):
 class Constants(NamedTuple):
     """Torque [N m], success (relative errors, time [s]), branch, tilts [rad], rate [rad/s], spins.
 
-    Spins are parts of the critical one.
+    Spins are fractions of the critical spin.
     """
 
     torque: float
@@ -57,7 +57,7 @@ class Constants(NamedTuple):
 
 
 class Auxiliary(NamedTuple):
-    """For how many control periods the errors have been small; the commanded tilt [rad]."""
+    """Control periods for which the errors have been small; commanded tilt [rad]."""
 
     held: float = 0.0
     goal_tilt: float = 0.0
@@ -65,7 +65,7 @@ class Auxiliary(NamedTuple):
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
-    """Any tilt, any rates across the axis, a spin above the critical one; a goal."""
+    """Random tilt, transverse rates and goal; spin above the critical one."""
     q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0))
     critical = 2.0 * math.sqrt(p.I1 * p.m * p.g * p.ell) / p.I3
     spin = critical * fma(c.start_spread, randoms.uniform(stream, 1), c.start_spin)
@@ -97,7 +97,7 @@ def actuate(
 def precession(y: State) -> tuple[float, float]:
     """Tilt [rad] and rate of precession phi' = (omega1 G1 + omega2 G2) / (G1^2 + G2^2) [rad/s].
 
-    G is the vertical in body axes. At the vertical the rate is none, and 0 is given.
+    G is the vertical in body axes. At tilt 0 the rate is undefined, and 0 is returned.
     """
     G = vertical(attitude(y))
     square = G[0] * G[0] + G[1] * G[1]
@@ -109,7 +109,7 @@ def precession(y: State) -> tuple[float, float]:
 def steady(tilt: float, spin: float, p: Parameters, fast_branch: float) -> float:
     """Rate of steady precession: a root of I1 cos(theta) x^2 - I3 omega3 x + m g ell = 0.
 
-    Where there is none (a slow spin, from outside) both are taken where they meet.
+    Without a real root (a slow spin, given from outside) both branches take the double root.
     """
     _, cosine = sincos(tilt)
     L, mgl, level = p.I3 * spin, p.m * p.g * p.ell, p.I1 * cosine
@@ -125,7 +125,7 @@ def steady(tilt: float, spin: float, p: Parameters, fast_branch: float) -> float
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Errors of tilt and rate, torque, and for how long both errors have been small."""
+    """Reward terms, torque impulse as cost, success after the hold time."""
     goal = steady(aux.goal_tilt, y.omega3, p, c.fast_branch)
     tilt, rate = precession(y)
     off = abs(tilt - aux.goal_tilt)
@@ -144,7 +144,7 @@ def outcome(
 
 @scalar
 def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
-    """Angular velocity in body axes, tilt and rate of precession, and what both should be."""
+    """Angular velocity in body axes, tilt and rate of precession, and their goals."""
     tilt, rate = precession(y)
     return (
         min(max(y.omega1, -_FAST), _FAST),
@@ -161,14 +161,14 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 class TopPrecession(Task):
     """Bring a nutating top to steady precession at a commanded tilt.
 
-    A top that is released anyhow nods between two tilts while it precesses. At every tilt there are
-    two rates at which it would precess without nodding: a slow one, kept up by gravity, and a fast
-    one, nearly that of the free body. The commanded tilt and its rate on the chosen `branch` are
+    A top from a general start nutates between two tilts while it precesses. At every tilt there are
+    two rates of steady precession, without nutation: a slow one, due to gravity, and a fast one,
+    close to that of the free body. The commanded tilt and its rate on the chosen `branch` are
     observed.
 
-    The steady motion needs no torque at all; the way there does, and it leads sideways: pushed
-    over, a top goes round, and pushed round it rises or falls. The torque acts about e1 and e2,
-    axes that turn with the spin, which nothing changes.
+    The steady motion needs no torque, but the transition does, and the response is gyroscopic: a
+    tilting torque makes the top precess, and a torque about the vertical makes it rise or fall. The
+    torque acts about e1 and e2, axes that turn with the spin, which is constant.
 
     Physics:
         ``I omega' = I omega x omega + (tau1, tau2, 0) + ell e3 x R^T (0, 0, -m g)`` about the
@@ -180,31 +180,31 @@ class TopPrecession(Task):
         ``2 sqrt(I1 m g ell) / I3``, so that both roots exist at every tilt. By default the slow
         rates are 0.26 to 0.53 rad/s and the fast ones 1.98 to 6.17 rad/s.
 
-        The energy that gravity and full torque could give the top before the time limit bounds its
+        The energy that gravity and full torque can give the top before the time limit bounds its
         rates.
 
     Rewards:
         ``tilt`` = ``1 / (1 + 10 |theta - goal|)`` and ``rate`` = ``1 / (1 + 10 e)`` with the
-        relative error e of the precession rate phi': steepest at the goal, and not flat anywhere.
-        ``effort`` = ``-|tau|^2 / (2 torque^2)``, small beside them.
+        relative error e of the precession rate phi': their slopes are largest at the goal and
+        nowhere zero. ``effort`` = ``-|tau|^2 / (2 torque^2)`` has a small weight.
 
     Starting State:
         The commanded tilt is uniform from `goal_tilt` up to `goal_spread` above it. The tilt is
-        uniform up to `start_tilt`; the spin, as a part of the critical one, uniform from
+        uniform up to `start_tilt`; the spin, as a fraction of the critical one, uniform from
         `start_spin` up to `start_spread` above it; the rates across e3 are uniform in a disk of
         radius `start_rate`. The direction of the tilt and the phase of the body are uniform.
 
     Episode End:
-        The episode does not end before its time. Success (`info["is_success"]`): tilt and
-        precession rate have been within `tolerance` of their goals, relatively, throughout the last
-        `hold` seconds.
+        The episode ends only at its time limit. Success (`info["is_success"]`): tilt and precession
+        rate have been within `tolerance` of their goals, relatively, throughout the last `hold`
+        seconds.
 
     Reference:
         `lqr` is the linear-quadratic regulator of the steady precession, linear in (theta - goal,
         theta', phi' - rate) with a gain for every tilt and spin, on the branch of the task.
 
-        Exact: the roots. From steady precession on either branch, actions of 0 are a success at the
-        cost 0.
+        Exact: the roots. From steady precession on either branch, zero actions succeed at zero
+        cost.
 
     Version History:
         v0: first version.
@@ -275,7 +275,7 @@ class TopPrecession(Task):
         )
 
     def largest_rate(self, duration: float) -> float:
-        """What gravity and full torque make of the fastest start until the end."""
+        """Bound on the rates from the fastest start under gravity and full torque."""
         mgl = weight(self.m, self.g, self.ell)
         critical = 2.0 * math.sqrt(span(self.I_perp)[1] * mgl) / span(self.I3)[0]
         spin = (self.start_spin + self.start_spread) * critical

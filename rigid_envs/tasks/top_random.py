@@ -1,4 +1,4 @@
-"""Keep an asymmetric heavy top upright whose moments are not known."""
+"""Keep an asymmetric heavy top with random moments upright."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from rigid_envs.tasks.tops import fastest_top, tilted, weight
 
 __all__ = ["TopRandom"]
 
-_FAST = 30.0  # rad/s; observed no further than this
+_FAST = 30.0  # rad/s; bound of the observed rates
 
 
 class Action(NamedTuple):
-    """Torque about the body axes, in parts of the largest."""
+    """Torque about the body axes, as fractions of the maximum."""
 
     tau1: float
     tau2: float
@@ -50,14 +50,14 @@ class Constants(NamedTuple):
 
 
 class Auxiliary(NamedTuple):
-    """For how many control periods the tilt has been small."""
+    """Control periods for which the tilt has been small."""
 
     held: float = 0.0
 
 
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
-    """A small tilt, a spin in either sense, small rates across it."""
+    """Small tilt, spin in either sense, small transverse rates."""
     q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0))
     spin = c.start_spin * (2.0 * randoms.uniform(stream, 1) - 1.0)
     across = randoms.in_disk(stream, 1 << 22)
@@ -87,7 +87,7 @@ def actuate(
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Tilt, torque, and for how long the tilt has been small."""
+    """Reward terms, torque impulse as cost, success after the hold time."""
     up = vertical(attitude(y))
     tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
     tau1, tau2, tau3 = u.tau_body1, u.tau_body2, u.tau_body3
@@ -115,27 +115,27 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
 class TopRandom(Task):
     """Keep an asymmetric heavy top upright; its moments are drawn in every episode.
 
-    Three different moments leave the top, besides its energy, only the vertical momentum: neither
-    its spin nor its tilt can be foretold for long. Left alone from the starts here it falls and
-    tumbles for ever, without order. The spin itself pulls the tilt round in a body that answers
-    differently about e1 and e2, and only its torque, about all three body axes, is at hand.
+    A top with three different moments has only two integrals, the energy and the vertical momentum,
+    and its free motion is chaotic: without control it falls and tumbles irregularly. The spin
+    couples the tilts about e1 and e2, which respond differently. The control is a torque about all
+    three body axes.
 
-    The moments are drawn anew in every episode; `observe_params` shows them.
+    The moments are drawn in every episode; they are observed with `observe_params`.
 
     Physics:
         ``I omega' = I omega x omega + m g ell (G2, -G1, 0) + tau`` about the pivot, with the
         vertical G in body axes, ``G' = G x omega``. Without torque the energy and the vertical
         momentum are conserved; in general there is no further integral.
 
-        The free motion is chaotic: neighbouring motions part exponentially. The ranges keep ``I3 <
-        I1 < I2`` for every top, and ``I2 <= I1 + I3``, as every body must.
+        The free motion is chaotic: neighbouring motions separate exponentially. The ranges ensure
+        ``I3 < I1 < I2`` for every top, and ``I2 <= I1 + I3``, as for every rigid body.
 
-        The energy that gravity and full torque could give the top before the time limit bounds its
+        The energy that gravity and full torque can give the top before the time limit bounds its
         rates.
 
     Rewards:
-        ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta: steepest at the vertical, and not
-        flat anywhere. ``effort`` = ``-|tau|^2 / (3 torque^2)``, small beside it.
+        ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta: its slope is largest at the
+        vertical and nowhere zero. ``effort`` = ``-|tau|^2 / (3 torque^2)`` has a small weight.
 
     Starting State:
         The tilt is uniform up to `start_tilt`, omega3 uniform up to `start_spin` in either sense,
@@ -143,21 +143,21 @@ class TopRandom(Task):
         and the phase of the body are uniform.
 
     Episode End:
-        The episode does not end before its time. Success (`info["is_success"]`): the tilt has been
+        The episode ends only at its time limit. Success (`info["is_success"]`): the tilt has been
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
         `lqr` is the linear-quadratic regulator of the upright top that turns about e3, linear in
         (G1, G2, omega1, omega2) with a gain for every omega3, for the middle of the ranges. The
-        torque about e3 is left alone.
+        torque about e3 is 0.
 
     Version History:
         v0: first version.
 
     Source:
-        Goldstein, Poole & Safko, *Classical Mechanics*, sections 5.5 and 5.7; that there is no
-        further integral: Ziglin 1983, "Branching of solutions and the nonexistence of first
-        integrals in Hamiltonian mechanics II", Functional Analysis and Its Applications 17.
+        Goldstein, Poole & Safko, *Classical Mechanics*, sections 5.5 and 5.7; no further integral:
+        Ziglin 1983, "Branching of solutions and the nonexistence of first integrals in Hamiltonian
+        mechanics II", Functional Analysis and Its Applications 17.
     """
 
     dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
@@ -205,7 +205,7 @@ class TopRandom(Task):
         return tuple(Entry(f"omega{k}", "rad/s", "body", -_FAST, _FAST) for k in (1, 2, 3))
 
     def largest_rate(self, duration: float) -> float:
-        """What gravity and full torque make of the fastest start until the end."""
+        """Bound on the rates from the fastest start under gravity and full torque."""
         moments = (self.I1, self.I2, self.I3)
         mgl = weight(self.m, self.g, self.ell)
         push = self.torque * math.sqrt(sum(1.0 / span(moment)[0] for moment in moments))

@@ -1,4 +1,4 @@
-"""What the tasks of a heavy top share: how it is released, and a bound on its rates."""
+"""Common functions of the heavy-top tasks: initial attitude and bounds on rates."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ __all__ = ["derive_symmetric", "fastest_spinning", "fastest_top", "tilted", "wei
 
 @scalar
 def derive_symmetric(I1: float, I2: float, I3: float, m: float, g: float, ell: float) -> Parameters:
-    """Parameters of a symmetric top: I1 stands for I2, which may have been drawn by itself."""
+    """Parameters of a symmetric top: I2 is replaced by I1, as both are drawn independently."""
     return heavy_top.derive(I1, I1, I3, m, g, ell)
 
 
 @scalar
 def tilted(stream: randoms.Stream, tilt: float) -> Quaternion:
-    """Attitude of this tilt [rad], azimuth and phase uniform."""
+    """Attitude with the given tilt [rad], azimuth and phase uniform."""
     azimuth = randoms.direction(stream, 1 << 20)
     phase = randoms.direction(stream, 1 << 21)
     sine, cosine = sincos(0.5 * tilt)
@@ -41,17 +41,17 @@ def weight(m: Range, g: Range, ell: Range) -> float:
 def fastest_top(
     moments: tuple[Range, Range, Range], spin: float, across: float, mgl: float, growth: float
 ) -> float:
-    """Largest rate [rad/s] in the motion of a top and in its steps, over an episode.
+    """Bound on the rate [rad/s] of a top and of its integrator steps during an episode.
 
     With the energy E, ``sqrt(2 (E + m g ell)) >= sqrt(2 T)``, by which `fastest_turn` bounds the
-    rates, is not changed by gravity.
+    rates, and gravity does not change it.
 
     Args:
         moments: I1, I2, I3 about the pivot [kg m^2].
         spin: largest omega3 at the start [rad/s].
         across: largest rate across e3 at the start [rad/s].
         mgl: largest m g ell [N m].
-        growth: what torques can add to sqrt(2 (E + m g ell)) until the end.
+        growth: largest increase of sqrt(2 (E + m g ell)) by torques during the episode.
     """
     low, high = ([span(moment)[k] for moment in moments] for k in (0, 1))
     start = high[2] * spin**2 + max(high[0], high[1]) * across**2 + 4.0 * mgl
@@ -62,10 +62,10 @@ def fastest_top(
 def fastest_spinning(
     I_perp: Range, I3: Range, spin: float, across: float, mgl: float, impulse: float
 ) -> float:
-    """`fastest_top` of a symmetric top whose spin nothing changes.
+    """Bound as `fastest_top`, for a symmetric top whose spin is conserved.
 
-    Then it is W = I_perp omega_perp^2 / 2 + m g ell (1 + cos theta) that grows, by ``sqrt(2 W)' <=
-    tau / sqrt(I_perp)``. Steps turn the top about L at norm(L) / I_perp.
+    Then W = I_perp omega_perp^2 / 2 + m g ell (1 + cos theta) grows by at most ``sqrt(2 W)' <= tau
+    / sqrt(I_perp)``. Integrator steps turn the top about L at the rate norm(L) / I_perp.
 
     Args:
         I_perp: moments about the axes across e3 [kg m^2].
