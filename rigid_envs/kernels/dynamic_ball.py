@@ -265,8 +265,8 @@ def invariants(y: State, p: Parameters) -> Invariants:
     """Energy ((1 + beta) v^2 + beta r^2 spin^2) m / 2 + m g height [J], and the spin [rad/s].
 
     Conserved without input on a plate at constant tilt. A turntable does work on the ball; the
-    first is then not its energy, but still an integral, as the force of the surface is
-    perpendicular to the velocity.
+    first is then an integral, but not its energy, as the force of the surface is perpendicular to
+    the velocity.
     """
     sx, cx = sincos(y.alpha_x)
     sy, cy = sincos(y.alpha_y)

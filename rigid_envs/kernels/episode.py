@@ -3,7 +3,7 @@
 ============================================================  ====================================
 ``start(stream, p, c) -> (y, aux)``                           first state of an episode
 ``clip(action) -> (action, clipped)``                         action clipped to its space
-``actuate(action, y, aux, p, c) -> (y, u)``                   state, changed at once or as it is,
+``actuate(action, y, aux, p, c) -> (y, u)``                   state, changed at once or unchanged,
                                                               and the input held over the step
 ``outcome(y, u, aux, p, c, dt)                                result of the step
 -> (aux, terms, cost, success, terminated)``

@@ -141,9 +141,10 @@ class AxisFlip(Task):
         below `tolerance` from the commanded time on.
 
     Reference:
-        `timed` tracks the free motion that flips at the commanded time, ``tau = -1.5 Omega I (omega
-        - omega_free)``, where omega_free lies on the separatrix (a tanh and a cosh of the time
-        left). `brute_force` reverses the spin at once, ``tau = -4 Omega I (omega + Omega e2)``.
+        `timed` tracks the free motion that flips at the commanded time,
+        ``tau = -1.5 Omega I (omega - omega_free)``, where omega_free lies on the separatrix (a tanh
+        and a cosh of the time left). `brute_force` reverses the spin at once,
+        ``tau = -4 Omega I (omega + Omega e2)``.
 
         Exact: torque about e2 alone, from exact spin, costs ``2 L = 2 I2 Omega``.
 

@@ -205,7 +205,7 @@ class Task(Settings, abc.ABC):
 
     @classmethod
     def registered_steps(cls) -> int:
-        """Least time limit of the ids with this task, or with one it inherits from; 0: no id."""
+        """Least registered time limit of this task or a base class, in steps; 0 without an id."""
         for kind in cls.__mro__:
             tasks = {f"{kind.__module__}:{kind.__name__}", f"rigid_envs.tasks:{kind.__name__}"}
             limits = [r.max_episode_steps for r in ENVIRONMENTS.values() if r.task in tasks]

@@ -105,9 +105,9 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, fl
 class SpinCapture(Task):
     """Bring a spin about any axis to the intermediate axis e2 at the rate Omega.
 
-    The torque is weak: a tenth of what the gyroscopic terms of Euler's equations can reach at the
-    rate Omega, so it cannot overcome the tumbling. But it can change energy and momentum while the
-    body tumbles, and free motions with the right values of both approach e2. There the spin must be
+    The torque is weak: a tenth of the largest gyroscopic term in Euler's equations at the rate
+    Omega, so it cannot overcome the tumbling. But it can change energy and momentum while the body
+    tumbles, and free motions with the right values of both approach e2. There the spin must be
     caught, as e2 is unstable.
 
     Two actuators also suffice, but take longer. One does not, as each conserves a quadratic form
