@@ -194,7 +194,7 @@ class SleepingTop(Task):
     )
     # Full torque for 15 s exceeds the envelope of the system, at more than 10 rad/s: the step is
     # then stable but less accurate. See Physics.
-    envelope: ClassVar[float | None] = 0.7
+    envelope: ClassVar[float | None] = 1.1
     cost_unit: ClassVar = "torque impulse [N m s]"
     aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 

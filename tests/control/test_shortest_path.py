@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 from rigid_envs import rotations
 from rigid_envs.analytic import rolling_ball
-from rigid_envs.control import shortest_path as module
+from rigid_envs.control import ShortestPath
 from rigid_envs.control.shortest_path import shortest_path
 from rigid_envs.control.three_rolls import three_rolls
 from rigid_envs.envs import RigidVectorEnv
@@ -144,7 +144,7 @@ def test_short_elasticae_are_their_own_shortest_paths(seed):
     rng = np.random.default_rng(seed)
     length, turning = rng.uniform(0.5, 2.0), rng.uniform(-1.0, 1.0)
     pull, heading = rng.uniform(-1.0, 1.0, 2), rng.uniform(-3.0, 3.0)
-    given = module.ShortestPath(HOME, HOME, 1.0, length, heading, turning, pull)
+    given = ShortestPath(HOME, HOME, 1.0, length, heading, turning, pull)
     path = shortest_path(HOME, given.states(1)[-1])
     np.testing.assert_allclose(path.length, length, rtol=0, atol=1e-9)
     np.testing.assert_allclose(path.states(9), given.states(9), rtol=0, atol=1e-6)
