@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS
-from tests.contracts.environments import IDS, task_of, vector
+from rigid_envs.testing.environments import IDS, task_of, vector
 
 N = 20
 EPS = np.finfo(float).eps

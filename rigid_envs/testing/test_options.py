@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import VectorEnv
 
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     actions,
     assert_same_bits,
     flat,
