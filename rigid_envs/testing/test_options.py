@@ -202,13 +202,13 @@ def bad_options(env_id: str) -> dict[str, tuple[Any, str]]:
         "text for a component": ({"state": {component: "up"}}, component),
         "unknown parameter": ({"params": {"mass_of_air": 1.0}}, "'mass_of_air'"),
         "negative parameter": ({"params": {name: -1.0}}, f"{name} = -1.0"),
-        "nan parameter": ({"params": {name: np.nan}}, f"{name}: nan"),
+        "nan parameter": ({"params": {name: np.nan}}, f"{name} = nan"),
         "parameter for five rows": ({"params": {name: np.ones(5)}}, "(5,)"),
     }
     if len(y[part]) > 1:
         bad["short component"] = ({"state": {component: y[part][1:]}}, component)
     if "q" in components:
-        bad["no unit quaternion"] = ({"state": {"q": 0.9 * y[components["q"]]}}, "norm")
+        bad["no unit quaternion"] = ({"state": {"q": 0.9 * y[components["q"]]}}, "length 1")
     return bad
 
 
