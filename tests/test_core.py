@@ -12,7 +12,7 @@ from rigid_envs.kernels.layout import FLAGS
 from rigid_envs.kernels.rows import LANES
 from rigid_envs.tasks import BallPark
 from rigid_envs.tasks.fields import span
-from tests.contracts.environments import IDS, task_of
+from rigid_envs.testing.environments import IDS, task_of
 
 SIZES = (1, LANES - 1, LANES, LANES + 1, 3 * LANES + 5)
 

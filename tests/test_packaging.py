@@ -104,7 +104,10 @@ def test_installed_library_imports_alone_and_without_heavy_packages(
     wheel: Path, tmp_path: Path
 ) -> None:
     install(wheel, tmp_path)
-    heavy = ("torch", "stable_baselines3", "matplotlib", "panda3d", "pygame", "agents")
+    heavy = (
+        *("torch", "stable_baselines3", "matplotlib", "panda3d", "pygame", "agents"),
+        *("pytest", "hypothesis", "rigid_envs.testing"),
+    )
     report = (
         "import sys, rigid_envs; print(rigid_envs.__file__); "
         f"print([name for name in {heavy} if name in sys.modules])"
@@ -112,6 +115,15 @@ def test_installed_library_imports_alone_and_without_heavy_packages(
     # -P: the working directory is no place to import from; PYTHONPATH precedes any checkout.
     out = run("-P", "-c", report, cwd=tmp_path, PYTHONPATH=str(tmp_path))
     assert out.splitlines() == [str(tmp_path / "rigid_envs" / "__init__.py"), "[]"]
+
+
+def test_contract_tests_run_from_the_installed_library(wheel: Path, tmp_path: Path) -> None:
+    install(wheel, tmp_path)
+    command = ("-P", "-m", "rigid_envs.testing", "-q", "-k", "repr_names")
+    ids = ("--env-id", "RigidEnvs/BallPark-v0", "--env-id", "RigidEnvs/BallGrid-v0")
+    for workers in ((), ("-n", "2")):
+        out = run(*command, *ids, *workers, cwd=tmp_path, PYTHONPATH=str(tmp_path))
+        assert "2 passed" in out, out
 
 
 def test_wheel_built_from_the_sdist_is_the_wheel_built_from_the_checkout(

@@ -82,6 +82,7 @@ def _add_docs(verbs: Any) -> None:
         allow_abbrev=False,
     )
     writing.add_argument("folder", metavar="FOLDER", type=Path)
+    writing.add_argument("--ids", nargs="+", metavar="ID", help="these environments only")
     writing.set_defaults(act=_docs)
 
 
@@ -154,7 +155,8 @@ def _docs(options: argparse.Namespace, rest: list[str]) -> None:
     _refuse(rest)
     if options.folder.exists() and not options.folder.is_dir():
         raise ValueError(f"FOLDER = {options.folder}; expected a folder: this is a file")
-    changed, strangers = write_pages(options.folder)
+    ids = options.ids and list(dict.fromkeys(map(catalogue.checked_id, options.ids)))
+    changed, strangers = write_pages(options.folder, ids)
     print(f"written to {options.folder}: {', '.join(changed) or 'nothing, all is as it was'}")
     if strangers:
         print(f"no id has these, remove them: {', '.join(strangers)}")

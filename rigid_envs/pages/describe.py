@@ -5,18 +5,19 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rigid_envs.catalogue import task_of
+from rigid_envs.catalogue import checked_id, task_of
 from rigid_envs.pages.document import Code, Section, document
 from rigid_envs.pages.sections import summary_of
 from rigid_envs.pages.tables import WIDTH, paragraphs, table
 from rigid_envs.pages.task_tables import Table
+from rigid_envs.registry import ENVIRONMENTS
 
 __all__ = ["describe", "example"]
 
 _SIDES = str.maketrans("=", "<")
 _EXAMPLE = """\
 import gymnasium as gym
-import rigid_envs
+import {package}
 
 {settings}env = gym.make("{env_id}"{given})
 observation, info = env.reset(seed=0)
@@ -43,6 +44,7 @@ def describe(env_id: str, config: Mapping[str, Any]) -> str:
         ConfigError: unknown key or bad value.
         DocstringError: the docstring of the task lacks a section.
     """
+    env_id = checked_id(env_id)
     task = task_of(env_id, config)
     sections = [
         Section(env_id, [summary_of(type(task))]),
@@ -56,7 +58,9 @@ def example(env_id: str, config: Mapping[str, Any]) -> str:
     """An example program that runs the environment with these hyperparameters."""
     given = pprint.pformat(dict(config), width=WIDTH - 12, sort_dicts=False)
     settings = f"settings = {given}\n" if config else ""
-    return _EXAMPLE.format(env_id=env_id, settings=settings, given=", **settings" if config else "")
+    package = ENVIRONMENTS[env_id].task.partition(":")[0].partition(".")[0]
+    given = ", **settings" if config else ""
+    return _EXAMPLE.format(env_id=env_id, package=package, settings=settings, given=given)
 
 
 def _lines(sections: Sequence[Section], rule: str) -> list[str]:

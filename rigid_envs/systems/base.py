@@ -7,7 +7,7 @@ import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -64,9 +64,12 @@ class System(abc.ABC):
             )
 
     @property
-    @abc.abstractmethod
     def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
-        """Named quantities of a state: each maps y, shape (..., n_state), to (...) or (..., k)."""
+        """Named quantities of a state: each maps y, shape (..., n_state), to (...) or (..., k).
+
+        Its components, unless a system says more.
+        """
+        return {name: partial(_component, part) for name, part in self.components.items()}
 
     @abc.abstractmethod
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
@@ -280,3 +283,9 @@ class System(abc.ABC):
             y,
         )
         return y.reshape(len(y), *y0.shape)
+
+
+def _component(part: slice, y: npt.ArrayLike) -> Array:
+    """The entries of a component of y, shape (..., k), or (...) where k is 1."""
+    rows = np.array(np.asarray(y, dtype=np.float64)[..., part])
+    return rows[..., 0] if rows.shape[-1] == 1 else rows

@@ -44,6 +44,7 @@ _ROTATIONS = {
 
 
 ROTATION = Choice("observed attitude", tuple(_ROTATIONS))
+_SLACK = 1e-12  # the least number of substeps that is asked for is enough, whatever is rounded
 
 
 @dataclass(frozen=True)
@@ -194,20 +195,23 @@ class Task(Settings, abc.ABC):
         Raises:
             ConfigError: the rates may leave the envelope; the message names the remedy.
         """
-        rate, h = self.largest_rate(n_steps * self.dt), self.dt / self.n_substeps
-        if rate * h > self.largest_turn:
+        rate = self.largest_rate(n_steps * self.dt)
+        least = rate * self.dt / self.largest_turn * (1.0 - _SLACK)
+        if self.n_substeps < least:
             raise ConfigError(
                 f"config.dt: dt = {self.dt} in {self.n_substeps} substeps; expected at most "
                 f"{self.largest_turn / rate * self.n_substeps:.4g} s, for rates up to {rate:.4g} "
                 f"rad/s in {n_steps:g} steps (stability envelope): "
-                f"take n_substeps >= {math.ceil(rate * self.dt / self.largest_turn)}"
+                f"take n_substeps >= {math.ceil(least)}"
             )
 
     @classmethod
     def registered_steps(cls) -> int:
         """Least registered time limit of this task or a base class, in steps; 0 without an id."""
         for kind in cls.__mro__:
-            tasks = {f"{kind.__module__}:{kind.__name__}", f"rigid_envs.tasks:{kind.__name__}"}
+            # also where a package passes on the class of a module of its own
+            modules = itertools.accumulate(kind.__module__.split("."), "{}.{}".format)
+            tasks = {f"{module}:{kind.__name__}" for module in modules}
             limits = [r.max_episode_steps for r in ENVIRONMENTS.values() if r.task in tasks]
             if limits:
                 return min(limits)
@@ -215,7 +219,7 @@ class Task(Settings, abc.ABC):
 
     def stable_steps(self) -> int:
         """Largest number of steps within the stability envelope; 2**31 at most."""
-        allowed = self.largest_turn * self.n_substeps / self.dt
+        allowed = self.largest_turn * self.n_substeps / self.dt * (1.0 + _SLACK)
         low, high = 0, 2**31
         if self.largest_rate(high * self.dt) <= allowed:
             return high

@@ -7,7 +7,7 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from torchrl.envs import GymEnv
 
 from rigid_envs import ENVIRONMENTS
-from tests.contracts.environments import DISCRETE, GOALS
+from rigid_envs.testing.environments import DISCRETE, GOALS
 
 IDS = tuple(ENVIRONMENTS)
 PLAIN = tuple(env_id for env_id in IDS if env_id not in GOALS)

@@ -7,7 +7,7 @@ from rigid_envs import ENVIRONMENTS
 from rigid_envs.envs import RigidEnv, RigidGoalEnv
 from rigid_envs.tasks import ConfigError
 from rigid_envs.tasks.fields import span
-from tests.contracts.environments import CONTINUOUS, GOALS, IDS, break_physics, flat
+from rigid_envs.testing.environments import CONTINUOUS, GOALS, IDS, break_physics, flat
 
 
 @pytest.fixture(params=IDS)

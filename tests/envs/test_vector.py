@@ -8,7 +8,7 @@ from gymnasium.vector.utils import batch_space
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.envs import RigidEnv, RigidGoalEnv, RigidGoalVectorEnv, RigidVectorEnv
 from rigid_envs.tasks.fields import span
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     CONTINUOUS,
     GOALS,
     IDS,

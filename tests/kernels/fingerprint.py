@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.contracts.environments import actions, ending, flat, vector
+from rigid_envs.testing.environments import actions, ending, flat, vector
 
 __all__ = ["foreign_symbols", "hashes_of"]
 

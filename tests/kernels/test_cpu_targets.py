@@ -21,7 +21,7 @@ import pytest
 from llvmlite import binding
 
 from rigid_envs.kernels.cache import kernel_hash
-from tests.contracts.environments import IDS, task_of
+from rigid_envs.testing.environments import IDS, task_of
 from tests.kernels.fingerprint import hashes_of
 
 ROOT = Path(__file__).parents[2]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import VectorEnv
 
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     actions,
     assert_same_bits,
     flat,
@@ -208,7 +208,7 @@ def bad_options(env_id: str) -> dict[str, tuple[Any, str]]:
     if len(y[part]) > 1:
         bad["short component"] = ({"state": {component: y[part][1:]}}, component)
     if "q" in components:
-        bad["no unit quaternion"] = ({"state": {"q": 0.9 * y[components["q"]]}}, "norm")
+        bad["no unit quaternion"] = ({"state": {"q": 0.9 * y[components["q"]]}}, "length 1")
     return bad
 
 

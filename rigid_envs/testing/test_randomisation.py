@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import kstest
 
 from rigid_envs.tasks.fields import span
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     CONTINUOUS,
     actions,
     assert_same_bits,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigid_envs import rotations
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     ATTITUDES,
     IDS,
     actions,

@@ -6,7 +6,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     CONTINUOUS,
     actions,
     assert_refused,

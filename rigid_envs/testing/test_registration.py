@@ -1,50 +1,20 @@
-"""Ids are found, made and described as Gymnasium does it."""
+"""Ids are made and described as Gymnasium does it."""
 
-import importlib
 import json
-import subprocess
-import sys
 
 import gymnasium as gym
 import pytest
 from gymnasium.envs.registration import EnvSpec
 
-import rigid_envs
 from rigid_envs.envs import RigidEnv, RigidGoalEnv, RigidGoalVectorEnv, RigidVectorEnv
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     GOALS,
-    IDS,
     assert_same_bits,
     ranges,
     representations,
     single,
     vector,
 )
-
-
-def test_import_registers_every_id_under_the_namespace():
-    registered = {name for name in gym.registry if name.startswith("RigidEnvs/")}
-    assert registered == set(IDS)
-
-
-def test_registration_again_changes_nothing():
-    before = {env_id: gym.registry[env_id] for env_id in IDS}
-    importlib.reload(rigid_envs)
-    assert {env_id: gym.registry[env_id] for env_id in IDS} == before
-    assert all(gym.registry[env_id] is before[env_id] for env_id in IDS)
-
-
-def test_make_with_the_module_in_the_id_imports_the_package():
-    code = (
-        "import gymnasium as gym\n"
-        "env = gym.make('rigid_envs:RigidEnvs/BallPark-v0')\n"
-        "envs = gym.make_vec('rigid_envs:RigidEnvs/BallPark-v0', num_envs=2)\n"
-        "print(env.spec.id, type(envs).__name__)\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False
-    )
-    assert done.stdout == "RigidEnvs/BallPark-v0 RigidVectorEnv\n", done.stderr
 
 
 def test_an_id_is_of_the_kind_that_its_task_asks_for(env_id):

@@ -12,7 +12,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     actions,
     assert_same_bits,
     ending,

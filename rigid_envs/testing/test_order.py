@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 
-from tests.contracts.environments import actions, assert_same_bits, break_physics, single, vector
+from rigid_envs.testing.environments import actions, assert_same_bits, break_physics, single, vector
 
 MODES = ("NextStep", "SameStep", "Disabled")
 

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     CONTINUOUS,
     assert_same_bits,
     counted,

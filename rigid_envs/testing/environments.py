@@ -1,12 +1,12 @@
 """What every contract needs: the ids, environments to run, actions to try, bits to compare.
 
-The contracts run over every id there is. What they count (steps, episodes, drawn settings) is
-counted over all ids together, and each id gets its `share`; the long versions give it all to each.
+What the contracts count (steps, episodes, drawn settings) is counted over all ids of this package
+together, and each id gets its `share`; the long versions give it all to each.
 """
 
 from dataclasses import fields
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import gymnasium as gym
 import numpy as np
@@ -17,25 +17,26 @@ from rigid_envs import ENVIRONMENTS
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
 from rigid_envs.tasks import ConfigError, Task
 from rigid_envs.tasks.fields import span
+from rigid_envs.testing.selection import OWN, chosen
 
-IDS = tuple(ENVIRONMENTS)
+IDS = chosen()
 
 # settings under which an episode may also end before its time, for the tasks that can end
 EARLY_ENDS: dict[str, dict[str, Any]] = {
-    env_id: dict(record.early_end) for env_id, record in ENVIRONMENTS.items() if record.early_end
+    env_id: dict(ENVIRONMENTS[env_id].early_end) for env_id in IDS if ENVIRONMENTS[env_id].early_end
 }
 
 
 def single(env_id: str, **config: Any) -> RigidEnv:
     """The environment itself, without the time limit around it."""
-    return gym.make(env_id, **config).unwrapped
+    env: Any = gym.make(env_id, **config)
+    return cast(RigidEnv, env.unwrapped)
 
 
 def vector(env_id: str, n: int, **config: Any) -> RigidVectorEnv:
     """N native rows."""
-    return gym.make_vec(
-        env_id, num_envs=n, vectorization_mode="vector_entry_point", **config
-    ).unwrapped
+    envs: Any = gym.make_vec(env_id, num_envs=n, vectorization_mode="vector_entry_point", **config)
+    return cast(RigidVectorEnv, envs.unwrapped)
 
 
 @cache
@@ -51,8 +52,8 @@ ATTITUDES = tuple(env_id for env_id in IDS if "q" in task_of(env_id).system_type
 
 
 def share(total: int) -> int:
-    """What falls to one id of a total over all of them, rounded up."""
-    return -(-total // len(IDS))
+    """What falls to one id of a total over all of this package, rounded up."""
+    return -(-total // len(OWN))
 
 
 def counted(name: str, total: int) -> pytest.MarkDecorator:

@@ -12,7 +12,7 @@ import pytest
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.tasks import ConfigError
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     CONTINUOUS,
     DISCRETE,
     EARLY_ENDS,

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 import gymnasium as gym
 import pytest
 from gymnasium.utils.env_checker import check_env
-from stable_baselines3.common.env_checker import check_env as check_for_sb3
 
-from tests.contracts.environments import GOALS, rich, single
+from rigid_envs.testing.environments import GOALS, rich, single
 
 
 @pytest.fixture(autouse=True)
@@ -25,6 +24,9 @@ def test_gymnasium_checker_passes_without_a_warning(env_id, make_config):
 
 @pytest.mark.parametrize("make_config", [lambda _: {}, rich], ids=["default", "rich"])
 def test_sb3_checker_passes_without_a_warning(env_id, make_config):
+    pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common.env_checker import check_env as check_for_sb3
+
     check_for_sb3(single(env_id, **make_config(env_id)))
     if env_id not in GOALS:  # there it looks for compute_reward on the wrapper itself
         check_for_sb3(gym.make(env_id, **make_config(env_id)))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS
-from tests.contracts.environments import (
+from rigid_envs.testing.environments import (
     actions,
     flat,
     rich,

@@ -1,0 +1,10 @@
+"""Contract tests: what every environment of this library does, whoever wrote its task.
+
+They run over the ids of this package, or over those that are given, each with the module that
+registers it::
+
+    python -m rigid_envs.testing --env-id my_package:MyPackage/Task-v0
+
+Other arguments are those of pytest (``-x``, ``-k``, ``-n 2``). They need the packages of the extra
+``test``; importing `rigid_envs` imports none of them.
+"""

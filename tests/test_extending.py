@@ -1,0 +1,171 @@
+"""A newcomer's package, made of nothing but docs/extending.md, gets all that the page promises."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "docs/extending.md").read_text(encoding="utf-8")
+FILES = re.findall(r"^`(\S+\.py)`:\n\n```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+(SCRIPT,) = re.findall(r"^From now on:\n\n```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+BASH = re.findall(r"^```bash\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+DESCRIBE, DOCS, CONTRACTS = (line for block in BASH for line in block.splitlines())
+SWING_UP = "wheel_pendulum:WheelPendulum/SwingUp-v0"
+
+# a few of the contracts that ask most of a task and of its system
+SUBSET = "invariants or registration or checkers or order or rows_is or seeds or substeps"
+REPORT = f"""
+import gymnasium
+env = gymnasium.make("{SWING_UP}").unwrapped
+env.reset(seed=0, options={{"state": {{"angle": 1.0}}}})
+info = env.step(env.action_space.low)[-1]
+kernels = (env.task.episode.step, env.task.episode.reset)
+print(info["reward/height"], sum(sum(k.stats.cache_hits.values()) for k in kernels))
+"""
+
+
+class Package:
+    """The package of the page in a folder of its own, and processes that run beside it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        path = os.pathsep.join([str(folder), str(ROOT)])
+        self.environment = os.environ | {"PYTHONPATH": path, "NUMBA_CACHE_DIR": str(folder / "c")}
+        self.write(dict(FILES))
+
+    def write(self, files: dict[str, str]) -> None:
+        for name, text in files.items():
+            (self.folder / name).parent.mkdir(exist_ok=True)
+            (self.folder / name).write_text(text, encoding="utf-8")
+
+    def run(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, *arguments],
+            cwd=self.folder,
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    def output(self, *arguments: str) -> str:
+        """What is printed; fails with what went wrong."""
+        done = self.run(*arguments)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+
+def command(line: str) -> list[str]:
+    """A command of the page as arguments of Python."""
+    first, *rest = shlex.split(line)
+    return ["-m", "rigid_envs.cli", *rest] if first == "rigid-envs" else rest
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory: pytest.TempPathFactory) -> Package:
+    return Package(tmp_path_factory.mktemp("newcomer"))
+
+
+def test_the_page_is_a_whole_package() -> None:
+    names = ("system", "task", "heavy", "__init__")
+    assert [name for name, _ in FILES] == [f"wheel_pendulum/{name}.py" for name in names]
+
+
+def test_the_script_of_the_page_runs(package: Package) -> None:
+    tail = "env.reset(seed=0)\nprint(envs.reset(seed=0)[0].shape)\n"
+    assert package.output("-c", SCRIPT + tail) == "(256, 4)\n"
+
+
+def test_the_second_process_compiles_nothing(package: Package) -> None:
+    package.run("-c", REPORT)
+    again = package.run("-c", REPORT)
+    assert again.stderr == ""
+    assert again.stdout.split()[1] == "2"
+
+
+def test_an_edited_helper_in_another_file_is_noticed(package: Package) -> None:
+    before = package.output("-c", REPORT).split()[0]
+    system = dict(FILES)["wheel_pendulum/system.py"]
+    package.write({"wheel_pendulum/system.py": system.replace("2.0 * sine * sine", "sine * sine")})
+    after, hits = package.output("-c", REPORT).split()
+    package.write(dict(FILES))
+    assert (float(after) + 1.0, hits) == (0.5 * (float(before) + 1.0), "0")
+    assert package.output("-c", REPORT).split() == [before, "2"]
+
+
+def test_it_is_described_and_gets_pages(package: Package) -> None:
+    text = package.output(*command(DESCRIBE))
+    assert text.startswith("WheelPendulum/SwingUp-v0")
+    assert "import wheel_pendulum" in text
+    package.output(*command(DOCS))
+    pages = {path.name for path in (package.folder / "pages").iterdir()}
+    assert pages == {"README.md", "WheelPendulum-SwingUp.md", "WheelPendulum-HeavySwingUp.md"}
+    assert "## Pendulum" in (package.folder / "pages/README.md").read_text()
+
+
+def test_a_subclass_overrides_defaults_and_keeps_their_rules(package: Package) -> None:
+    code = "from wheel_pendulum.heavy import HeavySwingUp as H; print(H().mgl, H().n_substeps); "
+    assert package.output("-c", code) == "(6.0, 8.0) 2\n"
+    refused = package.run("-c", code + "H(mgl=-1.0)")
+    assert "config.mgl: mgl = -1.0; expected" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "message"),
+    [
+        ("system", "derive(inertia: float, mgl", "derive(mgl: float, inertia", "begins with"),
+        ("system", "    mgl: float = 4.0\n", "", "expected the arguments of its derive"),
+        ("task", "    weight_effort: ", "    wait_effort: ", "has no weight_effort"),
+        (
+            "task",
+            "    omega_tolerance: float = setting",
+            "    slow: float = setting",
+            "has no omega",
+        ),
+    ],
+)
+def test_names_that_do_not_fit_together_are_refused_at_import(
+    tmp_path: Path, file: str, old: str, new: str, message: str
+) -> None:
+    package, name = Package(tmp_path), f"wheel_pendulum/{file}.py"
+    text = dict(FILES)[name]
+    assert text.count(old) == 1
+    package.write({name: text.replace(old, new)})
+    refused = package.run("-c", "import wheel_pendulum.task")
+    assert "TypeError" in refused.stderr
+    assert message in refused.stderr
+
+
+def test_the_least_number_of_substeps_that_is_asked_for_is_enough(package: Package) -> None:
+    # 2010 rad/s in all, at which the least number is 201 and no rounding more
+    code = (
+        "from wheel_pendulum.task import SwingUp\n"
+        "SwingUp(mgl=1e6, n_substeps=201).check_duration(200)\n"
+        "SwingUp(mgl=1e6, n_substeps=200).check_duration(200)\n"
+    )
+    refused = package.run("-c", code)
+    assert "line 3" in refused.stderr
+    assert refused.stderr.endswith("take n_substeps >= 201\n")
+
+
+def test_it_passes_the_contracts_that_ask_most(package: Package) -> None:
+    printed = package.output(*command(CONTRACTS), "-q", "-k", SUBSET)
+    assert re.search(r"\d\d passed", printed), printed
+
+
+def test_an_unknown_id_is_refused_in_one_line(package: Package) -> None:
+    refused = package.run("-m", "rigid_envs.testing", "--env-id", "wheel_pendulum:Wheel/Swing-v0")
+    assert "--env-id: env_id = 'wheel_pendulum:Wheel/Swing-v0'; expected" in refused.stderr
+    assert "Traceback" not in refused.stderr
+
+
+@pytest.mark.long
+def test_it_passes_all_contracts(package: Package) -> None:
+    other = "wheel_pendulum:WheelPendulum/HeavySwingUp-v0"
+    printed = package.output(*command(CONTRACTS), "--env-id", other, "-q", "-n", "2")
+    assert re.search(r"\d\d\d passed", printed), printed
