@@ -10,12 +10,10 @@ import numpy as np
 
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.attitude import write_attitude
 from rigid_envs.kernels.channel import (
     DRAW_PARAMETERS,
     DRAW_START,
     add_action_noise,
-    add_observation_noise,
     delay_actions,
     stream_of,
 )
@@ -32,6 +30,7 @@ from rigid_envs.kernels.layout import (
     read_settings,
     slots_of,
 )
+from rigid_envs.kernels.observation import observe_rows, publish_rows
 from rigid_envs.kernels.rows import (
     LANES,
     integrate,
@@ -39,7 +38,6 @@ from rigid_envs.kernels.rows import (
     load_single,
     store,
     store_byte,
-    store_single,
 )
 
 __all__ = ["BEGIN", "OBSERVE", "PARAMETERS_GIVEN", "reset_rows", "step_rows"]
@@ -92,8 +90,8 @@ def step_rows(
         h = s.dt / s.n_substeps
         integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
         n_raised += _conclude(outcome, prototypes, buffer, s, slots, base, row, n, weights, c)
-        _observe(observe, prototypes, buffer, s, slots, base, 0, n, c)
-        _publish(buffer, s, slots, base, row, 0, n)
+        observe_rows(observe, prototypes, buffer, s, slots, base, 0, n, c)
+        publish_rows(buffer, s, slots, base, row, 0, n)
     return n_raised
 
 
@@ -123,8 +121,8 @@ def reset_rows(
             _draw_parameters(prototypes, buffer, s, slots, base + lane)
         if mode != OBSERVE:
             _draw_start(derive, start, prototypes, buffer, slots, base + lane, c)
-        _observe(observe, prototypes, buffer, s, slots, base, lane, lane + 1, c)
-        _publish(buffer, s, slots, base, block * LANES, lane, lane + 1)
+        observe_rows(observe, prototypes, buffer, s, slots, base, lane, lane + 1, c)
+        publish_rows(buffer, s, slots, base, block * LANES, lane, lane + 1)
 
 
 @routine
@@ -252,51 +250,6 @@ def _mend(
             byte[flags + FLAGS.is_success * s.n_rows + i] = 0
             for k in range(2 + s.n_terms):
                 buffer[results + k * s.n_rows + i] = 0.0
-
-
-@phase
-def _observe(
-    observe: Function,
-    prototypes: Prototypes,
-    buffer: Buffer,
-    s: Settings,
-    slots: Slots,
-    base: int,
-    first: int,
-    last: int,
-    c: Row,
-) -> None:
-    """Write the observation slots: features, attitude, drawn parameters, noise."""
-    at = base + slots.observation * LANES
-    n_features = 0
-    for i in range(first, last):
-        y = load(buffer, base + i, prototypes.state, LANES)
-        p = load(buffer, base + slots.parameters * LANES + i, prototypes.parameters, LANES)
-        aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
-        features = observe(y, aux, p, c)
-        n_features = len(features)
-        store(buffer, at + i, features, LANES)
-    at = at + n_features * LANES
-    at = at + write_attitude(buffer, base, at, first, last, s.rotation) * LANES
-    for k in range(s.n_observed):
-        source = base + int(buffer[s.observed + k]) * LANES
-        for i in range(first, last):
-            buffer[at + k * LANES + i] = buffer[source + i]
-    if s.noisy_observations:
-        add_observation_noise(buffer, s, slots, base, first, last)
-
-
-@routine
-def _publish(
-    buffer: Buffer, s: Settings, slots: Slots, base: int, row: int, first: int, last: int
-) -> None:
-    """Copy the observations to the float32 part of the buffer."""
-    at = base + slots.observation * LANES
-    target = s.observations + row * s.n_observation
-    for k in range(s.n_observation):
-        for i in range(first, last):
-            value = load(buffer, at + k * LANES + i, _ONE, 1)
-            store_single(buffer, target + i * s.n_observation + k, value, 1)
 
 
 @routine

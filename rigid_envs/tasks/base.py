@@ -13,13 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.errors import ConfigError
-from rigid_envs.kernels import attitude
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.layout import CHANNEL
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.systems import System
+from rigid_envs.tasks.entries import ROTATION, ROTATIONS, Entry, attitude_entries
 from rigid_envs.tasks.fields import (
-    Choice,
     Flag,
     Integer,
     Number,
@@ -34,28 +33,7 @@ __all__ = ["ROTATION", "Entry", "Task"]
 
 Array = npt.NDArray[np.float64]
 
-_ROTATIONS = {
-    "none": attitude.HIDDEN,
-    "matrix": attitude.MATRIX,
-    "rot6d": attitude.ROT6D,
-    "quat": attitude.QUATERNION,
-    "euler": attitude.EULER,
-}
-
-
-ROTATION = Choice("observed attitude", tuple(_ROTATIONS))
 _SLACK = 1e-12  # the least number of substeps that is asked for is enough, whatever is rounded
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One entry of an action or observation: symbol, unit, frame and bounds."""
-
-    symbol: str
-    unit: str
-    frame: str
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)
@@ -238,7 +216,7 @@ class Task(Settings, abc.ABC):
 
     def observations(self) -> tuple[Entry, ...]:
         """All entries of the observation: features, attitude, drawn parameters."""
-        return (*self.features(), *_attitude_entries(self.rotation), *self._drawn_entries())
+        return (*self.features(), *attitude_entries(self.rotation), *self._drawn_entries())
 
     def reached(self, achieved: npt.ArrayLike, desired: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether goals are reached, by the same function as in `step`; shape (...).
@@ -287,7 +265,7 @@ class Task(Settings, abc.ABC):
     @property
     def rotation_code(self) -> int:
         """Code of the attitude representation in the kernels."""
-        return _ROTATIONS[self.rotation]
+        return ROTATIONS[self.rotation]
 
     def system(self, parameters: Mapping[str, float] | None = None) -> System:
         """The physical system, with the given parameters or the middle of each range."""
@@ -316,20 +294,3 @@ class Task(Settings, abc.ABC):
             Entry(name, rules[name].unit, "drawn", *span(getattr(self, name)))
             for name in self.observed_parameters()
         )
-
-
-def _attitude_entries(rotation: str) -> tuple[Entry, ...]:
-    unit = {
-        "none": (),
-        "matrix": tuple(f"R{i}{j}" for i in "123" for j in "123"),
-        "rot6d": tuple(f"R{i}{j}" for j in "12" for i in "123"),
-        "quat": ("w", "x", "y", "z"),
-    }
-    if rotation == "euler":
-        pi = math.pi
-        angles = (("phi", -pi, pi), ("theta", 0.0, pi), ("psi", -pi, pi))
-        return tuple(Entry(name, "rad", "z-x-z", low, high) for name, low, high in angles)
-    entries = (Entry(name, "1", "body to world", -1.0, 1.0) for name in unit[rotation])
-    if rotation == "quat":
-        return (Entry("w", "1", "body to world", 0.0, 1.0), *tuple(entries)[1:])
-    return tuple(entries)
