@@ -133,13 +133,14 @@ def vee(skew: ArrayLike) -> Array:
     Raises:
         ValueError: if an entry of skew + skew^T exceeds 1e-6 of the largest of skew.
     """
-    half = 0.5 * array(skew, "skew", 3, 3)
-    transpose = np.swapaxes(half, -1, -2)
-    even = np.max(np.abs(half + transpose), axis=(-1, -2))
-    skew_symmetric = even <= 1e-6 * np.max(np.abs(half), axis=(-1, -2))
+    m = array(skew, "skew", 3, 3)
+    with np.errstate(over="ignore"):  # then it is not skew-symmetric
+        even = 0.5 * (m + np.swapaxes(m, -1, -2))
+    size = np.max(np.abs(m), axis=(-1, -2))
+    skew_symmetric = np.max(np.abs(even), axis=(-1, -2)) <= 0.5e-6 * size
     expected = "a skew-symmetric matrix: take (m - m.T) / 2 of it first"
-    require(skew_symmetric, 2.0 * half, "skew", expected)
-    return (half - transpose)[..., [2, 0, 1], [1, 2, 0]]
+    require(skew_symmetric, m, "skew", expected)
+    return (m - even)[..., [2, 0, 1], [1, 2, 0]]  # exact where even is 0, subnormal numbers too
 
 
 def left_jacobian(rotation_vector: ArrayLike) -> Array:
