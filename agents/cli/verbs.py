@@ -113,7 +113,9 @@ def evaluate(options: argparse.Namespace, rest: list[str]) -> int:
     if options.controller is not None:
         return _evaluate_controller(options)
     if options.ids or options.all:
-        raise ConfigError("--ids, --all: a policy knows its environment; leave them out")
+        raise ConfigError(
+            "--ids, --all: expected none beside a policy, which knows its environment"
+        )
     from ..evaluation.reports import report, table, write_report
 
     figures, episodes = report(
@@ -143,7 +145,9 @@ def _evaluate_controller(options: argparse.Namespace) -> int:
             if not options.all:
                 raise ConfigError(f"--controller: {error}") from None
     if not chosen:
-        raise ConfigError(f"--controller: no id has a controller {options.controller!r}")
+        raise ConfigError(
+            f"--controller: controller = {options.controller!r}; expected one that some id has"
+        )
     for env_id, name, policy in chosen:
         figures, episodes = report_controller(name, policy, env_id, options.episodes, options.seed)
         folder = (options.out or _RESULTS) / env_id.split("/")[-1] / name
@@ -217,4 +221,4 @@ def _refuse_episodes(n: int) -> None:
 
 def _refuse(rest: list[str]) -> None:
     if rest:
-        raise ConfigError(f"unknown option {rest[0]}; --help lists those that there are")
+        raise ConfigError(f"option = {rest[0]}; expected one that --help lists")

@@ -215,7 +215,9 @@ class GymnasiumVecEnv(VecEnv):
         elif len(rows) == self.num_envs:
             setattr(self.venv.unwrapped, attr_name, value)
         else:
-            raise ValueError(f"set_attr({attr_name!r}): rows of {self.venv} share one object")
+            raise ValueError(
+                f"set_attr: indices = {rows}; expected all rows, which share one object"
+            )
 
     def env_method(
         self,
@@ -293,5 +295,7 @@ class GymnasiumVecEnv(VecEnv):
     def _next_options(self) -> dict[str, Any] | None:
         options = self._options[0]
         if any(other != options for other in self._options):
-            raise ValueError("set_options: rows of a vector environment take the same options")
+            raise ValueError(
+                f"set_options: options = {self._options}; expected the same for all rows"
+            )
         return dict(options) or None

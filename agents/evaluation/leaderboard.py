@@ -59,7 +59,9 @@ def write_leaderboard(folder: Path) -> str:
     """
     results = read_results(folder)
     if not results:
-        raise ConfigError(f"{folder}: no results.json of `python -m agents evaluate` below it")
+        raise ConfigError(
+            f"folder = {folder}; expected a results.json of `python -m agents evaluate` below it"
+        )
     text = markdown(results)
     write_atomic(folder / "leaderboard.md", text)
     buffer = io.BytesIO()

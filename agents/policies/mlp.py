@@ -125,7 +125,7 @@ def _inputs(value: Any, n_obs: int) -> list[tuple[str, int]] | None:
         return None
     inputs = [(str(name), int(size)) for name, size in value]
     if sum(size for _, size in inputs) != n_obs:
-        raise ValueError(f"inputs: {inputs} do not make up the {n_obs} numbers of layers.0")
+        raise ValueError(f"inputs = {inputs}; expected {n_obs} numbers in all, as layers.0 takes")
     return inputs
 
 
@@ -137,7 +137,9 @@ def _rotation_layer(places: Any, n_inputs: int) -> list[RelativeRotation]:
     if not all(
         type(at) is int and 0 <= at <= n_inputs - RelativeRotation.n_more - 9 for at in places
     ):
-        raise ValueError(f"attitudes: no matrices at {places} among the inputs of layers.0")
+        raise ValueError(
+            f"attitudes = {places}; expected where matrices are in the input of layers.0"
+        )
     return [RelativeRotation(achieved, desired)]
 
 
@@ -153,7 +155,7 @@ def _weights(arrays: Mapping[str, NDArray[Any]]) -> list[NDArray[np.float32]]:
             raise ValueError(f"layers.{k}: expected a matrix and a vector of float32")
         if k and weight.shape[1] != len(weights[k - 1]):
             raise ValueError(
-                f"layers.{k}: takes {weight.shape[1]} of {len(weights[k - 1])} numbers"
+                f"layers.{k}.weight has shape {weight.shape}; expected (..., {len(weights[k - 1])})"
             )
     return weights
 

@@ -68,7 +68,7 @@ def load_tensors(path: Path, limit: int) -> tuple[dict[str, NDArray[Any]], dict[
 def _entry(data: bytes) -> dict[str, Any]:
     length = int.from_bytes(data[:8], "little")
     if not 2 <= length <= min(len(data) - 8, _HEADER_LIMIT):
-        raise ValueError(f"a header of {length} bytes in a file of {len(data)}")
+        raise ValueError(f"header length = {length}; expected 2 to {len(data) - 8} bytes")
     header = json.loads(data[8 : 8 + length])
     entry: dict[str, Any] = json.loads(header["__metadata__"][_ENTRY])
     return entry

@@ -179,7 +179,7 @@ def test_options_go_to_the_next_reset_only() -> None:
     env.reset()
     assert script.seen_options is None
     env.set_options([{"tilt": 1}, {"tilt": 2}, {"tilt": 3}])
-    with pytest.raises(ValueError, match="same options"):
+    with pytest.raises(ValueError, match="expected the same for all rows"):
         env.reset()
 
 

@@ -79,10 +79,10 @@ def test_all_takes_the_ids_that_have_the_controller(
     [
         ([], "expected a run or policy, or --controller NAME"),
         (["run", "--controller", "lqr"], "expected a run or policy, or --controller NAME"),
-        (["run", "--all"], "leave them out"),
+        (["run", "--all"], "expected none beside a policy"),
         (["--controller", "lqr"], "expected --ids ID ... or --all"),
         (["--controller", "lqr", "--ids", ID], "controller = 'lqr'; expected one of"),
-        (["--controller", "pid", "--all"], "no id has a controller 'pid'"),
+        (["--controller", "pid", "--all"], "controller = 'pid'; expected one that some id has"),
     ],
 )
 def test_what_makes_no_sense_is_refused(words: list[str], message: str, capsys: Capture) -> None:
@@ -92,7 +92,7 @@ def test_what_makes_no_sense_is_refused(words: list[str], message: str, capsys: 
 
 def test_a_folder_without_results_is_refused(tmp_path: Path, capsys: Capture) -> None:
     assert main(["leaderboard", str(tmp_path)]) == 2
-    assert "no results.json" in capsys.readouterr().err
+    assert "expected a results.json" in capsys.readouterr().err
 
 
 def test_intervals_shrink_with_the_number_of_starts(folder: Path, tmp_path: Path) -> None:
