@@ -14,3 +14,8 @@ settings.load_profile("untimed")
 def pytest_configure(config: pytest.Config) -> None:
     """With `-n`, compile all kernels before the workers start."""
     compile_first(config, ENVIRONMENTS)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the file that takes longest first: begun last, it would be waited for alone."""
+    items.sort(key=lambda item: item.path.name != "test_cpu_targets.py")
