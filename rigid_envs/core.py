@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.kernels.layout import CLOCK, FLAGS
+from rigid_envs.kernels.reset_loop import BEGIN, OBSERVE, PARAMETERS_GIVEN
 from rigid_envs.kernels.rows import LANES
-from rigid_envs.kernels.step_loop import BEGIN, OBSERVE, PARAMETERS_GIVEN
 from rigid_envs.tasks.base import Task
 from rigid_envs.tasks.buffer import new_buffer, parameter_slot, slots_for
 from rigid_envs.tasks.starts import Start
@@ -185,7 +185,7 @@ class Core:
         n_blocks = -(-n // LANES)
         size = n_blocks * slots.total * LANES
         self._blocks = self.buffer[s.blocks : s.blocks + size].reshape(n_blocks, -1, LANES)
-        end = s.results + (2 + s.n_terms) * n
+        end = s.results + (2 + len(self.task.terms)) * n
         self.results = self.buffer[s.results : end].reshape(-1, n)
         self.flags = byte[s.flags : s.flags + len(FLAGS) * n].reshape(-1, n)
         self.advance = self.task.episode.step  # compiled; see `rigid_envs.kernels.episode`

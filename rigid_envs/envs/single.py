@@ -109,8 +109,8 @@ class RigidEnv(gym.Env[Observation, Observation]):
             and action.shape == self._shape
         ):
             row_action[...] = action
-        elif action.__class__ in INTEGERS and 0 <= int(action) < self._n_choices:
-            row_action[0] = action
+        elif action.__class__ in INTEGERS and 0 <= (choice := int(action)) < self._n_choices:
+            row_action[0] = choice
         else:
             row_action[...] = actions_of(self.task, action, (), self._name)
         terminated = False
@@ -122,10 +122,10 @@ class RigidEnv(gym.Env[Observation, Observation]):
             info["is_success"], info["action_clipped"], info["physics_error"] = flags
             if terminated:
                 self._status, self._steps_left = _ENDED, 0
-        *numbers, reward = result.tolist()
-        for key, number in zip(self._numbers, numbers):  # noqa: B905 - strict costs 100 ns
+        numbers = result.tolist()  # the last one is the reward, which has no key
+        for key, number in zip(self._numbers, numbers):  # noqa: B905 - ends with the keys
             info[key] = number
-        return observe(), reward, terminated, False, info
+        return observe(), numbers[-1], terminated, False, info
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

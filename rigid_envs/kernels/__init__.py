@@ -22,7 +22,8 @@ and are read by name.
 `attitude`         observed representations of the attitude
 `channel`          noise and delay of actions and observations
 `goals`            comparison of observed goals
-`step_loop`        the step and the reset of an environment, over all rows
+`step_loop`        the step of an environment, over all rows
+`reset_loop`       the reset of rows of an environment
 `episode`          definition of a task: functions of one row, compiled into step and reset
 =================  =================================================================
 """

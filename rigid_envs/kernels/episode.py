@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from rigid_envs.kernels import goals, step_loop
+from rigid_envs.kernels import goals, reset_loop, step_loop
 from rigid_envs.kernels.compiler import kernel
 from rigid_envs.kernels.dynamics import Dynamics, check_derive
 from rigid_envs.kernels.goals import Array
@@ -127,12 +127,12 @@ class Episode:
 
     @cached_property
     def reset(self) -> Callable[[Buffer, Array, int], None]:
-        """Compiled ``reset(buffer, rows, mode) -> None``; see `step_loop.reset_rows`."""
+        """Compiled ``reset(buffer, rows, mode) -> None``; see `reset_loop.reset_rows`."""
         derive, start, observe = self.derive or self.dynamics.derive, self.start, self.observe
         prototypes = self.prototypes
 
         def reset(buffer: Buffer, rows: Array, mode: int) -> None:
-            step_loop.reset_rows(derive, start, observe, prototypes, buffer, rows, mode)
+            reset_loop.reset_rows(derive, start, observe, prototypes, buffer, rows, mode)
 
         return self._kernel(reset, derive, start, observe)
 

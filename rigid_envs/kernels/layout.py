@@ -6,8 +6,8 @@ call of a compiled function takes 45 ns per array argument, as long as the physi
     settings | weights, constants, ranges, bounds | block 0 | ... | results | flags | actions | ...
 
 Each block holds `LANES` rows; the slots of a row are given by `slots_of`. Results (float64) and
-flags (bytes) hold the first value of all rows, then the second, and so on. Actions and observations
-are float32, one row after the other.
+flags (bytes) are copies from the blocks: the first value of all rows, then the second, and so on.
+Actions and observations are float32, one row after the other.
 """
 
 from typing import NamedTuple
@@ -51,7 +51,7 @@ class Clock(NamedTuple):
 
 
 class Flags(NamedTuple):
-    """Index of each flag; the flags of all rows begin at `Settings.flags`."""
+    """Index of each flag, 0 or 1 in the slots of a row."""
 
     terminated: int = 0
     truncated: int = 1
@@ -83,7 +83,6 @@ class Settings(NamedTuple):
     n_substeps: int
     max_steps: float
     dt: float
-    n_terms: int
     n_delays: int
     n_observed: int
     n_observation: int
@@ -104,7 +103,7 @@ class Settings(NamedTuple):
 
 
 class Slots(NamedTuple):
-    """First slot of every part of a row."""
+    """First slot of every part of a row; results are cost, reward terms and reward."""
 
     state: int
     inputs: int
@@ -113,6 +112,8 @@ class Slots(NamedTuple):
     aux: int
     clock: int
     action: int
+    results: int
+    flags: int
     history: int
     observation: int
     total: int
@@ -143,7 +144,6 @@ def read_settings(buffer: Buffer) -> Settings:
         int(buffer[18]),
         int(buffer[19]),
         int(buffer[20]),
-        int(buffer[21]),
     )
 
 
@@ -155,7 +155,9 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
     aux = channel + len(CHANNEL)
     clock = aux + len(prototypes.aux)
     action = clock + len(CLOCK)
-    history = action + len(prototypes.action)
+    results = action + len(prototypes.action)
+    flags = results + 2 + len(prototypes.terms)
+    history = flags + len(FLAGS)
     observation = history + len(prototypes.action) * n_delays
     return Slots(
         0,
@@ -165,6 +167,8 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
         aux,
         clock,
         action,
+        results,
+        flags,
         history,
         observation,
         observation + n_observation,

@@ -1,4 +1,4 @@
-"""Loops that step and reset the rows of an environment, with the functions of an `Episode`.
+"""Loop that steps the rows of an environment, with the functions of an `Episode`.
 
 Rows are independent, so the result is the same for any number of rows and threads.
 """
@@ -8,19 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from rigid_envs.kernels import randoms
 from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.channel import (
-    DRAW_PARAMETERS,
-    DRAW_START,
-    add_action_noise,
-    delay_actions,
-    stream_of,
-)
-from rigid_envs.kernels.compiler import phase, routine
+from rigid_envs.kernels.channel import add_action_noise, delay_actions
+from rigid_envs.kernels.compiler import phase, routine, scalar
 from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.kernels.layout import (
-    CHANNEL,
     CLOCK,
     FLAGS,
     Buffer,
@@ -40,9 +32,8 @@ from rigid_envs.kernels.rows import (
     store_byte,
 )
 
-__all__ = ["BEGIN", "OBSERVE", "PARAMETERS_GIVEN", "reset_rows", "step_rows"]
+__all__ = ["step_rows"]
 
-BEGIN, PARAMETERS_GIVEN, OBSERVE = range(3)  # modes of `reset_rows`
 _ONE = (0.0,)
 _LARGEST = 1e9  # a larger state is a physics error and ends the episode
 
@@ -89,40 +80,11 @@ def step_rows(
         _actuate(actuate, prototypes, buffer, slots, base, n, c)
         h = s.dt / s.n_substeps
         integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
-        n_raised += _conclude(outcome, prototypes, buffer, s, slots, base, row, n, weights, c)
+        n_raised += _conclude(outcome, prototypes, buffer, s, slots, base, n, weights, c)
+        _publish_results(prototypes, buffer, s, slots, base, row, n)
         observe_rows(observe, prototypes, buffer, s, slots, base, 0, n, c)
         publish_rows(buffer, s, slots, base, row, 0, n)
     return n_raised
-
-
-@phase
-def reset_rows(
-    derive: Function,
-    start: Function,
-    observe: Function,
-    prototypes: Prototypes,
-    buffer: Buffer,
-    rows: Any,
-    mode: int,
-) -> None:
-    """Begin a new episode in the given rows and write their observations.
-
-    `BEGIN` draws parameters and an initial state. `PARAMETERS_GIVEN`, after it, keeps the
-    parameters and draws the initial state again. `OBSERVE` draws nothing.
-    """
-    s = read_settings(buffer)
-    slots = slots_of(prototypes, s.n_delays, s.n_observation)
-    c = load(buffer, s.constants, prototypes.constants, 1)
-    for row in rows:
-        block, lane = row // LANES, row % LANES
-        base = s.blocks + block * slots.total * LANES
-        if mode == BEGIN:
-            _new_episode(prototypes, buffer, s, slots, base + lane)
-            _draw_parameters(prototypes, buffer, s, slots, base + lane)
-        if mode != OBSERVE:
-            _draw_start(derive, start, prototypes, buffer, slots, base + lane, c)
-        observe_rows(observe, prototypes, buffer, s, slots, base, lane, lane + 1, c)
-        publish_rows(buffer, s, slots, base, block * LANES, lane, lane + 1)
 
 
 @routine
@@ -150,13 +112,13 @@ def _receive(
 ) -> int:
     """Read actions and clip them to their space; returns how many were clipped."""
     n_action = len(prototypes.action)
-    at, flag = base + slots.action * LANES, s.flags + FLAGS.action_clipped * s.n_rows + row
+    at, flag = base + slots.action * LANES, base + (slots.flags + FLAGS.action_clipped) * LANES
     n_clipped = 0
     for i in range(n):
         given = load_single(buffer, s.actions + (row + i) * n_action, prototypes.action, 1)
         action, clipped = clip(given)
         store(buffer, at + i, action, LANES)
-        store_byte(buffer, flag + i, (clipped,), 1)
+        store(buffer, flag + i, (_number(clipped),), 1)
         n_clipped += clipped
     for k in range(n_action):
         for i in range(n):
@@ -192,7 +154,6 @@ def _conclude(
     s: Settings,
     slots: Slots,
     base: int,
-    row: int,
     n: int,
     weights: Row,
     c: Row,
@@ -200,12 +161,15 @@ def _conclude(
     """Write cost, reward terms, reward and flags, and advance the clock.
 
     Returns how many flags are set. A state that is not finite or too large ends the episode; see
-    `_mend`.
+    `_mend`. Everything is written to the block, at distances known when this is compiled:
+    otherwise the loop would need a check at run time of each pair of places for overlap, more than
+    the compiler makes, and would not become vector instructions.
     """
-    results, flags = s.results + row, s.flags + row
     elapsed = base + (slots.clock + CLOCK.elapsed) * LANES
     running = base + (slots.clock + CLOCK.running) * LANES
-    broken_flag = flags + FLAGS.physics_error * s.n_rows
+    results, flags = base + slots.results * LANES, base + slots.flags * LANES
+    reward_at = results + (1 + len(prototypes.terms)) * LANES
+    broken_flag = flags + FLAGS.physics_error * LANES
     n_broken, n_raised = 0, 0
     for i in range(n):
         y = load(buffer, base + i, prototypes.state, LANES)
@@ -214,89 +178,80 @@ def _conclude(
         aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
         aux, terms, cost, success, done = outcome(y, u, aux, p, c, s.dt)
         store(buffer, base + slots.aux * LANES + i, aux, LANES)
-        broken = 0
-        for k in range(len(y)):
-            broken |= not abs(y[k]) < _LARGEST
-        reward = 0.0
-        for k in range(len(terms)):
-            reward = fma(weights[k], terms[k], reward)
-        store(buffer, results + i, (cost,), 1)
-        store(buffer, results + s.n_rows + i, terms, s.n_rows)
-        store(buffer, results + (1 + len(terms)) * s.n_rows + i, (reward,), 1)
+        broken, reward = _is_broken(y), _weighted_sum(weights, terms)
+        store(buffer, results + i, (cost,), LANES)
+        store(buffer, results + LANES + i, terms, LANES)
+        store(buffer, reward_at + i, (reward,), LANES)
         steps = load(buffer, elapsed + i, _ONE, 1)[0] + 1.0
         store(buffer, elapsed + i, (steps,), 1)
         over, late = done | (broken != 0), steps >= s.max_steps
         store(buffer, running + i, (select(over | late, 0.0, 1.0),), 1)
         n_raised += over | late | success
-        store_byte(buffer, flags + i, (over, late, success), s.n_rows)
-        store_byte(buffer, broken_flag + i, (broken,), 1)
+        store(buffer, flags + i, (_number(over), _number(late), _number(success)), LANES)
+        store(buffer, broken_flag + i, (float(broken),), 1)
         n_broken += broken
     if n_broken:
-        _mend(prototypes, buffer, s, slots, base, row, n)
+        _mend(prototypes, buffer, slots, base, n)
     return n_raised
+
+
+# A loop over the numbers of a row is unrolled before it reaches the loop over the rows only in a
+# function of its own; otherwise that loop would run its first and last rows one by one.
+
+
+@scalar
+def _is_broken(y: Row) -> int:
+    """1 if a number is not finite or too large, else 0."""
+    broken = 0
+    for k in range(len(y)):
+        broken |= not abs(y[k]) < _LARGEST
+    return broken
+
+
+@scalar
+def _number(flag: bool) -> float:
+    """1 if the flag is set, else 0."""
+    return select(flag, 1.0, 0.0)
+
+
+@scalar
+def _weighted_sum(weights: Row, terms: Row) -> float:
+    """Sum of weights[k] terms[k]."""
+    total = 0.0
+    for k in range(len(terms)):
+        total = fma(weights[k], terms[k], total)
+    return total
 
 
 @routine
 def _mend(
-    prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, base: int, row: int, n: int
-) -> None:
-    """Set a row with a physics error to the rest state, without reward, cost and success."""
-    byte = buffer.view(np.uint8)
-    results, flags = s.results + row, s.flags + row
-    for i in range(n):
-        if byte[flags + FLAGS.physics_error * s.n_rows + i]:
-            store(buffer, base + i, prototypes.state, LANES)
-            store(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
-            byte[flags + FLAGS.is_success * s.n_rows + i] = 0
-            for k in range(2 + s.n_terms):
-                buffer[results + k * s.n_rows + i] = 0.0
-
-
-@routine
-def _new_episode(
-    prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, at: int
-) -> None:
-    """Set the clock of a new episode and clear past actions."""
-    clock = at + slots.clock * LANES
-    buffer[clock + CLOCK.episode * LANES] += 1.0
-    buffer[clock + CLOCK.elapsed * LANES] = 0.0
-    buffer[clock + CLOCK.running * LANES] = 1.0
-    for k in range(len(prototypes.action) * s.n_delays):
-        buffer[at + (slots.history + k) * LANES] = 0.0
-
-
-@routine
-def _draw_parameters(
-    prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, at: int
-) -> None:
-    """Draw every parameter of system and channel, uniform in its range; the delay is an integer."""
-    n_raw = len(prototypes.raw)
-    draws = stream_of(buffer, at + slots.clock * LANES, DRAW_PARAMETERS)
-    for k in range(n_raw + len(CHANNEL)):
-        low, high = buffer[s.ranges + 2 * k], buffer[s.ranges + 2 * k + 1]
-        share = randoms.uniform(draws, k)
-        if k == n_raw + CHANNEL.action_delay:
-            value = low + np.floor((high - low + 1.0) * share)
-        else:
-            value = fma(high - low, share, low)
-        slot = slots.parameters + k if k < n_raw else slots.channel + k - n_raw
-        buffer[at + slot * LANES] = value
-
-
-@phase
-def _draw_start(
-    derive: Function,
-    start: Function,
     prototypes: Prototypes,
     buffer: Buffer,
     slots: Slots,
-    at: int,
-    c: Row,
+    base: int,
+    n: int,
 ) -> None:
-    parameters = at + slots.parameters * LANES
-    p = derive(*load(buffer, parameters, prototypes.raw, LANES))
-    store(buffer, parameters, p, LANES)
-    p = load(buffer, parameters, prototypes.parameters, LANES)
-    y, aux = start(stream_of(buffer, at + slots.clock * LANES, DRAW_START), p, c)
-    store(buffer, at, y, LANES)
-    store(buffer, at + slots.aux * LANES, aux, LANES)
+    """Set a row with a physics error to the rest state, without reward, cost and success."""
+    flags = base + slots.flags * LANES
+    for i in range(n):
+        if buffer[flags + FLAGS.physics_error * LANES + i]:
+            store(buffer, base + i, prototypes.state, LANES)
+            store(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
+            buffer[flags + FLAGS.is_success * LANES + i] = 0.0
+            for k in range(2 + len(prototypes.terms)):
+                buffer[base + (slots.results + k) * LANES + i] = 0.0
+
+
+@phase
+def _publish_results(
+    prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, base: int, row: int, n: int
+) -> None:
+    """Copy results and flags of a block to the parts of the buffer that hold them for all rows."""
+    for k in range(2 + len(prototypes.terms)):
+        source, target = base + (slots.results + k) * LANES, s.results + k * s.n_rows + row
+        for i in range(n):
+            store(buffer, target + i, load(buffer, source + i, _ONE, 1), 1)
+    for k in range(len(FLAGS)):
+        source, target = base + (slots.flags + k) * LANES, s.flags + k * s.n_rows + row
+        for i in range(n):
+            store_byte(buffer, target + i, (load(buffer, source + i, _ONE, 1)[0] != 0.0,), 1)

@@ -46,7 +46,6 @@ def new_buffer(
         n_substeps=task.n_substeps,
         max_steps=np.inf if max_steps is None else max_steps,
         dt=task.dt,
-        n_terms=len(task.terms),
         n_delays=int(delay),
         n_observed=len(observed),
         n_observation=len(bounds) // 2,

@@ -1,0 +1,110 @@
+"""Loop that resets rows of an environment, with the functions of an `Episode`."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from rigid_envs.kernels import randoms
+from rigid_envs.kernels.algebra import Row
+from rigid_envs.kernels.channel import DRAW_PARAMETERS, DRAW_START, stream_of
+from rigid_envs.kernels.compiler import phase, routine
+from rigid_envs.kernels.elementary import fma
+from rigid_envs.kernels.layout import (
+    CHANNEL,
+    CLOCK,
+    Buffer,
+    Prototypes,
+    Settings,
+    Slots,
+    read_settings,
+    slots_of,
+)
+from rigid_envs.kernels.observation import observe_rows, publish_rows
+from rigid_envs.kernels.rows import LANES, load, store
+
+__all__ = ["BEGIN", "OBSERVE", "PARAMETERS_GIVEN", "reset_rows"]
+
+BEGIN, PARAMETERS_GIVEN, OBSERVE = range(3)  # modes of `reset_rows`
+
+Function = Callable[..., Any]
+
+
+@phase
+def reset_rows(
+    derive: Function,
+    start: Function,
+    observe: Function,
+    prototypes: Prototypes,
+    buffer: Buffer,
+    rows: Any,
+    mode: int,
+) -> None:
+    """Begin a new episode in the given rows and write their observations.
+
+    `BEGIN` draws parameters and an initial state. `PARAMETERS_GIVEN`, after it, keeps the
+    parameters and draws the initial state again. `OBSERVE` draws nothing.
+    """
+    s = read_settings(buffer)
+    slots = slots_of(prototypes, s.n_delays, s.n_observation)
+    c = load(buffer, s.constants, prototypes.constants, 1)
+    for row in rows:
+        block, lane = row // LANES, row % LANES
+        base = s.blocks + block * slots.total * LANES
+        if mode == BEGIN:
+            _new_episode(prototypes, buffer, s, slots, base + lane)
+            _draw_parameters(prototypes, buffer, s, slots, base + lane)
+        if mode != OBSERVE:
+            _draw_start(derive, start, prototypes, buffer, slots, base + lane, c)
+        observe_rows(observe, prototypes, buffer, s, slots, base, lane, lane + 1, c)
+        publish_rows(buffer, s, slots, base, block * LANES, lane, lane + 1)
+
+
+@routine
+def _new_episode(
+    prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, at: int
+) -> None:
+    """Set the clock of a new episode and clear past actions."""
+    clock = at + slots.clock * LANES
+    buffer[clock + CLOCK.episode * LANES] += 1.0
+    buffer[clock + CLOCK.elapsed * LANES] = 0.0
+    buffer[clock + CLOCK.running * LANES] = 1.0
+    for k in range(len(prototypes.action) * s.n_delays):
+        buffer[at + (slots.history + k) * LANES] = 0.0
+
+
+@routine
+def _draw_parameters(
+    prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, at: int
+) -> None:
+    """Draw every parameter of system and channel, uniform in its range; the delay is an integer."""
+    n_raw = len(prototypes.raw)
+    draws = stream_of(buffer, at + slots.clock * LANES, DRAW_PARAMETERS)
+    for k in range(n_raw + len(CHANNEL)):
+        low, high = buffer[s.ranges + 2 * k], buffer[s.ranges + 2 * k + 1]
+        share = randoms.uniform(draws, k)
+        if k == n_raw + CHANNEL.action_delay:
+            value = low + np.floor((high - low + 1.0) * share)
+        else:
+            value = fma(high - low, share, low)
+        slot = slots.parameters + k if k < n_raw else slots.channel + k - n_raw
+        buffer[at + slot * LANES] = value
+
+
+@phase
+def _draw_start(
+    derive: Function,
+    start: Function,
+    prototypes: Prototypes,
+    buffer: Buffer,
+    slots: Slots,
+    at: int,
+    c: Row,
+) -> None:
+    parameters = at + slots.parameters * LANES
+    p = derive(*load(buffer, parameters, prototypes.raw, LANES))
+    store(buffer, parameters, p, LANES)
+    p = load(buffer, parameters, prototypes.parameters, LANES)
+    y, aux = start(stream_of(buffer, at + slots.clock * LANES, DRAW_START), p, c)
+    store(buffer, at, y, LANES)
+    store(buffer, at + slots.aux * LANES, aux, LANES)
