@@ -18,6 +18,7 @@ import numpy.typing as npt
 from rigid_envs.kernels.layout import CLOCK, FLAGS
 from rigid_envs.kernels.reset_loop import BEGIN, OBSERVE, PARAMETERS_GIVEN
 from rigid_envs.kernels.rows import LANES
+from rigid_envs.moment import Moment
 from rigid_envs.tasks.base import Task
 from rigid_envs.tasks.buffer import new_buffer, parameter_slot, slots_for
 from rigid_envs.tasks.starts import Start
@@ -136,6 +137,26 @@ class Core:
             self._column(self._slots.aux + self.task.aux_names.index(name)) for name in names
         ]
         return columns[0] if len(columns) == 1 else np.stack(columns, axis=-1)
+
+    def moment(self, row: int) -> Moment:
+        """State of a row and the results of its last step; zero results after a reset."""
+        s, task = self._slots, self.task
+        block, lane = divmod(row, LANES)
+        slots = self._blocks[block, :, lane].copy()
+        steps = slots[s.clock + CLOCK.elapsed]
+        if not steps:
+            slots[s.inputs : s.parameters] = slots[s.action : s.history] = 0.0
+        return Moment(
+            y=slots[s.state : s.inputs],
+            u=slots[s.inputs : s.parameters],
+            parameters=self.system_parameters(row),
+            aux=dict(zip(task.aux_names, slots[s.aux : s.clock].tolist(), strict=True)),
+            action=slots[s.action : s.results],
+            time=float(steps * task.dt),
+            cost=float(slots[s.results]),
+            reward=float(slots[s.flags - 1]),
+            success=bool(slots[s.flags + FLAGS.is_success]),
+        )
 
     def get_state(self) -> dict[str, Array]:
         """Complete state of the rows, by name, each part of shape (N, k)."""
