@@ -47,5 +47,6 @@ def test_sac_trains_on_an_id(env_id: str) -> None:
 def test_torchrl_opens_an_id(env_id: str) -> None:
     env = GymEnv(env_id)
     env.set_seed(0)
-    assert env.rollout(3).batch_size == (3,)
+    # TorchRL draws the actions from torch's generator; a walk of two steps can reach the goal
+    assert env.rollout(3, break_when_any_done=False).batch_size == (3,)
     env.close()
