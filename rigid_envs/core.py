@@ -138,6 +138,11 @@ class Core:
         ]
         return columns[0] if len(columns) == 1 else np.stack(columns, axis=-1)
 
+    def episode(self, row: int) -> int:
+        """Number of the episode of a row since its stream was seeded; -1 before the first."""
+        block, lane = divmod(row, LANES)
+        return int(self._blocks[block, self._slots.clock + CLOCK.episode, lane])
+
     def moment(self, row: int) -> Moment:
         """State of a row and the results of its last step; zero results after a reset."""
         s, task = self._slots, self.task

@@ -1,0 +1,71 @@
+"""Picture from a drawing: reduced to its size, with lines of text."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.error import DependencyNotInstalled
+
+__all__ = ["finished", "tiled"]
+
+Image = npt.NDArray[np.uint8]
+
+_INK = (38, 44, 54)
+
+
+def finished(drawing: Image, reduction: int, text: Sequence[str]) -> Image:
+    """Picture of a drawing, in which every pixel is the mean of several ones.
+
+    Args:
+        drawing: blue, green, red and a fourth number, lowest line first, (height, width, 4).
+        reduction: number of pixels along each side of which the mean is taken.
+        text: lines for the upper left corner.
+
+    Returns:
+        RGB, first line on top, shape (height / reduction, width / reduction, 3).
+
+    Raises:
+        DependencyNotInstalled: Pillow is not installed.
+    """
+    pillow, fonts, draw = _pillow()
+    height, width, _ = drawing.shape
+    raw = pillow.frombuffer("RGBX", (width, height), drawing.data, "raw", "BGRX", 0, -1)
+    picture = raw.reduce(reduction).convert("RGB")
+    size = max(10, picture.height // 32)
+    page = draw.Draw(picture)
+    for k, line in enumerate(text):
+        place = (size // 2, size // 2 + k * (size + size // 3))
+        page.text(place, line, fill=_INK, font=_font(fonts, size))
+    return np.array(picture)
+
+
+def tiled(pictures: Sequence[Image]) -> Image:
+    """Pictures of one size side by side, in as many lines as columns or one less."""
+    n = len(pictures)
+    columns = int(np.ceil(np.sqrt(n)))
+    lines = -(-n // columns)
+    height, width, depth = pictures[0].shape
+    page = np.full((lines * height, columns * width, depth), 255, dtype=np.uint8)
+    for k, picture in enumerate(pictures):
+        i, j = divmod(k, columns)
+        page[i * height : (i + 1) * height, j * width : (j + 1) * width] = picture
+    return page
+
+
+def _pillow() -> tuple[Any, Any, Any]:
+    try:
+        from PIL import Image, ImageDraw, ImageFont
+    except ImportError as error:
+        raise DependencyNotInstalled(
+            'pictures need Pillow: pip install "rigid-envs[render]"'
+        ) from error
+    return Image, ImageFont, ImageDraw
+
+
+@functools.cache
+def _font(fonts: Any, size: int) -> Any:
+    return fonts.load_default(size)

@@ -1,0 +1,282 @@
+"""Backend that draws a scene into an array of pixels, in software."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.render.panda import geometry, library, strip, surface
+from rigid_envs.render.picture import finished
+from rigid_envs.render.props import arrow_head, arrow_shaft, chequers
+from rigid_envs.render.ribbons import ribbon, runs
+from rigid_envs.render.scene import Arrow, Camera, Frame, Part, Pose, Scene
+
+__all__ = ["Pixels"]
+
+Array = npt.NDArray[np.float64]
+Image = npt.NDArray[np.uint8]
+
+_OVERSAMPLING = 2  # pixels of the drawing for a pixel of the picture, along each side
+_SKY = (0.97, 0.975, 0.985)
+_AMBIENT = (0.52, 0.53, 0.56)
+_SUN = (0.60, 0.59, 0.56)
+_TO_SUN = (0.35, -0.45, 1.0)
+_SHADE = (0.13, 0.16, 0.22, 0.30)
+_HEAD = 3.0  # length and width of the head of an arrow, in widths of its shaft
+
+
+class Pixels:
+    """Pictures of one scene.
+
+    Args:
+        scene: what is drawn.
+        width: of a picture, in pixels.
+        height: of a picture, in pixels.
+        camera: point of view; None for that of the scene.
+        shadows: whether parts cast shadows on the floor.
+
+    Raises:
+        DependencyNotInstalled: panda3d or Pillow is not installed.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        width: int = 480,
+        height: int = 480,
+        camera: Camera | None = None,
+        shadows: bool = True,
+    ) -> None:
+        """Build the scene graph."""
+        core = library()
+        self.scene = scene
+        self.camera = camera or scene.camera
+        self.width, self.height = width, height
+        self._root = core.NodePath("scene")
+        self._light()
+        self._parts = {name: self._add_part(name, part) for name, part in scene.parts.items()}
+        self._arrows = {name: self._add_arrow(arrow) for name, arrow in scene.arrows.items()}
+        self._lines = {name: self._root.attachNewNode(name) for name in scene.traces}
+        for name, line in self._lines.items():
+            line.setLightOff()
+            line.setTwoSided(True)
+            line.setColor(*scene.traces[name].color, 1.0)
+        self._points: dict[str, list[Array]] = {name: [] for name in scene.traces}
+        self._eye = self._add_camera()
+        if scene.floor is not None:
+            self._add_floor()
+        self._shadows = self._add_shadows() if shadows and scene.floor is not None else {}
+
+    def draw(self, frame: Frame, extend: bool = True) -> Image:
+        """Draw the scene at one moment.
+
+        Args:
+            frame: the moment.
+            extend: add the points of its traces to their lines.
+
+        Returns:
+            RGB, shape (height, width, 3).
+        """
+        self._pose(frame.poses)
+        self._point(frame)
+        eye = self._look(frame.poses)
+        if extend:
+            self._extend(frame.points)
+        self._trace(frame.poses, eye)
+        screen = surface(self.width * _OVERSAMPLING, self.height * _OVERSAMPLING)
+        return finished(screen.draw(self._eye, _SKY), _OVERSAMPLING, frame.text)
+
+    def clear(self) -> None:
+        """Remove the lines of the traces: a new episode begins."""
+        for points in self._points.values():
+            points.clear()
+
+    def close(self) -> None:
+        """Free the scene graph."""
+        self._root.removeNode()
+
+    def _light(self) -> None:
+        core = library()
+        ambient = core.AmbientLight("ambient")
+        ambient.setColor((*_AMBIENT, 1.0))
+        sun = core.DirectionalLight("sun")
+        sun.setColor((*_SUN, 1.0))
+        sun.setDirection(core.Vec3(*(-x for x in _TO_SUN)))
+        for light in (ambient, sun):
+            self._root.setLight(self._root.attachNewNode(light))
+
+    def _add_part(self, name: str, part: Part) -> Any:
+        core = library()
+        node = self._root.attachNewNode(name)
+        node.attachNewNode(geometry(part.mesh))
+        if part.opacity < 1.0:
+            node.setTransparency(core.TransparencyAttrib.MAlpha)
+            node.setAlphaScale(part.opacity)
+            node.setBin("transparent", 0)
+        return node
+
+    def _add_arrow(self, arrow: Arrow) -> tuple[Any, Any]:
+        nodes = []
+        for mesh in (arrow_shaft(), arrow_head()):
+            node = self._root.attachNewNode(geometry(mesh))
+            node.setColor(*arrow.color, 1.0)
+            nodes.append(node)
+        return nodes[0], nodes[1]
+
+    def _add_camera(self) -> Any:
+        core = library()
+        lens = core.PerspectiveLens()
+        vertical = self.camera.field_of_view
+        aspect = self.width / self.height
+        lens.setFov(2 * math.degrees(math.atan(aspect * math.tan(math.radians(vertical / 2)))))
+        lens.setAspectRatio(aspect)
+        lens.setNearFar(0.05 * self.camera.distance, 20.0 * self.camera.distance)
+        node = core.Camera("camera")
+        node.setLens(lens)
+        return self._root.attachNewNode(node)
+
+    def _add_floor(self) -> None:
+        floor = self.scene.floor
+        assert floor is not None
+        node = self._root.attachNewNode(geometry(chequers(floor, _SKY)))
+        node.setLightOff()
+        node.setBin("background", 0)
+
+    def _add_shadows(self) -> dict[str, Any]:
+        """A flattened copy of every part that casts a shadow, on the floor."""
+        core = library()
+        floor = self.scene.floor
+        assert floor is not None
+        x, y, z = _TO_SUN
+        height = floor.height + 1e-3 * self.camera.distance
+        # (X, Y, Z) -> (X - x / z (Z - h), Y - y / z (Z - h), h), with a trace of thickness: the
+        # nearest one of all layers is drawn first, and hides the others
+        thin = 1e-5
+        flat = core.LMatrix4(
+            1, 0, 0, 0,
+            0, 1, 0, 0,
+            -x / z, -y / z, thin, 0,
+            height * x / z, height * y / z, height * (1 - thin), 1,
+        )  # fmt: skip
+        shade = self._root.attachNewNode("shadows")
+        shade.setTransform(core.TransformState.makeMat(flat))
+        shade.setLightOff(1)
+        shade.setColor(*_SHADE, 2)
+        shade.setTransparency(core.TransparencyAttrib.MAlpha, 1)
+        shade.setBin("background", 1, 1)
+        shadows = {}
+        for name, part in self.scene.parts.items():
+            if part.shadow and part.opacity == 1.0:
+                shadows[name] = shade.attachNewNode(name)
+                shadows[name].attachNewNode(geometry(part.mesh))
+        return shadows
+
+    def _pose(self, poses: Mapping[str, Pose]) -> None:
+        for name, node in self._parts.items():
+            pose, shadow = poses.get(name), self._shadows.get(name)
+            for item in (node, shadow):
+                if item is None:
+                    continue
+                if pose is None:
+                    item.hide()
+                    continue
+                item.show()
+                item.setTransform(_transform(pose))
+
+    def _point(self, frame: Frame) -> None:
+        """Show the arrows."""
+        core = library()
+        for name, (shaft, head) in self._arrows.items():
+            if name not in frame.arrows:
+                shaft.hide()
+                head.hide()
+                continue
+            start, vector = (np.asarray(part, dtype=np.float64) for part in frame.arrows[name])
+            width = self.scene.arrows[name].width
+            length = float(np.linalg.norm(vector))
+            tip = min(_HEAD * width, length)
+            if length < 1e-9:
+                shaft.hide()
+                head.hide()
+                continue
+            q = core.LQuaternion(*_from_z(vector / length))
+            size = width * min(1.0, length / (_HEAD * width))
+            shaft.show()
+            head.show()
+            shaft.setPosQuatScale(
+                core.Point3(*start), q, core.Vec3(size, size, max(length - tip, 1e-6))
+            )
+            head.setPosQuatScale(
+                core.Point3(*(start + vector * (1 - tip / length))),
+                q,
+                core.Vec3(size * _HEAD, size * _HEAD, tip),
+            )
+
+    def _look(self, poses: Mapping[str, Pose]) -> Array:
+        """Place the camera; returns its position."""
+        core, camera = library(), self.camera
+        target = np.array(camera.target, dtype=np.float64)
+        if camera.follow is not None and camera.follow in poses:
+            target[:2] += np.asarray(poses[camera.follow].position)[:2]
+        azimuth, elevation = math.radians(camera.azimuth), math.radians(camera.elevation)
+        level = math.cos(elevation)
+        direction = (
+            level * math.cos(azimuth),
+            level * math.sin(azimuth),
+            math.sin(elevation),
+        )
+        eye = target + camera.distance * np.array(direction)
+        self._eye.setPos(*eye)
+        self._eye.lookAt(core.Point3(*target))
+        return eye
+
+    def _extend(self, points: Mapping[str, npt.ArrayLike]) -> None:
+        for name, point in points.items():
+            line = self._points[name]
+            line.append(np.asarray(point, dtype=np.float64))
+            length = self.scene.traces[name].length
+            if length is not None:
+                del line[:-length]
+
+    def _trace(self, poses: Mapping[str, Pose], eye: Array) -> None:
+        """Show the lines of the traces."""
+        for name, trace in self.scene.traces.items():
+            line, seen_from = self._lines[name], eye
+            if trace.part is not None:
+                pose = poses[trace.part]
+                line.setTransform(_transform(pose))
+                seen_from = _into(pose, eye)
+            line.node().removeAllChildren()
+            for part in runs(np.array(self._points[name]).reshape(-1, 3)):
+                line.attachNewNode(strip(ribbon(part, seen_from, trace.width)))
+
+
+def _transform(pose: Pose) -> Any:
+    core = library()
+    return core.TransformState.makePosQuatScale(
+        core.Point3(*map(float, np.asarray(pose.position))),
+        core.LQuaternion(*map(float, np.asarray(pose.q))),
+        core.Vec3(*pose.scale),
+    )
+
+
+def _into(pose: Pose, point: Array) -> Array:
+    """A point of the world in the axes of a part."""
+    w, *v = np.asarray(pose.q, dtype=np.float64)
+    axis = -np.array(v)
+    offset = point - np.asarray(pose.position, dtype=np.float64)
+    turned = offset + 2.0 * np.cross(axis, np.cross(axis, offset) + w * offset)
+    return np.asarray(turned / np.array(pose.scale))
+
+
+def _from_z(direction: Array) -> tuple[float, float, float, float]:
+    """Quaternion of the shortest turn from the z-axis to a direction."""
+    x, y, z = map(float, direction)
+    if z < -1.0 + 1e-12:
+        return (0.0, 1.0, 0.0, 0.0)
+    w = math.sqrt(0.5 * (1.0 + z))
+    return (w, -y / (2.0 * w), x / (2.0 * w), 0.0)

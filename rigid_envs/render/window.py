@@ -1,0 +1,64 @@
+"""Window that shows pictures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.error import DependencyNotInstalled
+
+__all__ = ["Window"]
+
+Image = npt.NDArray[np.uint8]
+
+
+class Window:
+    """A window of pygame.
+
+    Args:
+        title: of the window.
+
+    Raises:
+        DependencyNotInstalled: pygame is not installed.
+    """
+
+    def __init__(self, title: str) -> None:
+        """No window yet: the first picture opens it."""
+        try:
+            import pygame
+        except ImportError as error:
+            raise DependencyNotInstalled(
+                'a window needs pygame: pip install "rigid-envs[render]"'
+            ) from error
+        self._pygame: Any = pygame
+        self._title = title
+        self._screen: Any = None
+        self._clock: Any = None
+
+    def show(self, picture: Image, fps: float) -> None:
+        """Show a picture, at the earliest 1 / fps seconds after the last one.
+
+        Args:
+            picture: RGB, shape (height, width, 3).
+            fps: pictures per second; 0 does not wait.
+        """
+        pygame = self._pygame
+        height, width, _ = picture.shape
+        if self._screen is None or self._screen.get_size() != (width, height):
+            pygame.display.init()
+            self._screen = pygame.display.set_mode((width, height))
+            pygame.display.set_caption(self._title)
+            self._clock = pygame.time.Clock()
+        surface = pygame.image.frombuffer(np.ascontiguousarray(picture), (width, height), "RGB")
+        self._screen.blit(surface, (0, 0))
+        pygame.event.pump()
+        pygame.display.flip()
+        if fps:
+            self._clock.tick(fps)
+
+    def close(self) -> None:
+        """Close the window."""
+        if self._screen is not None:
+            self._pygame.display.quit()
+            self._screen = None
