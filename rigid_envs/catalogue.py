@@ -52,7 +52,7 @@ def task_of(env_id: str, config: Mapping[str, Any] | None = None) -> Task:
         UnknownIdError: no such id.
         ConfigError: unknown key or bad value.
     """
-    return new_task(ENVIRONMENTS[checked_id(env_id)].task, None, config or {})
+    return new_task(ENVIRONMENTS[checked_id(env_id)].task, config or {})
 
 
 def one_of_each(ids: Iterable[str] = ENVIRONMENTS) -> list[str]:

@@ -8,27 +8,30 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.errors import UnknownKeywordError
 from rigid_envs.settings import from_config, refusal
 from rigid_envs.tasks import Task
 
-__all__ = ["FLOAT32", "INTEGERS", "actions_of", "new_task", "options_of"]
+__all__ = [
+    "FLOAT32",
+    "INTEGERS",
+    "actions_of",
+    "new_task",
+    "options_of",
+    "rows_of",
+    "shown_rows",
+]
 
 FLOAT32 = np.dtype(np.float32)
 INTEGERS = (int, np.int64)
 
 
-def new_task(task: str, render_mode: str | None, config: Mapping[str, Any]) -> Task:
+def new_task(task: str, config: Mapping[str, Any]) -> Task:
     """Make the task "module:Class" with the given configuration.
 
     Raises:
         UnknownKeywordError: unknown key; suggests the most similar one.
         ConfigError: wrong value; names the key and the allowed values.
     """
-    if render_mode is not None:
-        raise UnknownKeywordError(
-            f"config.render_mode: render_mode = {render_mode!r}; expected None"
-        )
     module, name = task.split(":")
     made = from_config(getattr(importlib.import_module(module), name), config)
     if not isinstance(made, Task):
@@ -107,3 +110,43 @@ def options_of(
         if key not in known:
             raise ValueError(f"{env_id}: options has key {key!r}; expected some of {known}")
     return options or {}
+
+
+def rows_of(mask: Any, num_envs: int, env_id: str) -> npt.NDArray[np.int64]:
+    """Indices of the rows that a reset mask selects; of all rows for None.
+
+    Raises:
+        ValueError: no bool array of shape (num_envs,), or no row is selected.
+    """
+    if mask is None:
+        return np.arange(num_envs)
+    if not (isinstance(mask, np.ndarray) and mask.dtype == bool and mask.shape == (num_envs,)):
+        raise ValueError(
+            f"{env_id}: options['reset_mask'] = {mask!r}; "
+            f"expected a bool array of shape ({num_envs},)"
+        )
+    if not mask.any():
+        raise ValueError(
+            f"{env_id}: options['reset_mask'] = False everywhere; expected a row to reset"
+        )
+    return np.flatnonzero(mask)
+
+
+def shown_rows(rows: Any, num_envs: int) -> tuple[int, ...]:
+    """Indices of the rows of which pictures are made; of all rows for None.
+
+    Raises:
+        ConfigError: not some indices from 0 to num_envs - 1.
+    """
+    if rows is None:
+        return tuple(range(num_envs))
+    try:
+        given = np.asarray(rows)
+    except ValueError:
+        given = np.asarray(None)
+    inside = given.dtype.kind in "iu" and ((given >= 0) & (given < num_envs)).all()
+    if given.ndim != 1 or not given.size or not inside:
+        raise refusal(
+            "render_rows", rows, f"None or a sequence of indices from 0 to {num_envs - 1}"
+        )
+    return tuple(given.tolist())

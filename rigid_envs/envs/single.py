@@ -12,9 +12,11 @@ from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 
 from rigid_envs.core import Core
 from rigid_envs.envs.arguments import FLOAT32, INTEGERS, actions_of, new_task, options_of
+from rigid_envs.envs.display import MODES, Shown, frames_per_second
 from rigid_envs.envs.durations import checked_steps, further_steps
 from rigid_envs.envs.streams import python_seed, stream_key
 from rigid_envs.envs.task_spaces import INFO_FLAGS, action_space, info_keys, observation_space
+from rigid_envs.moment import Moment
 from rigid_envs.systems import System
 from rigid_envs.tasks.starts import start_from
 
@@ -26,24 +28,36 @@ Observation = npt.NDArray[np.float32]
 _FRESH, _RUNNING, _ENDED, _CLOSED = range(4)
 
 
-class RigidEnv(gym.Env[Observation, Observation]):
+class RigidEnv(Shown, gym.Env[Observation, Observation]):
     """One row of a task as a Gymnasium environment.
 
     Args:
         task: the task as "module:Class"; set by the registration of each id.
-        render_mode: None.
+        render_mode: "rgb_array", "human" or None.
+        width: of a picture in pixels.
+        height: of a picture in pixels.
+        camera: fields of `rigid_envs.render.scene.Camera` that differ from those of the task.
         **config: hyperparameters of the task; unknown keys and wrong values are refused.
 
     Raises:
         ConfigError: message ``config.<key>: ...``.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as in gymnasium.Env
+    metadata: dict[str, Any] = {"render_modes": list(MODES)}  # noqa: RUF012 - as in gymnasium.Env
 
-    def __init__(self, task: str, render_mode: str | None = None, **config: Any) -> None:
+    def __init__(
+        self,
+        task: str,
+        render_mode: str | None = None,
+        width: int = 480,
+        height: int = 480,
+        camera: Mapping[str, Any] | None = None,
+        **config: Any,
+    ) -> None:
         """Check the configuration, then allocate one row."""
-        self.task = new_task(task, render_mode, config)
-        self.render_mode = render_mode
+        self.task = new_task(task, config)
+        self._set_look(render_mode, width, height, camera)
+        self.metadata = {**type(self).metadata, "render_fps": frames_per_second(self.task)}
         self.action_space = action_space(self.task)
         self.observation_space = observation_space(self.task)
         self._core = Core(self.task, 1)
@@ -125,6 +139,8 @@ class RigidEnv(gym.Env[Observation, Observation]):
         numbers = result.tolist()  # the last one is the reward, which has no key
         for key, number in zip(self._numbers, numbers):  # noqa: B905 - ends with the keys
             info[key] = number
+        if self.render_mode == "human":
+            self.render()
         return observe(), numbers[-1], terminated, False, info
 
     def reset(
@@ -154,10 +170,36 @@ class RigidEnv(gym.Env[Observation, Observation]):
             self._keyed_by = self.np_random
         self._core.reset(self._row, start)
         self._status, self._steps_left = _RUNNING, self._checked_steps
+        if self.render_mode == "human":
+            self.render()
         return self._observe(), self._blank_info.copy()
 
+    def render(self) -> Any:
+        """Picture of the present state.
+
+        Returns:
+            RGB, uint8 (height, width, 3), with ``render_mode="rgb_array"``; None with "human",
+            which shows every step in a window by itself.
+
+        Raises:
+            ResetNeeded: before `reset`.
+            ClosedEnvironmentError: after `close`.
+            DependencyNotInstalled: the extra "render" is missing.
+        """
+        if self._status == _CLOSED:
+            raise ClosedEnvironmentError(f"{self._name}: render after close; make it again")
+        if self._status == _FRESH:
+            raise ResetNeeded(f"{self._name}: render before the first reset; call reset first")
+        pictures = self._pictures((0,))
+        return pictures[0] if pictures is not None else None
+
+    def moment(self) -> Moment:
+        """State of the row and the results of its last step."""
+        return self._core.moment(0)
+
     def close(self) -> None:
-        """Close the environment: no further step or reset."""
+        """Close the environment and its window: no further step or reset."""
+        self._close_display()
         self._status, self._steps_left = _CLOSED, 0
 
     @property

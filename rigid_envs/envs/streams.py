@@ -1,11 +1,12 @@
 """Keys of the random streams of rows."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from gymnasium.utils import seeding
 
-__all__ = ["python_seed", "seeded_key", "stream_key"]
+__all__ = ["python_seed", "seeded_key", "seeds_of", "stream_key"]
 
 
 def stream_key(generator: np.random.Generator) -> np.uint64:
@@ -21,3 +22,19 @@ def seeded_key(seed: int) -> np.uint64:
 def python_seed(seed: Any) -> Any:
     """Convert a NumPy integer to a Python one; Gymnasium refuses other types."""
     return int(seed) if isinstance(seed, np.integer) else seed
+
+
+def seeds_of(seed: int | Sequence[int | None] | None, num_envs: int, env_id: str) -> list[Any]:
+    """Seed of each row: s + i for row i of one seed s; None where there is none.
+
+    Raises:
+        ValueError: another number of seeds than rows.
+    """
+    if isinstance(seed, int | np.integer):
+        return [int(seed) + i for i in range(num_envs)]
+    seeds = [None] * num_envs if seed is None else list(seed)
+    if len(seeds) != num_envs:
+        raise ValueError(
+            f"{env_id}: seed has {len(seeds)} entries; expected {num_envs}, one for each row"
+        )
+    return seeds

@@ -13,10 +13,13 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from rigid_envs.core import Core
-from rigid_envs.envs.arguments import FLOAT32, actions_of, new_task, options_of
+from rigid_envs.envs.arguments import FLOAT32, actions_of, new_task, options_of, rows_of, shown_rows
+from rigid_envs.envs.display import MODES, Shown, frames_per_second
 from rigid_envs.envs.durations import checked_steps, further_steps
-from rigid_envs.envs.streams import seeded_key
+from rigid_envs.envs.infos import blank_infos, keep_final
+from rigid_envs.envs.streams import seeded_key, seeds_of
 from rigid_envs.envs.task_spaces import action_space, info_keys, observation_space
+from rigid_envs.moment import Moment
 from rigid_envs.settings import refusal
 from rigid_envs.systems import System
 from rigid_envs.tasks import Task
@@ -30,7 +33,7 @@ Rows = npt.NDArray[np.int64]
 Observations = npt.NDArray[np.float32]
 
 
-class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
+class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[Any]]):
     """N rows of a task as a Gymnasium vector environment.
 
     Row i seeded s is bitwise the single environment seeded s + i, for any N and any number of
@@ -43,14 +46,21 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         autoreset_mode: NEXT_STEP (default), SAME_STEP or DISABLED, as Gymnasium defines them.
         num_threads: threads that share the rows, with the same bits; more than 1 can pay from about
             4000 rows on, on idle cores (not on two hardware threads of one): measure it.
-        render_mode: None.
+        render_mode: "rgb_array", "human" (one window with all of `render_rows`) or None.
+        width: of a picture in pixels.
+        height: of a picture in pixels.
+        camera: fields of `rigid_envs.render.scene.Camera` that differ from those of the task.
+        render_rows: indices of the rows of which `render` makes pictures; None for all.
         **config: hyperparameters of the task.
 
     Raises:
         ConfigError: message ``config.<key>: ...``.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 - as in gymnasium.VectorEnv
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as in gymnasium.VectorEnv
+        "render_modes": list(MODES),
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
 
     def __init__(
         self,
@@ -60,6 +70,10 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         num_threads: int = 1,
         render_mode: str | None = None,
+        width: int = 480,
+        height: int = 480,
+        camera: Mapping[str, Any] | None = None,
+        render_rows: Sequence[int] | None = None,
         **config: Any,
     ) -> None:
         """Check the configuration, then allocate the rows."""
@@ -74,10 +88,15 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         except ValueError:
             modes = [mode.value for mode in AutoresetMode]
             raise refusal("autoreset_mode", autoreset_mode, f"one of {modes}") from None
-        self.task: Task = new_task(task, render_mode, config)
-        self.render_mode = render_mode
+        self.task: Task = new_task(task, config)
+        self._set_look(render_mode, width, height, camera)
         self.num_envs = int(num_envs)
-        self.metadata = {**type(self).metadata, "autoreset_mode": self.autoreset_mode}
+        self._shown_rows = shown_rows(render_rows, self.num_envs)
+        self.metadata = {
+            **type(self).metadata,
+            "autoreset_mode": self.autoreset_mode,
+            "render_fps": frames_per_second(self.task),
+        }
         self.single_action_space = action_space(self.task)
         self.single_observation_space = observation_space(self.task)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
@@ -121,14 +140,19 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         if self.closed:
             raise ClosedEnvironmentError(f"{self._name}: reset after close; make a new environment")
         given = options_of(options, ("state", "params", "reset_mask"), self._name)
-        rows = self._rows_to_reset(given.get("reset_mask"))
+        rows = rows_of(given.get("reset_mask"), self.num_envs, self._name)
         start = start_from(self.task, len(rows), given.get("state"), given.get("params"))
         self._seed(seed, rows)
         self._core.reset(rows, start)
         self._ended = self._ended.copy()
         self._ended[rows] = False
         self._fresh = self._fresh and bool(self._ended.any())
-        return self._core.observations.copy(), self._blank_infos()
+        if self.render_mode == "human" and not self._fresh:
+            self.render()
+        return self._core.observations.copy(), {
+            **blank_infos(self.task, self.num_envs),
+            **self._masks,
+        }
 
     def step(self, actions: Any) -> tuple[Observations, Array, Bools, Bools, dict[str, Any]]:
         """Advance all rows by one control period.
@@ -171,7 +195,35 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         self._ended = (terminated | truncated) if raised else self._no_row
         if raised and self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
             self._begin_same(infos)
+        if self.render_mode == "human":
+            self.render()
         return core.observations.copy(), rewards, terminated, truncated, infos
+
+    def render(self) -> Any:
+        """Pictures of the rows.
+
+        Returns:
+            A tuple with an RGB picture, uint8 (height, width, 3), for each of `render_rows`, with
+            ``render_mode="rgb_array"``; None with "human", which shows every step by itself.
+
+        Raises:
+            ResetNeeded: before `reset`.
+            ClosedEnvironmentError: after `close`.
+            DependencyNotInstalled: the extra "render" is missing.
+        """
+        if self.closed:
+            raise ClosedEnvironmentError(f"{self._name}: render after close; make it again")
+        if self._fresh:
+            raise ResetNeeded(f"{self._name}: render before the first reset; call reset first")
+        return self._pictures(self._shown_rows)
+
+    def moment(self, row: int) -> Moment:
+        """State of a row and the results of its last step."""
+        return self._core.moment(row)
+
+    def close_extras(self, **_: Any) -> None:
+        """Close the window."""
+        self._close_display()
 
     @property
     def systems(self) -> list[System]:
@@ -254,44 +306,14 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
     def _begin_same(self, infos: dict[str, Any]) -> None:
         """SAME_STEP: rows that end now are reset; their last observation and info are kept."""
         ended = self._ended.copy()
-        infos["final_info"] = {
-            **{key: np.where(ended, infos[key], 0).astype(infos[key].dtype) for key in self._keys},
-            **{f"_{key}": ended for key in self._keys},
-        }
-        infos["final_obs"] = self._core.observations.copy()
-        infos["_final_obs"] = infos["_final_info"] = ended
-        for key in self._keys:
-            infos[key][ended] = 0
+        keep_final(infos, self._keys, ended, self._core.observations.copy())
         self._core.reset(np.flatnonzero(ended))
-
-    def _rows_to_reset(self, mask: Any) -> Rows:
-        if mask is None:
-            return self._rows
-        if not (
-            isinstance(mask, np.ndarray) and mask.dtype == bool and mask.shape == (self.num_envs,)
-        ):
-            raise ValueError(
-                f"{self._name}: options['reset_mask'] = {mask!r}; "
-                f"expected a bool array of shape ({self.num_envs},)"
-            )
-        if not mask.any():
-            raise ValueError(
-                f"{self._name}: options['reset_mask'] = False everywhere; expected a row to reset"
-            )
-        return np.flatnonzero(mask)
 
     def _seed(self, seed: int | Sequence[int | None] | None, rows: Rows) -> None:
         """Set the random stream of each row, from its seed or else from entropy."""
         if isinstance(seed, int | np.integer):
             super().reset(seed=int(seed))
-            seeds: list[int | None] = [int(seed) + i for i in range(self.num_envs)]
-        else:
-            seeds = [None] * self.num_envs if seed is None else list(seed)
-        if len(seeds) != self.num_envs:
-            raise ValueError(
-                f"{self._name}: seed has {len(seeds)} entries; expected {self.num_envs}, "
-                "one for each row"
-            )
+        seeds = seeds_of(seed, self.num_envs, self._name)
         if not self._keyed:
             keys = self.np_random.integers(0, 2**64, self.num_envs, dtype=np.uint64)
             self._core.seed(self._rows, keys)
@@ -300,11 +322,3 @@ class RigidVectorEnv(VectorEnv[Observations, Observations, npt.NDArray[Any]]):
         if seeded:
             where, keys_of_rows = zip(*seeded, strict=True)
             self._core.seed(np.array(where), np.array(keys_of_rows))
-
-    def _blank_infos(self) -> dict[str, Any]:
-        n_numbers = 1 + len(self.task.terms)
-        blank: dict[str, Any] = {
-            key: np.zeros(self.num_envs, dtype=np.float64 if k < n_numbers else np.bool_)
-            for k, key in enumerate(self._keys)
-        }
-        return {**blank, **self._masks}

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.error import DependencyNotInstalled
 
+from rigid_envs.render.picture import pillow
 from rigid_envs.render.scene import Mesh
 
 __all__ = ["Surface", "geometry", "library", "strip", "surface"]
@@ -29,8 +30,9 @@ def library() -> Any:
     """The module `panda3d.core`.
 
     Raises:
-        DependencyNotInstalled: it is not installed.
+        DependencyNotInstalled: it, or Pillow, is not installed.
     """
+    pillow()  # first: otherwise Pillow would find the older FreeType inside Panda3D
     try:
         from panda3d import core
     except ImportError as error:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.error import DependencyNotInstalled
 
-__all__ = ["finished", "tiled"]
+__all__ = ["finished", "pillow", "tiled"]
 
 Image = npt.NDArray[np.uint8]
 
@@ -31,9 +31,9 @@ def finished(drawing: Image, reduction: int, text: Sequence[str]) -> Image:
     Raises:
         DependencyNotInstalled: Pillow is not installed.
     """
-    pillow, fonts, draw = _pillow()
+    pictures, fonts, draw = pillow()
     height, width, _ = drawing.shape
-    raw = pillow.frombuffer("RGBX", (width, height), drawing.data, "raw", "BGRX", 0, -1)
+    raw = pictures.frombuffer("RGBX", (width, height), drawing.data, "raw", "BGRX", 0, -1)
     picture = raw.reduce(reduction).convert("RGB")
     size = max(10, picture.height // 32)
     page = draw.Draw(picture)
@@ -56,13 +56,20 @@ def tiled(pictures: Sequence[Image]) -> Image:
     return page
 
 
-def _pillow() -> tuple[Any, Any, Any]:
+@functools.cache
+def pillow() -> tuple[Any, Any, Any]:
+    """Pillow's modules `Image`, `ImageFont` and `ImageDraw`, with their FreeType loaded.
+
+    Raises:
+        DependencyNotInstalled: Pillow is not installed.
+    """
     try:
         from PIL import Image, ImageDraw, ImageFont
     except ImportError as error:
         raise DependencyNotInstalled(
             'pictures need Pillow: pip install "rigid-envs[render]"'
         ) from error
+    ImageFont.load_default(10)
     return Image, ImageFont, ImageDraw
 
 

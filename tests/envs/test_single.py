@@ -114,7 +114,16 @@ def test_state_of_an_ended_episode_is_one_that_has_ended(env):
         env.step(zero(env))
 
 
-def test_there_is_nothing_to_render(env):
-    assert env.metadata["render_modes"] == []
-    with pytest.raises(ConfigError, match=r"^config\.render_mode: render_mode = 'human'"):
-        RigidEnv("rigid_envs.tasks:BallPark", render_mode="human")
+def test_render_without_a_mode_warns_and_returns_none(env):
+    env.reset(seed=0)
+    with pytest.warns(UserWarning, match='render_mode="rgb_array"'):
+        assert env.render() is None
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("render_mode", "x-ray"), ("width", 0), ("height", 2.5), ("camera", {"zoom": 2})],
+)
+def test_settings_of_pictures_are_refused_by_key(key, value):
+    with pytest.raises(ConfigError, match=rf"^config\.{key}: {key} = .*expected"):
+        RigidEnv("rigid_envs.tasks:BallPark", **{key: value})
