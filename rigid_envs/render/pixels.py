@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -57,7 +58,8 @@ class Pixels:
         self.camera = camera or scene.camera
         self.width, self.height = width, height
         self._root = core.NodePath("scene")
-        self._light()
+        for light in _lights():
+            self._root.setLight(light)
         self._parts = {name: self._add_part(name, part) for name, part in scene.parts.items()}
         self._arrows = {name: self._add_arrow(arrow) for name, arrow in scene.arrows.items()}
         self._lines = {name: self._root.attachNewNode(name) for name in scene.traces}
@@ -97,22 +99,18 @@ class Pixels:
 
     def close(self) -> None:
         """Free the scene graph."""
-        self._root.removeNode()
-
-    def _light(self) -> None:
         core = library()
-        ambient = core.AmbientLight("ambient")
-        ambient.setColor((*_AMBIENT, 1.0))
-        sun = core.DirectionalLight("sun")
-        sun.setColor((*_SUN, 1.0))
-        sun.setDirection(core.Vec3(*(-x for x in _TO_SUN)))
-        for light in (ambient, sun):
-            self._root.setLight(self._root.attachNewNode(light))
+        self._root.removeNode()
+        self._parts, self._arrows, self._lines, self._shadows = {}, {}, {}, {}
+        for states in (core.RenderState, core.TransformState):
+            states.clearCache()  # it keeps what scenes that are gone were made of
+            states.garbageCollect()
 
     def _add_part(self, name: str, part: Part) -> Any:
         core = library()
         node = self._root.attachNewNode(name)
         node.attachNewNode(geometry(part.mesh))
+        node.setMaterial(_material(part.shiny))
         if part.opacity < 1.0:
             node.setTransparency(core.TransparencyAttrib.MAlpha)
             node.setAlphaScale(part.opacity)
@@ -124,6 +122,7 @@ class Pixels:
         for mesh in (arrow_shaft(), arrow_head()):
             node = self._root.attachNewNode(geometry(mesh))
             node.setColor(*arrow.color, 1.0)
+            node.setMaterial(_material(False))
             nodes.append(node)
         return nodes[0], nodes[1]
 
@@ -253,6 +252,31 @@ class Pixels:
             line.node().removeAllChildren()
             for part in runs(np.array(self._points[name]).reshape(-1, 3)):
                 line.attachNewNode(strip(ribbon(part, seen_from, trace.width)))
+
+
+@functools.cache
+def _material(shiny: bool) -> Any:
+    """Surface that reflects light in the colours of its vertices."""
+    core = library()
+    material = core.Material()
+    material.setAmbient((1.0, 1.0, 1.0, 1.0))
+    material.setDiffuse((1.0, 1.0, 1.0, 1.0))
+    if shiny:
+        material.setSpecular((0.25, 0.25, 0.25, 1.0))
+        material.setShininess(25.0)
+    return material
+
+
+@functools.cache
+def _lights() -> tuple[Any, ...]:
+    """Lights of all scenes."""
+    core = library()
+    ambient = core.AmbientLight("ambient")
+    ambient.setColor((*_AMBIENT, 1.0))
+    sun = core.DirectionalLight("sun")
+    sun.setColor((*_SUN, 1.0))
+    sun.setDirection(core.Vec3(*(-x for x in _TO_SUN)))
+    return core.NodePath(ambient), core.NodePath(sun)
 
 
 def _transform(pose: Pose) -> Any:

@@ -30,11 +30,13 @@ def ribbon(points: Array, eye: Array, width: float) -> npt.NDArray[np.float32]:
     Returns:
         Shape (n, 2, 3).
     """
-    along = np.gradient(points, axis=0)
     sight = eye - points
     distance = np.linalg.norm(sight, axis=-1, keepdims=True)
-    across = np.cross(along, sight)
+    across = np.cross(np.diff(points, axis=0), sight[:-1])
     length = np.linalg.norm(across, axis=-1, keepdims=True)
-    half = 0.5 * width * across / np.where(length > 0.0, length, 1.0)
+    across /= np.where(length > 0.0, length, 1.0)
+    both = np.concatenate([across[:1], across]) + np.concatenate([across, across[-1:]])
+    square = (both * both).sum(axis=-1, keepdims=True)
+    half = width * both / np.maximum(square, 1.0)  # mitred corners, cut off where they are sharp
     centre = points + np.minimum(width / np.maximum(distance, 1e-12), 0.5) * sight
     return np.stack([centre - half, centre + half], axis=1).astype(np.float32)

@@ -1,0 +1,269 @@
+"""The pixel backend draws what the scene says: colours are found where a camera model puts them."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from rigid_envs.render.picture import tiled
+from rigid_envs.render.pixels import Pixels
+from rigid_envs.render.scene import Arrow, Camera, Floor, Frame, Mesh, Part, Pose, Scene, Trace
+
+SIZE = 240
+RADIUS = 1.0
+CAMERA = Camera(target=(0.2, -0.1, 0.3), distance=6.0, azimuth=35.0, elevation=28.0)
+SIGNS = [(sx, sy, sz) for sx in (-1, 1) for sy in (-1, 1) for sz in (-1, 1)]
+HUES = [
+    (200, 40, 40), (40, 200, 40), (40, 40, 200), (200, 200, 40),
+    (40, 200, 200), (200, 40, 200), (200, 110, 40), (120, 120, 120),
+]  # fmt: skip
+COLORS = dict(zip(SIGNS, HUES, strict=True))
+
+
+def octants() -> Mesh:
+    """Sphere whose colour tells the signs of the coordinates."""
+    n, m = 32, 16  # vertices lie on the boundaries: no triangle has two colours
+    vertices, colors, triangles = [], [], []
+    for signs, color in COLORS.items():
+        first = len(vertices)
+        for i in range(m + 1):
+            for j in range(n + 1):
+                theta, phi = 0.5 * math.pi * i / m, 0.5 * math.pi * j / n
+                point = np.array(
+                    [
+                        math.sin(theta) * math.cos(phi),
+                        math.sin(theta) * math.sin(phi),
+                        math.cos(theta),
+                    ]
+                )
+                vertices.append(point * signs)
+                colors.append(color)
+        mirrored = math.prod(signs) < 0
+        for i in range(m):
+            for j in range(n):
+                a = first + i * (n + 1) + j
+                for t in ((a, a + n + 1, a + 1), (a + 1, a + n + 1, a + n + 2)):
+                    triangles.append(t[::-1] if mirrored else t)
+    points = np.array(vertices, dtype=np.float32)
+    return Mesh(
+        RADIUS * points,
+        points,
+        np.array(colors, dtype=np.uint8),
+        np.array(triangles, dtype=np.int32),
+    )
+
+
+def rotation(q):
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def random_quaternion(rng):
+    q = rng.normal(size=4)
+    return q / np.linalg.norm(q)
+
+
+def eye_and_axes(camera):
+    """Pinhole camera: position, and the directions right, up and back."""
+    azimuth, elevation = math.radians(camera.azimuth), math.radians(camera.elevation)
+    back = np.array(
+        [
+            math.cos(elevation) * math.cos(azimuth),
+            math.cos(elevation) * math.sin(azimuth),
+            math.sin(elevation),
+        ]
+    )
+    right = np.cross((0.0, 0.0, 1.0), back)
+    right /= np.linalg.norm(right)
+    return np.array(camera.target) + camera.distance * back, right, np.cross(back, right), back
+
+
+def pixel(point, camera, width=SIZE, height=SIZE):
+    """Line and column of the pixel in which a point of the world is seen."""
+    eye, right, up, back = eye_and_axes(camera)
+    sight = np.asarray(point) - eye
+    depth = -sight @ back
+    focus = 0.5 * height / math.tan(math.radians(0.5 * camera.field_of_view))
+    return (
+        int(0.5 * height - focus * (sight @ up) / depth),
+        int(0.5 * width + focus * (sight @ right) / depth),
+    )
+
+
+def hue(color):
+    """Colour without brightness."""
+    color = np.asarray(color, dtype=float)
+    return color / np.linalg.norm(color)
+
+
+def nearest_octant(color):
+    return max(COLORS, key=lambda signs: hue(color) @ hue(COLORS[signs]))
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return Scene(parts={"ball": Part(octants())}, camera=CAMERA)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_every_octant_is_seen_where_its_attitude_puts_it(ball, seed):
+    rng = np.random.default_rng(seed)
+    q, position = random_quaternion(rng), 0.5 * rng.normal(size=3)
+    image = Pixels(ball, SIZE, SIZE).draw(Frame({"ball": Pose(position, q)}))
+    eye = eye_and_axes(CAMERA)[0]
+    seen = 0
+    for signs in COLORS:
+        normal = rotation(q) @ (np.array(signs) / math.sqrt(3.0))
+        point = position + RADIUS * normal
+        sight = (eye - point) / np.linalg.norm(eye - point)
+        if normal @ sight < 0.3:
+            continue
+        i, j = pixel(point, CAMERA)
+        if 0 <= i < SIZE and 0 <= j < SIZE:
+            assert nearest_octant(image[i, j]) == signs
+            seen += 1
+    assert seen >= 1
+
+
+def test_swapped_octants_would_be_noticed(ball):
+    image = Pixels(ball, SIZE, SIZE).draw(Frame({"ball": Pose((0, 0, 0), (1, 0, 0, 0))}))
+    i, j = pixel(np.full(3, RADIUS / math.sqrt(3.0)), CAMERA)
+    assert nearest_octant(image[i, j]) == (1, 1, 1)
+    assert nearest_octant(image[i, j]) != (-1, 1, 1)
+
+
+@pytest.mark.parametrize(("width", "height"), [(320, 200), (200, 320), (64, 64)])
+def test_pictures_of_any_shape_are_not_distorted(ball, width, height):
+    image = Pixels(ball, width, height).draw(Frame({"ball": Pose((0, 0, 0))}))
+    assert image.shape == (height, width, 3)
+    eye, right, up, _ = eye_and_axes(CAMERA)
+    distance = np.linalg.norm(eye)
+    back = eye / distance
+    # the outline is the circle in which the cone of tangents from the eye touches the sphere
+    centre, radius = RADIUS**2 / distance * back, RADIUS * math.sqrt(1 - (RADIUS / distance) ** 2)
+    for along in (right, up, -right, -up):
+        side = along - (along @ back) * back
+        side /= np.linalg.norm(side)
+        for share, inside in ((0.9, True), (1.1, False)):
+            i, j = pixel(centre + share * radius * side, CAMERA, width, height)
+            if 0 <= i < height and 0 <= j < width:
+                assert (np.abs(image[i, j].astype(int) - image[0, 0]).max() > 20) == inside
+
+
+def marked(image, color, tolerance=60):
+    return (np.abs(image.astype(int) - color).max(axis=-1) < tolerance).nonzero()
+
+
+def test_a_path_is_drawn_where_its_points_are():
+    path = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 0.5, 0.0)])
+    scene = Scene(
+        parts={},
+        camera=CAMERA,
+        traces={"path": Trace((1.0, 0.0, 0.0), 0.05)},
+        floor=Floor(0.0, 20.0, 1.0),
+    )
+    pixels = Pixels(scene, SIZE, SIZE)
+    for point in path:
+        image = pixels.draw(Frame({}, points={"path": point}))
+    lines, columns = marked(image, (255, 0, 0))
+    drawn = np.column_stack([lines, columns])
+    for start, end in pairwise(path):
+        for share in (0.1, 0.3, 0.5, 0.7, 0.9):
+            place = pixel(start + share * (end - start), CAMERA)
+            assert np.abs(drawn - place).max(axis=-1).min() <= 1
+    mirrored = pixel((-1.0, 0.5, 0.0), CAMERA)
+    assert np.abs(drawn - mirrored).max(axis=-1).min() > 10
+
+
+def test_a_path_on_a_part_turns_with_it(ball):
+    scene = Scene(
+        parts=ball.parts,
+        camera=CAMERA,
+        traces={"path": Trace((0.0, 0.0, 0.0), 0.08, part="ball")},
+    )
+    pixels = Pixels(scene, SIZE, SIZE)
+    angles = np.linspace(-0.6, 0.6, 9)
+    points = 1.01 * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+    for point in points:
+        pixels.draw(Frame({"ball": Pose()}, points={"path": point}))
+    # a quarter turn about z, so that +x of the ball is +y of the world; then seen from there
+    q = (math.cos(math.pi / 4), 0.0, 0.0, math.sin(math.pi / 4))
+    frame = Frame({"ball": Pose((0, 0, 0), q)})
+    image = pixels.draw(frame)
+    turned = rotation(q) @ points.T
+    for point in turned.T[2:7]:
+        i, j = pixel(point, CAMERA)
+        patch = image[i - 1 : i + 2, j - 1 : j + 2]
+        assert patch.min(axis=(0, 1)).max() < 60  # black is near
+
+
+def test_traces_end_at_points_that_are_not_finite_and_keep_their_length():
+    scene = Scene(
+        parts={},
+        camera=CAMERA,
+        traces={"path": Trace((1.0, 0.0, 0.0), 0.1, length=3)},
+    )
+    pixels = Pixels(scene, SIZE, SIZE)
+    for x in (-1.0, -0.5, np.nan, 0.5, 1.0):
+        image = pixels.draw(Frame({}, points={"path": (x, 0.0, 0.0)}))
+    drawn = np.column_stack(marked(image, (255, 0, 0)))
+    near = [np.abs(drawn - pixel((x, 0.0, 0.0), CAMERA)).max(axis=-1).min() for x in (0.75, 0.0)]
+    assert near[0] <= 1
+    assert near[1] > 3
+    pixels.clear()
+    assert not len(marked(pixels.draw(Frame({})), (255, 0, 0))[0])
+
+
+def test_an_arrow_reaches_from_its_start_to_its_tip():
+    scene = Scene(parts={}, camera=CAMERA, arrows={"v": Arrow((0.0, 0.5, 0.0), 0.08, "v")})
+    start, vector = np.array((0.7, -0.6, 0.1)), np.array((-0.9, 1.1, 0.5))
+    image = Pixels(scene, SIZE, SIZE).draw(Frame({}, arrows={"v": (start, vector)}))
+    background = image[0, 0].astype(int)
+    for share in (0.05, 0.5, 0.9):
+        i, j = pixel(start + share * vector, CAMERA)
+        assert np.abs(image[i, j].astype(int) - background).max() > 60
+    for share in (-0.15, 1.15):
+        i, j = pixel(start + share * vector, CAMERA)
+        assert np.abs(image[i, j].astype(int) - background).max() < 20
+
+
+def test_a_shadow_falls_on_the_floor_away_from_the_light(ball):
+    scene = Scene(parts=ball.parts, camera=CAMERA, floor=Floor(-1.0, 20.0, 1.0))
+    frame = Frame({"ball": Pose((0, 0, 0.5))})
+    bright = Pixels(scene, SIZE, SIZE, shadows=False).draw(frame).astype(int)
+    dark = Pixels(scene, SIZE, SIZE).draw(frame).astype(int)
+    darker = (bright - dark).max(axis=-1) > 15
+    assert 0.005 < darker.mean() < 0.3
+    assert ((dark - bright).max(axis=-1) < 5).all()
+
+
+def test_the_same_moment_gives_the_same_picture(ball):
+    frame = Frame({"ball": Pose((0.1, 0.2, 0.3), random_quaternion(np.random.default_rng(0)))})
+    first = Pixels(ball, SIZE, SIZE).draw(frame)
+    Pixels(ball, 64, 64).draw(Frame({"ball": Pose()}))
+    assert Pixels(ball, SIZE, SIZE).draw(frame).tobytes() == first.tobytes()
+
+
+def test_edges_are_smooth(ball):
+    image = Pixels(ball, SIZE, SIZE).draw(Frame({"ball": Pose()})).astype(int)
+    i, _ = pixel(np.zeros(3), CAMERA)
+    row = image[i].sum(axis=-1)
+    edges = np.abs(np.diff(row))
+    between = (edges > 30).sum()
+    assert between >= 4  # two steps or more at each side: an edge has a pixel between
+
+
+def test_pictures_are_put_side_by_side():
+    page = tiled([np.full((4, 6, 3), k, dtype=np.uint8) for k in range(3)])
+    assert page.shape == (8, 12, 3)
+    assert page[0, 0, 0] == 0
+    assert page[0, 6, 0] == 1
+    assert page[4, 0, 0] == 2
+    assert page[4, 6, 0] == 255
