@@ -1,0 +1,320 @@
+"""Meshes of simple solids, and how to join, move and colour them.
+
+Each is closed unless its docstring says otherwise, its triangles counter-clockwise from outside.
+Lengths are in metres, colours sRGB. Vertices are repeated where faces meet at an edge.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.render.scene import Color, Mesh
+
+__all__ = [
+    "arrow",
+    "ball",
+    "box",
+    "cylinder",
+    "frustum",
+    "grid",
+    "join",
+    "lathe",
+    "loop",
+    "moved",
+    "octants",
+    "ring",
+    "sectors",
+    "tube",
+    "two_sided",
+]
+
+Array = npt.NDArray[np.float64]
+Point = tuple[float, float, float]
+
+_CREASE = math.cos(math.radians(35.0))  # two faces at a larger angle meet at a visible edge
+_FACES = (  # of a box: the two axes of each face, whose vector product is the outward normal
+    ((0, 1, 0), (0, 0, 1)),
+    ((0, 0, 1), (0, 1, 0)),
+    ((0, 0, 1), (1, 0, 0)),
+    ((1, 0, 0), (0, 0, 1)),
+    ((1, 0, 0), (0, 1, 0)),
+    ((0, 1, 0), (1, 0, 0)),
+)
+
+
+def grid(points: npt.ArrayLike, normals: npt.ArrayLike, color: Color) -> Mesh:
+    """Curved sheet through a grid of points; open, seen from one side.
+
+    Triangles without area, at the pole of a sphere, are left out.
+
+    Args:
+        points: shape (m, n, 3).
+        normals: outward normals, shape (m, n, 3). Outward is the second direction of the grid
+            times the first.
+        color: of the sheet.
+    """
+    p, n = np.asarray(points, dtype=np.float64), np.asarray(normals, dtype=np.float64)
+    rows, columns = p.shape[:2]
+    index = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
+    triangles = np.concatenate([np.stack([a, b, c], -1), np.stack([b, d, c], -1)]).reshape(-1, 3)
+    corners = p.reshape(-1, 3)[triangles]
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1
+    )
+    n = n / np.linalg.norm(n, axis=-1, keepdims=True)
+    return _mesh(p.reshape(-1, 3), n.reshape(-1, 3), color, triangles[area > 1e-9 * area.max()])
+
+
+def join(*meshes: Mesh) -> Mesh:
+    """All of these as one mesh."""
+    first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    shifted = [mesh.triangles + k for mesh, k in zip(meshes, first, strict=False)]
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.normals for mesh in meshes]),
+        np.concatenate([mesh.colors for mesh in meshes]),
+        np.concatenate(shifted).astype(np.int32),
+    )
+
+
+def moved(
+    mesh: Mesh,
+    offset: npt.ArrayLike = (0.0, 0.0, 0.0),
+    rotation: npt.ArrayLike | None = None,
+    scale: npt.ArrayLike = (1.0, 1.0, 1.0),
+) -> Mesh:
+    """The mesh stretched along its axes, then rotated, then shifted.
+
+    Args:
+        mesh: what is moved.
+        offset: shift [m], shape (3,).
+        rotation: matrix, shape (3, 3); None for none.
+        scale: positive factors, shape (3,).
+    """
+    turn = np.eye(3) if rotation is None else np.asarray(rotation, dtype=np.float64)
+    stretch = np.asarray(scale, dtype=np.float64)
+    normals = mesh.normals / stretch
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    vertices = (mesh.vertices * stretch) @ turn.T + np.asarray(offset)
+    return Mesh(
+        vertices.astype(np.float32),
+        (normals @ turn.T).astype(np.float32),
+        mesh.colors,
+        mesh.triangles,
+    )
+
+
+def two_sided(mesh: Mesh) -> Mesh:
+    """The mesh and its reverse: an open surface that is seen from both sides."""
+    back = Mesh(mesh.vertices, -mesh.normals, mesh.colors, mesh.triangles[:, ::-1])
+    return join(mesh, back)
+
+
+def lathe(profile: npt.ArrayLike, color: Color, sides: int = 40) -> Mesh:
+    """Solid of revolution about z.
+
+    It is smooth where its profile bends by less than 35 degrees, else it has an edge.
+
+    Args:
+        profile: points (distance from the axis, z), shape (k, 2), that run so that outside is on
+            their right: upwards along the side. Closed, if it begins and ends on the axis or ends
+            where it begins.
+        color: of the solid.
+        sides: number of flat sides.
+    """
+    return sectors(profile, [color], sides)
+
+
+def sectors(profile: npt.ArrayLike, colors: Sequence[Color], sides: int = 40) -> Mesh:
+    """Solid of revolution as of `lathe`, in equal sectors of these colours, the first from x on.
+
+    Args:
+        profile: as for `lathe`, shape (k, 2).
+        colors: of the sectors.
+        sides: number of flat sides, a multiple of the number of sectors.
+    """
+    points = np.asarray(profile, dtype=np.float64)
+    along = np.diff(points, axis=0)
+    along /= np.linalg.norm(along, axis=-1, keepdims=True)
+    normals = np.stack([along[:, 1], -along[:, 0]], axis=-1)
+    smooth = np.sum(normals[1:] * normals[:-1], axis=-1) > _CREASE
+    ends = [0, *(np.flatnonzero(~smooth) + 1).tolist(), len(points) - 1]
+    pieces: list[Mesh] = []
+    for first, last in pairwise(ends):
+        inner = normals[first:last]
+        mean = np.concatenate([inner[:1], inner[1:] + inner[:-1], inner[-1:]])
+        pieces += _turned(points[first : last + 1], mean, colors, sides)
+    return join(*pieces)
+
+
+def frustum(low: float, high: float, height: float, color: Color, sides: int = 40) -> Mesh:
+    """Cone about z of which the tip is cut off, from z = 0 on; a whole cone where a radius is 0.
+
+    Args:
+        low: radius at z = 0.
+        high: radius at the height.
+        height: from end to end.
+        color: of the solid.
+        sides: number of flat sides.
+    """
+    profile = [(0.0, 0.0), (low, 0.0), (high, height), (0.0, height)]
+    kept = [profile[0]] + [q for p, q in pairwise(profile) if p != q]
+    return lathe(kept, color, sides)
+
+
+def cylinder(radius: float, height: float, color: Color, sides: int = 40) -> Mesh:
+    """Cylinder about z from -height / 2 to height / 2."""
+    mesh = frustum(radius, radius, height, color, sides)
+    return moved(mesh, (0.0, 0.0, -0.5 * height))
+
+
+def ring(inner: float, outer: float, height: float, color: Color, sides: int = 64) -> Mesh:
+    """Flat ring about z from -height / 2 to height / 2."""
+    z = 0.5 * height
+    profile = [(inner, -z), (outer, -z), (outer, z), (inner, z), (inner, -z)]
+    return lathe(profile, color, sides)
+
+
+def arrow(length: float, width: float, color: Color) -> Mesh:
+    """Arrow from the origin along z, its shaft of the given diameter."""
+    head = min(3.0 * width, length)
+    edge = length - head
+    profile = [(0.0, 0.0), (0.5 * width, 0.0), (0.5 * width, edge), (1.5 * width, edge)]
+    return lathe([*profile, (0.0, length)], color, sides=16)
+
+
+def ball(radius: float, color: Color, n: int = 20) -> Mesh:
+    """Sphere of one colour, n bands from pole to pole."""
+    points = _cap((0.0, math.pi), (0.0, 2.0 * math.pi), n, 2 * n)
+    return grid(radius * points, points, color)
+
+
+def octants(radius: float, colors: Sequence[Color], n: int = 11) -> Mesh:
+    """Sphere whose octants have a colour each.
+
+    Args:
+        radius: of the sphere.
+        colors: eight colours, at k = (x < 0) + 2 (y < 0) + 4 (z < 0).
+        n: number of bands in an octant.
+    """
+    quarter, pieces = 0.5 * math.pi, []
+    for below in (0, 1):
+        for turn in range(4):
+            polar, azimuth = (below * quarter, turn * quarter), (turn * quarter, turn * quarter)
+            points = _cap((polar[0], polar[0] + quarter), (azimuth[0], azimuth[1] + quarter), n, n)
+            x, y, _ = points[n // 2, n // 2]
+            k = int(x < 0) + 2 * int(y < 0) + 4 * below
+            pieces.append(grid(radius * points, points, colors[k]))
+    return join(*pieces)
+
+
+def box(size: npt.ArrayLike, colors: Sequence[Color]) -> Mesh:
+    """Box about the origin.
+
+    Args:
+        size: lengths along x, y and z, shape (3,).
+        colors: of the faces +x, -x, +y, -y, +z, -z, or one for all.
+    """
+    half = 0.5 * np.asarray(size, dtype=np.float64)
+    six = colors if len(colors) == 6 else list(colors) * 6
+    faces = []
+    for (a, b), color in zip(_FACES, six, strict=True):
+        u, v = np.array(a, dtype=np.float64), np.array(b, dtype=np.float64)
+        n = np.cross(u, v)
+        corners = [[half * (n + i * v + j * u) for j in (-1, 1)] for i in (-1, 1)]
+        faces.append(grid(corners, np.broadcast_to(n, (2, 2, 3)), color))
+    return join(*faces)
+
+
+def tube(curve: npt.ArrayLike, radius: float, color: Color, sides: int = 12) -> Mesh:
+    """Round bar along a curve, with flat ends.
+
+    Args:
+        curve: points [m], shape (k, 3), k > 1.
+        radius: of the bar.
+        color: of the bar.
+        sides: number of flat sides.
+    """
+    points = np.asarray(curve, dtype=np.float64)
+    along = np.gradient(points, axis=0)
+    around = _round(along, sides)
+    mantle = grid(points[:, None] + radius * around, around, color)
+    ends = []
+    for k, sign in ((0, -1.0), (-1, 1.0)):
+        rim = points[k] + radius * around[k]
+        middle = np.broadcast_to(points[k], rim.shape)
+        rows = [middle, rim] if sign < 0 else [rim, middle]
+        ends.append(grid(rows, np.broadcast_to(sign * along[k], (2, *rim.shape)), color))
+    return join(mantle, *ends)
+
+
+def loop(curve: npt.ArrayLike, radius: float, color: Color, sides: int = 12) -> Mesh:
+    """Round bar along a closed curve in a plane: a torus, a racket's head.
+
+    Args:
+        curve: points [m], the last not the first again, shape (k, 3).
+        radius: of the bar.
+        color: of the bar.
+        sides: number of flat sides.
+    """
+    points = np.asarray(curve, dtype=np.float64)
+    around = _round(np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0), sides)
+    once = [*range(len(points)), 0]
+    return grid(points[once, None] + radius * around[once], around[once], color)
+
+
+def _mesh(vertices: Array, normals: Array, color: Color, triangles: npt.NDArray[np.int64]) -> Mesh:
+    shade = np.round(255.0 * np.asarray(color)).astype(np.uint8)
+    return Mesh(
+        vertices.astype(np.float32),
+        normals.astype(np.float32),
+        np.tile(shade, (len(vertices), 1)),
+        triangles.astype(np.int32),
+    )
+
+
+def _turned(profile: Array, normals: Array, colors: Sequence[Color], sides: int) -> list[Mesh]:
+    """A smooth part of the profile of `sectors`, turned about z."""
+    ends = np.linspace(0.0, 2.0 * math.pi, len(colors) + 1)
+    pieces = []
+    for first, last, color in zip(ends[:-1], ends[1:], colors, strict=True):
+        angle = np.linspace(first, last, sides // len(colors) + 1)
+        out = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
+        up = np.array([0.0, 0.0, 1.0])
+        points, outward = (
+            rows[:, None, :1] * out + rows[:, None, 1:] * up for rows in (profile, normals)
+        )
+        pieces.append(grid(points, outward, color))
+    return pieces
+
+
+def _cap(polar: tuple[float, float], azimuth: tuple[float, float], m: int, n: int) -> Array:
+    """Points of a part of the unit sphere, upwards and about z, shape (m + 1, n + 1, 3)."""
+    theta = np.linspace(polar[1], polar[0], m + 1)[:, None]
+    phi = np.linspace(azimuth[0], azimuth[1], n + 1)[None]
+    s = np.sin(theta)
+    return np.stack([s * np.cos(phi), s * np.sin(phi), np.cos(theta) + 0.0 * phi], axis=-1)
+
+
+def _round(along: Array, sides: int) -> Array:
+    """Unit circles across a curve of these directions, without twist, (k, sides + 1, 3)."""
+    angle = np.linspace(0.0, 2.0 * math.pi, sides + 1)[:, None]
+    frames = np.array(list(_frames(along)))
+    first, second = frames[:, None, 0], frames[:, None, 1]
+    return np.asarray(np.cos(angle) * first + np.sin(angle) * second)
+
+
+def _frames(along: Array) -> Iterator[tuple[Array, Array]]:
+    """Two directions across each one along; (across, across', along) is right-handed."""
+    across = np.eye(3)[int(np.argmin(np.abs(along[0])))]
+    for direction in along:
+        tangent = direction / np.linalg.norm(direction)
+        across = across - (across @ tangent) * tangent
+        across = across / np.linalg.norm(across)
+        yield across, np.cross(tangent, across)
