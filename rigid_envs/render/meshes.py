@@ -16,7 +16,6 @@ import numpy.typing as npt
 from rigid_envs.render.scene import Color, Mesh
 
 __all__ = [
-    "arrow",
     "ball",
     "box",
     "cylinder",
@@ -179,14 +178,6 @@ def ring(inner: float, outer: float, height: float, color: Color, sides: int = 6
     z = 0.5 * height
     profile = [(inner, -z), (outer, -z), (outer, z), (inner, z), (inner, -z)]
     return lathe(profile, color, sides)
-
-
-def arrow(length: float, width: float, color: Color) -> Mesh:
-    """Arrow from the origin along z, its shaft of the given diameter."""
-    head = min(3.0 * width, length)
-    edge = length - head
-    profile = [(0.0, 0.0), (0.5 * width, 0.0), (0.5 * width, edge), (1.5 * width, edge)]
-    return lathe([*profile, (0.0, length)], color, sides=16)
 
 
 def ball(radius: float, color: Color, n: int = 20) -> Mesh:

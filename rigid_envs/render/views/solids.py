@@ -20,6 +20,7 @@ from rigid_envs.render.meshes import (
     grid,
     join,
     lathe,
+    loop,
     moved,
     octants,
     ring,
@@ -33,10 +34,13 @@ from rigid_envs.render.views import palette as look
 __all__ = [
     "coin",
     "disk",
+    "dome",
+    "edge_ring",
     "goal_ball",
     "goal_cone",
     "goal_disk",
     "goal_ring",
+    "goal_wheel",
     "mass",
     "octant_ball",
     "puck",
@@ -75,6 +79,23 @@ def goal_disk() -> Mesh:
 def goal_ring() -> Mesh:
     """Flat ring of radius 1 across z, open, seen from above."""
     return lathe([(1.015, 0.0), (0.985, 0.0)], look.GREEN, 96)
+
+
+@functools.cache
+def edge_ring() -> Mesh:
+    """Flat ring of radius 1 across z, open, seen from above: a border."""
+    return lathe([(1.01, 0.0), (0.99, 0.0)], look.RED, 96)
+
+
+@functools.cache
+def dome() -> Mesh:
+    """Equator and two meridians of the upper half of the unit sphere, thin."""
+    angle = np.linspace(0.0, math.pi, 31)
+    arc = np.stack([np.cos(angle), 0.0 * angle, np.sin(angle)], axis=-1)
+    circle = np.stack([np.cos(2.0 * angle), np.sin(2.0 * angle), 0.0 * angle], axis=-1)[:-1]
+    other = arc[:, [1, 0, 2]]
+    bars = [tube(half, 0.005, look.GREY, 3) for half in (arc, other)]
+    return join(loop(circle, 0.005, look.GREY, 3), *bars)
 
 
 @functools.cache
@@ -129,6 +150,12 @@ def spoked_wheel() -> Mesh:
 
 
 @functools.cache
+def goal_wheel() -> Mesh:
+    """Ring of radius 1 about z: where a wheel is to be."""
+    return ring(0.84, 1.0, 0.3, look.GREEN, 48)
+
+
+@functools.cache
 def mass() -> Mesh:
     """Small ball that slides on a spoke, of radius 0.12."""
     return ball(0.12, look.RED, n=10)
@@ -162,15 +189,20 @@ def puck() -> Mesh:
 
 
 @functools.cache
-def table() -> Mesh:
-    """Disk of radius 1 below z = 0, of thickness 1, its upper face with rings and sectors."""
+def table(radius: float = 1.0, thickness: float = 0.1) -> Mesh:
+    """Disk below z = 0, its upper face with rings and sectors.
+
+    Args:
+        radius: of the disk [m].
+        thickness: of the disk [m].
+    """
     rings = []
     for k in range(4):
-        profile = [(0.25 * (k + 1), 0.0), (0.25 * k, 0.0)]
+        profile = [(0.25 * radius * (k + 1), 0.0), (0.25 * radius * k, 0.0)]
         pair = [(0.80, 0.85, 0.90), look.LIGHT]
         rings.append(sectors(profile, (pair if k % 2 else pair[::-1]) * 6, 48))
-    rest = lathe([(0.0, -1.0), (1.0, -1.0), (1.0, 0.0)], look.STEEL, 48)
-    return join(*rings, rest)
+    low = -thickness
+    return join(*rings, lathe([(0.0, low), (radius, low), (radius, 0.0)], look.STEEL, 48))
 
 
 @functools.cache
