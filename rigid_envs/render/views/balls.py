@@ -81,7 +81,7 @@ class BallView(SystemView):
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """Point of contact on the plane, and on the ball in radii."""
         down, q = -self.normal(moment), self.system.accessors["q"](moment.y)
-        foot = self.centre(moment) + 0.995 * self.radius * down
+        foot = self.centre(moment) + 0.985 * self.radius * down
         return {"path": foot, "on_ball": OUTSIDE * rotations.rotate_inverse(q, down)}
 
     def upright_goal(self) -> dict[str, Part]:

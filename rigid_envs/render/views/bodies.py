@@ -104,7 +104,7 @@ def graticule() -> Mesh:
     """Equator and two meridians of the unit sphere, thin."""
     angle = np.linspace(0.0, 2.0 * math.pi, 60, endpoint=False)
     circle = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
-    hoop = loop(circle, 0.005, look.GREY, 3)
+    hoop = loop(circle, 0.004, look.LIGHT, 3)
     return join(hoop, moved(hoop, rotation=TO_X), moved(hoop, rotation=TO_Y))
 
 

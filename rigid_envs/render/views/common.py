@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs import rotations
 from rigid_envs.moment import Moment
 from rigid_envs.render.scene import Arrow, Camera, Floor, Frame, Mesh, Part, Pose, Scene, Trace
 from rigid_envs.render.view import View
@@ -85,7 +84,7 @@ class SystemView(View):
         quantity, _, unit = self.task.cost_unit.rstrip("]").partition(" [")
         lines = (
             f"time {moment.time:.1f} s   reward {moment.reward:.3f}",
-            f"{quantity} {moment.cost:.3g} {unit}",
+            f"cost {moment.cost:.3g} {unit} ({quantity})",
             *self.readings(moment),
         )
         return (*lines, "success") if moment.success else lines
@@ -106,7 +105,7 @@ def scaled(vector: npt.ArrayLike, scale: float, longest: float = math.inf) -> Ar
 
 def above(point: npt.ArrayLike, height: float) -> Array:
     """The point that is higher by this [m], shape (3,)."""
-    return np.asarray(point, dtype=np.float64) + np.array([0.0, 0.0, height])
+    return np.add(point, (0.0, 0.0, height), dtype=np.float64)
 
 
 def from_z(direction: npt.ArrayLike) -> Array:
@@ -114,8 +113,8 @@ def from_z(direction: npt.ArrayLike) -> Array:
     x, y, z = np.asarray(direction, dtype=np.float64)
     if z < -1.0 + 1e-12:
         return np.array([0.0, 1.0, 0.0, 0.0])
-    turn: Array = rotations.normalize([1.0 + z, -y, x, 0.0])
-    return turn
+    turn = np.array([1.0 + z, -y, x, 0.0])
+    return np.asarray(turn / np.linalg.norm(turn))
 
 
 def ghost(mesh: Mesh, opacity: float = GHOST) -> Part:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -12,7 +14,7 @@ from rigid_envs.render.views import palette as look
 from rigid_envs.render.views import solids
 from rigid_envs.render.views.balls import BallView
 from rigid_envs.render.views.common import Array, Arrows, above, ghost, scaled
-from rigid_envs.render.views.rolling_ball import BallParkView
+from rigid_envs.render.views.rolling_ball import INSIDE, BallParkView
 
 __all__ = ["BallParkDynamicView", "BallPlateView", "DynamicBallView"]
 
@@ -107,6 +109,10 @@ class BallParkDynamicView(BallParkView, DynamicBallView):
         """Largest force [N]."""
         return float(self.task.force)
 
+    def camera(self) -> Camera:
+        """From higher above."""
+        return replace(super().camera(), elevation=46.0)
+
     def parts(self) -> dict[str, Part]:
         """The floor is the plate; a ring is its edge."""
         ring = Part(solids.edge_ring(), shadow=False, shiny=False)
@@ -125,7 +131,7 @@ class BallParkDynamicView(BallParkView, DynamicBallView):
         wide, centre = self.edge, (0.0, 0.0, self.radius)
         return {
             "ball": self.ball_pose(moment),
-            "goal": Pose(centre, scale=(self.radius,) * 3),
+            "goal": Pose(centre, scale=(INSIDE * self.radius,) * 3),
             "edge": Pose((0.0, 0.0, 0.01), scale=(wide, wide, 1.0)),
         }
 
@@ -149,7 +155,7 @@ class BallPlateView(DynamicBallView):
 
     def parts(self) -> dict[str, Part]:
         """Also the place and the ghost."""
-        goals = {"goal": ghost(solids.goal_ball()), "place": ghost(solids.goal_disk(), 0.9)}
+        goals = {"goal": ghost(solids.goal_ball(), 0.35), "place": ghost(solids.goal_disk(), 0.9)}
         return super().parts() | goals
 
     def vectors(self) -> dict[str, Arrow]:
@@ -164,11 +170,11 @@ class BallPlateView(DynamicBallView):
         """The goal goes with the table."""
         plate = self.system.accessors["plate"](moment.y)
         q, goal = rotations.quaternion_from_matrix(plate), self.goal(moment)
-        place = plate @ above(goal, 0.01)
+        place = plate @ above(goal, 0.02)
         ball = plate @ above(goal, self.radius)
         return super().poses(moment) | {
-            "place": Pose(place, q, (0.25, 0.25, 1.0)),
-            "goal": Pose(ball, q, (self.radius,) * 3),
+            "place": Pose(place, q, (0.3, 0.3, 1.0)),
+            "goal": Pose(ball, q, (INSIDE * self.radius,) * 3),
         }
 
     def arrows(self, moment: Moment) -> Arrows:

@@ -93,7 +93,7 @@ class FreeBodyView(SystemView):
 
     def camera(self) -> Camera:
         """The whole sphere and the arrows."""
-        return Camera(target=(0.0, 0.0, -0.15), distance=6.9, azimuth=-55.0, elevation=24.0)
+        return Camera(target=(0.0, 0.0, 0.25), distance=7.0, azimuth=-55.0, elevation=24.0)
 
     def vectors(self) -> dict[str, Arrow]:
         """Angular velocity, angular momentum, input."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +22,13 @@ STAND = 1.7  # height of the stand: more than that of the top, which may hang do
 
 
 class HeavyTopView(SystemView):
-    """A top on a stand, its rotor as long and wide as its moments; L, omega and the torque."""
+    """A top on a stand, its rotor as long and wide as its moments; L, omega and the torque.
+
+    Attributes:
+        size: factor of all lengths, which are nominal.
+    """
+
+    size: ClassVar[float] = 1.0
 
     @property
     def strongest(self) -> float:
@@ -39,7 +46,7 @@ class HeavyTopView(SystemView):
         half = 0.5 * self.system.moments.sum()
         across = np.maximum(half - self.system.moments[:2], 0.05 * half) / self.system.m
         x, y = np.clip(2.0 * np.sqrt(across), 0.4, 1.4).tolist()
-        return x, y, 1.0
+        return self.size * x, self.size * y, self.size
 
     def parts(self) -> dict[str, Part]:
         """Top, stand and dome."""
@@ -51,7 +58,7 @@ class HeavyTopView(SystemView):
 
     def camera(self) -> Camera:
         """From the foot of the stand to the tip, with L."""
-        return Camera(target=(0.0, 0.0, 0.25), distance=7.6, azimuth=-60.0, elevation=20.0)
+        return Camera(target=(0.0, 0.0, 0.4), distance=8.0, azimuth=-60.0, elevation=20.0)
 
     def vectors(self) -> dict[str, Arrow]:
         """Angular momentum, angular velocity, torque."""
@@ -75,7 +82,9 @@ class HeavyTopView(SystemView):
 
     def tip(self, moment: Moment) -> Array:
         """Place of the tip [m], shape (3,)."""
-        axis = rotations.rotate(self.system.accessors["q"](moment.y), (0.0, 0.0, HEIGHT))
+        axis = rotations.rotate(
+            self.system.accessors["q"](moment.y), (0.0, 0.0, self.size * HEIGHT)
+        )
         return np.asarray(self.pivot(moment) + axis)
 
     def poses(self, moment: Moment) -> dict[str, Pose]:
@@ -84,7 +93,7 @@ class HeavyTopView(SystemView):
         return {
             "top": Pose(pivot, q, self.scale()),
             "stand": Pose(pivot, scale=(1.0, 1.0, STAND)),
-            "dome": Pose(pivot, scale=(HEIGHT,) * 3),
+            "dome": Pose(pivot, scale=(self.size * HEIGHT,) * 3),
         }
 
     def torque(self, moment: Moment) -> Array:
@@ -117,19 +126,20 @@ class HeavyTopView(SystemView):
 class UprightTopView(HeavyTopView):
     """A top that is to stand upright: a green rod, and a ring in which the tip is to be."""
 
-    tolerance: str = "tolerance"
+    tolerance: ClassVar[str] = "tolerance"
 
     def parts(self) -> dict[str, Part]:
         """Also rod and ring."""
-        goals = {"goal": ghost(solids.rod(), 0.6), "goal_ring": ghost(solids.goal_ring(), 0.9)}
+        goals = {"goal": ghost(solids.rod(), 0.6), "goal_ring": ghost(solids.goal_hoop(), 0.9)}
         return super().parts() | goals
 
     def poses(self, moment: Moment) -> dict[str, Pose]:
         """The ring has the radius of the tolerance."""
         pivot, angle = self.pivot(moment), float(getattr(self.task, self.tolerance))
-        wide, high = HEIGHT * math.sin(angle), HEIGHT * math.cos(angle)
+        size = self.size * HEIGHT
+        wide, high = size * math.sin(angle), size * math.cos(angle)
         return super().poses(moment) | {
-            "goal": Pose(pivot, scale=(1.0, 1.0, HEIGHT + 0.5)),
+            "goal": Pose(pivot, scale=(self.size, self.size, size + 0.5)),
             "goal_ring": Pose(above(pivot, high), scale=(wide, wide, 1.0)),
         }
 
@@ -137,6 +147,7 @@ class UprightTopView(HeavyTopView):
 class PivotTopView(UprightTopView):
     """A top on a carriage in its arena, whose acceleration is the input."""
 
+    size = 1.6
     tolerance = "tilt_tolerance"
 
     @property
@@ -155,7 +166,7 @@ class PivotTopView(UprightTopView):
 
     def camera(self) -> Camera:
         """The whole arena."""
-        high = 0.5 * HEIGHT
+        high = 0.3 * self.size * HEIGHT
         return Camera((0.0, 0.0, high), 3.4 * self.task.arena, azimuth=-60.0, elevation=32.0)
 
     def vectors(self) -> dict[str, Arrow]:
@@ -202,14 +213,15 @@ class TopPrecessionView(HeavyTopView):
         """Also the cone and its rim."""
         goals = {
             "goal": ghost(solids.goal_cone(), 0.2),
-            "goal_ring": ghost(solids.goal_ring(), 0.9),
+            "goal_ring": ghost(solids.goal_hoop(), 0.9),
         }
         return super().parts() | goals
 
     def poses(self, moment: Moment) -> dict[str, Pose]:
         """The cone has the commanded tilt."""
         angle = moment.aux["goal_tilt"]
-        wide, high = HEIGHT * math.sin(angle), HEIGHT * math.cos(angle)
+        size = self.size * HEIGHT
+        wide, high = size * math.sin(angle), size * math.cos(angle)
         return super().poses(moment) | {
             "goal": Pose(scale=(wide, wide, high)),
             "goal_ring": Pose((0.0, 0.0, high), scale=(wide, wide, 1.0)),

@@ -1,5 +1,7 @@
 """Colours of the views: those of Okabe and Ito, which the colour-blind can tell apart, and greys.
 
+Yellow is a little darker than theirs: in full light no colour may be brighter than white.
+
 Source: Okabe & Ito 2008, "Color universal design", https://jfly.uni-koeln.de/color/.
 """
 
@@ -34,13 +36,13 @@ def _rgb(red: int, green: int, blue: int) -> Color:
 
 ORANGE, SKY, GREEN = _rgb(230, 159, 0), _rgb(86, 180, 233), _rgb(0, 158, 115)
 YELLOW, BLUE, RED, PURPLE = (
-    _rgb(240, 228, 66),
+    _rgb(224, 212, 60),
     _rgb(0, 114, 178),
     _rgb(213, 94, 0),
     _rgb(204, 121, 167),
 )
 DARK, STEEL, GREY = _rgb(45, 50, 60), _rgb(105, 115, 130), _rgb(160, 168, 180)
-LIGHT, CREAM = _rgb(225, 229, 235), _rgb(247, 244, 236)
+LIGHT, CREAM = _rgb(212, 217, 224), _rgb(226, 223, 215)
 
 OCTANTS = (YELLOW, ORANGE, SKY, CREAM, RED, BLUE, GREEN, PURPLE)
 """Octants of a ball at (x < 0) + 2 (y < 0) + 4 (z < 0): the upper half is light."""
@@ -48,7 +50,7 @@ OCTANTS = (YELLOW, ORANGE, SKY, CREAM, RED, BLUE, GREEN, PURPLE)
 OMEGA, MOMENTUM, INPUT, PATH = RED, BLUE, PURPLE, DARK
 """Angular velocity, angular momentum, what is controlled, path of a point."""
 
-GHOST = 0.3
+GHOST = 0.45
 """Opacity of a goal."""
 
 

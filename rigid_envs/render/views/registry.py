@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from typing import Any
 
@@ -61,11 +60,11 @@ def add_view(owner: type, view: type[View]) -> None:
         view: subclass of `View`. It replaces an earlier one.
 
     Raises:
-        TypeError: other classes.
+        TypeError: other classes, or none.
     """
-    if not (inspect.isclass(owner) and issubclass(owner, Task | systems.System)):
+    if not issubclass(owner, Task | systems.System):
         raise TypeError(f"owner = {owner!r}; expected a subclass of Task or of System")
-    if not (inspect.isclass(view) and issubclass(view, View)):
+    if not issubclass(view, View):
         raise TypeError(f"view = {view!r}; expected a subclass of rigid_envs.render.view.View")
     _VIEWS[owner] = view
 

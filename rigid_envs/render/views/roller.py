@@ -128,8 +128,8 @@ class RollPumpView(RollerView):
     def camera(self) -> Camera:
         """The whole valley from the side."""
         wide = 2.0 * (self.bend + self.system.radius)
-        high = 0.5 * self.bend * (1.0 - math.cos(self.task.rim))
-        return Camera((0.0, 0.0, high), 1.62 * wide, azimuth=-82.0, elevation=14.0)
+        high = 0.5 * self.bend * (1.25 - math.cos(self.task.rim))
+        return Camera((0.0, 0.0, high), 1.72 * wide, azimuth=-82.0, elevation=14.0)
 
     def floor(self) -> Floor | None:
         """Below the valley, which rests on it."""

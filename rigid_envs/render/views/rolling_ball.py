@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,7 @@ __all__ = [
     "RollingBallView",
 ]
 
+INSIDE = 0.98  # size of the ghost [radii]: the ball hides it where they coincide
 HOME, UPRIGHT = (0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
 
 
@@ -44,8 +46,8 @@ class BallParkView(RollingBallView):
 
     def camera(self) -> Camera:
         """The start square and room for manoeuvres."""
-        far = 9.5 + 2.6 * self.task.start_half_width
-        return Camera((0.0, 0.0, 0.4), far, azimuth=-65.0, elevation=38.0)
+        far = 8.0 + 2.4 * self.task.start_half_width
+        return Camera((0.0, 0.0, 0.7), far, azimuth=-65.0, elevation=38.0)
 
     def parts(self) -> dict[str, Part]:
         """Also the ghost."""
@@ -59,7 +61,7 @@ class BallParkView(RollingBallView):
         """Also the ghost."""
         position, q = self.goal(moment)
         centre = np.append(position, self.radius)
-        return super().poses(moment) | {"goal": Pose(centre, q, (self.radius,) * 3)}
+        return super().poses(moment) | {"goal": Pose(centre, q, (INSIDE * self.radius,) * 3)}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """How far the goal is."""
@@ -99,7 +101,9 @@ class BallSteerView(BallParkView):
 
     def traces(self) -> dict[str, Trace]:
         """Also the path of the reference."""
-        return super().traces() | {"reference": Trace(look.GREEN, 0.1 * self.radius)}
+        paths = super().traces()
+        paths["on_ball"] = replace(paths["on_ball"], length=60)
+        return paths | {"reference": Trace(look.GREEN, 0.05 * self.radius)}
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """Also the contact of the reference."""
@@ -125,12 +129,12 @@ class BallGridView(BallParkView):
 
     def camera(self) -> Camera:
         """The cells of the start, and one more."""
-        far = (6.0 + 3.4 * self.task.start_cells) * self.cell
+        far = (5.0 + 2.4 * self.task.start_cells) * self.cell
         return Camera((0.0, 0.0, 0.0), min(far, 24.0 * self.cell), azimuth=-65.0, elevation=48.0)
 
     def parts(self) -> dict[str, Part]:
         """Also the home cell."""
-        home = ghost(solids.slab(), 0.45)
+        home = ghost(solids.goal_cell(), 0.9)
         return super().parts() | {"home": home}
 
     def floor(self) -> Floor | None:

@@ -37,7 +37,7 @@ class RollingDiskView(SystemView):
 
     def camera(self) -> Camera:
         """With the disk."""
-        return Camera(distance=10.0 * self.radius, elevation=28.0, follow="disk")
+        return Camera(distance=10.0 * self.radius, elevation=34.0, follow="disk")
 
     def vectors(self) -> dict[str, Arrow]:
         """Angular velocity and torque."""
@@ -77,7 +77,7 @@ class RollingDiskView(SystemView):
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """The contact, a little above the floor."""
         foot = self.system.accessors["contact"](moment.y)
-        return {"path": np.append(foot, 0.004 * self.radius)}
+        return {"path": np.append(foot, 0.02 * self.radius)}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Lean."""
@@ -94,7 +94,7 @@ class DiskRollView(RollingDiskView):
 
     def poses(self, moment: Moment) -> dict[str, Pose]:
         """The circle of the commanded curvature that the direction of travel touches."""
-        foot = np.append(self.system.accessors["contact"](moment.y), 0.003 * self.radius)
+        foot = np.append(self.system.accessors["contact"](moment.y), 0.015 * self.radius)
         wide = self.radius / moment.aux["goal_curvature"]
         left = np.cross((0.0, 0.0, 1.0), self.along(moment))
         circle = Pose(foot + wide * left, scale=(abs(wide), abs(wide), 1.0))

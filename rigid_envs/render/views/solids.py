@@ -37,8 +37,10 @@ __all__ = [
     "dome",
     "edge_ring",
     "goal_ball",
+    "goal_cell",
     "goal_cone",
     "goal_disk",
+    "goal_hoop",
     "goal_ring",
     "goal_wheel",
     "mass",
@@ -94,8 +96,16 @@ def dome() -> Mesh:
     arc = np.stack([np.cos(angle), 0.0 * angle, np.sin(angle)], axis=-1)
     circle = np.stack([np.cos(2.0 * angle), np.sin(2.0 * angle), 0.0 * angle], axis=-1)[:-1]
     other = arc[:, [1, 0, 2]]
-    bars = [tube(half, 0.005, look.GREY, 3) for half in (arc, other)]
-    return join(loop(circle, 0.005, look.GREY, 3), *bars)
+    bars = [tube(half, 0.004, look.LIGHT, 3) for half in (arc, other)]
+    return join(loop(circle, 0.004, look.LIGHT, 3), *bars)
+
+
+@functools.cache
+def goal_hoop() -> Mesh:
+    """Thin hoop of radius 1 about z."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
+    circle = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
+    return loop(circle, 0.022, look.GREEN, 6)
 
 
 @functools.cache
@@ -119,7 +129,7 @@ def coin() -> Mesh:
     front = moved(box((0.7, 0.7, 0.02), [look.CREAM]), (0.0, 0.0, 0.07))
     bar = box((1.1, 0.22, 0.02), [look.CREAM])
     cross = join(bar, moved(bar, rotation=[[0, -1, 0], [1, 0, 0], [0, 0, 1]]))
-    back = [(0.0, -0.06), (0.9, -0.06), (0.9, -0.08), (1.0, -0.08), (1.0, 0.0), (0.0, 0.0)]
+    back = [(0.0, -0.06), (0.9, -0.06), (0.9, -0.08), (1.0, -0.08), (1.0, 0.0)]
     face = [(r, -z) for r, z in back[::-1]]
     halves = [lathe(back, look.BLUE, 64), lathe(face, look.ORANGE, 64)]
     return join(*halves, front, moved(cross, (0.0, 0.0, -0.07)), _mark(0.17))
@@ -128,8 +138,8 @@ def coin() -> Mesh:
 @functools.cache
 def disk() -> Mesh:
     """Disk of radius 1 about z with sectors, orange on +z, blue on -z, a red mark at +y."""
-    below = [(0.0, -0.05), (0.93, -0.05), (1.0, -0.02), (1.0, 0.0), (0.0, 0.0)]
-    above = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.02), (0.93, 0.05), (0.0, 0.05)]
+    below = [(0.0, -0.05), (0.93, -0.05), (1.0, -0.02), (1.0, 0.0)]
+    above = [(1.0, 0.0), (1.0, 0.02), (0.93, 0.05), (0.0, 0.05)]
     return join(
         sectors(below, [look.BLUE, look.CREAM] * 4, 64),
         sectors(above, [look.ORANGE, look.CREAM] * 4, 64),
@@ -165,12 +175,12 @@ def mass() -> Mesh:
 def top() -> Mesh:
     """Top of height 1.5 about z, its point at the origin; a rotor of radius 1 with sectors."""
     shaft = [(0.0, 0.0), (0.06, 0.16), (0.06, 1.4), (0.04, 1.46), (0.0, 1.5)]
-    below = [(0.06, 0.5), (0.95, 0.66), (1.0, 0.7), (1.0, 0.75), (0.06, 0.75)]
-    above = [(0.06, 0.75), (1.0, 0.75), (1.0, 0.8), (0.95, 0.84), (0.06, 0.95)]
+    below = [(0.0, 0.5), (0.95, 0.66), (1.0, 0.7), (1.0, 0.75)]
+    above = [(1.0, 0.75), (1.0, 0.8), (0.95, 0.84), (0.0, 0.95)]
     return join(
         lathe(shaft, look.DARK, 20),
-        sectors([*below, below[0]], [look.BLUE, look.SKY] * 3, 48),
-        sectors([*above, above[0]], [look.ORANGE, look.CREAM, *[look.BLUE, look.CREAM] * 2], 48),
+        sectors(below, [look.BLUE, look.SKY] * 3, 48),
+        sectors(above, [look.ORANGE, look.CREAM, *[look.BLUE, look.CREAM] * 2], 48),
     )
 
 
@@ -199,10 +209,18 @@ def table(radius: float = 1.0, thickness: float = 0.1) -> Mesh:
     rings = []
     for k in range(4):
         profile = [(0.25 * radius * (k + 1), 0.0), (0.25 * radius * k, 0.0)]
-        pair = [(0.80, 0.85, 0.90), look.LIGHT]
+        pair = [(0.68, 0.75, 0.83), (0.80, 0.84, 0.88)]
         rings.append(sectors(profile, (pair if k % 2 else pair[::-1]) * 6, 48))
     low = -thickness
     return join(*rings, lathe([(0.0, low), (radius, low), (radius, 0.0)], look.STEEL, 48))
+
+
+@functools.cache
+def goal_cell() -> Mesh:
+    """Square of side 1 across z, with a border."""
+    border = moved(box((1.0, 1.0, 1.0), [look.GREEN]), (0.0, 0.0, -0.5))
+    inner = moved(box((0.8, 0.8, 1.0), [look.CREAM]), (0.0, 0.0, -0.4))
+    return join(border, inner)
 
 
 @functools.cache
@@ -220,7 +238,7 @@ def valley(rim: float = 1.2) -> Mesh:
     """
     n = 2 * max(2, round(6.0 * rim))
     ends = np.linspace(-rim, rim, n + 1)
-    tones = [(0.80, 0.84, 0.89), look.LIGHT]
+    tones = [(0.66, 0.73, 0.81), (0.80, 0.84, 0.88)]
     bands = [_arc(a, b, tones[k % 2]) for k, (a, b) in enumerate(pairwise(ends))]
     edges = [_arc(-rim - 0.08, -rim, look.GREEN), _arc(rim, rim + 0.08, look.GREEN)]
     return join(*bands, *edges)
