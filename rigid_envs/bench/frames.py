@@ -1,0 +1,114 @@
+"""Time of a picture: with and without shadows, and of the first one in a new process."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+
+import rigid_envs
+from rigid_envs.core import Core
+from rigid_envs.render.viewer import Look, Viewer
+
+__all__ = ["PACKAGES", "FrameTimes", "frame_times", "installed_size"]
+
+PACKAGES = ("panda3d", "pygame-ce", "pillow", "moviepy", "imageio-ffmpeg", "matplotlib")
+"""What the extra "render" brings, without what these need."""
+
+_PROGRAM = """
+import time
+import gymnasium
+import rigid_envs
+env = gymnasium.make({env_id!r}, render_mode="rgb_array")
+env.reset(seed=0)
+start = time.perf_counter()
+env.render()
+print(time.perf_counter() - start)
+"""
+
+
+@dataclass(frozen=True)
+class FrameTimes:
+    """Times of anti-aliased pictures of 480 x 480 pixels, on one thread.
+
+    Attributes:
+        env_id: the environment.
+        frame: median of the pictures of episodes under random actions [s].
+        without_shadows: the same without shadows [s].
+        first: from the call of `render` to the first picture of a new process [s].
+    """
+
+    env_id: str
+    frame: float
+    without_shadows: float
+    first: float
+
+
+def frame_times(
+    ids: Iterable[str], n_frames: int = 60, report: Callable[[str], Any] = lambda _: None
+) -> list[FrameTimes]:
+    """Measure environments one by one.
+
+    Args:
+        ids: of the environments.
+        n_frames: pictures of each, with shadows and without by turns.
+        report: called with each id before it is measured.
+    """
+    found = []
+    for env_id in ids:
+        report(env_id)
+        shaded, plain = _medians(env_id, n_frames)
+        found.append(FrameTimes(env_id, shaded, plain, _first(env_id)))
+    return found
+
+
+def installed_size(packages: Iterable[str] = PACKAGES) -> dict[str, int]:
+    """Bytes that installed packages take."""
+    sizes = {}
+    for name in packages:
+        files = metadata.files(name) or []
+        places = (Path(str(file.locate())) for file in files)
+        sizes[name] = sum(place.stat().st_size for place in places if place.is_file())
+    return sizes
+
+
+def _medians(env_id: str, n_frames: int) -> tuple[float, float]:
+    env: Any = gym.make(env_id)
+    core: Core = env.unwrapped._core
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    viewers = [Viewer(core, 0, Look(shadows=shadows)) for shadows in (True, False)]
+    times: list[list[float]] = [[], []]
+    for _ in range(n_frames):
+        for viewer, spent in zip(viewers, times, strict=True):
+            start = time.perf_counter()
+            viewer.picture()
+            spent.append(time.perf_counter() - start)
+        _, _, terminated, truncated, _ = env.step(env.action_space.sample())
+        if terminated or truncated:
+            env.reset()
+    for viewer in viewers:
+        viewer.close()
+    return statistics.median(times[0]), statistics.median(times[1])
+
+
+def _first(env_id: str) -> float:
+    root = str(Path(rigid_envs.__file__).resolve().parents[1])
+    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", _PROGRAM.format(env_id=env_id)],
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return float(done.stdout)

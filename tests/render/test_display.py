@@ -1,0 +1,230 @@
+"""`render` of environments: what it gives, what it costs, what it leaves alone."""
+
+import multiprocessing
+import os
+import pickle
+import subprocess
+import sys
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+
+from rigid_envs import ENVIRONMENTS
+
+IDS = tuple(ENVIRONMENTS)
+PARK = "RigidEnvs/BallPark-v0"
+
+
+def played(env_id, n=3, **kwargs):
+    env = gym.make(env_id, render_mode="rgb_array", **kwargs)
+    env.reset(seed=1)
+    env.action_space.seed(2)
+    for _ in range(n):
+        env.step(env.action_space.sample())
+    return env
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_every_id_gives_a_picture_of_something(env_id):
+    picture = played(env_id).render()
+    assert picture.shape == (480, 480, 3)
+    assert picture.dtype == np.uint8
+    assert picture.std(axis=(0, 1)).max() > 10.0
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_pictures_are_made_in_real_time(env_id):
+    env = gym.make(env_id, render_mode="rgb_array")
+    dt = env.unwrapped.task.dt
+    assert env.metadata["render_fps"] == max(1, round(1.0 / dt))
+    assert set(env.metadata["render_modes"]) == {"human", "rgb_array"}
+    envs = gym.make_vec(env_id, num_envs=2, render_mode="rgb_array")
+    assert envs.metadata["render_fps"] == env.metadata["render_fps"]
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_rendering_changes_no_bit_of_the_motion(env_id):
+    watched = gym.make(env_id, render_mode="rgb_array")
+    alone = gym.make(env_id)
+    for env in (watched, alone):
+        env.reset(seed=3)
+        env.action_space.seed(4)
+    for _ in range(5):
+        watched.render()
+        first, second = (env.step(env.action_space.sample()) for env in (watched, alone))
+        assert first[1:4] == second[1:4]
+    for name, part in watched.unwrapped.get_state().items():
+        assert part.tobytes() == alone.unwrapped.get_state()[name].tobytes()
+
+
+def test_a_vector_environment_gives_a_picture_for_each_row():
+    envs = gym.make_vec(PARK, num_envs=3, render_mode="rgb_array", width=96, height=64)
+    envs.reset(seed=1)
+    pictures = envs.render()
+    assert isinstance(pictures, tuple)
+    assert [picture.shape for picture in pictures] == [(64, 96, 3)] * 3
+    single = gym.make(PARK, render_mode="rgb_array", width=96, height=64)
+    single.reset(seed=2)
+    assert single.render().tobytes() == pictures[1].tobytes()
+
+
+def test_render_rows_limits_the_pictures():
+    envs = gym.make_vec(PARK, num_envs=4096, render_mode="rgb_array", render_rows=[7, 4000])
+    envs.reset(seed=0)
+    assert len(envs.render()) == 2
+
+
+@pytest.mark.parametrize("rows", [[4], [-1], [], "01", [0.5], [[0]]])
+def test_wrong_render_rows_are_refused(rows):
+    with pytest.raises(ValueError, match=r"^config\.render_rows: render_rows = .*; expected"):
+        gym.make_vec(PARK, num_envs=4, render_rows=rows)
+
+
+def test_camera_is_an_argument():
+    left, right = (
+        played(PARK, camera={"azimuth": azimuth}).render().astype(int) for azimuth in (0.0, 90.0)
+    )
+    assert np.abs(left - right).mean() > 1.0
+
+
+def test_render_needs_an_episode_and_an_open_environment():
+    for env in (
+        gym.make(PARK, render_mode="rgb_array").unwrapped,
+        gym.make_vec(PARK, num_envs=2, render_mode="rgb_array").unwrapped,
+    ):
+        with pytest.raises(ResetNeeded, match="call reset first"):
+            env.render()
+        env.reset(seed=0)
+        env.close()
+        with pytest.raises(ClosedEnvironmentError):
+            env.render()
+
+
+def test_a_path_begins_anew_with_the_episode():
+    env = gym.make(PARK, render_mode="rgb_array").unwrapped
+    env.reset(seed=5)
+    fresh = env.render()
+    for _ in range(5):
+        env.step(np.ones(2, dtype=np.float32))
+        env.render()
+    env.reset(seed=5)
+    assert env.render().tobytes() == fresh.tobytes()
+
+
+def test_rendering_twice_gives_the_same_picture():
+    env = played(PARK)
+    assert env.render().tobytes() == env.render().tobytes()
+
+
+def test_a_copy_of_a_rendered_environment_renders_by_itself():
+    env = played(PARK)
+    env.render()
+    copy = pickle.loads(pickle.dumps(env))
+    copy.reset(seed=9)
+    env.reset(seed=9)
+    assert copy.render().tobytes() == env.render().tobytes()
+
+
+def _picture(queue):
+    env = played(PARK)
+    queue.put(env.render())
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_other_processes_render_the_same_picture(method):
+    expected = played(PARK).render()  # before the fork: the child has a renderer already
+    context = multiprocessing.get_context(method)
+    queue = context.Queue()
+    child = context.Process(target=_picture, args=(queue,))
+    child.start()
+    assert queue.get(timeout=120).tobytes() == expected.tobytes()
+    child.join(timeout=60)
+
+
+def _resident() -> float:
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="needs Linux's /proc")
+def test_two_hundred_environments_rendered_and_closed_leave_nothing():
+    def one(seed):
+        env = gym.make(PARK, render_mode="rgb_array", width=96, height=96)
+        env.reset(seed=seed)
+        env.render()
+        env.close()
+
+    for seed in range(50):
+        one(seed)
+    before = _resident()
+    for seed in range(200):
+        one(seed)
+    # a scene graph takes 0.1 MiB or more, a picture 0.03
+    assert _resident() - before < 2.0
+
+
+def in_a_new_process(code):
+    environment = {**os.environ, "SDL_VIDEODRIVER": "dummy"}
+    environment.pop("DISPLAY", None)
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, timeout=120
+    )
+
+
+RENDERERS = ("panda3d", "pygame", "PIL", "moviepy", "matplotlib")
+
+
+def test_no_renderer_is_imported_before_the_first_picture():
+    code = f"""
+import sys, gymnasium as gym, rigid_envs
+env = gym.make({PARK!r}, render_mode="rgb_array")
+env.reset(seed=0)
+found = [name for name in {RENDERERS} if name in sys.modules]
+assert not found, found
+env.render()
+assert "panda3d" in sys.modules and "pygame" not in sys.modules
+"""
+    done = in_a_new_process(code)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("name", ["panda3d", "PIL"])
+def test_a_missing_package_is_named_with_the_command_that_installs_it(name):
+    code = f"""
+import sys; sys.modules[{name!r}] = None
+import gymnasium as gym, rigid_envs
+from gymnasium.error import DependencyNotInstalled
+env = gym.make({PARK!r}, render_mode="rgb_array")
+env.reset(seed=0)
+try:
+    env.render()
+except DependencyNotInstalled as error:
+    assert 'pip install "rigid-envs[render]"' in str(error), error
+else:
+    raise SystemExit("no error")
+"""
+    done = in_a_new_process(code)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("call", ["gym.make(ID, **MODE)", "gym.make_vec(ID, num_envs=3, **MODE)"])
+def test_human_mode_shows_every_step_in_a_window(call):
+    code = f"""
+import gymnasium as gym, pygame, rigid_envs
+ID, MODE = {PARK!r}, dict(render_mode="human", width=64, height=64)
+env = {call}
+env.reset(seed=0)
+assert pygame.display.get_surface() is not None
+before = pygame.surfarray.array3d(pygame.display.get_surface())
+for _ in range(2):
+    env.step(env.action_space.sample())
+after = pygame.surfarray.array3d(pygame.display.get_surface())
+assert (before != after).any()
+assert env.render() is None
+env.close()
+assert not pygame.display.get_init()
+"""
+    done = in_a_new_process(code)
+    assert done.returncode == 0, done.stderr
