@@ -1,0 +1,105 @@
+"""Look of all figures: fonts, colours, grid, sizes. Readable where the page is 700 pixels wide."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from gymnasium.error import DependencyNotInstalled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "BLACK",
+    "BLUE",
+    "DPI",
+    "GREEN",
+    "GRID",
+    "INK",
+    "MUTED",
+    "ORANGE",
+    "PURPLE",
+    "RED",
+    "SKY",
+    "STYLE",
+    "SURFACE",
+    "new_figure",
+    "require_matplotlib",
+]
+
+# Okabe & Ito's colours, which people with colour-blindness tell apart.
+BLUE, RED, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+SKY, ORANGE, BLACK = "#56B4E9", "#E69F00", "#000000"
+INK, MUTED, GRID, SURFACE = "#22272e", "#5b6470", "#e3e7ec", "#f1f4f8"
+
+DPI = 125
+"""Pixels per inch of the pictures: a figure 7.2 inches wide has 900."""
+
+STYLE: dict[str, Any] = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same letters everywhere
+    "font.size": 9.5,
+    "mathtext.fontset": "dejavusans",
+    "axes.titlesize": 10.0,
+    "axes.titleweight": "normal",
+    "axes.titlelocation": "left",
+    "axes.titlecolor": INK,
+    "axes.titlepad": 7.0,
+    "axes.labelsize": 9.5,
+    "axes.labelcolor": MUTED,
+    "axes.edgecolor": "#b4bcc6",
+    "axes.linewidth": 0.8,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-4, 5),
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "xtick.major.size": 0.0,
+    "ytick.major.size": 0.0,
+    "lines.linewidth": 1.8,
+    "lines.solid_capstyle": "round",
+    "legend.frameon": False,
+    "legend.fontsize": 9.0,
+    "legend.labelcolor": INK,
+    "legend.handlelength": 1.5,
+    "legend.borderaxespad": 0.3,
+    "figure.facecolor": "white",
+    "figure.dpi": DPI,
+    "savefig.dpi": DPI,
+    "svg.hashsalt": "rigid-envs",  # the same names of clip paths in every run
+    "path.simplify": True,
+}
+
+
+def require_matplotlib() -> None:
+    """Import matplotlib.
+
+    Raises:
+        DependencyNotInstalled: it is missing; names the command that installs it.
+    """
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise DependencyNotInstalled(
+            'matplotlib is not installed; run `pip install "rigid-envs[render]"`'
+        ) from error
+
+
+def new_figure(size: tuple[float, float]) -> Figure:
+    """An empty figure, white, that keeps labels inside.
+
+    Args:
+        size: width and height [inch].
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.07, h_pad=0.07, wspace=0.05, hspace=0.05)  # type: ignore[union-attr]
+    return figure
