@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rigid_envs import ENVIRONMENTS, __version__, catalogue
+from rigid_envs.cli.gallery import add_gallery
 from rigid_envs.cli.progress import tell
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.describe import describe
@@ -27,7 +28,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: arguments; None takes those of the process.
 
     Returns:
-        Exit status: 0, 1 if a law or an anchor does not hold, or 2 for wrong arguments.
+        Exit status: 0, 1 if a law, an anchor or a figure's number does not hold, or 2 for wrong
+        arguments.
     """
     options, rest = _parser().parse_known_args(argv)
     status = 0
@@ -57,6 +59,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_bench(verbs)
     _add_verify(verbs)
     _add_anchors(verbs)
+    add_gallery(verbs)
     return parser
 
 

@@ -55,12 +55,12 @@ class Number:
         """JSON values."""
         return {
             "what": self.what,
-            "value": self.value,
-            "expected": self.expected,
-            "error": self.error,
+            "value": float(self.value),
+            "expected": float(self.expected),
+            "error": float(self.error),
             "bound": self.bound,
             "unit": self.unit,
-            "holds": self.holds,
+            "holds": bool(self.holds),
         }
 
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import io
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from rigid_envs.gallery.entry import Entry, Number
-from rigid_envs.gallery.style import MUTED, STYLE, new_figure, require_matplotlib
+from rigid_envs.gallery.style import MUTED, STYLE, lay_out, new_figure, require_matplotlib
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Made", "make"]
+__all__ = ["Made", "compose", "make"]
 
 _PNG: dict[str, Any] = {"Software": None}  # neither version nor date: equal pictures, equal bytes
 _SVG: dict[str, Any] = {"Date": None, "Creator": None}
@@ -49,12 +49,22 @@ def make(entry: Entry, *, svg: bool = True) -> Made:
     require_matplotlib()
     from matplotlib import rc_context
 
-    with rc_context(STYLE):
-        figure = new_figure(entry.size)
-        numbers = entry.draw(figure)
-        _title_and_numbers(figure, entry, numbers)
+    with rc_context(cast(Any, STYLE)):
+        figure, numbers = compose(entry)
         vector = _save(figure, "svg", _SVG) if svg else b""
         return Made(entry, _save(figure, "png", _PNG), vector, numbers)
+
+
+def compose(entry: Entry) -> tuple[Figure, tuple[Number, ...]]:
+    """A figure with all that belongs to it, not yet a picture, and its numbers.
+
+    Args:
+        entry: of the registry.
+    """
+    figure = new_figure(entry.size)
+    numbers = entry.draw(figure)
+    _title_and_numbers(figure, entry, numbers)
+    return figure, numbers
 
 
 def _title_and_numbers(figure: Figure, entry: Entry, numbers: tuple[Number, ...]) -> None:
@@ -74,8 +84,7 @@ def _title_and_numbers(figure: Figure, entry: Entry, numbers: tuple[Number, ...]
         legend.set_loc("lower center")
         legend.set_bbox_to_anchor((0.5, below / height))
         below += 0.07 + 0.2 * math.ceil(len(legend.get_texts()) / legend._ncols)  # type: ignore[attr-defined]
-    rect = (0.0, below / height, 1.0, 1.0 - (below + 0.38) / height)
-    figure.get_layout_engine().set(rect=rect)  # type: ignore[union-attr]
+    lay_out(figure, below, 0.38)
 
 
 def _save(figure: Figure, kind: str, metadata: dict[str, Any]) -> bytes:

@@ -17,7 +17,7 @@ from rigid_envs.gallery.style import INK, MUTED, SURFACE
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Camera", "arrow", "bare", "circle", "curve", "solid", "surface_grid"]
+__all__ = ["Camera", "arrow", "bare", "circle", "curve", "page_arrow", "solid", "surface_grid"]
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -109,15 +109,27 @@ def arrow(
 ) -> None:
     """Draw an arrow with a text beyond its head."""
     tail, head = camera.project(start), camera.project(end)
-    look = {"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0.0, "shrinkB": 0.0, **style}
-    axes.annotate("", head, tail, arrowprops=look, zorder=4.0)
+    page_arrow(axes, tail, head, color, **style)
     axes.plot(*np.stack([tail, head]).T, alpha=0.0)  # arrows alone do not count for the limits
     if text:
-        way = (head - tail) / max(float(np.hypot(*(head - tail))), 1e-12)
+        way = 9.0 * (head - tail) / max(float(np.hypot(*(head - tail))), 1e-12)
         axes.annotate(
-            text, head, 9.0 * way, textcoords="offset points", color=color,
+            text, _pair(head), _pair(way), textcoords="offset points", color=color,
             ha="center", va="center", zorder=5.0, annotation_clip=False,
         )  # fmt: skip
+
+
+def page_arrow(
+    axes: Axes, start: npt.ArrayLike, end: npt.ArrayLike, color: str, **style: Any
+) -> None:
+    """Draw an arrow between two points of the page, shape (2,)."""
+    look = {"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0.0, "shrinkB": 0.0, **style}
+    axes.annotate("", _pair(end), _pair(start), arrowprops=look, zorder=4.0)
+
+
+def _pair(point: npt.ArrayLike) -> tuple[float, float]:
+    x, y = np.asarray(point, dtype=np.float64).tolist()
+    return x, y
 
 
 def circle(normal: npt.ArrayLike, radius: float, centre: npt.ArrayLike, n: int = 181) -> Array:

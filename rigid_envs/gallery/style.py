@@ -23,6 +23,7 @@ __all__ = [
     "SKY",
     "STYLE",
     "SURFACE",
+    "lay_out",
     "new_figure",
     "require_matplotlib",
 ]
@@ -93,13 +94,27 @@ def require_matplotlib() -> None:
 
 
 def new_figure(size: tuple[float, float]) -> Figure:
-    """An empty figure, white, that keeps labels inside.
+    """An empty figure, white, to draw into.
 
     Args:
         size: width and height [inch].
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=size, layout="constrained")
-    figure.get_layout_engine().set(w_pad=0.07, h_pad=0.07, wspace=0.05, hspace=0.05)  # type: ignore[union-attr]
-    return figure
+    return Figure(figsize=size, layout=None)
+
+
+def lay_out(figure: Figure, below: float, above: float) -> None:
+    """Let the panels fill what is left between the lower and the upper edge, labels included.
+
+    Args:
+        figure: with its panels.
+        below: height of what is at the bottom [inch].
+        above: height of what is on top [inch].
+    """
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    height = figure.get_figheight()
+    rect = (0.0, below / height, 1.0, 1.0 - (below + above) / height)
+    engine = ConstrainedLayoutEngine(rect=rect, w_pad=0.07, h_pad=0.07, wspace=0.05, hspace=0.05)
+    figure.set_layout_engine(engine)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +11,8 @@ from rigid_envs import rotations
 from rigid_envs.analytic import brackets as theory
 from rigid_envs.control import TwoRolls
 from rigid_envs.gallery.entry import Entry, Number
-from rigid_envs.gallery.style import BLACK, BLUE, GREEN, MUTED, RED
+from rigid_envs.gallery.space import page_arrow
+from rigid_envs.gallery.style import BLACK, BLUE, GREEN, RED
 from rigid_envs.systems import RollingBall, UprightCoin
 
 if TYPE_CHECKING:
@@ -73,29 +73,36 @@ def _coin_loop(size: float) -> float:
 
 def _park(axes: Axes) -> float:
     """Follow a plan of two straight rolls with the simulated coin; how far it ends from home."""
-    y = _COIN.state(q=_COIN.attitude(0.3, 2.0), contact=[0.4, 1.5])
+    y = _COIN.state(q=_COIN.attitude(0.0, 0.0), contact=[0.0, 1.5])
     plan = TwoRolls(_COIN, 0.3, 0.5)(y)
-    path, headings = [_COIN.contact(y)], [_COIN.heading(y)]
+    places, headings = [_COIN.contact(y)], [float(_COIN.heading(y))]
     for k, leg in enumerate(plan.legs):
         y[_COIN.components["steer_rate"]] = leg if k % 2 == 0 else 0.0
         y[_COIN.components["roll_rate"]] = leg if k % 2 == 1 else 0.0
-        motion = _COIN.simulate(y, np.linspace(0.0, 1.0, 13))
+        motion = _COIN.simulate(y, np.linspace(0.0, 1.0, 9))
         y = motion.y[-1]
-        path += list(motion["contact"][1:])
-        headings += list(motion["heading"][1:])
-    places, heading = np.array(path), np.array(headings)
+        if k % 2 == 1:
+            places += list(motion["contact"][1:])
+            headings += motion["heading"][1:].tolist()
+    home = _COIN.attitude(0.0, 0.0)
+    headings[-1] = float(_COIN.heading(y))  # after the last turn
+    _draw_parking(axes, np.array(places), np.array(headings))
+    axes.set_title(
+        f"a coin is parked sideways: turn, roll,\nturn, roll back, turn: {plan.length:.2f} r"
+    )
+    return max(float(np.max(np.abs(places[-1]))), float(rotations.distance(y[:4], home)))
+
+
+def _draw_parking(axes: Axes, places: Array, heading: Array) -> None:
     axes.plot(*places.T, color=GREEN)
-    along = 0.3 * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-    for k in range(len(places)):
-        axes.plot(*np.stack([places[k] - along[k], places[k] + along[k]]).T, color=MUTED, lw=1.0)
+    for k in (4, 12):  # in the middle of either roll
+        page_arrow(axes, places[k], places[k + 1], GREEN)
+    along = 0.2 * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
     for k, text in ((0, "start"), (-1, "goal")):
         ends = np.stack([places[k] - along[k], places[k] + along[k]])
         axes.plot(*ends.T, color=BLACK, lw=3.2, zorder=4)
         axes.annotate(text, places[k], (10, 8), textcoords="offset points")
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_title(f"a coin is parked: turn, roll, turn, roll, turn;\npath {float(plan.length):.2f} r [r]")
-    home = _COIN.attitude(0.0, 0.0)
-    return max(float(np.max(np.abs(places[-1]))), float(rotations.distance(y[:4], home)))
 
 
 BRACKETS = Entry(
@@ -103,8 +110,8 @@ BRACKETS = Entry(
     title="Parking by brackets",
     caption="Two controls f and g, one after the other and then both back, leave a motion along "
     "their bracket [f, g]: a ball turns about the vertical, a coin moves sideways, by e^2 for "
-    "loops of the size e. Right: rolls and turns (strokes: the coin from above) that park a coin "
-    "in place, heading and phase.",
+    "loops of the size e. Right: two straight rolls, and turns before, between and after, "
+    "park a coin in place, heading and phase (strokes: the coin from above).",
     law="-g . -f . g . f = e^2 [f, g] + O(e^3);  growth vectors (2, 3, 5) and (2, 3, 4)",
     source="Murray, Li & Sastry, chapter 7; Hammersley 1983",
     draw=draw,

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from rigid_envs.analytic import upright_coin as theory
 from rigid_envs.gallery.entry import Entry, Number
+from rigid_envs.gallery.space import page_arrow
 from rigid_envs.gallery.style import BLACK, BLUE, GREEN, MUTED, RED
 from rigid_envs.systems import UprightCoin
 
@@ -30,7 +31,7 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     left = grid["circles"]
     errors = [_circles(left), _spiral(grid["spiral"]), _slope(grid["slope"])]
     left.plot([], [], "o", ms=3.5, color=BLACK, label="closed form")
-    left.plot([], [], color=MUTED, lw=2.6, label="coin, seen from above")
+    left.plot([], [], color=MUTED, lw=3.4, label="coin, seen from above")
     figure.legend(ncols=2)
     return (Number("largest error of the paths", max(errors), 0.0, 1e-9, "m"),)
 
@@ -38,11 +39,12 @@ def draw(figure: Figure) -> tuple[Number, ...]:
 def _plot(axes: Axes, path: Array, exact: Array, heading: Array, color: str) -> float:
     """Path, closed form, and the coin as a stroke along its heading."""
     axes.plot(*path.T, color=color, lw=1.5)
-    step = (len(path) - 1) // 24
+    step, size = (len(path) - 1) // 24, 0.04 * float(np.max(np.ptp(path, axis=0)))
     axes.plot(*exact[::step].T, "o", ms=2.8, color=BLACK, zorder=4)
-    along = 0.16 * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-    for k in range(0, len(path), 3 * step):
-        axes.plot(*np.stack([path[k] - along[k], path[k] + along[k]]).T, color=MUTED, lw=2.6)
+    along = size * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+    for k in range(step // 2, len(path), 2 * step):
+        ends = np.stack([path[k] - along[k], path[k] + along[k]])
+        axes.plot(*ends.T, color=MUTED, lw=3.4, zorder=3, solid_capstyle="butt")
     axes.set_aspect("equal")
     axes.set_anchor("N")
     return float(np.max(np.abs(path - exact)))
@@ -85,12 +87,11 @@ def _slope(axes: Axes) -> float:
         t, slope=slope, beta=0.5, g=9.81, steering_rate=rate, speed=speed
     )
     across, down = motion["contact"][:, 1], -motion["contact"][:, 0]
-    heading = 0.5 * math.pi - exact.heading
+    heading = exact.heading - 0.5 * math.pi  # downhill is down
     closed = np.stack([exact.place[:, 1], -exact.place[:, 0]], axis=-1)
-    error = _plot(axes, np.stack([across, down], axis=-1), closed, heading + math.pi, BLUE)
+    error = _plot(axes, np.stack([across, down], axis=-1), closed, heading, BLUE)
     drift = theory.drift_across_slope(slope=slope, beta=0.5, g=9.81, steering_rate=rate)
-    arrow = {"arrowstyle": "-|>", "color": MUTED}
-    axes.annotate("", (drift * t[-1], 1.0), (0.0, 1.0), arrowprops=arrow)
+    page_arrow(axes, [0.0, 1.0], [drift * t[-1], 1.0], MUTED)
     axes.text(0.5 * drift * t[-1], 1.08, "mean drift, closed form", ha="center", color=MUTED)
     axes.set_ylim(None, 1.35)
     return error
@@ -100,8 +101,8 @@ COIN = Entry(
     name="coin",
     title="The path of an upright coin",
     caption="A coin that is held upright goes where it points. At constant rates it runs round "
-    "a circle; steered by a constant torque it draws a clothoid (spiral of Cornu); let go on a slope "
-    "while it turns steadily it never runs away downhill but drifts across.",
+    "a circle; steered by a constant torque it draws a clothoid (spiral of Cornu); let go on a "
+    "slope while it turns steadily it never runs away downhill but drifts across.",
     law="X' = -r psi' cos(phi),  Y' = -r psi' sin(phi);  drift = g sin(slope) / (2 w (1 + beta))",
     source="Bloch, Nonholonomic Mechanics and Control, sections 1.4 and 1.6",
     draw=draw,

@@ -59,7 +59,7 @@ def _trace(axes: Axes, precession: float, color: str) -> float:
         ring = circle([0.0, 0.0, 1.0], math.sin(angle), [0.0, 0.0, math.cos(angle)])
         seen = _EYE.faces(ring, ball)
         curve(axes, _EYE, ring, seen, color=MUTED, lw=1.0, ls=":", zorder=2.5)
-    arrow(axes, _EYE, [0.0, 0.0, 1.0], [0.0, 0.0, 1.24], "z", MUTED, lw=1.2)
+    arrow(axes, _EYE, [0.0, 0.0, 1.0], [0.0, 0.0, 1.24], "", MUTED, lw=1.2)
     axes.set_xlim(-1.02, 1.02), axes.set_ylim(-1.02, 1.12)
     return float(np.max(np.abs(axis - exact)))
 

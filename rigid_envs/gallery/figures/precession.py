@@ -10,7 +10,7 @@ import numpy as np
 from rigid_envs.analytic import heavy_top as theory
 from rigid_envs.gallery.entry import Entry, Number
 from rigid_envs.gallery.figures.tops import PARAMETERS, TOP, axis_of, start
-from rigid_envs.gallery.space import bare
+from rigid_envs.gallery.space import bare, page_arrow
 from rigid_envs.gallery.style import BLACK, BLUE, MUTED, RED
 
 if TYPE_CHECKING:
@@ -73,8 +73,7 @@ def _axes_seen_from_above(axes: Axes) -> float:
         axis = size * axis_of(motion["q"])[:201]  # one inside the other, to be told apart
         axes.plot(*axis[:, :2].T, color=color)
         axes.plot(*axis[::20, :2].T, "o", color=color, ms=4)
-        arrow = {"arrowstyle": "-|>", "color": color}
-        axes.annotate("", axis[200, :2], axis[197, :2], arrowprops=arrow)
+        page_arrow(axes, axis[197, :2], axis[200, :2], color)
         change = max(change, float(np.ptp(motion["tilt"])))
     axes.set_xlim(-0.85, 0.85), axes.set_ylim(-0.85, 0.85)
     axes.plot(0, 0, "+", color=MUTED)

@@ -53,7 +53,7 @@ def draw(figure: Figure) -> tuple[Number, ...]:
 def _run() -> tuple[Array, Array, Array, list[float]]:
     """Times, places, additions to the ratio; heights of the turning points, one beyond the rim."""
     y, change = np.array([_START, 0.0]), 0.0
-    places, changes, heights = [y[0]], [change], [float(_PUMP.height(y, 0.0))]
+    places, changes, heights = [float(y[0])], [change], [float(_PUMP.height(y, 0.0))]
     while abs(_VALLEY.curvature * y[0]) < _RIM and len(places) < 20000:
         new = 0.3 * (1.0 + float(_PUMP(y, change)[0]))
         v = y[1] * (1.4 + change) / (1.4 + new)  # a sudden change keeps the momentum
@@ -63,7 +63,8 @@ def _run() -> tuple[Array, Array, Array, list[float]]:
         places.append(float(y[0]))
         changes.append(change)
     heights.append(float(_PUMP.height(y, change)))  # to which it would rise beyond the rim
-    return _DT * np.arange(len(places)), np.array(places), np.array(changes), heights
+    t = np.linspace(0.0, _DT * (len(places) - 1), len(places))
+    return t, np.array(places), np.array(changes), heights
 
 
 def _passes(s: Array) -> int:

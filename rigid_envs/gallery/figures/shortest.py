@@ -11,6 +11,7 @@ import numpy.typing as npt
 from rigid_envs import rotations
 from rigid_envs.control import ShortestPath, shortest_path, three_rolls
 from rigid_envs.gallery.entry import Entry, Number
+from rigid_envs.gallery.space import page_arrow
 from rigid_envs.gallery.style import BLACK, BLUE, GREEN, MUTED, ORANGE, PURPLE, RED
 from rigid_envs.systems import RollingBall
 
@@ -48,7 +49,7 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     for axes in (left, right):
         axes.set_aspect("equal", adjustable="datalim")
     left.plot(0.0, 0.0, "o", color=BLACK, ms=5, zorder=5, label="start, goal")
-    figure.legend(ncols=5, columnspacing=1.0)
+    figure.legend(ncols=3, columnspacing=1.2)
     return (
         Number("largest error of the simulated end, distance and angle", max(missed), 0.0, 1e-9),
         Number("departure from the maximum principle along the path", max(steering), 0.0, 1e-8),
@@ -65,8 +66,7 @@ def _roll(axes: Axes, path: ShortestPath, color: str, name: str) -> float:
     places = path.states(240)[:, 4:6]
     label = f"{name}: {path.length:.2f} r" if name else None
     axes.plot(*places.T, color=color, label=label)
-    arrow = {"arrowstyle": "-|>", "color": color}
-    axes.annotate("", places[126], places[118], arrowprops=arrow)
+    page_arrow(axes, places[118], places[126], color)
     rolls = path.rolls(60)
     inputs = np.concatenate([rolls, np.zeros((60, 1))], axis=-1)
     end = _BALL.simulate(path.start, np.arange(61.0), inputs).y[-1]

@@ -37,9 +37,7 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     errors = [0.0]
     for part in np.arange(0.1, 1.51, 0.1):
         y = start(_PUSH, 0.0, float(part) * threshold)
-        nod = theory.nutation(
-            y[TOP.components["omega_body"]], y[TOP.components["q"]], **PARAMETERS
-        )
+        nod = theory.nutation(y[TOP.components["omega_body"]], y[TOP.components["q"]], **PARAMETERS)
         times = np.linspace(0.0, nod.period, 201)  # the largest tilt is in the middle
         found = float(np.max(TOP.simulate(y, times)["tilt"]))
         errors.append(abs(found - nod.theta_max))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
@@ -41,5 +40,5 @@ def axis_of(q: Array) -> Array:
 
 def closed_attitude(t: Array, y: Array) -> Array:
     """Attitude of the top in closed form, shape (n, 4), from the state y at t = 0."""
-    exact = functools.partial(theory.attitude, **PARAMETERS)
-    return exact(t, y[TOP.components["omega_body"]], y[TOP.components["q"]])
+    omega, q = y[TOP.components["omega_body"]], y[TOP.components["q"]]
+    return theory.attitude(t, omega, q, **PARAMETERS)
