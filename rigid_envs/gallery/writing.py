@@ -36,14 +36,14 @@ def write_figures(
     Raises:
         DependencyNotInstalled: matplotlib is missing.
     """
-    drawn = []
+    where, drawn = _provenance(), []
     for entry in entries:
         progress(entry.name)
         made = make(entry)
         write_atomic(folder / f"{entry.name}.png", made.png)
         write_atomic(folder / f"{entry.name}.svg", made.svg)
         drawn.append(made)
-    _write_data(folder, drawn, ("png", "svg"))
+    _write_data(folder, where, drawn, ("png", "svg"))
     return drawn
 
 
@@ -57,14 +57,14 @@ def write_docs(folder: Path, progress: Progress = lambda _: None) -> list[Made]:
     Raises:
         DependencyNotInstalled: matplotlib is missing.
     """
-    drawn = []
+    where, drawn = _provenance(), []
     for entry in FIGURES.values():
         progress(entry.name)
         made = make(entry, svg=False)
         write_atomic(folder / f"{entry.name}.png", palette_png(made.png))
         drawn.append(made)
     write_atomic(folder / SHEET, contact_sheet([made.png for made in drawn]))
-    document = _write_data(folder, drawn, ("png",))
+    document = _write_data(folder, where, drawn, ("png",))
     write_atomic(folder.with_name(f"{folder.name}.md"), page(document, folder.name))
     return drawn
 
@@ -82,9 +82,16 @@ def hash_of_sources() -> str:
     return digest.hexdigest()
 
 
-def _write_data(folder: Path, drawn: Sequence[Made], kinds: Sequence[str]) -> dict[str, Any]:
+def _provenance() -> dict[str, Any]:
+    """Taken before anything is written, which would count as a change of the checkout."""
     where = provenance()
     where["versions"] |= versions(("matplotlib",))
+    return where
+
+
+def _write_data(
+    folder: Path, where: dict[str, Any], drawn: Sequence[Made], kinds: Sequence[str]
+) -> dict[str, Any]:
     document = {
         "provenance": where,
         "sources": hash_of_sources(),

@@ -98,10 +98,10 @@ def _draw_parking(axes: Axes, places: Array, heading: Array) -> None:
     for k in (4, 12):  # in the middle of either roll
         page_arrow(axes, places[k], places[k + 1], GREEN)
     along = 0.2 * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
-    for k, text in ((0, "start"), (-1, "goal")):
+    for k, text, lift in ((0, "start", -15), (-1, "goal", 8)):
         ends = np.stack([places[k] - along[k], places[k] + along[k]])
         axes.plot(*ends.T, color=BLACK, lw=3.2, zorder=4)
-        axes.annotate(text, places[k], (10, 8), textcoords="offset points")
+        axes.annotate(text, (places[k, 0], places[k, 1]), (12, lift), textcoords="offset points")
     axes.set_aspect("equal", adjustable="datalim")
 
 

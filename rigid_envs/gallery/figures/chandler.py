@@ -45,7 +45,7 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     for day in range(0, 300, 50):
         place = pole[day // 2]
         left.plot(*place, "o", color=BLUE, ms=4.5)
-        left.annotate(f"{day} d", 0.76 * place, ha="center", va="center", fontsize=8, color=MUTED)
+        left.annotate(f"{day} d", 0.72 * place, ha="center", va="center", fontsize=8, color=MUTED)
     left.plot(0, 0, "+", color=BLACK)
     left.annotate("e3", (0, 0), (6, 5), textcoords="offset points", fontsize=8.5)
     left.set_xticks([-0.2, 0.0, 0.2]), left.set_yticks([-0.2, 0.0, 0.2])
@@ -57,15 +57,16 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     right.plot(days, slow, color=RED, ls="--", lw=1.3, label=f"observed: {_OBSERVED:.0f} days")
     right.set_xlabel("days"), right.set_ylim(-0.23, 0.23), right.set_xlim(0, 500)
     figure.legend(ncols=3)
-    return (Number("period of the rigid Earth's pole", float(period), exact, 1e-4, "days"),)
+    return (Number("period of the rigid Earth's pole", float(period), exact, 1e-8, "days"),)
 
 
 CHANDLER = Entry(
     name="chandler",
-    title="The Earth's cones: Euler's 304 days and Chandler's 433",
+    title="The Earth's body cone: Euler's 304 days and Chandler's 433",
     caption="The body cone of the Earth is 0.2 arcseconds wide: the pole of rotation circles the "
-    "axis of figure at a distance of 6 m, once in I1 / (I3 - I1) = 304.5 turns. Chandler found "
-    "433 days: the Earth yields. The dashed line has the observed period, no theory.",
+    "axis of figure at a distance of 6 m, once in I1 / (I3 - I1) = 304.5 turns. (The space cone is "
+    "300 times narrower.) Chandler found 433 days: the Earth yields. The dashed line has the "
+    "observed period, no theory.",
     law="period = 2 pi I1 / ((I3 - I1) omega3)",
     source="Goldstein, section 5.6; moments: IERS Conventions (2010), table 1.1",
     draw=draw,

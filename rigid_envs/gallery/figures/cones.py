@@ -71,6 +71,7 @@ def _draw_cones(axes: Axes, cones: theory.Cones, sketch: object) -> None:
     arrow(axes, _EYE, np.zeros(3), 1.3 * _UP, "L", MUTED)
     arrow(axes, _EYE, np.zeros(3), 1.3 * e3, "e3", INK)
     arrow(axes, _EYE, np.zeros(3), 1.3 * omega, "omega", GREEN)
+    axes.margins(y=0.12)
 
 
 def _lean(angle: float) -> Array:

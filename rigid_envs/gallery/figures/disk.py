@@ -67,8 +67,8 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     figure.legend(ncols=3, columnspacing=1.2)
     returned = float(np.max(np.abs(tilt[::_SAMPLES] - tilt[0])))
     return (
-        Number("smallest theta", -_peak(-tilt), nod.theta_min, 1e-5, "rad"),
-        Number("largest theta", _peak(tilt), nod.theta_max, 1e-5, "rad"),
+        Number("smallest theta", -_peak(-tilt), nod.theta_min, 1e-8, "rad"),
+        Number("largest theta", _peak(tilt), nod.theta_max, 1e-8, "rad"),
         Number(f"theta after 1 .. {periods} periods, from its start", returned, 0.0, 1e-8, "rad"),
     )
 

@@ -90,8 +90,8 @@ def _draw_loop(axes: Axes) -> None:
         _draw_ball(axes, place[k], R[k])
     beside = place[0] + [1.75, 0.0]
     _draw_ball(axes, beside, R[-1])
-    axes.text(place[0, 0], 0.82, "start", ha="center", color=MUTED)
-    axes.text(beside[0], 0.82, "end", ha="center", color=MUTED)
+    axes.text(place[0, 0] - 0.85, 0.0, "start", ha="right", va="center", color=MUTED)
+    axes.text(beside[0], -1.1, "end", ha="center", color=MUTED)
 
 
 def _draw_ball(axes: Axes, place: Array, R: Array) -> None:

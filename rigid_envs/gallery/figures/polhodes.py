@@ -40,7 +40,7 @@ def rates(moments: Array, L_squared: float, side: tuple[float, float]) -> Array:
 
 
 def draw(figure: Figure) -> tuple[Number, ...]:
-    """Simulate ten polhodes on either side, compare them with Jacobi's functions."""
+    """Simulate twenty polhodes, compare them with Jacobi's functions."""
     axes = figure.subplots()
     bare(axes)
     semi_axes = 1.0 / np.sqrt(_BODY.moments)
@@ -69,7 +69,7 @@ def draw(figure: Figure) -> tuple[Number, ...]:
 def _polhode(axes: Axes, omega0: Array, color: str) -> float:
     t = np.linspace(0.0, theory.polhode(_BODY.moments, omega0).period, 241)
     omega = _BODY.simulate(_BODY.state(omega_body=omega0), t)["omega_body"]
-    curve(axes, _EYE, omega, _EYE.faces(omega, np.diag(_BODY.moments)), color=color)
+    curve(axes, _EYE, omega, _EYE.faces(omega, np.diag(_BODY.moments)), color=color, faint=0.13)
     return float(np.max(np.abs(omega - theory.omega(t, _BODY.moments, omega0))))
 
 
@@ -79,7 +79,7 @@ def _separatrices(axes: Axes) -> None:
         start = rates(_BODY.moments, float(_BODY.moments[1]), signs)
         omega = theory.omega(t, _BODY.moments, start)
         seen = _EYE.faces(omega, np.diag(_BODY.moments))
-        curve(axes, _EYE, omega, seen, color=RED, lw=2.2)
+        curve(axes, _EYE, omega, seen, color=RED, lw=2.2, faint=0.2)
 
 
 def _axes_of_body(axes: Axes, semi_axes: Array) -> None:

@@ -40,8 +40,8 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     right.set_title("tilt theta(t) of the axis")
     figure.legend(ncols=5, columnspacing=1.2)
     return (
-        Number("largest tilt", float(theta.max()), nod.theta_max, 1e-5, "rad"),
-        Number("smallest tilt", float(theta.min()), nod.theta_min, 1e-5, "rad"),
+        Number("largest tilt", float(theta.max()), nod.theta_max, 1e-9, "rad"),
+        Number("smallest tilt", float(theta.min()), nod.theta_min, 1e-9, "rad"),
     )
 
 

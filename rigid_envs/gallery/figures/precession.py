@@ -38,7 +38,7 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     for omega3 in (3.3, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0):
         errors += _measure(left, omega3)
     left.plot([], [], "o", color=BLACK, ms=4.5, label="simulated")
-    left.set_xlim(2.6, 9.2), left.set_ylim(0.0, 7.4)
+    left.set_xlim(2.3, 9.2), left.set_ylim(0.0, 7.4)
     left.set_xlabel("spin omega3 [rad/s]"), left.set_title("precession rate phi' [rad/s]")
     nodding = _axes_seen_from_above(right)
     figure.legend(ncols=4, columnspacing=1.2)

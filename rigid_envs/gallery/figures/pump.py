@@ -45,7 +45,7 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     worst = float(gains[np.argmax(np.abs(gains - _PUMP.gain))])
     passes = int(_PUMP.least_passes([_START, 0.0], _RIM))
     return (
-        Number("gain of height per pass, worst", worst, _PUMP.gain, 1e-4),
+        Number("gain of height per pass, worst", worst, _PUMP.gain, 2e-5),
         Number("passes to the rim", float(_passes(s)), float(passes), 0.0),
     )
 

@@ -67,7 +67,7 @@ def _throw(axes: Axes, body: Body, k: int, color: str, name: str) -> Number:
         share = turning[zeros] / (turning[zeros] - turning[zeros + 1])
         first, second = (times[zeros] + share * (times[1] - times[0]))[:2]
         found = float(second - first)
-    return Number(f"{name}: time between flips", found, path.flip_interval, 1e-6, "s")
+    return Number(f"{name}: time between flips", found, path.flip_interval, 1e-9, "s")
 
 
 def _draw_racket(axes: Axes, k: int) -> None:

@@ -37,7 +37,7 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     axes.axvline(end.time, color=MUTED, lw=0.9, ls=":")
     axes.set_title("a ball that starts without spin [m/s]"), axes.set_xlabel("time [s]")
     axes.set_xlim(0.0, t[-1]), axes.set_ylim(0.0, 1.05 * _SPEED)
-    axes.legend(loc="lower center")
+    axes.legend(loc="lower right")
     axes.annotate(
         "rolls: v = r omega", (end.time, 3.45), (6, 0), textcoords="offset points",
         fontsize=8.5, color=MUTED,

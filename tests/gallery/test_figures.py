@@ -1,0 +1,96 @@
+"""Every figure of the gallery: its numbers hold, nothing is cut off, it is the same each time."""
+
+import struct
+import sys
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from gymnasium.error import DependencyNotInstalled
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from rigid_envs.gallery import FIGURES, Number, UnknownFigureError, checked_name
+from rigid_envs.gallery.making import compose, make
+from rigid_envs.gallery.style import DPI, STYLE
+
+Drawn = tuple[Figure, tuple[Number, ...], FigureCanvasAgg]
+
+
+@pytest.fixture(scope="module", params=list(FIGURES))
+def drawn(request: pytest.FixtureRequest) -> Drawn:
+    with rc_context(cast(Any, STYLE)):
+        figure, numbers = compose(FIGURES[request.param])
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+    return figure, numbers, canvas
+
+
+def test_numbers_lie_within_their_bounds_of_the_closed_form(drawn: Drawn) -> None:
+    _, numbers, _ = drawn
+    assert numbers
+    for number in numbers:
+        assert number.holds, str(number)
+
+
+def test_nothing_is_cut_off_by_the_edge_of_the_picture(drawn: Drawn) -> None:
+    """A margin of three pixels is white, and title, numbers and legend lie inside."""
+    figure, _, canvas = drawn
+    pixels = np.asarray(canvas.buffer_rgba())[..., :3]
+    inner = np.zeros(pixels.shape[:2], dtype=bool)
+    inner[3:-3, 3:-3] = True
+    assert np.all(pixels[~inner] == 255)
+    for artist in (*figure.texts, *figure.legends):
+        box = artist.get_window_extent()
+        assert 0 < box.x0 and box.x1 < figure.bbox.x1, artist
+        assert 0 < box.y0 and box.y1 < figure.bbox.y1, artist
+
+
+def test_panels_do_not_cover_each_other_or_the_numbers(drawn: Drawn) -> None:
+    figure, _, canvas = drawn
+    boxes = [axes.get_tightbbox(canvas.get_renderer()) for axes in figure.axes]
+    boxes += [legend.get_window_extent() for legend in figure.legends]
+    boxes += [text.get_window_extent() for text in figure.texts]
+    for k, first in enumerate(boxes):
+        for second in boxes[:k]:
+            across = min(first.x1, second.x1) - max(first.x0, second.x0)
+            along = min(first.y1, second.y1) - max(first.y0, second.y0)
+            assert min(across, along) < 5.0, (first, second)
+
+
+def test_pictures_have_their_size_and_are_the_same_bytes_each_time() -> None:
+    entry = FIGURES["race"]
+    first, second = make(entry), make(entry)
+    assert (first.png, first.svg) == (second.png, second.svg)
+    size = struct.unpack(">II", first.png[16:24])
+    assert size == (round(DPI * entry.size[0]), round(DPI * entry.size[1]))
+    assert first.svg.startswith(b"<?xml")
+
+
+def test_texts_say_what_law_and_source_are_and_commands_name_the_figure() -> None:
+    for name, entry in FIGURES.items():
+        assert entry.caption.endswith("."), name
+        assert entry.law and entry.source and not entry.source.endswith("."), name
+        assert f" {name} " in entry.command
+        assert entry.size[0] == 7.2, "all figures have one width"
+
+
+def test_a_number_that_is_beyond_its_bound_or_no_number_does_not_hold() -> None:
+    assert Number("x", 1.0, 1.1, 0.2).holds
+    assert not Number("x", 1.0, 1.3, 0.2).holds
+    assert not Number("x", float("nan"), 1.0, 0.2).holds
+
+
+def test_names_that_are_no_figure_are_refused_with_the_nearest() -> None:
+    assert checked_name("flip") == "flip"
+    with pytest.raises(UnknownFigureError, match=r"figure = 'flips'; .* did you mean 'flip'\?"):
+        checked_name("flips")
+
+
+def test_without_matplotlib_the_error_names_the_command_that_installs_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(DependencyNotInstalled, match=r'pip install "rigid-envs\[render\]"'):
+        make(FIGURES["race"])
