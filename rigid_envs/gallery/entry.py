@@ -19,7 +19,7 @@ class Number:
     Attributes:
         what: the quantity; of an error, the two sides that are compared.
         value: as simulated, or the error.
-        expected: by the closed form; 0 for an error.
+        expected: by theory; 0 for an error.
         bound: largest difference of the two that is allowed.
         unit: of both; empty for a pure number.
     """
@@ -48,7 +48,7 @@ class Number:
         apart = f"{self.error:.0e}" if self.error else "0"
         return (
             f"{self.what}: {self.value:.6g}{unit} simulated, "
-            f"{self.expected:.6g}{unit} closed form, difference {apart}"
+            f"{self.expected:.6g}{unit} by theory, difference {apart}"
         )
 
     def as_json(self) -> dict[str, Any]:

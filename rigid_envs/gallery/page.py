@@ -56,7 +56,7 @@ def _section(figure: Mapping[str, Any], folder: str) -> list[str]:
 
 
 def _numbers(numbers: list[dict[str, Any]]) -> list[str]:
-    rows = ["| number | simulated | closed form | difference | bound |"]
+    rows = ["| number | simulated | theory | difference | bound |"]
     rows.append("| --- | ---: | ---: | ---: | ---: |")
     for number in numbers:
         unit = f" [{number['unit']}]" if number["unit"] else ""

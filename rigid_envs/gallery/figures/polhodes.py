@@ -85,7 +85,7 @@ def _separatrices(axes: Axes) -> None:
 def _axes_of_body(axes: Axes, semi_axes: Array) -> None:
     for k, size in enumerate(semi_axes):
         end = np.eye(3)[k]
-        arrow(axes, _EYE, size * end, (size + 0.22) * end, f"e{k + 1}", color=INK)
+        arrow(axes, _EYE, size * end, (size + 0.3) * end, f"e{k + 1}", color=INK)
 
 
 POLHODES = Entry(

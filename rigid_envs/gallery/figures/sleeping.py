@@ -50,8 +50,17 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     error = max(errors)
     return (
         Number("largest error of the largest tilt, pushed by 0.01 rad", error, 0.0, 1e-8, "rad"),
-        Number("threshold", TOP.critical_spin, threshold, 1e-12, "rad/s"),
+        _growth(0.5 * threshold),
     )
+
+
+def _growth(omega3: float) -> Number:
+    """Rate at which a tilt of 1e-9 rad grows, once the part that dies out has done so."""
+    exact = theory.sleeping_exponents(omega3, **PARAMETERS)[0].real
+    times = np.array([0.0, 9.0, 12.0]) / exact
+    _, first, last = TOP.simulate(start(1e-9, 0.0, omega3), times)["tilt"]
+    rate = math.log(last / first) / float(times[2] - times[1])
+    return Number("growth rate of a tiny tilt, half the threshold", rate, exact, 1e-6, "1/s")
 
 
 SLEEPING = Entry(
