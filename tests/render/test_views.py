@@ -1,0 +1,371 @@
+"""Views: what is seen is the state. Attitudes, paths and goals are those of the systems."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from rigid_envs import systems, tasks
+from rigid_envs.bodies import solids as bodies
+from rigid_envs.kernels.rolling_disk import State as DiskState
+from rigid_envs.moment import Moment
+from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.render.scene import Camera, Frame, Pose, Scene
+from rigid_envs.render.view import View
+from rigid_envs.render.views import add_view, view_class, view_of
+from rigid_envs.render.views.balls import OUTSIDE
+from rigid_envs.render.views.free_body import sides
+from rigid_envs.render.views.generic import GenericView
+from rigid_envs.tasks.disks import rolling
+
+Array = npt.NDArray[np.float64]
+IDS = sorted(ENVIRONMENTS)
+Q = np.array([0.4, -0.2, 0.7, 0.5]) / math.sqrt(0.94)  # no symmetry
+
+
+def matrix(q: npt.ArrayLike) -> Array:
+    """Rotation matrix, from the products of the four entries."""
+    w, x, y, z = np.asarray(q, dtype=np.float64)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def placed(pose: Pose, point: npt.ArrayLike) -> Array:
+    """A point of a part in the world."""
+    return np.asarray(pose.position) + matrix(pose.q) @ (np.array(pose.scale) * np.asarray(point))
+
+
+def at(task: Any, y: Array, u: Array | None = None, **aux: float) -> tuple[View, Moment]:
+    """The view of a task, and a moment in the state y."""
+    system = task.system()
+    parameters = {name: getattr(system, name) for name in system.parameter_names()}
+    pushed = np.zeros(len(system.input_entries)) if u is None else u
+    named = {name: 0.0 for name in task.aux_names} | aux
+    return view_of(task, parameters), Moment(y, pushed, parameters, named)
+
+
+@pytest.fixture(scope="module", params=IDS)
+def started(request: pytest.FixtureRequest) -> tuple[str, View, Moment]:
+    """The first state of an environment after a step under half the action, and its view."""
+    env = gym.make(request.param).unwrapped
+    env.reset(seed=0)
+    zero = np.zeros(env.action_space.shape, dtype=np.float32)
+    env.step(1 if env.task.n_choices else zero + np.float32(0.5))
+    moment = env.moment()
+    return request.param, view_of(env.task, moment.parameters), moment
+
+
+def test_every_id_has_a_view_of_its_own(started: tuple[str, View, Moment]) -> None:
+    _, view, _ = started
+    general = {f"{kind.__name__}View" for kind in view.task.system_type.__mro__}
+    assert type(view) is view_class(view.task)
+    assert type(view).__name__ not in general | {"GenericView"}
+
+
+def test_a_frame_places_what_the_scene_has(started: tuple[str, View, Moment]) -> None:
+    env_id, view, moment = started
+    frame, scene = view.frame(moment), view.scene
+    assert set(frame.poses) == set(scene.parts)
+    assert set(frame.arrows) == set(scene.arrows)
+    assert set(frame.points) == set(scene.traces)
+    assert scene.camera.follow is None or scene.camera.follow in scene.parts
+    assert {trace.part for trace in scene.traces.values()} <= {None, *scene.parts}
+    assert sum(len(part.mesh.vertices) for part in scene.parts.values()) <= 4000
+    for pose in frame.poses.values():
+        assert np.linalg.norm(pose.q) == pytest.approx(1.0, abs=1e-9)
+        assert np.isfinite(np.asarray(pose.position)).all() and min(pose.scale) > 0.0
+    for point in [*frame.points.values(), *sum(frame.arrows.values(), ())]:
+        assert np.shape(point) == (3,) and np.isfinite(np.asarray(point)).all()
+    ghosts = [name for name, part in scene.parts.items() if part.opacity < 1.0]
+    assert "Detumble" in env_id or ghosts, "a goal"
+
+
+def test_the_text_says_time_reward_and_cost(started: tuple[str, View, Moment]) -> None:
+    _, view, moment = started
+    text = view.frame(moment).text
+    assert text[0] == f"time {moment.time:.1f} s   reward {moment.reward:.3f}"
+    assert text[1].startswith("cost ") and len(text) >= 3
+    assert all(line.isascii() and len(line) <= 64 for line in text)
+    solved = Moment(**(vars(moment) | {"success": True}))
+    assert view.frame(solved).text[-1] == "success"
+
+
+def test_a_frame_depends_on_the_moment_alone(started: tuple[str, View, Moment]) -> None:
+    _, view, moment = started
+    again = view_of(view.task, moment.parameters)
+    for first, second in zip(flat(view.frame(moment)), flat(again.frame(moment)), strict=True):
+        assert np.array_equal(first, second)
+
+
+def flat(frame: Frame) -> list[Array]:
+    poses = [part for pose in frame.poses.values() for part in (pose.position, pose.q, pose.scale)]
+    return [np.asarray(part) for part in (*poses, *sum(frame.arrows.values(), ()))]
+
+
+BODIES: Mapping[str, tuple[Any, Any, str]] = {
+    "FreeBody": (tasks.Reorient(), systems.FreeBody(), "body"),
+    "HeavyTop": (tasks.SleepingTop(), systems.HeavyTop(), "top"),
+    "RollingBall": (tasks.BallPark(), systems.RollingBall(), "ball"),
+    "DynamicBall": (tasks.BallPlate(), systems.DynamicBall(), "ball"),
+    "RollingDisk": (tasks.DiskRoll(), systems.RollingDisk(), "disk"),
+}
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_a_part_turns_the_body_axes_to_those_of_the_system(name: str) -> None:
+    task, system, part = BODIES[name]
+    y = system.state(q=Q)
+    view, moment = at(task, y, goal_w=1.0, goal_curvature=0.2)
+    pose = view.frame(moment).poses[part]
+    assert np.allclose(matrix(pose.q), system.accessors["R"](y), atol=1e-12)
+
+
+def test_the_coin_turns_as_its_heading_and_phase() -> None:
+    q = systems.UprightCoin.attitude(0.7, -0.4)
+    view, moment = at(tasks.CoinPark(), systems.UprightCoin.state(q=q, contact=[1.0, 2.0]))
+    pose = view.frame(moment).poses["coin"]
+    axis, ahead = matrix(pose.q) @ [0.0, 0.0, 1.0], np.array([-math.cos(0.7), -math.sin(0.7), 0.0])
+    assert np.allclose(np.cross(axis, [0.0, 0.0, 1.0]), ahead)
+    assert np.allclose(pose.position, [1.0, 2.0, 1.0])
+
+
+def test_the_tip_of_a_top_is_where_its_mesh_ends_and_the_path_goes() -> None:
+    y = systems.HeavyTop.state(q=Q, pivot=[0.5, -0.3])
+    view, moment = at(tasks.PivotTop(), y)
+    frame, mesh = view.frame(moment), view.scene.parts["top"].mesh
+    tip = placed(frame.poses["top"], mesh.vertices[np.argmax(mesh.vertices[:, 2])])
+    assert np.allclose(tip, frame.points["tip"], atol=1e-6)
+    assert np.allclose(placed(frame.poses["top"], [0.0, 0.0, 0.0]), [0.5, -0.3, 0.0])
+
+
+def test_arrows_are_the_vectors_of_the_system_in_the_world() -> None:
+    body = systems.FreeBody(1.0, 2.0, 3.0)
+    omega, torque = np.array([0.3, -0.5, 0.4]), np.array([0.1, 0.2, -0.3])
+    view, moment = at(tasks.SpinCapture(), body.state(q=Q, omega_body=omega), torque)
+    arrows = {name: np.asarray(vector) for name, (_, vector) in view.frame(moment).arrows.items()}
+    wanted = {"L": [1.0, 2.0, 3.0] * omega, "omega": omega, "input": torque}
+    for name, vector in wanted.items():
+        direction = matrix(Q) @ vector / np.linalg.norm(vector)
+        assert np.allclose(arrows[name] / np.linalg.norm(arrows[name]), direction), name
+
+
+def test_the_goal_of_a_spin_is_the_arrow_at_which_omega_arrives() -> None:
+    for task, sign in ((tasks.IntermediateAxis(), 1.0), (tasks.AxisFlip(), -1.0)):
+        y = systems.FreeBody.state(q=Q, omega_body=[0.0, sign * task.spin_rate, 0.0])
+        view, moment = at(task, y)
+        frame = view.frame(moment)
+        tip = placed(frame.poses["goal"], [0.0, 0.0, 1.0])
+        assert np.allclose(tip, frame.arrows["omega"][1])
+
+
+def test_ghosts_are_where_the_task_wants_the_body() -> None:
+    goal = dict(zip(("goal_w", "goal_x", "goal_y", "goal_z"), Q.tolist(), strict=True))
+    view, moment = at(tasks.Reorient(), systems.FreeBody.state(), **goal)
+    assert np.allclose(view.frame(moment).poses["goal"].q, Q)
+    view, moment = at(tasks.BallParkGoal(), systems.RollingBall.state(), **goal, goal_X=1.0)
+    pose = view.frame(moment).poses["goal"]
+    assert np.allclose(pose.q, Q) and np.allclose(pose.position, [1.0, 0.0, 1.0])
+    view, moment = at(tasks.BallPark(), systems.RollingBall.state(q=Q, position=[2.0, 1.0]))
+    pose = view.frame(moment).poses["goal"]
+    assert np.allclose(pose.q, [1.0, 0.0, 0.0, 0.0]) and np.allclose(pose.position, [0, 0, 1])
+
+
+def test_the_axis_of_a_top_at_the_commanded_tilt_lies_on_the_cone() -> None:
+    q = [math.cos(0.25), math.sin(0.25), 0.0, 0.0]
+    view, moment = at(tasks.TopPrecession(), systems.HeavyTop.state(q=q), goal_tilt=0.5)
+    frame = view.frame(moment)
+    x, y, z = np.asarray(frame.points["tip"])
+    wide, _, high = frame.poses["goal"].scale
+    assert (math.hypot(x, y), z) == pytest.approx((wide, high))
+    assert np.allclose(frame.poses["goal_ring"].position, [0.0, 0.0, high])
+
+
+def test_the_ghost_of_the_plate_stands_on_its_tilted_surface() -> None:
+    y = systems.DynamicBall.state(position=[0.8, -0.5], tilt=[0.1, -0.2])
+    view, moment = at(tasks.BallPlate(), y, point_X=0.8, point_Y=-0.5)
+    poses = view.frame(moment).poses
+    assert np.allclose(poses["goal"].position, poses["ball"].position)
+    assert np.allclose(poses["ball"].position, systems.DynamicBall().accessors["centre"](y))
+
+
+def moved(task: Any, y: Array, u: Array, dt: float, **aux: float) -> list[Frame]:
+    """Frames of a motion: at its start, after dt / 2 and after dt."""
+    rows = task.system().simulate(y, [0.0, 0.5 * dt, dt], u).y
+    frames = []
+    for k, row in enumerate(rows):
+        view, moment = at(task, row, **aux)
+        frames.append(view.frame(Moment(**(vars(moment) | {"time": 0.5 * k * dt}))))
+    return frames
+
+
+ROLLING = {
+    "given velocity": (tasks.BallPark(), systems.RollingBall.state(q=Q), [0.8, -0.5, 0.0]),
+    "small ball": (tasks.BallPark(radius=0.4), systems.RollingBall.state(q=Q), [0.8, -0.5, 0.0]),
+    "with a spin": (tasks.BallSteer(), systems.RollingBall.state(q=Q), [-0.3, 0.9, 2.0]),
+    "by a force": (
+        tasks.BallParkDynamic(),
+        systems.DynamicBall.state(q=Q, velocity=[0.6, 0.7]),
+        [1.0, -2.0, 0.0, 0.0],
+    ),
+    "on a turning table": (
+        tasks.BallPlate(turntable_rate=0.7, n_substeps=4),
+        systems.DynamicBall.state(q=Q, position=[1, 0.4], velocity=[0.6, 0.7], tilt=[0.1, -0.05]),
+        [0.0, 0.0, 0.0, 0.0],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ROLLING)
+def test_the_paths_on_plane_and_ball_roll_on_each_other(name: str) -> None:
+    """No slip: the contact moves alike on both; so a mirrored path, or one too long, is noticed."""
+    task, y, u = ROLLING[name]
+    aux = {"goal_w": 1.0, "reference_w": 1.0}
+    before, middle, after = moved(task, y, np.array(u), 1e-4, **aux)
+    part = view_of(task, at(task, y)[1].parameters).scene.traces["path"].part
+    plane = np.eye(3) if part is None else matrix(middle.poses[part].q)
+    ball = middle.poses["ball"]
+    steps = [np.subtract(after.points[k], before.points[k]) for k in ("path", "on_ball")]
+    on_plane = plane @ steps[0]
+    on_ball = matrix(ball.q) @ steps[1] * ball.scale[0] / OUTSIDE
+    assert np.linalg.norm(on_plane) > 3e-5
+    assert np.allclose(on_plane, on_ball, atol=1e-7 * ball.scale[0])
+
+
+@pytest.mark.parametrize("name", ROLLING)
+def test_the_point_of_contact_is_the_foot_of_the_ball(name: str) -> None:
+    task, y, u = ROLLING[name]
+    _, frame, _ = moved(task, y, np.array(u), 1e-4, goal_w=1.0, reference_w=1.0)
+    ball = frame.poses["ball"]
+    world = placed(ball, np.asarray(frame.points["on_ball"]) / OUTSIDE)
+    part = view_of(task, at(task, y)[1].parameters).scene.traces["path"].part
+    path = np.asarray(frame.points["path"])
+    seen = path if part is None else placed(frame.poses[part], path)
+    assert np.allclose(world, seen, atol=0.05 * ball.scale[0])
+
+
+WHEELS = {
+    "coin": (
+        tasks.CoinPark(),
+        systems.UprightCoin.state(
+            q=systems.UprightCoin.attitude(0.7, -0.4), roll_rate=1.3, steer_rate=0.8
+        ),
+    ),
+    "disk": (
+        tasks.DiskRoll(),
+        systems.RollingDisk.state(q=Q, omega_body=[0.2, -0.3, 1.5]),
+    ),
+    "wheel": (tasks.RollPump(), systems.Roller.state(arc_length=2.0, velocity=1.5)),
+}
+
+
+@pytest.mark.parametrize("part", WHEELS)
+def test_the_foot_of_a_wheel_rests_on_its_track(part: str) -> None:
+    """It rolls without slipping, and in the right sense: its lowest point has no velocity."""
+    task, y = WHEELS[part]
+    u = np.zeros(len(task.system().input_entries))
+    before, middle, after = moved(task, y, u, 1e-4, goal_curvature=0.2)
+    pose = middle.poses[part]
+    if part == "wheel":
+        track = np.subtract(middle.poses["track"].position, pose.position)
+        foot = -track / np.linalg.norm(track)
+        reach = 1.0 + np.linalg.norm(track)
+        assert reach == pytest.approx(middle.poses["track"].scale[0])
+    else:
+        foot = np.asarray(middle.points["path"]) - (0.0, 0.0, 0.0) - np.asarray(pose.position)
+        foot[2] = -pose.position[2]
+    inside = matrix(pose.q).T @ foot / np.linalg.norm(foot)
+    first, last = placed(before.poses[part], inside), placed(after.poses[part], inside)
+    travelled = np.subtract(after.poses[part].position, before.poses[part].position)
+    assert np.linalg.norm(travelled) > 5e-5
+    assert np.linalg.norm(last - first) < 1e-7
+
+
+@pytest.mark.parametrize("spin", [1.5, -1.5])
+def test_the_green_circle_is_the_one_of_the_commanded_curvature(spin: float) -> None:
+    y = systems.RollingDisk.state(q=Q, omega_body=[0.2, -0.3, spin])
+    curvature = float(rolling(DiskState(*y)).curvature)
+    task = tasks.DiskRoll()
+    frames = moved(task, y, np.zeros(3), 2e-3, goal_curvature=curvature)
+    a, b, c = (np.asarray(frame.points["path"])[:2] for frame in frames)
+    rows = 2.0 * np.array([b - a, c - b])
+    centre = np.linalg.solve(rows, [b @ b - a @ a, c @ c - b @ b])
+    pose = frames[1].poses["goal"]
+    wide = float(np.linalg.norm(centre - b))
+    assert np.allclose(np.asarray(pose.position)[:2], centre, atol=2e-2 * wide)
+    assert pose.scale[0] == pytest.approx(wide, rel=2e-2)
+
+
+def test_the_octants_of_the_ball_have_their_colours() -> None:
+    colors = {
+        (1, 1, 1): (224, 212, 60),
+        (-1, 1, 1): (230, 159, 0),
+        (1, -1, 1): (86, 180, 233),
+        (-1, -1, 1): (226, 223, 215),
+        (1, 1, -1): (213, 94, 0),
+        (-1, 1, -1): (0, 114, 178),
+        (1, -1, -1): (0, 158, 115),
+        (-1, -1, -1): (204, 121, 167),
+    }
+    view, _ = at(tasks.BallPark(), systems.RollingBall.state())
+    mesh = view.scene.parts["ball"].mesh
+    middle = mesh.vertices[mesh.triangles].mean(axis=1)
+    for signs, color in colors.items():
+        inside = (np.sign(middle) == signs).all(axis=1)
+        assert inside.sum() > 100
+        assert (mesh.colors[mesh.triangles[inside]] == color).all(), signs
+
+
+@pytest.mark.parametrize("moments", [(1.1, 1.8, 2.4), (2.0, 2.0, 2.0), (3.0, 1.5, 2.0)])
+def test_a_box_has_the_ratios_of_the_moments_of_its_body(moments: tuple[float, ...]) -> None:
+    inertia = np.diag(bodies.box(1.0, *sides(moments)).inertia)
+    assert np.allclose(inertia / inertia.sum(), np.array(moments) / np.sum(moments))
+
+
+def test_a_body_in_another_order_of_moments_is_a_box() -> None:
+    view, moment = at(tasks.Detumble(I1=3.0, I2=1.5, I3=2.0), systems.FreeBody.state())
+    assert view.frame(moment).poses["body"].scale == pytest.approx(tuple(sides((3.0, 1.5, 2.0))))
+
+
+class Empty(View):
+    def make_scene(self) -> Scene:
+        return Scene({}, Camera())
+
+    def frame(self, moment: Moment) -> Frame:
+        return Frame({})
+
+
+def test_a_view_can_be_added_for_a_task_and_for_a_system() -> None:
+    class Mine(tasks.BallPark):
+        pass
+
+    class Rolled(systems.RollingBall):
+        pass
+
+    assert view_class(Mine()) is view_class(tasks.BallPark())
+    add_view(Mine, Empty)
+    assert view_class(Mine()) is Empty
+    assert view_class(tasks.BallPark()) is not Empty
+    add_view(Rolled, Empty)
+    with pytest.raises(TypeError, match=r"owner = .*expected a subclass of Task or of System"):
+        add_view(int, Empty)
+    with pytest.raises(TypeError, match=r"view = .*expected a subclass of"):
+        add_view(Mine, int)  # type: ignore[arg-type]
+
+
+def test_a_system_without_a_view_is_a_box_with_its_state_in_words() -> None:
+    task = tasks.SleepingTop()
+    system = task.system()
+    parameters = {name: getattr(system, name) for name in system.parameter_names()}
+    y = system.state(q=Q, omega_body=[1.0, 2.0, 3.0])
+    frame = GenericView(task, parameters).frame(Moment(y, np.zeros(8), parameters))
+    assert np.allclose(frame.poses["body"].q, Q)
+    assert "omega2 2.000" in frame.text
