@@ -27,6 +27,22 @@ info = env.step(env.action_space.low)[-1]
 kernels = (env.task.episode.step, env.task.episode.reset)
 print(info["reward/height"], sum(sum(k.stats.cache_hits.values()) for k in kernels))
 """
+PICTURE = """
+import math, gymnasium, numpy as np
+from rigid_envs import rotations
+from rigid_envs.render.views import view_of
+env = gymnasium.make("wheel_pendulum:WheelPendulum/HeavySwingUp-v0", render_mode="rgb_array")
+task, places = env.unwrapped.task, []
+for angle in (0.0, 0.5 * math.pi):
+    env.reset(seed=0, options={"state": {"angle": angle}})
+    moment = env.unwrapped.moment()
+    view = view_of(task, moment.parameters)
+    frame = view.frame(moment)
+    wheel = rotations.rotate(frame.poses["wheel"].q, [0.0, -1.0, 0.0])
+    assert np.allclose(wheel, frame.points["path"])
+    places.append((np.round(wheel, 6) + 0.0).tolist())
+print(type(view).__name__, env.render().shape, *places)
+"""
 
 
 class Package:
@@ -72,13 +88,18 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Package:
 
 
 def test_the_page_is_a_whole_package() -> None:
-    names = ("system", "task", "heavy", "__init__")
+    names = ("system", "task", "heavy", "view", "__init__")
     assert [name for name, _ in FILES] == [f"wheel_pendulum/{name}.py" for name in names]
 
 
 def test_the_script_of_the_page_runs(package: Package) -> None:
     tail = "env.reset(seed=0)\nprint(envs.reset(seed=0)[0].shape)\n"
     assert package.output("-c", SCRIPT + tail) == "(256, 4)\n"
+
+
+def test_it_is_seen_by_its_own_view(package: Package) -> None:
+    text = package.output("-c", PICTURE)
+    assert text == "PendulumView (480, 480, 3) [0.0, 0.0, -1.0] [1.0, 0.0, 0.0]\n"
 
 
 def test_the_second_process_compiles_nothing(package: Package) -> None:

@@ -355,8 +355,9 @@ def test_a_view_can_be_added_for_a_task_and_for_a_system() -> None:
     assert view_class(Mine()) is Empty
     assert view_class(tasks.BallPark()) is not Empty
     add_view(Rolled, Empty)
-    with pytest.raises(TypeError, match=r"owner = .*expected a subclass of Task or of System"):
-        add_view(int, Empty)
+    add_view("wheels:Mine", "somewhere.else:MineView")  # nothing is imported
+    with pytest.raises(ValueError, match=r"owner = 'Mine'; expected 'module:Class'"):
+        add_view("Mine", Empty)
     with pytest.raises(TypeError, match=r"view = .*expected a subclass of"):
         add_view(Mine, int)  # type: ignore[arg-type]
 

@@ -1,80 +1,86 @@
-"""Which view shows which task or system."""
+"""Which view shows which task or system, by name: what is not shown is not imported."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rigid_envs import systems, tasks
+from rigid_envs.registry import load
 from rigid_envs.render.view import View
-from rigid_envs.render.views import (
-    dynamic_ball,
-    free_body,
-    heavy_top,
-    roller,
-    rolling_ball,
-    rolling_disk,
-    upright_coin,
-)
-from rigid_envs.render.views.generic import GenericView
-from rigid_envs.tasks.base import Task
 
 __all__ = ["add_view", "view_class", "view_of"]
 
-_VIEWS: dict[type, type[View]] = {
-    systems.FreeBody: free_body.FreeBodyView,
-    systems.HeavyTop: heavy_top.HeavyTopView,
-    systems.RollingBall: rolling_ball.RollingBallView,
-    systems.DynamicBall: dynamic_ball.DynamicBallView,
-    systems.RollingDisk: rolling_disk.RollingDiskView,
-    systems.UprightCoin: upright_coin.UprightCoinView,
-    systems.Roller: roller.RollerView,
-    tasks.IntermediateAxis: free_body.IntermediateAxisView,
-    tasks.IntermediateAxisRandom: free_body.IntermediateAxisRandomView,
-    tasks.IntermediateAxisSingle: free_body.IntermediateAxisSingleView,
-    tasks.SpinCapture: free_body.SpinCaptureView,
-    tasks.AxisFlip: free_body.AxisFlipView,
-    tasks.Detumble: free_body.DetumbleView,
-    tasks.Reorient: free_body.ReorientView,
-    tasks.SleepingTop: heavy_top.UprightTopView,
-    tasks.TopRandom: heavy_top.UprightTopView,
-    tasks.PivotTop: heavy_top.PivotTopView,
-    tasks.TopPrecession: heavy_top.TopPrecessionView,
-    tasks.BallPark: rolling_ball.BallParkView,
-    tasks.BallParkGoal: rolling_ball.BallParkGoalView,
-    tasks.BallSteer: rolling_ball.BallSteerView,
-    tasks.BallGrid: rolling_ball.BallGridView,
-    tasks.BallParkDynamic: dynamic_ball.BallParkDynamicView,
-    tasks.BallPlate: dynamic_ball.BallPlateView,
-    tasks.DiskRoll: rolling_disk.DiskRollView,
-    tasks.CoinPark: upright_coin.CoinParkView,
-    tasks.RollPump: roller.RollPumpView,
+_ROOM = "rigid_envs.render.views."
+_GENERIC = "generic:GenericView"
+_SYSTEMS = {
+    "FreeBody": "free_body:FreeBodyView",
+    "HeavyTop": "heavy_top:HeavyTopView",
+    "RollingBall": "rolling_ball:RollingBallView",
+    "DynamicBall": "dynamic_ball:DynamicBallView",
+    "RollingDisk": "rolling_disk:RollingDiskView",
+    "UprightCoin": "upright_coin:UprightCoinView",
+    "Roller": "roller:RollerView",
+}
+_TASKS = {
+    "IntermediateAxis": "free_body:IntermediateAxisView",
+    "IntermediateAxisRandom": "free_body:IntermediateAxisRandomView",
+    "IntermediateAxisSingle": "free_body:IntermediateAxisSingleView",
+    "SpinCapture": "free_body:SpinCaptureView",
+    "AxisFlip": "free_body:AxisFlipView",
+    "Detumble": "free_body:DetumbleView",
+    "Reorient": "free_body:ReorientView",
+    "SleepingTop": "heavy_top:UprightTopView",
+    "TopRandom": "heavy_top:UprightTopView",
+    "PivotTop": "heavy_top:PivotTopView",
+    "TopPrecession": "heavy_top:TopPrecessionView",
+    "BallPark": "rolling_ball:BallParkView",
+    "BallParkGoal": "rolling_ball:BallParkGoalView",
+    "BallSteer": "rolling_ball:BallSteerView",
+    "BallGrid": "rolling_ball:BallGridView",
+    "BallParkDynamic": "dynamic_ball:BallParkDynamicView",
+    "BallPlate": "dynamic_ball:BallPlateView",
+    "DiskRoll": "rolling_disk:DiskRollView",
+    "CoinPark": "upright_coin:CoinParkView",
+    "RollPump": "roller:RollPumpView",
+}
+_VIEWS: dict[str, str | type[View]] = {
+    **{f"rigid_envs.systems:{name}": _ROOM + view for name, view in _SYSTEMS.items()},
+    **{f"rigid_envs.tasks:{name}": _ROOM + view for name, view in _TASKS.items()},
 }
 
 
-def add_view(owner: type, view: type[View]) -> None:
+def add_view(owner: str | type, view: str | type[View]) -> None:
     """Show a task, or every task of a system that has no view of its own, by a view.
 
     Args:
-        owner: subclass of `Task` or of `System`; its subclasses are shown likewise.
-        view: subclass of `View`. It replaces an earlier one.
+        owner: subclass of `Task` or of `System`, or its name "module:Class", where the module may
+            also be a package that holds it. Its subclasses are shown likewise.
+        view: subclass of `View`, or its name "module:Class". It replaces an earlier one.
 
     Raises:
-        TypeError: other classes, or none.
+        TypeError: a view that is no subclass of `View`.
+        ValueError: a name without a colon.
     """
-    if not issubclass(owner, Task | systems.System):
-        raise TypeError(f"owner = {owner!r}; expected a subclass of Task or of System")
-    if not issubclass(view, View):
+    for name, value in (("owner", owner), ("view", view)):
+        if isinstance(value, str) and value.count(":") != 1:
+            raise ValueError(f"{name} = {value!r}; expected 'module:Class'")
+    if not isinstance(view, str) and not issubclass(view, View):
         raise TypeError(f"view = {view!r}; expected a subclass of rigid_envs.render.view.View")
-    _VIEWS[owner] = view
+    _VIEWS[owner if isinstance(owner, str) else next(_names(owner))] = view
 
 
 def view_class(task: Any) -> type[View]:
-    """The class of the view: that of the task, else of its system, else a generic one."""
+    """The class of the view: that of the task, else of its system, else a generic one.
+
+    Raises:
+        ConfigError: a view was added by a name that does not exist.
+    """
     for kind in (*type(task).__mro__, *task.system_type.__mro__):
-        if kind in _VIEWS:
-            return _VIEWS[kind]
-    return GenericView
+        for name in _names(kind):
+            if name in _VIEWS:
+                return _loaded(_VIEWS[name])
+    return _loaded(_ROOM + _GENERIC)
 
 
 def view_of(task: Any, parameters: Mapping[str, float]) -> View:
@@ -85,3 +91,14 @@ def view_of(task: Any, parameters: Mapping[str, float]) -> View:
         parameters: parameters of the system by name, of the episode.
     """
     return view_class(task)(task, dict(parameters))
+
+
+def _names(kind: type) -> Iterator[str]:
+    """Names of a class, "module:Class", from its own module to the outermost package."""
+    modules = [*itertools.accumulate(kind.__module__.split("."), "{}.{}".format)]
+    return (f"{module}:{kind.__qualname__}" for module in reversed(modules))
+
+
+def _loaded(view: str | type[View]) -> type[View]:
+    found: type[View] = load(view) if isinstance(view, str) else view
+    return found
