@@ -120,7 +120,8 @@ class Pixels:
     def _add_arrow(self, arrow: Arrow) -> tuple[Any, Any]:
         nodes = []
         for mesh in (arrow_shaft(), arrow_head()):
-            node = self._root.attachNewNode(geometry(mesh))
+            node = self._root.attachNewNode("arrow")  # its own place: the mesh is shared
+            node.attachNewNode(geometry(mesh))
             node.setColor(*arrow.color, 1.0)
             node.setMaterial(_material(False))
             nodes.append(node)

@@ -29,7 +29,7 @@ def arrow_head() -> Mesh:
 @functools.lru_cache(maxsize=32)
 def chequers(floor: Floor, horizon: Color) -> Mesh:
     """Cells of a floor; towards the edge their colours turn into that of the horizon."""
-    n = max(2, 2 * round(0.5 * floor.size / floor.cell))
+    n = max(2, round(floor.size / floor.cell))
     edges = floor.cell * (np.arange(n + 1) - n / 2)
     x, y = (grid.ravel() for grid in np.meshgrid(edges[:-1], edges[:-1], indexing="ij"))
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) * floor.cell
