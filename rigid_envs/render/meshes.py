@@ -29,11 +29,9 @@ __all__ = [
     "ring",
     "sectors",
     "tube",
-    "two_sided",
 ]
 
 Array = npt.NDArray[np.float64]
-Point = tuple[float, float, float]
 
 _CREASE = math.cos(math.radians(35.0))  # two faces at a larger angle meet at a visible edge
 _FACES = (  # of a box: the two axes of each face, whose vector product is the outward normal
@@ -67,7 +65,12 @@ def grid(points: npt.ArrayLike, normals: npt.ArrayLike, color: Color) -> Mesh:
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1
     )
     n = n / np.linalg.norm(n, axis=-1, keepdims=True)
-    return _mesh(p.reshape(-1, 3), n.reshape(-1, 3), color, triangles[area > 1e-9 * area.max()])
+    return Mesh(
+        p.reshape(-1, 3).astype(np.float32),
+        n.reshape(-1, 3).astype(np.float32),
+        np.tile(np.round(255.0 * np.asarray(color)).astype(np.uint8), (rows * columns, 1)),
+        triangles[area > 1e-9 * area.max()].astype(np.int32),
+    )
 
 
 def join(*meshes: Mesh) -> Mesh:
@@ -107,12 +110,6 @@ def moved(
         mesh.colors,
         mesh.triangles,
     )
-
-
-def two_sided(mesh: Mesh) -> Mesh:
-    """The mesh and its reverse: an open surface that is seen from both sides."""
-    back = Mesh(mesh.vertices, -mesh.normals, mesh.colors, mesh.triangles[:, ::-1])
-    return join(mesh, back)
 
 
 def lathe(profile: npt.ArrayLike, color: Color, sides: int = 40) -> Mesh:
@@ -258,16 +255,6 @@ def loop(curve: npt.ArrayLike, radius: float, color: Color, sides: int = 12) -> 
     around = _round(np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0), sides)
     once = [*range(len(points)), 0]
     return grid(points[once, None] + radius * around[once], around[once], color)
-
-
-def _mesh(vertices: Array, normals: Array, color: Color, triangles: npt.NDArray[np.int64]) -> Mesh:
-    shade = np.round(255.0 * np.asarray(color)).astype(np.uint8)
-    return Mesh(
-        vertices.astype(np.float32),
-        normals.astype(np.float32),
-        np.tile(shade, (len(vertices), 1)),
-        triangles.astype(np.int32),
-    )
 
 
 def _turned(profile: Array, normals: Array, colors: Sequence[Color], sides: int) -> list[Mesh]:

@@ -49,9 +49,15 @@ class DynamicBallView(BallView):
 
     def table_attitude(self, moment: Moment) -> Array:
         """Quaternion of the surface of the table, turned by its own rate."""
-        tilt = rotations.quaternion_from_matrix(self.system.accessors["plate"](moment.y))
         half = 0.5 * self.system.turntable_rate * moment.time
-        return np.asarray(rotations.multiply(tilt, [np.cos(half), 0.0, 0.0, np.sin(half)]))
+        turn = [np.cos(half), 0.0, 0.0, np.sin(half)]
+        return np.asarray(rotations.multiply(self.tilted(moment), turn))
+
+    def tilted(self, moment: Moment) -> Array:
+        """Quaternion of the plate axes, Rx(alpha_x) Ry(alpha_y)."""
+        half = 0.5 * self.system.accessors["tilt"](moment.y)
+        (c, d), (s, t) = np.cos(half), np.sin(half)
+        return np.array([c * d, s * d, c * t, s * t])
 
     def parts(self) -> dict[str, Part]:
         """Also the table and its foot."""
@@ -169,7 +175,7 @@ class BallPlateView(DynamicBallView):
     def poses(self, moment: Moment) -> dict[str, Pose]:
         """The goal goes with the table."""
         plate = self.system.accessors["plate"](moment.y)
-        q, goal = rotations.quaternion_from_matrix(plate), self.goal(moment)
+        q, goal = self.tilted(moment), self.goal(moment)
         place = plate @ above(goal, 0.02)
         ball = plate @ above(goal, self.radius)
         return super().poses(moment) | {
@@ -190,5 +196,5 @@ class BallPlateView(DynamicBallView):
         """Distance to the point, tilt."""
         read = self.system.accessors
         away = float(np.linalg.norm(read["position"](moment.y) - self.goal(moment)[:2]))
-        a, b = np.degrees(read["tilt"](moment.y))
+        a, b = np.round(np.degrees(read["tilt"](moment.y)), 1) + 0.0
         return (f"{away:.2f} m from the point   tilt ({a:.1f}, {b:.1f}) deg",)

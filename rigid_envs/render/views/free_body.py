@@ -31,7 +31,7 @@ LONGEST = 2.1  # arrow that is still in the picture [m]
 
 
 def sides(moments: npt.ArrayLike) -> Array:
-    """Sides of the box of these principal moments, its diagonal 2.4; none below a tenth.
+    """Sides of the box of these principal moments, its diagonal 2.1; none below a tenth.
 
     Side k is as sqrt(S_k), where S_k = (I1 + I2 + I3) / 2 - I_k is the second moment along e_k.
 
@@ -41,7 +41,7 @@ def sides(moments: npt.ArrayLike) -> Array:
     rows = np.asarray(moments, dtype=np.float64)
     second = np.maximum(0.5 * rows.sum() - rows, 0.0)
     shape = np.sqrt(np.maximum(second, 0.01 * second.max()))
-    return np.asarray(2.4 * shape / np.linalg.norm(shape))
+    return np.asarray(2.1 * shape / np.linalg.norm(shape))
 
 
 class FreeBodyView(SystemView):
@@ -132,7 +132,7 @@ class FreeBodyView(SystemView):
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Angular velocity in body axes."""
-        a, b, c = self.system.accessors["omega_body"](moment.y)
+        a, b, c = np.round(self.system.accessors["omega_body"](moment.y), 2) + 0.0
         return (f"omega ({a:.2f}, {b:.2f}, {c:.2f}) rad/s in body axes",)
 
 

@@ -46,7 +46,7 @@ class BallParkView(RollingBallView):
 
     def camera(self) -> Camera:
         """The start square and room for manoeuvres."""
-        far = 8.0 + 2.4 * self.task.start_half_width
+        far = 9.6 + 1.6 * self.task.start_half_width
         return Camera((0.0, 0.0, 0.7), far, azimuth=-65.0, elevation=38.0)
 
     def parts(self) -> dict[str, Part]:

@@ -26,7 +26,6 @@ from rigid_envs.render.meshes import (
     ring,
     sectors,
     tube,
-    two_sided,
 )
 from rigid_envs.render.scene import Color, Mesh
 from rigid_envs.render.views import palette as look
@@ -114,7 +113,7 @@ def goal_cone() -> Mesh:
     angle = np.linspace(0.0, 2.0 * math.pi, 49)
     rim = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle + 1.0], axis=-1)
     outward = rim * (1.0, 1.0, -1.0)
-    return two_sided(grid([0.0 * rim, rim], [outward, outward], look.GREEN))
+    return _two_sided(grid([0.0 * rim, rim], [outward, outward], look.GREEN))
 
 
 @functools.cache
@@ -268,3 +267,9 @@ def _arc(first: float, last: float, color: Color) -> Mesh:
 def _mark(width: float) -> Mesh:
     """Red mark at the rim of a wheel, at +y."""
     return moved(box((0.16, 0.12, width), [look.RED]), (0.0, 0.945, 0.0))
+
+
+def _two_sided(mesh: Mesh) -> Mesh:
+    """The mesh and its reverse: an open surface that is seen from both sides."""
+    back = Mesh(mesh.vertices, -mesh.normals, mesh.colors, mesh.triangles[:, ::-1])
+    return join(mesh, back)

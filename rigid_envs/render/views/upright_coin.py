@@ -78,8 +78,8 @@ class UprightCoinView(SystemView):
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Heading and roll phase."""
         read = self.system.accessors
-        heading, phase = (np.degrees(float(read[k](moment.y))) for k in ("heading", "phase"))
-        return (f"heading {heading:.0f} deg   roll phase {phase:.0f} deg",)
+        heading, phase = (round(np.degrees(read[k](moment.y))) for k in ("heading", "phase"))
+        return (f"heading {heading} deg   roll phase {phase} deg",)
 
 
 class CoinParkView(UprightCoinView):
