@@ -1,0 +1,41 @@
+"""Views of given states, and where their parts are, by formulas of our own."""
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.moment import Moment
+from rigid_envs.render.scene import Pose
+from rigid_envs.render.view import View
+from rigid_envs.render.views import view_of
+
+Array = npt.NDArray[np.float64]
+Q = np.array([0.4, -0.2, 0.7, 0.5]) / math.sqrt(0.94)  # no symmetry
+
+
+def matrix(q: npt.ArrayLike) -> Array:
+    """Rotation matrix, from the products of the four entries."""
+    w, x, y, z = np.asarray(q, dtype=np.float64)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def placed(pose: Pose, point: npt.ArrayLike) -> Array:
+    """A point of a part in the world."""
+    return np.asarray(pose.position) + matrix(pose.q) @ (np.array(pose.scale) * np.asarray(point))
+
+
+def at(task: Any, y: Array, u: Array | None = None, **aux: float) -> tuple[View, Moment]:
+    """The view of a task, and a moment in the state y."""
+    system = task.system()
+    parameters = {name: getattr(system, name) for name in system.parameter_names()}
+    pushed = np.zeros(len(system.input_entries)) if u is None else u
+    named = {name: 0.0 for name in task.aux_names} | aux
+    return view_of(task, parameters), Moment(y, pushed, parameters, named)
