@@ -23,8 +23,10 @@ Image = npt.NDArray[np.uint8]
 
 _OVERSAMPLING = 2  # pixels of the drawing for a pixel of the picture, along each side
 _SKY = (0.97, 0.975, 0.985)
-_AMBIENT = (0.52, 0.53, 0.56)
-_SUN = (0.60, 0.59, 0.56)
+# together at most 1, also on white: the sum of a highlight and more would run over and look dark
+_AMBIENT = (0.50, 0.505, 0.52)
+_SUN = (0.44, 0.435, 0.42)
+_HIGHLIGHT = 0.10
 _TO_SUN = (0.35, -0.45, 1.0)
 _SHADE = (0.13, 0.16, 0.22, 0.30)
 _HEAD = 3.0  # length and width of the head of an arrow, in widths of its shaft
@@ -263,7 +265,7 @@ def _material(shiny: bool) -> Any:
     material.setAmbient((1.0, 1.0, 1.0, 1.0))
     material.setDiffuse((1.0, 1.0, 1.0, 1.0))
     if shiny:
-        material.setSpecular((0.25, 0.25, 0.25, 1.0))
+        material.setSpecular((_HIGHLIGHT, _HIGHLIGHT, _HIGHLIGHT, 1.0))
         material.setShininess(25.0)
     return material
 

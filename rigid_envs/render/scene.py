@@ -76,8 +76,8 @@ class Trace:
 
     Attributes:
         color: its colour.
-        width: width of the line [m].
-        part: part in whose axes the points are given; None for the world.
+        width: width of the line [m]; in units of the part's scale where there is a part.
+        part: part in whose axes, before its scale, the points are given; None for the world.
         length: number of points that are kept; None for all of the episode.
     """
 
