@@ -15,6 +15,7 @@ __all__ = ["finished", "pillow", "tiled"]
 Image = npt.NDArray[np.uint8]
 
 _INK = (38, 44, 54)
+_LEAST = 6  # pixels; smaller letters cannot be read
 
 
 def finished(drawing: Image, reduction: int, text: Sequence[str]) -> Image:
@@ -35,11 +36,12 @@ def finished(drawing: Image, reduction: int, text: Sequence[str]) -> Image:
     height, width, _ = drawing.shape
     raw = pictures.frombuffer("RGBX", (width, height), drawing.data, "raw", "BGRX", 0, -1)
     picture = raw.reduce(reduction).convert("RGB")
-    size = max(10, picture.height // 32)
-    page = draw.Draw(picture)
-    for k, line in enumerate(text):
-        place = (size // 2, size // 2 + k * (size + size // 3))
-        page.text(place, line, fill=_INK, font=_font(fonts, size))
+    if text:
+        size = _fitting(fonts, text, picture.width, picture.height)
+        page = draw.Draw(picture)
+        for k, line in enumerate(text):
+            place = (size // 2, size // 2 + k * (size + size // 3))
+            page.text(place, line, fill=_INK, font=_font(fonts, size))
     return np.array(picture)
 
 
@@ -76,3 +78,10 @@ def pillow() -> tuple[Any, Any, Any]:
 @functools.cache
 def _font(fonts: Any, size: int) -> Any:
     return fonts.load_default(size)
+
+
+def _fitting(fonts: Any, text: Sequence[str], width: int, height: int) -> int:
+    """Size of letters: a line of 32 in the height, or what the longest line has room for."""
+    size = max(_LEAST, height // 32)
+    length = max(_font(fonts, size).getlength(line) for line in text) + size
+    return size if length <= width else max(_LEAST, int(size * width / length))

@@ -1,0 +1,1 @@
+"""Stored pictures of every id: `python -m tests.render.pictures` draws them anew."""
