@@ -1,0 +1,154 @@
+"""Episode: what happened in one episode of a row, from the start to the end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.core import Core
+from rigid_envs.moment import Moment
+from rigid_envs.tasks import Task
+
+__all__ = ["ARRAYS", "Episode", "play_again", "same_bits"]
+
+Array = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+ARRAYS = ("y", "u", "actions", "applied", "rewards", "costs", "success", "times", "aux")
+"""Attributes of an `Episode` that are arrays over its T steps or T + 1 moments."""
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """T steps of one row.
+
+    The start and the actions determine all the rest, to the bit: `play_again` computes it.
+
+    Attributes:
+        label: Who acted, as "policy" or "reference"; any text.
+        start: Complete state at the start, as `get_state` of the environment gives it.
+        parameters: Parameters of the system, by name.
+        y: Physical states, shape (T + 1, n_state); y[0] is the start.
+        u: Physical inputs of the steps, shape (T, n_input).
+        actions: Actions as they were given, float32 (T, n_action).
+        applied: Actions after clipping, noise and delay, shape (T, n_action).
+        rewards: Rewards of the steps, shape (T,).
+        costs: Costs of the steps, in ``task.cost_unit``, shape (T,).
+        success: `info["is_success"]` of the steps, bool (T,).
+        times: Times since the reset [s], shape (T + 1,).
+        aux: Auxiliary states of the task, shape (T + 1, n_aux).
+        terminated: Whether the task ended the episode.
+        truncated: Whether the time limit ended it; neither where it was left unfinished.
+    """
+
+    label: str
+    start: Mapping[str, Array]
+    parameters: Mapping[str, float]
+    y: Array
+    u: Array
+    actions: npt.NDArray[np.float32]
+    applied: Array
+    rewards: Array
+    costs: Array
+    success: Bools
+    times: Array
+    aux: Array
+    terminated: bool = False
+    truncated: bool = False
+
+    def __len__(self) -> int:
+        """Number of steps T."""
+        return len(self.rewards)
+
+    def moment(self, k: int, task: Task) -> Moment:
+        """The row after k steps; as after a reset for k = 0.
+
+        Args:
+            k: Number of steps, from 0 to T.
+            task: The task of the episode.
+        """
+        begun = k > 0
+        return Moment(
+            y=self.y[k],
+            u=self.u[k - 1] if begun else np.zeros(self.u.shape[1]),
+            parameters=self.parameters,
+            aux=dict(zip(task.aux_names, self.aux[k].tolist(), strict=True)),
+            action=self.applied[k - 1] if begun else np.zeros(self.applied.shape[1]),
+            time=float(self.times[k]),
+            reward=float(self.rewards[k - 1]) if begun else 0.0,
+            cost=float(self.costs[k - 1]) if begun else 0.0,
+            success=bool(begun and self.success[k - 1]),
+        )
+
+
+def play_again(
+    task: Task,
+    start: Mapping[str, npt.ArrayLike],
+    actions: npt.ArrayLike,
+    label: str = "",
+    *,
+    terminated: bool = False,
+    truncated: bool = False,
+) -> Episode:
+    """The episode of a start and a sequence of actions, by the compiled step of the environments.
+
+    Args:
+        task: The task.
+        start: Complete state of one row, as `get_state` of a single environment gives it.
+        actions: Shape (T, n_action), finite.
+        label: Who acted.
+        terminated: How the episode ended.
+        truncated: Likewise.
+
+    Raises:
+        ValueError: A start of another task, or an action that is not finite.
+    """
+    core = Core(task, 1)
+    core.set_state({name: np.asarray(part)[None] for name, part in start.items()})
+    rows = np.asarray(actions, dtype=np.float32).reshape(-1, core.actions.shape[1])
+    moments = [core.moment(0)]
+    for k, action in enumerate(rows):
+        core.actions[0] = action
+        if core.step() < 0:
+            raise ValueError(f"actions[{k}] = {action.tolist()}; expected finite numbers")
+        moments.append(core.moment(0))
+    found = {name: np.array(part, dtype=np.float64) for name, part in start.items()}
+    return _episode(label, found, rows, moments, terminated=terminated, truncated=truncated)
+
+
+def same_bits(one: Episode, other: Episode) -> bool:
+    """Whether all arrays of two episodes agree to the bit."""
+    return all(getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in ARRAYS)
+
+
+def _episode(
+    label: str,
+    start: Mapping[str, Array],
+    actions: npt.NDArray[np.float32],
+    moments: Sequence[Moment],
+    *,
+    terminated: bool,
+    truncated: bool,
+) -> Episode:
+    """The episode of T actions and T + 1 moments."""
+    first, steps = moments[0], moments[1:]
+    n = len(steps)
+    return Episode(
+        label=label,
+        start=start,
+        parameters=dict(first.parameters),
+        y=np.array([moment.y for moment in moments]),
+        u=np.array([moment.u for moment in steps]).reshape(n, len(first.u)),
+        actions=actions.copy(),
+        applied=np.array([moment.action for moment in steps]).reshape(n, actions.shape[1]),
+        rewards=np.array([moment.reward for moment in steps], dtype=np.float64),
+        costs=np.array([moment.cost for moment in steps], dtype=np.float64),
+        success=np.array([moment.success for moment in steps], dtype=np.bool_),
+        times=np.array([moment.time for moment in moments]),
+        aux=np.array([list(moment.aux.values()) for moment in moments]).reshape(n + 1, -1),
+        terminated=terminated,
+        truncated=truncated,
+    )

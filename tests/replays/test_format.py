@@ -1,0 +1,186 @@
+"""Replay files: what is saved is read to the bit, and anything else is refused."""
+
+import io
+import json
+import pickle
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.files import DamagedFileError
+from rigid_envs.replays import RecordReplay, Replay, load_replay, play_again, same_bits
+
+Arrays = dict[str, np.ndarray[Any, Any]]
+
+
+def recorded(env_id: str, n_steps: int = 6, n_episodes: int = 1, **config: Any) -> Replay:
+    """Some random steps of some episodes."""
+    env = RecordReplay(gym.make(env_id, **config), label="random")
+    env.action_space.seed(3)
+    for k in range(n_episodes):
+        env.reset(seed=k)
+        for _ in range(n_steps):
+            _, _, terminated, truncated, _ = env.step(env.action_space.sample())
+            if terminated or truncated:
+                break
+    replay = env.replay()
+    env.close()
+    return replay
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    replay = recorded("RigidEnvs/BallPark-v0", radius=(0.8, 1.2))
+    return replay.save(tmp_path_factory.mktemp("replays") / "ball.npz")
+
+
+def changed(file: Path, out: Path, change: Any) -> Path:
+    """A copy of a replay with its arrays changed."""
+    with np.load(file) as archive:
+        arrays = dict(archive)
+    change(arrays)
+    np.savez(out, **arrays)
+    return out
+
+
+def header_with(**entries: Any) -> Any:
+    def change(arrays: Arrays) -> None:
+        header = json.loads(arrays["header"].tobytes()) | entries
+        arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+
+    return change
+
+
+@pytest.mark.parametrize("env_id", ENVIRONMENTS)
+def test_every_environment_is_saved_and_read_to_the_bit(env_id: str, tmp_path: Path) -> None:
+    replay = recorded(env_id, n_episodes=2)
+    read = load_replay(replay.save(tmp_path / "replay"))
+    assert read.env_id == env_id and read.task == replay.task
+    assert read.provenance == replay.provenance
+    for before, after in zip(replay.episodes, read.episodes, strict=True):
+        assert same_bits(before, after) and before.parameters == after.parameters
+        assert (before.label, before.terminated, before.truncated) == (
+            after.label,
+            after.terminated,
+            after.truncated,
+        )
+
+
+@pytest.mark.parametrize("env_id", ENVIRONMENTS)
+def test_recorded_actions_lead_to_the_same_bits_again(env_id: str, tmp_path: Path) -> None:
+    noisy = {"action_noise": 0.3, "observation_noise": 0.1, "action_delay": 2}
+    config = {} if "Grid" in env_id else noisy
+    read = load_replay(recorded(env_id, **config).save(tmp_path / "replay"))
+    (episode,) = read.episodes
+    again = play_again(read.task, episode.start, episode.actions)
+    assert same_bits(episode, again)
+    assert len(episode) == 6 or episode.terminated
+
+
+def test_equal_replays_are_equal_bytes(tmp_path: Path) -> None:
+    replay = recorded("RigidEnvs/Detumble-v0")
+    files = [replay.save(tmp_path / name) for name in ("one.npz", "two.npz")]
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_a_replay_of_a_hundred_steps_is_small(tmp_path: Path) -> None:
+    file = recorded("RigidEnvs/Reorient-v0", n_steps=100).save(tmp_path / "replay")
+    assert file.stat().st_size < 40_000
+
+
+def test_a_file_cut_anywhere_is_refused(file: Path, tmp_path: Path) -> None:
+    data, out = file.read_bytes(), tmp_path / "cut.npz"
+    for length in np.linspace(0, len(data) - 1, 40).astype(int):
+        out.write_bytes(data[:length])
+        with pytest.raises(DamagedFileError, match=r"cut\.npz"):
+            load_replay(out)
+
+
+def test_a_changed_byte_is_refused_or_changes_nothing(file: Path, tmp_path: Path) -> None:
+    data, out = file.read_bytes(), tmp_path / "changed.npz"
+    before = load_replay(file)
+    refused = 0
+    for place in np.linspace(0, len(data) - 1, 150).astype(int):
+        out.write_bytes(data[:place] + bytes([data[place] ^ 0x55]) + data[place + 1 :])
+        try:
+            after = load_replay(out)
+        except DamagedFileError:
+            refused += 1
+        else:  # a field of the archive that nothing depends on, as its date
+            assert same_bits(before.episodes[0], after.episodes[0])
+    assert refused > 100
+
+
+def test_pickled_content_is_refused_and_not_run(file: Path, tmp_path: Path) -> None:
+    class Bomb:
+        def __reduce__(self) -> Any:
+            return (Path.touch, (tmp_path / "run",))
+
+    def plant(arrays: Arrays) -> None:
+        arrays["0/y"] = np.array([Bomb()], dtype=object)
+
+    with pytest.raises(DamagedFileError, match="expected numbers or booleans"):
+        load_replay(changed(file, tmp_path / "object.npz", plant))
+    (tmp_path / "plain.npz").write_bytes(pickle.dumps(Bomb()))
+    with pytest.raises(DamagedFileError):
+        load_replay(tmp_path / "plain.npz")
+    with zipfile.ZipFile(tmp_path / "member.npz", "w") as archive:
+        archive.writestr("0/y.npy", pickle.dumps(Bomb()))
+    with pytest.raises(DamagedFileError):
+        load_replay(tmp_path / "member.npz")
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_array_that_claims_more_than_it_holds_is_refused(file: Path, tmp_path: Path) -> None:
+    buffer = io.BytesIO()
+    np.lib.format.write_array_header_1_0(
+        buffer, {"descr": "<f8", "fortran_order": False, "shape": (10**12, 6)}
+    )
+    with zipfile.ZipFile(tmp_path / "large.npz", "w") as archive:
+        archive.writestr("0/y.npy", buffer.getvalue())
+    with pytest.raises(DamagedFileError, match="0 bytes; expected 48000000000000"):
+        load_replay(tmp_path / "large.npz")
+
+
+CHANGES = {
+    r"no array '0/y'": lambda a: a.pop("0/y"),
+    r"array 'more'; expected": lambda a: a.update(more=np.zeros(3)),
+    r"0/y has shape \(5, 6\); expected \(7, 6\)": lambda a: a.update({"0/y": a["0/y"][:5]}),
+    r"0/rewards has dtype float32": lambda a: a.update(
+        {"0/rewards": a["0/rewards"].astype(np.float32)}
+    ),
+    r"0/u\[0, 0\] = nan": lambda a: a["0/u"].__setitem__((0, 0), np.nan),
+    r"0/q.*length 1": lambda a: a["0/y"].__setitem__((2, slice(0, 4)), 2.0),
+    r"0/times do not increase": lambda a: a["0/times"].__setitem__(3, 0.0),
+    r"expected start/y": lambda a: a["0/y"].__setitem__((0, 4), 9.0),
+    r"radius = -1.0; expected": lambda a: a["0/parameters"].__setitem__(0, -1.0),
+    r"no header": lambda a: a.pop("header"),
+    r"header is no JSON": lambda a: a.update(header=np.zeros(9, dtype=np.uint8)),
+    r"another format": header_with(format="video"),
+    r"version = 99; expected 1": header_with(version=99),
+    r"did you mean 'RigidEnvs/BallPark-v0'": header_with(env_id="RigidEnvs/BallPork-v0"),
+    r"env_id = 3; expected a str": header_with(env_id=3),
+    r"config.radius: radius": header_with(config={"radius": "large"}),
+    r"rows = .*another version": header_with(rows={"y": ["w"]}),
+    r"episodes\[0\] = 5": header_with(episodes=[5]),
+    r"expected true or false": header_with(
+        episodes=[{"label": "", "terminated": 1, "truncated": False}]
+    ),
+    r"episodes = \(\)": lambda a: (header_with(episodes=[])(a), [a.pop(k) for k in [*a][1:]]),
+}
+
+
+@pytest.mark.parametrize("message", CHANGES)
+def test_wrong_content_is_refused_by_name(message: str, file: Path, tmp_path: Path) -> None:
+    with pytest.raises(DamagedFileError, match=message):
+        load_replay(changed(file, tmp_path / "changed.npz", CHANGES[message]))
+
+
+def test_a_missing_file_is_a_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        load_replay(tmp_path / "none.npz")

@@ -1,0 +1,124 @@
+"""Recording wrappers: what they keep is what the environment did."""
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+import rigid_envs  # noqa: F401 - registers the ids
+from rigid_envs.replays import RecordReplay, RecordRows, load_replay, same_bits
+
+PARK = "RigidEnvs/BallPark-v0"
+
+
+def test_the_wrapper_changes_nothing_and_keeps_what_happened() -> None:
+    plain, env = gym.make(PARK), RecordReplay(gym.make(PARK))
+    env.action_space.seed(0)
+    assert np.array_equal(plain.reset(seed=5)[0], env.reset(seed=5)[0])
+    states, rewards = [env.unwrapped.y], []
+    for _ in range(10):
+        action = env.action_space.sample()
+        one, other = plain.step(action), env.step(action)
+        assert np.array_equal(one[0], other[0]) and one[1:] == other[1:]
+        states.append(env.unwrapped.y)
+        rewards.append(one[1])
+    (episode,) = env.replay().episodes
+    assert np.array_equal(episode.y, states) and np.array_equal(episode.rewards, rewards)
+    assert not episode.terminated and not episode.truncated
+
+
+def test_close_saves_finished_and_unfinished_episodes(tmp_path: Path) -> None:
+    env = RecordReplay(gym.make(PARK, max_episode_steps=4), tmp_path / "some.npz", "idle")
+    for n_steps in (4, 2):
+        env.reset(seed=1)
+        for _ in range(n_steps):
+            env.step(np.zeros(2, dtype=np.float32))
+    env.close()
+    episodes = load_replay(tmp_path / "some.npz").episodes
+    assert [(len(e), e.truncated, e.label) for e in episodes] == [
+        (4, True, "idle"),
+        (2, False, "idle"),
+    ]
+
+
+def test_only_the_last_episodes_are_kept() -> None:
+    env = RecordReplay(gym.make(PARK, max_episode_steps=1), last=2)
+    firsts = []
+    for seed in range(4):
+        env.reset(seed=seed)
+        firsts.append(env.unwrapped.y)
+        env.step(np.zeros(2, dtype=np.float32))
+    assert [e.y[0].tolist() for e in env.replay().episodes] == [y.tolist() for y in firsts[2:]]
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_rows_of_a_vector_environment_are_recorded_as_single_ones(mode: AutoresetMode) -> None:
+    options = {"vectorization_mode": "vector_entry_point"}
+    vector: Any = gym.make_vec(
+        PARK, 3, **options, max_episode_steps=5, autoreset_mode=mode, action_noise=0.1
+    )
+    envs = RecordRows(vector, rows=(2,))
+    single = RecordReplay(gym.make(PARK, max_episode_steps=5, action_noise=0.1))
+    envs.reset(seed=7)
+    single.reset(seed=9)
+    envs.action_space.seed(1)
+    over = False
+    for _ in range(14):
+        actions = envs.action_space.sample()
+        if over and mode is AutoresetMode.DISABLED:
+            envs.reset(options={"reset_mask": np.ones(3, dtype=bool)})
+        if over:
+            single.reset()
+        if not over or mode is not AutoresetMode.NEXT_STEP:
+            _, _, terminated, truncated, _ = single.step(actions[2])
+            over = terminated or truncated
+        else:
+            over = False
+        envs.step(actions)
+    found, expected = envs.replay().episodes, single.replay().episodes
+    assert len(found) >= 2
+    for one, other in zip(found, expected, strict=True):
+        assert same_bits(one, other) and one.truncated == other.truncated
+
+
+def test_the_first_episode_of_each_row_can_be_recorded_alone(tmp_path: Path) -> None:
+    vector: Any = gym.make_vec(PARK, 2, max_episode_steps=3, autoreset_mode="SameStep")
+    envs = RecordRows(vector, rows=(0, 1), file=tmp_path / "rows.npz", first=1)
+    envs.reset(seed=0)
+    for _ in range(10):
+        envs.step(envs.action_space.sample())
+    envs.close()
+    assert [len(e) for e in load_replay(tmp_path / "rows.npz").episodes] == [3, 3]
+
+
+def test_what_cannot_be_recorded_is_refused() -> None:
+    with pytest.raises(ValueError, match="expected an environment of rigid_envs"):
+        RecordReplay(gym.make("CartPole-v1"))
+    rescaled = gym.wrappers.RescaleAction(gym.make(PARK), -2.0, 2.0)
+    with pytest.raises(ValueError, match="record first, then wrap"):
+        RecordReplay(rescaled)
+    with pytest.raises(ValueError, match=r"rows = \(3,\); expected rows from 0 to 1"):
+        RecordRows(gym.make_vec(PARK, 2), rows=(3,))
+    with pytest.raises(ValueError, match="play an episode first"):
+        RecordReplay(gym.make(PARK)).replay()
+
+
+def test_a_state_that_is_set_past_the_wrapper_is_noticed() -> None:
+    env = RecordReplay(gym.make(PARK, max_episode_steps=2))
+    env.reset(seed=0)
+    env.step(np.ones(2, dtype=np.float32))
+    env.unwrapped.reset(seed=4)
+    with pytest.raises(ValueError, match="past RecordReplay"):
+        env.step(np.ones(2, dtype=np.float32))
+
+
+def test_other_wrappers_go_around_the_recording_one() -> None:
+    env = gym.wrappers.RescaleAction(RecordReplay(gym.make(PARK)), -2.0, 2.0)
+    env.reset(seed=0)
+    env.step(np.full(2, 1.0, dtype=np.float32))
+    recording = env.env
+    assert isinstance(recording, RecordReplay)
+    assert recording.replay().episodes[0].actions[0].tolist() == [0.5, 0.5]
