@@ -1,0 +1,203 @@
+"""The page of a replay, in Chromium: it shows what the file holds, and asks for nothing."""
+
+import hashlib
+import importlib
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigid_envs.replays import load_replay
+from rigid_envs.replays.curves import conservation_errors
+from rigid_envs.replays.page import MOST_BYTES, html, write_html
+from tests.replays.browser import Watched, chromium, wait_until
+from tests.replays.examples import free_body, rolling_ball, view_of
+
+SIZES = {"desk": (1280, 800), "phone": (390, 844)}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def body(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A replay, and its page."""
+    folder = tmp_path_factory.mktemp("pages")
+    file = free_body().save(folder / "body.npz")
+    return file, write_html(folder / "body.html", [(load_replay(file), 0)], view_of)
+
+
+@pytest.fixture(scope="module")
+def balls(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    shown = [(rolling_ball("policy", 0), 0), (rolling_ball("reference", 1, 25), 0)]
+    return write_html(tmp_path_factory.mktemp("pages") / "balls.html", shown, view_of)
+
+
+def picture(page: Any, selector: str) -> np.ndarray[Any, Any]:
+    """What is seen of an element, RGB."""
+    image = pytest.importorskip("PIL.Image")
+    shot = page.locator(selector).first.screenshot()
+    return np.asarray(image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
+
+
+def seek(page: Any, time: float) -> None:
+    """Go to a time, and wait until it is drawn."""
+    page.evaluate("time => rigidReplay.clock.seek(time)", time)
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => setTimeout(done, 60)))")
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("which", ["body", "balls"])
+def test_page_opens_from_disk_without_error_or_network(
+    browser: Any, body: tuple[Path, Path], balls: Path, which: str, size: str
+) -> None:
+    file = body[1] if which == "body" else balls
+    watched = Watched(browser, *SIZES[size])
+    page = watched.open(file)
+    seek(page, 1.0)
+    assert watched.complaints == []
+    assert [url for url in watched.requests if not url.startswith(("data:", "blob:"))] == [
+        file.as_uri()
+    ]
+    assert page.locator("#failure").is_hidden()
+    page.close()
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_nothing_is_cut_off(browser: Any, balls: Path, size: str) -> None:
+    width, height = SIZES[size]
+    page = Watched(browser, width, height).open(balls)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    for selector in ("#stages", "#plots", "#play", "#scrub", "#speed", "#loop", "#about"):
+        box = page.locator(selector).bounding_box()
+        assert box["x"] >= 0 and box["x"] + box["width"] <= width
+        assert box["y"] >= 0 and box["y"] + box["height"] <= height
+    page.close()
+
+
+def test_motion_is_seen_and_scrubbing_changes_it(browser: Any, body: tuple[Path, Path]) -> None:
+    page = Watched(browser, *SIZES["desk"]).open(body[1])
+    seek(page, 0.0)
+    before = picture(page, ".panel > .view")
+    assert before.std(axis=(0, 1)).max() > 20.0  # not blank
+    box = page.locator("#scrub").bounding_box()
+    page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    page.wait_for_timeout(300)
+    assert page.evaluate("rigidReplay.clock.time") == pytest.approx(3.0, abs=0.1)
+    after = picture(page, ".panel > .view")
+    assert (np.abs(after - before).max(axis=-1) > 30).mean() > 0.05
+    seek(page, 0.0)
+    assert np.array_equal(picture(page, ".panel > .view"), before)
+    page.close()
+
+
+def test_dragging_turns_the_camera_and_the_button_turns_it_back(browser: Any, balls: Path) -> None:
+    page = Watched(browser, *SIZES["desk"]).open(balls)
+    place = "rigidReplay.panels.main.map(stage => stage.camera.position.toArray())"
+    before = np.array(page.evaluate(place))
+    page.mouse.move(200, 400)
+    page.mouse.down()
+    page.mouse.move(300, 420, steps=4)
+    page.mouse.up()
+    turned = np.array(page.evaluate(place))
+    assert np.linalg.norm(turned - before, axis=1).min() > 0.5  # of both: they are linked
+    page.locator(".reset").first.click()
+    assert np.allclose(page.evaluate(place), before)
+    page.close()
+
+
+def test_keys_play_step_and_change_speed(browser: Any, body: tuple[Path, Path]) -> None:
+    page = Watched(browser, *SIZES["desk"]).open(body[1])
+    now = "rigidReplay.clock.time"
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate(now) == pytest.approx(0.2)
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate(now) == pytest.approx(0.1)
+    page.keyboard.press("End")
+    assert page.evaluate(now) == pytest.approx(6.0)
+    page.keyboard.press("Home")
+    page.keyboard.press("ArrowUp")
+    assert page.evaluate("rigidReplay.clock.speed") == 2
+    page.keyboard.press("Space")
+    wait_until(page, "rigidReplay.clock.time > 0.2")
+    page.keyboard.press("Space")
+    assert not page.evaluate("rigidReplay.clock.playing")
+    page.close()
+
+
+def test_plotted_energy_error_is_the_stored_one(browser: Any, body: tuple[Path, Path]) -> None:
+    replay = load_replay(body[0])
+    (episode,) = replay.episodes
+    errors = conservation_errors(replay.task.system(episode.parameters), episode.y)
+    assert 0.0 < np.abs(errors["energy"]).max() < 1e-6
+    page = Watched(browser, *SIZES["desk"]).open(body[1])
+    for key, quantity in (("energy", "energy"), ("momentum", "L")):
+        drawn = page.evaluate(
+            "key => { const plot = rigidReplay.plots.find(plot => plot.data.key === key);"
+            " return [...plot.data.episodes[0].lines[0]] }",
+            key,
+        )
+        assert np.array_equal(drawn, errors[quantity])
+    for k in (0, 17, 60):
+        seek(page, float(episode.times[k]))
+        read = page.locator("[data-plot=energy] output").inner_text()
+        assert float(read) == pytest.approx(errors["energy"][k], rel=5e-3, abs=0.0)
+        moved = page.locator("[data-plot=omega] output").all_inner_texts()
+        assert np.allclose([float(x) for x in moved], episode.y[k, 4:7], rtol=1e-3)
+    page.close()
+
+
+def test_poses_of_the_page_are_those_of_the_file(browser: Any, body: tuple[Path, Path]) -> None:
+    (episode,) = load_replay(body[0]).episodes
+    page = Watched(browser, *SIZES["desk"]).open(body[1])
+    for k in (0, 11, 60):
+        seek(page, float(episode.times[k]))
+        x, y, z, w = page.evaluate(
+            "rigidReplay.panels.main[0].parts.get('body').object.quaternion.toArray()"
+        )
+        assert abs(np.dot((w, x, y, z), episode.y[k, :4])) > 1.0 - 1e-6
+    page.close()
+
+
+def test_pages_are_small_and_hold_no_address(body: tuple[Path, Path], balls: Path) -> None:
+    for file in (body[1], balls):
+        text = file.read_text()
+        assert len(text.encode()) < MOST_BYTES
+        assert 'src="http' not in text and "@import" not in text and "<link href" not in text
+
+
+def test_no_text_of_a_file_can_end_the_document_of_the_page(browser: Any, tmp_path: Path) -> None:
+    label = "</script><img src=x onerror=alert(1)><!--"
+    file = write_html(tmp_path / "page.html", [(rolling_ball(label, 0, 3), 0)], view_of)
+    watched = Watched(browser, 800, 600)
+    page = watched.open(file)
+    assert page.locator(".head strong").inner_text() == label
+    assert watched.complaints == [] and page.locator("img").count() == 0
+    page.close()
+
+
+def test_too_many_and_unknown_episodes_are_refused() -> None:
+    replay = rolling_ball("one", 0, 3)
+    with pytest.raises(ValueError, match="5 episodes; expected 1 to 4"):
+        html(5 * [(replay, 0)], view_of)
+    with pytest.raises(ValueError, match="episode = 1; expected 0 to 0"):
+        html([(replay, 1)], view_of)
+
+
+def test_shipped_viewer_is_built_from_the_sources_beside_it() -> None:
+    folder = Path(importlib.import_module("rigid_envs.replays").__file__ or "").parent / "viewer"
+    names = [f"src/{file.name}" for file in (folder / "src").iterdir()]
+    digest = hashlib.sha256()
+    for name in sorted([*names, "build.mjs", "package.json", "package-lock.json"]):
+        digest.update(f"{name}\0".encode() + (folder / name).read_bytes() + b"\0")
+    built = (folder / "viewer.html").read_text()
+    assert f"from sources {digest.hexdigest()} " in built, "run: npm ci && npm run build"
+    licence = (folder / "THREE-LICENSE.txt").read_text()
+    assert "The MIT License" in licence and licence.splitlines()[-1] in built
