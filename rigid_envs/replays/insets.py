@@ -130,7 +130,7 @@ def _axis_sphere(y: Array, times: Array) -> Panel:
     axis = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))
     scene = Scene(
         parts={"sphere": Part(_ball(), opacity=0.55)},
-        camera=Camera((0.0, 0.0, 0.0), 4.6, -60.0, 38.0, 32.0),
+        camera=Camera((0.0, 0.0, 0.18), 4.8, -60.0, 38.0, 32.0),
         arrows={"e3": Arrow(_BLUE, 0.04, "e\u2083")},
         traces={"axis": Trace(_RED, 0.045), "equator": Trace(_INK, 0.012)},
     )
@@ -138,7 +138,7 @@ def _axis_sphere(y: Array, times: Array) -> Panel:
     equator = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
     pose = {"sphere": Pose()}
     frames = [
-        Frame(pose, {"e3": ((0.0, 0.0, 0.0), 1.2 * point)}, {"axis": _LIFT * point})
+        Frame(pose, {"e3": ((0.0, 0.0, 0.0), 1.15 * point)}, {"axis": _LIFT * point})
         for point in axis
     ]
     title = "Axis e\u2083 on the unit sphere"

@@ -17,6 +17,7 @@ __all__ = ["Packer"]
 
 _KINDS = {"f4": np.float32, "f8": np.float64, "u1": np.uint8, "u4": np.uint32}
 _ALIGNED = 8  # bytes
+_SYMBOLS = {"omega": "\u03c9", "tau": "\u03c4"}
 
 
 class Packer:
@@ -97,7 +98,7 @@ class Packer:
         return {
             "color": arrow.color,
             "width": arrow.width,
-            "label": arrow.label,
+            "label": _SYMBOLS.get(arrow.label, arrow.label),
             "start": self._rows([start for start, _ in ends]),
             "vector": self._rows([vector for _, vector in ends]),
         }

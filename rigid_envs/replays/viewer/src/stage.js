@@ -5,6 +5,7 @@ import { Rows } from "./payload.js";
 import { ArrowShape, Light, floor, part } from "./props.js";
 import { TraceLine } from "./trace.js";
 
+const SHORTEST = 14; // pixels; a shorter arrow has no label
 const radians = (degrees) => (degrees * Math.PI) / 180;
 
 export class Stage {
@@ -47,7 +48,7 @@ export class Stage {
     const shape = new ArrowShape(item);
     this.scene.add(shape.object);
     const label = document.createElement("span");
-    label.className = "arrow-label";
+    label.className = item.label.length > 2 ? "arrow-label word" : "arrow-label";
     label.textContent = item.label;
     label.style.color = `rgb(${item.color.map((x) => Math.round(200 * x)).join(",")})`;
     this.element.append(label);
@@ -129,6 +130,9 @@ export class Stage {
     label.hidden = !shape.object.visible;
     if (label.hidden) return;
     const seen = tip.clone().project(this.camera);
+    const foot = shape.object.position.clone().project(this.camera);
+    const size = Math.hypot((seen.x - foot.x) * width, (seen.y - foot.y) * height) / 2;
+    label.hidden = size < SHORTEST;
     const x = Math.min(Math.max((0.5 + 0.5 * seen.x) * width, 12), width - 12);
     const y = Math.min(Math.max((0.5 - 0.5 * seen.y) * height, 12), height - 12);
     label.style.transform = `translate(${x + 5}px, ${y - 18}px)`;

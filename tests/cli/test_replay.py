@@ -1,0 +1,58 @@
+"""`rigid-envs replay`: what it prints, writes and refuses."""
+
+from pathlib import Path
+
+import pytest
+
+from rigid_envs.cli import main
+from tests.replays.examples import free_body, rolling_ball
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folder = tmp_path_factory.mktemp("replays")
+    return [
+        free_body(20).save(folder / "body.npz"),
+        rolling_ball("policy", 0, 10).save(folder / "ball.npz"),
+    ]
+
+
+def test_episodes_are_printed_and_played_again(
+    files: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["replay", *map(str, files)]) == 0
+    text = capsys.readouterr().out
+    assert "RigidEnvs/IntermediateAxis-v0   cost: torque impulse [N m s]" in text
+    assert text.count("same bits") == 2 and "policy" in text
+
+
+def test_a_page_of_several_files_is_written(
+    files: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "page.html"
+    assert main(["replay", *map(str, files), "--html", str(out)]) == 0
+    assert f"written to {out}" in capsys.readouterr().out
+    assert out.read_text().startswith("<!doctype html>")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["none.npz"], "FILE = none.npz; expected a replay: there is no such file"),
+        ([__file__], "not a whole .npz archive"),
+        (["BALL", "--html", "none/page.html"], "expected a file in a folder that exists"),
+        (["BALL", "--episodes", "7", "--html", "OUT"], "episode = 7; expected 0 to 0"),
+        (["BALL", "--more", "3"], "expected one of those that --help lists"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(
+    files: list[Path],
+    tmp_path: Path,
+    arguments: list[str],
+    message: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    places = {"BALL": str(files[1]), "OUT": str(tmp_path / "page.html")}
+    assert main(["replay", *(places.get(word, word) for word in arguments)]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "page.html").exists()
