@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,7 +48,8 @@ def curves(task: Task, episode: Episode, driven: bool) -> list[Curve]:
             conserved without it then has changes instead of errors.
     """
     system = task.system(episode.parameters)
-    found = [*_motion(system, episode), *_errors(system, episode, "change" if driven else "error")]
+    found = [*_motion(system, episode), *_attitude(task, system, episode)]
+    found += [*_path(system, episode.y), *_errors(system, episode, "change" if driven else "error")]
     quantity, _, unit = task.cost_unit.rpartition("[")
     spent = np.cumsum(episode.costs)[:, None]
     entries = tuple(entry.symbol for entry in task.actions())
@@ -63,8 +63,8 @@ def curves(task: Task, episode: Episode, driven: bool) -> list[Curve]:
 
 
 def is_driven(episode: Episode) -> bool:
-    """Whether any input acts in the episode: then energy and momentum may change."""
-    return bool(np.any(episode.u != 0.0))
+    """Whether any action or input acts in the episode: then energy and momentum may change."""
+    return bool(np.any(episode.u != 0.0) or np.any(episode.applied != 0.0))
 
 
 def conservation_errors(system: System, y: npt.ArrayLike) -> dict[str, Array]:
@@ -115,14 +115,14 @@ def _errors(system: System, episode: Episode, word: str) -> list[Curve]:
     if found:
         names = tuple(_CONSERVED[name] for name in found)
         title = f"|L| {word}" if tuple(found) == ("L",) else f"Momentum {word}"
-        if "q_squared" in found:  # a unit quaternion stays one, whatever drives the ball
-            title = "Attitude error"
+        if "q_squared" in found:  # it stays 1, whatever drives the ball
+            title = "|q|\N{SUPERSCRIPT TWO} error"
         result.append(Curve("momentum", title, "relative", names, np.stack([*found.values()], -1)))
     return result
 
 
 def _motion(system: System, episode: Episode) -> list[Curve]:
-    """Angular velocity, tilt and path, as far as the system has them."""
+    """Angular velocity; of what has one degree of freedom, the velocity."""
     y, named = episode.y, system.accessors
     found = []
     axes = ("\u03c9\u2081", "\u03c9\u2082", "\u03c9\u2083")
@@ -140,29 +140,42 @@ def _motion(system: System, episode: Episode) -> list[Curve]:
     elif "velocity" in named:
         speed = named["velocity"](y).reshape(len(y), -1)
         found.append(Curve("omega", "Velocity", "m/s", ("v",), speed))
-    found += _tilt(system, y, named)
-    for name in ("contact", "position", "pivot"):
-        if name in named and np.ptp(path := named[name](y)[..., :2]) > 0.0:
-            title = {"pivot": "Path of the pivot"}.get(name, "Path on the plane")
-            found.append(Curve("plan", f"{title}, from above", "m", ("x", "y"), path, "plan"))
-            break
     return found
 
 
-def _tilt(
-    system: System, y: Array, named: Mapping[str, Callable[[npt.ArrayLike], Array]]
-) -> list[Curve]:
+def _path(system: System, y: Array) -> list[Curve]:
+    """Path of the contact, or of a pivot that moves."""
+    named = system.accessors
+    for name in ("contact", "position", "pivot"):
+        if name in named and np.ptp(path := named[name](y)[..., :2]) > 0.0:
+            title = {"pivot": "Path of the pivot"}.get(name, "Path on the plane")
+            return [Curve("plan", f"{title}, from above", "m", ("x", "y"), path, "plan")]
+    return []
+
+
+def _attitude(task: Task, system: System, episode: Episode) -> list[Curve]:
+    """The angle that says most about the attitude: from a goal, of the axis, or from upright."""
     if "q" not in system.components:
         return []
+    y, named = episode.y, system.accessors
     q = rotations.normalize(y[:, :4])
+    for name in ("goal", "reference"):
+        if f"{name}_w" in task.aux_names:
+            columns = [task.aux_names.index(f"{name}_{part}") for part in "wxyz"]
+            angle = rotations.distance(q, rotations.normalize(episode.aux[:, columns]))
+            return [_angle("Attitude", f"deg, from the {name}", ("angle",), angle)]
+    if "heading" in named:
+        both = np.stack([named["heading"](y), named["phase"](y)], axis=-1)
+        return [_angle("Heading and roll phase", "deg", ("heading", "phase"), both)]
     if "L_body" in named and "tilt" not in named:
         L = named["L_body"](y)
-        angle = np.degrees(np.arctan2(np.linalg.norm(L[:, :2], axis=-1), L[:, 2]))
-        return [Curve("tilt", "Tilt", "deg, of e\u2083 from L", ("tilt",), angle[:, None])]
-    values = named["tilt"](y) if "tilt" in named else None
-    if values is not None and values.ndim == 1:
-        return [
-            Curve("tilt", "Tilt", "deg, from the vertical", ("tilt",), np.degrees(values)[:, None])
-        ]
-    angle = np.degrees(rotations.angle(q))
-    return [Curve("tilt", "Turned", "deg, from upright", ("angle",), angle[:, None])]
+        angle = np.arctan2(np.linalg.norm(L[:, :2], axis=-1), L[:, 2])
+        return [_angle("Tilt", "deg, of e\u2083 from L", ("tilt",), angle)]
+    tilt = named["tilt"](y) if "tilt" in named else None
+    if tilt is not None and tilt.ndim == 1:
+        return [_angle("Tilt", "deg, from the vertical", ("tilt",), tilt)]
+    return [_angle("Attitude", "deg, from upright", ("angle",), rotations.angle(q))]
+
+
+def _angle(title: str, unit: str, names: tuple[str, ...], values: Array) -> Curve:
+    return Curve("tilt", title, unit, names, np.degrees(values.reshape(len(values), -1)))

@@ -120,7 +120,7 @@ def _polhode(body: FreeBody, y: Array, times: Array) -> Panel:
         Frame(pose, {**axes, "omega": ((0.0, 0.0, 0.0), 1.25 * point)}, {"polhode": point / semi})
         for point in _LIFT * rho
     ]
-    title = "Axis of rotation on the inertia ellipsoid"
+    title = "\u03c9 on the inertia ellipsoid"
     return Panel(title, scene, frames, times, {"separatrices": _separatrices(body)})
 
 
@@ -141,7 +141,7 @@ def _axis_sphere(y: Array, times: Array) -> Panel:
         Frame(pose, {"e3": ((0.0, 0.0, 0.0), 1.15 * point)}, {"axis": _LIFT * point})
         for point in axis
     ]
-    title = "Axis e\u2083 on the unit sphere"
+    title = "Axis e\u2083 on the sphere"
     return Panel(title, scene, frames, times, {"equator": _LIFT * equator})
 
 

@@ -92,13 +92,17 @@ def _payload(
     packer = Packer()
     shown = [(replay, replay.episodes[k]) for replay, k in episodes]
     driven = any(is_driven(episode) for _, episode in shown)
-    parts = [_episode(packer, replay, episode, view_of, budget) for replay, episode in shown]
+    parts = []
+    for replay, episode in shown:
+        view = view_of(replay.task, dict(episode.parameters))
+        path = moments(replay.task, episode, budget)
+        parts.append(_episode(packer, replay.task, episode, view, path, driven))
     ids = list(dict.fromkeys(replay.env_id for replay, _ in shown))
     first = shown[0][0]
     summary = (type(first.task).__doc__ or "").strip().splitlines()
     return {
         "title": " and ".join(env_id.rpartition("/")[2] for env_id in ids),
-        "subtitle": summary[0] if summary and len(ids) == 1 else "",
+        "subtitle": summary[0].replace("`", "") if summary and len(ids) == 1 else "",
         "facts": _facts(shown),
         "plots": _plots(packer, [curves(r.task, e, driven) for r, e in shown], shown),
         "episodes": parts,
@@ -108,14 +112,16 @@ def _payload(
 
 
 def _episode(
-    packer: Packer, replay: Replay, episode: Episode, view_of: ViewOf, budget: int
+    packer: Packer,
+    task: Task,
+    episode: Episode,
+    view: View,
+    path: Sequence[Moment],
+    driven: bool,
 ) -> dict[str, Any]:
-    task = replay.task
-    view = view_of(task, dict(episode.parameters))
+    """An episode: its motion, and what is shown beside it."""
     steps = [episode.moment(k, task) for k in range(len(episode) + 1)]
-    path = moments(task, episode, budget)
-    motion = _panel(view, path)
-    beside = insets(task.system(episode.parameters), path, is_driven(episode))
+    beside = insets(task.system(episode.parameters), path, driven)
     won = bool(len(episode) and episode.success[-1])
     result = f"{float(np.sum(episode.rewards)):.4g} return, {len(episode)} steps"
     return {
@@ -124,7 +130,7 @@ def _episode(
         "success": won,
         "times": packer.array(episode.times, "f8"),
         "text": [list(view.frame(moment).text) for moment in steps],
-        "stage": packer.stage(motion),
+        "stage": packer.stage(_panel(view, path)),
         "insets": [{"title": panel.title, "stage": packer.stage(panel)} for panel in beside],
     }
 

@@ -8,7 +8,7 @@ export function addTransport(clock, panels) {
   const [play, label, scrub, speed, loop] =
     ["play", "clock", "scrub", "speed", "loop"].map((id) => document.getElementById(id));
   for (const value of SPEEDS) speed.append(new Option(`${value}\u00d7`, value));
-  play.addEventListener("click", () => clock.play());
+  play.addEventListener("click", () => { clock.play(); play.blur(); });
   loop.addEventListener("click", () => { clock.loop = !clock.loop; clock.changed(); });
   speed.addEventListener("change", () => { clock.setSpeed(Number(speed.value)); speed.blur(); });
   scrub.max = clock.duration;

@@ -1,0 +1,145 @@
+"""What a page is made of: plotted quantities, moments within steps, insets."""
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from rigid_envs import ENVIRONMENTS, rotations
+from rigid_envs.replays import Episode, RecordReplay, Replay, play_again
+from rigid_envs.replays.curves import conservation_errors, curves, is_driven
+from rigid_envs.replays.inbetween import moments
+from rigid_envs.replays.insets import insets
+from rigid_envs.systems import FreeBody
+from rigid_envs.tasks import Task
+from tests.replays.examples import free_body
+
+
+def idle(env_id: str, state: dict[str, Any], n_steps: int = 20, **config: Any) -> Replay:
+    """An episode from a given start in which nothing is done."""
+    env = RecordReplay(gym.make(env_id, **config))
+    env.reset(seed=0, options={"state": state})
+    for _ in range(n_steps):
+        env.step(np.zeros(env.action_space.shape, dtype=np.float32))
+    return env.replay()
+
+
+@pytest.fixture(scope="module")
+def free() -> tuple[Task, Episode]:
+    replay = free_body()
+    return replay.task, replay.episodes[0]
+
+
+def test_errors_are_those_of_the_definitions(free: tuple[Task, Episode]) -> None:
+    task, episode = free
+    omega, moment = episode.y[:, 4:7], np.array(list(episode.parameters.values()))
+    energy = 0.5 * np.sum(moment * omega**2, axis=-1)
+    L = np.linalg.norm(moment * omega, axis=-1)
+    found = conservation_errors(task.system(episode.parameters), episode.y)
+    assert np.allclose(found["energy"], energy / energy[0] - 1.0, rtol=0.0, atol=1e-14)
+    assert np.allclose(found["L"], L / L[0] - 1.0, rtol=0.0, atol=1e-14)
+
+
+def test_what_is_driven_has_changes_and_what_is_free_has_errors(
+    free: tuple[Task, Episode],
+) -> None:
+    task, episode = free
+    assert not is_driven(episode)
+    assert [c.title for c in curves(task, episode, False)][2:4] == ["Energy error", "|L| error"]
+    pushed = play_again(task, episode.start, np.full((3, 3), 0.5, dtype=np.float32))
+    assert is_driven(pushed)
+    assert [c.title for c in curves(task, pushed, True)][2:4] == ["Energy change", "|L| change"]
+
+
+@pytest.mark.parametrize("env_id", ENVIRONMENTS)
+def test_every_environment_has_curves_of_every_moment_or_step(env_id: str) -> None:
+    env = RecordReplay(gym.make(env_id))
+    env.reset(seed=1)
+    env.action_space.seed(1)
+    for _ in range(3):
+        env.step(env.action_space.sample())
+    replay = env.replay()
+    (episode,) = replay.episodes
+    found = curves(replay.task, episode, is_driven(episode))
+    assert {"omega", "reward", "cost", "action"} <= {curve.key for curve in found}
+    assert len({curve.key for curve in found}) == len(found)
+    for curve in found:
+        assert curve.values.shape == (len(curve.values), len(curve.names))
+        assert len(curve.values) in (3, 4) and np.isfinite(curve.values).all()
+    assert len(moments(replay.task, episode, 10_000)) >= 4
+
+
+def test_moments_of_steps_are_exact_and_those_between_lie_on_the_motion(
+    free: tuple[Task, Episode],
+) -> None:
+    task, episode = free
+    path = moments(task, episode, 10_000)
+    n = (len(path) - 1) // len(episode)
+    assert n >= 3
+    assert np.array_equal([moment.y for moment in path[::n]], episode.y)
+    times = np.array([moment.time for moment in path])
+    assert np.all(np.diff(times) > 0.0)
+    exact = task.system(episode.parameters).simulate(episode.y[0], times)
+    q = np.array([moment.y[:4] for moment in path])
+    # a constant axis within a step of 0.1 s is off by the square of the angle that it moves
+    assert rotations.distance(rotations.normalize(q), exact["q"]).max() < 2e-3
+
+
+def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense() -> None:
+    state = {"q": [1.0, 0.0, 0.0, 0.0], "omega_body": [0.0, 0.0, 40.0]}
+    replay = idle("RigidEnvs/SleepingTop-v0", state, 2, dt=0.1, n_substeps=40)
+    (episode,) = replay.episodes
+    dt = replay.task.dt
+    path = moments(replay.task, episode, 10_000)
+    times = np.array([moment.time for moment in path])
+    q = rotations.normalize([moment.y[:4] for moment in path])
+    turned = rotations.quaternion_from_axis_angle([0.0, 0.0, 1.0], 40.0 * times)
+    assert 40.0 * dt > np.pi and len(times) > 8
+    assert rotations.distance(q, turned).max() < 1e-6
+
+
+def test_budget_limits_the_moments_but_keeps_all_steps(free: tuple[Task, Episode]) -> None:
+    task, episode = free
+    assert len(moments(task, episode, 1)) == len(episode) + 1
+
+
+def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free: tuple[Task, Episode]) -> None:
+    task, episode = free
+    system = task.system(episode.parameters)
+    (panel,) = insets(system, moments(task, episode, 1), driven=False)
+    floor = panel.scene.floor
+    assert floor is not None
+    for frame in panel.frames:
+        pose = frame.poses["ellipsoid"]
+        contact = np.asarray(frame.arrows["omega"][1])
+        on_sphere = rotations.rotate_inverse(pose.q, contact) / np.array(pose.scale)
+        assert np.linalg.norm(on_sphere) == pytest.approx(1.0, abs=1e-9)
+        assert contact[2] == pytest.approx(floor.height, abs=1e-6)  # the energy error
+        # the tangent plane there is horizontal
+        normal = rotations.rotate(pose.q, on_sphere / np.array(pose.scale))
+        assert np.allclose(normal[:2] / normal[2], 0.0, atol=1e-6)
+
+
+def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, Episode]) -> None:
+    task, episode = free
+    system = task.system(episode.parameters)
+    assert isinstance(system, FreeBody)
+    (panel,) = insets(system, moments(task, episode, 1), driven=True)
+    points = np.asarray(panel.whole["separatrices"])
+    points = points[np.isfinite(points).all(axis=-1)]
+    omega = points / np.sqrt(system.moments)  # on the ellipsoid, to a factor
+    ratio = np.sum((system.moments * omega) ** 2, -1) / np.sum(system.moments * omega**2, -1)
+    assert np.allclose(ratio, np.sort(system.moments)[1], rtol=1e-12)
+    assert len(points) > 200
+
+
+def test_axis_of_a_top_is_on_the_unit_sphere() -> None:
+    state = {"q": [np.cos(0.2), np.sin(0.2), 0.0, 0.0], "omega_body": [0.0, 0.0, 3.0]}
+    replay = idle("RigidEnvs/SleepingTop-v0", state)
+    (episode,) = replay.episodes
+    system = replay.task.system(episode.parameters)
+    (panel,) = insets(system, moments(replay.task, episode, 1), driven=False)
+    points = np.array([frame.points["axis"] for frame in panel.frames])
+    tilt = system.accessors["tilt"](episode.y)
+    assert np.allclose(points[:, 2] / np.linalg.norm(points, axis=-1), np.cos(tilt), atol=1e-12)
