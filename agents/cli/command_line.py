@@ -104,6 +104,15 @@ def _add_evaluate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
     parser.add_argument("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})")
     parser.add_argument(
+        "--save-replays",
+        type=int,
+        nargs="?",
+        const=10,
+        default=0,
+        metavar="N",
+        help="record the first N episodes (10) in replays.npz, for `rigid-envs replay`",
+    )
+    parser.add_argument(
         "--out",
         type=Path,
         metavar="FOLDER",

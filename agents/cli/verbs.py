@@ -9,6 +9,7 @@ import argparse
 import dataclasses
 import re
 import signal
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,6 +109,10 @@ def evaluate(options: argparse.Namespace, rest: list[str]) -> int:
     """Evaluate a policy or controllers on unseen starts."""
     _refuse(rest)
     _refuse_episodes(options.episodes)
+    if options.save_replays < 0:
+        raise ConfigError(
+            f"--save-replays = {options.save_replays}; expected a number of episodes, from 1"
+        )
     if (options.path is None) == (options.controller is None):
         raise ConfigError("expected a run or policy, or --controller NAME")
     if options.controller is not None:
@@ -127,6 +132,14 @@ def evaluate(options: argparse.Namespace, rest: list[str]) -> int:
         folder.mkdir(parents=True, exist_ok=True)
         write_report(folder, figures, episodes)
         print(f"written to {folder}: results.json, episodes.csv")
+    if options.save_replays:
+        from rigid_envs.scores.evaluation import from_predict
+
+        from ..policies.policy_file import load_policy
+
+        policy = load_policy(_policy_file(options.path, options.which))
+        config = policy.document["env_kwargs"]
+        _save_replays(options, from_predict(policy), figures["env_id"], folder, "policy", config)
     return 0
 
 
@@ -154,7 +167,30 @@ def _evaluate_controller(options: argparse.Namespace) -> int:
         folder.mkdir(parents=True, exist_ok=True)
         write_report(folder, figures, episodes)
         print(f"{table(figures)}\nwritten to {folder}: results.json, episodes.csv\n", flush=True)
+        if options.save_replays:
+            _save_replays(options, policy, env_id, folder, name, {})
     return 0
+
+
+def _save_replays(
+    options: argparse.Namespace,
+    policy: Any,
+    env_id: str,
+    folder: Path | None,
+    label: str,
+    config: Mapping[str, Any],
+) -> None:
+    """Play the first starts once more, and record them."""
+    if env_id not in ENVIRONMENTS:
+        raise ConfigError(
+            f"--save-replays: env_id = {env_id!r}; expected an environment of rigid_envs"
+        )
+    from rigid_envs.replays import record_starts
+
+    n = min(options.save_replays, options.episodes)
+    replay = record_starts(policy, env_id, n, label, options.seed, config)
+    file = replay.save((folder or Path()) / "replays.npz")
+    print(f"written to {file}: {n} episodes; see rigid-envs replay {file}")
 
 
 def leaderboard(options: argparse.Namespace, rest: list[str]) -> int:

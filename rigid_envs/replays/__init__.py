@@ -3,6 +3,7 @@
 from rigid_envs.replays.episode import Episode, play_again, same_bits
 from rigid_envs.replays.recording import RecordReplay, RecordRows
 from rigid_envs.replays.replay import Replay, load_replay
+from rigid_envs.replays.starts import record_starts
 
 __all__ = [
     "Episode",
@@ -11,5 +12,6 @@ __all__ = [
     "Replay",
     "load_replay",
     "play_again",
+    "record_starts",
     "same_bits",
 ]

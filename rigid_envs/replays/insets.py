@@ -104,7 +104,7 @@ def _polhode(body: FreeBody, y: Array, times: Array) -> Panel:
     rho[turning] = omega[turning] / root[turning, None] * np.sqrt(body.moments.min())
     scene = Scene(
         parts={"ellipsoid": Part(_ball(), opacity=0.45)},
-        camera=Camera((0.0, 0.0, 0.0), 5.0, 40.0, 22.0, 32.0),
+        camera=Camera((0.0, 0.0, 0.12), 5.0, 40.0, 22.0, 32.0),
         arrows={"omega": Arrow(_GREEN, 0.035, "\u03c9"), **_axes()},
         traces={
             "separatrices": Trace(_INK, 0.012, "ellipsoid"),

@@ -9,7 +9,16 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 import rigid_envs  # noqa: F401 - registers the ids
-from rigid_envs.replays import RecordReplay, RecordRows, load_replay, same_bits
+from rigid_envs.replays import (
+    RecordReplay,
+    RecordRows,
+    load_replay,
+    play_again,
+    record_starts,
+    same_bits,
+)
+from rigid_envs.scores.controllers import reference_controllers
+from rigid_envs.scores.evaluation import evaluate, from_controller
 
 PARK = "RigidEnvs/BallPark-v0"
 
@@ -122,3 +131,14 @@ def test_other_wrappers_go_around_the_recording_one() -> None:
     recording = env.env
     assert isinstance(recording, RecordReplay)
     assert recording.replay().episodes[0].actions[0].tolist() == [0.5, 0.5]
+
+
+def test_replays_of_an_evaluation_are_its_episodes() -> None:
+    policy = from_controller(reference_controllers(PARK)["shortest_path"])
+    replay = record_starts(policy, PARK, 3, "reference")
+    episodes = evaluate(PARK, policy, 3).episodes
+    assert [len(e) for e in replay.episodes] == episodes.lengths.tolist()
+    assert [e.terminated for e in replay.episodes] == episodes.terminated.tolist()
+    assert np.allclose([e.rewards.sum() for e in replay.episodes], episodes.returns, rtol=1e-12)
+    for episode in replay.episodes:
+        assert same_bits(episode, play_again(replay.task, episode.start, episode.actions))

@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from agents.cli.command_line import main
+from rigid_envs.replays import load_replay
 
 ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow_import", "tests.agents.drift"]
 SMALL = [
@@ -60,6 +61,23 @@ def test_evaluate_gives_the_same_figures_again(finished: tuple[Path, str]) -> No
     assert after["policy"] == before["policy"]
     assert after["random_policy"] == before["random_policy"]
     assert answer.stdout.splitlines()[1] in said
+
+
+def test_evaluate_saves_replays_of_environments_of_the_library(
+    finished: tuple[Path, str], tmp_path: Path
+) -> None:
+    options = ("--episodes", "3", "--save-replays", "2", "--out", str(tmp_path))
+    answer = run(
+        "evaluate", "--controller", "reference", "--ids", "RigidEnvs/BallPark-v0", *options
+    )
+    assert answer.returncode == 0, answer.stderr
+    file = tmp_path / "BallPark-v0" / "shortest_path" / "replays.npz"
+    assert f"written to {file}: 2 episodes" in answer.stdout
+    assert [episode.label for episode in load_replay(file).episodes] == 2 * ["shortest_path"]
+    folder, _ = finished
+    answer = run("evaluate", str(folder), *ENV[2:], *options)
+    assert answer.returncode == 2
+    assert "--save-replays: env_id = 'tests.agents.drift:Drift-v0'" in answer.stderr
 
 
 def test_enjoy_prints_one_line_per_step(finished: tuple[Path, str]) -> None:
