@@ -75,6 +75,13 @@ def test_wheel_holds_every_module_config_and_the_type_marker(wheel: Path) -> Non
     assert modules | packed | {"rigid_envs/py.typed"} <= files_of(wheel)
 
 
+def test_wheel_holds_the_viewer_of_replays_and_its_licence(wheel: Path) -> None:
+    viewer = "rigid_envs/replays/viewer"
+    files = files_of(wheel)
+    assert {f"{viewer}/viewer.html", f"{viewer}/THREE-LICENSE.txt"} <= files
+    assert not [name for name in files if "node_modules" in name]
+
+
 def test_library_depends_on_four_packages_only(metadata: Message) -> None:
     requirements = [Requirement(line) for line in metadata.get_all("Requires-Dist", [])]
     base = {r.name: r.specifier for r in requirements if "extra" not in str(r.marker)}

@@ -92,18 +92,19 @@ def _payload(
     packer = Packer()
     shown = [(replay, replay.episodes[k]) for replay, k in episodes]
     driven = any(is_driven(episode) for _, episode in shown)
-    parts = []
-    for replay, episode in shown:
+    labels = _labels([episode for _, episode in shown])
+    parts: list[dict[str, Any]] = []
+    for label, (replay, episode) in zip(labels, shown, strict=True):
         view = view_of(replay.task, dict(episode.parameters))
         path = moments(replay.task, episode, budget)
-        parts.append(_episode(packer, replay.task, episode, view, path, driven))
+        parts.append({"label": label, **_episode(packer, replay.task, episode, view, path, driven)})
     ids = list(dict.fromkeys(replay.env_id for replay, _ in shown))
     first = shown[0][0]
     summary = (type(first.task).__doc__ or "").strip().splitlines()
     return {
         "title": " and ".join(env_id.rpartition("/")[2] for env_id in ids),
         "subtitle": summary[0].replace("`", "") if summary and len(ids) == 1 else "",
-        "facts": _facts(shown),
+        "facts": _facts(labels, shown),
         "plots": _plots(packer, [curves(r.task, e, driven) for r, e in shown], shown),
         "episodes": parts,
         "meshes": packer.meshes,
@@ -125,7 +126,6 @@ def _episode(
     won = bool(len(episode) and episode.success[-1])
     result = f"{float(np.sum(episode.rewards)):.4g} return, {len(episode)} steps"
     return {
-        "label": episode.label or "episode",
         "result": f"success, {result}" if won else result,
         "success": won,
         "times": packer.array(episode.times, "f8"),
@@ -182,14 +182,27 @@ def _lines(packer: Packer, curve: Curve, episode: Episode) -> dict[str, Any]:
     return result | {"x": packer.array(times, "f8"), "lines": lines}
 
 
-def _facts(shown: Sequence[tuple[Replay, Episode]]) -> list[tuple[str, str]]:
-    """What the page says about the origin of its episodes."""
-    facts = []
-    for replay, episode in shown:
+def _labels(episodes: Sequence[Episode]) -> list[str]:
+    """Who acts in each episode; those of one name are numbered."""
+    names = [episode.label or "episode" for episode in episodes]
+    return [
+        f"{name} {names[: k + 1].count(name)}" if names.count(name) > 1 else name
+        for k, name in enumerate(names)
+    ]
+
+
+def _facts(labels: Sequence[str], shown: Sequence[tuple[Replay, Episode]]) -> list[tuple[str, str]]:
+    """What the page says about its episodes and their origin; what is equal, once."""
+    facts: dict[tuple[str, str], list[str]] = {}
+    for label, (replay, episode) in zip(labels, shown, strict=True):
         values = ", ".join(f"{name} = {value:.6g}" for name, value in episode.parameters.items())
-        label = episode.label or "episode"
-        facts += [(label, replay.env_id), ("parameters", values), ("made with", _origin(replay))]
-    return facts
+        facts.setdefault(("parameters", f"{values} ({replay.env_id})"), []).append(label)
+        facts.setdefault(("made with", _origin(replay)), []).append(label)
+    result = []
+    for (name, text), owners in facts.items():
+        common = len(owners) == len(shown)
+        result.append((name if common else f"{name}: {', '.join(owners)}", text))
+    return result
 
 
 def _origin(replay: Replay) -> str:

@@ -183,6 +183,20 @@ def test_no_text_of_a_file_can_end_the_document_of_the_page(browser: Any, tmp_pa
     page.close()
 
 
+def test_episodes_of_one_name_are_numbered(browser: Any, tmp_path: Path) -> None:
+    replay = rolling_ball("policy", 0, 3)
+    file = write_html(tmp_path / "page.html", 2 * [(replay, 0)], view_of)
+    page = Watched(browser, 800, 600).open(file)
+    assert page.locator(".head strong").all_inner_texts() == ["policy 1", "policy 2"]
+    page.locator("summary").click()
+    assert page.locator("#facts dt").all_inner_texts() == ["parameters", "made with"]
+    page.close()
+
+
+def test_long_episodes_side_by_side_fit_a_page() -> None:
+    assert len(html(4 * [(free_body(300), 0)], view_of).encode()) < MOST_BYTES
+
+
 def test_too_many_and_unknown_episodes_are_refused() -> None:
     replay = rolling_ball("one", 0, 3)
     with pytest.raises(ValueError, match="5 episodes; expected 1 to 4"):

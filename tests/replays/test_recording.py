@@ -1,5 +1,6 @@
 """Recording wrappers: what they keep is what the environment did."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -142,3 +143,11 @@ def test_replays_of_an_evaluation_are_its_episodes() -> None:
     assert np.allclose([e.rewards.sum() for e in replay.episodes], episodes.returns, rtol=1e-12)
     for episode in replay.episodes:
         assert same_bits(episode, play_again(replay.task, episode.start, episode.actions))
+
+
+def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "replays.md").read_text()
+    (code,) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    assert len(load_replay("first.npz").episodes) == 3

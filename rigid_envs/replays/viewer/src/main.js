@@ -54,7 +54,7 @@ async function begin() {
   clock.seek(0);
   let last = performance.now();
   const tick = (now) => {
-    clock.advance(Math.min(now - last, 100) / 1000);
+    clock.advance(Math.min(now - last, 400) / 1000); // after a pause it does not jump
     last = now;
     panels.render();
     requestAnimationFrame(tick);

@@ -1,7 +1,7 @@
 // The stages of a page: one for each episode, with insets, on one canvas.
 import { PCFShadowMap, WebGLRenderer } from "three";
 import { geometry } from "./props.js";
-import { STYLES } from "./scales.js";
+import { lineSample } from "./scales.js";
 import { Stage } from "./stage.js";
 
 export class Panels {
@@ -30,7 +30,7 @@ export class Panels {
     const view = element("div", "view", panel);
     const head = element("div", "head", panel);
     element("strong", "", head).textContent = episode.label;
-    if (several) element("i", "", head).style.borderTopStyle = STYLES[this.main.length];
+    if (several) element("i", "", head).style.background = lineSample(this.main.length, "#66707e");
     element("span", `badge ${episode.success ? "good" : ""}`, head).textContent = episode.result;
     const text = element("div", "text", panel);
     this.texts.push({ node: text, lines: episode.text, times: array(episode.times), shown: -1 });
@@ -38,12 +38,12 @@ export class Panels {
     reset.textContent = "\u2302";
     reset.title = "First point of view (R)";
     reset.addEventListener("click", () => this.resetCameras());
-    this.main.push(new Stage(view, episode.stage, shapes, array));
+    this.main.push(new Stage(view, episode.stage, shapes, array, several ? 1024 : 2048));
     const tray = element("div", "insets", panel);
     this.insets.push(episode.insets.map((inset) => {
       const box = element("div", "inset", tray);
       element("span", "name", box).textContent = inset.title;
-      return new Stage(element("div", "view", box), inset.stage, shapes, array);
+      return new Stage(element("div", "view", box), inset.stage, shapes, array, 512);
     }));
   }
 

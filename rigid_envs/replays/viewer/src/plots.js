@@ -1,5 +1,5 @@
 // Plots in step with the motion: the past is strong, the future pale, a line is now.
-import { COLORS, DASHES, STYLES, niceTicks, readable } from "./scales.js";
+import { COLORS, DASHES, lineSample, niceTicks, readable } from "./scales.js";
 
 const MARGIN = { left: 46, right: 10, top: 6, bottom: 18 };
 
@@ -34,7 +34,7 @@ export class Plot {
       episode.lines.forEach((values, k) => {
         const item = document.createElement("span");
         const swatch = document.createElement("i");
-        swatch.style.borderTop = `2px ${STYLES[e]} ${this.color(k, e)}`;
+        swatch.style.background = lineSample(e, this.color(k, e));
         const name = document.createElement("span");
         const several = this.data.episodes.length > 1 && this.data.names.length === 1;
         name.textContent = several ? labels[e] : this.data.names[k];

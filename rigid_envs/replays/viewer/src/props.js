@@ -121,14 +121,14 @@ function fading(n = 128) {
 }
 
 export class Light {
-  constructor(reach, shadows) {
+  constructor(reach, shadows, detail) {
     this.sky = new HemisphereLight(0xffffff, 0xc4cad4, 1.8);
     this.sky.position.set(0, 0, 1);
     this.sun = new DirectionalLight(0xfffaf2, 1.8);
     this.reach = reach;
     this.sun.castShadow = shadows;
     const shadow = this.sun.shadow;
-    shadow.mapSize.set(2048, 2048);
+    shadow.mapSize.set(detail, detail);
     Object.assign(shadow.camera, {
       left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * reach, far: 6 * reach,
     });

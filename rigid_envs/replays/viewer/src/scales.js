@@ -3,9 +3,20 @@
 // Okabe and Ito: told apart by colour-blind eyes too.
 export const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 
-// Lines of the first, second ... episode: on canvases, and in style sheets.
+// Lines of the first, second ... episode.
 export const DASHES = [[], [5, 3], [2, 2], [9, 3, 2, 3]];
-export const STYLES = ["solid", "dashed", "dotted", "double"];
+
+// The same as a background of style sheets.
+export function lineSample(episode, color) {
+  if (!episode) return color;
+  let at = 0;
+  const parts = DASHES[episode].map((length, k) => {
+    const part = `${k % 2 ? "transparent" : color} ${at}px ${at + length}px`;
+    at += length;
+    return part;
+  });
+  return `repeating-linear-gradient(90deg, ${parts.join(", ")})`;
+}
 
 // Round numbers between two ends: about `count`, and never fewer than two.
 export function niceTicks(low, high, count) {

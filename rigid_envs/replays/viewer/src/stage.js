@@ -9,8 +9,9 @@ const SHORTEST = 14; // pixels; a shorter arrow has no label
 const radians = (degrees) => (degrees * Math.PI) / 180;
 
 export class Stage {
-  // element: where it is seen; shapes: geometries by number; array: reader of references
-  constructor(element, data, shapes, array) {
+  // element: where it is seen; shapes: geometries by number; array: reader of references;
+  // detail: pixels of the shadow map
+  constructor(element, data, shapes, array, detail) {
     this.element = element;
     this.times = array(data.times);
     this.look = data.camera;
@@ -19,7 +20,7 @@ export class Stage {
     this.camera = new PerspectiveCamera(this.look.fov, 1, 0.02 * this.look.distance,
       60 * this.look.distance);
     this.camera.up.set(0, 0, 1);
-    this.light = new Light(1.1 * this.look.distance, data.floor !== null);
+    this.light = new Light(1.1 * this.look.distance, data.floor !== null, detail);
     this.light.addTo(this.scene);
     if (data.floor) this.scene.add(floor(data.floor));
     for (const item of data.parts) this.addPart(item, shapes, array);
