@@ -12,6 +12,7 @@ from typing import Any
 from rigid_envs import ENVIRONMENTS, __version__, catalogue
 from rigid_envs.cli.gallery import add_gallery
 from rigid_envs.cli.progress import tell
+from rigid_envs.cli.replaying import add_replay
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.describe import describe
 from rigid_envs.pages.listing import list_all
@@ -60,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_verify(verbs)
     _add_anchors(verbs)
     add_gallery(verbs)
-    _add_replay(verbs)
+    add_replay(verbs)
     return parser
 
 
@@ -146,22 +147,6 @@ def _add_anchors(verbs: Any) -> None:
     anchoring.set_defaults(act=_anchors)
 
 
-def _add_replay(verbs: Any) -> None:
-    replaying = verbs.add_parser(
-        "replay",
-        help="recorded episodes: what happened, and a page to watch them in a browser",
-        description="Print the episodes of replays, and whether their actions give the same bits "
-        "again. Several files are shown side by side.",
-        allow_abbrev=False,
-    )
-    replaying.add_argument("files", nargs="+", metavar="FILE", type=Path)
-    replaying.add_argument(
-        "--episodes", nargs="+", type=int, metavar="K", help="only these episodes, counted from 0"
-    )
-    replaying.add_argument("--html", type=Path, metavar="OUT", help="write a page that shows them")
-    replaying.set_defaults(act=_replay)
-
-
 def _list(_options: argparse.Namespace, rest: list[str]) -> None:
     _refuse(rest)
     print(list_all())
@@ -239,17 +224,6 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
         write_atomic(file, document + "\n")
         print(f"\nwritten to {file}")
     return 1 if verdict.failures else 0
-
-
-def _replay(options: argparse.Namespace, rest: list[str]) -> None:
-    _refuse(rest)
-    _refuse_missing_folder("--html", options.html)
-    from rigid_envs.cli import replaying
-
-    replays = replaying.read(options.files)
-    print(replaying.as_text(replays))
-    if options.html:
-        replaying.write_page(replaying.chosen(replays, options.episodes), options.html)
 
 
 def _refuse_missing_folder(option: str, file: Path | None) -> None:

@@ -107,7 +107,7 @@ def test_the_first_episode_of_each_row_can_be_recorded_alone(tmp_path: Path) -> 
 def test_what_cannot_be_recorded_is_refused() -> None:
     with pytest.raises(ValueError, match="expected an environment of rigid_envs"):
         RecordReplay(gym.make("CartPole-v1"))
-    rescaled = gym.wrappers.RescaleAction(gym.make(PARK), -2.0, 2.0)
+    rescaled = gym.wrappers.RescaleAction(gym.make(PARK), np.float32(-2.0), np.float32(2.0))
     with pytest.raises(ValueError, match="record first, then wrap"):
         RecordReplay(rescaled)
     with pytest.raises(ValueError, match=r"rows = \(3,\); expected rows from 0 to 1"):
@@ -126,7 +126,9 @@ def test_a_state_that_is_set_past_the_wrapper_is_noticed() -> None:
 
 
 def test_other_wrappers_go_around_the_recording_one() -> None:
-    env = gym.wrappers.RescaleAction(RecordReplay(gym.make(PARK)), -2.0, 2.0)
+    env = gym.wrappers.RescaleAction(
+        RecordReplay(gym.make(PARK)), np.float32(-2.0), np.float32(2.0)
+    )
     env.reset(seed=0)
     env.step(np.full(2, 1.0, dtype=np.float32))
     recording = env.env
