@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rigid_envs import ENVIRONMENTS, __version__, catalogue
+from rigid_envs.cli.films import add_films
+from rigid_envs.cli.frames import add_frames
 from rigid_envs.cli.gallery import add_gallery
 from rigid_envs.cli.progress import tell
 from rigid_envs.cli.replaying import add_replay
@@ -60,6 +62,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_bench(verbs)
     _add_verify(verbs)
     _add_anchors(verbs)
+    add_frames(verbs)
+    add_films(verbs)
     add_gallery(verbs)
     add_replay(verbs)
     return parser

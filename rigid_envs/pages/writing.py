@@ -21,8 +21,10 @@ from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.tasks import Task
 
 __all__ = [
+    "FILMS",
     "INDEX",
     "file_of",
+    "film_of",
     "index",
     "overview",
     "page",
@@ -32,6 +34,8 @@ __all__ = [
 ]
 
 INDEX = "README.md"
+FILMS = "films"
+_SMALL = 120  # pixels, in the README
 _SPACE = "RigidEnvs/"
 _DOI = re.compile(r"\bdoi:(10\.[^\s;,]*[^\s;,.])")
 _NOTE = (
@@ -94,6 +98,7 @@ def page(env_id: str) -> str:
     task, name = task_of(env_id), file_of(env_id).removesuffix(".md")
     parts = [
         summary_of(type(task)),
+        *([_film(env_id)] if env_id in _own_ids() else []),
         _family_of(env_id),
         "\n".join(table_lines(_glance(env_id, task))),
         markdown(document(env_id, task, {})),
@@ -121,8 +126,10 @@ def overview(folder: str = "docs/environments") -> str:
         for env_id in members:
             task = task_of(env_id)
             link = f"[`{_name(env_id)}`]({folder}/{file_of(env_id)})"
-            rows.append((link, summary_of(type(task)), short(type(task).actions), observed(task)))
-        table = Table((family, "task", "action", "observation"), rows, "<<<<")
+            film = f'<img src="{folder}/{FILMS}/{film_of(env_id)}" width="{_SMALL}" alt="film">'
+            row = (film, link, summary_of(type(task)), short(type(task).actions), observed(task))
+            rows.append(row)
+        table = Table(("", family, "task", "action", "observation"), rows, "<<<<<")
         parts.append("\n".join(table_lines(table)))
     return "\n\n".join(parts)
 
@@ -138,6 +145,15 @@ def with_overview(text: str) -> str:
     if not begin or not end:
         raise ConfigError(f"README has no marks for the tables; expected {_BEGIN} and {_END}")
     return f"{before}{begin}\n\n{overview()}\n\n{end}{after}"
+
+
+def film_of(env_id: str) -> str:
+    """Name of the file of the film of an id; see `rigid_envs.pages.films`."""
+    return file_of(env_id).removesuffix(".md") + ".webp"
+
+
+def _film(env_id: str) -> str:
+    return f"![A reference controller in {_name(env_id)}]({FILMS}/{film_of(env_id)})"
 
 
 def _own_ids() -> list[str]:

@@ -1,0 +1,113 @@
+"""Short film of every environment for its page: `rigid-envs films`.
+
+A film shows a reference controller from the first start of the evaluation at which it succeeds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import rigid_envs
+from rigid_envs.files import write_atomic
+from rigid_envs.films import Look, episode_pictures, write_film
+from rigid_envs.films.playing import Played, play_episode
+from rigid_envs.pages.writing import film_of
+from rigid_envs.provenance import provenance
+from rigid_envs.scores import evaluation_seeds, from_controller, reference_controllers
+
+__all__ = ["DATA", "MAX_BYTES", "sources_hash", "stale_films", "write_films"]
+
+DATA = "films.json"
+MAX_BYTES = 250_000
+_SIZE = 320  # pixels
+_FPS = 12.0
+_LONGEST = 8.0  # [s] of film; a longer episode is cut off
+_TRIED = 20  # starts
+
+Image = npt.NDArray[np.uint8]
+
+
+def sources_hash() -> str:
+    """SHA-256 over what pictures are made from, the files of `rigid_envs.render`."""
+    digest = hashlib.sha256()
+    folder = Path(rigid_envs.__file__).resolve().parent / "render"
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+def write_films(
+    folder: Path, ids: Iterable[str], report: Callable[[str], Any] = lambda _: None
+) -> None:
+    """Write the film of each id, and what it shows to `films.json`.
+
+    Args:
+        folder: made if it is not there; films of other ids in it stay.
+        ids: Gymnasium's ids.
+        report: called with a line about each film.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    data = _read(folder)
+    films: dict[str, Any] = data.get("films", {})
+    for env_id in ids:
+        played = _episode(env_id)
+        file = folder / film_of(env_id)
+        write_film(file, _pictures(played), _FPS, MAX_BYTES)
+        films[env_id] = {
+            "file": file.name,
+            "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
+            "sources": sources_hash(),
+            "shows": played.captioned().label,
+            "seed": played.tally.seed,
+        }
+        report(f"{file}: {file.stat().st_size / 1e3:.0f} kB, {films[env_id]['shows']}")
+    ordered = {env_id: films[env_id] for env_id in sorted(films)}
+    text = json.dumps({"provenance": provenance(), "films": ordered}, indent=1)
+    write_atomic(folder / DATA, text + "\n")
+
+
+def stale_films(folder: Path, ids: Iterable[str]) -> dict[str, str]:
+    """Ids whose film is missing, changed, or older than what pictures are made from; and why."""
+    films: Mapping[str, Any] = _read(folder).get("films", {})
+    found = {}
+    for env_id in ids:
+        file, entry = folder / film_of(env_id), films.get(env_id)
+        if entry is None or not file.is_file():
+            found[env_id] = "missing"
+        elif hashlib.sha256(file.read_bytes()).hexdigest() != entry["sha256"]:
+            found[env_id] = "not what films.json says"
+        elif entry["sources"] != sources_hash():
+            found[env_id] = "older than rigid_envs/render"
+    return found
+
+
+def _episode(env_id: str) -> Played:
+    """Episode of the best reference controller: the first of some that succeeds, or the last."""
+    name, factory = next(iter(reference_controllers(env_id).items()))
+    policy = from_controller(factory)
+    for seed in evaluation_seeds(_TRIED):
+        played = play_episode(policy, env_id, seed, label=name)
+        if played.tally.success:
+            break
+    return played
+
+
+def _pictures(played: Played) -> Iterator[Image]:
+    """Pictures in real time; a step that lasts a second is shown in a quarter of one."""
+    speed = 4.0 if played.task.dt >= 1.0 else 1.0
+    look, shown = Look(width=_SIZE, height=_SIZE), (played.captioned(),)
+    pictures = episode_pictures(played.task, shown, look, fps=_FPS, speed=speed)
+    yield from itertools.islice(pictures, int(_LONGEST * _FPS))
+
+
+def _read(folder: Path) -> dict[str, Any]:
+    file = folder / DATA
+    return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
