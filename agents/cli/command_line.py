@@ -9,6 +9,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from gymnasium.error import DependencyNotInstalled
+
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError
@@ -40,7 +42,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         status: int = options.run(options, rest)
     except KeyboardInterrupt:
         return 128 + signal.SIGINT
-    except (RunInUseError, FloatingPointError, OSError, ImportError) as error:
+    except (
+        RunInUseError,
+        FloatingPointError,
+        OSError,
+        ImportError,
+        DependencyNotInstalled,
+    ) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     except (ConfigError, DamagedFileError) as error:
@@ -60,7 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_train(commands.add_parser("train", help="train, then evaluate", allow_abbrev=False))
     _add_evaluate(commands.add_parser("evaluate", help="metrics and scores on unseen starts"))
     _add_leaderboard(commands.add_parser("leaderboard", help="one table and plot of evaluations"))
-    _add_enjoy(commands.add_parser("enjoy", help="print one episode, step by step"))
+    _add_enjoy(commands.add_parser("enjoy", help="watch one episode, in a window or as a film"))
     _add_benchmark(commands.add_parser("benchmark", help="train and evaluate every environment"))
     for verb in commands.choices.values():
         verb.add_argument(
@@ -131,9 +139,23 @@ def _add_leaderboard(parser: argparse.ArgumentParser) -> None:
 
 def _add_enjoy(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=verbs.enjoy)
+    parser.description = (
+        "Print one episode, step by step, and show it: in a window where there is a display (Space "
+        "pauses, R plays it again, Esc closes), and else in a film, enjoy.mp4 in the folder of the "
+        "policy. --video and --html write files instead."
+    )
     _add_policy_options(parser)
     parser.add_argument("--seed", type=int, help="of the start (the first of the evaluation)")
     parser.add_argument("--random", action="store_true", help="act at random instead")
+    parser.add_argument(
+        "--against",
+        metavar="CONTROLLER",
+        help="show a controller beside it, from the same start: one by its name, `reference` for "
+        "the best one, `sampling`, `zero` or `random`",
+    )
+    parser.add_argument("--video", metavar="FILE", help="write a film: FILE.mp4, .gif or .webp")
+    parser.add_argument("--html", metavar="FILE", help="write a page for a browser")
+    parser.add_argument("--table", action="store_true", help="print only")
 
 
 def _add_benchmark(parser: argparse.ArgumentParser) -> None:

@@ -91,16 +91,19 @@ def _resumed(options: argparse.Namespace, entries: dict[str, str], rest: list[st
 
 def _finish(run: Run, outcome: Outcome) -> int:
     from ..evaluation.reports import table
+    from ..evaluation.short_film import NAME
     from ..training.conclusion import conclude
 
     figures = conclude(run, outcome, N_STARTS, TEST_SEED)
+    film = run / NAME
+    seen = f"See what it does: {film.absolute()}\n" if film.exists() else ""
     print(
         f"\n{table(figures)}\n\ntrained in {outcome.seconds:.0f} s. In {run.folder}:\n"
         "  best_model/, last_model/                policies\n"
         "  results.json, episodes.csv              the table above, and every start of it\n"
         "  learning_curve.png, evaluations.npz     how it learnt\n"
         "  progress.csv, monitor.csv, tensorboard/ logs\n"
-        f"Watch it: python -m agents enjoy {run.folder}"
+        f"{seen}Watch it: python -m agents enjoy {run.folder}"
     )
     return 0
 
@@ -203,15 +206,23 @@ def leaderboard(options: argparse.Namespace, rest: list[str]) -> int:
 
 
 def enjoy(options: argparse.Namespace, rest: list[str]) -> int:
-    """Print one episode of a policy."""
+    """Print one episode of a policy, and show it."""
     _refuse(rest)
+    from ..evaluation.showing import Show, refuse_early
     from ..evaluation.watching import watch
     from ..policies.policy_file import load_policy
 
-    policy = load_policy(_policy_file(options.path, options.which))
+    video, html = refuse_early(options.video, options.html, options.table, options.against)
+    file = _policy_file(options.path, options.which)
+    policy = load_policy(file)
     seed = row_seeds(TEST_SEED, 1, "test")[0] if options.seed is None else options.seed
     document = policy.document
-    watch(None if options.random else policy, document["env_id"], document["env_kwargs"], seed)
+    chosen = None if options.random else policy
+    show = Show(chosen, document, seed, options.against)
+    watch(chosen, document["env_id"], document["env_kwargs"], seed)
+    if not options.table:
+        folder = options.path if _is_run(options.path) else file.parent
+        show(video, html, folder / "enjoy.mp4")
     return 0
 
 

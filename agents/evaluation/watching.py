@@ -21,7 +21,7 @@ def watch(
     env_id: str,
     env_kwargs: dict[str, Any],
     seed: int,
-    out: TextIO = sys.stdout,
+    out: TextIO | None = None,
 ) -> bool:
     """Play one episode and print every step of it.
 
@@ -30,11 +30,12 @@ def watch(
         env_id: The environment.
         env_kwargs: Hyperparameters of the task.
         seed: Seed of the start.
-        out: Where to print.
+        out: Where to print; None for standard output.
 
     Returns:
         Whether it ended in success.
     """
+    out = sys.stdout if out is None else out
     venv = make(env_id, env_kwargs, 1)
     if policy is None:
         policy = RandomPolicy(venv.single_action_space, np.random.default_rng(seed))

@@ -9,6 +9,7 @@ logs/<algo>/<environment>_<n>/
     best_model/, last_model/    policy.safetensors, policy.json
     checkpoints/            what `--resume` continues from
     results.json, episodes.csv, learning_curve.png      the final evaluation
+    film.mp4                one episode of it, to look at
 """
 
 from __future__ import annotations

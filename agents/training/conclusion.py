@@ -6,6 +6,8 @@ from typing import Any
 
 from ..evaluation.plots import draw_learning_curve
 from ..evaluation.reports import report, write_report
+from ..evaluation.short_film import try_film
+from ..policies.policy_file import load_policy
 from ..storage.runs import Run
 from .trainer import Outcome
 
@@ -13,7 +15,7 @@ __all__ = ["conclude"]
 
 
 def conclude(run: Run, outcome: Outcome, n: int, seed: int) -> dict[str, Any]:
-    """Evaluate the best policy of a run, and write figures and learning curve into it.
+    """Evaluate the best policy of a run, and write figures, learning curve and film into it.
 
     Args:
         run: A complete run.
@@ -25,9 +27,11 @@ def conclude(run: Run, outcome: Outcome, n: int, seed: int) -> dict[str, Any]:
         The figures of `report`, where `training_timesteps` is the age of that policy, and of all
         the training `run_timesteps` and `training_seconds`.
     """
-    figures, episodes = report(run / "best_model" / "policy.safetensors", n, seed)
+    path = run / "best_model" / "policy.safetensors"
+    figures, episodes = report(path, n, seed)
     figures["run_timesteps"] = outcome.timesteps
     figures["training_seconds"] = round(outcome.seconds, 3)
     write_report(run.folder, figures, episodes)
     draw_learning_curve(run)
+    try_film(load_policy(path), run.folder, seed)
     return figures

@@ -1,7 +1,6 @@
 """Arguments of the command `rigid-envs`, and its verbs."""
 
 import argparse
-import ast
 import json
 import os
 import sys
@@ -9,12 +8,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from gymnasium.error import DependencyNotInstalled
+
 from rigid_envs import ENVIRONMENTS, __version__, catalogue
 from rigid_envs.cli.films import add_films
 from rigid_envs.cli.frames import add_frames
 from rigid_envs.cli.gallery import add_gallery
+from rigid_envs.cli.playing import add_play
 from rigid_envs.cli.progress import tell
 from rigid_envs.cli.replaying import add_replay
+from rigid_envs.cli.words import config_of, refuse, refuse_missing_folder
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.describe import describe
 from rigid_envs.pages.listing import list_all
@@ -31,8 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: arguments; None takes those of the process.
 
     Returns:
-        Exit status: 0, 1 if a law, an anchor or a figure's number does not hold, or 2 for wrong
-        arguments.
+        Exit status: 0, 1 if a law, an anchor or a figure's number does not hold or a package is
+        missing, or 2 for wrong arguments.
     """
     options, rest = _parser().parse_known_args(argv)
     status = 0
@@ -42,6 +45,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ValueError as error:
         print(f"rigid-envs: {error}", file=sys.stderr)
         return 2
+    except DependencyNotInstalled as error:
+        print(f"rigid-envs: {error}", file=sys.stderr)
+        return 1
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return status
@@ -58,6 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     listing = verbs.add_parser("list", help="all environments", allow_abbrev=False)
     listing.set_defaults(act=_list)
     _add_describe(verbs)
+    add_play(verbs)
     _add_docs(verbs)
     _add_bench(verbs)
     _add_verify(verbs)
@@ -152,16 +159,16 @@ def _add_anchors(verbs: Any) -> None:
 
 
 def _list(_options: argparse.Namespace, rest: list[str]) -> None:
-    _refuse(rest)
+    refuse(rest)
     print(list_all())
 
 
 def _describe(options: argparse.Namespace, rest: list[str]) -> None:
-    print(describe(options.id, _config(rest)))
+    print(describe(options.id, config_of(rest)))
 
 
 def _docs(options: argparse.Namespace, rest: list[str]) -> None:
-    _refuse(rest)
+    refuse(rest)
     if options.folder.exists() and not options.folder.is_dir():
         raise ValueError(f"FOLDER = {options.folder}; expected a folder: this is a file")
     ids = options.ids and list(dict.fromkeys(map(catalogue.checked_id, options.ids)))
@@ -172,9 +179,9 @@ def _docs(options: argparse.Namespace, rest: list[str]) -> None:
 
 
 def _bench(options: argparse.Namespace, rest: list[str]) -> None:
-    _refuse(rest)
+    refuse(rest)
     ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
-    _refuse_missing_folder("--json", options.json)
+    refuse_missing_folder("--json", options.json)
     from rigid_envs.bench import bench  # imports what it measures: only here
     from rigid_envs.cli.bench import as_text
 
@@ -189,7 +196,7 @@ def _bench(options: argparse.Namespace, rest: list[str]) -> None:
 
 
 def _anchors(options: argparse.Namespace, rest: list[str]) -> None:
-    _refuse(rest)
+    refuse(rest)
     ids = [catalogue.checked_id(env_id) for env_id in options.ids or ENVIRONMENTS]
     from rigid_envs.cli.scoring import make_anchors
     from rigid_envs.scores.scales import ANCHORS
@@ -198,12 +205,12 @@ def _anchors(options: argparse.Namespace, rest: list[str]) -> None:
     n = N_STARTS if options.starts is None else options.starts
     if not 1 <= n <= N_STARTS or (n < N_STARTS and options.out is None):
         raise ValueError(f"--starts = {n}; expected 1 to {N_STARTS}, and --out FILE if it is less")
-    _refuse_missing_folder("--out", options.out)
+    refuse_missing_folder("--out", options.out)
     make_anchors(list(dict.fromkeys(ids)), n, options.out or ANCHORS)
 
 
 def _verify(options: argparse.Namespace, rest: list[str]) -> int:
-    _refuse(rest)
+    refuse(rest)
     if options.scores:
         if options.json:
             raise ValueError(
@@ -220,7 +227,7 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     if options.json in SUBJECTS:
         raise ValueError(f"--json = {options.json}; expected a file: name subjects before --json")
     file = Path(options.json) if options.json not in (None, "-") else None
-    _refuse_missing_folder("--json", file)
+    refuse_missing_folder("--json", file)
     verdict = verify(list(dict.fromkeys(names)))
     document = json.dumps(verdict.as_json(), indent=1, allow_nan=False)
     print(document if options.json == "-" else verdict.as_text())
@@ -228,38 +235,3 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
         write_atomic(file, document + "\n")
         print(f"\nwritten to {file}")
     return 1 if verdict.failures else 0
-
-
-def _refuse_missing_folder(option: str, file: Path | None) -> None:
-    if file and not file.parent.is_dir():
-        raise ValueError(f"{option} = {file}; expected a file in a folder that exists")
-
-
-def _refuse(rest: list[str]) -> None:
-    if rest:
-        raise ValueError(f"argument = {rest[0]!r}; expected one of those that --help lists")
-
-
-def _config(words: list[str]) -> dict[str, Any]:
-    """Hyperparameters from ``--key value`` or ``--key=value``.
-
-    Raises:
-        ValueError: a word that is neither.
-    """
-    config: dict[str, Any] = {}
-    rest = list(words)
-    while rest:
-        word = rest.pop(0)
-        key, equals, value = word.removeprefix("--").partition("=")
-        if not word.startswith("--") or not key or not (equals or rest):
-            raise ValueError(f"argument = {word!r}; expected --KEY VALUE")
-        config[key] = _value(value if equals else rest.pop(0))
-    return config
-
-
-def _value(text: str) -> Any:
-    """Number, pair, truth value or word."""
-    try:
-        return ast.literal_eval({"true": "True", "false": "False"}.get(text, text))
-    except (ValueError, SyntaxError):
-        return text

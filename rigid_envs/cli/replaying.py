@@ -1,4 +1,4 @@
-"""`rigid-envs replay`: what is in replays, and a page to watch them."""
+"""`rigid-envs replay`: what is in replays, and a page or a film to watch them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rigid_envs.checks import positive
 from rigid_envs.pages.tables import table
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def add_replay(verbs: Any) -> None:
     """
     replaying = verbs.add_parser(
         "replay",
-        help="recorded episodes: what happened, and a page to watch them in a browser",
+        help="recorded episodes: what happened, and a page or a film to watch them",
         description="Print the episodes of replays, and whether their actions give the same bits "
         "again. Several files are shown side by side.",
         allow_abbrev=False,
@@ -33,6 +34,12 @@ def add_replay(verbs: Any) -> None:
         "--episodes", nargs="+", type=int, metavar="K", help="only these episodes, counted from 0"
     )
     replaying.add_argument("--html", type=Path, metavar="OUT", help="write a page that shows them")
+    replaying.add_argument(
+        "--video", metavar="OUT", help="write a film of them: OUT.mp4, .gif or .webp"
+    )
+    replaying.add_argument(
+        "--speed", type=float, default=1.0, metavar="X", help="of the film (1, real time)"
+    )
     replaying.set_defaults(act=_replay)
 
 
@@ -41,6 +48,11 @@ def _replay(options: argparse.Namespace, rest: list[str]) -> None:
         raise ValueError(f"argument = {rest[0]!r}; expected one of those that --help lists")
     if options.html and not options.html.parent.is_dir():
         raise ValueError(f"--html = {options.html}; expected a file in a folder that exists")
+    if options.video:
+        from rigid_envs.films import checked_film
+
+        positive(options.speed, "--speed")
+        checked_film(options.video)
     replays = _read(options.files)
     for replay in replays:
         print(_as_text(replay))
@@ -50,6 +62,19 @@ def _replay(options: argparse.Namespace, rest: list[str]) -> None:
         file = write_html(options.html, _chosen(replays, options.episodes))
         size = file.stat().st_size / 1e6
         print(f"written to {file} ({size:.2f} MB): open it in a browser")
+    if options.video:
+        _film(options.video, _chosen(replays, options.episodes), options.speed)
+
+
+def _film(file: str, chosen: Sequence[tuple[Replay, int]], speed: float) -> None:
+    """Write a film of episodes side by side; pictures are smaller where there are many."""
+    from rigid_envs.films import Look, episode_pictures, pictures_per_second, write_film
+
+    size = 480 if len(chosen) <= 2 else 320
+    shown = [(replay.task, replay.episodes[k]) for replay, k in chosen]
+    fps = pictures_per_second(*(task for task, _ in shown))
+    pictures = episode_pictures(shown, Look(size, size), speed=speed)
+    print(f"written to {write_film(file, pictures, fps)}")
 
 
 def _read(files: Sequence[Path]) -> list[Replay]:

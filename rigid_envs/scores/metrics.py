@@ -51,6 +51,12 @@ class Metric:
             return values
         return np.where(self.failed(episodes), random_baseline, values)
 
+    def unit(self, task: Task) -> str:
+        """Unit of its values in a task; empty where they have none."""
+        if self.name in ("path", "effort"):
+            return task.cost_unit.rpartition("[")[2].rstrip("]") if "[" in task.cost_unit else ""
+        return "s" if self.name == "time" else ""
+
 
 def _success(episodes: Episodes, _: Task) -> Array:
     return episodes.successes.astype(np.float64)

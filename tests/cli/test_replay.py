@@ -56,3 +56,29 @@ def test_what_cannot_be_shown_is_refused(
     assert main(["replay", *(places.get(word, word) for word in arguments)]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "page.html").exists()
+
+
+def test_a_film_of_several_files_is_written(
+    files: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("panda3d")
+    film = tmp_path / "both.webp"
+    words = [str(file) for file in files[:2]]
+    assert main(["replay", *words, "--video", str(film), "--speed", "4"]) == 0
+    assert f"written to {film}" in capsys.readouterr().out
+    assert film.read_bytes()[8:12] == b"WEBP"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--video", "a.avi"], "expected a name that ends in"),
+        (["--video", "a.mp4", "--speed", "0"], "--speed = 0.0; expected a positive"),
+    ],
+)
+def test_a_film_that_cannot_be_is_refused_first(
+    files: list[Path], words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["replay", str(files[0]), *words]) == 2
+    said = capsys.readouterr()
+    assert message in said.err and said.out == ""

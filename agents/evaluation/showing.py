@@ -1,0 +1,163 @@
+"""One episode of a policy to look at: in a window, a film or a page, beside a controller or not."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gymnasium.error import DependencyNotInstalled
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.errors import ConfigError
+from rigid_envs.scores.evaluation import PolicyFactory, from_predict, uniform
+from rigid_envs.scores.untrained import untrained_policy
+
+from .evaluate import SupportsPredict
+
+if TYPE_CHECKING:
+    from rigid_envs.films import Film, Played
+
+__all__ = ["Show", "refuse_early"]
+
+
+def refuse_early(
+    video: str | None, html: str | None, table: bool, against: str | None
+) -> tuple[Path | None, Path | None]:
+    """Paths of film and page, which are refused before anything is done for them.
+
+    Args:
+        video: Name of the film.
+        html: Name of the page.
+        table: Whether there is to be neither, nor a window.
+        against: Name of a controller.
+
+    Raises:
+        ConfigError: A name that cannot be, or something to show that is not to be shown.
+        DependencyNotInstalled: A package that writes the film is not installed.
+    """
+    given = {"--video": video, "--html": html, "--against": against}
+    if table and any(given.values()):
+        names = [name for name, value in given.items() if value]
+        raise ConfigError(f"--table prints only; leave out {' '.join(names)}")
+    page = None if html is None else Path(html)
+    if page is not None and not (page.suffix == ".html" and page.parent.is_dir()):
+        raise ConfigError(f"--html = {html}; expected NAME.html in a folder that exists")
+    if video is None:
+        return None, page
+    from rigid_envs.films import checked_film
+
+    try:
+        return checked_film(video), page
+    except ValueError as error:
+        raise ConfigError(f"--video: {error}") from None
+
+
+class Show:
+    """An episode of a policy, and that of a controller from the same start.
+
+    Args:
+        policy: The policy; None acts at random.
+        document: Of the policy: its environment and algorithm.
+        seed: Seed of the start.
+        against: Name of a controller to be shown beside it; None for none.
+
+    Raises:
+        ConfigError: There is no such controller.
+    """
+
+    def __init__(
+        self,
+        policy: SupportsPredict | None,
+        document: Mapping[str, Any],
+        seed: int,
+        against: str | None = None,
+    ) -> None:
+        """Nothing is played yet."""
+        self._env_id = document["env_id"].rpartition(":")[2]
+        self._config, self._seed = document["env_kwargs"], seed
+        act = uniform(seed) if policy is None else from_predict(policy)
+        name = "random" if policy is None else str(document["algo"]).upper()
+        self._players: list[tuple[str, PolicyFactory]] = [(name, act)]
+        if against is not None:
+            try:
+                self._players.append(untrained_policy(self._env_id, against))
+            except ValueError as error:
+                raise ConfigError(f"--against: {error}") from None
+
+    def __call__(self, video: Path | None, html: Path | None, otherwise: Path) -> None:
+        """Write what is asked for, or else open a window, or else write a film.
+
+        Without the packages that draw, what was not asked for is left out, and one line on standard
+        error says how to install them.
+
+        Args:
+            video: A film to be written.
+            html: A page to be written.
+            otherwise: A film to be written where neither is asked for and there is no display.
+
+        Raises:
+            ConfigError: A film or a page of an environment that has no pictures.
+            DependencyNotInstalled: A package that draws what was asked for is not installed.
+        """
+        asked = bool(video or html)
+        if self._env_id not in ENVIRONMENTS:
+            if asked or len(self._players) > 1:
+                raise ConfigError(f"env_id = {self._env_id!r}; expected one of ours for pictures")
+            return
+        played = self.play()
+        if len(played) > 1:
+            print("   ".join(each.captioned()[1].label for each in played))
+        try:
+            if video is not None:
+                print(f"film: {self.film(played, video)}")
+            if html is not None:
+                print(f"page: {_page(played, html)}")
+            if not asked and not self._window(played):
+                print(f"film: {self.film(played, otherwise)}")
+        except DependencyNotInstalled as error:
+            if asked:
+                raise
+            print(f"not shown: {error}", file=sys.stderr)
+
+    def play(self) -> list[Played]:
+        """Play an episode of each."""
+        from rigid_envs.films import play_episode
+
+        return [
+            play_episode(act, self._env_id, self._seed, self._config, name)
+            for name, act in self._players
+        ]
+
+    def film(self, played: list[Played], path: Path) -> Film:
+        """Write a film of episodes side by side."""
+        from rigid_envs.films import episode_pictures, pictures_per_second, write_film
+
+        task = played[0].task
+        pictures = episode_pictures([each.captioned() for each in played])
+        return write_film(path, pictures, pictures_per_second(task))
+
+    def _window(self, played: list[Played]) -> bool:
+        """Show episodes in a window; False where there is no display."""
+        from rigid_envs.films import episode_pictures, pictures_per_second
+        from rigid_envs.films.window import has_display, show
+
+        if not has_display():
+            return False
+        task, shown = played[0].task, [each.captioned() for each in played]
+        return show(
+            lambda: episode_pictures(shown, hold=0.0),
+            pictures_per_second(task),
+            f"{self._env_id}   seed {self._seed}",
+        )
+
+
+def _page(played: list[Played], path: Path) -> Path:
+    """Write a page of episodes side by side."""
+    from rigid_envs.replays import Replay
+    from rigid_envs.replays.page import write_html
+
+    first = played[0]
+    replay = Replay(first.env_id, first.task, tuple(each.captioned()[1] for each in played))
+    return write_html(path, [(replay, k) for k in range(len(played))])

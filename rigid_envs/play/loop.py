@@ -1,0 +1,260 @@
+"""The loop of a game: events, time, pictures."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.catalogue import checked_id
+from rigid_envs.checks import integer
+from rigid_envs.films import Look
+from rigid_envs.films.drawing import Drawing
+from rigid_envs.films.window import has_display, library
+from rigid_envs.play.game import Game
+from rigid_envs.play.hands import Hands
+from rigid_envs.play.manual import help_lines, keys_of
+from rigid_envs.play.page import Status, board_height, page
+from rigid_envs.render.views import view_of
+from rigid_envs.replays import Replay
+
+__all__ = ["Table", "play"]
+
+Image = npt.NDArray[np.uint8]
+
+_SPEEDS = (1.0, 0.5, 0.25)
+_FPS = 60.0
+_LONGEST = 0.1  # time that passes between two pictures at most, whatever the machine does [s]
+_FURTHER, _FURTHEST = 1.6, 20.0  # factor of the distance of a camera; where it ends [m]
+_TRACE = 1.0 / 30.0  # time between points of a trace [s]
+
+
+def play(
+    env_id: str,
+    seed: int = 0,
+    config: Mapping[str, Any] | None = None,
+    size: int = 640,
+    save: str | Path | None = None,
+) -> Path | None:
+    """Open a window in which an environment is steered by hand.
+
+    Args:
+        env_id: Gymnasium's id.
+        seed: of the first start.
+        config: hyperparameters of the task.
+        size: width and height of the picture, in pixels.
+        save: file of a replay of all that was played; None for none.
+
+    Returns:
+        The replay; None if none was asked for or nothing was played.
+
+    Raises:
+        ValueError: an unknown id, a wrong hyperparameter, or no display.
+        DependencyNotInstalled: a package that draws is not installed.
+    """
+    checked_id(env_id)
+    integer(size, "size", 240)
+    pygame = library()
+    if not has_display():
+        raise ValueError(
+            "DISPLAY = None; expected a display for the window: `python -m agents enjoy` and "
+            "`rigid-envs replay --video` write films without one"
+        )
+    game = Game(env_id, seed, config)
+    try:
+        with Table(game, pygame, size) as table:
+            table.run()
+    finally:
+        game.close()
+    if save is None or not game.episodes:
+        return None
+    return Replay(game.env_id, game.task, tuple(game.episodes)).save(save)
+
+
+class Table:
+    """A game in a window; a context, which opens and closes it.
+
+    Args:
+        game: what is played.
+        pygame: the module.
+        size: width and height of the picture, in pixels.
+        clock: time [s].
+        sleep: waits for a time [s].
+    """
+
+    def __init__(
+        self,
+        game: Game,
+        pygame: Any,
+        size: int,
+        clock: Callable[[], float] = time.perf_counter,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """The window opens with the context."""
+        self.game, self._pygame, self._size = game, pygame, size
+        self._clock, self._sleep = clock, sleep
+        self.steering = keys_of(game.task, game.moment.parameters)
+        self.hands = Hands(pygame, (size, size))
+        self.paused, self.speed, self.help = False, 0, True
+        self.running = True
+        self._drawing: Drawing | None = None
+        self._traced = 0.0
+        self._pads: list[Any] = []
+
+    def __enter__(self) -> Table:
+        """Open the window."""
+        pygame = self._pygame
+        pygame.display.init()
+        shape = (self._size, self._size + board_height(self._size))
+        self._screen = pygame.display.set_mode(shape)
+        pygame.display.set_caption(self.game.env_id)
+        self._open_pads()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the window."""
+        if self._drawing is not None:
+            self._drawing.close()
+        self._pygame.display.quit()
+
+    def run(self) -> None:
+        """Play until it is left."""
+        last = self._clock()
+        while self.running:
+            due = last + 1.0 / _FPS
+            while (now := self._clock()) < due:
+                self._sleep(due - now)
+            self.turn(min(now - last, _LONGEST))
+            last = now
+
+    def turn(self, seconds: float) -> None:
+        """Take what happened, let time pass, show the picture.
+
+        Args:
+            seconds: of real time since the last turn.
+        """
+        pygame = self._pygame
+        pressed = (pygame.KEYDOWN, pygame.MOUSEBUTTONDOWN, pygame.CONTROLLERBUTTONDOWN)
+        for event in pygame.event.get():
+            if event.type == pygame.CONTROLLERDEVICEADDED:
+                self._open_pads()
+            command = self.hands.take(event)
+            if self.help and event.type in pressed and command != "quit":
+                self.help = False
+                self.hands.directions.clear()
+            elif command is not None:
+                self._obey(command)
+        stick = self.hands.stick(seconds)
+        if not (self.paused or self.help):
+            self._pass(seconds * _SPEEDS[self.speed], stick)
+        self._show(self.picture(stick))
+
+    def picture(self, stick: npt.NDArray[np.float64]) -> Image:
+        """The page of now.
+
+        Args:
+            stick: right, up and twist.
+        """
+        game = self.game
+        if self._drawing is None:
+            look = Look(self._size, self._size, _camera(game))
+            self._drawing = Drawing(game.task, game.moment.parameters, look)
+            self._traced = -1.0
+        moment = game.moment
+        extend = moment.time >= self._traced + _TRACE or moment.time < self._traced
+        self._traced = moment.time if extend else self._traced
+        return page(self._drawing.picture(moment, extend), self._status(stick))
+
+    def _pass(self, seconds: float, stick: npt.NDArray[np.float64]) -> None:
+        """Let time pass: a new step where the last one has been shown."""
+        game, task = self.game, self.game.task
+        while seconds > 0.0:
+            if game.waiting:
+                if not task.n_choices:
+                    game.step(self.steering.action(stick))
+                elif self.hands.directions:
+                    choice = self.steering.choice(*self.hands.directions.popleft())
+                    if choice is not None:
+                        game.step(choice)
+                else:
+                    return
+            part = min(seconds, game.left)
+            if part <= 0.0:  # the end stays
+                return
+            game.advance(part)
+            seconds -= part
+
+    def _obey(self, command: str) -> None:
+        game = self.game
+        if command == "quit":
+            self.running = False
+        elif command == "help":
+            self.help = True
+        elif command == "pause":
+            self.paused = not self.paused
+        elif command == "slow":
+            self.speed = (self.speed + 1) % len(_SPEEDS)
+        elif command in ("again", "next"):
+            game.begin(game.seed + (command == "next"))
+            self.paused = False
+            self.hands.release()
+            if self._drawing is not None:
+                self._drawing.close()
+            self._drawing = None
+
+    def _status(self, stick: npt.NDArray[np.float64]) -> Status:
+        game, rival = self.game, self.game.rival
+        others = [f"{rival.name}: {rival.text}"] if rival.name else []
+        if rival.bound:
+            others.append(f"anybody: {rival.bound}")
+        rate = "" if self.speed == 0 else f"   speed 1/{round(1 / _SPEEDS[self.speed])}"
+        name = game.env_id.rpartition("/")[2].rpartition("-")[0]
+        note = "R again   N next" if game.over else "paused" if self.paused else "H keys"
+        entries = () if game.task.n_choices else game.task.actions()
+        values = self.steering.action(stick)
+        return Status(
+            title=f"{name}   start {game.seed}{rate}",
+            own=game.score,
+            others="     ".join(others),
+            verdict=game.verdict,
+            success=game.tally.success,
+            gauges=tuple(
+                (entry.symbol, round(float(value), 2))
+                for entry, value in zip(entries, values, strict=bool(entries))
+            ),
+            note=note,
+            help=(*help_lines(self.steering), "", "any key\tbegins") if self.help else (),
+        )
+
+    def _show(self, image: Image) -> None:
+        pygame = self._pygame
+        height, width, _ = image.shape
+        surface = pygame.image.frombuffer(np.ascontiguousarray(image), (width, height), "RGB")
+        self._screen.blit(surface, (0, 0))
+        pygame.display.flip()
+
+    def _open_pads(self) -> None:
+        """Listen to all gamepads; without the module for them there are none."""
+        try:
+            from pygame._sdl2 import controller
+        except ImportError:
+            return
+        controller.init()
+        self._pads = [
+            controller.Controller(k)
+            for k in range(controller.get_count())
+            if controller.is_controller(k)
+        ]
+
+
+def _camera(game: Game) -> dict[str, float]:
+    """A camera that stays behind stands further off, for hands go astray."""
+    camera = view_of(game.task, dict(game.moment.parameters)).scene.camera
+    rolls = {"position", "contact"} & set(game.task.system_type.components)
+    if camera.follow is not None or not rolls:
+        return {}
+    return {"distance": max(camera.distance, min(_FURTHER * camera.distance, _FURTHEST))}

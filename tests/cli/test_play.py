@@ -1,0 +1,60 @@
+"""`rigid-envs play` tells which keys do what, and refuses what cannot be before it opens a window."""
+
+from pathlib import Path
+
+import pytest
+
+from rigid_envs.cli import main
+
+COIN = "RigidEnvs/CoinPark-v0"
+
+
+def test_keys_are_told_without_a_display(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["play", COIN, "--help-keys"]) == 0
+    said = capsys.readouterr().out
+    assert "roll forwards" in said and "turn right / left" in said and "gamepad" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["CoinPark"], "did you mean 'RigidEnvs/CoinPark-v0'?"),
+        ([COIN, "--radus", "1"], "config.radus: "),
+        ([COIN, "--radus", "1", "--help-keys"], "config.radus: "),
+        ([COIN, "--size", "10"], "size = 10; expected an integer of at least 240"),
+        ([COIN, "--save", "nowhere/mine.npz"], "--save = nowhere/mine.npz; expected a file in"),
+    ],
+)
+def test_what_cannot_be_played_is_refused(
+    words: list[str],
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    assert main(["play", *words]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_what_is_played_is_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pygame = pytest.importorskip("pygame")
+    pytest.importorskip("panda3d")
+    from rigid_envs.play.loop import Table
+
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    turn = Table.turn
+
+    def hurried(table: Table, _seconds: float) -> None:
+        turn(table, 0.1)
+        done = table.game.moment.time > 0.5
+        key = pygame.K_ESCAPE if done else pygame.K_UP
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key))
+
+    monkeypatch.setattr(Table, "turn", hurried)
+    file = tmp_path / "mine.npz"
+    assert main(["play", COIN, "--seed", "2", "--size", "240", "--save", str(file)]) == 0
+    assert f"rigid-envs replay {file}" in capsys.readouterr().out
+    assert main(["replay", str(file)]) == 0
+    assert "same bits" in capsys.readouterr().out

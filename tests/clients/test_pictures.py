@@ -1,0 +1,231 @@
+"""Tools of others show every id, unmodified: films, windows, keys."""
+
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.wrappers import (
+    AddWhiteNoise,
+    HumanRendering,
+    ObstructView,
+    RecordVideo,
+    RenderCollection,
+)
+from gymnasium.wrappers.vector import RecordVideo as VectorRecordVideo
+from stable_baselines3 import PPO
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.vec_env import VecVideoRecorder
+
+from agents.environments.adapter import GymnasiumVecEnv
+from agents.environments.factory import make
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.testing.environments import GOALS
+
+imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
+pygame = pytest.importorskip("pygame")
+pytest.importorskip("panda3d")
+pytest.importorskip("moviepy")
+
+IDS = tuple(ENVIRONMENTS)
+PARK = "RigidEnvs/BallPark-v0"
+
+# it says so of every folder that is there already
+pytestmark = pytest.mark.filterwarnings("ignore:.*Overwriting existing videos:UserWarning")
+SMALL: dict[str, Any] = {"render_mode": "rgb_array", "width": 64, "height": 64}
+
+
+@pytest.fixture(autouse=True)
+def no_display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    yield
+    pygame.quit()
+
+
+def read(path: Path) -> tuple[dict[str, Any], int]:
+    """What ffmpeg says of a film, and its number of pictures."""
+    reader = imageio_ffmpeg.read_frames(str(path))
+    meta = next(reader)
+    return meta, sum(1 for _ in reader)
+
+
+def steps(env: Any, n: int, seed: int = 0) -> None:
+    env.reset(seed=seed)
+    env.action_space.seed(seed)
+    for _ in range(n):
+        env.step(env.action_space.sample())
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_record_video_films_an_id_in_real_time(env_id: str, tmp_path: Path) -> None:
+    env = RecordVideo(gym.make(env_id, **SMALL), str(tmp_path), disable_logger=True)
+    steps(env, 6)
+    fps = env.metadata["render_fps"]
+    dt = env.unwrapped.task.dt  # type: ignore[attr-defined]
+    env.close()
+    (film,) = tmp_path.glob("*.mp4")
+    meta, n = read(film)
+    assert meta["codec"] == "h264" and meta["size"] == (64, 64)
+    assert meta["fps"] == pytest.approx(fps, abs=0.01) and fps == max(1, round(1.0 / dt))
+    assert n == 7
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_render_collection_collects_a_picture_of_each_moment(env_id: str) -> None:
+    env = RenderCollection(gym.make(env_id, **SMALL))
+    steps(env, 4)
+    pictures: Any = env.render()
+    assert len(pictures) == 5
+    assert all(picture.shape == (64, 64, 3) for picture in pictures)
+    assert all(picture.dtype == np.uint8 for picture in pictures)
+    assert not np.array_equal(pictures[0], pictures[-1])
+    env.close()
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_human_rendering_opens_a_window_for_an_id(env_id: str) -> None:
+    env = HumanRendering(gym.make(env_id, **SMALL))
+    steps(env, 1)
+    assert pygame.display.get_init()
+    assert pygame.display.get_surface().get_size() == (64, 64)
+    env.close()
+
+
+def test_wrappers_of_pictures_wrap_ours() -> None:
+    env = AddWhiteNoise(ObstructView(gym.make(PARK, **SMALL), 0.3, 8), 0.3)
+    steps(env, 1)
+    picture: Any = env.render()
+    assert picture.shape == (64, 64, 3)
+    env.close()
+
+
+def test_films_of_a_policy_in_training_by_an_episode_trigger(tmp_path: Path) -> None:
+    env = RecordVideo(
+        gym.make(PARK, max_episode_steps=5, **SMALL),
+        str(tmp_path),
+        episode_trigger=lambda k: k % 2 == 0,
+        disable_logger=True,
+    )
+    for k in range(4):
+        env.reset(seed=k)
+        over = False
+        while not over:
+            _, _, terminated, truncated, _ = env.step(env.action_space.sample())
+            over = terminated or truncated
+    env.close()
+    assert len(list(tmp_path.glob("*.mp4"))) == 2
+
+
+def test_the_vector_wrapper_films_our_native_rows(tmp_path: Path) -> None:
+    envs: Any = gym.make_vec(PARK, num_envs=3, vectorization_mode="vector_entry_point", **SMALL)
+    filmed = VectorRecordVideo(envs, str(tmp_path), video_length=4, disable_logger=True)
+    steps(filmed, 6)
+    filmed.close()
+    (film,) = tmp_path.glob("*.mp4")
+    assert read(film)[0]["size"][0] >= 2 * 64  # rows are side by side
+
+
+@pytest.mark.parametrize("mode", ["sync", "async"])
+def test_gymnasiums_vectors_of_single_environments_render(mode: Any) -> None:
+    envs = gym.make_vec(PARK, num_envs=2, vectorization_mode=mode, **SMALL)
+    envs.reset(seed=0)
+    pictures: Any = envs.render()
+    assert len(pictures) == 2 and pictures[0].shape == (64, 64, 3)
+    assert not np.array_equal(*pictures)
+    envs.close()
+
+
+def keys_to_action(env: Any) -> dict[str, Any]:
+    """The mapping that a user would write: one key for each side of each entry."""
+    space = env.action_space
+    if isinstance(space, gym.spaces.Discrete):
+        return dict(zip("dwas", range(int(space.n)), strict=False))
+    letters = iter("adwsqe")
+    n, mapping = space.shape[0], {}
+    for k in range(n):
+        for side in (-1.0, 1.0):
+            action = np.zeros(n, np.float32)
+            action[k] = side
+            mapping[next(letters)] = action
+    return mapping
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_gymnasiums_play_steers_an_id(env_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it asks for a backend of matplotlib as it is imported
+        from gymnasium.utils import play as utils
+
+    env: Any = gym.make(env_id, **SMALL)
+    mapping = keys_to_action(env)
+    noop = 0 if env.unwrapped.task.n_choices else np.zeros(env.action_space.shape, np.float32)
+    taken: list[Any] = []
+
+    def post(kind: int, key: str) -> None:
+        pygame.event.post(pygame.event.Event(kind, key=ord(key)))
+
+    def callback(_before: Any, _after: Any, action: Any, *_rest: Any) -> None:
+        taken.append(action)
+        if len(taken) == 1:
+            post(pygame.KEYDOWN, "d")
+        if len(taken) == 3:
+            pygame.event.post(pygame.event.Event(pygame.QUIT))
+
+    utils.play(env, keys_to_action=mapping, noop=noop, seed=0, fps=1000, callback=callback)
+    assert np.array_equal(taken[0], noop)
+    if "d" in mapping:
+        assert np.array_equal(taken[1], mapping["d"])
+    assert len(taken) == 3
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_stable_baselines3_films_its_rows(env_id: str, tmp_path: Path) -> None:
+    venv: Any = make_vec_env(env_id, n_envs=2, seed=0, env_kwargs={"width": 64, "height": 64})
+    assert venv.render_mode == "rgb_array"
+    film_rows(venv, tmp_path)
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_stable_baselines3_films_our_adapter(env_id: str, tmp_path: Path) -> None:
+    film_rows(GymnasiumVecEnv(make(env_id, SMALL, 2)), tmp_path)
+
+
+def film_rows(venv: Any, folder: Path) -> None:
+    """Film four steps of two rows by Stable-Baselines3."""
+    recorder = VecVideoRecorder(
+        venv, str(folder), record_video_trigger=lambda step: step == 0, video_length=4
+    )
+    recorder.reset()
+    for _ in range(5):
+        recorder.step(np.stack([venv.action_space.sample() for _ in range(2)]))
+    recorder.close()
+    (film,) = folder.glob("*.mp4")
+    size = read(film)[0]["size"]
+    assert size[0] * size[1] >= 2 * 64 * 64
+
+
+def test_stable_baselines3_films_a_policy_over_our_adapter(tmp_path: Path) -> None:
+    venv = GymnasiumVecEnv(make(PARK, SMALL, 1))
+    recorder: Any = VecVideoRecorder(
+        venv, str(tmp_path), record_video_trigger=lambda step: step == 0, video_length=3
+    )
+    PPO("MlpPolicy", recorder, n_steps=8, batch_size=8, n_epochs=1, device="cpu").learn(8)
+    recorder.close()
+    assert len(list(tmp_path.glob("*.mp4"))) == 1
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_an_id_shows_itself_in_a_window(env_id: str) -> None:
+    env = gym.make(env_id, render_mode="human", width=64, height=64)
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    assert pygame.display.get_surface().get_size() == (64, 64)
+    env.close()
+    assert not pygame.display.get_init()
+
+
+def test_goal_environments_are_among_them() -> None:
+    assert set(GOALS) <= set(IDS)

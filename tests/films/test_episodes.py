@@ -1,0 +1,130 @@
+"""Pictures of episodes show them in real time, side by side, from the same start."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigid_envs import ENVIRONMENTS, rotations
+from rigid_envs.films import Look, Played, episode_pictures, pictures_per_second, play_episode
+from rigid_envs.films.episodes import moment_at
+from rigid_envs.films.labels import labelled
+from rigid_envs.scores.untrained import untrained_policy
+
+pytest.importorskip("panda3d")
+pytest.importorskip("PIL")
+
+PARK, GRID = "RigidEnvs/BallPark-v0", "RigidEnvs/BallGrid-v0"
+SMALL = Look(width=96, height=96)
+
+
+def played(env_id: str, name: str = "reference", seed: int = 7) -> Played:
+    label, policy = untrained_policy(env_id, name)
+    return play_episode(policy, env_id, seed, label=label)
+
+
+def pictures(found: Sequence[Played], **options: Any) -> list[Any]:
+    return list(episode_pictures([(f.task, f.episode) for f in found], SMALL, **options))
+
+
+def test_a_film_lasts_as_long_as_the_longest_episode_and_its_end_stays() -> None:
+    found = [played(PARK), played(PARK, "random")]
+    fps = pictures_per_second(found[0].task)
+    shown = pictures(found, hold=0.5)
+    seconds = 0.1 * max(len(f.episode) for f in found)
+    assert fps == pytest.approx(30.0)
+    assert len(shown) == round(seconds * fps) + 1 + 15
+    assert all(np.array_equal(shown[-1], picture) for picture in shown[-15:])
+
+
+def test_players_of_the_same_seed_have_the_same_start() -> None:
+    one, other = played(PARK).episode, played(PARK, "random").episode
+    assert np.array_equal(one.y[0], other.y[0])
+    assert not np.array_equal(one.y[1], other.y[1])
+
+
+def test_speed_and_rate_change_the_number_of_pictures() -> None:
+    found = [played(PARK)]
+    steps = len(found[0].episode)
+    assert len(pictures(found, fps=10.0, hold=0.0)) == steps + 1
+    assert len(pictures(found, fps=10.0, speed=0.5, hold=0.0)) == 2 * steps + 1
+
+
+def test_pictures_of_two_episodes_are_side_by_side_under_their_labels() -> None:
+    found = [played(PARK), played(PARK, "random")]
+    alone, both = pictures(found[:1], hold=0.0)[0], pictures(found, hold=0.0)[0]
+    height, width, _ = alone.shape
+    assert width == 96 and height > 96
+    assert both.shape == (height, 2 * width, 3)
+    assert np.array_equal(both[:, : width - 1], alone[:, : width - 1])
+
+
+def test_no_labels_take_no_room_and_long_ones_are_cut() -> None:
+    picture = np.zeros((96, 96, 3), np.uint8)
+    assert labelled([picture], [""]).shape == (96, 96, 3)
+    one, other = (labelled([picture], [text]) for text in ("x" * 100, "x" * 200))
+    assert np.array_equal(one, other)
+
+
+def test_control_periods_are_met_exactly() -> None:
+    found = played(PARK)
+    for k in range(len(found.episode) + 1):
+        moment = moment_at(found.task, found.episode, 0.1 * k)
+        assert (
+            np.array_equal(moment.y, found.episode.y[k]) and moment.time == found.episode.times[k]
+        )
+
+
+@pytest.mark.parametrize("env_id", [PARK, GRID])
+def test_between_steps_a_ball_rolls_without_slipping(env_id: str) -> None:
+    found = played(env_id)
+    episode, dt = found.episode, found.task.dt
+    radius = episode.parameters["radius"]
+    at = [moment_at(found.task, episode, dt * s).y for s in (0.2, 0.21)]
+    turn = rotations.log(rotations.multiply(at[1][:4], rotations.conjugate(at[0][:4])))
+    move = at[1][4:6] - at[0][4:6]
+    assert np.linalg.norm(move) > 0.0
+    assert turn == pytest.approx([-move[1] / radius, move[0] / radius, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("env_id", ENVIRONMENTS)
+def test_attitudes_between_steps_have_unit_length(env_id: str) -> None:
+    found = played(env_id, "zero")
+    moment = moment_at(found.task, found.episode, 0.37 * found.task.dt)
+    part = found.task.system_type.components.get("q")
+    if part is not None:
+        assert np.linalg.norm(moment.y[part]) == pytest.approx(1.0)
+    for head in ("goal", "reference"):
+        names = [f"{head}_{letter}" for letter in "wxyz"]
+        if set(names) <= set(moment.aux):
+            assert np.linalg.norm([moment.aux[name] for name in names]) == pytest.approx(1.0)
+
+
+def test_a_caption_says_who_and_how_well() -> None:
+    assert played(PARK).captioned()[1].label.startswith("shortest_path: path ")
+    assert played(PARK).captioned()[1].label.endswith(" m")
+    assert played(PARK, "zero").captioned()[1].label == "zero: no success"
+
+
+def test_episodes_of_several_tasks_share_a_film() -> None:
+    found = [played(PARK), played("RigidEnvs/SleepingTop-v0", "zero")]
+    tasks = [each.task for each in found]
+    assert pictures_per_second(*tasks) == pictures_per_second(tasks[1]) == 40.0
+    seconds = max(len(each.episode) * each.task.dt for each in found)
+    assert len(pictures(found, fps=5.0, hold=0.0)) == round(seconds * 5.0) + 1
+
+
+def test_nothing_to_show_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"episodes = \(\); expected at least one"):
+        next(episode_pictures([]))
+
+
+def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (Path(__file__).parents[2] / "docs" / "watching.md").read_text()
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(code, {})
+    assert 0 < (tmp_path / "both.webp").stat().st_size <= 250_000

@@ -1,0 +1,208 @@
+"""Films are what they say, in formats that others read, and nothing half-written stays."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.error import DependencyNotInstalled
+
+from rigid_envs.films import SUFFIXES, write_film
+
+imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
+Image = pytest.importorskip("PIL.Image")
+
+FPS = 25.0
+
+
+def moving_square(n: int = 20, height: int = 48, width: int = 64) -> list[Any]:
+    """Pictures of an orange square on a blue ground, one pixel further in each."""
+    pictures = []
+    for k in range(n):
+        picture = np.full((height, width, 3), (40, 80, 160), dtype=np.uint8)
+        picture[10:26, k : k + 16] = (230, 160, 30)
+        pictures.append(picture)
+    return pictures
+
+
+def noise(n: int = 20, size: int = 40) -> list[Any]:
+    rng = np.random.default_rng(0)
+    return list(rng.integers(0, 256, (n, size, size, 3), dtype=np.uint8))
+
+
+def read_video(path: Path) -> tuple[dict[str, Any], list[Any]]:
+    reader = imageio_ffmpeg.read_frames(str(path))
+    meta = next(reader)
+    width, height = meta["size"]
+    return meta, [np.frombuffer(raw, np.uint8).reshape(height, width, 3) for raw in reader]
+
+
+def read_animation(path: Path) -> tuple[list[Any], list[float], int]:
+    """Pictures, the time [s] at which each begins and the last one ends, and the loop count."""
+    with Image.open(path) as film:
+        pictures, times = [], [0.0]
+        for k in range(film.n_frames):
+            film.seek(k)
+            pictures.append(np.asarray(film.convert("RGB")))
+            times.append(times[-1] + film.info["duration"] / 1000)
+        return pictures, times, film.info.get("loop", -1)
+
+
+def test_mp4_is_h264_in_yuv420p_with_every_picture(tmp_path: Path) -> None:
+    pictures = moving_square()
+    film = write_film(tmp_path / "a.mp4", pictures, FPS)
+    meta, shown = read_video(film.path)
+    assert meta["codec"] == "h264" and meta["pix_fmt"].startswith("yuv420p")
+    assert meta["fps"] == FPS and meta["size"] == (64, 48) == (film.width, film.height)
+    assert len(shown) == film.n_pictures == 20
+    assert film.n_bytes == film.path.stat().st_size
+    for ours, theirs in zip(pictures, shown, strict=True):
+        assert np.abs(ours.astype(int) - theirs.astype(int)).mean() < 6
+
+
+def test_mp4_begins_with_its_index_so_that_a_browser_can_start_at_once(tmp_path: Path) -> None:
+    data = write_film(tmp_path / "a.mp4", moving_square(), FPS).path.read_bytes()
+    assert 0 < data.find(b"moov") < data.find(b"mdat")
+
+
+def test_mp4_of_odd_size_gets_one_more_line_and_column(tmp_path: Path) -> None:
+    film = write_film(tmp_path / "a.mp4", moving_square(height=47, width=63), FPS)
+    assert (film.width, film.height) == (64, 48)
+
+
+def test_mp4_is_encoded_while_pictures_come(tmp_path: Path) -> None:
+    alive = most = 0
+
+    class Counted(np.ndarray[Any, Any]):
+        def __del__(self) -> None:
+            nonlocal alive
+            alive -= 1
+
+    def source() -> Iterator[Any]:
+        nonlocal alive, most
+        for picture in moving_square(40):
+            alive += 1
+            most = max(most, alive)
+            yield picture.copy().view(Counted)
+
+    write_film(tmp_path / "a.mp4", source(), FPS)
+    assert most <= 4
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".webp"])
+def test_an_animation_repeats_without_end_and_keeps_the_time(tmp_path: Path, suffix: str) -> None:
+    pictures = moving_square(31)
+    film = write_film(tmp_path / f"a{suffix}", pictures, 30.0)
+    shown, times, loop = read_animation(film.path)
+    assert loop == 0
+    assert times[-1] == pytest.approx(31 / 30, abs=0.011)
+    assert film.duration == pytest.approx(31 / 30)
+    for picture, time in zip(shown, times, strict=False):  # no drift, whatever is rounded
+        due = pictures[round(time * 30)]
+        assert np.abs(due.astype(int) - picture.astype(int)).mean() < 6
+
+
+def test_a_gif_leaves_pictures_out_above_50_a_second(tmp_path: Path) -> None:
+    film = write_film(tmp_path / "a.gif", moving_square(30), 100.0)
+    assert film.fps == pytest.approx(50.0) and film.n_pictures == 15
+    assert read_animation(film.path)[1][-1] == pytest.approx(0.3, abs=0.011)
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".webp"])
+def test_max_bytes_lowers_the_quality_and_says_so_but_not_the_duration(
+    tmp_path: Path, suffix: str
+) -> None:
+    best = write_film(tmp_path / f"best{suffix}", noise(), FPS)
+    small = write_film(tmp_path / f"small{suffix}", noise(), FPS, best.n_bytes // 3)
+    assert small.n_bytes <= best.n_bytes // 3 < best.n_bytes
+    assert small.width * small.fps < best.width * best.fps
+    assert small.duration == pytest.approx(best.duration)
+    shown, times, _ = read_animation(small.path)
+    assert shown[0].shape == (small.height, small.width, 3)
+    assert times[-1] == pytest.approx(best.duration, abs=0.011)
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".webp"])
+def test_max_bytes_that_cannot_be_met_is_refused_with_the_least_size(
+    tmp_path: Path, suffix: str
+) -> None:
+    with pytest.raises(ValueError, match=r"max_bytes = 100; expected at least \d+, the size"):
+        write_film(tmp_path / f"a{suffix}", noise(), FPS, 100)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("a.avi", r"a\.avi'; expected a name that ends in \.mp4, \.gif or \.webp"),
+        ("a", "expected a name that ends in"),
+        ("nowhere/a.mp4", "expected a file in a folder that exists"),
+    ],
+)
+def test_another_file_is_refused(tmp_path: Path, name: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        write_film(tmp_path / name, moving_square(), FPS)
+
+
+@pytest.mark.parametrize(
+    ("pictures", "fps", "message"),
+    [
+        ([], FPS, r"pictures = \(\); expected at least one"),
+        (moving_square(1), 0.0, "fps = 0.0; expected a positive"),
+        ([moving_square(1)[0] / 2.0], FPS, r"pictures\[0\] = ndarray; expected uint8"),
+        ([np.zeros((4, 4), np.uint8)], FPS, r"pictures\[0\] has shape \(4, 4\); expected"),
+        (
+            [*moving_square(2), np.zeros((4, 4, 3), np.uint8)],
+            FPS,
+            r"pictures\[2\] has shape \(4, 4, 3\); expected \(48, 64, 3\)",
+        ),
+    ],
+)
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_what_is_no_film_is_refused_and_leaves_nothing(
+    tmp_path: Path, suffix: str, pictures: list[Any], fps: float, message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        write_film(tmp_path / f"a{suffix}", pictures, fps)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_failure_on_the_way_leaves_the_old_film(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(b"old")
+
+    def source() -> Iterator[Any]:
+        yield from moving_square(5)
+        raise RuntimeError("no more")
+
+    with pytest.raises(RuntimeError, match="no more"):
+        write_film(path, source(), FPS)
+    assert path.read_bytes() == b"old" and len(list(tmp_path.iterdir())) == 1
+
+
+def test_max_bytes_is_refused_for_mp4(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="max_bytes = 9; expected None for an mp4"):
+        write_film(tmp_path / "a.mp4", moving_square(), FPS, 9)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "module"), [(".mp4", "imageio_ffmpeg"), (".gif", "PIL"), (".webp", "PIL")]
+)
+def test_without_the_extra_it_says_what_to_install(
+    tmp_path: Path, suffix: str, module: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(DependencyNotInstalled, match=r'pip install "rigid-envs\[render\]"'):
+        write_film(tmp_path / f"a{suffix}", moving_square(), FPS)
+
+
+def test_importing_films_imports_no_renderer() -> None:
+    code = (
+        "import sys, rigid_envs.films; "
+        "assert not {'PIL', 'panda3d', 'pygame', 'imageio_ffmpeg', 'moviepy'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

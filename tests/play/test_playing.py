@@ -1,0 +1,267 @@
+"""A game is the environment itself, in real time, beside the reference from the same start."""
+
+import itertools
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.play import Game, play
+from rigid_envs.play.loop import Table
+from rigid_envs.play.page import Status, board_height, page
+from rigid_envs.replays import load_replay
+from rigid_envs.scores.evaluation import make_rows
+from rigid_envs.scores.theory import limit_of
+from rigid_envs.scores.untrained import untrained_policy
+
+pygame = pytest.importorskip("pygame")
+pytest.importorskip("panda3d")
+
+PARK, GRID, PUMP = (f"RigidEnvs/{name}-v0" for name in ("BallPark", "BallGrid", "RollPump"))
+SIZE = 240
+
+
+@pytest.fixture(autouse=True)
+def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+
+
+@pytest.fixture
+def table() -> Iterator[Table]:
+    game = Game(PARK, 3)
+    with Table(game, pygame, SIZE) as opened:
+        pygame.event.clear()
+        press("space")  # leaves the help
+        opened.turn(0.0)
+        release("space")
+        yield opened
+    game.close()
+
+
+def press(name: str) -> None:
+    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.key.key_code(name)))
+
+
+def release(name: str) -> None:
+    pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.key.key_code(name)))
+
+
+def turns(table: Table, seconds: float, dt: float = 0.02) -> None:
+    for _ in range(round(seconds / dt)):
+        table.turn(dt)
+
+
+def test_time_passes_as_fast_as_it_does(table: Table) -> None:
+    turns(table, 1.12)
+    assert table.game.moment.time == pytest.approx(1.12, abs=1e-6)
+    press("tab")
+    turns(table, 0.5)
+    assert table.game.moment.time == pytest.approx(1.37, abs=0.02)
+
+
+def test_a_paused_game_stands_still(table: Table) -> None:
+    turns(table, 0.3)
+    press("space")
+    table.turn(0.02)
+    before = table.game.moment
+    turns(table, 0.5)
+    assert table.paused and np.array_equal(table.game.moment.y, before.y)
+    press("p")
+    turns(table, 0.2)
+    assert table.game.moment.time > before.time
+
+
+def test_arrow_keys_roll_the_ball_as_seen(table: Table) -> None:
+    start = table.game.moment.y[4:6]
+    press("right")
+    turns(table, 0.6)
+    release("right")
+    turns(table, 0.6)
+    moved = table.game.moment.y[4:6] - start
+    right = table.steering.matrix[:, 0]
+    assert moved @ right / np.linalg.norm(moved) == pytest.approx(1.0, abs=1e-6)
+    assert np.array_equal(table.hands.stick(0.02), np.zeros(3))
+
+
+def test_the_mouse_and_a_gamepad_steer_too(table: Table) -> None:
+    at = (round(0.9 * SIZE), SIZE // 2)
+    pygame.event.post(pygame.event.Event(pygame.MOUSEMOTION, pos=at, rel=(0, 0), buttons=(1, 0, 0)))
+    table.turn(0.02)
+    assert table.hands.stick(0.0) == pytest.approx([1.0, 0.0, 0.0], abs=1e-6)
+    pygame.event.post(pygame.event.Event(pygame.MOUSEBUTTONUP, pos=at, button=1))
+    table.turn(0.02)
+    assert table.hands.stick(0.0) == pytest.approx(np.zeros(3))
+    up = pygame.event.Event(pygame.CONTROLLERAXISMOTION, axis=1, value=-32768, instance_id=0)
+    pygame.event.post(up)
+    table.turn(0.02)
+    assert table.hands.stick(0.0) == pytest.approx([0.0, 1.0, 0.0])
+
+
+def test_again_gives_the_same_start_and_next_another(table: Table) -> None:
+    start = table.game.moment.y
+    press("up")
+    turns(table, 0.3)
+    release("up")
+    press("r")
+    table.turn(0.0)
+    assert np.array_equal(table.game.moment.y, start) and table.game.seed == 3
+    press("n")
+    table.turn(0.0)
+    assert table.game.seed == 4 and not np.array_equal(table.game.moment.y, start)
+    press("escape")
+    table.turn(0.0)
+    assert not table.running
+
+
+def test_the_first_key_only_leaves_the_help() -> None:
+    with Table(Game(PARK), pygame, SIZE) as opened:
+        pygame.event.clear()
+        turns(opened, 0.5)
+        assert opened.help and opened.game.moment.time == 0.0
+        press("n")
+        opened.turn(0.0)
+        assert not opened.help and opened.game.seed == 0
+
+
+def test_a_move_on_the_grid_waits_for_its_key() -> None:
+    with Table(Game(GRID, 1), pygame, SIZE) as opened:
+        pygame.event.clear()
+        press("space")
+        turns(opened, 0.5)
+        release("space")
+        assert opened.game.moment.time == 0.0
+        press("right")
+        turns(opened, 0.5)
+        assert opened.game.moment.time == 1.0 and opened.game.waiting
+        turns(opened, 1.0)  # a held key makes one move
+        assert opened.game.moment.time == 1.0
+
+
+@pytest.mark.parametrize("env_id", ENVIRONMENTS)
+def test_every_environment_can_be_played(env_id: str) -> None:
+    game = Game(env_id, 5)
+    with Table(game, pygame, SIZE) as opened:
+        pygame.event.clear()
+        press("space")
+        opened.turn(0.0)
+        for name in ("right", "up", "e"):
+            press(name)
+        turns(opened, 0.6, 0.06)
+        picture = opened.picture(opened.hands.stick(0.0))
+    assert picture.shape == (SIZE + board_height(SIZE), SIZE, 3)
+    assert game.moment.time > 0.0 and game.rival.name
+    game.close()
+    assert len(game.episodes) == 1
+
+
+def test_the_environment_is_that_of_gymnasium() -> None:
+    rng, game, env = np.random.default_rng(0), Game(PARK, 8), gym.make(PARK)
+    env.reset(seed=8)
+    for _ in range(5):
+        action = rng.uniform(-1, 1, 2).astype(np.float32)
+        game.step(action)
+        game.advance(game.period)
+        env.step(action)
+    assert np.array_equal(game.moment.y, env.unwrapped.y)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("env_id", [PARK, PUMP])
+def test_the_reference_and_the_bound_are_of_this_very_start(env_id: str) -> None:
+    game = Game(env_id, 12)
+    envs = make_rows(env_id, 1)
+    envs.reset(seed=[12])
+    assert np.array_equal(envs.y[0], game.moment.y)
+    metric = ENVIRONMENTS[env_id].metrics[0]
+    limit: Any = limit_of(env_id, metric)
+    bound = float(limit.values(envs)[0])
+    assert f"{bound:.3g}" in game.rival.bound and game.rival.bound.startswith("at least")
+    name, policy = untrained_policy(env_id, "reference")
+    act = policy(envs)
+    obs, _ = envs.reset(seed=[12])
+    total = 0.0
+    for _ in itertools.count():
+        obs, _, ended, _, infos = envs.step(act(obs))
+        total += float((infos["final_info"] if ended[0] else infos)["cost"][0])
+        if ended[0]:
+            break
+    assert game.rival.name == name and game.rival.text.startswith(f"{metric} {total:.3g}")
+
+
+def test_an_episode_ends_with_a_verdict_and_its_result() -> None:
+    game = Game(PARK, 3, {"position_tolerance": 1.5, "angle_tolerance": 3.1})
+    game.step(np.zeros(2, np.float32))
+    assert game.over and game.verdict == "success" and game.score == "path 0 m"
+    other = Game(PARK, 3)
+    while not other.over:
+        other.step(np.zeros(2, np.float32))
+    assert other.verdict == "time is over" and not other.waiting
+
+
+def test_what_was_played_is_saved_as_a_replay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def steered(table: Table) -> None:
+        press("space")
+        table.turn(0.0)
+        for key in ("up", "r", "left"):
+            press(key)
+            turns(table, 0.5)
+
+    monkeypatch.setattr(Table, "run", steered)
+    path = play(PARK, 3, {"radius": 0.4}, SIZE, tmp_path / "mine")
+    assert path is not None
+    replay = load_replay(path)
+    assert [episode.label for episode in replay.episodes] == ["you", "you"]
+    one, other = replay.episodes
+    assert np.array_equal(one.y[0], other.y[0]) and one.parameters["radius"] == 0.4
+    assert len(one) == 5 and not np.array_equal(one.actions, other.actions)
+
+
+def test_the_loop_keeps_time_and_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 0.0
+    slept: list[float] = []
+
+    def sleep(seconds: float) -> None:
+        nonlocal now
+        slept.append(seconds)
+        now += seconds
+
+    game = Game(PARK, 3)
+    with Table(game, pygame, SIZE, lambda: now, sleep) as opened:
+        pygame.event.clear()
+        press("space")
+        shown = 0
+
+        def turn(seconds: float, old: Any = opened.turn) -> None:
+            nonlocal shown, now
+            old(seconds)
+            shown, now = shown + 1, now + 0.005
+            opened.running = shown < 61
+
+        monkeypatch.setattr(opened, "turn", turn)
+        opened.run()
+    assert game.moment.time == pytest.approx(1.0, abs=0.02)
+    assert sum(slept) == pytest.approx(1.0 - 60 * 0.005, abs=0.02)
+
+
+def test_without_a_display_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("sys.platform", "linux")
+    with pytest.raises(ValueError, match="DISPLAY = None; expected a display"):
+        play(PARK)
+
+
+def test_the_board_shows_the_action_as_bars() -> None:
+    picture = np.zeros((SIZE, SIZE, 3), np.uint8)
+    shown = [
+        page(picture, Status("a", "b", "c", "", False, (("x", value),), "d"))
+        for value in (-1.0, 0.0, 1.0)
+    ]
+    blue = [np.argwhere((each == (0, 114, 178)).all(axis=-1))[:, 1] for each in shown]
+    assert blue[0].max() <= blue[2].min() and blue[0].size > 100 < blue[2].size
+    assert blue[1].size < 20
