@@ -141,7 +141,8 @@ class Show:
     def _window(self, played: list[Played]) -> bool:
         """Show episodes in a window; False where there is no display."""
         from rigid_envs.films import episode_pictures, pictures_per_second
-        from rigid_envs.films.window import has_display, show
+        from rigid_envs.films.window import show
+        from rigid_envs.render.window import has_display
 
         if not has_display():
             return False

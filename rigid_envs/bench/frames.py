@@ -17,7 +17,8 @@ import gymnasium as gym
 
 import rigid_envs
 from rigid_envs.core import Core
-from rigid_envs.render.viewer import Look, Viewer
+from rigid_envs.render.drawing import Look
+from rigid_envs.render.viewer import Viewer
 
 __all__ = ["PACKAGES", "FrameTimes", "frame_times", "installed_size"]
 

@@ -85,7 +85,7 @@ class Display:
 
     def __init__(self, core: Core, look: Mapping[str, Any], title: str) -> None:
         """Nothing is drawn yet."""
-        from rigid_envs.render.viewer import Look
+        from rigid_envs.render.drawing import Look
 
         self._core, self._title, self._look = core, title, Look(**look)
         self._viewers: dict[int, Viewer] = {}

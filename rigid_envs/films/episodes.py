@@ -9,15 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.checks import non_negative, positive
-from rigid_envs.films.drawing import Drawing
 from rigid_envs.films.labels import labelled
-from rigid_envs.films.tweens import between
-from rigid_envs.moment import Moment
-from rigid_envs.render.viewer import Look
+from rigid_envs.render.drawing import Drawing, Look
 from rigid_envs.replays import Episode
+from rigid_envs.replays.inbetween import moment_at
 from rigid_envs.tasks import Task
 
-__all__ = ["Look", "episode_pictures", "moment_at", "pictures_per_second"]
+__all__ = ["Look", "episode_pictures", "pictures_per_second"]
 
 Image = npt.NDArray[np.uint8]
 
@@ -40,7 +38,7 @@ def episode_pictures(
 ) -> Iterator[Image]:
     """Pictures of episodes side by side, each under its label, until the longest one has ended.
 
-    Between the moments of two steps, motion is interpolated (`between`).
+    Between the moments of two steps, motion is interpolated (`rigid_envs.render.motion`).
 
     Args:
         episodes: each with its task; at least one.
@@ -82,14 +80,3 @@ def episode_pictures(
     finally:
         for drawing in drawings:
             drawing.close()
-
-
-def moment_at(task: Task, episode: Episode, time: float) -> Moment:
-    """Moment of an episode at any time [s]; its end after that."""
-    steps = min(time / task.dt, float(len(episode)))
-    k = min(int(steps + _ROUNDING), len(episode))
-    one = episode.moment(k, task)
-    share = steps - k
-    if share < _ROUNDING or k == len(episode):
-        return one
-    return between(one, episode.moment(k + 1, task), share, task.system_type)

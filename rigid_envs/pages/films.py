@@ -58,15 +58,15 @@ def write_films(
     data = _read(folder)
     films: dict[str, Any] = data.get("films", {})
     for env_id in ids:
-        played = _episode(env_id)
+        played, seed = _episode(env_id)
         file = folder / film_of(env_id)
         write_film(file, _pictures(played), _FPS, MAX_BYTES)
         films[env_id] = {
             "file": file.name,
             "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
             "sources": sources_hash(),
-            "shows": played.captioned().label,
-            "seed": played.tally.seed,
+            "shows": played.captioned()[1].label,
+            "seed": seed,
         }
         report(f"{file}: {file.stat().st_size / 1e3:.0f} kB, {films[env_id]['shows']}")
     ordered = {env_id: films[env_id] for env_id in sorted(films)}
@@ -89,22 +89,22 @@ def stale_films(folder: Path, ids: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def _episode(env_id: str) -> Played:
-    """Episode of the best reference controller: the first of some that succeeds, or the last."""
+def _episode(env_id: str) -> tuple[Played, int]:
+    """Episode of the best reference controller, and seed: the first that succeeds, or the last."""
     name, factory = next(iter(reference_controllers(env_id).items()))
     policy = from_controller(factory)
     for seed in evaluation_seeds(_TRIED):
         played = play_episode(policy, env_id, seed, label=name)
         if played.tally.success:
             break
-    return played
+    return played, seed
 
 
 def _pictures(played: Played) -> Iterator[Image]:
     """Pictures in real time; a step that lasts a second is shown in a quarter of one."""
     speed = 4.0 if played.task.dt >= 1.0 else 1.0
-    look, shown = Look(width=_SIZE, height=_SIZE), (played.captioned(),)
-    pictures = episode_pictures(played.task, shown, look, fps=_FPS, speed=speed)
+    look = Look(width=_SIZE, height=_SIZE)
+    pictures = episode_pictures([played.captioned()], look, fps=_FPS, speed=speed)
     yield from itertools.islice(pictures, int(_LONGEST * _FPS))
 
 

@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from rigid_envs.catalogue import checked_id
 from rigid_envs.films.playing import figure, play_episode
-from rigid_envs.films.tweens import between
 from rigid_envs.moment import Moment
 from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.render.motion import Motion
 from rigid_envs.replays import Episode, play_again
 from rigid_envs.scores import metrics_of
 from rigid_envs.scores.evaluation import make_rows
@@ -87,7 +87,8 @@ class Game:
         record = ENVIRONMENTS[self.env_id]
         limit = self._env.spec.max_episode_steps or record.max_episode_steps
         self.tally = Tally(seed, limit, record.error)
-        self._before = self._after = self._inner.moment()
+        moment = self._inner.moment()
+        self._motion = Motion(self._inner.system, moment, moment)
         self._share = 1.0  # of the step that is shown; 1: the next one can be made
 
     @property
@@ -110,7 +111,8 @@ class Game:
         self._actions.append(np.atleast_1d(np.array(action)))
         self.tally.add(float(reward), terminated, info)
         self._ends = bool(terminated), bool(truncated)
-        self._before, self._after = self._after, self._inner.moment()
+        inner = self._inner
+        self._motion = Motion(inner.system, self._motion.at(1.0), inner.moment())
         self._share = 0.0
         self.over = terminated or truncated
 
@@ -122,7 +124,7 @@ class Game:
     @property
     def moment(self) -> Moment:
         """What is to be seen now."""
-        return between(self._before, self._after, self._share, self.task.system_type)
+        return self._motion.at(self._share)
 
     @property
     def score(self) -> str:

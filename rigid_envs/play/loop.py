@@ -12,14 +12,13 @@ import numpy.typing as npt
 
 from rigid_envs.catalogue import checked_id
 from rigid_envs.checks import integer
-from rigid_envs.films import Look
-from rigid_envs.films.drawing import Drawing
-from rigid_envs.films.window import has_display, library
 from rigid_envs.play.game import Game
 from rigid_envs.play.hands import Hands
 from rigid_envs.play.manual import help_lines, keys_of
 from rigid_envs.play.page import Status, board_height, page
+from rigid_envs.render.drawing import Drawing, Look
 from rigid_envs.render.views import view_of
+from rigid_envs.render.window import has_display, library
 from rigid_envs.replays import Replay
 
 __all__ = ["Table", "play"]

@@ -2,15 +2,41 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium.error import DependencyNotInstalled
 
-__all__ = ["Window"]
+__all__ = ["Window", "has_display", "library"]
 
 Image = npt.NDArray[np.uint8]
+
+
+def library() -> Any:
+    """The module `pygame`.
+
+    Raises:
+        DependencyNotInstalled: it is not installed.
+    """
+    try:
+        import pygame
+    except ImportError as error:
+        raise DependencyNotInstalled(
+            'a window needs pygame: pip install "rigid-envs[render]"'
+        ) from error
+    return pygame
+
+
+def has_display() -> bool:
+    """Whether a window can be opened here, as far as the environment of the process says."""
+    if os.environ.get("SDL_VIDEODRIVER"):
+        return True
+    if sys.platform in ("darwin", "win32"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 class Window:
@@ -25,16 +51,15 @@ class Window:
 
     def __init__(self, title: str) -> None:
         """No window yet: the first picture opens it."""
-        try:
-            import pygame
-        except ImportError as error:
-            raise DependencyNotInstalled(
-                'a window needs pygame: pip install "rigid-envs[render]"'
-            ) from error
-        self._pygame: Any = pygame
+        self._pygame = library()
         self._title = title
         self._screen: Any = None
         self._clock: Any = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a picture has been shown."""
+        return self._screen is not None
 
     def show(self, picture: Image, fps: float) -> None:
         """Show a picture, at the earliest 1 / fps seconds after the last one.

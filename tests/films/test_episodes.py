@@ -10,8 +10,8 @@ import pytest
 
 from rigid_envs import ENVIRONMENTS, rotations
 from rigid_envs.films import Look, Played, episode_pictures, pictures_per_second, play_episode
-from rigid_envs.films.episodes import moment_at
 from rigid_envs.films.labels import labelled
+from rigid_envs.replays.inbetween import moment_at
 from rigid_envs.scores.untrained import untrained_policy
 
 pytest.importorskip("panda3d")

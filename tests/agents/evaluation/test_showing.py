@@ -66,7 +66,7 @@ def test_training_ends_with_the_path_of_the_film(
 def test_a_film_costs_at_most_its_time(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from rigid_envs.films.drawing import Drawing
+    from rigid_envs.render.drawing import Drawing
 
     draw = Drawing.picture
 

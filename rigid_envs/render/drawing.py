@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,13 +12,29 @@ import numpy.typing as npt
 from rigid_envs.moment import Moment
 from rigid_envs.render.pixels import Pixels
 from rigid_envs.render.scene import Camera
-from rigid_envs.render.viewer import Look
 from rigid_envs.render.views import view_of
 from rigid_envs.tasks import Task
 
-__all__ = ["Drawing"]
+__all__ = ["Drawing", "Look"]
 
 Image = npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Look:
+    """Size and point of view of pictures.
+
+    Attributes:
+        width: in pixels.
+        height: in pixels.
+        camera: fields of `Camera` that differ from those of the scene.
+        shadows: whether parts cast shadows on the floor.
+    """
+
+    width: int = 480
+    height: int = 480
+    camera: Mapping[str, Any] = field(default_factory=dict)
+    shadows: bool = True
 
 
 class Drawing:
@@ -28,13 +45,18 @@ class Drawing:
         parameters: parameters of the system by name, of the episode.
         look: size and point of view.
 
+    Attributes:
+        parameters: of the system.
+        camera: point of view.
+
     Raises:
         DependencyNotInstalled: a package that draws is not installed.
     """
 
     def __init__(self, task: Task, parameters: Mapping[str, float], look: Look) -> None:
         """Make the scene."""
-        self._view = view_of(task, dict(parameters))
+        self.parameters = dict(parameters)
+        self._view = view_of(task, self.parameters)
         scene = self._view.scene
         self.camera: Camera = replace(scene.camera, **look.camera)
         self._pixels = Pixels(scene, look.width, look.height, self.camera, look.shadows)
