@@ -21,11 +21,14 @@ from rigid_envs.films import Look, episode_pictures, write_film
 from rigid_envs.films.playing import Played, play_episode
 from rigid_envs.pages.writing import film_of
 from rigid_envs.provenance import provenance
+from rigid_envs.render.picture import pillow, tiled
 from rigid_envs.scores import evaluation_seeds, from_controller, reference_controllers
 
-__all__ = ["DATA", "MAX_BYTES", "sources_hash", "stale_films", "write_films"]
+__all__ = ["DATA", "MAX_BYTES", "SHEET", "sources_hash", "stale_films", "write_films"]
 
 DATA = "films.json"
+SHEET = "contact_sheet.webp"
+"""One picture of all films, each at a third of its time."""
 MAX_BYTES = 250_000
 _SIZE = 320  # pixels
 _FPS = 12.0
@@ -72,6 +75,7 @@ def write_films(
     ordered = {env_id: films[env_id] for env_id in sorted(films)}
     text = json.dumps({"provenance": provenance(), "films": ordered}, indent=1)
     write_atomic(folder / DATA, text + "\n")
+    write_film(folder / SHEET, [_sheet(folder / films[env_id]["file"] for env_id in ordered)], 1.0)
 
 
 def stale_films(folder: Path, ids: Iterable[str]) -> dict[str, str]:
@@ -106,6 +110,16 @@ def _pictures(played: Played) -> Iterator[Image]:
     look = Look(width=_SIZE, height=_SIZE)
     pictures = episode_pictures([played.captioned()], look, fps=_FPS, speed=speed)
     yield from itertools.islice(pictures, int(_LONGEST * _FPS))
+
+
+def _sheet(files: Iterable[Path]) -> Image:
+    pictures, _, _ = pillow()
+    tiles = []
+    for file in files:
+        with pictures.open(file) as film:
+            film.seek(film.n_frames // 3)
+            tiles.append(np.asarray(film.convert("RGB").resize((_SIZE // 2, _SIZE // 2))))
+    return tiled(tiles)
 
 
 def _read(folder: Path) -> dict[str, Any]:

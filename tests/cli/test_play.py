@@ -1,4 +1,4 @@
-"""`rigid-envs play` tells which keys do what, and refuses what cannot be without a window."""
+"""`rigid-envs play` tells its keys, and refuses what cannot be before it opens a window."""
 
 from pathlib import Path
 
