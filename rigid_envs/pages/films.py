@@ -32,7 +32,8 @@ SHEET = "contact_sheet.webp"
 MAX_BYTES = 250_000
 _SIZE = 320  # pixels
 _FPS = 12.0
-_LONGEST = 8.0  # [s] of film; a longer episode is cut off
+_LONGEST = 8.0  # [s] of film
+_FASTEST = 3.0  # times real time; what does not fit then is cut off
 _TRIED = 20  # starts
 
 Image = npt.NDArray[np.uint8]
@@ -105,8 +106,14 @@ def _episode(env_id: str) -> tuple[Played, int]:
 
 
 def _pictures(played: Played) -> Iterator[Image]:
-    """Pictures in real time; a step that lasts a second is shown in a quarter of one."""
-    speed = 4.0 if played.task.dt >= 1.0 else 1.0
+    """Pictures in real time, or up to three times as fast where the episode is long.
+
+    Moves on a grid, which have no time, take a quarter of a second.
+    """
+    duration = len(played.episode) * played.task.dt
+    speed = min(max(duration / _LONGEST, 1.0), _FASTEST)
+    if played.task.n_choices:
+        speed = 4.0 * played.task.dt
     look = Look(width=_SIZE, height=_SIZE)
     pictures = episode_pictures([played.captioned()], look, fps=_FPS, speed=speed)
     yield from itertools.islice(pictures, int(_LONGEST * _FPS))

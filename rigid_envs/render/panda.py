@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.render.picture import pillow
 from rigid_envs.render.scene import Mesh
+from rigid_envs.render.without_x11 import provide_x11
 
 __all__ = ["Surface", "geometry", "library", "strip", "surface"]
 
@@ -39,6 +41,7 @@ def library() -> Any:
         raise DependencyNotInstalled(
             'pictures need panda3d: pip install "rigid-envs[render]"'
         ) from error
+    provide_x11(Path(core.__file__).with_name("libp3tinydisplay.so"))
     core.loadPrcFileData("rigid-envs", _SETTINGS)
     return core
 
