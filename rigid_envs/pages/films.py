@@ -21,7 +21,8 @@ from rigid_envs.films import Look, episode_pictures, write_film
 from rigid_envs.films.playing import Played, play_episode
 from rigid_envs.pages.writing import film_of
 from rigid_envs.provenance import provenance
-from rigid_envs.render.picture import pillow, tiled
+from rigid_envs.render.lettering import pillow
+from rigid_envs.render.picture import tiled
 from rigid_envs.scores import evaluation_seeds, from_controller, reference_controllers
 
 __all__ = ["DATA", "MAX_BYTES", "SHEET", "sources_hash", "stale_films", "write_films"]

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.render.picture import pillow
+from rigid_envs.render.lettering import pillow
 from rigid_envs.render.scene import Mesh
 from rigid_envs.render.without_x11 import provide_x11
 

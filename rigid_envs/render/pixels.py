@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.render.lettering import write
 from rigid_envs.render.panda import geometry, library, strip, surface
-from rigid_envs.render.picture import finished
+from rigid_envs.render.placing import from_z, into, transform
 from rigid_envs.render.props import arrow_head, arrow_shaft, chequers
+from rigid_envs.render.reduction import halved
 from rigid_envs.render.ribbons import ribbon, runs
 from rigid_envs.render.scene import Arrow, Camera, Frame, Part, Pose, Scene
 
@@ -21,7 +23,6 @@ __all__ = ["Pixels"]
 Array = npt.NDArray[np.float64]
 Image = npt.NDArray[np.uint8]
 
-_OVERSAMPLING = 2  # pixels of the drawing for a pixel of the picture, along each side
 _SKY = (0.97, 0.975, 0.985)
 # together at most 1, also on white: the sum of a highlight and more would run over and look dark
 _AMBIENT = (0.50, 0.505, 0.52)
@@ -67,6 +68,7 @@ class Pixels:
         self._lines = {name: self._root.attachNewNode(name) for name in scene.traces}
         for name, line in self._lines.items():
             line.setLightOff()
+            line.setAttrib(core.ShadeModelAttrib.make(core.ShadeModelAttrib.MFlat))
             line.setTwoSided(True)
             line.setColor(*scene.traces[name].color, 1.0)
         self._points: dict[str, list[Array]] = {name: [] for name in scene.traces}
@@ -91,8 +93,10 @@ class Pixels:
         if extend:
             self._extend(frame.points)
         self._trace(frame.poses, eye)
-        screen = surface(self.width * _OVERSAMPLING, self.height * _OVERSAMPLING)
-        return finished(screen.draw(self._eye, _SKY), _OVERSAMPLING, frame.text)
+        drawing = surface(2 * self.width, 2 * self.height).draw(self._eye, _SKY)
+        picture = halved(drawing)  # smooth edges: four pixels of the drawing for each
+        write(picture, frame.text)
+        return picture
 
     def clear(self) -> None:
         """Remove the lines of the traces: a new episode begins."""
@@ -144,9 +148,13 @@ class Pixels:
     def _add_floor(self) -> None:
         floor = self.scene.floor
         assert floor is not None
+        core = library()
         node = self._root.attachNewNode(geometry(chequers(floor, _SKY)))
         node.setLightOff()
         node.setBin("background", 0)
+        node.setAttrib(core.ShadeModelAttrib.make(core.ShadeModelAttrib.MFlat))
+        node.setDepthWrite(False)  # it is below all parts
+        node.setDepthTest(False)
 
     def _add_shadows(self) -> dict[str, Any]:
         """A flattened copy of every part that casts a shadow, on the floor."""
@@ -167,6 +175,7 @@ class Pixels:
         shade = self._root.attachNewNode("shadows")
         shade.setTransform(core.TransformState.makeMat(flat))
         shade.setLightOff(1)
+        shade.setAttrib(core.ShadeModelAttrib.make(core.ShadeModelAttrib.MFlat), 1)
         shade.setColor(*_SHADE, 2)
         shade.setTransparency(core.TransparencyAttrib.MAlpha, 1)
         shade.setBin("background", 1, 1)
@@ -187,7 +196,7 @@ class Pixels:
                     item.hide()
                     continue
                 item.show()
-                item.setTransform(_transform(pose))
+                item.setTransform(transform(pose))
 
     def _point(self, frame: Frame) -> None:
         """Show the arrows."""
@@ -205,7 +214,7 @@ class Pixels:
                 shaft.hide()
                 head.hide()
                 continue
-            q = core.LQuaternion(*_from_z(vector / length))
+            q = core.LQuaternion(*from_z(vector / length))
             size = width * min(1.0, length / (_HEAD * width))
             shaft.show()
             head.show()
@@ -250,8 +259,8 @@ class Pixels:
             line, seen_from = self._lines[name], eye
             if trace.part is not None:
                 pose = poses[trace.part]
-                line.setTransform(_transform(pose))
-                seen_from = _into(pose, eye)
+                line.setTransform(transform(pose))
+                seen_from = into(pose, eye)
             line.node().removeAllChildren()
             for part in runs(np.array(self._points[name]).reshape(-1, 3)):
                 line.attachNewNode(strip(ribbon(part, seen_from, trace.width)))
@@ -280,30 +289,3 @@ def _lights() -> tuple[Any, ...]:
     sun.setColor((*_SUN, 1.0))
     sun.setDirection(core.Vec3(*(-x for x in _TO_SUN)))
     return core.NodePath(ambient), core.NodePath(sun)
-
-
-def _transform(pose: Pose) -> Any:
-    core = library()
-    return core.TransformState.makePosQuatScale(
-        core.Point3(*map(float, np.asarray(pose.position))),
-        core.LQuaternion(*map(float, np.asarray(pose.q))),
-        core.Vec3(*pose.scale),
-    )
-
-
-def _into(pose: Pose, point: Array) -> Array:
-    """A point of the world in the axes of a part."""
-    w, *v = np.asarray(pose.q, dtype=np.float64)
-    axis = -np.array(v)
-    offset = point - np.asarray(pose.position, dtype=np.float64)
-    turned = offset + 2.0 * np.cross(axis, np.cross(axis, offset) + w * offset)
-    return np.asarray(turned / np.array(pose.scale))
-
-
-def _from_z(direction: Array) -> tuple[float, float, float, float]:
-    """Quaternion of the shortest turn from the z-axis to a direction."""
-    x, y, z = map(float, direction)
-    if z < -1.0 + 1e-12:
-        return (0.0, 1.0, 0.0, 0.0)
-    w = math.sqrt(0.5 * (1.0 + z))
-    return (w, -y / (2.0 * w), x / (2.0 * w), 0.0)

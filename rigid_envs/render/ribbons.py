@@ -32,7 +32,7 @@ def ribbon(points: Array, eye: Array, width: float) -> npt.NDArray[np.float32]:
     """
     sight = eye - points
     distance = np.linalg.norm(sight, axis=-1, keepdims=True)
-    across = np.cross(np.diff(points, axis=0), sight[:-1])
+    across = _cross(np.diff(points, axis=0), sight[:-1])
     length = np.linalg.norm(across, axis=-1, keepdims=True)
     across /= np.where(length > 0.0, length, 1.0)
     both = np.concatenate([across[:1], across]) + np.concatenate([across, across[-1:]])
@@ -40,3 +40,9 @@ def ribbon(points: Array, eye: Array, width: float) -> npt.NDArray[np.float32]:
     half = width * both / np.maximum(square, 1.0)  # mitred corners, cut off where they are sharp
     centre = points + np.minimum(width / np.maximum(distance, 1e-12), 0.5) * sight
     return np.stack([centre - half, centre + half], axis=1).astype(np.float32)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Products a x b of rows, shape (n, 3); faster than NumPy's."""
+    one, two = (1, 2, 0), (2, 0, 1)
+    return np.asarray(a[:, one] * b[:, two] - a[:, two] * b[:, one])
