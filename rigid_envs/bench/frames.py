@@ -55,21 +55,29 @@ class FrameTimes:
 
 
 def frame_times(
-    ids: Iterable[str], n_frames: int = 60, report: Callable[[str], Any] = lambda _: None
+    ids: Iterable[str],
+    n_frames: int = 20,
+    n_rounds: int = 5,
+    report: Callable[[str], Any] = lambda _: None,
 ) -> list[FrameTimes]:
-    """Measure environments one by one.
+    """Measure environments in rounds, each one in each round, so that all meet the same machine.
 
     Args:
         ids: of the environments.
-        n_frames: pictures of each, with shadows and without by turns.
-        report: called with each id before it is measured.
+        n_frames: pictures of each in a round, with shadows and without by turns.
+        n_rounds: number of rounds.
+        report: called with a line before each measurement.
     """
-    found = []
-    for env_id in ids:
-        report(env_id)
-        shaded, plain = _medians(env_id, n_frames)
-        found.append(FrameTimes(env_id, shaded, plain, _first(env_id)))
-    return found
+    names = list(ids)
+    samples: dict[str, tuple[list[float], list[float], list[float]]]
+    samples = {env_id: ([], [], []) for env_id in names}
+    for k in range(n_rounds):
+        for env_id in names:
+            report(f"round {k + 1} of {n_rounds}: {env_id}")
+            shaded, plain = _times(env_id, n_frames)
+            for kept, times in zip(samples[env_id], (shaded, plain, [_first(env_id)]), strict=True):
+                kept.extend(times)
+    return [FrameTimes(env_id, *map(statistics.median, samples[env_id])) for env_id in names]
 
 
 def installed_size(packages: Iterable[str] = PACKAGES) -> dict[str, int]:
@@ -82,7 +90,7 @@ def installed_size(packages: Iterable[str] = PACKAGES) -> dict[str, int]:
     return sizes
 
 
-def _medians(env_id: str, n_frames: int) -> tuple[float, float]:
+def _times(env_id: str, n_frames: int) -> list[list[float]]:
     env: Any = gym.make(env_id)
     core: Core = env.unwrapped._core
     env.reset(seed=0)
@@ -99,7 +107,7 @@ def _medians(env_id: str, n_frames: int) -> tuple[float, float]:
             env.reset()
     for viewer in viewers:
         viewer.close()
-    return statistics.median(times[0]), statistics.median(times[1])
+    return times
 
 
 def _first(env_id: str) -> float:

@@ -24,6 +24,8 @@ BELOW = 1.0  # height of the middle of the table above the floor, at least [m]
 class DynamicBallView(BallView):
     """A ball on a round table, its path on both, its velocity and the force."""
 
+    _plate_of: tuple[Moment | None, Array] = (None, np.eye(3))
+
     @property
     def edge(self) -> float:
         """Radius of the table [m]."""
@@ -34,18 +36,23 @@ class DynamicBallView(BallView):
         """Force that is drawn 1.2 radii long [N]."""
         return float(getattr(self.task, "force", self.system.m * self.system.g))
 
+    def plate(self, moment: Moment) -> Array:
+        """Matrix of the plate axes, plate to world; found once for a moment."""
+        if self._plate_of[0] is not moment:
+            self._plate_of = moment, np.asarray(self.system.accessors["plate"](moment.y))
+        return self._plate_of[1]
+
     def centre(self, moment: Moment) -> Array:
         """Centre of the ball in the world [m], shape (3,)."""
         return np.asarray(self.system.accessors["centre"](moment.y))
 
     def normal(self, moment: Moment) -> Array:
         """Normal of the table in the world, shape (3,)."""
-        return np.asarray(self.system.accessors["plate"](moment.y)[:, 2])
+        return self.plate(moment)[:, 2]
 
     def push(self, moment: Moment) -> Array:
         """Force in world axes [N], shape (3,)."""
-        plate = self.system.accessors["plate"](moment.y)
-        return np.asarray(plate[:, :2] @ moment.u[:2])
+        return np.asarray(self.plate(moment)[:, :2] @ moment.u[:2])
 
     def table_attitude(self, moment: Moment) -> Array:
         """Quaternion of the surface of the table, turned by its own rate."""
@@ -174,7 +181,7 @@ class BallPlateView(DynamicBallView):
 
     def poses(self, moment: Moment) -> dict[str, Pose]:
         """The goal goes with the table."""
-        plate = self.system.accessors["plate"](moment.y)
+        plate = self.plate(moment)
         q, goal = self.tilted(moment), self.goal(moment)
         place = plate @ above(goal, 0.02)
         ball = plate @ above(goal, self.radius)
@@ -185,7 +192,7 @@ class BallPlateView(DynamicBallView):
 
     def arrows(self, moment: Moment) -> Arrows:
         """The rate of tilting, at the edge of the table nearest to the camera."""
-        plate = self.system.accessors["plate"](moment.y)
+        plate = self.plate(moment)
         rate = plate @ np.append(self.system.accessors["tilt_rate"](moment.y), 0.0)
         start = plate @ np.array([0.0, 0.0, 0.06])
         return super().arrows(moment) | {
