@@ -17,8 +17,8 @@ _INTRODUCTION = (
     "against closed forms that share no formula with them. Each figure shows the number that says "
     "how well the two agree.",
     "`pip install 'rigid-envs[render]'`, then `rigid-envs gallery --out DIR` makes all of them as "
-    "PNG and SVG, `rigid-envs gallery NAME ... --out DIR` some, and `rigid-envs gallery --list` "
-    "names them.",
+    "PNG and SVG, and of what moves an interactive replay, NAME.html, to be opened in a browser; "
+    "`rigid-envs gallery NAME ... --out DIR` makes some, `rigid-envs gallery --list` names them.",
 )
 
 

@@ -12,9 +12,11 @@ from rigid_envs.files import write_atomic
 from rigid_envs.gallery import FIGURES
 from rigid_envs.gallery.entry import Entry
 from rigid_envs.gallery.making import Made, make
+from rigid_envs.gallery.motions import motion_of
 from rigid_envs.gallery.page import SHEET, page
 from rigid_envs.gallery.pictures import contact_sheet, palette_png
 from rigid_envs.provenance import provenance, versions
+from rigid_envs.replays.page import write_html
 
 __all__ = ["DATA", "hash_of_sources", "write_docs", "write_figures"]
 
@@ -27,6 +29,8 @@ def write_figures(
     folder: Path, entries: Sequence[Entry], progress: Progress = lambda _: None
 ) -> list[Made]:
     """Draw figures into a folder: NAME.png, NAME.svg, and what they show in `figures.json`.
+
+    What moves is in NAME.html, too, to be looked at in a browser.
 
     Args:
         folder: exists; files of the same names are replaced.
@@ -42,6 +46,10 @@ def write_figures(
         made = make(entry)
         write_atomic(folder / f"{entry.name}.png", made.png)
         write_atomic(folder / f"{entry.name}.svg", made.svg)
+        replay = motion_of(entry.name)
+        if replay is not None:
+            shown = [(replay, k) for k in range(len(replay.episodes))]
+            write_html(folder / f"{entry.name}.html", shown)
         drawn.append(made)
     _write_data(folder, where, drawn, ("png", "svg"))
     return drawn
