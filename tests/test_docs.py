@@ -106,7 +106,8 @@ def test_pages_are_what_the_docstrings_say_now() -> None:
 def test_there_is_no_page_without_an_id() -> None:
     known = {INDEX, *map(file_of, IDS)}
     assert len(known) == 1 + len(IDS)
-    assert {path.name for path in FOLDER.iterdir()} == known, "remove the pages that no id has"
+    pages = {path.name for path in FOLDER.glob("*.md")}
+    assert pages == known, "remove the pages that no id has"
 
 
 @each_id
@@ -235,8 +236,9 @@ def test_markdown_is_well_formed_and_its_links_lead_somewhere(name: str) -> None
     for target in re.findall(r"\]\((?!https://doi)([^)]+)\)", prose):
         file, _, anchor = target.partition("#")
         assert (FOLDER / file).is_file()
-        headings = re.findall(r"^#+ (.+)", text_of(file), re.MULTILINE)
-        assert not anchor or anchor in {title.lower().replace(" ", "-") for title in headings}
+        if anchor:
+            headings = re.findall(r"^#+ (.+)", text_of(file), re.MULTILINE)
+            assert anchor in {title.lower().replace(" ", "-") for title in headings}
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,10 @@ IDS = tuple(ENVIRONMENTS)
 PARK = "RigidEnvs/BallPark-v0"
 
 # it says so of every folder that is there already
-pytestmark = pytest.mark.filterwarnings("ignore:.*Overwriting existing videos:UserWarning")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.filterwarnings("ignore:.*Overwriting existing videos:UserWarning"),
+]
 SMALL: dict[str, Any] = {"render_mode": "rgb_array", "width": 64, "height": 64}
 
 

@@ -12,6 +12,8 @@ from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.films import SUFFIXES, write_film
 
+pytestmark = pytest.mark.long  # see .ci/run
+
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 Image = pytest.importorskip("PIL.Image")
 

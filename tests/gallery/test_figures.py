@@ -15,6 +15,8 @@ from rigid_envs.gallery import FIGURES, Number, UnknownFigureError, checked_name
 from rigid_envs.gallery.making import compose, make
 from rigid_envs.gallery.style import DPI, STYLE
 
+pytestmark = pytest.mark.long  # see .ci/run
+
 Drawn = tuple[Figure, tuple[Number, ...], FigureCanvasAgg]
 
 

@@ -7,6 +7,8 @@ from rigid_envs.gallery import FIGURES
 from rigid_envs.gallery.motions import MOTIONS, motion_of
 from rigid_envs.gallery.writing import write_figures
 
+pytestmark = pytest.mark.long  # see .ci/run
+
 
 def test_motions_belong_to_figures():
     assert set(MOTIONS) <= set(FIGURES)

@@ -18,6 +18,8 @@ from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.theory import limit_of
 from rigid_envs.scores.untrained import untrained_policy
 
+pytestmark = pytest.mark.long  # see .ci/run
+
 pygame = pytest.importorskip("pygame")
 pytest.importorskip("panda3d")
 

@@ -16,6 +16,8 @@ from rigid_envs.replays.page import MOST_BYTES, html, write_html
 from tests.replays.browser import Watched, chromium, wait_until
 from tests.replays.examples import free_body, rolling_ball, view_of
 
+pytestmark = pytest.mark.long  # see .ci/run
+
 SIZES = {"desk": (1280, 800), "phone": (390, 844)}
 
 

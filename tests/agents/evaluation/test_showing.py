@@ -17,6 +17,8 @@ from agents.evaluation.short_film import try_film
 from agents.policies.policy_file import load_policy
 from rigid_envs.scores.starts import TEST_SEED
 
+pytestmark = pytest.mark.long  # see .ci/run
+
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 pygame = pytest.importorskip("pygame")
 pytest.importorskip("panda3d")
