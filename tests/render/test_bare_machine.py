@@ -28,7 +28,8 @@ def libraries():
 def can_hide():
     if shutil.which("unshare") is None:
         return False
-    done = subprocess.run(["unshare", "-m", "true"], capture_output=True)
+    trial = ["unshare", "-m", "mount", "--bind", "/dev/null", "/dev/null"]
+    done = subprocess.run(trial, capture_output=True)
     return done.returncode == 0 and os.geteuid() == 0
 
 
