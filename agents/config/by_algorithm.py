@@ -179,7 +179,7 @@ def config_from(values: Mapping[str, Any]) -> Config:
     Raises:
         ConfigError: An unknown key or a value that is not allowed: "config.<key>: ...".
     """
-    kind = ALGORITHMS.get(str(values.get("algo", "ppo")), Config)
+    kind = ALGORITHMS.get(str(values.get("algo", "ppo")), PPOConfig)  # refuses another `algo`
     config: Config = from_config(kind, values)
     return config
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ def is_folder_name(text: str) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Config(Settings):
+class Config(Settings, abc.ABC):
     """Config of a training run: the entries that every algorithm has."""
 
     env_id: str = setting(
@@ -110,9 +111,9 @@ class Config(Settings):
     )
 
     @property
+    @abc.abstractmethod
     def steps_per_update(self) -> int:
         """Environment steps of an update, all rows together: what comes between two log rows."""
-        raise NotImplementedError
 
     def __post_init__(self) -> None:
         """Check and convert every entry.

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import statistics
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -15,7 +12,7 @@ from typing import Any
 
 import gymnasium as gym
 
-import rigid_envs
+from rigid_envs.bench.startup import seconds_told
 from rigid_envs.core import Core
 from rigid_envs.render.drawing import Look
 from rigid_envs.render.viewer import Viewer
@@ -75,7 +72,11 @@ def frame_times(
         for env_id in names:
             report(f"round {k + 1} of {n_rounds}: {env_id}")
             shaded, plain = _times(env_id, n_frames)
-            for kept, times in zip(samples[env_id], (shaded, plain, [_first(env_id)]), strict=True):
+            for kept, times in zip(
+                samples[env_id],
+                (shaded, plain, [seconds_told(_PROGRAM.format(env_id=env_id), {})]),
+                strict=True,
+            ):
                 kept.extend(times)
     return [FrameTimes(env_id, *map(statistics.median, samples[env_id])) for env_id in names]
 
@@ -108,16 +109,3 @@ def _times(env_id: str, n_frames: int) -> list[list[float]]:
     for viewer in viewers:
         viewer.close()
     return times
-
-
-def _first(env_id: str) -> float:
-    root = str(Path(rigid_envs.__file__).resolve().parents[1])
-    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", _PROGRAM.format(env_id=env_id)],
-        env={**os.environ, "PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return float(done.stdout)

@@ -5,12 +5,13 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import rigid_envs
 
-__all__ = ["Startup", "startup"]
+__all__ = ["Startup", "seconds_told", "startup"]
 
 _PROGRAM = """
 import time
@@ -53,11 +54,21 @@ def startup(env_id: str, n_cold: int, n_warm: int) -> Startup:
 
 
 def _seconds(env_id: str, cache: str) -> float:
+    return seconds_told(_PROGRAM.format(env_id=env_id), {"NUMBA_CACHE_DIR": cache})
+
+
+def seconds_told(program: str, environment: Mapping[str, str]) -> float:
+    """The number that a program prints, run in a new process with this library.
+
+    Args:
+        program: source text.
+        environment: variables that are added to those of this process.
+    """
     root = str(Path(rigid_envs.__file__).resolve().parents[1])
     path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
     done = subprocess.run(
-        [sys.executable, "-P", "-c", _PROGRAM.format(env_id=env_id)],
-        env={**os.environ, "PYTHONPATH": path, "NUMBA_CACHE_DIR": cache},
+        [sys.executable, "-P", "-c", program],
+        env={**os.environ, "PYTHONPATH": path, **environment},
         capture_output=True,
         text=True,
         check=True,

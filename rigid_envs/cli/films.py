@@ -4,11 +4,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from gymnasium.error import DependencyNotInstalled
-
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.catalogue import checked_id
 from rigid_envs.cli.progress import tell
+from rigid_envs.cli.words import refuse
 
 __all__ = ["add_films"]
 
@@ -35,8 +34,7 @@ def add_films(verbs: Any) -> None:
 
 
 def _films(options: argparse.Namespace, rest: list[str]) -> int:
-    if rest:
-        raise ValueError(f"argument = {rest[0]!r}; expected one of those that --help lists")
+    refuse(rest)
     from rigid_envs.pages.films import stale_films, write_films  # draws: only here
 
     own = (env_id for env_id in ENVIRONMENTS if env_id.startswith("RigidEnvs/"))
@@ -46,8 +44,5 @@ def _films(options: argparse.Namespace, rest: list[str]) -> int:
         for env_id, why in stale.items():
             print(f"{env_id}: {why}")
         return 1 if stale else 0
-    try:
-        write_films(options.folder, ids, tell)
-    except DependencyNotInstalled as error:
-        raise ValueError(str(error)) from None
+    write_films(options.folder, ids, tell)
     return 0

@@ -9,6 +9,7 @@ from typing import Any
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.catalogue import checked_id
 from rigid_envs.cli.progress import tell
+from rigid_envs.cli.words import refuse
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.pictures import as_text, with_table
 from rigid_envs.provenance import provenance
@@ -41,8 +42,7 @@ def add_frames(verbs: Any) -> None:
 
 
 def _frames(options: argparse.Namespace, rest: list[str]) -> None:
-    if rest:
-        raise ValueError(f"argument = {rest[0]!r}; expected one of those that --help lists")
+    refuse(rest)
     from rigid_envs.bench.frames import frame_times, installed_size  # draws: only here
 
     ids = [checked_id(name) for name in options.ids or ENVIRONMENTS]

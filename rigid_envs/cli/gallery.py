@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gymnasium.error import DependencyNotInstalled
-
 from rigid_envs.cli.progress import tell
+from rigid_envs.cli.words import refuse
 from rigid_envs.pages.tables import table
 
 __all__ = ["add_gallery"]
@@ -40,8 +39,7 @@ def add_gallery(verbs: Any) -> None:
 
 
 def _gallery(options: argparse.Namespace, rest: list[str]) -> int:
-    if rest:
-        raise ValueError(f"argument = {rest[0]!r}; expected one of those that --help lists")
+    refuse(rest)
     from rigid_envs.gallery import FIGURES, checked_name  # imports the systems: only here
 
     names = list(dict.fromkeys(map(checked_name, options.names or FIGURES)))
@@ -64,13 +62,10 @@ def _draw(names: Sequence[str], options: argparse.Namespace) -> int:
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"folder = {folder}; expected a folder: this is a file")
     folder.mkdir(parents=True, exist_ok=True)
-    try:
-        if options.docs:
-            drawn = write_docs(folder, tell)
-        else:
-            drawn = write_figures(folder, [FIGURES[name] for name in names], tell)
-    except DependencyNotInstalled as error:
-        raise ValueError(str(error)) from error
+    if options.docs:
+        drawn = write_docs(folder, tell)
+    else:
+        drawn = write_figures(folder, [FIGURES[name] for name in names], tell)
     tell("")
     rows = [(made.entry.name, str(made.numbers[0])) for made in drawn]
     print(table(("name", "number"), rows, "<<"))

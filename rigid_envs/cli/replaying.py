@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigid_envs.checks import positive
+from rigid_envs.cli.words import refuse, refuse_missing_folder
 from rigid_envs.pages.tables import table
 
 if TYPE_CHECKING:
@@ -44,10 +45,8 @@ def add_replay(verbs: Any) -> None:
 
 
 def _replay(options: argparse.Namespace, rest: list[str]) -> None:
-    if rest:
-        raise ValueError(f"argument = {rest[0]!r}; expected one of those that --help lists")
-    if options.html and not options.html.parent.is_dir():
-        raise ValueError(f"--html = {options.html}; expected a file in a folder that exists")
+    refuse(rest)
+    refuse_missing_folder("--html", options.html)
     if options.video:
         from rigid_envs.films import checked_film
 

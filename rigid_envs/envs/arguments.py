@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium.vector import AutoresetMode
 
 from rigid_envs.settings import from_config, refusal
 from rigid_envs.tasks import Task
@@ -15,6 +16,8 @@ __all__ = [
     "FLOAT32",
     "INTEGERS",
     "actions_of",
+    "autoreset_of",
+    "check_counts",
     "new_task",
     "options_of",
     "rows_of",
@@ -37,6 +40,33 @@ def new_task(task: str, config: Mapping[str, Any]) -> Task:
     if not isinstance(made, Task):
         raise refusal("task", task, "'module:Class' of a rigid_envs.tasks.Task")
     return made
+
+
+def check_counts(num_envs: Any, num_threads: Any, max_episode_steps: Any) -> None:
+    """Check the numbers of rows, threads and steps.
+
+    Raises:
+        ConfigError: one is not an integer from 1; `max_episode_steps` may be None.
+    """
+    counts = {"num_envs": num_envs, "num_threads": num_threads}
+    if max_episode_steps is not None:
+        counts["max_episode_steps"] = max_episode_steps
+    for name, value in counts.items():
+        if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+            raise refusal(name, value, "an integer from 1")
+
+
+def autoreset_of(mode: Any) -> AutoresetMode:
+    """A mode of Gymnasium by itself or by its value.
+
+    Raises:
+        ConfigError: no such mode.
+    """
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        modes = [known.value for known in AutoresetMode]
+        raise refusal("autoreset_mode", mode, f"one of {modes}") from None
 
 
 def actions_of(

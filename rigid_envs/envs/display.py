@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.core import Core
+from rigid_envs.rules import Either, Integer, List, Null, Number, Rule, Text
 from rigid_envs.settings import refusal
 from rigid_envs.tasks import Task
 
@@ -22,7 +23,16 @@ __all__ = ["MODES", "Shown", "frames_per_second"]
 Image = npt.NDArray[np.uint8]
 
 MODES = ("human", "rgb_array")
-_CAMERA = ("target", "distance", "azimuth", "elevation", "field_of_view", "follow")
+_SIZE = Integer("width or height of a picture in pixels", 16, 8192)
+_ANGLE = Number("angle", "deg", -360.0, 360.0)
+_CAMERA: Mapping[str, Rule] = {
+    "target": List("point in the middle of the picture", Number("", "m", -1e6, 1e6), 3, 3),
+    "distance": Number("from target to camera", "m", 0.0, 1e6, above=True),
+    "azimuth": _ANGLE,
+    "elevation": Number("above the horizontal plane", "deg", -90.0, 90.0),
+    "field_of_view": Number("vertical angle", "deg", 1.0, 150.0),
+    "follow": Either("part that the camera follows", (Null(), Text("", "a text", bool))),
+}
 
 
 class Shown:
@@ -33,6 +43,7 @@ class Shown:
     """
 
     task: Task
+    spec: Any
     _core: Core
 
     def _set_look(
@@ -41,14 +52,11 @@ class Shown:
         """Check and keep the arguments that concern pictures."""
         if mode is not None and mode not in MODES:
             raise refusal("render_mode", mode, f"None or one of {list(MODES)}")
-        for name, value in (("width", width), ("height", height)):
-            if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 16:
-                raise refusal(name, value, "a number of pixels, an integer from 16")
-        for key in camera or {}:
-            if key not in _CAMERA:
-                raise refusal("camera", key, f"some of the keys {list(_CAMERA)}")
+        sizes = {
+            name: _checked(name, n, _SIZE) for name, n in (("width", width), ("height", height))
+        }
         self.render_mode = mode
-        self._look = {"width": int(width), "height": int(height), "camera": dict(camera or {})}
+        self._look = {**sizes, "camera": _checked_camera(camera)}
         self._display: Display | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -77,7 +85,8 @@ class Shown:
 
     @property
     def _name(self) -> str:
-        raise NotImplementedError
+        """The id for messages."""
+        return self.spec.id if self.spec is not None else type(self.task).__name__
 
 
 class Display:
@@ -124,3 +133,23 @@ class Display:
 def frames_per_second(task: Task) -> int:
     """Pictures per second of real time, one for each control period."""
     return max(1, round(1.0 / task.dt))
+
+
+def _checked_camera(camera: Any) -> dict[str, Any]:
+    """Fields of `rigid_envs.render.scene.Camera`."""
+    keys = f"None or a dictionary with some of the keys {list(_CAMERA)}"
+    if camera is None:
+        return {}
+    if not isinstance(camera, Mapping):
+        raise refusal("camera", camera, keys)
+    for key in camera:
+        if key not in _CAMERA:
+            raise refusal("camera", key, keys)
+    return {key: _checked(f"camera.{key}", value, _CAMERA[key]) for key, value in camera.items()}
+
+
+def _checked(key: str, value: Any, rule: Rule) -> Any:
+    try:
+        return rule.check(value)
+    except (ValueError, TypeError, OverflowError):
+        raise refusal(key, value, str(rule)) from None

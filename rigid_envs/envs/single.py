@@ -243,10 +243,6 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             self._status = _RUNNING if self._core.running[0] else _ENDED
             self._steps_left = 0  # the next step checks the clock
 
-    @property
-    def _name(self) -> str:
-        return self.spec.id if self.spec is not None else type(self.task).__name__
-
     def _allow_step(self) -> None:
         """Check that an episode runs, and set the number of steps until the next check.
 

@@ -13,14 +13,22 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from rigid_envs.core import Core
-from rigid_envs.envs.arguments import FLOAT32, actions_of, new_task, options_of, rows_of, shown_rows
+from rigid_envs.envs.arguments import (
+    FLOAT32,
+    actions_of,
+    autoreset_of,
+    check_counts,
+    new_task,
+    options_of,
+    rows_of,
+    shown_rows,
+)
 from rigid_envs.envs.display import MODES, Shown, frames_per_second
 from rigid_envs.envs.durations import checked_steps, further_steps
 from rigid_envs.envs.infos import blank_infos, keep_final
 from rigid_envs.envs.streams import seeded_key, seeds_of
 from rigid_envs.envs.task_spaces import action_space, info_keys, observation_space
 from rigid_envs.moment import Moment
-from rigid_envs.settings import refusal
 from rigid_envs.systems import System
 from rigid_envs.tasks import Task
 from rigid_envs.tasks.starts import start_from
@@ -77,17 +85,8 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         **config: Any,
     ) -> None:
         """Check the configuration, then allocate the rows."""
-        counts: dict[str, Any] = {"num_envs": num_envs, "num_threads": num_threads}
-        if max_episode_steps is not None:
-            counts["max_episode_steps"] = max_episode_steps
-        for name, value in counts.items():
-            if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-                raise refusal(name, value, "an integer from 1")
-        try:
-            self.autoreset_mode = AutoresetMode(autoreset_mode)
-        except ValueError:
-            modes = [mode.value for mode in AutoresetMode]
-            raise refusal("autoreset_mode", autoreset_mode, f"one of {modes}") from None
+        check_counts(num_envs, num_threads, max_episode_steps)
+        self.autoreset_mode = autoreset_of(autoreset_mode)
         self.task: Task = new_task(task, config)
         self._set_look(render_mode, width, height, camera)
         self.num_envs = int(num_envs)
@@ -264,10 +263,6 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         self._keyed, self._fresh = True, False
         if self._steps_left != math.inf:
             self._steps_left = 0  # the next step checks the clocks
-
-    @property
-    def _name(self) -> str:
-        return self.spec.id if self.spec is not None else type(self.task).__name__
 
     def _allow_steps(self) -> None:
         """Set the number of steps until the next check of the envelope, without time limit.

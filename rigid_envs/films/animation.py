@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.files import write_atomic
+from rigid_envs.render.needed import needed
 
 __all__ = ["library", "write"]
 
@@ -60,13 +60,7 @@ def library() -> Any:
     Raises:
         DependencyNotInstalled: Pillow is not installed.
     """
-    try:
-        from PIL import Image
-    except ImportError as error:
-        raise DependencyNotInstalled(
-            'films in gif and webp need Pillow: pip install "rigid-envs[render]"'
-        ) from error
-    return Image
+    return needed("PIL.Image", "films in gif and webp need Pillow")
 
 
 def write(

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.films.animation import library
+from rigid_envs.render.lettering import pillow
 from rigid_envs.render.picture import tiled
 
 __all__ = ["labelled"]
@@ -43,14 +42,11 @@ def labelled(pictures: Sequence[Image], labels: Sequence[str]) -> Image:
 @functools.lru_cache(64)
 def _strip(label: str, width: int) -> Image:
     """Line of text as wide as a picture; what is too long is cut."""
-    library()
-    from PIL import Image as pillow
-    from PIL import ImageDraw, ImageFont
-
+    pictures, fonts, pens = pillow()
     size = max(11, width // 26)
-    font: Any = ImageFont.load_default(size)
-    strip = pillow.new("RGB", (width, 2 * size), _PAPER)
-    draw = ImageDraw.Draw(strip)
+    font = fonts.load_default(size)
+    strip = pictures.new("RGB", (width, 2 * size), _PAPER)
+    draw = pens.Draw(strip)
     text = label
     while draw.textlength(text, font=font) > width - size and len(text) > len(_CUT):
         text = text.removesuffix(_CUT)[:-1] + _CUT

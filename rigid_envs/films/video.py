@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.files import write_atomic
+from rigid_envs.render.needed import needed
 
 __all__ = ["library", "write"]
 
@@ -32,13 +32,7 @@ def library() -> Any:
     Raises:
         DependencyNotInstalled: it is not installed.
     """
-    try:
-        import imageio_ffmpeg
-    except ImportError as error:
-        raise DependencyNotInstalled(
-            'films in mp4 need ffmpeg (imageio-ffmpeg): pip install "rigid-envs[render]"'
-        ) from error
-    return imageio_ffmpeg
+    return needed("imageio_ffmpeg", "films in mp4 need ffmpeg (imageio-ffmpeg)")
 
 
 def write(path: Path, pictures: Iterator[Image], fps: float) -> tuple[int, int, float, int]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from gymnasium.error import DependencyNotInstalled
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+from rigid_envs.render.needed import needed
 
 __all__ = [
     "BLACK",
@@ -85,12 +85,7 @@ def require_matplotlib() -> None:
     Raises:
         DependencyNotInstalled: it is missing; names the command that installs it.
     """
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError as error:
-        raise DependencyNotInstalled(
-            'matplotlib is not installed; run `pip install "rigid-envs[render]"`'
-        ) from error
+    needed("matplotlib", "figures need matplotlib")
 
 
 def new_figure(size: tuple[float, float]) -> Figure:

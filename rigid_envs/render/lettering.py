@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.error import DependencyNotInstalled
+
+from rigid_envs.render.needed import needed
 
 __all__ = ["pillow", "write"]
 
@@ -51,14 +52,10 @@ def pillow() -> tuple[Any, Any, Any]:
     Raises:
         DependencyNotInstalled: Pillow is not installed.
     """
-    try:
-        from PIL import Image, ImageDraw, ImageFont
-    except ImportError as error:
-        raise DependencyNotInstalled(
-            'pictures need Pillow: pip install "rigid-envs[render]"'
-        ) from error
-    ImageFont.load_default(10)
-    return Image, ImageFont, ImageDraw
+    names = ("PIL.Image", "PIL.ImageFont", "PIL.ImageDraw")
+    image, fonts, draw = (needed(name, "pictures need Pillow") for name in names)
+    fonts.load_default(10)
+    return image, fonts, draw
 
 
 def _height(size: int) -> int:

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.render.lettering import pillow
+from rigid_envs.render.needed import needed
 from rigid_envs.render.scene import Mesh
 from rigid_envs.render.without_x11 import provide_x11
 
@@ -35,12 +35,7 @@ def library() -> Any:
         DependencyNotInstalled: it, or Pillow, is not installed.
     """
     pillow()  # first: otherwise Pillow would find the older FreeType inside Panda3D
-    try:
-        from panda3d import core
-    except ImportError as error:
-        raise DependencyNotInstalled(
-            'pictures need panda3d: pip install "rigid-envs[render]"'
-        ) from error
+    core = needed("panda3d.core", "pictures need panda3d")
     provide_x11(Path(core.__file__).with_name("libp3tinydisplay.so"))
     core.loadPrcFileData("rigid-envs", _SETTINGS)
     return core

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.error import DependencyNotInstalled
+
+from rigid_envs.render.needed import needed
 
 __all__ = ["Window", "has_display", "library"]
 
@@ -21,13 +22,7 @@ def library() -> Any:
     Raises:
         DependencyNotInstalled: it is not installed.
     """
-    try:
-        import pygame
-    except ImportError as error:
-        raise DependencyNotInstalled(
-            'a window needs pygame: pip install "rigid-envs[render]"'
-        ) from error
-    return pygame
+    return needed("pygame", "a window needs pygame")
 
 
 def has_display() -> bool:

@@ -122,8 +122,34 @@ def test_render_without_a_mode_warns_and_returns_none(env):
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("render_mode", "x-ray"), ("width", 0), ("height", 2.5), ("camera", {"zoom": 2})],
+    [
+        ("render_mode", "x-ray"),
+        ("width", 0),
+        ("width", True),
+        ("height", 2.5),
+        ("height", 10**9),
+        ("camera", {"zoom": 2}),
+        ("camera", "above"),
+    ],
 )
 def test_settings_of_pictures_are_refused_by_key(key, value):
     with pytest.raises(ConfigError, match=rf"^config\.{key}: {key} = .*expected"):
         RigidEnv("rigid_envs.tasks:BallPark", **{key: value})
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("distance", 0.0),
+        ("distance", "far"),
+        ("azimuth", float("nan")),
+        ("elevation", 91.0),
+        ("field_of_view", 0.0),
+        ("target", (0.0, 1.0)),
+        ("target", (0.0, 1.0, float("inf"))),
+        ("follow", 3),
+    ],
+)
+def test_wrong_fields_of_the_camera_are_refused_by_name(field, value):
+    with pytest.raises(ConfigError, match=rf"^config\.camera\.{field}: {field} = .*expected"):
+        RigidEnv("rigid_envs.tasks:BallPark", camera={field: value})
