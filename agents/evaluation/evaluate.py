@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
-from rigid_envs.scores import episodes
+from rigid_envs.scores import playing
 from rigid_envs.scores.episodes import Episodes, SupportsPredict
 from rigid_envs.scores.evaluation import PolicyFactory, from_predict, play_starts, uniform
 from rigid_envs.scores.random_policy import RandomPolicy
@@ -70,14 +70,14 @@ def evaluate_factory(
 
 
 def play(policy: SupportsPredict, venv: VectorEnv[Any, Any, Any], seeds: list[int]) -> Episodes:
-    """Play exactly one episode in each row, as `rigid_envs.scores.episodes.play` does.
+    """Play exactly one episode in each row, as `rigid_envs.scores.playing.play` does.
 
     Args:
         policy: What acts.
         venv: A vector environment that resets in the same step.
         seeds: Seed of each row.
     """
-    return episodes.play(lambda obs: policy.predict(obs, deterministic=True)[0], venv, seeds)
+    return playing.play(lambda obs: policy.predict(obs, deterministic=True)[0], venv, seeds)
 
 
 def summary(episodes: Episodes) -> dict[str, Any]:

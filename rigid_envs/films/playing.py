@@ -70,7 +70,7 @@ def play_episode(
     )
     assert isinstance(envs, RigidVectorEnv)
     record = ENVIRONMENTS[env_id]
-    tally = Tally(seed, record.max_episode_steps, record.error)
+    tally = Tally([seed], record.error, record.max_episode_steps)
     try:
         act = policy(envs)
         obs, _ = envs.reset(seed=[seed])
@@ -80,7 +80,7 @@ def play_episode(
             actions.append(act(obs)[0])
             obs, rewards, terminated, truncated, infos = envs.step(actions[-1][None])
             over = bool(terminated[0]), bool(truncated[0])
-            tally.add(rewards[0], over[0], {key: column[0] for key, column in infos.items()})
+            tally.add(rewards, terminated, truncated, infos)
     finally:
         envs.close()
     episode = play_again(envs.task, start, actions, label, terminated=over[0], truncated=over[1])

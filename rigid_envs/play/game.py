@@ -86,7 +86,7 @@ class Game:
         self._actions, self._ends, self.over = [], (False, False), False
         record = ENVIRONMENTS[self.env_id]
         limit = self._env.spec.max_episode_steps or record.max_episode_steps
-        self.tally = Tally(seed, limit, record.error)
+        self.tally = Tally([seed], record.error, limit)
         moment = self._inner.moment()
         self._motion = Motion(self._inner.system, moment, moment)
         self._share = 1.0  # of the step that is shown; 1: the next one can be made
@@ -109,7 +109,7 @@ class Game:
         """
         _, reward, terminated, truncated, info = self._env.step(action)
         self._actions.append(np.atleast_1d(np.array(action)))
-        self.tally.add(float(reward), terminated, info)
+        self.tally.add(reward, terminated, truncated, info)
         self._ends = bool(terminated), bool(truncated)
         inner = self._inner
         self._motion = Motion(inner.system, self._motion.at(1.0), inner.moment())

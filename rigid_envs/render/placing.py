@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs import rotations
 from rigid_envs.render.panda import library
 from rigid_envs.render.scene import Pose
 
@@ -28,17 +28,14 @@ def transform(pose: Pose) -> Any:
 
 def into(pose: Pose, point: Array) -> Array:
     """A point of the world in the axes of a part."""
-    w, *v = np.asarray(pose.q, dtype=np.float64)
-    axis = -np.array(v)
     offset = point - np.asarray(pose.position, dtype=np.float64)
-    turned = offset + 2.0 * np.cross(axis, np.cross(axis, offset) + w * offset)
-    return np.asarray(turned / np.array(pose.scale))
+    return np.asarray(rotations.rotate_inverse(pose.q, offset) / np.array(pose.scale))
 
 
-def from_z(direction: Array) -> tuple[float, float, float, float]:
-    """Quaternion of the shortest turn from the z-axis to a direction."""
-    x, y, z = map(float, direction)
+def from_z(direction: npt.ArrayLike) -> Array:
+    """Quaternion of the shortest turn from the z-axis to a unit vector."""
+    x, y, z = np.asarray(direction, dtype=np.float64)
     if z < -1.0 + 1e-12:
-        return (0.0, 1.0, 0.0, 0.0)
-    w = math.sqrt(0.5 * (1.0 + z))
-    return (w, -y / (2.0 * w), x / (2.0 * w), 0.0)
+        return np.array([0.0, 1.0, 0.0, 0.0])
+    turn = np.array([1.0 + z, -y, x, 0.0])
+    return np.asarray(turn / np.linalg.norm(turn))

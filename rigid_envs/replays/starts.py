@@ -7,8 +7,8 @@ from typing import Any
 
 from rigid_envs.replays.recording import RecordRows
 from rigid_envs.replays.replay import Replay
-from rigid_envs.scores.episodes import play
 from rigid_envs.scores.evaluation import PolicyFactory, make_rows
+from rigid_envs.scores.playing import play
 from rigid_envs.scores.starts import TEST_SEED, row_seeds
 
 __all__ = ["record_starts"]

@@ -13,8 +13,9 @@ import numpy.typing as npt
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.scores.controllers import ControllerFactory
-from rigid_envs.scores.episodes import ActionFunction, Episodes, SupportsPredict, play
+from rigid_envs.scores.episodes import ActionFunction, Episodes, SupportsPredict
 from rigid_envs.scores.metrics import metrics_of
+from rigid_envs.scores.playing import play
 from rigid_envs.scores.random_policy import RandomPolicy
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
 from rigid_envs.tasks import Task

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS
-from rigid_envs.scores.episodes import play
 from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.metrics import metrics_of
+from rigid_envs.scores.playing import play
 from rigid_envs.scores.tally import Tally
 
 IDS = [f"RigidEnvs/{name}-v0" for name in ("BallPark", "DiskRoll", "SleepingTop", "BallGrid")]
@@ -23,15 +23,15 @@ def test_an_episode_counts_as_in_an_evaluation(env_id: str, seed: int) -> None:
     env.action_space.seed(seed)
     env.reset(seed=seed)
     record: Any = ENVIRONMENTS[env_id]
-    tally, actions, over = Tally(seed, record.max_episode_steps, record.error), [], False
+    tally, actions, over = Tally([seed], record.error, record.max_episode_steps), [], False
     while not over:
         actions.append(env.action_space.sample())
         _, reward, terminated, truncated, info = env.step(actions[-1])
-        tally.add(float(reward), terminated, info)
+        tally.add(reward, terminated, truncated, info)
         over = terminated or truncated
     left = iter(actions)
     theirs = play(lambda _: np.array([next(left)]), make_rows(env_id, 1), [seed], record.error)
-    ours = tally.episodes
+    ours = tally.episodes()
     for field in fields(ours):
         if field.name != "bounds":
             assert np.array_equal(getattr(ours, field.name), getattr(theirs, field.name))

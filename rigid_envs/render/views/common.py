@@ -15,7 +15,7 @@ from rigid_envs.render.scene import Arrow, Camera, Floor, Frame, Mesh, Part, Pos
 from rigid_envs.render.view import View
 from rigid_envs.render.views.palette import GHOST
 
-__all__ = ["Array", "Arrows", "SystemView", "above", "from_z", "ghost", "scaled"]
+__all__ = ["Array", "Arrows", "SystemView", "above", "ghost", "scaled"]
 
 Array = npt.NDArray[np.float64]
 Arrows = dict[str, tuple[npt.ArrayLike, npt.ArrayLike]]
@@ -106,15 +106,6 @@ def scaled(vector: npt.ArrayLike, scale: float, longest: float = math.inf) -> Ar
 def above(point: npt.ArrayLike, height: float) -> Array:
     """The point that is higher by this [m], shape (3,)."""
     return np.add(point, (0.0, 0.0, height), dtype=np.float64)
-
-
-def from_z(direction: npt.ArrayLike) -> Array:
-    """Quaternion of the shortest turn from the z-axis to a unit vector."""
-    x, y, z = np.asarray(direction, dtype=np.float64)
-    if z < -1.0 + 1e-12:
-        return np.array([0.0, 1.0, 0.0, 0.0])
-    turn = np.array([1.0 + z, -y, x, 0.0])
-    return np.asarray(turn / np.linalg.norm(turn))
 
 
 def ghost(mesh: Mesh, opacity: float = GHOST) -> Part:

@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from rigid_envs import rotations
 from rigid_envs.moment import Moment
+from rigid_envs.render.placing import from_z
 from rigid_envs.render.scene import Arrow, Camera, Floor, Part, Pose, Trace
 from rigid_envs.render.views import palette as look
 from rigid_envs.render.views import solids
-from rigid_envs.render.views.common import Array, Arrows, SystemView, from_z, ghost, scaled
+from rigid_envs.render.views.common import Array, Arrows, SystemView, ghost, scaled
 
 __all__ = ["RollPumpView", "RollerView"]
 
