@@ -4,7 +4,6 @@ import pytest
 from stable_baselines3 import DQN, PPO, SAC
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
-from torchrl.envs import GymEnv
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.testing.environments import DISCRETE, GOALS
@@ -41,12 +40,3 @@ def test_dqn_trains_on_an_id(env_id: str) -> None:
 @pytest.mark.parametrize("env_id", ["RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTop-v0"])
 def test_sac_trains_on_an_id(env_id: str) -> None:
     SAC("MlpPolicy", env_id, learning_starts=4, device="cpu").learn(8)
-
-
-@pytest.mark.parametrize("env_id", IDS)
-def test_torchrl_opens_an_id(env_id: str) -> None:
-    env = GymEnv(env_id)
-    env.set_seed(0)
-    # TorchRL draws the actions from torch's generator; a walk of two steps can reach the goal
-    assert env.rollout(3, break_when_any_done=False).batch_size == (3,)
-    env.close()
