@@ -73,20 +73,20 @@ class Core:
             rows: indices of the rows.
             start: given states and parameters; the rest is drawn.
         """
-        self.task.episode.reset(self.buffer, rows, BEGIN)
+        self.task.compiled.reset(self.buffer, rows, BEGIN)
         if start.parameters:
             for name, value in start.parameters.items():
                 for position in self.task.parameter_positions()[name]:
                     self._write(rows, parameter_slot(self.task, position), value)
-            self.task.episode.reset(self.buffer, rows, PARAMETERS_GIVEN)
+            self.task.compiled.reset(self.buffer, rows, PARAMETERS_GIVEN)
         if start.state:
             for k, value in start.state.items():
                 self._write(rows, self._slots.state + k, value)
-            self.task.episode.reset(self.buffer, rows, OBSERVE)
+            self.task.compiled.reset(self.buffer, rows, OBSERVE)
 
     def observe(self) -> None:
         """Recompute `observations` from the states of all rows."""
-        self.task.episode.reset(self.buffer, np.arange(self.n_rows), OBSERVE)
+        self.task.compiled.reset(self.buffer, np.arange(self.n_rows), OBSERVE)
 
     def seed(self, rows: Integers, keys: npt.NDArray[np.uint64]) -> None:
         """Set new random streams of rows; their episode counters restart at 0."""
@@ -150,7 +150,7 @@ class Core:
         slots = self._blocks[block, :, lane].copy()
         steps = slots[s.clock + CLOCK.elapsed]
         if not steps:
-            slots[s.inputs : s.parameters] = slots[s.action : s.history] = 0.0
+            slots[s.inputs : s.parameters] = slots[s.action : s.observation] = 0.0
         return Moment(
             y=slots[s.state : s.inputs],
             u=slots[s.inputs : s.parameters],
@@ -214,7 +214,7 @@ class Core:
         end = s.results + (2 + len(self.task.terms)) * n
         self.results = self.buffer[s.results : end].reshape(-1, n)
         self.flags = byte[s.flags : s.flags + len(FLAGS) * n].reshape(-1, n)
-        self.advance = self.task.episode.step  # compiled; see `rigid_envs.kernels.episode`
+        self.advance = self.task.compiled.step  # compiled; see `rigid_envs.kernels.episode`
         self.actions = single[s.actions : s.actions + n * n_action].reshape(n, n_action)
         end = s.observations + n * s.n_observation
         self.observations = single[s.observations : end].reshape(n, s.n_observation)
@@ -256,6 +256,6 @@ class Core:
             "parameters": (s.parameters, s.aux),
             "aux": (s.aux, s.clock),
             "clock": (s.clock, s.action),
-            "history": (s.history, s.observation),
+            "history": (s.history, s.total),
         }
         return {name: ends for name, ends in parts.items() if ends[0] < ends[1]}

@@ -1,6 +1,7 @@
 """Clipping of actions to the action space."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
 
 __all__ = [
+    "as_given",
     "clip_to_ball",
     "clip_to_box",
     "clip_to_disk",
@@ -72,6 +74,12 @@ def clip_to_ball(action: Row) -> tuple[Row, bool]:
 def keep(action: Row) -> tuple[Row, bool]:
     """Discrete action, unchanged: it has been checked already."""
     return action, False
+
+
+@scalar
+def as_given(action: Row, y: Any, aux: Any, p: Any, c: Any) -> Row:
+    """The action itself, where it is given in the frame of the task."""
+    return action
 
 
 @scalar

@@ -3,6 +3,8 @@
 ============================================================  ====================================
 ``start(stream, p, c) -> (y, aux)``                           first state of an episode
 ``clip(action) -> (action, clipped)``                         action clipped to its space
+``turn(action, y, aux, p, c) -> action``                      action turned from the frame in which
+                                                              it is given to that of `actuate`
 ``actuate(action, y, aux, p, c) -> (y, u)``                   state, changed at once or unchanged,
                                                               and the input held over the step
 ``outcome(y, u, aux, p, c, dt)                                result of the step
@@ -23,6 +25,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from rigid_envs.kernels import goals, reset_loop, step_loop
+from rigid_envs.kernels.actions import as_given
 from rigid_envs.kernels.compiler import kernel
 from rigid_envs.kernels.dynamics import Dynamics, check_derive
 from rigid_envs.kernels.goals import Array
@@ -57,6 +60,7 @@ class Episode:
         Constants: `NamedTuple` of numbers that the functions use; each is an attribute of the task.
         Auxiliary: `NamedTuple` of the auxiliary state; its defaults are used after a physics error.
         start, clip, actuate, outcome, observe: see the table of the module.
+        turn: see the table; by default actions are given in the frame of `actuate`.
         advance: one step of the integrator, by default that of the system.
         derive: parameters from the physical ones, by default that of the system.
         Goal: `NamedTuple` of a goal, in a goal task.
@@ -74,6 +78,7 @@ class Episode:
     actuate: Function
     outcome: Function
     observe: Function
+    turn: Function = as_given
     Constants: type[Any] = NoConstants
     Auxiliary: type[Any] = NoAuxiliary
     advance: Function | None = None
@@ -106,7 +111,8 @@ class Episode:
         """Compiled ``step(buffer, first_block, last_block) -> int``; see `step_loop.step_rows`."""
         advance, restore = self.advance or self.dynamics.step, self.dynamics.restore
         stages, prototypes = self.dynamics.weights, self.prototypes
-        clip, actuate, outcome, observe = self.clip, self.actuate, self.outcome, self.observe
+        clip, turn, actuate = self.clip, self.turn, self.actuate
+        outcome, observe = self.outcome, self.observe
 
         def step(buffer: Buffer, first_block: int, last_block: int) -> int:
             return step_loop.step_rows(
@@ -114,6 +120,7 @@ class Episode:
                 restore,
                 stages,
                 clip,
+                turn,
                 actuate,
                 outcome,
                 observe,
@@ -123,7 +130,7 @@ class Episode:
                 last_block,
             )
 
-        return self._kernel(step, advance, restore, clip, actuate, outcome, observe)
+        return self._kernel(step, advance, restore, clip, turn, actuate, outcome, observe)
 
     @cached_property
     def reset(self) -> Callable[[Buffer, Array, int], None]:

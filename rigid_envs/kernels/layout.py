@@ -114,8 +114,8 @@ class Slots(NamedTuple):
     action: int
     results: int
     flags: int
-    history: int
     observation: int
+    history: int
     total: int
 
 
@@ -149,7 +149,10 @@ def read_settings(buffer: Buffer) -> Settings:
 
 @scalar
 def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots:
-    """Slots of a row: state, inputs and parameters first, where `integrate` expects them."""
+    """Slots of a row: state, inputs and parameters first, where `integrate` expects them.
+
+    The history, whose length is a setting, comes last: up to it the compiler knows all distances.
+    """
     parameters = len(prototypes.state) + len(prototypes.inputs)
     channel = parameters + len(prototypes.parameters)
     aux = channel + len(CHANNEL)
@@ -157,8 +160,8 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
     action = clock + len(CLOCK)
     results = action + len(prototypes.action)
     flags = results + 2 + len(prototypes.terms)
-    history = flags + len(FLAGS)
-    observation = history + len(prototypes.action) * n_delays
+    observation = flags + len(FLAGS)
+    history = observation + n_observation
     return Slots(
         0,
         len(prototypes.state),
@@ -169,7 +172,7 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
         action,
         results,
         flags,
-        history,
         observation,
-        observation + n_observation,
+        history,
+        history + len(prototypes.action) * n_delays,
     )

@@ -46,6 +46,7 @@ def step_rows(
     restore: Function,
     stages: Row,
     clip: Function,
+    turn: Function,
     actuate: Function,
     outcome: Function,
     observe: Function,
@@ -73,6 +74,7 @@ def step_rows(
         row = block * LANES
         n = min(LANES, s.n_rows - row)
         n_raised += _receive(clip, prototypes, buffer, s, slots, base, row, n)
+        _turn(turn, prototypes, buffer, slots, base, n, c)
         if s.noisy_actions:
             add_action_noise(clip, prototypes, buffer, slots, base, n)
         if s.n_delays:
@@ -120,10 +122,30 @@ def _receive(
         store(buffer, at + i, action, LANES)
         store(buffer, flag + i, (_number(clipped),), 1)
         n_clipped += clipped
-    for k in range(n_action):
+    return n_clipped
+
+
+@phase
+def _turn(
+    turn: Function,
+    prototypes: Prototypes,
+    buffer: Buffer,
+    slots: Slots,
+    base: int,
+    n: int,
+    c: Row,
+) -> None:
+    """Turn actions from the frame in which they are given to that of the task."""
+    at = base + slots.action * LANES
+    for i in range(n):
+        y = load(buffer, base + i, prototypes.state, LANES)
+        p = load(buffer, base + slots.parameters * LANES + i, prototypes.parameters, LANES)
+        aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
+        a = load(buffer, at + i, prototypes.action, LANES)
+        store(buffer, at + i, turn(a, y, aux, p, c), LANES)
+    for k in range(len(prototypes.action)):
         for i in range(n):
             buffer[at + k * LANES + i] += 0.0  # -0 becomes 0
-    return n_clipped
 
 
 @phase

@@ -19,6 +19,7 @@ from rigid_envs.kernels.rolling_ball import ROLLING_BALL, Input, Parameters, Sta
 from rigid_envs.systems import RollingBall
 from rigid_envs.tasks.base import Array, Entry, Task
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
+from rigid_envs.tasks.reduced.ball_pose import BALL_POSE
 
 __all__ = ["FAR", "BallPark", "BallParkRandom", "misplacement"]
 
@@ -196,6 +197,7 @@ class BallPark(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = BALL_POSE
     cost_unit: ClassVar = "distance rolled [m]"
 
     @property

@@ -16,9 +16,11 @@ from rigid_envs.errors import ConfigError
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.layout import CHANNEL
 from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.settings import refusal
 from rigid_envs.systems import System
 from rigid_envs.tasks.entries import ROTATION, ROTATIONS, Entry, attitude_entries
 from rigid_envs.tasks.fields import (
+    Choice,
     Flag,
     Integer,
     Number,
@@ -28,6 +30,7 @@ from rigid_envs.tasks.fields import (
     setting,
     span,
 )
+from rigid_envs.tasks.reduction import Reduction, in_reduced_frame
 
 __all__ = ["ROTATION", "Entry", "Task"]
 
@@ -52,6 +55,9 @@ class Task(Settings, abc.ABC):
         action_noise: standard deviation of Gaussian noise on the action.
         observation_noise: standard deviation of Gaussian noise on every observation entry.
         action_delay: delay of actions in control periods; the action before the first one is zero.
+        frame: frame of observations and actions: "world" is that of the task, "reduced" turns with
+            the state, where the task declares its symmetry (`reduction`). The attitude is then part
+            of the reduced coordinates, and `rotation` has no effect.
     """
 
     dt: float = setting(0.1, Number("control period", "s", 1e-4, 1.0))
@@ -67,11 +73,14 @@ class Task(Settings, abc.ABC):
     action_delay: int | tuple[int, int] = setting(
         0, Integer("control periods by which actions are late", 0, 100, drawn=True)
     )
+    frame: str = setting("world", Choice("frame of observation and action", ("world", "reduced")))
 
     system_type: ClassVar[type[System]]
     """Class of the physical system."""
     episode: ClassVar[Episode]
     """Functions of one row, from which `step` and `reset` are compiled."""
+    reduction: ClassVar[Reduction | None] = None
+    """Symmetry and reduced coordinates; None where none are declared."""
     cost_unit: ClassVar[str]
     """Quantity and unit of ``info["cost"]``."""
     n_choices: ClassVar[int] = 0
@@ -107,6 +116,8 @@ class Task(Settings, abc.ABC):
     def __post_init__(self) -> None:
         """Check every field by its rule, and the parameters in combination."""
         check_fields(self)
+        if self.frame == "reduced" and self.reduction is None:
+            raise refusal("frame", self.frame, f"'world': {type(self).__name__} has no reduction")
         self._check_parameters()
         self.check_duration(self.registered_steps())
         if len(self.actions()) != len(self.episode.prototypes.action):
@@ -114,6 +125,18 @@ class Task(Settings, abc.ABC):
                 f"{type(self).__name__}: actions() has {len(self.actions())} entries; "
                 f"expected those of {self.episode.Action.__name__}, {self.episode.Action._fields}"
             )
+
+    @property
+    def compiled(self) -> Episode:
+        """The episode whose compiled functions are run: that of the frame."""
+        if self.reduced is None:
+            return self.episode
+        return in_reduced_frame(self.episode, self.reduced)
+
+    @property
+    def reduced(self) -> Reduction | None:
+        """The reduction in force; None in the frame of the task."""
+        return self.reduction if self.frame == "reduced" else None
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -216,7 +239,10 @@ class Task(Settings, abc.ABC):
 
     def observations(self) -> tuple[Entry, ...]:
         """All entries of the observation: features, attitude, drawn parameters."""
-        return (*self.features(), *attitude_entries(self.rotation), *self._drawn_entries())
+        features = self.features()
+        if self.reduced is not None:
+            features = (*features[: 2 * self.n_goal], *self.reduced.features)
+        return (*features, *attitude_entries(self._shown_rotation), *self._drawn_entries())
 
     def reached(self, achieved: npt.ArrayLike, desired: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether goals are reached, by the same function as in `step`; shape (...).
@@ -265,7 +291,11 @@ class Task(Settings, abc.ABC):
     @property
     def rotation_code(self) -> int:
         """Code of the attitude representation in the kernels."""
-        return ROTATIONS[self.rotation]
+        return ROTATIONS[self._shown_rotation]
+
+    @property
+    def _shown_rotation(self) -> str:
+        return self.rotation if self.reduced is None else "none"
 
     def system(self, parameters: Mapping[str, float] | None = None) -> System:
         """The physical system, with the given parameters or the middle of each range."""

@@ -1,0 +1,1 @@
+"""Reductions of the tasks, one file for each family."""

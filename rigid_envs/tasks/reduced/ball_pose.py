@@ -1,0 +1,105 @@
+"""Reduced coordinates of the pose of a ball relative to its goal: `BallPark` and its relatives."""
+
+import math
+from typing import Any
+
+from rigid_envs.kernels.actions import single
+from rigid_envs.kernels.algebra import Quaternion, Row, Vector, attitude, log_rotation
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.elementary import cbrt, fma, select
+from rigid_envs.symmetries.balls import REFLECTION, TURN
+from rigid_envs.tasks.entries import Entry
+from rigid_envs.tasks.reduced.planar import Frame, axial_seen, frame_along, polar_seen, turned_back
+from rigid_envs.tasks.reduction import Reduction
+
+__all__ = ["BALL_POSE", "POSE", "pose_frame", "pose_seen"]
+
+_FAR = 50.0  # radii; bound of observed offsets
+
+
+@scalar
+def pose_frame(X: float, Y: float, q: Quaternion) -> Frame:
+    """x-axis along the offset, mirrored so that the rotation vector has theta_z >= 0.
+
+    Without offset it is along the direction of rolling that tips the ball further.
+    """
+    sign = select(q[0] < 0.0, -1.0, 1.0)
+    return frame_along(X, Y, sign * q[2], -sign * q[1], sign * q[3] < 0.0)
+
+
+@scalar
+def pose_seen(frame: Frame, X: float, Y: float, q: Quaternion) -> Row:
+    """Invariants of an offset [radii] and an attitude; see `POSE`."""
+    distance = min(math.sqrt(fma(X, X, Y * Y)), _FAR)
+    theta: Vector = axial_seen(frame, log_rotation(q))
+    w, x, y, z = q
+    sine_square = fma(x, x, fma(y, y, z * z))
+    s = math.sqrt(sine_square)
+    axis = axial_seen(frame, (x, y, z))
+    inverse = select(w < 0.0, -1.0, 1.0) / max(s, 1e-9)
+    up = polar_seen(frame, 2.0 * fma(x, z, w * y), 2.0 * fma(y, z, -w * x))
+    ahead, beside = theta[0], theta[1] - distance
+    return (
+        distance,
+        math.sqrt(distance),
+        theta[0],
+        theta[1],
+        theta[2],
+        math.sqrt(abs(theta[2])),
+        fma(-2.0, sine_square, 1.0),
+        2.0 * abs(w) * s,
+        _signed_cbrt(ahead),
+        _signed_cbrt(beside),
+        inverse * axis[0],
+        inverse * axis[1],
+        inverse * axis[2],
+        up[0],
+        up[1],
+        fma(w, w, z * z) - fma(x, x, y * y),
+    )
+
+
+@scalar
+def _signed_cbrt(x: float) -> float:
+    root: float = cbrt(max(abs(x), 1e-30))
+    return select(x < 0.0, -root, root)
+
+
+POSE = (
+    Entry("r", "1", "offset, radii", 0.0, _FAR),
+    Entry("sqrt r", "1", "offset, radii", 0.0, math.sqrt(_FAR)),
+    Entry("theta_x", "rad", "reduced", -math.pi, math.pi),
+    Entry("theta_y", "rad", "reduced", -math.pi, math.pi),
+    Entry("theta_z", "rad", "reduced", 0.0, math.pi),
+    Entry("sqrt theta_z", "1", "reduced", 0.0, math.sqrt(math.pi)),
+    Entry("cos abs theta", "1", "", -1.0, 1.0),
+    Entry("sin abs theta", "1", "", 0.0, 1.0),
+    Entry("cbrt m_x", "1", "reduced, signed root", -4.0, 4.0),
+    Entry("cbrt m_y", "1", "reduced, signed root", -4.0, 4.0),
+    *(Entry(f"theta_{k} / abs theta", "1", "reduced", -1.0, 1.0) for k in "xyz"),
+    *(Entry(f"R{k}3", "1", "body e3, reduced", -1.0, 1.0) for k in "123"),
+)
+"""Entries of `pose_seen`: offset r, rotation vector theta, mismatch m = (theta_x, theta_y - r)."""
+
+
+@scalar
+def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
+    """The pose relative to the goal at the origin."""
+    X, Y, q = y.X * p.inverse_radius, y.Y * p.inverse_radius, attitude(y)
+    return pose_seen(pose_frame(X, Y, q), X, Y, q)
+
+
+@scalar
+def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
+    """World components of an action in the frame of the pose."""
+    along, left = turned_back(pose_frame(y.X, y.Y, attitude(y)), a[0], a[1])
+    return single(along), single(left)
+
+
+BALL_POSE = Reduction(
+    symmetries=(TURN, REFLECTION),
+    features=POSE,
+    observe=observe,
+    turn=turn,
+)
+"""Reduction of `BallPark`: O(2), turns about the vertical through the goal and reflections."""

@@ -1,0 +1,63 @@
+"""Frames in the plane that turn with the state, and their mirror images."""
+
+import math
+from typing import NamedTuple
+
+from rigid_envs.kernels.algebra import Vector
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.elementary import fma, select
+
+__all__ = ["Frame", "axial_seen", "frame_along", "polar_seen", "turned_back"]
+
+_SHORT = 1e-9  # a shorter vector has no direction
+
+
+class Frame(NamedTuple):
+    """x-axis (cosine, sine) in world axes, and -1 where y points to the right of it, else 1."""
+
+    cosine: float
+    sine: float
+    side: float
+
+
+@scalar
+def frame_along(x: float, y: float, spare_x: float, spare_y: float, flipped: bool) -> Frame:
+    """Frame whose x-axis is along (x, y); along (spare_x, spare_y) where that is zero.
+
+    Where both are zero it is the frame of the world.
+    """
+    length = math.sqrt(fma(x, x, y * y))
+    spare = math.sqrt(fma(spare_x, spare_x, spare_y * spare_y))
+    short, neither = length < _SHORT, spare < _SHORT
+    x, y = select(short, spare_x, x), select(short, spare_y, y)
+    inverse = 1.0 / select(short, select(neither, 1.0, spare), length)
+    lost = short & neither
+    return Frame(
+        cosine=select(lost, 1.0, x * inverse),
+        sine=select(lost, 0.0, y * inverse),
+        side=select(flipped, -1.0, 1.0),
+    )
+
+
+@scalar
+def polar_seen(frame: Frame, x: float, y: float) -> tuple[float, float]:
+    """Components in the frame of a horizontal vector: an offset, a velocity, a force."""
+    along = fma(frame.cosine, x, frame.sine * y)
+    return along, frame.side * fma(frame.cosine, y, -frame.sine * x)
+
+
+@scalar
+def axial_seen(frame: Frame, v: Vector) -> Vector:
+    """Components in the frame of an axial vector, which a reflection reverses in its plane."""
+    along, left = polar_seen(frame, v[0], v[1])
+    return frame.side * along, frame.side * left, frame.side * v[2]
+
+
+@scalar
+def turned_back(frame: Frame, along: float, left: float) -> tuple[float, float]:
+    """World components of a horizontal vector from those in the frame."""
+    left = frame.side * left
+    return (
+        fma(frame.cosine, along, -frame.sine * left),
+        fma(frame.sine, along, frame.cosine * left),
+    )

@@ -1,0 +1,178 @@
+"""The declared symmetries are symmetries, and the reduced frame is invariant under them.
+
+A symmetry changes state, parameters and action of many rows at once, by formulas that share nothing
+with the compiled functions. The step must change in the same way; reward, flags and cost must not
+change at all, up to rounding.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.symmetries import Point
+from rigid_envs.tasks import Task
+from rigid_envs.testing.environments import DISCRETE, actions, flat, ranges, task_of, vector
+
+N, STEPS, SEED = 512, 12, 3
+# States and rewards are compared after one step from numbers of order 1 to 10: a few hundred
+# roundings of 1e-16, times rates and inverse tolerances of up to some hundreds.
+ROUNDING = 1e-11
+SINGLE = 2.0**-23  # actions and goals are rounded to float32
+
+
+@pytest.fixture
+def task(env_id: str) -> Task:
+    """The task, where it declares its symmetry."""
+    if task_of(env_id).reduction is None:
+        pytest.skip(f"{env_id} declares no reduction")
+    return task_of(env_id)
+
+
+def under_way(env_id: str, **config: Any) -> RigidVectorEnv:
+    """Rows after some steps of random actions, all in the same episode."""
+    envs = vector(env_id, N, autoreset_mode="NextStep", **ranges(env_id), **config)
+    envs.reset(seed=SEED)
+    for batch in actions(env_id, STEPS, N, seed=SEED):
+        envs.step(batch)
+    return envs
+
+
+def point_of(envs: RigidVectorEnv, action: npt.NDArray[Any]) -> Point:
+    """States, parameters and an action of all rows."""
+    task, state = envs.task, envs.get_state()
+    names = task.system_type.parameter_names()
+    raw = state["parameters"][:, : len(names)].T
+    return Point(
+        y=task.episode.dynamics.State(*state["y"].T),
+        aux=task.episode.Auxiliary(*state["aux"].T) if "aux" in state else (),
+        parameters=dict(zip(names, raw, strict=True)),
+        action=task.episode.Action(*np.asarray(action, dtype=np.float64).reshape(N, -1).T),
+    )
+
+
+def put(envs: RigidVectorEnv, point: Point) -> None:
+    """Set states and parameters of all rows."""
+    state = envs.get_state()
+    state["y"] = np.stack(point.y, axis=-1)
+    if len(point.aux):
+        state["aux"] = np.stack(point.aux, axis=-1)
+    derive = envs.task.episode.derive or envs.task.episode.dynamics.derive
+    values = [point.parameters[name] for name in envs.task.system_type.parameter_names()]
+    rows = [derive(*row) for row in np.stack(values, axis=-1)]
+    state["parameters"][:, : len(rows[0])] = rows
+    envs.set_state(state)
+
+
+def action_of(env_id: str, point: Point) -> npt.NDArray[Any]:
+    """The action of a point, as `step` takes it."""
+    columns = np.stack(point.action, axis=-1)
+    if env_id in DISCRETE:
+        return np.rint(columns[:, 0]).astype(np.int64)
+    return columns.astype(np.float32)
+
+
+def transformed(task: Task, point: Point, rng: np.random.Generator) -> tuple[Point, Any]:
+    """A point under random elements of all symmetries, and the same change for other points."""
+    assert task.reduction is not None
+    drawn = [(symmetry, symmetry.draw(rng, N)) for symmetry in task.reduction.symmetries]
+
+    def change(other: Point) -> Point:
+        for symmetry, element in drawn:
+            other = symmetry.apply(other, element)
+        return other
+
+    return change(point), change
+
+
+def same_attitude(y: npt.NDArray[Any], components: dict[str, slice]) -> npt.NDArray[Any]:
+    """States with the sign of the quaternion made unique."""
+    y = y.copy()
+    if "q" in components:
+        q = y[:, components["q"]]
+        largest = np.take_along_axis(q, np.abs(q).argmax(axis=1)[:, None], axis=1)
+        y[:, components["q"]] = q * np.sign(largest)
+    return y
+
+
+def test_a_step_commutes_with_every_symmetry(env_id: str, task: Task) -> None:
+    rng = np.random.default_rng(SEED)
+    envs, image = under_way(env_id), under_way(env_id)
+    action = actions(env_id, 1, N, seed=5)[0]
+    point = point_of(envs, 0.7 * action if env_id not in DISCRETE else action)
+    moved, change = transformed(task, point, rng)
+    put(envs, point)
+    put(image, moved)
+    results = envs.step(action_of(env_id, point))
+    images = image.step(action_of(env_id, moved))
+    expected = change(point_of(envs, action))
+    found = point_of(image, action)
+    scale = 1.0 + np.abs(np.stack(expected.y))
+    components = task.system_type.components
+    np.testing.assert_allclose(
+        same_attitude(np.stack(found.y, axis=-1), components),
+        same_attitude(np.stack(expected.y, axis=-1), components),
+        rtol=0,
+        atol=float(scale.max()) * tolerance(env_id),
+    )
+    alike = unchanged(results, images)
+    assert alike.mean() > 0.995  # the others lie within rounding of a tolerance
+    for a, b in ((results[1], images[1]), (results[4]["cost"], images[4]["cost"])):
+        np.testing.assert_allclose(
+            np.asarray(b)[alike], np.asarray(a)[alike], rtol=0, atol=1e3 * tolerance(env_id)
+        )
+
+
+def unchanged(a: Any, b: Any) -> npt.NDArray[np.bool_]:
+    """Rows whose flags agree."""
+    keys = ("is_success", "physics_error")
+    same = (a[2] == b[2]) & (a[3] == b[3])
+    for key in keys:
+        same &= a[4][key] == b[4][key]
+    return np.asarray(same)
+
+
+def tolerance(env_id: str) -> float:
+    """Discrete actions are exact; others are rounded to float32 after they are turned."""
+    return ROUNDING if env_id in DISCRETE else SINGLE
+
+
+def test_the_reduced_observation_is_invariant(env_id: str, task: Task) -> None:
+    envs = under_way(env_id, frame="reduced")
+    point = point_of(envs, actions(env_id, 1, N)[0])
+    put(envs, point)
+    before = reduced_part(task, envs)
+    put(envs, transformed(task, point, np.random.default_rng(SEED))[0])
+    after = reduced_part(task, envs)
+    # roots of differences of rounded numbers lose half of the digits, cube roots two thirds
+    np.testing.assert_allclose(after, before, rtol=0, atol=2e-5)
+
+
+def reduced_part(task: Task, envs: RigidVectorEnv) -> npt.NDArray[np.float32]:
+    """Observations of all rows without the goals, which a symmetry changes."""
+    core: Any = envs
+    return np.array(flat(core._core.observations)[:, 2 * task.n_goal :])
+
+
+def test_an_action_in_the_reduced_frame_is_that_of_the_task_turned(env_id: str, task: Task) -> None:
+    # the same action from a state and from its image: the images of the same step
+    rng = np.random.default_rng(SEED)
+    envs, image = under_way(env_id, frame="reduced"), under_way(env_id, frame="reduced")
+    action = actions(env_id, 1, N, seed=5)[0]
+    point = point_of(envs, action)
+    moved, change = transformed(task, point, rng)
+    put(envs, point)
+    put(image, moved)
+    results, images = envs.step(action), image.step(action)
+    expected, found = change(point_of(envs, action)), point_of(image, action)
+    components = task.system_type.components
+    scale = 1.0 + float(np.abs(np.stack(expected.y)).max())
+    np.testing.assert_allclose(
+        same_attitude(np.stack(found.y, axis=-1), components),
+        same_attitude(np.stack(expected.y, axis=-1), components),
+        rtol=0,
+        atol=scale * 1e-6,
+    )
+    assert unchanged(results, images).mean() > 0.995
