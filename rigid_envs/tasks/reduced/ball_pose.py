@@ -6,7 +6,7 @@ from typing import Any
 from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Quaternion, Row, Vector, attitude, log_rotation
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.elementary import cbrt, fma, select
+from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.symmetries.balls import REFLECTION, TURN
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced.planar import Frame, axial_seen, frame_along, polar_seen, turned_back
@@ -44,14 +44,14 @@ def pose_seen(frame: Frame, X: float, Y: float, q: Quaternion) -> Row:
         math.sqrt(abs(theta[2])),
         fma(-2.0, sine_square, 1.0),
         2.0 * abs(w) * s,
-        _signed_cbrt(ahead),
-        _signed_cbrt(beside),
+        _signed_root(ahead),
+        _signed_root(beside),
     )
 
 
 @scalar
-def _signed_cbrt(x: float) -> float:
-    root: float = cbrt(max(abs(x), 1e-30))
+def _signed_root(x: float) -> float:
+    root = math.sqrt(abs(x))
     return select(x < 0.0, -root, root)
 
 
@@ -63,8 +63,8 @@ POSE = (
     Entry("sqrt theta_z", "1", "reduced", 0.0, math.sqrt(math.pi)),
     Entry("cos abs theta", "1", "", -1.0, 1.0),
     Entry("sin abs theta", "1", "", 0.0, 1.0),
-    Entry("cbrt m_x", "1", "reduced, signed root", -4.0, 4.0),
-    Entry("cbrt m_y", "1", "reduced, signed root", -4.0, 4.0),
+    Entry("sqrt m_x", "1", "reduced, signed root", -2.0, 2.0),
+    Entry("sqrt m_y", "1", "reduced, signed root", -8.0, 8.0),
 )
 """Entries of `pose_seen`: offset r, rotation vector theta, mismatch m = (theta_x, theta_y - r)."""
 
