@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rigid_envs.rules import Choice, Either, Null, Number
+from rigid_envs.rules import Choice, Either, List, Null, Number
 from rigid_envs.settings import from_config, refusal, setting
 
 from .entries import Config, Count
@@ -53,6 +53,14 @@ class PPOConfig(Config):
     )
     log_std_init: float = setting(
         -0.5, Number("logarithm of the initial standard deviation of the actions", low=-20, high=2)
+    )
+    action_std: tuple[float, float] | None = setting(
+        None,
+        Either(
+            "standard deviation of the actions: [start, end] goes from one to the other over the "
+            "run, by equal factors; null: learnt, from log_std_init on",
+            (Null(), List("", Number(low=1e-6, high=10), 2, 2)),
+        ),
     )
 
     @property

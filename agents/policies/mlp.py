@@ -12,17 +12,12 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
+from .activations import ACTIVATIONS
 from .heads import HEADS, linear
 from .relative_rotation import RelativeRotation
 
-__all__ = ["ACTIVATIONS", "Policy"]
+__all__ = ["Policy"]
 
-ACTIVATIONS: dict[str, type[nn.Module]] = {
-    "tanh": nn.Tanh,
-    "relu": nn.ReLU,
-    "elu": nn.ELU,
-    "silu": nn.SiLU,
-}
 _LAYER_LIMIT = 64
 
 

@@ -16,7 +16,7 @@ from torch.optim import Optimizer
 from rigid_envs.scores.starts import row_seeds
 
 from ...config.by_algorithm import Config
-from ...policies.mlp import ACTIVATIONS
+from ...policies.activations import ACTIVATIONS
 from .extractor import AttitudeExtractor, attitudes
 
 __all__ = ["Network", "Parts", "arguments", "layers", "policy_arguments"]

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, cast
 
+import torch
 from gymnasium import spaces
 from gymnasium.vector import VectorEnv
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 from torch import nn
+
+from rigid_envs.settings import refusal
 
 from ...config.by_algorithm import PPOConfig
 from .common import Network, Parts, arguments, layers, policy_arguments
@@ -34,7 +38,17 @@ COLUMNS: tuple[str, ...] = (
 
 
 def check(config: PPOConfig, venv: VectorEnv[Any, Any, Any]) -> None:
-    """Nothing to refuse: actions may be continuous or discrete."""
+    """Refuse a spread of actions where they are choices.
+
+    Args:
+        config: Config of the run.
+        venv: Environment to train on.
+
+    Raises:
+        ConfigError: "config.action_std: ...".
+    """
+    if config.action_std is not None and not isinstance(venv.single_action_space, spaces.Box):
+        raise refusal("action_std", config.action_std, f"null: {config.env_id} has choices")
 
 
 def build(config: PPOConfig, env: VecEnv) -> PPO:
@@ -44,7 +58,7 @@ def build(config: PPOConfig, env: VecEnv) -> PPO:
         config: Config of the run.
         env: Environment to train on.
     """
-    return PPO(
+    model = PPO(
         n_steps=config.n_steps,
         batch_size=config.batch_size,
         n_epochs=config.n_epochs,
@@ -57,6 +71,9 @@ def build(config: PPOConfig, env: VecEnv) -> PPO:
         policy_kwargs={**policy_arguments(config, env), "log_std_init": config.log_std_init},
         **arguments(config, env),
     )
+    if config.action_std is not None:
+        model.policy.log_std.requires_grad_(False)
+    return model
 
 
 def iterate(model: PPO, config: PPOConfig, callback: BaseCallback) -> None:
@@ -68,6 +85,11 @@ def iterate(model: PPO, config: PPOConfig, callback: BaseCallback) -> None:
         callback: Hooks of SB3.
     """
     assert model.env is not None
+    if config.action_std is not None:
+        share = model.num_timesteps / config.total_timesteps
+        start, end = (math.log(std) for std in config.action_std)
+        with torch.no_grad():
+            model.policy.log_std.fill_(start + share * (end - start))
     model.collect_rollouts(model.env, callback, model.rollout_buffer, model.n_steps)
     model._update_current_progress_remaining(model.num_timesteps, config.total_timesteps)
     model.train()

@@ -31,7 +31,13 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "normalized": {"normalize_observation": True, "normalize_reward": True, "seed": 2**40},
     "ball park": {
         "env_id": "RigidEnvs/BallPark-v0",
-        "env_kwargs": {"radius": [0.9, 1.1], "observation_noise": 0.01, "action_delay": 2},
+        "env_kwargs": {
+            "radius": [0.9, 1.1],
+            "observation_noise": 0.01,
+            "action_delay": 2,
+            "frame": "reduced",
+        },
+        "action_std": [0.6, 0.1],
     },
     "sac, hindsight, normalized, overflowing": MEMORY
     | {
