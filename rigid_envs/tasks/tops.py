@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -11,10 +13,39 @@ from rigid_envs.kernels.algebra import Quaternion, compose
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import sincos
 from rigid_envs.kernels.heavy_top import Parameters
+from rigid_envs.systems import HeavyTop
 from rigid_envs.systems.free_body import fastest_turn
+from rigid_envs.tasks.base import Task
 from rigid_envs.tasks.fields import Range, span
 
-__all__ = ["derive_symmetric", "fastest_spinning", "fastest_top", "tilted", "weight"]
+__all__ = ["TopTask", "derive_symmetric", "fastest_spinning", "fastest_top", "tilted", "weight"]
+
+
+@dataclass(frozen=True)
+class TopTask(Task):
+    """A task of a heavy top: what its reduced frame knows, the top in the middle of the ranges."""
+
+    system_type: ClassVar = HeavyTop
+
+    @property
+    def fall_square(self) -> float:
+        """Square of the growth rate of the tilt without spin, m g ell / I [1/s^2].
+
+        I is the mean of I1 and I2.
+        """
+        top = self.system()
+        return 2.0 * float(top.m * top.g * top.ell / (top.I1 + top.I2))
+
+    @property
+    def gyration(self) -> float:
+        """I3 / I [1]."""
+        top = self.system()
+        return 2.0 * float(top.I3 / (top.I1 + top.I2))
+
+    @property
+    def gravity(self) -> float:
+        """Gravitational acceleration [m/s^2]."""
+        return float(self.system().g)
 
 
 @scalar
