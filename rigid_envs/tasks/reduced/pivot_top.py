@@ -21,7 +21,7 @@ _NEAR, _CLOSE = 0.2, 0.02  # rad/s, m, m/s
 _LEAN = 0.1  # rad
 
 
-class Task(NamedTuple):
+class _Returning(NamedTuple):
     """Lean; what grows of it beyond what brings the pivot back; frame along that."""
 
     lean: Lean
@@ -30,7 +30,7 @@ class Task(NamedTuple):
 
 
 @scalar
-def _task(y: Any, c: Any) -> Task:
+def _returning(y: Any, c: Any) -> _Returning:
     """Frame along the growing part of the lean less that of a lean which brings the pivot back.
 
     The pivot X at the velocity V returns under the acceleration a = -(r^2 X + 2 r V), under which
@@ -45,13 +45,13 @@ def _task(y: Any, c: Any) -> Task:
     x = fma(lean.growth, lean_x, fma(half, lean_y, lean.growing_x))
     z = fma(lean.growth, lean_y, fma(-half, lean_x, lean.growing_y))
     frame = frame_along(x, z, lean.growing_x, lean.growing_y, y.omega3 < 0.0)
-    return Task(lean, length(x, z), frame)
+    return _Returning(lean, length(x, z), frame)
 
 
 @scalar
 def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Lean, pivot, height and spin; the parameters may be hidden: those of the middle top."""
-    lean, grown, frame = _task(y, c)
+    lean, grown, frame = _returning(y, c)
     growing = polar_seen(frame, lean.growing_x, lean.growing_y)
     decaying = polar_seen(frame, lean.decaying_x, lean.decaying_y)
     tilt = polar_seen(frame, lean.x, lean.y)
@@ -81,7 +81,7 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 @scalar
 def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
     """World components of an action in the frame."""
-    X, Y = turned_back(_task(y, c).frame, a[0], a[1])
+    X, Y = turned_back(_returning(y, c).frame, a[0], a[1])
     return single(X), single(Y)
 
 

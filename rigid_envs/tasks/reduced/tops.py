@@ -9,7 +9,17 @@ from rigid_envs.kernels.elementary import fma
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced.planar import Frame, frame_along, polar_seen
 
-__all__ = ["LEAN", "Lean", "lean_frame", "lean_seen", "length", "parts", "share", "shares", "world_lean"]
+__all__ = [
+    "LEAN",
+    "Lean",
+    "lean_frame",
+    "lean_seen",
+    "length",
+    "parts",
+    "share",
+    "shares",
+    "world_lean",
+]
 
 _NEAR, _CLOSE = 0.2, 0.01  # rad/s; parts of the lean that are shown as a half
 _LEAN = 0.1  # rad; lean that is shown as a half
