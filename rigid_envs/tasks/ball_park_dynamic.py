@@ -16,6 +16,7 @@ from rigid_envs.systems import DynamicBall
 from rigid_envs.tasks.ball_park import FAR, misplacement
 from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
+from rigid_envs.tasks.reduced.ball_dynamic import DYNAMIC_POSE
 
 __all__ = ["BallParkDynamic", "speed_bound"]
 
@@ -41,7 +42,7 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Largest force [N], tolerances [m, rad, m/s], half side of the start square, edge [m]."""
+    """Largest force [N], tolerances [m, rad, m/s], start square, edge [m], deceleration [m/s^2]."""
 
     force: float
     position_tolerance: float
@@ -49,6 +50,7 @@ class Constants(NamedTuple):
     speed_tolerance: float
     start_half_width: float
     edge: float
+    deceleration: float
 
 
 @scalar
@@ -217,6 +219,7 @@ class BallParkDynamic(Task):
         observe=observe,
         advance=level_step,
     )
+    reduction: ClassVar = DYNAMIC_POSE
     cost_unit: ClassVar = "impulse of the force [N s]"
     fixed_components: ClassVar = ("tilt", "tilt_rate")
 
@@ -224,6 +227,11 @@ class BallParkDynamic(Task):
     def edge(self) -> float:
         """Radius of the plate [m]."""
         return math.sqrt(2.0) * self.start_half_width + self.margin
+
+    @property
+    def deceleration(self) -> float:
+        """Deceleration by the largest force, for the middle of the ranges of m and beta [m/s^2]."""
+        return self.force / (sum(span(self.m)) / 2 * (1.0 + sum(span(self.beta)) / 2))
 
     def actions(self) -> tuple[Entry, ...]:
         """Horizontal force, in a disk."""

@@ -16,6 +16,7 @@ from rigid_envs.kernels.rolling_ball import ROLLING_BALL, Input, Parameters, Sta
 from rigid_envs.systems import RollingBall
 from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
+from rigid_envs.tasks.reduced.ball_goal import goal_pose, pose_from_goal
 
 __all__ = ["BallParkGoal"]
 
@@ -156,6 +157,12 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     return (*pose(y), *pose(desired_state(aux)), *in_radii)
 
 
+@scalar
+def observe_reduced(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
+    """Achieved and desired pose, and the pose relative to the goal."""
+    return (*pose(y), *pose(desired_state(aux)), *pose_from_goal(y, aux, p, c))
+
+
 @dataclass(frozen=True)
 class BallParkGoal(Task):
     """Park the ball at a pose drawn in every episode; sparse reward.
@@ -239,6 +246,7 @@ class BallParkGoal(Task):
         observe=observe,
         reached=reached,
     )
+    reduction: ClassVar = goal_pose(observe_reduced)
     cost_unit: ClassVar = "distance rolled [m]"
 
     @property

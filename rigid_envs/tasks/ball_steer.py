@@ -17,6 +17,7 @@ from rigid_envs.kernels.turns import half_turn
 from rigid_envs.systems import RollingBall
 from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, span
+from rigid_envs.tasks.reduced.ball_steer import ALONG_PATH
 
 __all__ = ["BallSteer"]
 
@@ -283,6 +284,7 @@ class BallSteer(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = ALONG_PATH
     cost_unit: ClassVar = "distance rolled [m]"
 
     @property

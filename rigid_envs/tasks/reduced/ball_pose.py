@@ -30,18 +30,14 @@ def pose_frame(X: float, Y: float, q: Quaternion) -> Frame:
 @scalar
 def pose_seen(frame: Frame, X: float, Y: float, q: Quaternion) -> Row:
     """Invariants of an offset [radii] and an attitude; see `POSE`."""
-    distance = min(math.sqrt(fma(X, X, Y * Y)), _FAR)
+    distance = min(polar_seen(frame, X, Y)[0], _FAR)
     theta: Vector = axial_seen(frame, log_rotation(q))
     w, x, y, z = q
     sine_square = fma(x, x, fma(y, y, z * z))
     s = math.sqrt(sine_square)
-    axis = axial_seen(frame, (x, y, z))
-    inverse = select(w < 0.0, -1.0, 1.0) / max(s, 1e-9)
-    up = polar_seen(frame, 2.0 * fma(x, z, w * y), 2.0 * fma(y, z, -w * x))
     ahead, beside = theta[0], theta[1] - distance
     return (
         distance,
-        math.sqrt(distance),
         theta[0],
         theta[1],
         theta[2],
@@ -50,12 +46,6 @@ def pose_seen(frame: Frame, X: float, Y: float, q: Quaternion) -> Row:
         2.0 * abs(w) * s,
         _signed_cbrt(ahead),
         _signed_cbrt(beside),
-        inverse * axis[0],
-        inverse * axis[1],
-        inverse * axis[2],
-        up[0],
-        up[1],
-        fma(w, w, z * z) - fma(x, x, y * y),
     )
 
 
@@ -67,7 +57,6 @@ def _signed_cbrt(x: float) -> float:
 
 POSE = (
     Entry("r", "1", "offset, radii", 0.0, _FAR),
-    Entry("sqrt r", "1", "offset, radii", 0.0, math.sqrt(_FAR)),
     Entry("theta_x", "rad", "reduced", -math.pi, math.pi),
     Entry("theta_y", "rad", "reduced", -math.pi, math.pi),
     Entry("theta_z", "rad", "reduced", 0.0, math.pi),
@@ -76,8 +65,6 @@ POSE = (
     Entry("sin abs theta", "1", "", 0.0, 1.0),
     Entry("cbrt m_x", "1", "reduced, signed root", -4.0, 4.0),
     Entry("cbrt m_y", "1", "reduced, signed root", -4.0, 4.0),
-    *(Entry(f"theta_{k} / abs theta", "1", "reduced", -1.0, 1.0) for k in "xyz"),
-    *(Entry(f"R{k}3", "1", "body e3, reduced", -1.0, 1.0) for k in "123"),
 )
 """Entries of `pose_seen`: offset r, rotation vector theta, mismatch m = (theta_x, theta_y - r)."""
 

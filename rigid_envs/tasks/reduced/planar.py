@@ -9,7 +9,7 @@ from rigid_envs.kernels.elementary import fma, select
 
 __all__ = ["Frame", "axial_seen", "frame_along", "polar_seen", "turned_back"]
 
-_SHORT = 1e-9  # a shorter vector has no direction
+_ZERO = 1e-18  # a vector whose square is less has no direction
 
 
 class Frame(NamedTuple):
@@ -26,12 +26,11 @@ def frame_along(x: float, y: float, spare_x: float, spare_y: float, flipped: boo
 
     Where both are zero it is the frame of the world.
     """
-    length = math.sqrt(fma(x, x, y * y))
-    spare = math.sqrt(fma(spare_x, spare_x, spare_y * spare_y))
-    short, neither = length < _SHORT, spare < _SHORT
-    x, y = select(short, spare_x, x), select(short, spare_y, y)
-    inverse = 1.0 / select(short, select(neither, 1.0, spare), length)
-    lost = short & neither
+    zero = fma(x, x, y * y) < _ZERO
+    x, y = select(zero, spare_x, x), select(zero, spare_y, y)
+    square = fma(x, x, y * y)
+    lost = square < _ZERO
+    inverse = 1.0 / math.sqrt(select(lost, 1.0, square))
     return Frame(
         cosine=select(lost, 1.0, x * inverse),
         sine=select(lost, 0.0, y * inverse),

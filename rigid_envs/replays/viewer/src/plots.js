@@ -102,8 +102,7 @@ export class Plot {
       [left, right] = [middle[0] - (unit * inner[0]) / 2, middle[0] + (unit * inner[0]) / 2];
       [low, high] = [middle[1] - (unit * inner[1]) / 2, middle[1] + (unit * inner[1]) / 2];
     } else {
-      const pad = 0.06 * (high - low) || Math.max(Math.abs(high), 1e-12) * 0.5;
-      [low, high] = [low - pad, high + pad];
+      [low, high] = padded(low, high);
     }
     this.x = (value) => MARGIN.left + ((value - left) / (right - left || 1)) * inner[0];
     this.y = (value) => MARGIN.top + ((high - value) / (high - low)) * inner[1];
@@ -217,6 +216,14 @@ const stroke = (pen, x0, y0, x1, y1) => {
   pen.lineTo(x1, y1);
   pen.stroke();
 };
+
+// An axis around two ends. Where they differ by less than a thousandth of themselves, the curve is
+// flat: an axis of their difference would have labels of ten digits.
+function padded(low, high) {
+  const size = Math.max(Math.abs(low), Math.abs(high), 1e-12);
+  const pad = high - low < 1e-3 * size ? 0.5 * size : 0.06 * (high - low);
+  return [low - pad, high + pad];
+}
 
 function range(lines) {
   let [low, high] = [Infinity, -Infinity];
