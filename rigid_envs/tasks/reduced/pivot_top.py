@@ -15,7 +15,7 @@ from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["PIVOT_TOP"]
 
-_FAST, _FAR = 4.0, 2.0
+_FAST, _FAR = 4.0, 5.0
 _RETURN = 0.35  # rate at which the pivot is to return, over that at which the top falls
 _NEAR, _CLOSE = 0.2, 0.02  # rad/s, m, m/s
 _LEAN = 0.1  # rad
@@ -57,21 +57,26 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     tilt = polar_seen(frame, lean.x, lean.y)
     pivot = polar_seen(frame, y.X, y.Y)
     velocity = polar_seen(frame, y.VX, y.VY)
-    away = length(y.X, y.Y)
+    away = length(pivot[0], pivot[1])
+    close = 1.0 / (away + _NEAR)
     free = 1.0 / math.sqrt(c.fall_square)
     spin = 0.5 * c.gyration * abs(y.omega3) * free
     return (
         min(3.0 * grown, 3.0),
         share(grown, _NEAR),
         share(grown, _CLOSE),
-        *shares(growing[0], growing[1], _NEAR),
+        min(max(3.0 * growing[0], -3.0), 3.0),
+        min(max(3.0 * growing[1], -3.0), 3.0),
         *shares(decaying[0], decaying[1], _NEAR),
         *shares(tilt[0], tilt[1], _LEAN),
-        *shares(pivot[0], pivot[1], 1.0),
-        *shares(pivot[0], pivot[1], _NEAR),
-        *shares(velocity[0], velocity[1], 1.0),
+        min(max(pivot[0], -_FAR), _FAR),
+        min(max(pivot[1], -_FAR), _FAR),
+        close * pivot[0],
+        close * pivot[1],
+        min(away / c.arena, 2.0),
+        min(max(velocity[0], -_FAR), _FAR),
+        min(max(velocity[1], -_FAR), _FAR),
         *shares(velocity[0], velocity[1], _NEAR),
-        min(away / c.arena, _FAR),
         vertical(attitude(y))[2],
         min(spin, _FAST),
         lean.growth * free,
@@ -91,14 +96,14 @@ PIVOT_TOP = Reduction(
         Entry("3 |w|", "rad/s", "growing part w less that of the return, limited", 0.0, 3.0),
         Entry("share w", "1", f"of |w| + {_NEAR}", 0.0, 1.0),
         Entry("share w", "1", f"of |w| + {_CLOSE}", 0.0, 1.0),
-        *(Entry(f"share u_{k}", "1", f"reduced, of |u| + {_NEAR}", -1.0, 1.0) for k in "xy"),
+        *(Entry(f"3 u_{k}", "rad/s", "reduced, limited", -3.0, 3.0) for k in "xy"),
         *(Entry(f"share s_{k}", "1", f"reduced, of |s| + {_NEAR}", -1.0, 1.0) for k in "xy"),
         *(Entry(f"share e_{k}", "1", f"reduced, of |e| + {_LEAN}", -1.0, 1.0) for k in "xy"),
-        *(Entry(f"share {k}", "1", "reduced, of distance + 1", -1.0, 1.0) for k in "XY"),
+        *(Entry(k, "m", "reduced, limited", -_FAR, _FAR) for k in "XY"),
         *(Entry(f"share {k}", "1", f"reduced, of distance + {_NEAR}", -1.0, 1.0) for k in "XY"),
-        *(Entry(f"share V{k}", "1", "reduced, of speed + 1", -1.0, 1.0) for k in "XY"),
+        Entry("distance / arena", "1", "limited", 0.0, 2.0),
+        *(Entry(f"V{k}", "m/s", "reduced, limited", -_FAR, _FAR) for k in "XY"),
         *(Entry(f"share V{k}", "1", f"reduced, of speed + {_NEAR}", -1.0, 1.0) for k in "XY"),
-        Entry("distance / arena", "1", "limited", 0.0, _FAR),
         Entry("R33", "1", "body to world", -1.0, 1.0),
         Entry("|omega3|", "1", "critical spins, limited", 0.0, _FAST),
         Entry("growth", "1", "of u, over that without spin", 0.0, 1.0),
