@@ -52,34 +52,28 @@ def _returning(y: Any, c: Any) -> _Returning:
 def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Lean, pivot, height and spin; the parameters may be hidden: those of the middle top."""
     lean, grown, frame = _returning(y, c)
-    growing = polar_seen(frame, lean.growing_x, lean.growing_y)
     decaying = polar_seen(frame, lean.decaying_x, lean.decaying_y)
     tilt = polar_seen(frame, lean.x, lean.y)
     pivot = polar_seen(frame, y.X, y.Y)
     velocity = polar_seen(frame, y.VX, y.VY)
-    away = length(pivot[0], pivot[1])
-    close = 1.0 / (away + _NEAR)
+    close = 1.0 / (length(pivot[0], pivot[1]) + _NEAR)
     free = 1.0 / math.sqrt(c.fall_square)
     spin = 0.5 * c.gyration * abs(y.omega3) * free
     return (
         min(3.0 * grown, 3.0),
         share(grown, _NEAR),
         share(grown, _CLOSE),
-        min(max(3.0 * growing[0], -3.0), 3.0),
-        min(max(3.0 * growing[1], -3.0), 3.0),
         *shares(decaying[0], decaying[1], _NEAR),
         *shares(tilt[0], tilt[1], _LEAN),
         min(max(pivot[0], -_FAR), _FAR),
         min(max(pivot[1], -_FAR), _FAR),
         close * pivot[0],
         close * pivot[1],
-        min(away / c.arena, 2.0),
         min(max(velocity[0], -_FAR), _FAR),
         min(max(velocity[1], -_FAR), _FAR),
         *shares(velocity[0], velocity[1], _NEAR),
         vertical(attitude(y))[2],
         min(spin, _FAST),
-        lean.growth * free,
     )
 
 
@@ -96,17 +90,14 @@ PIVOT_TOP = Reduction(
         Entry("3 |w|", "rad/s", "growing part w less that of the return, limited", 0.0, 3.0),
         Entry("share w", "1", f"of |w| + {_NEAR}", 0.0, 1.0),
         Entry("share w", "1", f"of |w| + {_CLOSE}", 0.0, 1.0),
-        *(Entry(f"3 u_{k}", "rad/s", "reduced, limited", -3.0, 3.0) for k in "xy"),
         *(Entry(f"share s_{k}", "1", f"reduced, of |s| + {_NEAR}", -1.0, 1.0) for k in "xy"),
         *(Entry(f"share e_{k}", "1", f"reduced, of |e| + {_LEAN}", -1.0, 1.0) for k in "xy"),
         *(Entry(k, "m", "reduced, limited", -_FAR, _FAR) for k in "XY"),
         *(Entry(f"share {k}", "1", f"reduced, of distance + {_NEAR}", -1.0, 1.0) for k in "XY"),
-        Entry("distance / arena", "1", "limited", 0.0, 2.0),
         *(Entry(f"V{k}", "m/s", "reduced, limited", -_FAR, _FAR) for k in "XY"),
         *(Entry(f"share V{k}", "1", f"reduced, of speed + {_NEAR}", -1.0, 1.0) for k in "XY"),
         Entry("R33", "1", "body to world", -1.0, 1.0),
         Entry("|omega3|", "1", "critical spins, limited", 0.0, _FAST),
-        Entry("growth", "1", "of u, over that without spin", 0.0, 1.0),
     ),
     observe=observe,
     turn=turn,
