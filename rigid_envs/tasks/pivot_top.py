@@ -13,10 +13,10 @@ from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import atan2, fma, select
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.heavy_top import HEAVY_TOP, Input, Parameters, State
-from rigid_envs.systems import HeavyTop
-from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.base import Entry
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
-from rigid_envs.tasks.tops import derive_symmetric, fastest_spinning, tilted, weight
+from rigid_envs.tasks.reduced.pivot_top import PIVOT_TOP
+from rigid_envs.tasks.tops import TopTask, derive_symmetric, fastest_spinning, tilted, weight
 
 __all__ = ["PivotTop"]
 
@@ -39,7 +39,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Largest acceleration [m/s^2], end, success and start: angles [rad], lengths [m], time [s]."""
+    """Largest acceleration [m/s^2], end, success and start: angles [rad], lengths [m], time [s].
+
+    Last m g ell / I1 [1/s^2], I3 / I1 and g, for the reduced frame.
+    """
 
     push: float
     arena: float
@@ -49,6 +52,9 @@ class Constants(NamedTuple):
     hold: float
     start_tilt: float
     start_spin: float
+    fall_square: float
+    gyration: float
+    gravity: float
 
 
 class Auxiliary(NamedTuple):
@@ -122,7 +128,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class PivotTop(Task):
+class PivotTop(TopTask):
     """Balance a slowly spinning top by moving its pivot: the spinning spherical cart-pole.
 
     A top below the sleeping threshold falls, more slowly the faster it spins, and it precesses as
@@ -202,7 +208,6 @@ class PivotTop(Task):
     weight_centre: float = setting(1.0, Number("weight of the centre term", "1", -1e3, 1e3))
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
-    system_type: ClassVar = HeavyTop
     episode: ClassVar = Episode(
         dynamics=HEAVY_TOP,
         Action=Action,
@@ -216,6 +221,7 @@ class PivotTop(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = PIVOT_TOP
     cost_unit: ClassVar = "acceleration times time [m/s]"
     aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 

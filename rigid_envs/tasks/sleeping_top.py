@@ -14,10 +14,10 @@ from rigid_envs.kernels.elementary import atan2, fma, select, sincos
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.heavy_top import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.settings import refusal
-from rigid_envs.systems import HeavyTop
-from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.base import Entry
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
-from rigid_envs.tasks.tops import derive_symmetric, fastest_top, weight
+from rigid_envs.tasks.reduced.sleeping_top import SLEEPING_TOP
+from rigid_envs.tasks.tops import TopTask, derive_symmetric, fastest_top, weight
 
 __all__ = ["SleepingTop", "SleepingTopRandom"]
 
@@ -39,7 +39,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Torque [N m], success (tilt [rad], time [s]), start (tilt [rad], spins / critical spin)."""
+    """Torque [N m], success (tilt [rad], time [s]), start (tilt [rad], spins / critical spin).
+
+    Last m g ell / I1 [1/s^2] and I3 / I1, for the reduced frame.
+    """
 
     torque: float
     tolerance: float
@@ -47,6 +50,8 @@ class Constants(NamedTuple):
     start_tilt: float
     start_spin_low: float
     start_spin_high: float
+    fall_square: float
+    gyration: float
 
 
 class Auxiliary(NamedTuple):
@@ -117,7 +122,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
 
 
 @dataclass(frozen=True)
-class SleepingTop(Task):
+class SleepingTop(TopTask):
     """Keep a spinning top upright whose spin is below the sleeping threshold.
 
     Upright spin above the critical rate is stable: the top sleeps. Here the spin is 0.3 to 0.95 of
@@ -178,7 +183,6 @@ class SleepingTop(Task):
     weight_upright: float = setting(1.0, Number("weight of the upright term", "1", -1e3, 1e3))
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
-    system_type: ClassVar = HeavyTop
     episode: ClassVar = Episode(
         dynamics=HEAVY_TOP,
         Action=Action,
@@ -192,6 +196,7 @@ class SleepingTop(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = SLEEPING_TOP
     # Full torque for 15 s exceeds the envelope of the system, at more than 10 rad/s: the step is
     # then stable but less accurate. See Physics.
     envelope: ClassVar[float | None] = 1.1

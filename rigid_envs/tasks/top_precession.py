@@ -8,19 +8,26 @@ from typing import ClassVar, NamedTuple
 
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_square
-from rigid_envs.kernels.algebra import Row, attitude, vertical
+from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.elementary import atan2, fma, select, sincos
+from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.heavy_top import HEAVY_TOP, Input, Parameters, State
-from rigid_envs.systems import HeavyTop
-from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.base import Entry
 from rigid_envs.tasks.fields import Choice, Integer, Number, Range, physical, setting, span
-from rigid_envs.tasks.tops import derive_symmetric, fastest_spinning, tilted, weight
+from rigid_envs.tasks.reduced.top_precession import TOP_PRECESSION
+from rigid_envs.tasks.tops import (
+    FAST,
+    TopTask,
+    derive_symmetric,
+    fastest_spinning,
+    precession,
+    steady,
+    tilted,
+    weight,
+)
 
 __all__ = ["TopPrecession"]
-
-_FAST = 30.0  # rad/s; bound of the observed rates
 
 
 class Action(NamedTuple):
@@ -41,7 +48,8 @@ class Terms(NamedTuple):
 class Constants(NamedTuple):
     """Torque [N m], success (relative errors, time [s]), branch, tilts [rad], rate [rad/s], spins.
 
-    Spins are fractions of the critical spin.
+    Spins are fractions of the critical spin. Last m g ell / I1 [1/s^2] and I3 / I1, for the reduced
+    frame.
     """
 
     torque: float
@@ -54,6 +62,8 @@ class Constants(NamedTuple):
     start_rate: float
     start_spin: float
     start_spread: float
+    fall_square: float
+    gyration: float
 
 
 class Auxiliary(NamedTuple):
@@ -94,34 +104,6 @@ def actuate(
 
 
 @scalar
-def precession(y: State) -> tuple[float, float]:
-    """Tilt [rad] and rate of precession phi' = (omega1 G1 + omega2 G2) / (G1^2 + G2^2) [rad/s].
-
-    G is the vertical in body axes. At tilt 0 the rate is undefined, and 0 is returned.
-    """
-    G = vertical(attitude(y))
-    square = G[0] * G[0] + G[1] * G[1]
-    rate = (y.omega1 * G[0] + y.omega2 * G[1]) / max(square, 1e-12)
-    return atan2(math.sqrt(square), G[2]), min(max(rate, -_FAST), _FAST)
-
-
-@scalar
-def steady(tilt: float, spin: float, p: Parameters, fast_branch: float) -> float:
-    """Rate of steady precession: a root of I1 cos(theta) x^2 - I3 omega3 x + m g ell = 0.
-
-    Without a real root (a slow spin, given from outside) both branches take the double root.
-    """
-    _, cosine = sincos(tilt)
-    L, mgl, level = p.I3 * spin, p.m * p.g * p.ell, p.I1 * cosine
-    root = math.sqrt(max(L * L - 4.0 * level * mgl, 0.0))
-    total = L + select(L < 0.0, -root, root)
-    slow = 2.0 * mgl / select(abs(total) < 1e-9, 1e-9, total)
-    fast = 0.5 * total / select(abs(level) < 1e-9, 1e-9, level)
-    rate = select(fast_branch > 0.5, fast, slow)
-    return min(max(rate, -_FAST), _FAST)
-
-
-@scalar
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
@@ -147,9 +129,9 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Angular velocity in body axes, tilt and rate of precession, and their goals."""
     tilt, rate = precession(y)
     return (
-        min(max(y.omega1, -_FAST), _FAST),
-        min(max(y.omega2, -_FAST), _FAST),
-        min(max(y.omega3, -_FAST), _FAST),
+        min(max(y.omega1, -FAST), FAST),
+        min(max(y.omega2, -FAST), FAST),
+        min(max(y.omega3, -FAST), FAST),
         tilt,
         rate,
         aux.goal_tilt,
@@ -158,7 +140,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class TopPrecession(Task):
+class TopPrecession(TopTask):
     """Bring a nutating top to steady precession at a commanded tilt.
 
     A top from a general start nutates between two tilts while it precesses. At every tilt there are
@@ -238,7 +220,6 @@ class TopPrecession(Task):
     weight_rate: float = setting(0.5, Number("weight of the rate term", "1", -1e3, 1e3))
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
-    system_type: ClassVar = HeavyTop
     episode: ClassVar = Episode(
         dynamics=HEAVY_TOP,
         Action=Action,
@@ -252,6 +233,7 @@ class TopPrecession(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = TOP_PRECESSION
     cost_unit: ClassVar = "torque impulse [N m s]"
     aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 
@@ -267,11 +249,11 @@ class TopPrecession(Task):
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity, tilt and rate of precession, and their goals."""
         return (
-            *(Entry(f"omega{k}", "rad/s", "body", -_FAST, _FAST) for k in (1, 2, 3)),
+            *(Entry(f"omega{k}", "rad/s", "body", -FAST, FAST) for k in (1, 2, 3)),
             Entry("theta", "rad", "world", 0.0, math.pi),
-            Entry("phi'", "rad/s", "world", -_FAST, _FAST),
+            Entry("phi'", "rad/s", "world", -FAST, FAST),
             Entry("goal theta", "rad", "world", 0.0, math.pi),
-            Entry("goal phi'", "rad/s", "world", -_FAST, _FAST),
+            Entry("goal phi'", "rad/s", "world", -FAST, FAST),
         )
 
     def largest_rate(self, duration: float) -> float:

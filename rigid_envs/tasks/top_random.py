@@ -13,10 +13,10 @@ from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import atan2, select
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.heavy_top import HEAVY_TOP, Input, Parameters, State
-from rigid_envs.systems import HeavyTop
-from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.base import Entry
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
-from rigid_envs.tasks.tops import fastest_top, tilted, weight
+from rigid_envs.tasks.reduced.top_random import TOP_RANDOM
+from rigid_envs.tasks.tops import TopTask, fastest_top, tilted, weight
 
 __all__ = ["TopRandom"]
 
@@ -39,7 +39,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Largest torque [N m], success (tilt [rad], time [s]), start (tilt [rad], rates [rad/s])."""
+    """Largest torque [N m], success (tilt [rad], time [s]), start (tilt [rad], rates [rad/s]).
+
+    Last m g ell / I [1/s^2] and I3 / I with the mean I of I1 and I2, for the reduced frame.
+    """
 
     torque: float
     tolerance: float
@@ -47,6 +50,8 @@ class Constants(NamedTuple):
     start_tilt: float
     start_spin: float
     start_rate: float
+    fall_square: float
+    gyration: float
 
 
 class Auxiliary(NamedTuple):
@@ -112,7 +117,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
 
 
 @dataclass(frozen=True)
-class TopRandom(Task):
+class TopRandom(TopTask):
     """Keep an asymmetric heavy top upright; its moments are drawn in every episode.
 
     A top with three different moments has only two integrals, the energy and the vertical momentum,
@@ -181,7 +186,6 @@ class TopRandom(Task):
     weight_upright: float = setting(1.0, Number("weight of the upright term", "1", -1e3, 1e3))
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
-    system_type: ClassVar = HeavyTop
     episode: ClassVar = Episode(
         dynamics=HEAVY_TOP,
         Action=Action,
@@ -194,6 +198,7 @@ class TopRandom(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = TOP_RANDOM
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     def actions(self) -> tuple[Entry, ...]:

@@ -21,6 +21,9 @@ N, STEPS, SEED = 512, 12, 3
 # roundings of 1e-16, times rates and inverse tolerances of up to some hundreds.
 ROUNDING = 1e-11
 SINGLE = 2.0**-23  # actions and goals are rounded to float32
+# of random actions, whose entries reach 1.2: then every pair of entries lies in the unit disk, and
+# a turn of the body keeps torques in the box
+INSIDE = 0.58
 
 
 @pytest.fixture
@@ -101,7 +104,7 @@ def test_a_step_commutes_with_every_symmetry(env_id: str, task: Task) -> None:
     rng = np.random.default_rng(SEED)
     envs, image = under_way(env_id), under_way(env_id)
     action = actions(env_id, 1, N, seed=5)[0]
-    point = point_of(envs, 0.7 * action if env_id not in DISCRETE else action)
+    point = point_of(envs, INSIDE * action if env_id not in DISCRETE else action)
     moved, change = transformed(task, point, rng)
     put(envs, point)
     put(image, moved)

@@ -1,0 +1,72 @@
+"""Reduced coordinates of an asymmetric top that is held by body torques: `TopRandom`."""
+
+import math
+from typing import Any
+
+from rigid_envs.kernels.actions import clip_to_disk, single
+from rigid_envs.kernels.algebra import Row, Vector, attitude, vertical
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.elementary import fma
+from rigid_envs.symmetries.tops import HALF_TURN, REFLECTION, TURN
+from rigid_envs.tasks.entries import Entry
+from rigid_envs.tasks.reduced.planar import turned_back
+from rigid_envs.tasks.reduced.tops import LEAN, Lean, lean_frame, lean_seen, length, parts, share
+from rigid_envs.tasks.reduction import Reduction
+
+__all__ = ["TOP_RANDOM"]
+
+_FAST = 4.0
+
+
+@scalar
+def _lean(y: Any, c: Any) -> Lean:
+    """Parts of the lean in body axes, of a symmetric top with the mean of the moments."""
+    G = vertical(attitude(y))
+    return parts(-G[0], -G[1], y.omega2, -y.omega1, y.omega3, c.fall_square, c.gyration)
+
+
+@scalar
+def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
+    """Lean, height, spin, and the azimuth of the frame, by which moments and products differ."""
+    lean = _lean(y, c)
+    frame = lean_frame(lean, y.omega3)
+    free = 1.0 / math.sqrt(c.fall_square)
+    spin = 0.5 * c.gyration * abs(y.omega3) * free
+    return (
+        *lean_seen(frame, lean),
+        vertical(attitude(y))[2],
+        min(spin, _FAST),
+        lean.growth * free,
+        share(length(y.omega1, y.omega2), 1.0),
+        fma(2.0 * frame.cosine, frame.cosine, -1.0),
+        2.0 * frame.side * frame.cosine * frame.sine,
+    )
+
+
+@scalar
+def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> Vector:
+    """Torque that drives the axis e3 along an action in the frame, and the torque about e3."""
+    (along, left), _ = clip_to_disk((a[0], a[1]))
+    frame = lean_frame(_lean(y, c), y.omega3)
+    x, z = turned_back(frame, along, left)
+    return single(-z), single(x), frame.side * a[2]
+
+
+TOP_RANDOM = Reduction(
+    symmetries=(TURN, HALF_TURN, REFLECTION),
+    features=(
+        *LEAN,
+        Entry("R33", "1", "body to world", -1.0, 1.0),
+        Entry("|omega3|", "1", "critical spins, limited", 0.0, _FAST),
+        Entry("growth", "1", "of u, over that without spin", 0.0, 1.0),
+        Entry("share omega", "1", "rate across e3, of itself + 1 rad/s", 0.0, 1.0),
+        Entry("cos 2 alpha", "1", "alpha of the frame in the body", -1.0, 1.0),
+        Entry("sin 2 alpha", "1", "alpha of the frame in the body", -1.0, 1.0),
+    ),
+    observe=observe,
+    turn=turn,
+)
+"""Reduction of `TopRandom`: turns about the vertical, half turn and reflections of the body.
+
+The frame turns in the body, so the first two entries of the action are limited to a disk.
+"""
