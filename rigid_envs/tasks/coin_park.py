@@ -12,12 +12,12 @@ from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_square
 from rigid_envs.kernels.algebra import attitude, compose
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.elementary import cbrt, select
+from rigid_envs.kernels.elementary import atan2, cbrt, select
 from rigid_envs.kernels.episode import Episode, NoAuxiliary
 from rigid_envs.kernels.upright_coin import UPRIGHT_COIN, Input, Parameters, State
 from rigid_envs.systems import UprightCoin
 from rigid_envs.tasks.base import Array, Entry, Task
-from rigid_envs.tasks.coins import FAR, pose
+from rigid_envs.tasks.coins import FAR, wrapped
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 from rigid_envs.tasks.reduced.coin_park import COIN_POSE
 
@@ -80,8 +80,11 @@ def outcome(
     y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
     """Cost by the order of the Lie bracket that generates each direction (see `CoinPark`)."""
-    X, Y, heading, phase, mismatch = pose(y, p)
+    X, Y = y.X / p.radius, y.Y / p.radius
+    total, difference = atan2(y.z, y.w), atan2(y.y, y.x)
+    heading, phase = wrapped(total + difference), wrapped(total - difference)
     distance = math.sqrt(X * X + Y * Y)
+    mismatch = wrapped(max(min(X, FAR), -FAR) + phase)
     near = distance * p.radius <= c.position_tolerance
     parked = near & (abs(heading) <= c.heading_tolerance) & (abs(phase) <= c.phase_tolerance)
     side = min(abs(Y), FAR)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigid_envs.kernels.algebra import Row, attitude, matrix
+from rigid_envs.kernels.algebra import Quaternion, Row, attitude, matrix
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.symmetries.grids import QUARTER_TURN, REFLECTION
@@ -15,8 +15,8 @@ from rigid_envs.tasks.reduction import Reduction
 __all__ = ["CELL"]
 
 _FAR = 100.0  # cells; bound of the observed position
-# Number of a pose: the entries of R are digits to the base 3, above them the two coordinates.
-_J = 3.0**9
+# Half the number of a pose: the entries of R are digits to the base 3, above them the coordinates.
+_J = 0.5 * 3.0**9
 _I = _J * (2.0 * _FAR + 1.0)
 
 
@@ -30,19 +30,15 @@ class Image(NamedTuple):
 
 @scalar
 def whole(x: float) -> float:
-    """The nearest whole number, as exact as on the grid."""
+    """The nearest whole number: on the grid, what is seen then is exact."""
     return float(np.floor(x + 0.5))
 
 
 @scalar
-def pose(y: Any, p: Any) -> tuple[float, float, Row]:
-    """Cell and rotation matrix in whole numbers."""
+def cell(y: Any, p: Any) -> tuple[float, float]:
+    """Position in cells."""
     scale = p.inverse_radius * (2.0 / math.pi)
-    i = whole(min(max(scale * y.X, -_FAR), _FAR))
-    j = whole(min(max(scale * y.Y, -_FAR), _FAR))
-    a, b, c, d, e, f, g, h, k = matrix(attitude(y))
-    R = (whole(a), whole(b), whole(c), whole(d), whole(e), whole(f), whole(g), whole(h), whole(k))
-    return i, j, R
+    return min(max(scale * y.X, -_FAR), _FAR), min(max(scale * y.Y, -_FAR), _FAR)
 
 
 @scalar
@@ -53,42 +49,40 @@ def exchanged(R: Row) -> Row:
 
 
 @scalar
-def number(i: float, j: float, R: Row) -> tuple[float, float, float, float]:
-    """Parts of the number of a pose: as it is; times the signs of x, of y and of x y."""
-    a, b, c, d, e, f, g, h, k = R
-    return (
-        fma(2187.0, a, fma(729.0, e, 243.0 * k)),
-        fma(_I, i, fma(81.0, c, 27.0 * g)),
-        fma(_J, j, fma(9.0, f, 3.0 * h)),
-        fma(6561.0, b, d),
-    )
+def largest(one: float, x: float, y: float, xy: float) -> tuple[float, float, float]:
+    """Largest ``one + sign_x x + sign_y y + sign_x sign_y xy``, and these signs."""
+    with_x, without = y + xy, y - xy  # what sign_y multiplies
+    here, there = x + abs(with_x), abs(without) - x
+    flipped = there > here
+    sign_y = select(select(flipped, without, with_x) < 0.0, -1.0, 1.0)
+    return one + max(here, there), select(flipped, -1.0, 1.0), sign_y
 
 
 @scalar
-def largest(parts: tuple[float, float, float, float]) -> tuple[float, float, float]:
-    """Largest number of the poses with the signs of x and y changed, and these signs."""
-    one, x, y, xy = parts
-    best, sign_x, sign_y = one + x + y + xy, 1.0, 1.0
-    other = one - x + y - xy
-    sign_x = select(other > best, -1.0, sign_x)
-    best = max(best, other)
-    other = one + x - y - xy
-    sign_x, sign_y = select(other > best, 1.0, sign_x), select(other > best, -1.0, sign_y)
-    best = max(best, other)
-    other = one - x - y + xy
-    sign_x, sign_y = select(other > best, -1.0, sign_x), select(other > best, -1.0, sign_y)
-    return max(best, other), sign_x, sign_y
+def image_of(i: float, j: float, q: Quaternion) -> Image:
+    """The image with the largest number: i >= j >= 0, then that of R.
 
-
-@scalar
-def image_of(i: float, j: float, R: Row) -> Image:
-    """The image with the largest number, exact in float64: i >= j >= 0, then that of R.
-
-    Poses that a symmetry leaves unchanged have several such images, which look the same.
+    R11 ... R33 have the weights 2187, 6561, 81; 1, 729, 9; 27, 3, 243. What no symmetry changes
+    is left out: R33 and R11 + R22. On the grid numbers differ by 1 or more, so that roundings of
+    the pose do not matter, except where a symmetry leaves the pose unchanged: then there are
+    several such images, which look the same.
     """
-    as_is, ax, ay = largest(number(i, j, R))
-    # signs of the exchanged coordinates: those of y and x
-    swapped, by, bx = largest(number(j, i, exchanged(R)))
+    w, x, y, z = q
+    xz, wy, yz, wx = x * z, w * y, y * z, w * x
+    xy, wz, unlike = 6562.0 * x * y, 6560.0 * w * z, 729.0 * fma(x, x, -y * y)
+    as_is, ax, ay = largest(
+        unlike,
+        fma(_I, i, fma(108.0, xz, 54.0 * wy)),
+        fma(_J, j, fma(12.0, yz, -6.0 * wx)),
+        xy - wz,
+    )
+    # signs of the exchanged coordinates, those of y and x
+    swapped, by, bx = largest(
+        -unlike,
+        fma(_I, j, fma(108.0, yz, -54.0 * wx)),
+        fma(_J, i, fma(12.0, xz, 6.0 * wy)),
+        xy + wz,
+    )
     better = swapped > as_is
     return Image(
         sign_x=select(better, bx, ax),
@@ -100,43 +94,39 @@ def image_of(i: float, j: float, R: Row) -> Image:
 @scalar
 def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Cell and attitude of the image with 0 <= j <= i, in whole numbers."""
-    i, j, R = pose(y, p)
-    image = image_of(i, j, R)
+    (i, j), q = cell(y, p), attitude(y)
+    image = image_of(i, j, q)
     sx, sy = image.sign_x, image.sign_y
-    a, b, c_, d, e, f, g, h, k = R
+    a, b, c_, d, e, f, g, h, k = matrix(q)
     seen = (a, sx * sy * b, sx * c_, sx * sy * d, e, sy * f, sx * g, sy * h, k)
     other = exchanged(seen)
     swap = image.swapped > 0.0
-    i, j = abs(i), abs(j)
+    i, j = whole(abs(i)), whole(abs(j))
     i, j = max(i, j), min(i, j)
     return (
-        i + 0.0,
-        j + 0.0,
-        min(i, 1.0),
-        min(j, 1.0),
-        min(i - j, 1.0),
-        select(swap, other[0], seen[0]) + 0.0,
-        select(swap, other[1], seen[1]) + 0.0,
-        select(swap, other[2], seen[2]) + 0.0,
-        select(swap, other[3], seen[3]) + 0.0,
-        select(swap, other[4], seen[4]) + 0.0,
-        select(swap, other[5], seen[5]) + 0.0,
-        select(swap, other[6], seen[6]) + 0.0,
-        select(swap, other[7], seen[7]) + 0.0,
-        select(swap, other[8], seen[8]) + 0.0,
+        i,
+        j,
+        whole(select(swap, other[0], seen[0])),
+        whole(select(swap, other[1], seen[1])),
+        whole(select(swap, other[2], seen[2])),
+        whole(select(swap, other[3], seen[3])),
+        whole(select(swap, other[4], seen[4])),
+        whole(select(swap, other[5], seen[5])),
+        whole(select(swap, other[6], seen[6])),
+        whole(select(swap, other[7], seen[7])),
+        whole(select(swap, other[8], seen[8])),
     )
 
 
 @scalar
 def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float]:
     """The side of the world that a side of the image is."""
-    i, j, R = pose(y, p)
-    image = image_of(i, j, R)
-    back = a[0] > 1.5
-    along_y = a[0] - select(back, 2.0, 0.0)
-    along_y = abs(along_y - image.swapped)
-    sign = select(back, -1.0, 1.0) * select(along_y > 0.5, image.sign_y, image.sign_x)
-    return (along_y + select(sign < 0.0, 2.0, 0.0),)
+    i, j = cell(y, p)
+    image = image_of(i, j, attitude(y))
+    forward = select(a[0] > 1.5, -1.0, 1.0)
+    along_y = abs(a[0] + forward - 1.0 - image.swapped)
+    sign = forward * select(along_y > 0.5, image.sign_y, image.sign_x)
+    return (along_y + 1.0 - sign,)
 
 
 CELL = Reduction(
@@ -144,9 +134,6 @@ CELL = Reduction(
     features=(
         Entry("i", "1", "cells, the larger", 0.0, _FAR),
         Entry("j", "1", "cells, the smaller", 0.0, _FAR),
-        Entry("i > 0", "1", "", 0.0, 1.0),
-        Entry("j > 0", "1", "", 0.0, 1.0),
-        Entry("i > j", "1", "", 0.0, 1.0),
         *(Entry(f"R{m}{n}", "1", "body to reduced", -1.0, 1.0) for m in "123" for n in "123"),
     ),
     observe=observe,

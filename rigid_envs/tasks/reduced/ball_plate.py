@@ -70,10 +70,11 @@ def logarithmic(x: float, unit: float) -> float:
 
 @scalar
 def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
-    """The world's entries with signs such that the predicted offsets are positive, and these."""
+    """The world's entries with signs such that the offset is positive, and what is predicted."""
     ahead_x, ahead_y = predicted(y, aux, p, c)
-    sign = signs_of(ahead_x, ahead_y, p)
-    dx, dy = sign.x * (y.X - aux.point_X), sign.y * (y.Y - aux.point_Y)
+    dx, dy = y.X - aux.point_X, y.Y - aux.point_Y
+    sign = signs_of(dx, dy, p)
+    dx, dy = sign.x * dx, sign.y * dy
     tilt, rate = 1.0 / c.tilt_limit, 1.0 / c.tilt_rate
     return (
         min(max(dx, -_FAR), _FAR),
@@ -91,33 +92,32 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
         min(max(sign.x * rate * y.rate_y, -_WIDE), _WIDE),
         min(max(sign.x * ahead_x, -_FAR), _FAR),
         min(max(sign.y * ahead_y, -_FAR), _FAR),
-        min(max(sign.x * ahead_x, -0.5 * _NEAR), 0.5 * _NEAR),
-        min(max(sign.y * ahead_y, -0.5 * _NEAR), 0.5 * _NEAR),
+        logarithmic(sign.x * ahead_x, c.tolerance),
+        logarithmic(sign.y * ahead_y, c.tolerance),
     )
 
 
 @scalar
 def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
     """Rates of the angles of the table; that about x goes with Y."""
-    x, y_ = predicted(y, aux, p, c)
-    sign = signs_of(x, y_, p)
+    sign = signs_of(y.X - aux.point_X, y.Y - aux.point_Y, p)
     return sign.y * a[0], sign.x * a[1]
 
 
-_SIGNS = "signs of the prediction"
+_SIGNS, _LOGARITHM = "signs of the offset", "log(1 + abs / tolerance), signed"
 
 TABLE = Reduction(
     symmetries=(HALF_TURN, ACROSS_X, ACROSS_Y),
     features=(
         *(Entry(f"{k} - {k}*", "m", _SIGNS, -_FAR, _FAR) for k in "XY"),
-        *(Entry(f"log(1 + abs({k} - {k}*) / tolerance)", "1", "signed", -_LOG, _LOG) for k in "XY"),
+        *(Entry(f"log of {k} - {k}*", "1", _LOGARITHM, -_LOG, _LOG) for k in "XY"),
         *(Entry(k, "m", _SIGNS, -_FAR, _FAR) for k in "XY"),
         *(Entry(f"V{k}", "m/s", _SIGNS, -_FAST, _FAST) for k in "XY"),
         Entry("spin", "rad/s", _SIGNS, -_FAST, _FAST),
         *(Entry(f"alpha_{k} / limit", "1", _SIGNS, -_WIDE, _WIDE) for k in "xy"),
         *(Entry(f"alpha_{k}' / limit", "1", _SIGNS, -_WIDE, _WIDE) for k in "xy"),
         *(Entry(f"predicted {k} - {k}*", "m", _SIGNS, -_FAR, _FAR) for k in "XY"),
-        *(Entry(f"predicted {k} - {k}*", "m", "limited", -0.5, 0.5) for k in "XY"),
+        *(Entry(f"log of predicted {k} - {k}*", "1", _LOGARITHM, -_LOG, _LOG) for k in "XY"),
     ),
     observe=observe,
     turn=turn,

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.elementary import cbrt, fma, select
+from rigid_envs.kernels.elementary import atan2, fma, select
 from rigid_envs.symmetries.coins import ACROSS, ALONG
-from rigid_envs.tasks.coins import FAR, Pose, pose
+from rigid_envs.tasks.coins import FAR, wrapped
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduction import Reduction
 
@@ -17,27 +17,32 @@ _ROLL = 4.0  # rad; bound of the roll that is planned
 _BEYOND = 10.0  # radii; bound of the missing length
 
 
-class Signs(NamedTuple):
-    """Signs by which X and Y are multiplied; phi is by both, psi by that of X."""
+class Reach(NamedTuple):
+    """Offset X [radii], phase psi and mismatch ``X + psi`` [rad], and the signs of the frame.
 
-    x: float
-    y: float
+    X is multiplied by the first sign and Y by the second, psi by that of X, phi by both.
+    """
+
+    X: float
+    phase: float
+    mismatch: float
+    sign_x: float
+    sign_y: float
 
 
 @scalar
-def signs_of(here: Pose) -> Signs:
-    """Signs with which the mismatch and Y are positive."""
-    return Signs(
-        x=select(here.mismatch < 0.0, -1.0, 1.0),
-        y=select(here.Y < 0.0, -1.0, 1.0),
+def reach(y: Any, p: Any) -> Reach:
+    """What has to be rolled, and the signs with which the mismatch and Y are positive."""
+    X = min(max(y.X / p.radius, -FAR), FAR)
+    phase = atan2(fma(y.x, y.z, -y.w * y.y), fma(y.w, y.x, y.y * y.z))
+    mismatch = wrapped(X + phase)
+    return Reach(
+        X,
+        phase,
+        mismatch,
+        sign_x=select(mismatch < 0.0, -1.0, 1.0),
+        sign_y=select(y.Y < 0.0, -1.0, 1.0),
     )
-
-
-@scalar
-def signed_root(x: float) -> float:
-    """Square root of abs(x) with the sign of x."""
-    root = math.sqrt(abs(x))
-    return select(x < 0.0, -root, root)
 
 
 @scalar
@@ -48,69 +53,55 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     a + b = -psi = S if ``a = (S^2 - D^2) / (2 (S - D . u))``, u along the heading: the first point
     on the straight line from which the goal is -b away.
     """
-    here = pose(y, p)
-    sign = signs_of(here)
-    turned = sign.x * sign.y
-    X, Y = sign.x * min(max(here.X, -FAR), FAR), min(abs(here.Y), FAR)
-    heading, phase = turned * here.heading, sign.x * here.phase
+    here = reach(y, p)
+    turned = here.sign_x * here.sign_y
+    X, Y = here.sign_x * here.X, min(abs(y.Y) / p.radius, FAR)
+    phase, mismatch = here.sign_x * here.phase, abs(here.mismatch)
     cosine, sine = 2.0 * fma(y.w, y.x, -y.y * y.z), 2.0 * turned * fma(y.x, y.z, y.w * y.y)
-    mismatch = abs(here.mismatch)
-    square = fma(X, X, Y * Y)
     ahead, aside = fma(X, cosine, Y * sine), fma(Y, cosine, -X * sine)
-    room = -phase - ahead
-    missing = fma(phase, phase, -square)
+    room, missing = -phase - ahead, fma(phase, phase, -fma(X, X, Y * Y))
     # a quotient that is bounded and changes its sign where S = D . u
     first = 0.5 * missing * room / max(room * room, 1e-4)
-    first = min(max(first, -_ROLL), _ROLL)
+    root = min(math.sqrt(abs(missing)), _BEYOND)
     return (
         X,
         Y,
-        math.sqrt(square),
-        heading,
+        math.sqrt(Y),
         cosine,
         sine,
         phase,
-        2.0 * fma(y.w, y.x, y.y * y.z),
-        2.0 * sign.x * fma(y.x, y.z, -y.w * y.y),
         mismatch,
-        cbrt(max(mismatch, 1e-30)),
-        math.sqrt(Y),
+        math.sqrt(mismatch),
         ahead,
         aside,
-        signed_root(aside),
         min(max(room, -_BEYOND), _BEYOND),
-        min(max(signed_root(missing), -_BEYOND), _BEYOND),
-        first,
+        select(missing < 0.0, -root, root),
+        min(max(first, -_ROLL), _ROLL),
     )
 
 
 @scalar
 def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
     """Roll rate and steer rate of the task."""
-    sign = signs_of(pose(y, p))
-    return sign.x * a[0], sign.x * sign.y * a[1]
+    here = reach(y, p)
+    return here.sign_x * a[0], here.sign_x * here.sign_y * a[1]
 
 
-_PI, _WIDE = math.pi, 1.5 * FAR
+_WIDE = 1.5 * FAR
 
 COIN_POSE = Reduction(
     symmetries=(ALONG, ACROSS),
     features=(
         Entry("X / radius", "1", "reduced", -FAR, FAR),
         Entry("Y / radius", "1", "reduced", 0.0, FAR),
-        Entry("D", "1", "distance, radii", 0.0, _WIDE),
-        Entry("phi", "rad", "reduced", -_PI, _PI),
+        Entry("sqrt Y", "1", "radii", 0.0, math.sqrt(FAR)),
         Entry("cos phi", "1", "reduced", -1.0, 1.0),
         Entry("sin phi", "1", "reduced", -1.0, 1.0),
-        Entry("psi", "rad", "reduced", -_PI, _PI),
-        Entry("cos psi", "1", "reduced", -1.0, 1.0),
-        Entry("sin psi", "1", "reduced", -1.0, 1.0),
-        Entry("m", "rad", "mismatch", 0.0, _PI),
-        Entry("cbrt m", "1", "mismatch", 0.0, 1.5),
-        Entry("sqrt Y", "1", "radii", 0.0, math.sqrt(FAR)),
+        Entry("psi", "rad", "reduced", -math.pi, math.pi),
+        Entry("m", "rad", "mismatch", 0.0, math.pi),
+        Entry("sqrt m", "1", "mismatch", 0.0, math.sqrt(math.pi)),
         Entry("ahead", "1", "offset along the heading, radii", -_WIDE, _WIDE),
         Entry("aside", "1", "offset across the heading, radii", -_WIDE, _WIDE),
-        Entry("sqrt aside", "1", "signed root", -math.sqrt(_WIDE), math.sqrt(_WIDE)),
         Entry("-psi - ahead", "1", "limited", -_BEYOND, _BEYOND),
         Entry("sqrt(psi^2 - D^2)", "1", "signed root, limited", -_BEYOND, _BEYOND),
         Entry("first roll", "rad", "of two", -_ROLL, _ROLL),

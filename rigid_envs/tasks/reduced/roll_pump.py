@@ -14,7 +14,7 @@ from rigid_envs.tasks.reduction import Reduction
 __all__ = ["SWING"]
 
 _MOST = 4.0  # bound of amplitudes and energies in those of rest on the rim
-_PASSES = 20.0  # bound of the number of passes
+_LOG = 10.0  # bound of their logarithm
 
 
 @scalar
@@ -32,16 +32,13 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     w = momentum * math.sqrt(p.curvature / (p.g * low)) * (0.5 / top)
     energy = x * x + w * w
     inverse = 1.0 / max(energy, 1e-12)
-    gain = 1.0 + c.beta_change / low
     sine = 2.0 * x * w * inverse
     return (
         (x * x - w * w) * inverse,
         sine,
         min(max(4.0 * sine, -1.0), 1.0),
-        min(abs(x), _MOST),
-        min(abs(w), _MOST),
         min(energy, _MOST),
-        min(max(-log(max(energy, 1e-12)) / log(gain), -_PASSES), _PASSES),
+        min(max(-log(max(energy, 1e-12)), -_LOG), _LOG),
     )
 
 
@@ -51,10 +48,8 @@ SWING = Reduction(
         Entry("cos 2 phase", "1", "phase 0: turning point", -1.0, 1.0),
         Entry("sin 2 phase", "1", "> 0: ascending", -1.0, 1.0),
         Entry("4 sin 2 phase", "1", "limited", -1.0, 1.0),
-        Entry("abs x / x_rim", "1", "x = 2 sin(angle / 2)", 0.0, _MOST),
-        Entry("abs w / x_rim", "1", "speed at the least ratio", 0.0, _MOST),
         Entry("E / E_rim", "1", "energy at the least ratio", 0.0, _MOST),
-        Entry("passes to E_rim", "1", "log(E_rim / E) / log(gain)", -_PASSES, _PASSES),
+        Entry("log(E_rim / E)", "1", "energy at the least ratio", -_LOG, _LOG),
     ),
     observe=observe,
     turn=as_given,
