@@ -16,6 +16,7 @@ from rigid_envs.kernels.rolling_ball import ROLLING_BALL, Input, Parameters, Sta
 from rigid_envs.systems import RollingBall
 from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
+from rigid_envs.tasks.reduced.ball_grid import CELL
 
 __all__ = ["BallGrid"]
 
@@ -157,6 +158,7 @@ class BallGrid(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = CELL
     cost_unit: ClassVar = "distance rolled [m]"
 
     @property

@@ -17,6 +17,7 @@ from rigid_envs.systems import DynamicBall
 from rigid_envs.tasks.ball_park_dynamic import speed_bound
 from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
+from rigid_envs.tasks.reduced.ball_plate import TABLE
 
 __all__ = ["BallPlate"]
 
@@ -222,6 +223,7 @@ class BallPlate(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = TABLE
     cost_unit: ClassVar = "angle tilted [rad]"
 
     @property

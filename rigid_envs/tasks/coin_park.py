@@ -17,11 +17,12 @@ from rigid_envs.kernels.episode import Episode, NoAuxiliary
 from rigid_envs.kernels.upright_coin import UPRIGHT_COIN, Input, Parameters, State
 from rigid_envs.systems import UprightCoin
 from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.coins import FAR, wrapped
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
+from rigid_envs.tasks.reduced.coin_park import COIN_POSE
 
 __all__ = ["CoinPark"]
 
-_FAR = 50.0  # radii; bound of observed and penalised offsets
 _SMOOTH = 1e-3  # smooths the roots at the origin
 _UPRIGHT = math.sqrt(0.5)
 
@@ -75,13 +76,6 @@ def actuate(
 
 
 @scalar
-def wrapped(angle: float) -> float:
-    """The same angle in [-pi, pi], for one in [-60 pi, 60 pi]."""
-    turns: float = np.floor(angle * (0.5 / math.pi) + 0.5)
-    return angle - 2.0 * math.pi * turns
-
-
-@scalar
 def outcome(
     y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
@@ -90,12 +84,12 @@ def outcome(
     total, difference = atan2(y.z, y.w), atan2(y.y, y.x)
     heading, phase = wrapped(total + difference), wrapped(total - difference)
     distance = math.sqrt(X * X + Y * Y)
-    mismatch = wrapped(max(min(X, _FAR), -_FAR) + phase)
+    mismatch = wrapped(max(min(X, FAR), -FAR) + phase)
     near = distance * p.radius <= c.position_tolerance
     parked = near & (abs(heading) <= c.heading_tolerance) & (abs(phase) <= c.phase_tolerance)
-    side = min(abs(Y), _FAR)
+    side = min(abs(Y), FAR)
     terms = Terms(
-        position=-min(distance, _FAR),
+        position=-min(distance, FAR),
         heading=-abs(heading),
         side=-math.sqrt(math.sqrt(side * side + _SMOOTH * _SMOOTH)),
         mismatch=-cbrt(math.sqrt(mismatch * mismatch + _SMOOTH * _SMOOTH)),
@@ -108,7 +102,7 @@ def outcome(
 def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[float, float]:
     """Position in radii."""
     X, Y = y.X / p.radius, y.Y / p.radius
-    return min(max(X, -_FAR), _FAR), min(max(Y, -_FAR), _FAR)
+    return min(max(X, -FAR), FAR), min(max(Y, -FAR), FAR)
 
 
 @dataclass(frozen=True)
@@ -198,6 +192,7 @@ class CoinPark(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = COIN_POSE
     cost_unit: ClassVar = "distance rolled [m]"
 
     @property
@@ -221,8 +216,8 @@ class CoinPark(Task):
     def features(self) -> tuple[Entry, ...]:
         """Offset in radii."""
         return (
-            Entry("X / radius", "1", "world", -_FAR, _FAR),
-            Entry("Y / radius", "1", "world", -_FAR, _FAR),
+            Entry("X / radius", "1", "world", -FAR, FAR),
+            Entry("Y / radius", "1", "world", -FAR, FAR),
         )
 
     def largest_rate(self, duration: float) -> float:

@@ -17,6 +17,7 @@ from rigid_envs.systems import RollingDisk
 from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.disks import TIGHT, fastest_disk, rolling
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
+from rigid_envs.tasks.reduced.disk_roll import CIRCLE
 
 __all__ = ["DiskRoll", "DiskRollRandom"]
 
@@ -204,6 +205,7 @@ class DiskRoll(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = CIRCLE
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     def actions(self) -> tuple[Entry, ...]:

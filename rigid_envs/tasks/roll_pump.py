@@ -18,6 +18,7 @@ from rigid_envs.kernels.roller import ROLLER, Input, Parameters, State
 from rigid_envs.systems import Roller
 from rigid_envs.tasks.base import Array, Entry, Task
 from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, span
+from rigid_envs.tasks.reduced.roll_pump import SWING
 
 __all__ = ["RollPump"]
 
@@ -180,6 +181,7 @@ class RollPump(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = SWING
     cost_unit: ClassVar = "time [s]"
 
     @property

@@ -1,0 +1,142 @@
+"""Reduced coordinates of a ball on a grid: its cell in one eighth of the plane."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigid_envs.kernels.algebra import Quaternion, Row, attitude, matrix
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.elementary import fma, select
+from rigid_envs.symmetries.grids import QUARTER_TURN, REFLECTION
+from rigid_envs.tasks.entries import Entry
+from rigid_envs.tasks.reduction import Reduction
+
+__all__ = ["CELL"]
+
+_FAR = 100.0  # cells; bound of the observed position
+# Half the number of a pose: the entries of R are digits to the base 3, above them the coordinates.
+_J = 0.5 * 3.0**9
+_I = _J * (2.0 * _FAR + 1.0)
+
+
+class Image(NamedTuple):
+    """An element of D4: signs of x and y, then whether they are exchanged."""
+
+    sign_x: float
+    sign_y: float
+    swapped: float
+
+
+@scalar
+def whole(x: float) -> float:
+    """The nearest whole number: on the grid, what is seen then is exact."""
+    return float(np.floor(x + 0.5))
+
+
+@scalar
+def cell(y: Any, p: Any) -> tuple[float, float]:
+    """Position in cells."""
+    scale = p.inverse_radius * (2.0 / math.pi)
+    return min(max(scale * y.X, -_FAR), _FAR), min(max(scale * y.Y, -_FAR), _FAR)
+
+
+@scalar
+def exchanged(R: Row) -> Row:
+    """S R S^-1 with S the exchange of x and y."""
+    a, b, c, d, e, f, g, h, k = R
+    return e, d, f, b, a, c, h, g, k
+
+
+@scalar
+def largest(one: float, x: float, y: float, xy: float) -> tuple[float, float, float]:
+    """Largest ``one + sign_x x + sign_y y + sign_x sign_y xy``, and these signs."""
+    with_x, without = y + xy, y - xy  # what sign_y multiplies
+    here, there = x + abs(with_x), abs(without) - x
+    flipped = there > here
+    sign_y = select(select(flipped, without, with_x) < 0.0, -1.0, 1.0)
+    return one + max(here, there), select(flipped, -1.0, 1.0), sign_y
+
+
+@scalar
+def image_of(i: float, j: float, q: Quaternion) -> Image:
+    """The image with the largest number: i >= j >= 0, then that of R.
+
+    R11 ... R33 have the weights 2187, 6561, 81; 1, 729, 9; 27, 3, 243. What no symmetry changes
+    is left out: R33 and R11 + R22. On the grid numbers differ by 1 or more, so that roundings of
+    the pose do not matter, except where a symmetry leaves the pose unchanged: then there are
+    several such images, which look the same.
+    """
+    w, x, y, z = q
+    xz, wy, yz, wx = x * z, w * y, y * z, w * x
+    xy, wz, unlike = 6562.0 * x * y, 6560.0 * w * z, 729.0 * fma(x, x, -y * y)
+    as_is, ax, ay = largest(
+        unlike,
+        fma(_I, i, fma(108.0, xz, 54.0 * wy)),
+        fma(_J, j, fma(12.0, yz, -6.0 * wx)),
+        xy - wz,
+    )
+    # signs of the exchanged coordinates, those of y and x
+    swapped, by, bx = largest(
+        -unlike,
+        fma(_I, j, fma(108.0, yz, -54.0 * wx)),
+        fma(_J, i, fma(12.0, xz, 6.0 * wy)),
+        xy + wz,
+    )
+    better = swapped > as_is
+    return Image(
+        sign_x=select(better, bx, ax),
+        sign_y=select(better, by, ay),
+        swapped=select(better, 1.0, 0.0),
+    )
+
+
+@scalar
+def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
+    """Cell and attitude of the image with 0 <= j <= i, in whole numbers."""
+    (i, j), q = cell(y, p), attitude(y)
+    image = image_of(i, j, q)
+    sx, sy = image.sign_x, image.sign_y
+    a, b, c_, d, e, f, g, h, k = matrix(q)
+    seen = (a, sx * sy * b, sx * c_, sx * sy * d, e, sy * f, sx * g, sy * h, k)
+    other = exchanged(seen)
+    swap = image.swapped > 0.0
+    i, j = whole(abs(i)), whole(abs(j))
+    i, j = max(i, j), min(i, j)
+    return (
+        i,
+        j,
+        whole(select(swap, other[0], seen[0])),
+        whole(select(swap, other[1], seen[1])),
+        whole(select(swap, other[2], seen[2])),
+        whole(select(swap, other[3], seen[3])),
+        whole(select(swap, other[4], seen[4])),
+        whole(select(swap, other[5], seen[5])),
+        whole(select(swap, other[6], seen[6])),
+        whole(select(swap, other[7], seen[7])),
+        whole(select(swap, other[8], seen[8])),
+    )
+
+
+@scalar
+def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float]:
+    """The side of the world that a side of the image is."""
+    i, j = cell(y, p)
+    image = image_of(i, j, attitude(y))
+    forward = select(a[0] > 1.5, -1.0, 1.0)
+    along_y = abs(a[0] + forward - 1.0 - image.swapped)
+    sign = forward * select(along_y > 0.5, image.sign_y, image.sign_x)
+    return (along_y + 1.0 - sign,)
+
+
+CELL = Reduction(
+    symmetries=(QUARTER_TURN, REFLECTION),
+    features=(
+        Entry("i", "1", "cells, the larger", 0.0, _FAR),
+        Entry("j", "1", "cells, the smaller", 0.0, _FAR),
+        *(Entry(f"R{m}{n}", "1", "body to reduced", -1.0, 1.0) for m in "123" for n in "123"),
+    ),
+    observe=observe,
+    turn=turn,
+)
+"""Reduction of `BallGrid`: D4, quarter turns about the vertical through home and reflections."""
