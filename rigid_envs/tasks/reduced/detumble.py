@@ -15,7 +15,7 @@ from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.symmetries.bodies import HALF_TURN_1, HALF_TURN_2, TURNS_IN_SPACE
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import observed_rates
-from rigid_envs.tasks.reduced.saddle import LOG_BOUND, logarithmic
+from rigid_envs.tasks.reduced.saddle import near
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["MOMENTUM"]
@@ -43,7 +43,7 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
         min(part, _FAR),
         min(steps, 1.0),
         min(steps, _FAR),
-        logarithmic(part, 1.0 / c.tolerance),
+        near(part, c.tolerance),
         abs(n[0]),
         abs(n[1]),
         abs(n[2]),
@@ -82,7 +82,7 @@ MOMENTUM = Reduction(
         Entry("L / start_momentum", "1", "norm", 0.0, _FAR),
         Entry("L / impulse, up to 1", "1", "norm", 0.0, 1.0),
         Entry("L / impulse", "1", "norm", 0.0, _FAR),
-        Entry("log L", "1", "signed log", 0.0, LOG_BOUND),
+        Entry("near L", "1", "x / (x + tolerance)", 0.0, 1.0),
         *(Entry(f"abs L{k} / L", "1", "body", 0.0, 1.0) for k in (1, 2, 3)),
         Entry("L1 L2 L3 / L^3", "1", "body, over the largest", -1.0, 1.0),
     ),

@@ -5,16 +5,15 @@ of what the torque can hold. The coordinates are those of the middle of the rang
 no drawn moment enters that is not observed.
 """
 
-import math
 from typing import Any
 
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.elementary import fma, select
+from rigid_envs.kernels.elementary import select
 from rigid_envs.symmetries.bodies import HALF_TURN_2, TURNS_IN_SPACE
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import FASTEST, observed_rates
-from rigid_envs.tasks.reduced.saddle import LOG_BOUND, Saddle, logarithmic, saddle, within
+from rigid_envs.tasks.reduced.saddle import Saddle, near, saddle, within
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["HOLDING", "POINTING"]
@@ -37,8 +36,8 @@ def held(at: Saddle, pull: float, c: Any) -> tuple[float, float]:
 def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The spin relative to Omega e2, with d >= 0."""
     w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
-    at, excess = saddle(w1, w3, c), w2 - 1.0
-    sign, inverse = side(at), 1.0 / c.tolerance
+    at = saddle(w1, w3, c)
+    sign = side(at)
     d, s = held(at, c.torque * (1.0 / c.middle1 + at.ratio / c.middle3), c)
     return (
         sign * w1,
@@ -46,10 +45,9 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
         sign * w3,
         d,
         s,
-        logarithmic(abs(at.d), inverse),
-        logarithmic(sign * at.s, inverse),
-        logarithmic(excess, inverse),
-        logarithmic(math.sqrt(fma(w1, w1, fma(excess, excess, w3 * w3))), inverse),
+        near(abs(at.d), c.tolerance),
+        near(sign * at.s, c.tolerance),
+        near(w2 - 1.0, c.tolerance),
     )
 
 
@@ -65,7 +63,7 @@ def observe_direction(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The spin relative to the direction e2, with d >= 0."""
     w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
     at = saddle(w1, w3, c)
-    sign, inverse = side(at), 1.0 / c.tolerance
+    sign = side(at)
     d, s = held(at, c.torque * at.ratio / c.middle3, c)
     return (
         sign * w1,
@@ -73,9 +71,8 @@ def observe_direction(y: Any, aux: Any, p: Any, c: Any) -> Row:
         sign * w3,
         d,
         s,
-        logarithmic(abs(at.d), inverse),
-        logarithmic(sign * at.s, inverse),
-        logarithmic(math.sqrt(fma(w1, w1, w3 * w3)), inverse),
+        near(abs(at.d), c.tolerance),
+        near(sign * at.s, c.tolerance),
     )
 
 
@@ -89,16 +86,15 @@ _RATES = tuple(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for
 _SADDLE = (
     Entry("d / held", "1", "reduced", 0.0, FASTEST),
     Entry("s / held", "1", "reduced", -FASTEST, FASTEST),
-    Entry("log d", "1", "reduced, signed log", 0.0, LOG_BOUND),
-    Entry("log s", "1", "reduced, signed log", -LOG_BOUND, LOG_BOUND),
+    Entry("near d", "1", "reduced, d / (abs d + tolerance)", 0.0, 1.0),
+    Entry("near s", "1", "reduced, likewise", -1.0, 1.0),
 )
 HOLDING = Reduction(
     symmetries=(*TURNS_IN_SPACE, HALF_TURN_2),
     features=(
         *_RATES,
         *_SADDLE,
-        Entry("log omega2 - Omega", "1", "signed log", -LOG_BOUND, LOG_BOUND),
-        Entry("log error", "1", "signed log", 0.0, LOG_BOUND),
+        Entry("near omega2 - Omega", "1", "likewise", -1.0, 1.0),
     ),
     observe=observe,
     turn=turn,
@@ -106,7 +102,7 @@ HOLDING = Reduction(
 """Reduction of `IntermediateAxis`: SO(3), turns in space, times the half turn about e2."""
 POINTING = Reduction(
     symmetries=(*TURNS_IN_SPACE, HALF_TURN_2),
-    features=(*_RATES, *_SADDLE, Entry("log sine", "1", "signed log", 0.0, LOG_BOUND)),
+    features=(*_RATES, *_SADDLE),
     observe=observe_direction,
     turn=turn_single,
 )

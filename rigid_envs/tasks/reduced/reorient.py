@@ -14,7 +14,7 @@ from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.symmetries.bodies import HALF_TURN_1, HALF_TURN_2, TURNS_IN_SPACE
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import FASTEST, both_poses, observed_rates
-from rigid_envs.tasks.reduced.saddle import LOG_BOUND, logarithmic, within
+from rigid_envs.tasks.reduced.saddle import near, within
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["TURNING"]
@@ -70,8 +70,8 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
         within(half * s2 * (c.middle3 - c.middle1) * w3 * w1, _FAR),
         within(half * s3 * (c.middle1 - c.middle2) * w1 * w2, _FAR),
         angle,
-        logarithmic(angle, 1.0 / c.largest_angle),
-        logarithmic(rate, 1.0 / c.rate_tolerance),
+        near(angle, c.largest_angle),
+        near(rate, c.rate_tolerance),
     )
 
 
@@ -90,8 +90,8 @@ TURNING = Reduction(
         *(Entry(f"spare{k}", "rad", "reduced", -_FAR, _FAR) for k in (1, 2, 3)),
         *(Entry(f"gyro{k} / 2 torque", "1", "reduced", -_FAR, _FAR) for k in (1, 2, 3)),
         Entry("angle", "rad", "norm", 0.0, _ANGLE),
-        Entry("log angle", "1", "signed log", 0.0, LOG_BOUND),
-        Entry("log omega", "1", "signed log", 0.0, LOG_BOUND),
+        Entry("near angle", "1", "x / (x + tolerance)", 0.0, 1.0),
+        Entry("near rate", "1", "x / (x + tolerance)", 0.0, 1.0),
     ),
     observe=observe,
     turn=turn,

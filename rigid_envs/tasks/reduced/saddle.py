@@ -1,15 +1,12 @@
-"""Coordinates of a spin near the intermediate axis, and scales on which small errors are seen."""
+"""Coordinates of a spin near the intermediate axis, and a scale on which small errors are seen."""
 
 import math
 from typing import Any, NamedTuple
 
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.elementary import fma, log, select
+from rigid_envs.kernels.elementary import fma, select
 
-__all__ = ["LOG_BOUND", "Saddle", "growing_side", "logarithmic", "saddle", "within"]
-
-LOG_BOUND = 20.0  # bound of logarithms
-_MOST = 4e8  # just below exp(LOG_BOUND)
+__all__ = ["Saddle", "growing_side", "near", "saddle", "within"]
 
 
 class Saddle(NamedTuple):
@@ -50,7 +47,6 @@ def within(x: float, bound: float) -> float:
 
 
 @scalar
-def logarithmic(x: float, inverse: float) -> float:
-    """Signed log(1 + abs(x) / tolerance), of the inverse of the tolerance."""
-    value: float = log(min(fma(abs(x), inverse, 1.0), _MOST))
-    return select(x < 0.0, -value, value)
+def near(x: float, tolerance: float) -> float:
+    """X / (abs(x) + tolerance): x in tolerances where it is small, its sign where it is large."""
+    return x / (abs(x) + tolerance)

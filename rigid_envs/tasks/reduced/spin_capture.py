@@ -1,11 +1,10 @@
 """Reduced coordinates of a tumbling body that is steered to the separatrix: `SpinCapture`.
 
 A half turn about e2 makes the growing coordinate of the saddle positive. The distances of energy
-and momentum from those of the goal, and the directions in which torque changes them, are given on
-a linear and on a logarithmic scale. The moments are the middles of their ranges.
+and momentum from those of the goal, and how torque changes them, are among the features. The
+moments are the middles of their ranges.
 """
 
-import math
 from typing import Any
 
 from rigid_envs.kernels.algebra import Row
@@ -15,15 +14,16 @@ from rigid_envs.symmetries.bodies import HALF_TURN_2, TURNS_IN_SPACE
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import FASTEST, observed_rates
 from rigid_envs.tasks.reduced.saddle import (
-    LOG_BOUND,
     growing_side,
-    logarithmic,
+    near,
     saddle,
     within,
 )
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["CAPTURE"]
+
+_FULL = 0.1  # slope against which torque is worth half of its largest value
 
 
 @scalar
@@ -35,8 +35,8 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     along omega.
     """
     w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
-    at, inverse = saddle(w1, w3, c), 1.0 / c.tolerance
-    sign, excess = growing_side(at, w2), w2 - 1.0
+    at = saddle(w1, w3, c)
+    sign = growing_side(at, w2)
     off = at.s * at.d
     energy = fma(at.share, fma(at.d, at.d, at.s * at.s), fma(w2, w2, -1.0))
     square = at.ratio * at.ratio
@@ -47,18 +47,14 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
         sign * w1,
         w2,
         sign * w3,
-        within(sign * at.d, FASTEST),
-        within(sign * at.s, FASTEST),
         within(off, FASTEST),
         within(energy, FASTEST),
-        within(slope1, FASTEST),
-        within(slope2, FASTEST),
-        within(slope3, FASTEST),
-        logarithmic(sign * at.d, inverse),
-        logarithmic(sign * at.s, inverse),
-        logarithmic(off, inverse),
-        logarithmic(energy, inverse),
-        logarithmic(math.sqrt(fma(w1, w1, fma(excess, excess, w3 * w3))), inverse),
+        near(slope1, _FULL),
+        near(slope2, _FULL),
+        near(slope3, _FULL),
+        near(sign * at.d, c.tolerance),
+        near(sign * at.s, c.tolerance),
+        near(w2 - 1.0, c.tolerance),
     )
 
 
@@ -74,11 +70,9 @@ CAPTURE = Reduction(
     symmetries=(*TURNS_IN_SPACE, HALF_TURN_2),
     features=(
         *(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)),
-        *(Entry(f"{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in "ds"),
         *(Entry(k, "1", "", -FASTEST, FASTEST) for k in "pE"),
-        *(Entry(f"slope{k}", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)),
-        *(Entry(f"log {k}", "1", "reduced, signed log", -LOG_BOUND, LOG_BOUND) for k in "dspE"),
-        Entry("log error", "1", "signed log", 0.0, LOG_BOUND),
+        *(Entry(f"near slope{k}", "1", "reduced", -1.0, 1.0) for k in (1, 2, 3)),
+        *(Entry(f"near {k}", "1", "reduced", -1.0, 1.0) for k in ("d", "s", "omega2 - Omega")),
     ),
     observe=observe,
     turn=turn,
