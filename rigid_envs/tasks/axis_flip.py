@@ -39,7 +39,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Rate [rad/s], torque [N m], tolerance, spread of the starts [rad/s], commanded times [s]."""
+    """Rate [rad/s], torque [N m], tolerance, spread of the starts [rad/s], commanded times [s].
+
+    And the middles of the moments [kg m^2].
+    """
 
     spin_rate: float
     torque: float

@@ -39,7 +39,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Largest impulse and largest |L| at the start [N m s], tolerance."""
+    """Largest impulse and largest |L| at the start [N m s], tolerance.
+
+    And the middles of the moments [kg m^2].
+    """
 
     impulse: float
     start_momentum: float

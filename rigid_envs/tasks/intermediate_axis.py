@@ -40,7 +40,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Target rate [rad/s], torque [N m], tolerance, hold [s], spread of the starts [rad/s]."""
+    """Target rate [rad/s], torque [N m], tolerance, hold [s], spread of the starts [rad/s].
+
+    And the middles of the moments [kg m^2].
+    """
 
     spin_rate: float
     torque: float

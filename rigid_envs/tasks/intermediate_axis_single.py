@@ -45,7 +45,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Rate [rad/s], torque [N m], tolerance [rad], hold [s], spread of the starts [rad/s]."""
+    """Rate [rad/s], torque [N m], tolerance [rad], hold [s], spread of the starts [rad/s].
+
+    And the middles of the moments [kg m^2].
+    """
 
     spin_rate: float
     torque: float

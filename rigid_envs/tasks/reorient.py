@@ -37,7 +37,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Torque [N m], tolerances of angle [rad] and rate [rad/s]."""
+    """Torque [N m], tolerances of angle [rad] and rate [rad/s].
+
+    And the middles of the moments [kg m^2].
+    """
 
     torque: float
     largest_angle: float

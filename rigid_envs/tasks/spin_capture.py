@@ -43,7 +43,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Target rate [rad/s], tolerance, hold [s], rates at the start [rad/s], torques [N m]."""
+    """Target rate [rad/s], tolerance, hold [s], rates at the start [rad/s], torques [N m].
+
+    And the middles of the moments [kg m^2].
+    """
 
     spin_rate: float
     tolerance: float

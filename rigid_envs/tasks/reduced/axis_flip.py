@@ -43,7 +43,10 @@ def decay(x: float) -> float:
 
 @scalar
 def phase_left(at: Saddle, left: float, c: Any) -> float:
-    """Time to the middle of the flip that arrives at the commanded time, over that of growth."""
+    """Time to the middle of the flip that arrives at the commanded time, over that of growth.
+
+    From ``1 / sqrt(share)``, which d has in the middle, it decays as ``2 exp(-time)`` of that.
+    """
     # omega1 = d / 2 and omega3 = -d / (2 ratio) are the components of the distance from -e2
     last = 2.0 * _ARRIVED * c.tolerance / math.sqrt(1.0 + 1.0 / (at.ratio * at.ratio))
     return fma(at.growth * c.spin_rate, left, -log(max(2.0 / (last * math.sqrt(at.share)), 1.0)))
@@ -63,8 +66,7 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     cosh_inverse = 2.0 * e / fma(e, e, 1.0)
     timed2 = fma(-e, e, 1.0) / fma(e, e, 1.0)
     before = left > 0.0
-    share = at.share * d * d
-    late2 = -math.sqrt(max(1.0 - share, 0.0))
+    late2 = -math.sqrt(max(fma(-at.share * d, d, 1.0), 0.0))
     timed2 = select(before, select(wanted < 0.0, -timed2, timed2), late2)
     timed_d = select(before, select(d < 0.0, -most, most) * cosh_inverse, d)
     error1, error2 = fma(-0.5, timed_d, w1), w2 - timed2

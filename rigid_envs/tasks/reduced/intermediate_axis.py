@@ -27,7 +27,7 @@ def side(at: Saddle) -> float:
 
 @scalar
 def held(at: Saddle, pull: float, c: Any) -> tuple[float, float]:
-    """D and s over the largest d that an angular acceleration d' = pull can hold."""
+    """Growing and decaying coordinate over the largest d that torque can hold by d' = -pull."""
     inverse = c.spin_rate * c.spin_rate * at.growth / pull
     return within(abs(at.d) * inverse, FASTEST), within(side(at) * at.s * inverse, FASTEST)
 

@@ -33,7 +33,8 @@ def turn_left(y: Any, aux: Any) -> Vector:
 @scalar
 def spare(angle: float, rate: float, moment: float, c: Any) -> float:
     """Angle that is left after braking with full torque about one axis [rad]."""
-    return angle - 0.5 * rate * abs(rate) * moment / c.torque
+    left: float = angle - 0.5 * rate * abs(rate) * moment / c.torque
+    return left
 
 
 @scalar
