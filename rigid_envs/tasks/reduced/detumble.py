@@ -11,16 +11,17 @@ from typing import Any
 from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Row, Vector, cross, dot, scaled
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.elementary import fma, select
+from rigid_envs.kernels.elementary import fma, log, select
 from rigid_envs.symmetries.bodies import HALF_TURN_1, HALF_TURN_2, TURNS_IN_SPACE
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import observed_rates
-from rigid_envs.tasks.reduced.saddle import near
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["MOMENTUM"]
 
 _FAR = 100.0  # bound of the momentum
+_LARGE = 1e8  # bound of the momentum in tolerances
+_LOG_LARGE = 18.5  # just above its logarithm
 _SHORT = 1e-9  # a shorter vector has no direction
 
 
@@ -43,7 +44,7 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
         min(part, _FAR),
         min(steps, 1.0),
         min(steps, _FAR),
-        near(part, c.tolerance),
+        log(min(1.0 + part / c.tolerance, _LARGE)),
         abs(n[0]),
         abs(n[1]),
         abs(n[2]),
@@ -82,7 +83,7 @@ MOMENTUM = Reduction(
         Entry("L / start_momentum", "1", "norm", 0.0, _FAR),
         Entry("L / impulse, up to 1", "1", "norm", 0.0, 1.0),
         Entry("L / impulse", "1", "norm", 0.0, _FAR),
-        Entry("near L", "1", "x / (x + tolerance)", 0.0, 1.0),
+        Entry("log L", "1", "log(1 + L / tolerance)", 0.0, _LOG_LARGE),
         *(Entry(f"abs L{k} / L", "1", "body", 0.0, 1.0) for k in (1, 2, 3)),
         Entry("L1 L2 L3 / L^3", "1", "body, over the largest", -1.0, 1.0),
     ),
