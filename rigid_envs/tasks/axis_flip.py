@@ -18,6 +18,7 @@ from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, s
 from rigid_envs.tasks.free_bodies import (
     FASTEST,
     BodyTorque,
+    MiddleMoments,
     check_order,
     fastest,
     observed_rates,
@@ -25,6 +26,7 @@ from rigid_envs.tasks.free_bodies import (
     spun_up,
     torque_about_axes,
 )
+from rigid_envs.tasks.reduced.axis_flip import FLIP
 
 __all__ = ["AxisFlip"]
 
@@ -37,7 +39,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Rate [rad/s], torque [N m], tolerance, spread of the starts [rad/s], commanded times [s]."""
+    """Rate [rad/s], torque [N m], tolerance, spread of the starts [rad/s], commanded times [s].
+
+    And the middles of the moments [kg m^2].
+    """
 
     spin_rate: float
     torque: float
@@ -45,6 +50,9 @@ class Constants(NamedTuple):
     start_spread: float
     least_flip_time: float
     largest_flip_time: float
+    middle1: float
+    middle2: float
+    middle3: float
 
 
 class Auxiliary(NamedTuple):
@@ -99,7 +107,7 @@ def observe(
 
 
 @dataclass(frozen=True)
-class AxisFlip(Task):
+class AxisFlip(MiddleMoments, Task):
     """Reverse the spin in the body, from e2 to -e2, by a commanded time with the least impulse.
 
     The angular momentum L is fixed in space, but not in the body: spin about the unstable
@@ -186,6 +194,7 @@ class AxisFlip(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = FLIP
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     def _check_parameters(self) -> None:

@@ -15,7 +15,8 @@ from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
-from rigid_envs.tasks.free_bodies import FASTEST, fastest, observed_rates
+from rigid_envs.tasks.free_bodies import FASTEST, MiddleMoments, fastest, observed_rates
+from rigid_envs.tasks.reduced.detumble import MOMENTUM
 
 __all__ = ["Detumble"]
 
@@ -38,11 +39,17 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Largest impulse and largest |L| at the start [N m s], tolerance."""
+    """Largest impulse and largest |L| at the start [N m s], tolerance.
+
+    And the middles of the moments [kg m^2].
+    """
 
     impulse: float
     start_momentum: float
     tolerance: float
+    middle1: float
+    middle2: float
+    middle3: float
 
 
 @scalar
@@ -94,7 +101,7 @@ def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[fl
 
 
 @dataclass(frozen=True)
-class Detumble(Task):
+class Detumble(MiddleMoments, Task):
     """Bring the angular momentum of a tumbling body to zero by impulses.
 
     Each step is an impulse, which changes the angular momentum L at once, and then free motion,
@@ -166,6 +173,7 @@ class Detumble(Task):
         observe=observe,
         advance=drift,
     )
+    reduction: ClassVar = MOMENTUM
     cost_unit: ClassVar = "impulse [N m s]"
 
     def actions(self) -> tuple[Entry, ...]:

@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigid_envs.kernels import randoms
+from rigid_envs.kernels.actions import single
+from rigid_envs.kernels.algebra import Quaternion, Row, Vector, attitude, matrix
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import select
 from rigid_envs.kernels.free_body import Input, State
@@ -17,7 +19,9 @@ __all__ = [
     "FASTEST",
     "BodyTorque",
     "Held",
+    "MiddleMoments",
     "Moments",
+    "both_poses",
     "check_order",
     "fastest",
     "held_for",
@@ -30,6 +34,7 @@ __all__ = [
 Moments = tuple[Range, Range, Range]
 
 FASTEST = 20.0  # bound of observed rates
+_REST = (0.0, 0.0, 0.0)
 
 
 class BodyTorque(NamedTuple):
@@ -44,6 +49,29 @@ class Held(NamedTuple):
     """Number of steps for which the state has been within the tolerance."""
 
     held: float = 0.0
+
+
+class MiddleMoments:
+    """Middles of the ranges of the moments: what a policy knows of a body that is drawn."""
+
+    I1: Range
+    I2: Range
+    I3: Range
+
+    @property
+    def middle1(self) -> float:
+        """Middle of the range of I1 [kg m^2]."""
+        return 0.5 * sum(span(self.I1))
+
+    @property
+    def middle2(self) -> float:
+        """Middle of the range of I2 [kg m^2]."""
+        return 0.5 * sum(span(self.I2))
+
+    @property
+    def middle3(self) -> float:
+        """Middle of the range of I3 [kg m^2]."""
+        return 0.5 * sum(span(self.I3))
 
 
 @scalar
@@ -68,6 +96,33 @@ def observed_rates(y: State, scale: float) -> tuple[float, float, float]:
         min(max(scale * y.omega2, -FASTEST), FASTEST),
         min(max(scale * y.omega3, -FASTEST), FASTEST),
     )
+
+
+@scalar
+def _pose(q: Quaternion, omega: Vector) -> Row:
+    """The nine entries of R and omega [rad/s], rounded to float32 as in the observation."""
+    r = matrix(q)
+    return (
+        single(r[0]),
+        single(r[1]),
+        single(r[2]),
+        single(r[3]),
+        single(r[4]),
+        single(r[5]),
+        single(r[6]),
+        single(r[7]),
+        single(r[8]),
+        single(min(max(omega[0], -FASTEST), FASTEST)),
+        single(min(max(omega[1], -FASTEST), FASTEST)),
+        single(min(max(omega[2], -FASTEST), FASTEST)),
+    )
+
+
+@scalar
+def both_poses(y: State, aux: Any) -> tuple[Row, Row]:
+    """Achieved goal of the body, and desired goal, which is at rest."""
+    achieved = _pose(attitude(y), (y.omega1, y.omega2, y.omega3))
+    return achieved, _pose((aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z), _REST)
 
 
 @scalar

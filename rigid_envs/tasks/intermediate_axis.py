@@ -18,6 +18,7 @@ from rigid_envs.tasks.free_bodies import (
     FASTEST,
     BodyTorque,
     Held,
+    MiddleMoments,
     check_order,
     fastest,
     held_for,
@@ -26,6 +27,7 @@ from rigid_envs.tasks.free_bodies import (
     spun_up,
     torque_about_axes,
 )
+from rigid_envs.tasks.reduced.intermediate_axis import HOLDING
 
 __all__ = ["IntermediateAxis", "IntermediateAxisRandom"]
 
@@ -38,13 +40,19 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Target rate [rad/s], torque [N m], tolerance, hold [s], spread of the starts [rad/s]."""
+    """Target rate [rad/s], torque [N m], tolerance, hold [s], spread of the starts [rad/s].
+
+    And the middles of the moments [kg m^2].
+    """
 
     spin_rate: float
     torque: float
     tolerance: float
     hold: float
     start_spread: float
+    middle1: float
+    middle2: float
+    middle3: float
 
 
 @scalar
@@ -83,7 +91,7 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, fl
 
 
 @dataclass(frozen=True)
-class IntermediateAxis(Task):
+class IntermediateAxis(MiddleMoments, Task):
     """Hold spin about the unstable intermediate axis e2 at the rate Omega.
 
     Free spin about the axis of the middle moment is unstable: perturbations grow, and the body
@@ -161,6 +169,7 @@ class IntermediateAxis(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = HOLDING
     cost_unit: ClassVar = "torque impulse [N m s]"
     # Full torque for 30 s exceeds the envelope of the system, at more than 5 rad/s: the step is
     # then stable but less accurate. See Physics.

@@ -18,6 +18,7 @@ from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
 from rigid_envs.tasks.free_bodies import (
     FASTEST,
     Held,
+    MiddleMoments,
     check_order,
     fastest,
     held_for,
@@ -25,6 +26,7 @@ from rigid_envs.tasks.free_bodies import (
     perturbed_spin,
     spun_up,
 )
+from rigid_envs.tasks.reduced.intermediate_axis import POINTING
 
 __all__ = ["IntermediateAxisSingle"]
 
@@ -43,13 +45,19 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Rate [rad/s], torque [N m], tolerance [rad], hold [s], spread of the starts [rad/s]."""
+    """Rate [rad/s], torque [N m], tolerance [rad], hold [s], spread of the starts [rad/s].
+
+    And the middles of the moments [kg m^2].
+    """
 
     spin_rate: float
     torque: float
     tolerance: float
     hold: float
     start_spread: float
+    middle1: float
+    middle2: float
+    middle3: float
 
 
 @scalar
@@ -83,7 +91,7 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, fl
 
 
 @dataclass(frozen=True)
-class IntermediateAxisSingle(Task):
+class IntermediateAxisSingle(MiddleMoments, Task):
     """Align the spin with the unstable intermediate axis e2 by a torque about e3 alone.
 
     Without control the spin leaves e2 and flips over. One torque is enough to hold it there if it
@@ -163,6 +171,7 @@ class IntermediateAxisSingle(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = POINTING
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     def _check_parameters(self) -> None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from rigid_envs.kernels import randoms
-from rigid_envs.kernels.actions import clip_to_box, single
-from rigid_envs.kernels.algebra import Quaternion, Row, Vector, attitude, matrix
+from rigid_envs.kernels.actions import clip_to_box
+from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import select, sincos
 from rigid_envs.kernels.episode import Episode
@@ -16,11 +16,18 @@ from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
-from rigid_envs.tasks.free_bodies import FASTEST, BodyTorque, fastest, spun_up, torque_about_axes
+from rigid_envs.tasks.free_bodies import (
+    FASTEST,
+    BodyTorque,
+    MiddleMoments,
+    both_poses,
+    fastest,
+    spun_up,
+    torque_about_axes,
+)
+from rigid_envs.tasks.reduced.reorient import TURNING
 
 __all__ = ["Reorient"]
-
-_REST = (0.0, 0.0, 0.0)
 
 
 class Terms(NamedTuple):
@@ -30,11 +37,17 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Torque [N m], tolerances of angle [rad] and rate [rad/s]."""
+    """Torque [N m], tolerances of angle [rad] and rate [rad/s].
+
+    And the middles of the moments [kg m^2].
+    """
 
     torque: float
     largest_angle: float
     rate_tolerance: float
+    middle1: float
+    middle2: float
+    middle3: float
 
 
 class Auxiliary(NamedTuple):
@@ -79,33 +92,6 @@ def actuate(
 
 
 @scalar
-def pose(q: Quaternion, omega: Vector) -> Row:
-    """The nine entries of R and omega [rad/s], rounded to float32 as in the observation."""
-    r = matrix(q)
-    return (
-        single(r[0]),
-        single(r[1]),
-        single(r[2]),
-        single(r[3]),
-        single(r[4]),
-        single(r[5]),
-        single(r[6]),
-        single(r[7]),
-        single(r[8]),
-        single(min(max(omega[0], -FASTEST), FASTEST)),
-        single(min(max(omega[1], -FASTEST), FASTEST)),
-        single(min(max(omega[2], -FASTEST), FASTEST)),
-    )
-
-
-@scalar
-def both_poses(y: State, aux: Auxiliary) -> tuple[Row, Row]:
-    """Achieved goal of the body, and desired goal, which is at rest."""
-    achieved = pose(attitude(y), (y.omega1, y.omega2, y.omega3))
-    return achieved, pose((aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z), _REST)
-
-
-@scalar
 def reached(achieved: Goal, desired: Goal, c: Constants) -> bool:
     """Angle and rate within tolerance; the angle is that of tr(R^T R') = 1 + 2 cos."""
     trace, square = 0.0, 0.0
@@ -137,7 +123,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class Reorient(Task):
+class Reorient(MiddleMoments, Task):
     """Turn a body from rest to rest at an attitude drawn in every episode.
 
     A goal environment with sparse reward. Goals are the rotation matrix R (body to world, row by
@@ -220,6 +206,7 @@ class Reorient(Task):
         Goal=Goal,
         reached=reached,
     )
+    reduction: ClassVar = TURNING
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     @property

@@ -20,12 +20,14 @@ from rigid_envs.tasks.free_bodies import (
     FASTEST,
     BodyTorque,
     Held,
+    MiddleMoments,
     check_order,
     fastest,
     held_for,
     observed_rates,
     spun_up,
 )
+from rigid_envs.tasks.reduced.spin_capture import CAPTURE
 
 __all__ = ["SpinCapture"]
 
@@ -41,7 +43,10 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Target rate [rad/s], tolerance, hold [s], rates at the start [rad/s], torques [N m]."""
+    """Target rate [rad/s], tolerance, hold [s], rates at the start [rad/s], torques [N m].
+
+    And the middles of the moments [kg m^2].
+    """
 
     spin_rate: float
     tolerance: float
@@ -51,6 +56,9 @@ class Constants(NamedTuple):
     torque1: float
     torque2: float
     torque3: float
+    middle1: float
+    middle2: float
+    middle3: float
 
 
 @scalar
@@ -102,7 +110,7 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, fl
 
 
 @dataclass(frozen=True)
-class SpinCapture(Task):
+class SpinCapture(MiddleMoments, Task):
     """Bring a spin about any axis to the intermediate axis e2 at the rate Omega.
 
     The torque is weak: a tenth of the largest gyroscopic term in Euler's equations at the rate
@@ -194,6 +202,7 @@ class SpinCapture(Task):
         outcome=outcome,
         observe=observe,
     )
+    reduction: ClassVar = CAPTURE
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     def _check_parameters(self) -> None:

@@ -1,0 +1,52 @@
+"""Coordinates of a spin near the intermediate axis, and a scale on which small errors are seen."""
+
+import math
+from typing import Any, NamedTuple
+
+from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.elementary import fma, select
+
+__all__ = ["Saddle", "growing_side", "near", "saddle", "within"]
+
+
+class Saddle(NamedTuple):
+    """Coordinates in which Euler's equations near e2 are a saddle, over the rate Omega.
+
+    With ``d, s = omega1 -+ ratio omega3`` they read ``d' = growth omega2 d`` and ``s' = -growth
+    omega2 s``: d grows at e2, s at -e2. Free motion keeps ``s d`` and ``omega2^2 + share (d^2 +
+    s^2)``.
+    """
+
+    d: float
+    s: float
+    ratio: float
+    growth: float
+    share: float
+
+
+@scalar
+def saddle(w1: float, w3: float, c: Any) -> Saddle:
+    """Coordinates of a body with the middle moments."""
+    I1, I2, I3 = c.middle1, c.middle2, c.middle3
+    ratio = math.sqrt(I3 * (I3 - I2) / (I1 * (I2 - I1)))
+    growth = (I3 - I2) / (I1 * ratio)
+    share = I1 * (I3 - I1) / (4.0 * I2 * (I3 - I2))
+    return Saddle(fma(-ratio, w3, w1), fma(ratio, w3, w1), ratio, growth, share)
+
+
+@scalar
+def growing_side(at: Saddle, w2: float) -> float:
+    """Sign of d at e2 and of s at -e2, the coordinate that grows; between them of the larger."""
+    return select(fma(w2, at.d - at.s, at.d + at.s) < 0.0, -1.0, 1.0)
+
+
+@scalar
+def within(x: float, bound: float) -> float:
+    """x, clipped to [-bound, bound]."""
+    return min(max(x, -bound), bound)
+
+
+@scalar
+def near(x: float, tolerance: float) -> float:
+    """X / (abs(x) + tolerance): x in tolerances where it is small, its sign where it is large."""
+    return x / (abs(x) + tolerance)
