@@ -27,7 +27,9 @@ class Reduction:
     """Group of symmetries of a task, and its reduced coordinates.
 
     Attributes:
-        symmetries: symmetries that generate the group.
+        group: name of the group of symmetries.
+        symmetries: symmetries that generate it.
+        frame: how the frame of the action turns with the state, as a sentence without subject.
         features: entries of the observation in the reduced frame; those of a goal task come after
             the two goals, which stay as they are.
         observe: ``observe(y, aux, p, c) -> features``, compiled; in a goal task, after both goals.
@@ -35,7 +37,9 @@ class Reduction:
             the task.
     """
 
+    group: str
     symmetries: tuple[Symmetry, ...]
+    frame: str
     features: tuple[Entry, ...]
     observe: Callable[..., Any]
     turn: Callable[..., Any]

@@ -96,6 +96,8 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]
 
 
 FLIP = Reduction(
+    group="SO(3) x Z2",
+    frame="half turn about e2 where the growing part of the motion would be negative.",
     symmetries=(*TURNS_IN_SPACE, HALF_TURN_2),
     features=(
         *(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)),

@@ -84,6 +84,8 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
 
 
 BALL_POSE = Reduction(
+    group="O(2)",
+    frame="x along the offset from the goal, mirrored so that theta_z >= 0.",
     symmetries=(TURN, REFLECTION),
     features=POSE,
     observe=observe,

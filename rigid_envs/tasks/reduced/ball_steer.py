@@ -53,6 +53,8 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
 
 
 ALONG_PATH = Reduction(
+    group="E(2) x SO(3)",
+    frame="x along the heading of the reference, mirrored so that its path bends to the left.",
     symmetries=(TRANSLATION, TURN, REFLECTION, BODY_AXES),
     features=(
         Entry("ahead / radius", "1", "path", -_FAR, _FAR),

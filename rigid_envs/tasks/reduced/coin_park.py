@@ -90,6 +90,8 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
 _WIDE = 1.5 * FAR
 
 COIN_POSE = Reduction(
+    group="Z2 x Z2",
+    frame="signs such that Y and the mismatch between rolled offset and phase are not negative.",
     symmetries=(ALONG, ACROSS),
     features=(
         Entry("X / radius", "1", "reduced", -FAR, FAR),

@@ -78,6 +78,8 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]
 
 
 MOMENTUM = Reduction(
+    group="SO(3) x V4",
+    frame="first axis against the angular momentum, second along its change in the body.",
     symmetries=(*TURNS_IN_SPACE, HALF_TURN_1, HALF_TURN_2),
     features=(
         Entry("L / start_momentum", "1", "norm", 0.0, _FAR),

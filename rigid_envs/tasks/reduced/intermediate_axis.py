@@ -90,6 +90,8 @@ _SADDLE = (
     Entry("near s", "1", "reduced, likewise", -1.0, 1.0),
 )
 HOLDING = Reduction(
+    group="SO(3) x Z2",
+    frame="half turn about e2 where the growing part of the motion would be negative.",
     symmetries=(*TURNS_IN_SPACE, HALF_TURN_2),
     features=(
         *_RATES,
@@ -101,6 +103,8 @@ HOLDING = Reduction(
 )
 """Reduction of `IntermediateAxis`: SO(3), turns in space, times the half turn about e2."""
 POINTING = Reduction(
+    group="SO(3) x Z2",
+    frame="half turn about e2 where the growing part of the motion would be negative.",
     symmetries=(*TURNS_IN_SPACE, HALF_TURN_2),
     features=(*_RATES, *_SADDLE),
     observe=observe_direction,

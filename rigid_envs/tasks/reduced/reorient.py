@@ -84,6 +84,8 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]
 
 
 TURNING = Reduction(
+    group="SO(3) x V4",
+    frame="half turns such that what is left to turn about e1 and e2 after braking is positive.",
     symmetries=(*TURNS_IN_SPACE, HALF_TURN_1, HALF_TURN_2),
     features=(
         *(Entry(f"theta{k}", "rad", "reduced", -_ANGLE, _ANGLE) for k in (1, 2, 3)),

@@ -43,6 +43,8 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 SWING = Reduction(
+    group="Z2",
+    frame="none is needed: the observation is even, and so is the action.",
     symmetries=(REFLECTION,),
     features=(
         Entry("cos 2 phase", "1", "phase 0: turning point", -1.0, 1.0),
