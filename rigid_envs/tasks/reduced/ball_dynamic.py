@@ -68,7 +68,10 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
 
 DYNAMIC_POSE = Reduction(
     group="O(2)",
-    frame="that of `BallPark` for the pose in which the ball stops if it brakes at once; on a turntable it is not mirrored.",
+    frame=(
+        "that of `BallPark` for the pose in which the ball stops if it brakes at once; on a "
+        "turntable it is not mirrored."
+    ),
     symmetries=(TURN, REFLECTION),
     features=(
         *POSE,

@@ -47,7 +47,10 @@ def goal_pose(observe: Any) -> Reduction:
     """The reduction, given the observation of both goals and the relative pose."""
     return Reduction(
         group="E(2) x SO(3)",
-        frame="x along the offset from the goal, mirrored so that theta_z of the rotation from the goal is not negative. At the goal the action has no effect: the ball rests.",
+        frame=(
+            "x along the offset from the goal, mirrored so that theta_z of the rotation from the "
+            "goal is not negative. At the goal the action has no effect: the ball rests."
+        ),
         symmetries=(TRANSLATION, TURN, REFLECTION, BODY_AXES),
         features=POSE,
         observe=observe,

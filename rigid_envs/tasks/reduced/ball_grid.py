@@ -131,7 +131,10 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float]:
 
 CELL = Reduction(
     group="D4",
-    frame="the one of eight images in which the cell has 0 <= j <= i, and on its edges the one with the largest entries of R.",
+    frame=(
+        "the one of eight images in which the cell has 0 <= j <= i, and on its edges the one with "
+        "the largest entries of R."
+    ),
     symmetries=(QUARTER_TURN, REFLECTION),
     features=(
         Entry("i", "1", "cells, the larger", 0.0, _FAR),

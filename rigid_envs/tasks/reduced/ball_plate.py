@@ -108,7 +108,10 @@ _SIGNS, _LOGARITHM = "signs of the offset", "log(1 + abs / tolerance), signed"
 
 TABLE = Reduction(
     group="Z2 x Z2",
-    frame="signs such that the offset from the point is positive in both axes; on a turntable, such that its sum is.",
+    frame=(
+        "signs such that the offset from the point is positive in both axes; on a turntable, such "
+        "that its sum is."
+    ),
     symmetries=(HALF_TURN, ACROSS_X, ACROSS_Y),
     features=(
         *(Entry(f"{k} - {k}*", "m", _SIGNS, -_FAR, _FAR) for k in "XY"),

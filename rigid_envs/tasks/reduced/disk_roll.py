@@ -75,7 +75,10 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float]:
 
 CIRCLE = Reduction(
     group="E(2) x O(2) x Z2",
-    frame="mirrored so that the commanded circle is on the left, and seen so that the disk rolls forwards.",
+    frame=(
+        "mirrored so that the commanded circle is on the left, and seen so that the disk rolls "
+        "forwards."
+    ),
     symmetries=(TRANSLATION, TURN, PHASE, REFLECTION, EXCHANGE),
     features=(
         Entry("lean", "rad", "goal on the left", -_LEAN, _LEAN),

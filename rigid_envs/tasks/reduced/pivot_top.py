@@ -86,7 +86,10 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
 
 PIVOT_TOP = Reduction(
     group="O(2) x SO(2)",
-    frame="x along the growing part of the lean less that of a lean which brings the pivot back, mirrored so that the spin is not negative.",
+    frame=(
+        "x along the growing part of the lean less that of a lean which brings the pivot back, "
+        "mirrored so that the spin is not negative."
+    ),
     symmetries=(TURN, PHASE, REFLECTION),
     features=(
         Entry("3 |w|", "rad/s", "growing part w less that of the return, limited", 0.0, 3.0),

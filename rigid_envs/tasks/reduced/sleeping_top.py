@@ -42,7 +42,10 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
 
 SLEEPING_TOP = Reduction(
     group="O(2) x SO(2)",
-    frame="x along the growing part of the lean, mirrored so that the spin is not negative. The action is the push of the axis: the torque is at right angles to it.",
+    frame=(
+        "x along the growing part of the lean, mirrored so that the spin is not negative. The "
+        "action is the push of the axis: the torque is at right angles to it."
+    ),
     symmetries=(TURN, PHASE, REFLECTION),
     features=(
         *LEAN,

@@ -84,7 +84,10 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
 
 TOP_PRECESSION = Reduction(
     group="O(2) x SO(2)",
-    frame="across e3 towards the vertical, which turns with the line of nodes, mirrored so that the spin is not negative. The action is clipped to the disk in the square.",
+    frame=(
+        "across e3 towards the vertical, which turns with the line of nodes, mirrored so that the "
+        "spin is not negative. The action is clipped to the disk in the square."
+    ),
     symmetries=(TURN, PHASE, REFLECTION),
     features=(
         Entry("theta", "rad", "world", 0.0, math.pi),

@@ -54,7 +54,10 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> Vector:
 
 TOP_RANDOM = Reduction(
     group="O(2) x Z2",
-    frame="x along the growing part of the lean in body axes, mirrored so that the spin is not negative. Torques across e3 are clipped to the disk in their square.",
+    frame=(
+        "x along the growing part of the lean in body axes, mirrored so that the spin is not "
+        "negative. Torques across e3 are clipped to the disk in their square."
+    ),
     symmetries=(TURN, HALF_TURN, REFLECTION),
     features=(
         *LEAN,
