@@ -18,7 +18,7 @@ from rigid_envs.catalogue import task_of
 from rigid_envs.cli import main
 from rigid_envs.envs.task_spaces import info_keys
 from rigid_envs.pages.sections import docstring_of
-from rigid_envs.pages.writing import INDEX, file_of, pages, with_overview
+from rigid_envs.pages.writing import INDEX, file_of, pages, with_tables
 from rigid_envs.scores import anchors
 from rigid_envs.tasks import Task
 
@@ -277,9 +277,9 @@ def test_command_refuses_a_file_for_a_folder(
 
 def test_tables_of_the_readme_are_those_of_the_registry() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert text == with_overview(text), "write them anew: python -m rigid_envs.pages README.md"
+    assert text == with_tables(text), "write them anew: python -m rigid_envs.pages README.md"
     with pytest.raises(ValueError, match="no marks for the tables"):
-        with_overview("# Another README")
+        with_tables("# Another README")
 
 
 @each_id

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from rigid_envs.files import write_atomic
-from rigid_envs.pages.writing import with_overview
+from rigid_envs.pages.writing import with_tables
 
 for name in sys.argv[1:]:
-    write_atomic(Path(name), with_overview(Path(name).read_text(encoding="utf-8")))
+    write_atomic(Path(name), with_tables(Path(name).read_text(encoding="utf-8")))

@@ -24,6 +24,7 @@ from rigid_envs.pages.task_tables import (
     goal_table,
     info_table,
     observation_table,
+    reduced_table,
     sample_arguments,
     term_table,
 )
@@ -94,6 +95,7 @@ def document(env_id: str, task: Task, given: Mapping[str, Any]) -> list[Section]
         Section("Description", docstring.description),
         Section("Action Space", _action(task)),
         _observation(task),
+        *_reduced_frame(env_id, task),
         Section("Rewards", [*sections["Rewards"], _REWARD, term_table(task)]),
         Section("Starting State", [*sections["Starting State"], _options(task)]),
         _episode_end(env_id, task, docstring),
@@ -169,6 +171,23 @@ def _attitude(task: Task) -> list[str]:
         return [drawn]
     ways = "; ".join(f'`"{option}"`, {_ATTITUDES[option]}' for option in options)
     return [f"The attitude, body to world, is shown as `rotation` says: {ways}. {drawn}"]
+
+
+def _reduced_frame(env_id: str, task: Task) -> list[Section]:
+    """The symmetries of the task and its observation in the reduced frame; none undeclared."""
+    reduction = task.reduction
+    if reduction is None:
+        return []
+    names = "; ".join(symmetry.name for symmetry in reduction.symmetries)
+    goals = " The goals are as above." if task.n_goal else ""
+    lead = (
+        f'`gym.make("{env_id}", frame="reduced")` observes what no symmetry of the task changes, '
+        "and takes actions in a frame that turns with the state, so that a policy learns each "
+        f"manoeuvre once. The group is {reduction.group}: {names}. "
+        f"The frame: {reduction.frame}"
+    )
+    after = f"An array of shape ({len(reduction.features)},) and type float32.{goals}"
+    return [Section("Reduced Frame", [lead, after, reduced_table(task)])]
 
 
 def _options(task: Task) -> str:

@@ -18,6 +18,7 @@ __all__ = [
     "goal_table",
     "info_table",
     "observation_table",
+    "reduced_table",
     "sample_arguments",
     "term_table",
 ]
@@ -60,6 +61,12 @@ def action_table(task: Task) -> Table:
 def observation_table(task: Task) -> Table:
     """Entries of the observation, without those of the goals."""
     return _entries(task.observations()[2 * task.n_goal :])
+
+
+def reduced_table(task: Task) -> Table:
+    """Entries of the observation in the reduced frame, without those of the goals."""
+    assert task.reduction is not None
+    return _entries(task.reduction.features)
 
 
 def goal_table(task: Task) -> Table:

@@ -10,7 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Point", "Symmetry", "angles", "quarter_turns", "signs"]
+__all__ = [
+    "Point",
+    "Symmetry",
+    "angles",
+    "offsets",
+    "quarter_turns",
+    "rotations",
+    "signs",
+]
 
 Array = npt.NDArray[np.float64]
 
@@ -37,8 +45,8 @@ class Symmetry:
 
     Attributes:
         name: what its elements do.
-        apply: ``apply(point, element) -> point``, with one element for each of N states, (N,).
-        draw: ``draw(rng, n) -> elements``, shape (n,), uniform over the group.
+        apply: ``apply(point, elements) -> point``, with one element for each of N states.
+        draw: ``draw(rng, n) -> elements``, shape (n, ...), at random.
     """
 
     name: str
@@ -54,6 +62,17 @@ def angles(rng: np.random.Generator, n: int) -> Array:
 def quarter_turns(rng: np.random.Generator, n: int) -> Array:
     """Numbers of quarter turns, 0 to 3: the cyclic group of order 4."""
     return rng.integers(0, 4, n).astype(np.float64)
+
+
+def rotations(rng: np.random.Generator, n: int) -> Array:
+    """Unit quaternions, shape (n, 4): the group SO(3)."""
+    q = rng.standard_normal((n, 4))
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
+
+
+def offsets(rng: np.random.Generator, n: int) -> Array:
+    """Translations by up to 3 m along each axis of the plane, shape (n, 2)."""
+    return rng.uniform(-3.0, 3.0, (n, 2))
 
 
 def signs(rng: np.random.Generator, n: int) -> Array:

@@ -12,7 +12,7 @@ from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Row, Vector, cross, dot, scaled
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, log, select
-from rigid_envs.symmetries.bodies import HALF_TURN_1, HALF_TURN_2, TURNS_IN_SPACE
+from rigid_envs.symmetries.bodies import HALF_TURN_1, HALF_TURN_2, ROTATION
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import observed_rates
 from rigid_envs.tasks.reduction import Reduction
@@ -80,7 +80,7 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]
 MOMENTUM = Reduction(
     group="SO(3) x V4",
     frame="first axis against the angular momentum, second along its change in the body.",
-    symmetries=(*TURNS_IN_SPACE, HALF_TURN_1, HALF_TURN_2),
+    symmetries=(ROTATION, HALF_TURN_1, HALF_TURN_2),
     features=(
         Entry("L / start_momentum", "1", "norm", 0.0, _FAR),
         Entry("L / impulse, up to 1", "1", "norm", 0.0, 1.0),

@@ -10,7 +10,7 @@ from typing import Any
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import select
-from rigid_envs.symmetries.bodies import HALF_TURN_2, TURNS_IN_SPACE
+from rigid_envs.symmetries.bodies import HALF_TURN_2, ROTATION
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import FASTEST, observed_rates
 from rigid_envs.tasks.reduced.saddle import Saddle, near, saddle, within
@@ -92,7 +92,7 @@ _SADDLE = (
 HOLDING = Reduction(
     group="SO(3) x Z2",
     frame="half turn about e2 where the growing part of the motion would be negative.",
-    symmetries=(*TURNS_IN_SPACE, HALF_TURN_2),
+    symmetries=(ROTATION, HALF_TURN_2),
     features=(
         *_RATES,
         *_SADDLE,
@@ -105,7 +105,7 @@ HOLDING = Reduction(
 POINTING = Reduction(
     group="SO(3) x Z2",
     frame="half turn about e2 where the growing part of the motion would be negative.",
-    symmetries=(*TURNS_IN_SPACE, HALF_TURN_2),
+    symmetries=(ROTATION, HALF_TURN_2),
     features=(*_RATES, *_SADDLE),
     observe=observe_direction,
     turn=turn_single,

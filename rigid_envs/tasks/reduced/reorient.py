@@ -11,7 +11,7 @@ from typing import Any
 from rigid_envs.kernels.algebra import Row, Vector, attitude, compose, dot, log_rotation
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select
-from rigid_envs.symmetries.bodies import HALF_TURN_1, HALF_TURN_2, TURNS_IN_SPACE
+from rigid_envs.symmetries.bodies import HALF_TURN_1, HALF_TURN_2, ROTATION
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import FASTEST, both_poses, observed_rates
 from rigid_envs.tasks.reduced.saddle import near, within
@@ -86,7 +86,7 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]
 TURNING = Reduction(
     group="SO(3) x V4",
     frame="half turns such that what is left to turn about e1 and e2 after braking is positive.",
-    symmetries=(*TURNS_IN_SPACE, HALF_TURN_1, HALF_TURN_2),
+    symmetries=(ROTATION, HALF_TURN_1, HALF_TURN_2),
     features=(
         *(Entry(f"theta{k}", "rad", "reduced", -_ANGLE, _ANGLE) for k in (1, 2, 3)),
         *(Entry(f"omega{k}", "rad/s", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)),

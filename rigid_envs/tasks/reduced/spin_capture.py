@@ -10,7 +10,7 @@ from typing import Any
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma
-from rigid_envs.symmetries.bodies import HALF_TURN_2, TURNS_IN_SPACE
+from rigid_envs.symmetries.bodies import HALF_TURN_2, ROTATION
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import FASTEST, observed_rates
 from rigid_envs.tasks.reduced.saddle import (
@@ -69,7 +69,7 @@ def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]
 CAPTURE = Reduction(
     group="SO(3) x Z2",
     frame="half turn about e2 where the growing part of the motion would be negative.",
-    symmetries=(*TURNS_IN_SPACE, HALF_TURN_2),
+    symmetries=(ROTATION, HALF_TURN_2),
     features=(
         *(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)),
         *(Entry(k, "1", "", -FASTEST, FASTEST) for k in "pE"),
