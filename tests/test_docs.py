@@ -30,6 +30,7 @@ TITLES = [
     "Description",
     "Action Space",
     "Observation Space",
+    "Reduced Frame",
     "Rewards",
     "Starting State",
     "Episode End",
@@ -278,7 +279,7 @@ def test_command_refuses_a_file_for_a_folder(
 def test_tables_of_the_readme_are_those_of_the_registry() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert text == with_tables(text), "write them anew: python -m rigid_envs.pages README.md"
-    with pytest.raises(ValueError, match="no marks for the tables"):
+    with pytest.raises(ValueError, match="no marks for its tables"):
         with_tables("# Another README")
 
 

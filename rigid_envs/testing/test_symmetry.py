@@ -14,7 +14,17 @@ import pytest
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.symmetries import Point
 from rigid_envs.tasks import Task
-from rigid_envs.testing.environments import DISCRETE, actions, flat, ranges, task_of, vector
+from rigid_envs.testing.environments import (
+    DISCRETE,
+    actions,
+    assert_same_bits,
+    flat,
+    pick,
+    ranges,
+    single,
+    task_of,
+    vector,
+)
 
 N, STEPS, SEED = 512, 12, 3
 # States and rewards are compared after one step from numbers of order 1 to 10: a few hundred
@@ -170,3 +180,29 @@ def test_an_action_in_the_reduced_frame_is_that_of_the_task_turned(env_id: str, 
     else:
         assert_same_states(found, expected, task, 1e-6)
     assert unchanged(results, images).mean() > 0.995
+
+
+def test_a_reduced_row_is_the_single_environment(env_id: str, task: Task) -> None:
+    settings = {"frame": "reduced", **ranges(env_id)}
+    envs, env = vector(env_id, 70, **settings), single(env_id, **settings)
+    assert_same_bits(pick(envs.reset(seed=SEED)[0], 69), env.reset(seed=SEED + 69)[0])
+    for batch in actions(env_id, STEPS, 70):
+        rows, alone = envs.step(batch), env.step(batch[69])
+        assert_same_bits(pick(rows[0], 69), alone[0])
+        assert rows[1][69] == alone[1]
+        if alone[2]:
+            break
+
+
+def test_the_reduced_frame_changes_no_motion(env_id: str, task: Task) -> None:
+    # the same motion, to the bit, as in the frame of the task under the turned actions
+    turned, given = under_way(env_id, frame="reduced"), under_way(env_id)
+    given.set_state(turned.get_state())
+    results = turned.step(actions(env_id, 1, N, seed=5)[0])
+    core: Any = turned
+    last = np.stack([core._core.moment(row).action for row in range(N)])
+    columns = Point((), (), {}, task.episode.Action(*last.T))
+    images = given.step(action_of(env_id, columns))
+    assert_same_bits(turned.get_state(), given.get_state())
+    for a, b in zip(results[1:4], images[1:4], strict=True):
+        assert_same_bits(a, b)

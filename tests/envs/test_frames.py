@@ -1,0 +1,96 @@
+"""The frame of observations and actions, as a user asks for it."""
+
+import pickle
+import re
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from rigid_envs.errors import ConfigError
+from rigid_envs.pages.writing import with_tables
+from rigid_envs.tasks import BallPark, Task
+
+PAGE = Path(__file__).parents[2] / "docs" / "symmetry.md"
+PARK, GOAL = "RigidEnvs/BallPark-v0", "RigidEnvs/BallParkGoal-v0"
+
+
+class NoReduction(BallPark):
+    """Park the ball of a task that declares no symmetry."""
+
+    reduction = None
+
+
+def test_the_examples_of_the_page_run(capsys: pytest.CaptureFixture[str]) -> None:
+    blocks = re.findall(r"```python\n(.+?)```", PAGE.read_text(), flags=re.DOTALL)
+    for block in blocks:
+        exec(block, {})
+    told = capsys.readouterr().out
+    assert len(blocks) == 2
+    assert told.startswith("False\nTrue\nturn about the vertical")
+
+
+def test_the_table_of_groups_is_that_of_the_tasks() -> None:
+    text = PAGE.read_text()
+    assert text == with_tables(text), "write it anew: python -m rigid_envs.pages docs/symmetry.md"
+
+
+def test_the_frame_of_the_world_is_the_default() -> None:
+    plain, world = gym.make(PARK), gym.make(PARK, frame="world")
+    assert plain.observation_space == world.observation_space
+    assert (plain.reset(seed=1)[0] == world.reset(seed=1)[0]).all()
+
+
+def test_rotation_has_no_effect_in_the_reduced_frame() -> None:
+    spaces = {
+        str(gym.make(PARK, frame="reduced", rotation=shown).observation_space)
+        for shown in ("matrix", "quat", "none")
+    }
+    assert len(spaces) == 1
+
+
+def test_drawn_parameters_are_appended() -> None:
+    env = gym.make(PARK, frame="reduced", radius=(0.5, 2.0), observe_params=True)
+    observation, _ = env.reset(seed=0)
+    unwrapped: Any = env.unwrapped
+    assert observation[-1] == np.float32(unwrapped.moment().parameters["radius"])
+
+
+def test_goals_stay_as_they_are() -> None:
+    world, reduced = gym.make(GOAL), gym.make(GOAL, frame="reduced")
+    here, there = world.reset(seed=3)[0], reduced.reset(seed=3)[0]
+    for part in ("achieved_goal", "desired_goal"):
+        np.testing.assert_array_equal(here[part], there[part])
+    unwrapped: Any = reduced.unwrapped
+    observation, reward, *_, info = reduced.step(np.zeros(2, dtype=np.float32))
+    goals = observation["achieved_goal"], observation["desired_goal"]
+    assert reward == unwrapped.compute_reward(*goals, info)
+
+
+def test_a_ball_rests_at_its_goal() -> None:
+    env = gym.make(GOAL, frame="reduced")
+    env.reset(seed=3)
+    unwrapped: Any = env.unwrapped
+    state = unwrapped.get_state()
+    state["y"][:6] = state["aux"][:6]  # attitude and position of the goal
+    unwrapped.set_state(state)
+    *_, info = env.step(np.array([1.0, 0.0], dtype=np.float32))
+    assert info["is_success"]
+    assert info["cost"] == 0.0
+
+
+def test_a_task_without_symmetries_refuses_the_reduced_frame() -> None:
+    task: Task = NoReduction()
+    assert task.frame == "world"
+    with pytest.raises(ConfigError, match=r"config\.frame: .*NoReduction has no reduction"):
+        NoReduction(frame="reduced")
+
+
+def test_an_environment_in_the_reduced_frame_pickles() -> None:
+    env = gym.make(PARK, frame="reduced").unwrapped
+    env.reset(seed=0)
+    copy = pickle.loads(pickle.dumps(env))
+    action = np.array([0.3, 0.4], dtype=np.float32)
+    np.testing.assert_array_equal(env.step(action)[0], copy.step(action)[0])
