@@ -47,6 +47,7 @@ BAD: dict[str, list[Any]] = {
     "max_grad_norm": [0, -1, None, True, math.inf],
     "target_kl": [0, -1, True, math.nan, "x"],
     "log_std_init": [3, -21, None, True, math.nan],
+    "action_std": [[0.5], [0.0, 0.1], [0.5, 0.1, 0.1], [1.0, math.nan], 0.5, True, "x"],
 }
 BAD_OFF_POLICY: dict[str, list[Any]] = {
     "buffer_size": [0, None, 1.5, True, "x"],
@@ -177,6 +178,7 @@ fine = st.fixed_dictionaries(
         "normalize_reward": st.booleans(),
         "checkpoint_every": st.none() | st.integers(1, 1000),
         "target_kl": st.none() | st.floats(1e-9, 100),
+        "action_std": st.none() | st.lists(st.floats(1e-6, 10), min_size=2, max_size=2),
         "env_kwargs": st.dictionaries(
             st.text(), st.floats(allow_nan=False, allow_infinity=False) | st.text() | st.booleans()
         ),
