@@ -1,11 +1,10 @@
 """TorchRL opens every id by its name, unmodified.
 
-In a step of its own (see .ci/run): once TorchRL is imported, processes forked later take seconds to
-begin and to end, and Gymnasium's asynchronous vector environments are made of them.
+In a step of its own (see .ci/run), and imported no earlier: the import lets processes begin anew
+instead of being forked, here and in every test after it, which takes seconds for each.
 """
 
 import pytest
-from torchrl.envs import GymEnv
 
 from rigid_envs import ENVIRONMENTS
 
@@ -14,6 +13,8 @@ pytestmark = pytest.mark.long
 
 @pytest.mark.parametrize("env_id", tuple(ENVIRONMENTS))
 def test_torchrl_opens_an_id(env_id: str) -> None:
+    from torchrl.envs import GymEnv
+
     env = GymEnv(env_id)
     env.set_seed(0)
     # TorchRL draws the actions from torch's generator; a walk of two steps can reach the goal
