@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import abc
 import itertools
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
@@ -15,10 +14,10 @@ import numpy.typing as npt
 from rigid_envs.errors import ConfigError
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.layout import CHANNEL
-from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.settings import refusal
 from rigid_envs.systems import System
 from rigid_envs.tasks.entries import ROTATION, ROTATIONS, Entry, attitude_entries
+from rigid_envs.tasks.envelope import WithinEnvelope
 from rigid_envs.tasks.fields import (
     Choice,
     Flag,
@@ -36,11 +35,9 @@ __all__ = ["ROTATION", "Entry", "Task"]
 
 Array = npt.NDArray[np.float64]
 
-_SLACK = 1e-12  # the least number of substeps that is asked for is enough, whatever is rounded
-
 
 @dataclass(frozen=True)
-class Task(Settings, abc.ABC):
+class Task(WithinEnvelope, Settings, abc.ABC):
     """Hyperparameters of an environment.
 
     The fields here are common to all tasks. A subclass adds its own, among them a
@@ -75,8 +72,6 @@ class Task(Settings, abc.ABC):
     )
     frame: str = setting("world", Choice("frame of observation and action", ("world", "reduced")))
 
-    system_type: ClassVar[type[System]]
-    """Class of the physical system."""
     episode: ClassVar[Episode]
     """Functions of one row, from which `step` and `reset` are compiled."""
     reduction: ClassVar[Reduction | None] = None
@@ -87,9 +82,6 @@ class Task(Settings, abc.ABC):
     """Number of actions of a task with discrete actions; 0 where they are continuous."""
     fixed_components: ClassVar[tuple[str, ...]] = ()
     """Components of the state that are constantly 0; a start with other values is refused."""
-    envelope: ClassVar[float | None] = None
-    """Largest rate times integrator step [rad]; None: that of the system, up to which the
-    integrator keeps its stated accuracy."""
     aliases: ClassVar[Mapping[str, str]] = {}
     """Field of the task for a parameter of the system, where the names differ."""
 
@@ -172,70 +164,6 @@ class Task(Settings, abc.ABC):
     @abc.abstractmethod
     def features(self) -> tuple[Entry, ...]:
         """Entries of the observation before the attitude."""
-
-    @abc.abstractmethod
-    def largest_rate(self, duration: float) -> float:
-        """Bound on the angular rates that an episode of this duration can reach.
-
-        The bound holds for every start and every sequence of actions. For the time limit in force
-        it is compared with the `envelope`.
-
-        Args:
-            duration: Time from the start to the end of the episode [s]; may be infinite.
-
-        Returns:
-            Bound [rad/s] on the rates of the motion and of the rotations within an integrator step.
-        """
-
-    def check_duration(self, n_steps: float) -> None:
-        """Check that the integrator stays within the stability envelope during an episode.
-
-        Args:
-            n_steps: Length of the episode in control periods.
-
-        Raises:
-            ConfigError: the rates may leave the envelope; the message names the remedy.
-        """
-        rate = self.largest_rate(n_steps * self.dt)
-        least = rate * self.dt / self.largest_turn * (1.0 - _SLACK)
-        if self.n_substeps < least:
-            raise ConfigError(
-                f"config.dt: dt = {self.dt} in {self.n_substeps} substeps; expected at most "
-                f"{self.largest_turn / rate * self.n_substeps:.4g} s, for rates up to {rate:.4g} "
-                f"rad/s in {n_steps:g} steps (stability envelope): "
-                f"take n_substeps >= {math.ceil(least)}"
-            )
-
-    @classmethod
-    def registered_steps(cls) -> int:
-        """Least registered time limit of this task or a base class, in steps; 0 without an id."""
-        for kind in cls.__mro__:
-            # also where a package passes on the class of a module of its own
-            modules = itertools.accumulate(kind.__module__.split("."), "{}.{}".format)
-            tasks = {f"{module}:{kind.__name__}" for module in modules}
-            limits = [r.max_episode_steps for r in ENVIRONMENTS.values() if r.task in tasks]
-            if limits:
-                return min(limits)
-        return 0
-
-    def stable_steps(self) -> int:
-        """Largest number of steps within the stability envelope; 2**31 at most."""
-        allowed = self.largest_turn * self.n_substeps / self.dt * (1.0 + _SLACK)
-        low, high = 0, 2**31
-        if self.largest_rate(high * self.dt) <= allowed:
-            return high
-        while high - low > 1:
-            middle = (low + high) // 2
-            if self.largest_rate(middle * self.dt) <= allowed:
-                low = middle
-            else:
-                high = middle
-        return low
-
-    @property
-    def largest_turn(self) -> float:
-        """Allowed product of rate and integrator step [rad]."""
-        return self.system_type.envelope if self.envelope is None else self.envelope
 
     def observations(self) -> tuple[Entry, ...]:
         """All entries of the observation: features, attitude, drawn parameters."""
