@@ -13,6 +13,7 @@ from agents.config.entries import is_folder_name
 from agents.config.options import load_config
 from agents.config.yaml_data import dump_yaml, parse_yaml, read_yaml
 from agents.environments.factory import make
+from agents.training.algorithms import check_fit
 from agents.training.trainer import train
 
 CONFIGS = sorted((Path(__file__).parents[3] / "configs").glob("*.yaml"))
@@ -47,6 +48,7 @@ BAD: dict[str, list[Any]] = {
     "max_grad_norm": [0, -1, None, True, math.inf],
     "target_kl": [0, -1, True, math.nan, "x"],
     "log_std_init": [3, -21, None, True, math.nan],
+    "action_std": [0.1, [0.1], [0, 0.1], [0.1, 11], True, "x", [math.nan, 0.1]],
 }
 BAD_OFF_POLICY: dict[str, list[Any]] = {
     "buffer_size": [0, None, 1.5, True, "x"],
@@ -247,7 +249,9 @@ def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path: Path)
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
 def test_a_shipped_config_is_accepted_and_so_is_its_environment(path: Path) -> None:
     config = config_from(read_yaml(path))
-    make(config.env_id, config.env_kwargs, 2).close()
+    venv = make(config.env_id, config.env_kwargs, 2)
+    check_fit(config, venv)
+    venv.close()
 
 
 @pytest.mark.parametrize("name", ["a", "BallPark-v0_1", "x" * 80, "...a", "-"])
