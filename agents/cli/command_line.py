@@ -161,9 +161,10 @@ def _add_enjoy(parser: argparse.ArgumentParser) -> None:
 def _add_benchmark(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=verbs.benchmark)
     parser.description = (
-        "Train every environment with its config (configs/NAME_ALGO.yaml, or else the defaults of "
-        "the algorithm that suits it), compare with a random policy on the same unseen starts, "
-        "and write one table. The same command goes on where it was stopped."
+        "Train every environment with its config (configs/NAME_reduced_ALGO.yaml, else "
+        "configs/NAME_ALGO.yaml, else the defaults of the algorithm that suits it), compare "
+        "with a random policy on the same unseen starts, and write one table. The "
+        "same command goes on where it was stopped."
     )
     parser.add_argument("--ids", nargs="+", metavar="ID", default=list(ENVIRONMENTS), help="(all)")
     parser.add_argument("--steps", metavar="N", help="of each training (as its config says)")

@@ -18,7 +18,7 @@ from rigid_envs.errors import ConfigError
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
 
 from ..config.by_algorithm import ALGORITHMS, config_to_dict
-from ..config.options import load_config
+from ..config.options import entry_value, env_keywords, load_config
 from ..config.yaml_data import dump_yaml, parse_yaml, read_yaml
 from ..storage.runs import Run, create_run, find_run, open_run
 
@@ -59,22 +59,23 @@ def train(options: argparse.Namespace, rest: list[str]) -> int:
 
 
 def _started(options: argparse.Namespace, entries: dict[str, str], rest: list[str]) -> Run | None:
-    config = load_config(_recipe(options.config, entries), entries, rest)
+    config = load_config(_recipe(options.config, entries, rest), entries, rest)
     if options.print_config:
         print(dump_yaml(config_to_dict(config)), end="")
         return None
     return create_run(config, options.overwrite)
 
 
-def _recipe(path: Path | None, entries: dict[str, str]) -> dict[str, Any]:
+def _recipe(path: Path | None, entries: dict[str, str], rest: list[str]) -> dict[str, Any]:
     """Entries of the config file that was named, or else of the environment's own."""
     if path is not None:
         return read_yaml(path)
-    from ..config.recipes import recipe_for
+    from ..config.recipes import frame_of, recipe_for
 
-    env_id = str(parse_yaml(entries.get("env_id", _DEFAULT)))
-    algo = parse_yaml(entries["algo"]) if "algo" in entries else None
-    return recipe_for(env_id, algo)
+    chosen = entries.keys() & {"env_id", "algo", "env_kwargs"}
+    values = {key: entry_value(key, entries[key]) for key in chosen}
+    env_id = str(values.get("env_id", _DEFAULT))
+    return recipe_for(env_id, values.get("algo"), frame_of(values, env_keywords(rest)))
 
 
 def _resumed(options: argparse.Namespace, entries: dict[str, str], rest: list[str]) -> Run | None:

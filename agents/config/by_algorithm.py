@@ -108,7 +108,13 @@ class OffPolicyConfig(Config):
         Count("least steps between rows of the log, all rows together, in whole rounds", 1, 10**12),
     )
     n_sampled_goal: int = setting(
-        4, Count("hindsight goals for each real one, in goal environments; 0: none", 0, 100)
+        4,
+        Count(
+            "hindsight goals for each real one, in goal environments in the frame of the world; "
+            "0: none",
+            0,
+            100,
+        ),
     )
 
     @property

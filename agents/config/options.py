@@ -17,7 +17,7 @@ from rigid_envs.settings import unknown_key
 from .by_algorithm import ALGORITHMS, Config, config_from
 from .yaml_data import parse_yaml
 
-__all__ = ["add_config_options", "load_config"]
+__all__ = ["add_config_options", "entry_value", "env_keywords", "load_config"]
 
 
 def add_config_options(parser: argparse.ArgumentParser) -> None:
@@ -69,15 +69,22 @@ def load_config(
     Raises:
         ConfigError: "config.<key>: ...", or the file and what is wrong with it.
     """
-    values = {**recipe, **{key: _value(key, text) for key, text in options.items()}}
-    keywords = _keywords(rest)
+    values = {**recipe, **{key: entry_value(key, text) for key, text in options.items()}}
+    keywords = env_keywords(rest)
     if keywords:
         values["env_kwargs"] = {**config_from(values).env_kwargs, **keywords}
     return config_from(values)
 
 
-def _keywords(rest: Sequence[str]) -> dict[str, Any]:
-    """The pairs `--env_kwargs.NAME VALUE` or `--env_kwargs.NAME=VALUE`."""
+def env_keywords(rest: Sequence[str]) -> dict[str, Any]:
+    """Hyperparameters of the task from `--env_kwargs.NAME VALUE` or `--env_kwargs.NAME=VALUE`.
+
+    Args:
+        rest: What no option was known for.
+
+    Raises:
+        ConfigError: Something else, or a value that is not YAML.
+    """
     keywords: dict[str, Any] = {}
     words = [part for word in rest for part in word.split("=", 1)]
     for option, text in zip_longest(words[::2], words[1::2]):
@@ -86,11 +93,20 @@ def _keywords(rest: Sequence[str]) -> dict[str, Any]:
             raise unknown_key(key, _fields_by_name())
         if text is None:
             raise ConfigError(f"config.{key}: expected a value after --{key}")
-        keywords[key.removeprefix("env_kwargs.")] = _value(key, text)
+        keywords[key.removeprefix("env_kwargs.")] = entry_value(key, text)
     return keywords
 
 
-def _value(key: str, text: str) -> Any:
+def entry_value(key: str, text: str) -> Any:
+    """Value of an entry from the text of an option.
+
+    Args:
+        key: The entry.
+        text: What was given for it.
+
+    Raises:
+        ConfigError: "config.<key>: ...", for text that is not YAML.
+    """
     try:
         return parse_yaml(text)
     except ValueError as error:

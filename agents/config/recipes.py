@@ -13,7 +13,7 @@ from ..environments.factory import make
 from .by_algorithm import Config, config_from
 from .yaml_data import read_yaml
 
-__all__ = ["config_for", "recipe_for"]
+__all__ = ["config_for", "frame_of", "recipe_for"]
 
 _CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 
@@ -28,43 +28,69 @@ def config_for(env_id: str, entries: Mapping[str, Any]) -> Config:
     Raises:
         ConfigError: No such environment, or an entry that cannot be.
     """
-    return config_from({**recipe_for(env_id, entries.get("algo")), **entries})
+    recipe = recipe_for(env_id, entries.get("algo"), frame_of(entries, {}))
+    return config_from({**recipe, **entries})
 
 
-def recipe_for(env_id: str, algo: str | None = None) -> dict[str, Any]:
-    """Entries of the shipped config of an environment, `configs/<name>_<algo>.yaml`.
+def frame_of(entries: Mapping[str, Any], keywords: Mapping[str, Any]) -> str | None:
+    """The frame that a recipe has to be for; None where any will do.
 
-    Where none is shipped: the id and the algorithm, for which the defaults hold.
+    Args:
+        entries: Config entries that go over those of the recipe.
+        keywords: Hyperparameters of the task that go over its `env_kwargs`.
+    """
+    if "frame" in keywords:
+        return str(keywords["frame"])
+    if "env_kwargs" not in entries:
+        return None
+    given = entries["env_kwargs"]  # all of them, which leaves nothing of the recipe's
+    return str(given.get("frame", "world")) if isinstance(given, Mapping) else "world"
+
+
+def recipe_for(env_id: str, algo: str | None = None, frame: str | None = None) -> dict[str, Any]:
+    """Entries of the shipped config of an environment.
+
+    They are `configs/<name>_reduced_<algo>.yaml` in the reduced frame, `configs/<name>_<algo>.yaml`
+    in that of the world. Where none is shipped: the id, the algorithm and the frame, for which the
+    defaults hold.
 
     Args:
         env_id: A registered id.
         algo: Name of the algorithm; None takes the most suitable one that has a config.
+        frame: Frame of observations and actions, "world" or "reduced"; None takes the reduced one
+            where it has a config.
 
     Raises:
         ConfigError: No such environment.
     """
-    algos = _suitable(env_id) if algo is None else (algo,)
     name = re.sub(r"-v\d+$", "", re.split("[:/]", env_id)[-1])
     stem = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
-    for kind in algos:
-        path = _CONFIGS / f"{stem}_{kind}.yaml"
-        if path.is_file():
-            values = read_yaml(path)
-            if values.get("env_id") == env_id:
-                return values
-    return {"env_id": env_id, "algo": algos[0]}
+    plain: dict[str, Any] = {}
+    for each in ("reduced", "world") if frame is None else (frame,):
+        reduced = each == "reduced"
+        algos = _suitable(env_id, reduced) if algo is None else (algo,)
+        for kind in algos:
+            path = _CONFIGS / f"{stem}{'_reduced' if reduced else ''}_{kind}.yaml"
+            if path.is_file():
+                values = read_yaml(path)
+                if values.get("env_id") == env_id:
+                    return values
+        plain = {"env_id": env_id, "algo": algos[0]}
+        plain |= {"env_kwargs": {"frame": each}} if reduced else {}
+    return plain
 
 
-def _suitable(env_id: str) -> tuple[str, ...]:
+def _suitable(env_id: str, reduced: bool) -> tuple[str, ...]:
     """The algorithms that fit an environment, best first.
 
-    PPO makes the most of many cheap steps. Rewards that are only paid at a goal are found in
-    hindsight; values of a few choices are learnt as such.
+    PPO makes the most of many cheap steps. In the frame of the world, rewards that are only paid at
+    a goal are found in hindsight, and values of a few choices are learnt as such; in the reduced
+    frame goals and choices are simple enough for PPO.
     """
     venv = make(env_id, {}, 1)
     goals = isinstance(venv.single_observation_space, spaces.Dict)
     choices = isinstance(venv.single_action_space, spaces.Discrete)
     venv.close()
     if choices:
-        return ("dqn", "ppo")
-    return ("sac", "ppo") if goals else ("ppo", "sac")
+        return ("ppo", "dqn") if reduced else ("dqn", "ppo")
+    return ("sac", "ppo") if goals and not reduced else ("ppo", "sac")

@@ -8,13 +8,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import gymnasium as gym
+from gymnasium import spaces
 from gymnasium.vector import VectorEnv
 
 import rigid_envs  # noqa: F401, registers the environments
 from rigid_envs.errors import ConfigError
 from rigid_envs.settings import refusal
 
-__all__ = ["cost_unit", "make"]
+__all__ = ["cost_unit", "make", "part_for"]
 
 
 def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv[Any, Any, Any]:
@@ -56,6 +57,20 @@ def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv
         nested = why.startswith("config.")
         why = prefix + why[7:] if nested else f"config.env_kwargs: {why}"
         raise ConfigError(why) from error
+
+
+def part_for(env_kwargs: Mapping[str, Any], space: spaces.Space[Any]) -> str | None:
+    """Name of the part of an observation that networks read; None for all of it.
+
+    In the reduced frame of a goal task `observation` says where the goal is, seen from the state.
+    The two goals beside it are in the frame of the world: they would undo the reduction.
+
+    Args:
+        env_kwargs: Hyperparameters of its task.
+        space: Space of its observations.
+    """
+    alone = env_kwargs.get("frame") == "reduced" and isinstance(space, spaces.Dict)
+    return "observation" if alone else None
 
 
 def cost_unit(env_id: str, env_kwargs: Mapping[str, Any]) -> str | None:

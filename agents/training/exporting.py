@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from ..config.by_algorithm import Config
+from ..environments.factory import part_for
 from ..policies.mlp import Policy
 from ..storage.manifest import manifest
 from .algorithms import algorithm_of
@@ -25,6 +26,9 @@ def export_policy(model: BaseAlgorithm, config: Config) -> Policy:
         config: Config of the run.
     """
     network = algorithm_of(model).network(model)
+    env = model.get_env()
+    assert env is not None
+    space = env.unwrapped.observation_space
     normalize: Any = model.get_vec_normalize_env()
     normalized = normalize is not None and normalize.norm_obs
     document = {
@@ -36,26 +40,25 @@ def export_policy(model: BaseAlgorithm, config: Config) -> Policy:
         "network": {
             "activation": config.activation,
             "distribution": network.head,
-            "inputs": _inputs(model.observation_space),
+            "inputs": _inputs(config, space),
             "attitudes": list(model.policy.features_extractor_kwargs.values()) or None,
             "normalized": normalized,
             "clip": normalize.clip_obs if normalized else None,
             "epsilon": normalize.epsilon if normalized else None,
         },
-        "spaces": {
-            name: str(getattr(model, f"{name}_space")) for name in ("observation", "action")
-        },
+        "spaces": {"observation": str(space), "action": str(model.action_space)},
         "versions": manifest()["versions"],
     }
     statistics = _statistics(normalize) if normalized else {}
     return Policy(document, {**network.arrays, **statistics})
 
 
-def _inputs(space: spaces.Space[Any]) -> list[list[Any]] | None:
+def _inputs(config: Config, space: spaces.Space[Any]) -> list[list[Any]] | None:
     """Names and sizes of the parts of an observation, in the order that the network takes them."""
     if not isinstance(space, spaces.Dict):
         return None
-    return [[name, spaces.flatdim(part)] for name, part in space.items()]
+    alone = part_for(config.env_kwargs, space)
+    return [[name, spaces.flatdim(part)] for name, part in space.items() if alone in (None, name)]
 
 
 def _statistics(normalize: Any) -> dict[str, NDArray[np.float64]]:

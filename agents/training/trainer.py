@@ -9,7 +9,7 @@ from typing import Any
 
 import torch
 from stable_baselines3.common.utils import safe_mean
-from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+from stable_baselines3.common.vec_env import VecEnv, VecExtractDictObs, VecNormalize
 
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import sweep
@@ -17,7 +17,7 @@ from rigid_envs.scores.starts import row_seeds
 
 from ..config.by_algorithm import Config, config_to_dict
 from ..environments.adapter import GymnasiumVecEnv
-from ..environments.factory import make
+from ..environments.factory import make, part_for
 from ..environments.finite import NonFiniteError
 from ..policies.policy_file import save_policy
 from ..storage.checkpoints import load_newest, save_newest
@@ -142,7 +142,7 @@ class Trainer:
         sweep(run.folder)
         self._run, self._config, self._progress = run, config, progress
         self._adapter = GymnasiumVecEnv(make(config.env_id, config.env_kwargs, config.n_envs))
-        self.model = build_model(config, _normalized(self._adapter, config))
+        self.model = build_model(config, _wrapped(self._adapter, config))
         self._adapter.seed(row_seeds(config.seed, config.n_envs, "train"))
         self._validation = Validation(config)
         self._iterations = 0
@@ -250,11 +250,14 @@ class Trainer:
         }
 
 
-def _normalized(adapter: GymnasiumVecEnv, config: Config) -> VecEnv:
+def _wrapped(adapter: GymnasiumVecEnv, config: Config) -> VecEnv:
+    """What the model sees: the part that networks read, normalised as the config says."""
+    part = part_for(config.env_kwargs, adapter.observation_space)
+    seen = adapter if part is None else VecExtractDictObs(adapter, part)
     if not (config.normalize_observation or config.normalize_reward):
-        return adapter
+        return seen
     return VecNormalize(
-        adapter,
+        seen,
         norm_obs=config.normalize_observation,
         norm_reward=config.normalize_reward,
         gamma=config.gamma,

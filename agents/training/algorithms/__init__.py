@@ -12,6 +12,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from rigid_envs.settings import refusal
 
 from ...config.by_algorithm import Config
+from ...environments.factory import part_for
 from ..gradients import guard_optimizer
 from . import dqn, ppo, sac
 from .common import Network, Parts
@@ -90,6 +91,8 @@ def check_fit(config: Config, venv: VectorEnv[Any, Any, Any]) -> None:
     """
     if config.goal_turn and not attitudes(getattr(venv.unwrapped, "task", None)):
         raise refusal("goal_turn", True, f"False: goals of {config.env_id} hold no attitude")
+    if config.goal_turn and part_for(config.env_kwargs, venv.single_observation_space) is not None:
+        raise refusal("goal_turn", True, "False: networks read no goals in the reduced frame")
     _ALGORITHMS[config.algo].check(config, venv)
 
 

@@ -15,6 +15,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from rigid_envs.settings import refusal
 
 from ...config.by_algorithm import OffPolicyConfig
+from ...environments.factory import part_for
 from .common import arguments
 
 __all__ = ["check_buffer_size", "check_space", "iterate", "off_policy_arguments"]
@@ -54,7 +55,9 @@ def check_buffer_size(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -
         ConfigError: "config.buffer_size: ...".
     """
     limit = 0 if venv.spec is None else venv.spec.max_episode_steps or 0
-    hindsight = _has_hindsight(config, venv.single_observation_space)
+    space = venv.single_observation_space
+    whole = part_for(config.env_kwargs, space) is None
+    hindsight = whole and _has_hindsight(config, space)
     least = config.n_envs * (limit + 1 if hindsight else 1)
     if config.buffer_size < least:
         raise refusal(

@@ -20,6 +20,7 @@ SMALL = [
     *("--eval_every", "4000", "--eval_episodes", "16", "--learning_rate", "1e-3"),
 ]
 ROOT = Path(__file__).parents[3]
+BALL_PARK = "RigidEnvs/BallPark-v0"
 
 
 def run(*words: str) -> "subprocess.CompletedProcess[str]":
@@ -121,10 +122,26 @@ def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "entries"),
     [
-        ([], {"env_id": "RigidEnvs/BallPark-v0", "algo": "ppo", "n_steps": 128}),
-        (["--env_id", "RigidEnvs/Reorient-v0"], {"algo": "sac", "goal_turn": True}),
-        (["--env_id", "RigidEnvs/Reorient-v0", "--algo", "ppo"], {"total_timesteps": 1_000_000}),
-        (["--env_id", "RigidEnvs/BallGrid-v0", "--seed", "7"], {"algo": "dqn", "seed": 7}),
+        ([], {"env_id": BALL_PARK, "algo": "ppo", "env_kwargs": {"frame": "reduced"}}),
+        (
+            ["--env_kwargs.radius", "1.5"],
+            {"env_id": BALL_PARK, "env_kwargs": {"frame": "reduced", "radius": 1.5}},
+        ),
+        (
+            ["--env_kwargs.frame", "world"],
+            {"total_timesteps": 3_990_000, "env_kwargs": {"frame": "world"}},
+        ),
+        (
+            ["--env_kwargs", "{radius: 1.5}"],
+            {"total_timesteps": 3_990_000, "env_kwargs": {"radius": 1.5}},
+        ),
+        (
+            ["--env_id", "RigidEnvs/Reorient-v0", "--env_kwargs.frame=world"],
+            {"algo": "sac", "goal_turn": True},
+        ),
+        (["--env_id", "RigidEnvs/Reorient-v0", "--algo", "sac"], {"goal_turn": True}),
+        (["--env_id", "RigidEnvs/BallGrid-v0", "--algo", "dqn"], {"gamma": 0.97, "seed": 0}),
+        (["--env_id", "RigidEnvs/BallGrid-v0", "--seed", "7"], {"seed": 7}),
     ],
 )
 def test_an_environment_is_trained_with_its_own_recipe(
@@ -178,7 +195,7 @@ def test_the_config_is_printed_and_nothing_is_made(
     monkeypatch.chdir(tmp_path)
     assert main(["train", "--print_config", "--seed", "7", "--env_kwargs.dt", "1e-2"]) == 0
     printed = capsys.readouterr().out
-    assert "seed: 7" in printed and "env_kwargs: {dt: 0.01}" in printed
+    assert "seed: 7" in printed and "env_kwargs: {frame: reduced, dt: 0.01}" in printed
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "again.yaml").write_text(printed)
     assert main(["train", "--print_config", "--config", "again.yaml"]) == 0

@@ -13,6 +13,7 @@ from agents.config.entries import is_folder_name
 from agents.config.options import load_config
 from agents.config.yaml_data import dump_yaml, parse_yaml, read_yaml
 from agents.environments.factory import make
+from agents.training.algorithms import check_fit
 from agents.training.trainer import train
 
 CONFIGS = sorted((Path(__file__).parents[3] / "configs").glob("*.yaml"))
@@ -249,7 +250,9 @@ def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path: Path)
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
 def test_a_shipped_config_is_accepted_and_so_is_its_environment(path: Path) -> None:
     config = config_from(read_yaml(path))
-    make(config.env_id, config.env_kwargs, 2).close()
+    venv = make(config.env_id, config.env_kwargs, 2)
+    check_fit(config, venv)
+    venv.close()
 
 
 @pytest.mark.parametrize("name", ["a", "BallPark-v0_1", "x" * 80, "...a", "-"])

@@ -101,9 +101,8 @@ def test_a_signal_ends_all_and_keeps_what_is_done(
 @pytest.mark.parametrize(
     ("env_id", "algo", "entries"),
     [
-        ("RigidEnvs/BallPark-v0", "ppo", {"total_timesteps": 3_990_000, "net_arch": (128, 128)}),
-        ("RigidEnvs/BallParkGoal-v0", "sac", {}),
-        ("RigidEnvs/BallGrid-v0", "dqn", {}),
+        ("RigidEnvs/BallPark-v0", "ppo", {"env_kwargs": {"frame": "reduced"}}),
+        ("RigidEnvs/BallParkGoal-v0", "ppo", {"env_kwargs": {"frame": "reduced"}}),
         ("tests.agents.drift:Drift-v0", "ppo", {"env_kwargs": {}, "n_envs": 256}),
     ],
 )
