@@ -14,7 +14,7 @@ import rigid_envs  # noqa: F401, registers the environments
 from rigid_envs.errors import ConfigError
 from rigid_envs.settings import refusal
 
-__all__ = ["cost_unit", "make"]
+__all__ = ["make"]
 
 
 def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv[Any, Any, Any]:
@@ -56,16 +56,3 @@ def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv
         nested = why.startswith("config.")
         why = prefix + why[7:] if nested else f"config.env_kwargs: {why}"
         raise ConfigError(why) from error
-
-
-def cost_unit(env_id: str, env_kwargs: Mapping[str, Any]) -> str | None:
-    """Meaning and unit of `info["cost"]`; None where the task does not say.
-
-    Args:
-        env_id: A registered id.
-        env_kwargs: Hyperparameters of its task.
-    """
-    venv = make(env_id, env_kwargs, 1)
-    unit: str | None = getattr(getattr(venv.unwrapped, "task", None), "cost_unit", None)
-    venv.close()
-    return unit

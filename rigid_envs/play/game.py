@@ -18,9 +18,9 @@ from rigid_envs.render.motion import Motion
 from rigid_envs.replays import Episode, play_again
 from rigid_envs.scores import metrics_of
 from rigid_envs.scores.evaluation import make_rows
+from rigid_envs.scores.policies import untrained_policy
 from rigid_envs.scores.tally import Tally
 from rigid_envs.scores.theory import limit_of
-from rigid_envs.scores.untrained import untrained_policy
 from rigid_envs.tasks import Task
 
 __all__ = ["Game", "Rival"]

@@ -20,13 +20,12 @@ __all__ = [
     "BALL_PATH",
     "BALL_STEER_ERROR",
     "COIN_PATH",
-    "DETUMBLE_RETURN",
+    "DETUMBLE_LOSS",
     "DETUMBLE_TIME",
     "FEWEST_MOVES",
     "PUSHED_BALL_TIME",
     "REORIENT_TIME",
     "ROLL_PUMP_TIME",
-    "SUCCESS",
     "TheoreticalLimit",
     "least_time",
     "limit_of",
@@ -132,7 +131,7 @@ def _impulses(envs: RigidVectorEnv) -> Array:
 
 
 def _riccati(envs: RigidVectorEnv) -> Array:
-    """Return of the optimal law over an infinite horizon; after 50 steps 1e-7 of it is left."""
+    """Loss of the optimal law over an infinite horizon; after 50 steps 1e-7 of it is left."""
     task: Any = envs.task
     law = MomentumRegulator(
         task.system(),
@@ -140,15 +139,11 @@ def _riccati(envs: RigidVectorEnv) -> Array:
         task.weight_momentum / task.start_momentum**2,
         task.weight_impulse / task.impulse**2,
     )
-    return -law.riccati * _momentum(envs) ** 2
+    return law.riccati * _momentum(envs) ** 2
 
 
 def _zero(envs: RigidVectorEnv) -> Array:
     return np.zeros(envs.num_envs)
-
-
-def _one(envs: RigidVectorEnv) -> Array:
-    return np.ones(envs.num_envs)
 
 
 def _pump(envs: RigidVectorEnv) -> Array:
@@ -156,8 +151,7 @@ def _pump(envs: RigidVectorEnv) -> Array:
     return np.asarray(task.lower_bound(envs.y))
 
 
-SUCCESS = TheoreticalLimit("bound", "no rate is larger than 1", _one)
-DETUMBLE_RETURN = TheoreticalLimit("exact", "the root of the scalar Riccati equation", _riccati)
+DETUMBLE_LOSS = TheoreticalLimit("exact", "the root of the scalar Riccati equation", _riccati)
 DETUMBLE_TIME = TheoreticalLimit("exact", "|L| over the largest impulse, rounded up", _impulses)
 REORIENT_TIME = TheoreticalLimit(
     "bound", "2 sqrt(angle / a), a the largest angular acceleration, less tolerances", _turn
@@ -175,7 +169,5 @@ COIN_PATH = TheoreticalLimit("bound", "max(distance, radius |phase|), less toler
 def limit_of(env_id: str, metric: str) -> TheoreticalLimit | None:
     """The theoretical limit of a metric of an id; None where none is known."""
     name = ENVIRONMENTS[env_id].limits.get(metric)
-    if name is None:
-        return SUCCESS if metric == "success" else None
-    limit: TheoreticalLimit = load(name)
+    limit: TheoreticalLimit | None = None if name is None else load(name)
     return limit
