@@ -247,7 +247,7 @@ _ours(
     "path success return time",
     early_end={"start_cells": 0},
     controllers={"breadth_first": "ball:quarter_rolls"},
-    limits=dict.fromkeys(("path", "time"), "FEWEST_MOVES"),
+    limits={"path": "GRID_PATH", "time": "GRID_TIME"},
 )
 _ours(
     _DISK,

@@ -70,6 +70,9 @@ def add_best(verbs: Any) -> None:
     )
     finding.add_argument("--starts", type=int, metavar="N", help="fewer starts, for a first look")
     finding.add_argument("--out", type=Path, metavar="FOLDER", help="instead of the package's data")
+    finding.add_argument(
+        "--rows", type=Path, metavar="FOLDER", help="leaderboard rows of the untrained policies"
+    )
     finding.set_defaults(act=_best)
 
 
@@ -117,6 +120,7 @@ def _best(options: argparse.Namespace, rest: list[str]) -> None:
     refuse(rest)
     from rigid_envs.scores import N_STARTS, find
     from rigid_envs.scores.best import FOLDER, file_of, read_best, write_best
+    from rigid_envs.scores.finding import played
 
     ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
     n = N_STARTS if options.starts is None else options.starts
@@ -132,8 +136,14 @@ def _best(options: argparse.Namespace, rest: list[str]) -> None:
         tell(env_id)
         file = file_of(env_id, folder)
         known = read_best(file) if file.exists() else None
-        found = find(env_id, known, [_again(each, env_id) for each in options.files], n)
+        untrained = played(env_id, n)
+        others = [_again(each, env_id) for each in options.files]
+        found = find(env_id, known, others, untrained, n)
         write_best(file, found)
+        for name, each in untrained.items() if options.rows else ():
+            row = options.rows / env_id.rpartition("/")[2] / f"{name}.json"
+            row.parent.mkdir(parents=True, exist_ok=True)
+            each.against(found.costs).save(row)
         tell("")
         shares = ", ".join(f"{name} {count}" for name, count in found.shares.items()) or "nobody"
         print(f"{env_id}   {time.perf_counter() - begin:.1f} s   best {found.cost}: {shares}")

@@ -85,7 +85,7 @@ def evaluate(
         values |= {metric.name: metric.values(episodes, task) for metric in metrics_of(env_id)}
         same = seed == TEST_SEED and episodes.limit == ENVIRONMENTS[env_id].max_episode_steps
         best = _best(env_id, n) if same and _comparable(env_id, task) else None
-        bounds = _bounds(env_id, n, seed, settings, best)
+        bounds = _bounds(env_id, n, seed, settings)
     return Evaluation(
         env_id=env_id,
         policy=chosen.name if name is None else name,
@@ -174,13 +174,11 @@ def _best(env_id: str, n: int) -> Array | None:
     return None if known is None or n > len(known.costs) else known.costs[:n]
 
 
-def _bounds(
-    env_id: str, n: int, seed: int, config: Mapping[str, Any], best: Array | None
-) -> Array | None:
+def _bounds(env_id: str, n: int, seed: int, config: Mapping[str, Any]) -> Array | None:
     """Least costs that theory allows; None where it says nothing."""
     limit = limit_of(env_id, metrics_of(env_id)[0].name)
-    if limit is None or limit.values is None:  # then a reference controller is proven to be optimal
-        return None if limit is None else best
+    if limit is None:
+        return None
     envs = make_rows(env_id, n, config)
     envs.reset(seed=row_seeds(seed, n, "test"))
     bounds = limit.values(envs)

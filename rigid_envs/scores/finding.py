@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -26,17 +26,19 @@ def find(
     env_id: str,
     known: Best | None = None,
     finders: Iterable[PolicyFactory | Evaluation] = (),
+    untrained: Mapping[str, Evaluation] | None = None,
     n: int = N_STARTS,
 ) -> Best:
     """Play the untrained policies and other finders, and keep the best from each start.
 
     Args:
         env_id: Gymnasium's id.
-        known: What is known already. What it has of untrained policies is played anew.
+        known: What is known already; what it has of untrained policies is not taken over.
         finders: Other policies, or what came of them.
+        untrained: What came of the untrained policies; None plays them.
         n: Number of starts.
     """
-    policies = played(env_id, n)
+    policies = played(env_id, n) if untrained is None else untrained
     best = nobody(env_id, metrics_of(env_id)[0].name, n)
     if known is not None:
         for name in known.shares.keys() - policies.keys():

@@ -38,11 +38,16 @@ def play(
     first_seeds: Any = seeds  # native environments take one seed for each row
     obs, _ = venv.reset(seed=first_seeds)
     tally = Tally(seeds, error, getattr(venv.spec, "max_episode_steps", None))
-    while tally.running.any():
-        obs, rewards, terminated, truncated, infos = venv.step(act(obs))
-        ended = tally.running & (terminated | truncated)
-        values = {key: _last(infos, key, ended) for key in tally.keys}
-        tally.add(rewards, terminated, truncated, values)
+    rows: Any = venv.unwrapped
+    try:
+        while tally.running.any():
+            rows.uncounted = ~tally.running  # nobody needs to plan for them
+            obs, rewards, terminated, truncated, infos = venv.step(act(obs))
+            ended = tally.running & (terminated | truncated)
+            values = {key: _last(infos, key, ended) for key in tally.keys}
+            tally.add(rewards, terminated, truncated, values)
+    finally:
+        rows.uncounted = None
     return tally.episodes()
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.control.grid import QuarterRolls
 from rigid_envs.control.momentum import MomentumRegulator
 from rigid_envs.control.slewing import slew_acceleration
 from rigid_envs.envs import RigidVectorEnv
@@ -22,7 +23,8 @@ __all__ = [
     "COIN_PATH",
     "DETUMBLE_LOSS",
     "DETUMBLE_TIME",
-    "FEWEST_MOVES",
+    "GRID_PATH",
+    "GRID_TIME",
     "PUSHED_BALL_TIME",
     "REORIENT_TIME",
     "ROLL_PUMP_TIME",
@@ -41,13 +43,12 @@ class TheoreticalLimit:
     Attributes:
         kind: "exact", the optimum, or a "bound", which may be out of reach.
         text: Formula or reason.
-        values: Value of every start, shape (N,), of rows that have just begun; None where the
-            reference controller is proven to be optimal, and its own values are those.
+        values: Value of every start, shape (N,), of rows that have just begun.
     """
 
     kind: Literal["exact", "bound"]
     text: str
-    values: Callable[[RigidVectorEnv], Array] | None
+    values: Callable[[RigidVectorEnv], Array]
 
 
 def least_time(length: Array, acceleration: npt.ArrayLike, speed: npt.ArrayLike) -> Array:
@@ -146,6 +147,21 @@ def _zero(envs: RigidVectorEnv) -> Array:
     return np.zeros(envs.num_envs)
 
 
+def _moves(envs: RigidVectorEnv) -> Array:
+    """Fewest quarter rolls home; a ball that is home already rolls out and back."""
+    task: Any = envs.task
+    moves = QuarterRolls(task.system(), task.start_cells).moves(envs.y)
+    return np.where(moves == 0, 2.0, moves)
+
+
+def _rolled(envs: RigidVectorEnv) -> Array:
+    return np.asarray(0.5 * np.pi * _rows(envs, "radius") * _moves(envs))
+
+
+def _moved(envs: RigidVectorEnv) -> Array:
+    return np.asarray(envs.task.dt * _moves(envs))
+
+
 def _pump(envs: RigidVectorEnv) -> Array:
     task: Any = envs.task
     return np.asarray(task.lower_bound(envs.y))
@@ -161,7 +177,8 @@ PUSHED_BALL_TIME = TheoreticalLimit(
     "bound", "2 sqrt(length (1 + beta) m / F), less the tolerances", _push
 )
 BALL_STEER_ERROR = TheoreticalLimit("bound", "no error; feasible from no offset only", _zero)
-FEWEST_MOVES = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", None)
+GRID_PATH = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", _rolled)
+GRID_TIME = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", _moved)
 ROLL_PUMP_TIME = TheoreticalLimit("bound", "(n - 1/2) half swings, n the least passes", _pump)
 COIN_PATH = TheoreticalLimit("bound", "max(distance, radius |phase|), less tolerances", _coin)
 
