@@ -15,7 +15,7 @@ from rigid_envs.scores import (
 )
 from rigid_envs.scores.policies import untrained_policy
 
-N = 100
+N = 40
 each_id = pytest.mark.parametrize("env_id", list(ENVIRONMENTS))
 
 
@@ -54,19 +54,21 @@ def constant(value: float) -> PolicyFactory:
 
 
 def fails_late(env_id: str) -> PolicyFactory:
-    """The reference controller, until shortly before it would succeed or its time is over."""
-    good, bad = untrained_policy(env_id, "reference")[1], untrained_policy(env_id, "random")[1]
+    """The quickest controller to compute, until shortly before it would succeed."""
+    quick = list(reference_controllers(env_id))[-1]
+    good = untrained_policy(env_id, quick)[1]
     steps = evaluate(env_id, good, n=N).values["length"]
 
     def make(envs):
-        act, fail, step = good(envs), bad(envs), 0
+        act, step, n_choices = good(envs), 0, envs.task.n_choices
 
         def actions(obs):
             nonlocal step
             step += 1
             late = step > 0.7 * steps
             rows = late.reshape(-1, *[1] * (len(envs.action_space.shape) - 1))
-            return np.where(rows, fail(obs), act(obs))
+            right = act(obs)  # then the opposite choice, or all of everything
+            return np.where(rows, (right + 2) % 4 if n_choices else np.ones_like(right), right)
 
         return actions
 
@@ -78,15 +80,15 @@ def test_nothing_that_fails_is_efficient(env_id: str) -> None:
     policies = ["zero", "random", constant(1.0), constant(-0.5), fails_late(env_id)]
     for policy in policies:
         found = evaluate(env_id, policy, n=N)
-        assert found.efficiency.mean <= 0.05, found.policy
+        assert found.efficiencies.mean() <= 0.05, found.policy
 
 
 @each_id
 def test_the_reference_controllers_are_as_efficient_as_the_data_say(env_id: str) -> None:
     known = best_known(env_id)
     name = next(iter(reference_controllers(env_id)))
-    found = evaluate(env_id, name, n=20)
-    own = np.array([finder == name for finder in known.finders[:20]])
+    found = evaluate(env_id, name, n=4)  # a shortest path takes half a second
+    own = np.array([finder == name for finder in known.finders[:4]])
     assert found.successes.all() and own.any()
     # LAPACK rounds differently on other machines
     np.testing.assert_allclose(found.efficiencies[own], 1.0, rtol=1e-3)
