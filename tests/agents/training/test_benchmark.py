@@ -79,7 +79,7 @@ def test_a_training_that_fails_leaves_out_its_row_only(
     bad = config(tmp_path, "bad", env_kwargs={"bad_reward_at": 40})
     assert train_all([bad, config(tmp_path)], tmp_path, 20, True) == 1
     assert "error: Drift-v0: reward of row 8" in capsys.readouterr().err
-    assert [row["env_kwargs"] for row in rows(tmp_path)] == [{}]
+    assert [row["config"] for row in rows(tmp_path)] == [{}]
 
 
 def test_a_signal_ends_all_and_keeps_what_is_done(
