@@ -18,9 +18,9 @@ import gymnasium
 from rigid_envs.registry import ENVIRONMENTS, EnvironmentRecord, add, load
 
 if TYPE_CHECKING:
-    from rigid_envs.scores.scales import ScoreScale
+    from rigid_envs.scores.result import Evaluation
 
-__all__ = ["ENVIRONMENTS", "__version__", "register", "score", "score_scale"]
+__all__ = ["ENVIRONMENTS", "__version__", "evaluate", "register"]
 
 __version__ = "0.1.0"
 
@@ -59,27 +59,21 @@ def register(
     return record
 
 
-def score_scale(env_id: str, metric: str | None = None) -> ScoreScale:
-    """The scale that maps a figure of an environment to a score: 0 random policy .. 1 anchor.
+def evaluate(env_id: str, policy: Any, **options: Any) -> Evaluation:
+    """Play a policy from the 500 fixed starts of an id, and measure success and efficiency.
 
-    It is called with the figure, and says in ``kind`` and ``why`` what the anchor is: "exact", a
-    "bound" or a "reference" controller.
+    ``print(result)`` is a small table, ``result.save("row.json")`` writes a row of the leaderboard.
 
     Args:
         env_id: Gymnasium's id.
-        metric: Name of the metric; None takes the one that ranks policies.
-
-    Raises:
-        ValueError: no anchors for the id, or none for the metric; names those that there are.
+        policy: A model with `predict`, as Stable-Baselines3 has it; a function from the
+            observations of all rows to their actions; or the name of a reference controller.
+        **options: ``n``, ``seed``, ``config``, ``env``, ``name``: see `rigid_envs.scores.evaluate`.
     """
-    scale: ScoreScale = importlib.import_module("rigid_envs.scores.scales").score_scale(
-        env_id, metric
+    found: Evaluation = importlib.import_module("rigid_envs.scores").evaluate(
+        env_id, policy, **options
     )
-    return scale
-
-
-score = score_scale
-"""Short name of `score_scale`: ``score("RigidEnvs/BallPark-v0")(8.7)``."""
+    return found
 
 
 def _register(record: EnvironmentRecord) -> None:

@@ -1,5 +1,6 @@
 """Look-up of registered environments by id."""
 
+import dataclasses
 import difflib
 import importlib
 from collections.abc import Iterable, Mapping
@@ -10,7 +11,7 @@ from rigid_envs.errors import ConfigError
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.tasks import Task
 
-__all__ = ["UnknownIdError", "checked_id", "families", "one_of_each", "task_of"]
+__all__ = ["UnknownIdError", "changed", "checked_id", "families", "one_of_each", "task_of"]
 
 
 class UnknownIdError(ConfigError):
@@ -53,6 +54,17 @@ def task_of(env_id: str, config: Mapping[str, Any] | None = None) -> Task:
         ConfigError: unknown key or bad value.
     """
     return new_task(ENVIRONMENTS[checked_id(env_id)].task, config or {})
+
+
+def changed(env_id: str, task: Task) -> dict[str, Any]:
+    """Hyperparameters of a task that differ from those that its id is registered with.
+
+    Args:
+        env_id: Gymnasium's id.
+        task: A task of this id.
+    """
+    now, then = dataclasses.asdict(task), dataclasses.asdict(task_of(env_id))
+    return {key: value for key, value in now.items() if value != then[key]}
 
 
 def one_of_each(ids: Iterable[str] = ENVIRONMENTS) -> list[str]:

@@ -13,6 +13,7 @@ from typing import Any
 __all__ = [
     "DamagedFileError",
     "canonical_json",
+    "lined_json",
     "read_bytes",
     "sweep",
     "sync_folder",
@@ -104,3 +105,13 @@ def canonical_json(value: Mapping[str, Any], indent: int | None = None) -> str:
     """
     separators = (",", ":") if indent is None else (",", ": ")
     return json.dumps(value, sort_keys=True, allow_nan=False, separators=separators, indent=indent)
+
+
+def lined_json(value: Mapping[str, Any]) -> str:
+    """JSON with one line for each key, in their order, and without NaN.
+
+    Args:
+        value: JSON values.
+    """
+    lines = (f'"{key}": {json.dumps(each, allow_nan=False)}' for key, each in value.items())
+    return "{\n" + ",\n".join(lines) + "\n}\n"

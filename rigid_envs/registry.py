@@ -14,7 +14,10 @@ from typing import Any, NamedTuple
 
 from rigid_envs.errors import ConfigError
 
-__all__ = ["ENVIRONMENTS", "EnvironmentRecord", "ErrorTerm", "add", "load"]
+__all__ = ["COSTS", "ENVIRONMENTS", "EnvironmentRecord", "ErrorTerm", "add", "load"]
+
+COSTS = ("path", "time", "effort", "error", "loss")
+"""Metrics that can be the cost of an episode: the less the better, and above 0."""
 
 
 class ErrorTerm(NamedTuple):
@@ -44,7 +47,7 @@ class EnvironmentRecord:
         early_end: Settings under which episodes also end before the time limit; empty if they
             never do. Contract tests use them.
         metrics: Names of the metrics that are reported, of `rigid_envs.scores.METRICS`; the first
-            one ranks policies.
+            one, of `COSTS`, is the cost that the efficiency of a success is computed from.
         error: Reward term that the metric "error" is computed from; None without that metric.
         controllers: Reference controllers by name, the best first, each a function
             "module:name" from the task to a controller.
@@ -57,7 +60,7 @@ class EnvironmentRecord:
     family: str
     goal: bool = False
     early_end: Mapping[str, Any] = field(default_factory=dict)
-    metrics: tuple[str, ...] = ("return", "success", "time")
+    metrics: tuple[str, ...] = ("time", "success", "return")
     error: ErrorTerm | None = None
     controllers: Mapping[str, str] = field(default_factory=dict)
     limits: Mapping[str, str] = field(default_factory=dict)
@@ -83,6 +86,8 @@ def add(record: EnvironmentRecord) -> None:
         raise ConfigError(f"{place}: task = {record.task!r}; expected 'module:Class'")
     if isinstance(limit, bool) or not isinstance(limit, int) or limit < 1:
         raise ConfigError(f"{place}: max_episode_steps = {limit!r}; expected an integer from 1")
+    if not record.metrics or record.metrics[0] not in COSTS:
+        raise ConfigError(f"{place}: metrics = {record.metrics}; expected one of {COSTS} first")
     if "error" in record.metrics and record.error is None:
         raise ConfigError(f"{place}: error = None; expected an ErrorTerm for the metric 'error'")
     _RECORDS[record.id] = record
@@ -114,7 +119,7 @@ def _ours(family: str, name: str, max_episode_steps: int, metrics: str, **more: 
         family: Heading in tables and pages.
         name: Name of the id and of the task class.
         max_episode_steps: Time limit in steps.
-        metrics: Names of the metrics, separated by blanks.
+        metrics: Names of the metrics, separated by blanks; the first one is the cost.
         **more: Other entries of the record; code is named relative to `rigid_envs.scores`.
     """
     for key, place in (("controllers", "bindings."), ("limits", "theory:")):
@@ -167,9 +172,9 @@ _ours(
     _BODY,
     "Detumble",
     50,
-    "return success time effort",
+    "loss success return time effort",  # its least is known exactly
     controllers={"riccati": "free_body:momentum_regulator", "brake": "free_body:momentum_brake"},
-    limits={"return": "DETUMBLE_RETURN", "time": "DETUMBLE_TIME"},
+    limits={"loss": "DETUMBLE_LOSS", "time": "DETUMBLE_TIME"},
 )
 _ours(
     _BODY,
@@ -242,7 +247,7 @@ _ours(
     "path success return time",
     early_end={"start_cells": 0},
     controllers={"breadth_first": "ball:quarter_rolls"},
-    limits=dict.fromkeys(("path", "success", "return", "time"), "FEWEST_MOVES"),
+    limits={"path": "GRID_PATH", "time": "GRID_TIME"},
 )
 _ours(
     _DISK,
@@ -257,7 +262,7 @@ _ours(
     _TOP,
     "PivotTop",
     400,
-    "return success time effort error",  # not the effort first: who falls at once spares it
+    "effort success return time error",
     early_end={"arena": 0.02},
     error=_TILT,
     controllers={"lqr": "heavy_top:pivot_balance"},

@@ -19,7 +19,7 @@ from rigid_envs.cli import main
 from rigid_envs.envs.task_spaces import info_keys
 from rigid_envs.pages.sections import docstring_of
 from rigid_envs.pages.writing import INDEX, file_of, pages, with_tables
-from rigid_envs.scores import anchors
+from rigid_envs.scores import best_known
 from rigid_envs.tasks import Task
 
 ROOT = Path(__file__).parents[1]
@@ -285,23 +285,17 @@ def test_tables_of_the_readme_are_those_of_the_registry() -> None:
 
 @each_id
 def test_reference_scores_are_the_data(env_id: str) -> None:
-    text, found = sections_of(env_id)["Reference score"], anchors()[env_id]
+    text, found = sections_of(env_id)["Reference score"], best_known(env_id)
+    assert found is not None
     (rows,) = tables_of(text)
-    figures = {row.pop("Policy"): list(row.values()) for row in rows}
-    metrics = ENVIRONMENTS[env_id].metrics
-    for policy, means in found.means.items():
-        told = dict(zip(metrics, map(float, figures[policy]), strict=True))
-        expected = {**means, "success": 100.0 * means["success"]}
-        assert told == pytest.approx(expected, rel=5e-4), policy
-    for metric, cell in zip(metrics, figures["score 1"], strict=True):
-        scale = found.scales.get(metric)
-        percent = 100.0 if metric == "success" else 1.0
-        assert (
-            cell == ""
-            if scale is None
-            else float(cell) == pytest.approx(percent * scale.anchor, rel=5e-4)
-        )
-        assert scale is None or scale.why in text
+    assert [row["Policy"] for row in rows] == list(found.policies)
+    assert list(found.policies) == [*ENVIRONMENTS[env_id].controllers, "zero", "random"]
+    for row, told in zip(rows, found.policies.values(), strict=True):
+        assert float(row["success"]) == pytest.approx(100.0 * told["success_rate"], abs=0.05)
+        assert float(row["efficiency"]) == pytest.approx(told["efficiency"], abs=5e-4)
+        (cost,) = [cell for name, cell in row.items() if name.split()[0] == found.cost]
+        assert cost == ("-" if told["cost_mean"] is None else f"{told['cost_mean']:.4g}")
+    assert f"`{next(iter(found.shares))}` (" in text
 
 
 @each_id
@@ -314,23 +308,37 @@ def test_random_policy_in_the_readme_is_that_of_the_data() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \| [A-Z]{3} \| (\S+) % \| (\S+) \|", text, re.MULTILINE)
     told = {f"RigidEnvs/{name}-v0": (success, value) for name, success, value in rows}
-    random = {env_id: data.means["random"] for env_id, data in anchors().items()}
     expected = {
-        env_id: (f"{100 * means['success']:.1f}", f"{means['return']:.1f}")
-        for env_id, means in random.items()
+        env_id: (f"{100 * means['success_rate']:.1f}", f"{means['return_mean']:.1f}")
+        for env_id in IDS
+        for means in [best_known(env_id).policies["random"]]
     }
     assert told == expected
 
 
-def test_anchors_of_the_leaderboard_are_those_of_the_data() -> None:
+def test_figures_of_the_leaderboard_are_those_of_the_data() -> None:
     text = (ROOT / "docs" / "leaderboard.md").read_text(encoding="utf-8")
-    (rows,) = tables_of(text)
+    _, rows = tables_of(text)
     assert {f"RigidEnvs/{row['environment']}" for row in rows} == set(IDS)
     for row in rows:
-        env_id = f"RigidEnvs/{row['environment']}"
-        found, metric = anchors()[env_id], row["metric"]
-        scale = found.scales[metric]
-        assert metric == ENVIRONMENTS[env_id].metrics[0]
-        assert row["score 1 is"] == f"{scale.anchor:.4g}, {scale.kind}: {scale.why}"
-        if row["policy"] in found.means:
-            assert row["value"] == f"{found.means[row['policy']][metric]:.4g}"
+        found = best_known(f"RigidEnvs/{row['environment']}")
+        assert row["cost"].split()[0] == found.cost
+        if row["policy"] in found.policies:
+            told = found.policies[row["policy"]]["efficiency"]
+            assert row["efficiency"] == f"**{told:.3f}**"
+
+
+def test_the_example_of_the_readme_trains_evaluates_and_ranks_an_outsider(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("stable_baselines3")
+    from agents.evaluation.leaderboard import read_results
+
+    text = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Evaluate anything")[2]
+    (code, *_) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)
+    assert len(code.strip().splitlines()) <= 12 and "100_000" in code
+    monkeypatch.chdir(tmp_path)
+    exec(code.replace("100_000", "1"), {})
+    assert "success" in capsys.readouterr().out
+    (row,) = read_results(tmp_path)
+    assert row.policy == "ppo" and row.n == 500 and row.efficiency is not None

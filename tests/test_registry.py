@@ -12,7 +12,7 @@ import rigid_envs
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.catalogue import checked_id, families, task_of
 from rigid_envs.errors import ConfigError
-from rigid_envs.registry import EnvironmentRecord, add, load
+from rigid_envs.registry import COSTS, EnvironmentRecord, add, load
 from rigid_envs.scores import METRICS
 from rigid_envs.scores.theory import TheoreticalLimit
 
@@ -48,8 +48,8 @@ assert "Park a hoop." in describe(env_id, {}) and env_id in list_all()
 write_pages(Path("pages"), [env_id])
 assert "One of the [Hoop](README.md#hoop)" in Path("pages/Hoops-Roll.md").read_text()
 assert "## Hoop" in Path("pages/README.md").read_text()
-assert [metric.name for metric in metrics_of(env_id)] == ["return", "success", "time"]
-assert evaluate(env_id, uniform(), 3).values()["success"].shape == (3,)
+assert [metric.name for metric in metrics_of(env_id)] == ["time", "success", "return"]
+assert evaluate(env_id, uniform(), n=3).values["success"].shape == (3,)
 """
 
 
@@ -62,7 +62,7 @@ def test_a_record_is_what_gymnasium_and_the_task_have(env_id: str) -> None:
     assert set(record.metrics) <= set(METRICS) and {"success", "return"} <= set(record.metrics)
     assert (record.error is not None) == ("error" in record.metrics)
     assert record.error is None or record.error.term in task.terms
-    assert set(record.limits) <= set(record.metrics)
+    assert record.metrics[0] in COSTS and set(record.limits) <= set(record.metrics)
     assert all(callable(load(name)) for name in record.controllers.values())
     assert all(isinstance(load(name), TheoreticalLimit) for name in record.limits.values())
     task_of(env_id, record.early_end)
@@ -85,6 +85,7 @@ def test_wrong_records_are_refused_and_equal_ones_harmless() -> None:
         ({"task": "other.Park"}, "task = 'other.Park'; expected 'module:Class'"),
         ({"max_episode_steps": True}, "max_episode_steps = True; expected an integer from 1"),
         ({"metrics": ("error",)}, "expected an ErrorTerm"),
+        ({"metrics": ("return", "success")}, "expected one of .* first"),
     ):
         with pytest.raises(ConfigError, match=f"^Other/Park-v0: .*{complaint}"):
             add(replace(other, **change))

@@ -66,7 +66,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(metavar="VERB", required=True)
     _add_train(commands.add_parser("train", help="train, then evaluate", allow_abbrev=False))
-    _add_evaluate(commands.add_parser("evaluate", help="metrics and scores on unseen starts"))
+    _add_evaluate(commands.add_parser("evaluate", help="success and efficiency on unseen starts"))
     _add_leaderboard(commands.add_parser("leaderboard", help="one table and plot of evaluations"))
     _add_enjoy(commands.add_parser("enjoy", help="watch one episode, in a window or as a film"))
     _add_benchmark(commands.add_parser("benchmark", help="train and evaluate every environment"))
@@ -101,8 +101,8 @@ def _add_evaluate(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=verbs.evaluate)
     parser.description = (
         "Play one episode from each of the fixed starts: a policy, or with --controller what needs "
-        "no training: a reference controller by its name, `reference` for the best one, `sampling` "
-        "or `random`."
+        "no training: a reference controller by its name, `reference` for the best one, "
+        "`sampling`, `zero` or `random`."
     )
     _add_policy_options(parser, "?")
     parser.add_argument("--controller", metavar="NAME", help="in place of a policy")
@@ -132,7 +132,8 @@ def _add_evaluate(parser: argparse.ArgumentParser) -> None:
 def _add_leaderboard(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=verbs.leaderboard)
     parser.description = (
-        "Collect all results.json below a folder into leaderboard.md and leaderboard.png there."
+        "Collect all results below a folder, ours and of rigid_envs.evaluate, into leaderboard.md "
+        "and leaderboard.png there."
     )
     parser.add_argument("folder", type=Path, metavar="FOLDER")
 

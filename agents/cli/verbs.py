@@ -137,7 +137,7 @@ def evaluate(options: argparse.Namespace, rest: list[str]) -> int:
         write_report(folder, figures, episodes)
         print(f"written to {folder}: results.json, episodes.csv")
     if options.save_replays:
-        from rigid_envs.scores.evaluation import from_predict
+        from rigid_envs.scores.policies import from_predict
 
         from ..policies.policy_file import load_policy
 
@@ -148,7 +148,7 @@ def evaluate(options: argparse.Namespace, rest: list[str]) -> int:
 
 
 def _evaluate_controller(options: argparse.Namespace) -> int:
-    from rigid_envs.scores.untrained import untrained_policy
+    from rigid_envs.scores.policies import untrained_policy
 
     from ..evaluation.reports import report_controller, table, write_report
 
@@ -166,7 +166,7 @@ def _evaluate_controller(options: argparse.Namespace) -> int:
             f"--controller: controller = {options.controller!r}; expected one that some id has"
         )
     for env_id, name, policy in chosen:
-        figures, episodes = report_controller(name, policy, env_id, options.episodes, options.seed)
+        figures, episodes = report_controller(name, env_id, options.episodes, options.seed)
         folder = (options.out or _RESULTS) / env_id.split("/")[-1] / name
         folder.mkdir(parents=True, exist_ok=True)
         write_report(folder, figures, episodes)

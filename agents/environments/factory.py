@@ -15,7 +15,7 @@ import rigid_envs  # noqa: F401, registers the environments
 from rigid_envs.errors import ConfigError
 from rigid_envs.settings import refusal
 
-__all__ = ["cost_unit", "make", "part_for"]
+__all__ = ["make", "part_for"]
 
 
 def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv[Any, Any, Any]:
@@ -71,16 +71,3 @@ def part_for(env_kwargs: Mapping[str, Any], space: spaces.Space[Any]) -> str | N
     """
     alone = env_kwargs.get("frame") == "reduced" and isinstance(space, spaces.Dict)
     return "observation" if alone else None
-
-
-def cost_unit(env_id: str, env_kwargs: Mapping[str, Any]) -> str | None:
-    """Meaning and unit of `info["cost"]`; None where the task does not say.
-
-    Args:
-        env_id: A registered id.
-        env_kwargs: Hyperparameters of its task.
-    """
-    venv = make(env_id, env_kwargs, 1)
-    unit: str | None = getattr(getattr(venv.unwrapped, "task", None), "cost_unit", None)
-    venv.close()
-    return unit

@@ -4,43 +4,38 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
-from rigid_envs.files import read_bytes, write_atomic
-from rigid_envs.scores.metrics import METRICS
+from rigid_envs.files import DamagedFileError, read_bytes, write_atomic
+from rigid_envs.scores.aggregates import interquartile_mean, stratified_bootstrap
+from rigid_envs.scores.result import FORMAT, Evaluation, evaluation_of, up_to_date
+from rigid_envs.scores.starts import VERSION
 
-from .measures import FORMAT
 from .plots import INK, MUTED, dress
 
 __all__ = ["draw", "markdown", "read_results", "write_leaderboard"]
 
-_LIMIT = 2**20  # bytes of a result
-_HEADER = (
-    "environment",
-    "policy",
-    "success",
-    "95 %",
-    "metric",
-    "value",
-    "95 %",
-    "score",
-    "95 %",
-    "score 1 is",
-)
+_LIMIT = 2**24  # bytes of a result
+_HEADER = ("environment", "policy", "success", "95 %", "efficiency", "95 %", "cost", "mean", "best",
+           "bound", "gap")  # fmt: skip
 _INTRODUCTION = """# Leaderboard
 
-One episode from each start. A score is 0 for the random policy, and 1 where the last column says;
-policies are ranked by that of the metric in the middle.
+One episode from each start. The efficiency of an episode is 0 for a failure, and for a success
+b / max(b, c): c is its cost, b the best known cost from its start. Policies are ranked by its mean.
+`mean`, `best` (known) and `bound` (of theory) are means of the cost over the starts from which the
+policy succeeded, `gap` is how far the first is above the last.
 
-![Scores of all policies in all environments](leaderboard.png)
+![Efficiency of all policies in all environments](leaderboard.png)
+"""
+_ALL = """Over all environments and training seeds: the interquartile mean of the efficiencies, with
+a 95 % interval by stratified bootstrap over the seeds where there are several (Agarwal et al. 2021,
+arXiv:2108.13264).
 """
 _COLOURS = ("#1f5fbf", "#c9772b", "#3a8f5c", "#8a4fbf", "#b8383d", "#2a9aa8", "#7a7f2b", "#6b7480")
 
@@ -60,7 +55,8 @@ def write_leaderboard(folder: Path) -> str:
     results = read_results(folder)
     if not results:
         raise ConfigError(
-            f"folder = {folder}; expected a results.json of `python -m agents evaluate` below it"
+            f"folder = {folder}; expected results below it, of `python -m agents evaluate` or "
+            "`Evaluation.save`"
         )
     text = markdown(results)
     write_atomic(folder / "leaderboard.md", text)
@@ -70,117 +66,125 @@ def write_leaderboard(folder: Path) -> str:
     return text
 
 
-def read_results(folder: Path) -> list[dict[str, Any]]:
-    """All results below a folder, by environment, the best score first.
+def read_results(folder: Path) -> list[Evaluation]:
+    """All results below a folder, by environment, the best first, against what is known best now.
 
     Args:
-        folder: Where to look for `results.json`; what has no metrics is left out.
+        folder: Where to look for JSON files; what is no result is left out.
+
+    Raises:
+        DamagedFileError: A result whose figures do not follow from its starts.
     """
-    found = [json.loads(read_bytes(path, _LIMIT)) for path in sorted(folder.rglob("results.json"))]
+    found = []
+    for path in sorted(folder.rglob("*.json")):
+        row = json.loads(read_bytes(path, _LIMIT))
+        if isinstance(row, dict) and row.get("format") == FORMAT and row["env_id"] in ENVIRONMENTS:
+            try:
+                found.append(up_to_date(evaluation_of(row)))
+            except (KeyError, TypeError, ValueError) as error:
+                raise DamagedFileError(f"{path}: {error}; evaluate it anew") from error
     known = list(ENVIRONMENTS)
-    results = [r for r in found if r.get("format") == FORMAT and r["env_id"] in known]
-    return sorted(results, key=lambda r: (known.index(r["env_id"]), -_first_score(r)))
+    return sorted(found, key=lambda each: (known.index(each.env_id), -_rank(each)))
 
 
-def markdown(results: Sequence[Mapping[str, Any]]) -> str:
-    """The page: the plot, the table, and under it where its numbers come from.
+def markdown(results: Sequence[Evaluation]) -> str:
+    """The page: the plot, both tables, and under them where their numbers come from.
 
     Args:
         results: In the order of the rows.
     """
-    sides = ("---", "---", "---:", "---:", "---", *["---:"] * 4, "---")
-    lines = [_HEADER, sides, *map(_cells, results)]
-    table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-    ranking = sorted({result["primary"] for result in results})
-    meanings = "\n".join(f"- {name}: {METRICS[name].text}" for name in ranking)
-    notes = "\n".join(dict.fromkeys(_note(result) for result in results))
-    return f"{_INTRODUCTION}\n{table}\n\n{meanings}\n\n{notes}\n"
+    overall = [("policy", "environments", "runs", "efficiency", "95 %"),
+               ("---", *["---:"] * 4), *_overall(results)]  # fmt: skip
+    sides = ("---", "---", *["---:"] * 4, "---", *["---:"] * 4)
+    rows = [_HEADER, sides, *map(_cells, results)]
+    notes = "\n".join(dict.fromkeys(map(_note, results)))
+    return f"{_INTRODUCTION}\n{_ALL}\n{_table(overall)}\n\n{_table(rows)}\n\n{notes}\n"
 
 
-def draw(results: Sequence[Mapping[str, Any]]) -> Figure:
-    """One line for each environment, with the score of each policy and its interval.
+def draw(results: Sequence[Evaluation]) -> Figure:
+    """One line for each environment, with the efficiency of each policy and its interval.
 
     Args:
         results: In the order of the lines.
     """
-    scored = [result for result in results if _score(result)]
-    ids = list(dict.fromkeys(result["env_id"] for result in scored))
-    names = list(dict.fromkeys(map(_kind, scored)))
+    ids = list(dict.fromkeys(each.env_id for each in results))
+    names = list(dict.fromkeys(map(_kind, results)))
     figure = Figure(
         figsize=(8.0, 1.4 + 0.36 * len(ids)), dpi=150, layout="constrained", facecolor="white"
     )
     axes = figure.subplots()
     for k, name in enumerate(names):
-        own = [result for result in scored if _kind(result) == name]
-        scores = np.array([[_score(r)["score"], *_score(r)["interval_95"]] for r in own])
-        at = [-ids.index(r["env_id"]) - 0.5 * (k / max(len(names) - 1, 1) - 0.5) for r in own]
+        own = [each for each in results if _kind(each) == name and each.efficiency is not None]
+        figures = np.array([each.efficiency for each in own]).reshape(-1, 3)
+        at = [-ids.index(r.env_id) - 0.5 * (k / max(len(names) - 1, 1) - 0.5) for r in own]
         colour = _COLOURS[k % len(_COLOURS)]
-        axes.hlines(at, scores[:, 1], scores[:, 2], color=colour, lw=1.6, alpha=0.6)
-        axes.plot(scores[:, 0], at, "o", ms=4.5, color=colour, label=name)
-    _mark(axes, 0.0, "random policy")
-    _mark(axes, 1.0, "anchor")
+        axes.hlines(at, figures[:, 1], figures[:, 2], color=colour, lw=1.6, alpha=0.6)
+        axes.plot(figures[:, 0], at, "o", ms=4.5, color=colour, label=name)
     axes.set_yticks([-k for k in range(len(ids))], [i.split("/")[-1] for i in ids], color=INK)
-    low = min([-0.1, *(_score(r)["interval_95"][0] for r in scored)])
-    axes.set_xlim(max(low - 0.05, -0.6), None)
+    axes.set_xlim(-0.02, 1.02)
     dress(axes, "")
-    axes.set_xlabel("score", color=MUTED)
+    axes.set_xlabel("efficiency", color=MUTED)
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8,
                 labelcolor=MUTED)  # fmt: skip
     return figure
 
 
-def _mark(axes: Axes, score: float, what: str) -> None:
-    axes.axvline(score, color=MUTED, lw=0.8, ls=(0, (4, 3)))
-    axes.annotate(
-        what, (score, 1.0), xycoords=("data", "axes fraction"), ha="center",
-        xytext=(0, 3), textcoords="offset points", fontsize=8, color=MUTED,
-    )  # fmt: skip
+def _overall(results: Sequence[Evaluation]) -> list[tuple[str, ...]]:
+    """Aggregates of each kind of policy, the best first."""
+    kinds: dict[str, dict[str, list[float]]] = {}
+    for each in results:
+        if each.efficiency is not None:
+            runs = kinds.setdefault(_kind(each), {})
+            runs.setdefault(each.env_id, []).append(each.efficiency.mean)
+    found = []
+    for name, runs in kinds.items():
+        by_id, n = list(runs.values()), sum(map(len, runs.values()))
+        ends = "-"
+        if n > len(by_id):
+            ends = "{:.3f} .. {:.3f}".format(*stratified_bootstrap(interquartile_mean, by_id))
+        found.append((interquartile_mean(by_id), name, len(by_id), n, ends))
+    return [
+        (name, str(n_ids), str(n), f"{mean:.3f}", ends)
+        for mean, name, n_ids, n, ends in sorted(found, reverse=True)
+    ]
 
 
-def _kind(result: Mapping[str, Any]) -> str:
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _kind(result: Evaluation) -> str:
     """Legend entry: reference controllers, whose names differ by environment, share one."""
-    name = str(result["algo"])
-    return "reference controller" if name in ENVIRONMENTS[result["env_id"]].controllers else name
+    best = next(iter(ENVIRONMENTS[result.env_id].controllers), None)
+    return "reference controller" if result.policy == best else result.policy
 
 
-def _score(result: Mapping[str, Any]) -> dict[str, Any]:
-    """The score that ranks policies; empty where there is none."""
-    found: dict[str, Any] = result["scores"].get(result["primary"], {})
-    return found
+def _rank(result: Evaluation) -> float:
+    return -1.0 if result.efficiency is None else result.efficiency.mean
 
 
-def _first_score(result: Mapping[str, Any]) -> float:
-    return float(_score(result).get("score", -np.inf))
-
-
-def _cells(result: Mapping[str, Any]) -> tuple[str, ...]:
-    metric, score = result["metrics"][result["primary"]], _score(result)
-    low, high = metric["interval_95"]
-    policy = result["policy"]
-    worth = ("-", "-", "-")
-    if score:
-        ends = " .. ".join(f"{round(end, 2) + 0.0:.2f}" for end in score["interval_95"])
-        worth = (
-            f"**{round(score['score'], 3) + 0.0:.3f}**",
-            ends,
-            f"{score['anchor']:.4g}, {score['kind']}: {score['why']}",
-        )
+def _cells(result: Evaluation) -> tuple[str, ...]:
+    success, found, cost = result.success, result.efficiency, result.cost
+    means = (result.mean(values) for values in (result.costs, result.best, result.bounds))
+    unit = f" [{cost.unit}]" if cost is not None and cost.unit else ""
     return (
-        f"`{result['env_id'].split('/')[-1]}`",
-        str(result["algo"]),
-        f"{100 * policy['success_rate']:.1f} %",
-        " .. ".join(f"{100 * end:.1f}" for end in policy["success_rate_95"]),
-        result["primary"],
-        f"{metric['mean']:.4g}",
-        f"{low:.4g} .. {high:.4g}",
-        *(cell.replace("|", "\\|") for cell in worth),
+        f"`{result.env_id.split('/')[-1]}`",
+        result.policy,
+        f"{100 * success.mean:.1f} %",
+        f"{100 * success.low:.1f} .. {100 * success.high:.1f}",
+        "-" if found is None else f"**{found.mean:.3f}**",
+        "-" if found is None else f"{found.low:.3f} .. {found.high:.3f}",
+        f"{'cost' if cost is None else cost.name}{unit}",
+        *("-" if np.isnan(mean) else f"{mean:.4g}" for mean in means),
+        "-" if result.gap is None else f"{100 * result.gap:.1f} %",
     )
 
 
-def _note(result: Mapping[str, Any]) -> str:
-    commit = "no commit" if result["git_commit"] is None else f"commit {result['git_commit'][:12]}"
+def _note(result: Evaluation) -> str:
+    where = result.provenance
+    commit = "no commit" if where["git_commit"] is None else f"commit {where['git_commit'][:12]}"
     return (
-        f"{result['policy']['episodes']} starts of seed {result['test_seed']}, evaluation set "
-        f"{result['evaluation_version']}; rigid-envs {result['versions']['rigid-envs']}, kernels "
-        f"{result['kernel_hash']}, {commit}{' with changes' if result['git_dirty'] else ''}."
+        f"{result.n} starts of seed {result.seed}, evaluation set {VERSION}; rigid-envs "
+        f"{where['versions']['rigid-envs']}, kernels {where['kernel_hash']}, {commit}"
+        f"{' with changes' if where['git_dirty'] else ''}."
     )

@@ -15,9 +15,9 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from rigid_envs.files import write_atomic
+from rigid_envs.scores.intervals import wilson_interval
 
 from ..storage.runs import Run
-from .intervals import wilson_interval
 
 __all__ = ["INK", "MUTED", "draw_learning_curve", "dress"]
 

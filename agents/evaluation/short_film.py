@@ -15,7 +15,7 @@ import numpy.typing as npt
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs import ENVIRONMENTS
-from rigid_envs.scores.evaluation import from_predict
+from rigid_envs.scores.policies import from_predict
 from rigid_envs.scores.starts import row_seeds
 
 from ..policies.mlp import Policy

@@ -11,8 +11,7 @@ from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
-from rigid_envs.scores.evaluation import PolicyFactory, from_predict, uniform
-from rigid_envs.scores.untrained import untrained_policy
+from rigid_envs.scores.policies import PolicyFactory, from_predict, uniform, untrained_policy
 
 from .evaluate import SupportsPredict
 

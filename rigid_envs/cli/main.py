@@ -17,6 +17,7 @@ from rigid_envs.cli.gallery import add_gallery
 from rigid_envs.cli.playing import add_play
 from rigid_envs.cli.progress import tell
 from rigid_envs.cli.replaying import add_replay
+from rigid_envs.cli.scoring import add_best, add_evaluate, verify_scores
 from rigid_envs.cli.words import config_of, refuse, refuse_missing_folder
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.describe import describe
@@ -34,7 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: arguments; None takes those of the process.
 
     Returns:
-        Exit status: 0, 1 if a law, an anchor or a figure's number does not hold or a package is
+        Exit status: 0, 1 if a law, a score or a figure's number does not hold or a package is
         missing, or 2 for wrong arguments.
     """
     options, rest = _parser().parse_known_args(argv)
@@ -68,7 +69,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_docs(verbs)
     _add_bench(verbs)
     _add_verify(verbs)
-    _add_anchors(verbs)
+    add_evaluate(verbs)
+    add_best(verbs)
     add_frames(verbs)
     add_films(verbs)
     add_gallery(verbs)
@@ -138,24 +140,10 @@ def _add_verify(verbs: Any) -> None:
     verifying.add_argument(
         "--scores",
         action="store_true",
-        help="compute anchors of scores anew instead, of the ids given as subjects or of one for "
-        "every system, and compare them with the data",
+        help="instead play the untrained policies of the ids given as subjects, or of one for "
+        "every system, and compare their success and efficiency with the data",
     )
     verifying.set_defaults(act=_verify)
-
-
-def _add_anchors(verbs: Any) -> None:
-    anchoring = verbs.add_parser(
-        "anchors",
-        help="compute what scores are measured by, and keep it as data",
-        description="Play the evaluation set of every id with the random policy and with its "
-        "reference controller, put theory beside them, and write the anchors of all scores.",
-        allow_abbrev=False,
-    )
-    anchoring.add_argument("--ids", nargs="+", metavar="ID", help="these environments only")
-    anchoring.add_argument("--starts", type=int, metavar="N", help="fewer starts, for a first look")
-    anchoring.add_argument("--out", type=Path, metavar="FILE", help="instead of the package's data")
-    anchoring.set_defaults(act=_anchors)
 
 
 def _list(_options: argparse.Namespace, rest: list[str]) -> None:
@@ -195,20 +183,6 @@ def _bench(options: argparse.Namespace, rest: list[str]) -> None:
         print(f"\nwritten to {options.json}")
 
 
-def _anchors(options: argparse.Namespace, rest: list[str]) -> None:
-    refuse(rest)
-    ids = [catalogue.checked_id(env_id) for env_id in options.ids or ENVIRONMENTS]
-    from rigid_envs.cli.scoring import make_anchors
-    from rigid_envs.scores.scales import ANCHORS
-    from rigid_envs.scores.starts import N_STARTS
-
-    n = N_STARTS if options.starts is None else options.starts
-    if not 1 <= n <= N_STARTS or (n < N_STARTS and options.out is None):
-        raise ValueError(f"--starts = {n}; expected 1 to {N_STARTS}, and --out FILE if it is less")
-    refuse_missing_folder("--out", options.out)
-    make_anchors(list(dict.fromkeys(ids)), n, options.out or ANCHORS)
-
-
 def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     refuse(rest)
     if options.scores:
@@ -216,8 +190,6 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
             raise ValueError(
                 f"--json = {options.json}; expected no --json beside --scores: that prints a table"
             )
-        from rigid_envs.cli.scoring import verify_scores
-
         ids = [catalogue.checked_id(env_id) for env_id in options.subjects]
         return 0 if verify_scores(list(dict.fromkeys(ids))) else 1
     from rigid_envs.cli.verify import verify  # imports SciPy: only here

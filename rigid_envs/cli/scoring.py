@@ -1,51 +1,170 @@
-"""Computation of the anchors of scores: `rigid-envs anchors` and `rigid-envs verify --scores`."""
+"""Evaluation and best known costs: `rigid-envs evaluate`, `best` and `verify --scores`."""
 
-import json
-import math
-import sys
+from __future__ import annotations
+
+import argparse
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from rigid_envs.catalogue import one_of_each
+import numpy as np
+
+from rigid_envs import ENVIRONMENTS, catalogue
 from rigid_envs.cli.progress import tell
-from rigid_envs.files import write_atomic
+from rigid_envs.cli.words import config_of, refuse, refuse_missing_folder
 from rigid_envs.pages.tables import table
 from rigid_envs.provenance import heading, provenance
-from rigid_envs.scores.anchor_data import compute_anchors, document
-from rigid_envs.scores.scales import Anchors, ScoreScale, anchors
 
-__all__ = ["make_anchors", "verify_scores"]
+__all__ = ["add_best", "add_evaluate", "verify_scores"]
 
 _TOLERANCE = 1e-3
-"""Difference in score. The kernels give the same bits anywhere, but controllers use LAPACK, whose
+"""Difference of a rate. The kernels give the same bits anywhere, but controllers use LAPACK, whose
 roundings differ by machine: an episode in 500 may end some steps earlier or later."""
 
 
-def make_anchors(ids: Sequence[str], n: int, file: Path) -> None:
-    """Compute the anchors of some ids, and write them id by id; those of other ids stay.
+def add_evaluate(verbs: Any) -> None:
+    """Add the verb `evaluate`."""
+    evaluating = verbs.add_parser(
+        "evaluate",
+        help="success and efficiency of a policy over 500 fixed starts",
+        usage="rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--out FILE] [--KEY VALUE]",
+        description="Play one episode from each of the fixed starts. Any hyperparameter can be "
+        "given as an option. Trained policies: python -m agents evaluate, or rigid_envs.evaluate.",
+        allow_abbrev=False,
+    )
+    evaluating.add_argument("id", metavar="ID")
+    evaluating.add_argument(
+        "--policy",
+        required=True,
+        metavar="NAME|FILE",
+        help="a reference controller, `reference` for the best, `sampling`, `zero`, `random`; or a "
+        "replay (.npz) of the first starts, whose actions are played again",
+    )
+    evaluating.add_argument("--starts", type=int, metavar="N", help="(500, or those of the replay)")
+    evaluating.add_argument(
+        "--out", type=Path, metavar="FILE", help="write a row of the leaderboard"
+    )
+    evaluating.set_defaults(act=_evaluate)
 
-    Args:
-        ids: Gymnasium's ids.
-        n: Number of starts.
-        file: JSON file of the anchors.
-    """
-    where = {**provenance(), "command": " ".join(["rigid-envs", *sys.argv[1:]])}
-    known = dict(json.loads(file.read_text())["ids"]) if file.exists() else {}
+
+def add_best(verbs: Any) -> None:
+    """Add the verb `best`."""
+    finding = verbs.add_parser(
+        "best",
+        help="compute the best known cost from each start, and keep it as data",
+        description="Play the untrained policies, and recorded episodes, from the starts of the "
+        "evaluation set, and keep the least cost of a success from each start with its finder.",
+        allow_abbrev=False,
+    )
+    finding.add_argument("ids", nargs="*", metavar="ID", help="these environments only")
+    finding.add_argument(
+        "--with",
+        dest="files",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="FILE",
+        help="replays (.npz) of the first starts of one id; their actions are played again, and "
+        "their labels say who found them",
+    )
+    finding.add_argument("--starts", type=int, metavar="N", help="fewer starts, for a first look")
+    finding.add_argument("--out", type=Path, metavar="FOLDER", help="instead of the package's data")
+    finding.add_argument(
+        "--rows", type=Path, metavar="FOLDER", help="leaderboard rows of the untrained policies"
+    )
+    finding.set_defaults(act=_best)
+
+
+def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
+    from rigid_envs.scores import N_STARTS, evaluate
+
+    env_id, config = catalogue.checked_id(options.id), config_of(rest)
+    refuse_missing_folder("--out", options.out)
+    policy: Any = options.policy
+    n = N_STARTS if options.starts is None else options.starts
+    if policy.endswith(".npz"):
+        if config or options.starts is not None:
+            raise ValueError(f"--policy = {policy}; expected no other option: a replay has its own")
+        found = _again(Path(policy), env_id)
+    else:
+        found = evaluate(env_id, policy, n=n, config=config)
+    print(found)
+    if options.out:
+        print(f"written to {found.save(options.out)}")
+
+
+def _again(file: Path, env_id: str) -> Any:
+    """What comes of the actions of a replay from the first starts."""
+    from rigid_envs.replays import load_replay
+    from rigid_envs.scores import evaluate, recorded
+
+    replay = load_replay(file)
+    if replay.env_id != env_id:
+        raise ValueError(f"{file}: env_id = {replay.env_id}; expected {env_id}")
+    longest = max(map(len, replay.episodes))
+    actions = np.stack(
+        [
+            np.pad(each.actions, [(0, longest - len(each)), (0, 0)], mode="edge")
+            for each in replay.episodes
+        ],
+        axis=1,
+    )
+    actions = actions[..., 0] if replay.task.n_choices else actions
+    policy = recorded(actions, replay.episodes[0].label or file.stem)
+    config = catalogue.changed(env_id, replay.task)
+    return evaluate(env_id, policy, n=len(replay.episodes), config=config)
+
+
+def _best(options: argparse.Namespace, rest: list[str]) -> None:
+    refuse(rest)
+    from rigid_envs.scores import N_STARTS, find
+    from rigid_envs.scores.best import FOLDER, file_of, read_best, write_best
+    from rigid_envs.scores.finding import played
+
+    ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
+    n = N_STARTS if options.starts is None else options.starts
+    if not 1 <= n <= N_STARTS or (n < N_STARTS and options.out is None):
+        raise ValueError(f"--starts = {n}; expected 1 to {N_STARTS}; with --out if it is less")
+    if options.files and len(ids) != 1:
+        raise ValueError(f"--with: ID = {options.ids}; expected the one id that the files are of")
+    folder = options.out or FOLDER
+    if not folder.is_dir():
+        raise ValueError(f"--out = {folder}; expected a folder that exists")
     for env_id in ids:
-        tell(env_id)
         begin = time.perf_counter()
-        found = compute_anchors(env_id, n)
+        tell(env_id)
+        file = file_of(env_id, folder)
+        known = read_best(file) if file.exists() else None
+        untrained = played(env_id, n)
+        others = [_again(each, env_id) for each in options.files]
+        found = find(env_id, known, others, untrained, n)
+        write_best(file, found)
+        for name, each in untrained.items() if options.rows else ():
+            row = options.rows / env_id.rpartition("/")[2] / f"{name}.json"
+            row.parent.mkdir(parents=True, exist_ok=True)
+            each.against(found.costs).save(row)
         tell("")
-        print(f"{env_id}   {time.perf_counter() - begin:.1f} s\n{_table(found)}\n")
-        data = document({env_id: found}, where, n)
-        known |= data["ids"]
-        write_atomic(file, json.dumps({**data, "ids": known}, indent=1, allow_nan=False) + "\n")
-    print(f"written to {file}")
+        shares = ", ".join(f"{name} {count}" for name, count in found.shares.items()) or "nobody"
+        print(f"{env_id}   {time.perf_counter() - begin:.1f} s   best {found.cost}: {shares}")
+        rows = [
+            (name, *(_figure(each[key]) for key in _COLUMNS))
+            for name, each in found.policies.items()
+        ]
+        print(table(("", *_COLUMNS), rows, "<" + ">" * len(_COLUMNS)), end="\n\n")
+    print(f"written to {folder}")
+
+
+_COMPARED = ("success_rate", "efficiency")
+_COLUMNS = ("success_rate", "efficiency", "cost_mean", "bound_mean", "gap", "return_mean")
+
+
+def _figure(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
 
 
 def verify_scores(ids: Sequence[str]) -> bool:
-    """Compute the anchors of some ids again, and print their difference from the data.
+    """Play the untrained policies of some ids again, and compare their figures with the data.
 
     Args:
         ids: Gymnasium's ids; if there are none, one of each kind of environment.
@@ -53,36 +172,27 @@ def verify_scores(ids: Sequence[str]) -> bool:
     Returns:
         Whether all agree.
     """
+    from rigid_envs.scores import best_known
+    from rigid_envs.scores.finding import played
+
     print(heading(provenance()), end="\n\n")
     rows, holds = [], True
-    for env_id in ids or one_of_each():
+    for env_id in ids or catalogue.one_of_each():
         tell(env_id)
-        now = compute_anchors(env_id).scales
-        known = anchors().get(env_id)
-        for name, scale in known.scales.items() if known else ():
-            off = _difference(scale, now.get(name))
-            holds &= off <= _TOLERANCE
-            verdict = "holds" if off <= _TOLERANCE else "FAILS"
-            rows.append((env_id, name, f"{scale.anchor:.6g}", scale.kind, f"{off:.1e}", verdict))
+        known = best_known(env_id)
         if known is None:
             rows.append((env_id, "", "", "", "", "no data"))
             holds = False
+            continue
+        for name, found in played(env_id, len(known.costs)).items():
+            now, then = found.against(known.costs).summary(), known.policies.get(name, {})
+            off = max(
+                abs(now[key] - then.get(key, np.inf)) for key in ("success_rate", "efficiency")
+            )
+            holds &= off <= _TOLERANCE
+            figures = f"{now['success_rate']:.3f}", f"{now['efficiency']:.4f}", f"{off:.1e}"
+            rows.append((env_id, name, *figures, "holds" if off <= _TOLERANCE else "FAILS"))
     tell("")
-    print(table(("id", "metric", "anchor", "kind", "off by", ""), rows, "<<><>"))
-    print(f"\noff by: the larger difference of score, of random policy and anchor; {_TOLERANCE:g}")
+    print(table(("id", "policy", "success", "efficiency", "off by", ""), rows, "<<>>><"))
+    print(f"\noff by: the larger difference of success and efficiency; {_TOLERANCE:g}")
     return holds
-
-
-def _difference(then: ScoreScale, now: ScoreScale | None) -> float:
-    """Largest difference of random policy and anchor, as a score on the scale of the data."""
-    if now is None or (now.kind, now.why) != (then.kind, then.why):
-        return math.inf
-    return float(max(abs(then(now.random)), abs(then(now.anchor) - 1.0)))
-
-
-def _table(found: Anchors) -> str:
-    rows = [
-        (s.metric, f"{s.random:.5g}", f"{s.anchor:.5g}", s.kind, s.why)
-        for s in found.scales.values()
-    ]
-    return table(("metric", "random", "anchor", "kind", "why"), rows, "<>>")

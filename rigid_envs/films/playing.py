@@ -36,7 +36,7 @@ class Played:
 
     @property
     def value(self) -> float:
-        """The metric that ranks policies of this id, also where the episode failed."""
+        """The cost of this id, its first metric, also where the episode failed."""
         return self.tally.value(metrics_of(self.env_id)[0], self.task)
 
     def captioned(self) -> tuple[Task, Episode]:
@@ -88,7 +88,7 @@ def play_episode(
 
 
 def figure(env_id: str, task: Task, value: float) -> str:
-    """A value of the metric that ranks policies of an id, in words: ``path 8.31 m``."""
+    """A value of the first metric of an id, its cost, in words: ``path 8.31 m``."""
     metric = metrics_of(env_id)[0]
     unit = metric.unit(task)
     return f"{metric.name} {value:.3g}" + (f" {unit}" if unit else "")

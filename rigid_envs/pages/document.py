@@ -1,7 +1,7 @@
 """Content of the page of one environment, in the order of Gymnasium's pages.
 
-It is read from the task, its docstring, its fields, the registry and the anchors. `describe`
-formats it for a terminal, `markdown` for a file.
+It is read from the task, its docstring, its fields, the registry and the best known costs.
+`describe` formats it for a terminal, `markdown` for a file.
 """
 
 import inspect

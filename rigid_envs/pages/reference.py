@@ -1,74 +1,105 @@
-"""Scores of the untrained policies of an environment, from the data of `rigid-envs anchors`."""
+"""Success, efficiency and cost of the untrained policies of an environment, from its data."""
 
-import re
+from collections.abc import Mapping
+from typing import Any
 
 from rigid_envs.pages.task_tables import Table
 from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.scores.best import Best, best_known
+from rigid_envs.scores.efficiency import cost_of
 from rigid_envs.scores.metrics import METRICS, Metric
-from rigid_envs.scores.scales import Anchors, ScoreScale, anchors
+from rigid_envs.scores.theory import limit_of
 from rigid_envs.tasks import Task
 
 __all__ = ["reference_section"]
 
-_UNITS = {"success": "%", "time": "s", "path": "m"}
 _INTRODUCTION = (
-    "Means over the {n} starts of the evaluation set with the default arguments, computed by "
-    "`rigid-envs anchors`. `zero` is the action 0 throughout, `random` the random policy; the "
-    "others are controllers. Policies are ranked by `{first}`."
+    "Over the {n} starts of the evaluation set with the default arguments, computed by `rigid-envs "
+    "best`: success [%] and efficiency with their 95 % intervals. `zero` is the action 0 "
+    "throughout, `random` the random policy; the others are controllers."
+)
+_EFFICIENCY = (
+    "- `efficiency`: 0 for a failure; for a success b / max(b, c), c its `{cost}` and b the best "
+    "known `{cost}` from its start, both at least {floor:g}{unit}. The best known are of {finders}."
 )
 
 
 def reference_section(env_id: str, task: Task) -> list[str | Table]:
-    """Table of the untrained policies, and what its metrics are; empty for an id without anchors.
+    """Table of the untrained policies, and what its columns are; empty for an id without data.
 
     Args:
         env_id: Gymnasium's id.
         task: Its task.
     """
-    found = anchors().get(env_id)
+    found = best_known(env_id)
     if found is None:
         return []
-    names = ENVIRONMENTS[env_id].metrics
-    lead = _INTRODUCTION.format(n=found.n_starts, first=names[0])
-    meanings = [_meaning(env_id, METRICS[name], found.scales.get(name)) for name in names]
-    return [lead, _table(task, names, found), *meanings]
+    names = [name for name in ENVIRONMENTS[env_id].metrics if name != "success"]
+    meanings = [_meaning(env_id, METRICS[name]) for name in names]
+    lead = _INTRODUCTION.format(n=len(found.costs))
+    return [lead, _table(task, names, found), _efficiency(env_id, task, found), *meanings,
+            *_bound(env_id, found)]  # fmt: skip
 
 
-def _table(task: Task, names: tuple[str, ...], found: Anchors) -> Table:
-    """One row for each policy, and one for the anchors of the scores."""
-    rows = [
-        (policy, *(_figure(name, means[name]) for name in names))
-        for policy, means in found.means.items()
-    ]
-    anchor = [
-        _figure(name, found.scales[name].anchor) if name in found.scales else "" for name in names
-    ]
-    header = ("Policy", *(_heading(task, name) for name in names))
-    return Table(header, [*rows, ("score 1", *anchor)], "=" + ">" * len(names))
+def _table(task: Task, names: list[str], found: Best) -> Table:
+    """One row for each policy."""
+    rows = [_row(policy, names, summary) for policy, summary in found.policies.items()]
+    header = ("Policy", "success", "95 %", "efficiency", "95 %",
+              *(_heading(task, name) for name in names))  # fmt: skip
+    return Table(header, rows, "=" + ">" * (len(header) - 1))
+
+
+def _row(policy: str, names: list[str], summary: Mapping[str, Any]) -> tuple[str, ...]:
+    low, high = (100.0 * end for end in summary["success_rate_95"])
+    least, most = summary["efficiency_95"]
+    return (
+        policy,
+        f"{100.0 * summary['success_rate']:.1f}",
+        f"{low:.1f} .. {high:.1f}",
+        f"{summary['efficiency']:.3f}",
+        f"{least:.3f} .. {most:.3f}",
+        *(_figure(summary["metrics"][name]) for name in names),
+    )
 
 
 def _heading(task: Task, name: str) -> str:
     """Name of a metric with its unit."""
-    unit = _UNITS.get(name, "")
-    if name == "effort":
-        unit = "".join(re.findall(r"\[(.+)\]", task.cost_unit))
+    unit = METRICS[name].unit(task)
     return f"{name} [{unit}]" if unit else name
 
 
-def _figure(name: str, value: float) -> str:
-    return f"{100.0 * value if name == 'success' else value:.4g}"
+def _figure(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
 
 
-def _meaning(env_id: str, metric: Metric, scale: ScoreScale | None) -> str:
-    """Definition of a metric, and its anchor, as an item of a list."""
+def _meaning(env_id: str, metric: Metric) -> str:
+    """Definition of a metric, as an item of a list."""
     text, error = metric.text, ENVIRONMENTS[env_id].error
     if metric.name == "error" and error is not None:
         text = text.replace("the error", f"the {error.text}", 1)
-    if scale is None:
-        return f"- `{metric.name}`: {text}."
-    why = {
-        "exact": f"is the optimum: {scale.why}",
-        "bound": f"is a bound: {scale.why}",
-        "reference": f"is `{scale.why}`",
-    }[scale.kind]
-    return f"- `{metric.name}`: {text}. Score 1 {why}."
+    whose = ", mean of the successes" if metric.of_successes else ""
+    return f"- `{metric.name}`: {text}{whose}."
+
+
+def _efficiency(env_id: str, task: Task, found: Best) -> str:
+    cost = cost_of(env_id, task)
+    finders = ", ".join(f"`{name}` ({count})" for name, count in found.shares.items()) or "nobody"
+    return _EFFICIENCY.format(
+        cost=cost.name, floor=cost.floor, unit=f" {cost.unit}".rstrip(), finders=finders
+    )
+
+
+def _bound(env_id: str, found: Best) -> list[str]:
+    """What theory says of the cost, beside the best known; empty where it says nothing."""
+    limit = limit_of(env_id, found.cost)
+    # the best of the reference controllers stands for all: its successes have the mean bound
+    first = next(iter(found.policies.values()))
+    if limit is None or first["bound_mean"] is None:
+        return []
+    bound, best = first["bound_mean"], first["best_mean"]
+    gap = f", a gap of {100.0 * (best / bound - 1.0):.1f} %" if bound > 0.0 else ""
+    name = "The optimum" if limit.kind == "exact" else "A lower bound"
+    return [
+        f"{name} of `{found.cost}`, {limit.text}: {bound:.4g} where `{next(iter(found.policies))}` "
+        f"succeeds; the best known is {best:.4g}{gap}."
+    ]

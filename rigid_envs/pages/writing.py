@@ -40,8 +40,8 @@ _SMALL = 120  # pixels, in the README
 _SPACE = "RigidEnvs/"
 _DOI = re.compile(r"\bdoi:(10\.[^\s;,]*[^\s;,.])")
 _NOTE = (
-    "<!-- Written by `rigid-envs docs` from the registry, the docstrings and the anchors: change "
-    "those, not this page. -->"
+    "<!-- Written by `rigid-envs docs` from the registry, the docstrings and the best known "
+    "costs: change those, not this page. -->"
 )
 _INTRODUCTION = (
     "The numbers before actions and observations are their sizes; a goal environment has those of "

@@ -18,9 +18,9 @@ from rigid_envs.render.motion import Motion
 from rigid_envs.replays import Episode, play_again
 from rigid_envs.scores import metrics_of
 from rigid_envs.scores.evaluation import make_rows
+from rigid_envs.scores.policies import untrained_policy
 from rigid_envs.scores.tally import Tally
 from rigid_envs.scores.theory import limit_of
-from rigid_envs.scores.untrained import untrained_policy
 from rigid_envs.tasks import Task
 
 __all__ = ["Game", "Rival"]
@@ -181,7 +181,7 @@ def rival_of(env_id: str, seed: int, config: Mapping[str, Any]) -> Rival:
         played = play_episode(policy, env_id, seed, config, name)
         text = figure(env_id, played.task, played.value) if played.tally.success else "no success"
     limit, bound = limit_of(env_id, metric.name), ""
-    if limit is not None and limit.values is not None:
+    if limit is not None:
         envs = make_rows(env_id, 1, config)
         envs.reset(seed=[seed])
         side = "at most" if metric.higher_is_better else "at least"

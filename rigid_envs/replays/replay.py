@@ -36,7 +36,7 @@ class Replay:
     The file is a NumPy archive (.npz). ``header`` holds the bytes of a JSON document (UTF-8):
     ``format``, ``version``, ``env_id``, ``config`` (every setting of the task), ``rows`` (names of
     the entries of state, input, action, auxiliary state and parameters), ``units`` (of the cost;
-    the metric that ranks policies), ``provenance``, and for each episode k ``label``,
+    the metric that is its cost), ``provenance``, and for each episode k ``label``,
     ``terminated`` and ``truncated``. Its arrays are ``k/y``, ``k/u`` and so on, the attributes of
     `Episode`, with ``k/parameters`` and ``k/start/<part>``. No array is pickled.
 

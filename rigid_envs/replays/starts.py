@@ -7,8 +7,9 @@ from typing import Any
 
 from rigid_envs.replays.recording import RecordRows
 from rigid_envs.replays.replay import Replay
-from rigid_envs.scores.evaluation import PolicyFactory, make_rows
+from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.playing import play
+from rigid_envs.scores.policies import PolicyFactory
 from rigid_envs.scores.starts import TEST_SEED, row_seeds
 
 __all__ = ["record_starts"]

@@ -1,51 +1,70 @@
-"""Evaluation of policies: fixed starts, metrics, reference controllers and scores.
+"""Evaluation of policies: fixed starts, success, cost, efficiency and reference controllers.
 
-A score is linear in a metric: 0 is the random policy, 1 an optimum, a bound or a reference
-controller. See `evaluate` and `score_scale`.
+The efficiency of an episode is ``s b / max(b, c)``: 0 for a failure, and for a success the best
+known cost b from its start over its own cost c. See `evaluate`.
 """
 
-from rigid_envs.scores.bootstrap import mean_interval
+from rigid_envs.scores.aggregates import (
+    interquartile_mean,
+    performance_profile,
+    probability_of_improvement,
+    stratified_bootstrap,
+)
+from rigid_envs.scores.best import Best, best_known
 from rigid_envs.scores.controllers import Controller, ControllerFactory, reference_controllers
+from rigid_envs.scores.efficiency import Cost, cost_of, efficiencies
 from rigid_envs.scores.episodes import ActionFunction, Episodes, SupportsPredict
-from rigid_envs.scores.evaluation import (
-    Evaluation,
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.finding import find
+from rigid_envs.scores.intervals import mean_interval, wilson_interval
+from rigid_envs.scores.metrics import METRICS, Metric, metrics_of
+from rigid_envs.scores.policies import (
     PolicyFactory,
     constant_zero,
-    evaluate,
     from_controller,
+    from_function,
     from_predict,
-    play_starts,
+    recorded,
     uniform,
 )
-from rigid_envs.scores.metrics import METRICS, Metric, metrics_of
 from rigid_envs.scores.random_policy import RandomPolicy
-from rigid_envs.scores.scales import Anchors, ScoreScale, anchors, score_scale
+from rigid_envs.scores.result import Estimate, Evaluation, read_evaluation
 from rigid_envs.scores.starts import N_STARTS, evaluation_seeds
 
 __all__ = [
     "METRICS",
     "N_STARTS",
     "ActionFunction",
-    "Anchors",
+    "Best",
     "Controller",
     "ControllerFactory",
+    "Cost",
     "Episodes",
+    "Estimate",
     "Evaluation",
     "Metric",
     "PolicyFactory",
     "RandomPolicy",
-    "ScoreScale",
     "SupportsPredict",
-    "anchors",
+    "best_known",
     "constant_zero",
+    "cost_of",
+    "efficiencies",
     "evaluate",
     "evaluation_seeds",
+    "find",
     "from_controller",
+    "from_function",
     "from_predict",
+    "interquartile_mean",
     "mean_interval",
     "metrics_of",
-    "play_starts",
+    "performance_profile",
+    "probability_of_improvement",
+    "read_evaluation",
+    "recorded",
     "reference_controllers",
-    "score_scale",
+    "stratified_bootstrap",
     "uniform",
+    "wilson_interval",
 ]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["ActionFunction", "Episodes", "Observations", "SupportsPredict"]
+__all__ = ["ActionFunction", "Episodes", "Observations", "SupportsPredict", "joined"]
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -20,12 +20,15 @@ ActionFunction = Callable[[Observations], npt.NDArray[Any]]
 
 
 class SupportsPredict(Protocol):
-    """A policy of observations: a trained one, or a model of Stable-Baselines3."""
+    """A policy of observations: a trained one, or a model of Stable-Baselines3.
+
+    One that has a memory also takes ``state`` and ``episode_start``, as Stable-Baselines3 has it.
+    """
 
     def predict(
         self, observation: Observations, *, deterministic: bool = True
     ) -> tuple[npt.NDArray[Any], Any]:
-        """Actions for a batch of observations."""
+        """Actions for a batch of observations, and the state of the memory."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,6 @@ class Episodes:
         costs: Sums of `info["cost"]`, in the unit that the task says, shape (n,).
         errors: Root mean squares of the error over the steps, shape (n,); None if none was asked
             for.
-        bounds: Least cost that theory allows from each start, shape (n,); None if none is known.
         limit: Number of steps after which an episode is cut off.
     """
 
@@ -55,5 +57,26 @@ class Episodes:
     terminated: Bools
     costs: Array
     errors: Array | None
-    bounds: Array | None
     limit: int
+
+
+def joined(parts: Sequence[Episodes], n: int, limit: int) -> Episodes:
+    """The first n episodes of several.
+
+    Args:
+        parts: Each with at least one episode.
+        n: Number of episodes.
+        limit: Number of steps after which an episode is cut off.
+    """
+    errors = [part.errors for part in parts if part.errors is not None]
+    return Episodes(
+        seeds=[seed for part in parts for seed in part.seeds][:n],
+        returns=np.concatenate([part.returns for part in parts])[:n],
+        lengths=np.concatenate([part.lengths for part in parts])[:n],
+        successes=np.concatenate([part.successes for part in parts])[:n],
+        since=np.concatenate([part.since for part in parts])[:n],
+        terminated=np.concatenate([part.terminated for part in parts])[:n],
+        costs=np.concatenate([part.costs for part in parts])[:n],
+        errors=np.concatenate(errors)[:n] if errors else None,
+        limit=limit,
+    )

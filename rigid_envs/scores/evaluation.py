@@ -1,110 +1,102 @@
-"""Evaluation of policies of any kind on the evaluation set of an id."""
+"""Evaluation of a policy of any kind on the evaluation set of an id."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.catalogue import changed, checked_id, task_of
+from rigid_envs.checks import integer
 from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.registry import ENVIRONMENTS
-from rigid_envs.scores.controllers import ControllerFactory
-from rigid_envs.scores.episodes import ActionFunction, Episodes, SupportsPredict
+from rigid_envs.errors import ConfigError
+from rigid_envs.provenance import provenance
+from rigid_envs.registry import ENVIRONMENTS, ErrorTerm
+from rigid_envs.scores.best import best_known
+from rigid_envs.scores.efficiency import cost_of
+from rigid_envs.scores.episodes import Episodes, joined
 from rigid_envs.scores.metrics import metrics_of
 from rigid_envs.scores.playing import play
-from rigid_envs.scores.random_policy import RandomPolicy
+from rigid_envs.scores.policies import PolicyFactory, policy_of
+from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
+from rigid_envs.scores.theory import limit_of
 from rigid_envs.tasks import Task
 
-__all__ = [
-    "Evaluation",
-    "PolicyFactory",
-    "constant_zero",
-    "evaluate",
-    "from_controller",
-    "from_predict",
-    "make_rows",
-    "play_starts",
-    "uniform",
-]
+__all__ = ["evaluate", "make_rows"]
 
 Array = npt.NDArray[np.float64]
 
-PolicyFactory = Callable[[RigidVectorEnv], ActionFunction]
-"""A policy of any kind: a function from a vector environment to the actions in it."""
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """Episodes of a policy from the starts of an id.
-
-    Attributes:
-        env_id: Gymnasium's id.
-        task: Its task, with the settings of this evaluation.
-        episodes: One episode from each start.
-    """
-
-    env_id: str
-    task: Task
-    episodes: Episodes
-
-    def values(self, random_baseline: Mapping[str, float] | None = None) -> dict[str, Array]:
-        """The metrics of the id by name, each of shape (n,).
-
-        Args:
-            random_baseline: Plain means of the random policy, which failures count for; None lets
-                them keep their own values.
-        """
-        baseline = random_baseline or {}
-        return {
-            metric.name: metric.values(self.episodes, self.task, baseline.get(metric.name))
-            for metric in metrics_of(self.env_id)
-        }
-
-    def means(self, random_baseline: Mapping[str, float] | None = None) -> dict[str, float]:
-        """The mean of each metric by its name; see `values`."""
-        values = self.values(random_baseline)
-        return {name: float(value.mean()) for name, value in values.items()}
+_SEEN = ("rotation", "observe_params", "frame")  # settings that change what is seen, not the task
 
 
 def evaluate(
     env_id: str,
-    policy: PolicyFactory,
+    policy: Any,
+    *,
     n: int = N_STARTS,
     seed: int = TEST_SEED,
     config: Mapping[str, Any] | None = None,
+    env: Any = None,
+    name: str | None = None,
 ) -> Evaluation:
-    """Play one episode from each of the first n starts.
+    """Play one episode from each of the first n starts, and measure success and efficiency.
 
     Args:
         env_id: Gymnasium's id.
-        policy: From `from_controller`, `from_predict` or `uniform`, for example.
+        policy: A model with `predict`, as Stable-Baselines3 has it; a function from the
+            observations of all rows to their actions; the name of a reference controller, or
+            "reference", "sampling", "zero", "random"; a controller, as `from_controller(factory)`.
         n: Number of starts.
         seed: Seed that the starts are drawn from; that of the evaluation set by default.
         config: Hyperparameters of the task.
+        env: Environment to play in, single or vector, with its wrappers; None makes native rows.
+            It stays open.
+        name: Who acts, for tables; None for the name that the policy has.
+
+    Raises:
+        ValueError: An id, policy, environment or number that cannot be; names what can.
     """
-    envs = make_rows(env_id, n, config)
-    return Evaluation(env_id, envs.task, play_starts(policy, envs, seed))
-
-
-def play_starts(policy: PolicyFactory, envs: Any, seed: int = TEST_SEED) -> Episodes:
-    """Play one episode from the start of every row, and close the environment.
-
-    Args:
-        policy: See `evaluate`.
-        envs: Any vector environment whose rows reset in the step that ends their episode.
-        seed: Seed that the starts are drawn from; that of the evaluation set by default.
-    """
-    record = ENVIRONMENTS.get(getattr(envs.spec, "id", ""))
-    error = None if record is None else record.error
+    n = integer(n, "n", 1)
+    if env is None or env_id.rpartition(":")[2] in ENVIRONMENTS:
+        env_id = checked_id(env_id)
+    chosen = policy_of(env_id, policy)
+    envs = make_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
+    settings = dict(config or {}) if env is None else _settings(env_id, envs)
     try:
-        return play(policy(envs), envs, row_seeds(seed, envs.num_envs, "test"), error)
+        episodes = _play(chosen, envs, n, seed, env_id)
     finally:
-        envs.close()
+        if env is None:
+            envs.close()
+    values = {
+        "success": episodes.successes.astype(np.float64),
+        "return": episodes.returns,
+        "length": episodes.lengths.astype(np.float64),
+        "cost": episodes.costs,
+    }
+    cost, best, bounds = None, None, None
+    if env_id in ENVIRONMENTS:
+        task = task_of(env_id, settings)
+        cost = cost_of(env_id, task)
+        values |= {metric.name: metric.values(episodes, task) for metric in metrics_of(env_id)}
+        same = seed == TEST_SEED and episodes.limit == ENVIRONMENTS[env_id].max_episode_steps
+        best = _best(env_id, n) if same and _comparable(env_id, task) else None
+        bounds = _bounds(env_id, n, seed, settings)
+    return Evaluation(
+        env_id=env_id,
+        policy=chosen.name if name is None else name,
+        config=settings,
+        seed=seed,
+        cost=cost,
+        values=values,
+        best=best,
+        bounds=bounds,
+        provenance=provenance(),
+    )
 
 
 def make_rows(env_id: str, n: int, config: Mapping[str, Any] | None = None) -> RigidVectorEnv:
@@ -126,43 +118,69 @@ def make_rows(env_id: str, n: int, config: Mapping[str, Any] | None = None) -> R
     return envs
 
 
-def from_controller(factory: ControllerFactory) -> PolicyFactory:
-    """A policy of states from a controller.
-
-    Args:
-        factory: For example one of `reference_controllers`.
-    """
-
-    def policy(envs: RigidVectorEnv) -> ActionFunction:
-        control = factory(envs.task)
-        kind = envs.single_action_space.dtype
-        return lambda _: np.asarray(control(envs), dtype=kind)
-
-    return policy
-
-
-def from_predict(policy: SupportsPredict) -> PolicyFactory:
-    """A policy of observations, trained by us or by Stable-Baselines3."""
-    return lambda _: lambda obs: policy.predict(obs, deterministic=True)[0]
+def _rows_of(env_id: str, env: Any, config: Mapping[str, Any] | None) -> Any:
+    """A given environment as a vector environment whose rows start anew by themselves."""
+    if config:
+        raise ConfigError(f"config = {dict(config)}; expected none beside env, which has its own")
+    if not isinstance(env, gym.Env | gym.vector.VectorEnv):
+        raise ConfigError(f"env = {env!r:.100}; expected an environment of Gymnasium")
+    envs = gym.vector.SyncVectorEnv([lambda: env]) if isinstance(env, gym.Env) else env
+    spec, name = _spec(envs), env_id.rpartition(":")[2]
+    if spec is not None and spec.id != name:
+        raise ConfigError(f"env = {spec.id}; expected one of {env_id}")
+    if envs.metadata.get("autoreset_mode") == gym.vector.AutoresetMode.DISABLED:
+        raise ConfigError("env: autoreset_mode = Disabled; expected rows that start anew: SameStep")
+    return envs
 
 
-def uniform(seed: int = TEST_SEED) -> PolicyFactory:
-    """The random policy, which draws the same actions in every evaluation.
-
-    Args:
-        seed: Seed of the starts; the actions are drawn from another stream of it.
-    """
-
-    def policy(envs: RigidVectorEnv) -> ActionFunction:
-        stream = np.random.default_rng(row_seeds(seed, 1, "random policy"))
-        draw = RandomPolicy(envs.single_action_space, stream)
-        return lambda obs: draw.predict(obs)[0]
-
-    return policy
+def _spec(envs: Any) -> Any:
+    """Of a vector environment, or of the environments that it is made of; None if there is none."""
+    rows = getattr(envs.unwrapped, "envs", [envs])
+    return envs.spec or rows[0].spec
 
 
-def constant_zero(envs: RigidVectorEnv) -> ActionFunction:
-    """The policy whose action is 0, the middle of a box or the first choice, in every step."""
-    space: Any = envs.action_space
-    actions = np.zeros(space.shape, dtype=space.dtype)
-    return lambda _: actions.copy()
+def _settings(env_id: str, envs: Any) -> dict[str, Any]:
+    """Hyperparameters that an environment was made with."""
+    spec = _spec(envs)
+    if env_id not in ENVIRONMENTS or spec is None:
+        return {}
+    known = asdict(task_of(env_id))
+    return {key: value for key, value in spec.kwargs.items() if key in known}
+
+
+def _play(policy: PolicyFactory, envs: Any, n: int, seed: int, env_id: str) -> Episodes:
+    """One episode from each of n starts, as many at a time as there are rows."""
+    record = ENVIRONMENTS.get(env_id)
+    error: ErrorTerm | None = None if record is None else record.error
+    rows = envs.num_envs
+    seeds = row_seeds(seed, -(-n // rows) * rows, "test")
+    parts = [
+        play(policy(envs), envs, seeds[k : k + rows], error) for k in range(0, len(seeds), rows)
+    ]
+    spec = _spec(envs)
+    limit = getattr(spec, "max_episode_steps", None) or max(part.limit for part in parts)
+    return joined(parts, n, limit)
+
+
+def _comparable(env_id: str, task: Task) -> bool:
+    """Whether a task differs from the registered one in what is seen and paid alone."""
+    free = _SEEN if cost_of(env_id, task).name == "loss" else (*_SEEN, "weight_")
+    return all(key.startswith(free) for key in changed(env_id, task))
+
+
+def _best(env_id: str, n: int) -> Array | None:
+    """Best known costs from the first n starts; None where there are none, or not so many."""
+    known = best_known(env_id)
+    return None if known is None or n > len(known.costs) else known.costs[:n]
+
+
+def _bounds(env_id: str, n: int, seed: int, config: Mapping[str, Any]) -> Array | None:
+    """Least costs that theory allows; None where it says nothing."""
+    limit = limit_of(env_id, metrics_of(env_id)[0].name)
+    if limit is None:
+        return None
+    envs = make_rows(env_id, n, config)
+    envs.reset(seed=row_seeds(seed, n, "test"))
+    bounds = limit.values(envs)
+    envs.close()
+    return bounds

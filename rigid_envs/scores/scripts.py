@@ -24,7 +24,8 @@ Plan = Callable[[RigidVectorEnv, Rows], npt.NDArray[np.float64]]
 class Script:
     """Entries of open-loop plans: each row's plan is made when its episode begins.
 
-    Rows may begin at any time: it also works across automatic resets.
+    Rows may begin at any time: it also works across automatic resets. A row that `play` counts no
+    more keeps its last plan, for planning may take long.
     """
 
     def __init__(self, plan: Plan, period: float = math.inf) -> None:
@@ -40,13 +41,15 @@ class Script:
     def __call__(self, envs: RigidVectorEnv) -> Array:
         """The entries that are due now, shape (N, ...)."""
         elapsed = envs.get_state()["clock"][:, CLOCK.elapsed].astype(np.int64)
-        new = np.flatnonzero(elapsed % self._period == 0)
+        begins = elapsed % self._period == 0
         if self._entries is None:
-            new = np.arange(envs.num_envs)
+            begins[:] = True
             self._begun = np.zeros_like(elapsed)
+        self._begun[begins] = elapsed[begins]
+        over = getattr(envs, "uncounted", None)
+        new = np.flatnonzero(begins if over is None else begins & ~over)
         if len(new):
             self._write(self._plan(envs, new), new, envs.num_envs)
-            self._begun[new] = elapsed[new]
         assert self._entries is not None
         step = np.minimum(elapsed - self._begun, len(self._entries) - 1)
         return np.asarray(self._entries[step, np.arange(envs.num_envs)])

@@ -74,12 +74,8 @@ class Tally:
             self._squares += ((1.0 / term - 1.0) / self._error.sharpness) ** 2
         self.running = running & ~ended
 
-    def episodes(self, bounds: Array | None = None) -> Episodes:
-        """The episodes so far.
-
-        Args:
-            bounds: Least cost that theory allows from each start; None if none is known.
-        """
+    def episodes(self) -> Episodes:
+        """The episodes so far."""
         counted = np.maximum(self.lengths, 1)
         return Episodes(
             seeds=self._seeds,
@@ -90,7 +86,6 @@ class Tally:
             terminated=self._terminated,
             costs=self._costs,
             errors=None if self._error is None else np.sqrt(self._squares / counted),
-            bounds=bounds,
             limit=self._limit or int(self.lengths.max()),
         )
 
@@ -100,5 +95,5 @@ class Tally:
         return bool(self._failed[0] < self.lengths[0])
 
     def value(self, metric: Metric, task: Task) -> float:
-        """A metric of the first row, also where it failed; see `Metric.values`."""
+        """A metric of the first row, also where it failed."""
         return float(metric.values(self.episodes(), task)[0])

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
+from rigid_envs.control.grid import QuarterRolls
 from rigid_envs.control.momentum import MomentumRegulator
 from rigid_envs.control.slewing import slew_acceleration
 from rigid_envs.envs import RigidVectorEnv
@@ -20,13 +21,13 @@ __all__ = [
     "BALL_PATH",
     "BALL_STEER_ERROR",
     "COIN_PATH",
-    "DETUMBLE_RETURN",
+    "DETUMBLE_LOSS",
     "DETUMBLE_TIME",
-    "FEWEST_MOVES",
+    "GRID_PATH",
+    "GRID_TIME",
     "PUSHED_BALL_TIME",
     "REORIENT_TIME",
     "ROLL_PUMP_TIME",
-    "SUCCESS",
     "TheoreticalLimit",
     "least_time",
     "limit_of",
@@ -42,13 +43,12 @@ class TheoreticalLimit:
     Attributes:
         kind: "exact", the optimum, or a "bound", which may be out of reach.
         text: Formula or reason.
-        values: Value of every start, shape (N,), of rows that have just begun; None where the
-            reference controller is proven to be optimal, and its own values are those.
+        values: Value of every start, shape (N,), of rows that have just begun.
     """
 
     kind: Literal["exact", "bound"]
     text: str
-    values: Callable[[RigidVectorEnv], Array] | None
+    values: Callable[[RigidVectorEnv], Array]
 
 
 def least_time(length: Array, acceleration: npt.ArrayLike, speed: npt.ArrayLike) -> Array:
@@ -132,7 +132,7 @@ def _impulses(envs: RigidVectorEnv) -> Array:
 
 
 def _riccati(envs: RigidVectorEnv) -> Array:
-    """Return of the optimal law over an infinite horizon; after 50 steps 1e-7 of it is left."""
+    """Loss of the optimal law over an infinite horizon; after 50 steps 1e-7 of it is left."""
     task: Any = envs.task
     law = MomentumRegulator(
         task.system(),
@@ -140,15 +140,26 @@ def _riccati(envs: RigidVectorEnv) -> Array:
         task.weight_momentum / task.start_momentum**2,
         task.weight_impulse / task.impulse**2,
     )
-    return -law.riccati * _momentum(envs) ** 2
+    return law.riccati * _momentum(envs) ** 2
 
 
 def _zero(envs: RigidVectorEnv) -> Array:
     return np.zeros(envs.num_envs)
 
 
-def _one(envs: RigidVectorEnv) -> Array:
-    return np.ones(envs.num_envs)
+def _moves(envs: RigidVectorEnv) -> Array:
+    """Fewest quarter rolls home; a ball that is home already rolls out and back."""
+    task: Any = envs.task
+    moves = QuarterRolls(task.system(), task.start_cells).moves(envs.y)
+    return np.where(moves == 0, 2.0, moves)
+
+
+def _rolled(envs: RigidVectorEnv) -> Array:
+    return np.asarray(0.5 * np.pi * _rows(envs, "radius") * _moves(envs))
+
+
+def _moved(envs: RigidVectorEnv) -> Array:
+    return np.asarray(envs.task.dt * _moves(envs))
 
 
 def _pump(envs: RigidVectorEnv) -> Array:
@@ -156,8 +167,7 @@ def _pump(envs: RigidVectorEnv) -> Array:
     return np.asarray(task.lower_bound(envs.y))
 
 
-SUCCESS = TheoreticalLimit("bound", "no rate is larger than 1", _one)
-DETUMBLE_RETURN = TheoreticalLimit("exact", "the root of the scalar Riccati equation", _riccati)
+DETUMBLE_LOSS = TheoreticalLimit("exact", "the root of the scalar Riccati equation", _riccati)
 DETUMBLE_TIME = TheoreticalLimit("exact", "|L| over the largest impulse, rounded up", _impulses)
 REORIENT_TIME = TheoreticalLimit(
     "bound", "2 sqrt(angle / a), a the largest angular acceleration, less tolerances", _turn
@@ -167,7 +177,8 @@ PUSHED_BALL_TIME = TheoreticalLimit(
     "bound", "2 sqrt(length (1 + beta) m / F), less the tolerances", _push
 )
 BALL_STEER_ERROR = TheoreticalLimit("bound", "no error; feasible from no offset only", _zero)
-FEWEST_MOVES = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", None)
+GRID_PATH = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", _rolled)
+GRID_TIME = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", _moved)
 ROLL_PUMP_TIME = TheoreticalLimit("bound", "(n - 1/2) half swings, n the least passes", _pump)
 COIN_PATH = TheoreticalLimit("bound", "max(distance, radius |phase|), less tolerances", _coin)
 
@@ -175,7 +186,5 @@ COIN_PATH = TheoreticalLimit("bound", "max(distance, radius |phase|), less toler
 def limit_of(env_id: str, metric: str) -> TheoreticalLimit | None:
     """The theoretical limit of a metric of an id; None where none is known."""
     name = ENVIRONMENTS[env_id].limits.get(metric)
-    if name is None:
-        return SUCCESS if metric == "success" else None
-    limit: TheoreticalLimit = load(name)
+    limit: TheoreticalLimit | None = None if name is None else load(name)
     return limit

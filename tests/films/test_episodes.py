@@ -12,7 +12,7 @@ from rigid_envs import ENVIRONMENTS, rotations
 from rigid_envs.films import Look, Played, episode_pictures, pictures_per_second, play_episode
 from rigid_envs.films.labels import labelled
 from rigid_envs.replays.inbetween import moment_at
-from rigid_envs.scores.untrained import untrained_policy
+from rigid_envs.scores.policies import untrained_policy
 
 pytest.importorskip("panda3d")
 pytest.importorskip("PIL")

@@ -15,8 +15,8 @@ from rigid_envs.play.loop import Table
 from rigid_envs.play.page import Status, board_height, page
 from rigid_envs.replays import load_replay
 from rigid_envs.scores.evaluation import make_rows
+from rigid_envs.scores.policies import untrained_policy
 from rigid_envs.scores.theory import limit_of
-from rigid_envs.scores.untrained import untrained_policy
 
 pytestmark = pytest.mark.long  # see .ci/run
 

@@ -18,8 +18,8 @@ from rigid_envs.replays import (
     record_starts,
     same_bits,
 )
+from rigid_envs.scores import evaluate, from_controller
 from rigid_envs.scores.controllers import reference_controllers
-from rigid_envs.scores.evaluation import evaluate, from_controller
 
 PARK = "RigidEnvs/BallPark-v0"
 
@@ -139,10 +139,11 @@ def test_other_wrappers_go_around_the_recording_one() -> None:
 def test_replays_of_an_evaluation_are_its_episodes() -> None:
     policy = from_controller(reference_controllers(PARK)["shortest_path"])
     replay = record_starts(policy, PARK, 3, "reference")
-    episodes = evaluate(PARK, policy, 3).episodes
-    assert [len(e) for e in replay.episodes] == episodes.lengths.tolist()
-    assert [e.terminated for e in replay.episodes] == episodes.terminated.tolist()
-    assert np.allclose([e.rewards.sum() for e in replay.episodes], episodes.returns, rtol=1e-12)
+    found = evaluate(PARK, policy, n=3)
+    assert [len(e) for e in replay.episodes] == found.values["length"].tolist()
+    assert [e.terminated for e in replay.episodes] == found.successes.tolist()
+    returns = [e.rewards.sum() for e in replay.episodes]
+    assert np.allclose(returns, found.values["return"], rtol=1e-12)
     for episode in replay.episodes:
         assert same_bits(episode, play_again(replay.task, episode.start, episode.actions))
 

@@ -47,7 +47,7 @@ def test_training_ends_with_the_table_and_where_everything_is(finished: tuple[Pa
     results = json.loads((folder / "results.json").read_text())
     assert results["policy"]["episodes"] == results["random_policy"]["episodes"] == 500
     keys = {"versions", "training_seed", "git_commit", "git_dirty", "training_seconds", "command",
-            "kernel_hash", "test_seed", "policy_sha256", "cost_unit"}  # fmt: skip
+            "kernel_hash", "test_seed", "policy_sha256", "starts"}  # fmt: skip
     assert keys <= results.keys()
     assert (folder / "learning_curve.png").read_bytes().startswith(b"\x89PNG")
     assert list((folder / "tensorboard").glob("events.*"))

@@ -11,9 +11,10 @@ import pytest
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.environments.factory import make
-from agents.evaluation.evaluate import RandomPolicy, evaluate, play, summary
-from agents.evaluation.intervals import wilson_interval
+from agents.evaluation.evaluate import RandomPolicy, evaluate, play
 from agents.evaluation.reports import table, write_report
+from rigid_envs.scores import wilson_interval
+from rigid_envs.scores.result import evaluation_of
 from rigid_envs.scores.starts import row_seeds
 from tests.agents.drift import Drift
 
@@ -51,9 +52,9 @@ def alone(seed: int) -> tuple[float, int, bool, float]:
 def test_an_evaluation_repeats_to_the_bit_and_another_seed_differs() -> None:
     one, two = (evaluate(Homing(), "Drift-v0", 50, seed=1) for _ in range(2))
     other = evaluate(Homing(), "Drift-v0", 50, seed=2)
-    np.testing.assert_array_equal(one.returns, two.returns)
-    assert not np.isin(one.returns, other.returns).any()
-    chance = [evaluate(None, "Drift-v0", 50, seed=1).returns for _ in range(2)]
+    np.testing.assert_array_equal(one.values["return"], two.values["return"])
+    assert not np.isin(one.values["return"], other.values["return"]).any()
+    chance = [evaluate(None, "Drift-v0", 50, seed=1).values["return"] for _ in range(2)]
     np.testing.assert_array_equal(*chance)
 
 
@@ -64,22 +65,6 @@ def test_the_random_policy_fills_the_space_evenly() -> None:
     # Mean and variance of a uniform variable on [-1, 1], within 5 standard errors.
     np.testing.assert_allclose(actions.mean(axis=0), 0, atol=5 / math.sqrt(3 * 10_000))
     np.testing.assert_allclose(actions.var(axis=0), 1 / 3, atol=5 * math.sqrt(4 / 45 / 10_000))
-
-
-def test_bounds_come_from_the_task_at_the_starts() -> None:
-    class Task:
-        def lower_bound(self, y: Any) -> Any:
-            return np.hypot(y[:, 0], y[:, 1])
-
-    venv = Drift(30)
-    venv.task = Task()
-    venv.state["y"] = venv.state["x"]
-    episodes = play(Homing(), venv, row_seeds(5, 30, "test"))
-    again = Drift(30)
-    start, _ = again.reset(seed=row_seeds(5, 30, "test"))
-    np.testing.assert_allclose(episodes.bounds, np.hypot(*start.T), rtol=1e-6)
-    figures = summary(episodes)
-    assert figures["lower_bound_mean"] == pytest.approx(episodes.bounds.mean())
 
 
 # Source: Newcombe (1998), doi:10.1002/(SICI)1097-0258(19980430)17:8<857::AID-SIM777>3.0.CO;2-E,
@@ -136,31 +121,37 @@ def test_seeding_touches_no_global_stream() -> None:
 
 
 def figures() -> dict[str, Any]:
-    policy = summary(evaluate(Homing(), "Drift-v0", 30, 0))
-    policy |= {"lower_bound_mean": 0.5, "lower_bound_mean_of_successes": None}
-    return {"env_id": "Drift-v0", "algo": "ppo", "cost_unit": "push [m]", "policy": policy,
-            "random_policy": summary(evaluate(None, "Drift-v0", 30, 0))}  # fmt: skip
+    row = evaluate(Homing(), "Drift-v0", 30, 0).row()
+    return row | {"random_policy": evaluate(None, "Drift-v0", 30, 0).summary()}
 
 
 def test_the_table_is_aligned_and_says_all_figures() -> None:
-    lines = table(figures()).splitlines()
+    row = figures()
+    lines = table(row).splitlines()
     assert "30 unseen starts" in lines[0]
     assert len({len(line) for line in lines[1:-1]}) == 1
     assert any("random policy" in line for line in lines)
-    assert any("lower bound" in line and "0.500" in line for line in lines)
-    assert "push [m]" in lines[-1]
+    assert any(line.startswith("homing") for line in lines)
+    assert any(f"{row['policy']['cost_mean']:.3f}" in line for line in lines)
+
+
+def test_an_environment_of_others_has_success_and_return_and_no_efficiency() -> None:
+    found = evaluate(Homing(), "Drift-v0", 30, 0)
+    assert found.cost is None and found.efficiency is None and found.gap is None
+    assert found.success.low < found.success.mean == found.values["success"].mean()
+    assert found.policy == "homing" and "efficiency" not in str(found)
 
 
 def test_written_results_can_be_recomputed_from_the_episodes(tmp_path: Path) -> None:
-    episodes = evaluate(Homing(), "Drift-v0", 30, 0)
-    write_report(tmp_path, {"policy": summary(episodes)}, episodes)
-    written = json.loads((tmp_path / "results.json").read_text())["policy"]
+    found = evaluate(Homing(), "Drift-v0", 30, 0)
+    write_report(tmp_path, figures(), found)
+    row = json.loads((tmp_path / "results.json").read_text())
+    assert evaluation_of(row).summary() == found.summary() == row["policy"]
     with (tmp_path / "episodes.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [int(row["seed"]) for row in rows] == row_seeds(0, 30, "test")
-    assert sum(int(row["is_success"]) for row in rows) == written["successes"]
-    assert np.mean([float(row["return"]) for row in rows]) == written["return_mean"]
-    assert np.mean([float(row["cost"]) for row in rows]) == written["cost_mean"]
+    assert [int(each["seed"]) for each in rows] == row_seeds(0, 30, "test")
+    assert sum(int(each["is_success"]) for each in rows) == row["policy"]["successes"]
+    assert np.mean([float(each["return"]) for each in rows]) == row["policy"]["return_mean"]
 
 
 @pytest.mark.parametrize(

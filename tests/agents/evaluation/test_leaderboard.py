@@ -1,6 +1,7 @@
 """Controllers are evaluated like policies, and a folder of results becomes a table and a plot."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ import pytest
 import rigid_envs
 from agents.cli.command_line import main
 from agents.evaluation.leaderboard import markdown, read_results
-from rigid_envs.scores import evaluate, from_controller, reference_controllers
+from rigid_envs.files import DamagedFileError
+from rigid_envs.scores import read_evaluation
+from rigid_envs.scores.result import evaluation_of
 
 ID = "RigidEnvs/Detumble-v0"
 Capture = pytest.CaptureFixture[str]
@@ -30,19 +33,14 @@ def result(folder: Path, name: str) -> dict[str, Any]:
     return found
 
 
-def test_a_result_has_metrics_scores_intervals_and_where_they_come_from(folder: Path) -> None:
-    found = result(folder, "riccati")
-    assert found["format"] == "rigid-envs result 1" and found["algo"] == "riccati"
+def test_a_result_has_success_efficiency_cost_and_where_they_come_from(folder: Path) -> None:
+    found = result(folder, "brake")
+    assert found["format"] == "rigid-envs result 2" and found["algo"] == "brake"
     assert {"kernel_hash", "versions", "test_seed", "git_commit", "command"} <= found.keys()
-    values = evaluate(ID, from_controller(reference_controllers(ID)["riccati"]), 20).values()
-    assert found["primary"] == "return"
-    for name, metric in found["metrics"].items():
-        assert metric["mean"] == values[name].mean()
-        low, high = metric["interval_95"]
-        assert low <= metric["mean"] <= high
-        score = found["scores"][name]
-        assert score["score"] == rigid_envs.score(ID, name)(metric["mean"])
-        assert score["interval_95"][0] <= score["score"] <= score["interval_95"][1]
+    again = rigid_envs.evaluate(ID, "brake", n=20)
+    assert found["policy"] == again.summary() and again.summary()["efficiency"] < 0.9
+    read = read_evaluation(folder / "Detumble-v0" / "brake" / "results.json")
+    np.testing.assert_array_equal(read.efficiencies, again.efficiencies)
 
 
 def test_the_random_policy_is_what_every_result_is_set_beside(folder: Path) -> None:
@@ -50,20 +48,39 @@ def test_the_random_policy_is_what_every_result_is_set_beside(folder: Path) -> N
     assert found["policy"] == found["random_policy"] == result(folder, "brake")["random_policy"]
 
 
-def test_the_best_score_comes_first_and_the_plot_is_there(folder: Path, capsys: Capture) -> None:
+def test_the_most_efficient_comes_first_and_the_plot_is_there(
+    folder: Path, capsys: Capture
+) -> None:
+    rigid_envs.evaluate(ID, "zero", n=20).save(folder / "by an outsider.json")
     assert main(["leaderboard", str(folder)]) == 0
-    assert [r["algo"] for r in read_results(folder)] == ["riccati", "brake", "random"]
+    assert [r.policy for r in read_results(folder)] == ["riccati", "brake", "random", "zero"]
     text = (folder / "leaderboard.md").read_text()
     assert text in capsys.readouterr().out
     rows = [line for line in text.splitlines() if line.startswith("| `Detumble-v0`")]
-    assert len(rows) == 3 and "exact" in rows[0]
-    assert {row.replace("\\|", "").count("|") for row in rows} == {11}
+    assert len(rows) == 4 and "**1.000**" in rows[0] and "**0.000**" in rows[-1]
+    assert {row.count("|") for row in rows} == {12}
     assert (folder / "leaderboard.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_result_without_scores_has_its_row(folder: Path) -> None:
-    found = [r | {"scores": {}} for r in read_results(folder)]
-    assert "| - | - | - |" in markdown(found)
+def test_results_are_ranked_by_what_is_best_now_and_changed_ones_are_refused(
+    folder: Path, tmp_path: Path
+) -> None:
+    row = result(folder, "brake")
+    old = evaluation_of(row)
+    costs = 0.5 * old.costs  # as if somebody had known better, once
+    old.against(costs).save(tmp_path / "row.json")
+    assert read_evaluation(tmp_path / "row.json").efficiency.mean == pytest.approx(0.5, abs=1e-3)
+    assert read_results(tmp_path)[0].efficiency == old.efficiency
+    row["policy"]["efficiency"] = 0.99
+    (tmp_path / "row.json").write_text(json.dumps(row))
+    with pytest.raises(DamagedFileError, match=r"efficiency = 0\.99; expected 0\.6"):
+        read_results(tmp_path)
+
+
+def test_several_seeds_are_aggregated_with_an_interval(folder: Path) -> None:
+    found = [replace(each, policy="ppo") for each in read_results(folder)]
+    (line,) = [row for row in markdown(found).splitlines() if row.startswith("| ppo | 1 |")]
+    assert " .. " in line
 
 
 def test_all_takes_the_ids_that_have_the_controller(
@@ -92,13 +109,4 @@ def test_what_makes_no_sense_is_refused(words: list[str], message: str, capsys: 
 
 def test_a_folder_without_results_is_refused(tmp_path: Path, capsys: Capture) -> None:
     assert main(["leaderboard", str(tmp_path)]) == 2
-    assert "expected a results.json" in capsys.readouterr().err
-
-
-def test_intervals_shrink_with_the_number_of_starts(folder: Path, tmp_path: Path) -> None:
-    words = ["evaluate", "--controller", "riccati", "--ids", ID, "--episodes", "320"]
-    assert main([*words, "--out", str(tmp_path)]) == 0
-    few, many = (result(f, "riccati")["metrics"]["return"]["interval_95"]
-                 for f in (folder, tmp_path))  # fmt: skip
-    # 16 times as many starts: a quarter of the width, within what 20 starts know of a deviation
-    assert 2.5 < np.diff(few)[0] / np.diff(many)[0] < 6.5
+    assert "expected results below it" in capsys.readouterr().err

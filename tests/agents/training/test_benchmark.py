@@ -35,9 +35,9 @@ def test_a_row_has_the_figures_of_policy_and_chance_on_the_same_starts(tmp_path:
     for row, name in zip(rows(tmp_path), "ab", strict=True):
         policy = load_policy(tmp_path / "ppo" / name / "best_model")
         learnt, chance = (evaluate(actor, "Drift-v0", 50, TEST_SEED) for actor in (policy, None))
-        assert row["policy"]["return_mean"] == learnt.returns.mean()
+        assert row["policy"]["return_mean"] == learnt.values["return"].mean()
         assert row["policy"]["success_rate"] == learnt.successes.mean()
-        assert row["random_policy"]["return_mean"] == chance.returns.mean()
+        assert row["random_policy"]["return_mean"] == chance.values["return"].mean()
         assert row["random_policy"]["success_rate"] == chance.successes.mean()
         assert row["run_timesteps"] == 512 * 6 >= row["training_timesteps"]
         assert row["training_seed"] == (3 if name == "b" else 0)
@@ -79,7 +79,7 @@ def test_a_training_that_fails_leaves_out_its_row_only(
     bad = config(tmp_path, "bad", env_kwargs={"bad_reward_at": 40})
     assert train_all([bad, config(tmp_path)], tmp_path, 20, True) == 1
     assert "error: Drift-v0: reward of row 8" in capsys.readouterr().err
-    assert [row["env_kwargs"] for row in rows(tmp_path)] == [{}]
+    assert [row["config"] for row in rows(tmp_path)] == [{}]
 
 
 def test_a_signal_ends_all_and_keeps_what_is_done(

@@ -50,11 +50,11 @@ def test_learning_beats_chance_by_far(tmp_path: Path, name: str) -> None:
     chance = evaluate(None, env_id, 200, env_kwargs=env_kwargs)
     # Measured: 100 % of choices and 67 % of goals, chance 4 % and 2 %.
     assert learnt.successes.mean() > 0.3 and chance.successes.mean() < 0.1
-    assert learnt.returns.mean() > chance.returns.mean()
+    assert learnt.values["return"].mean() > chance.values["return"].mean()
 
 
 def test_chance_takes_dictionaries_and_choices() -> None:
     goal = evaluate(None, "RigidEnvs/BallParkGoal-v0", 30)
-    assert (goal.lengths == 100).all() and not goal.successes.any()
+    assert (goal.values["length"] == 100).all() and not goal.successes.any()
     grid = evaluate(None, "RigidEnvs/BallGrid-v0", 30)
-    assert grid.lengths.min() < 51 and (grid.returns >= -2.5).all()
+    assert grid.values["length"].min() < 51 and (grid.values["return"] >= -2.5).all()

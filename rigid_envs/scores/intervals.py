@@ -1,11 +1,15 @@
-"""Percentile bootstrap interval of a mean."""
+"""Confidence intervals of means and rates."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["mean_interval"]
+__all__ = ["mean_interval", "wilson_interval"]
+
+_Z = 1.959963984540054  # 97.5 % quantile of the normal distribution
 
 
 def mean_interval(
@@ -32,3 +36,22 @@ def mean_interval(
     means = [x[rng.integers(0, len(x), len(x))].mean() for _ in range(n_resamples)]
     low, high = np.quantile(means, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
     return float(low), float(high)
+
+
+def wilson_interval(successes: int, n: int) -> tuple[float, float]:
+    """Wilson score interval of a rate, 95 %: p with ``(k / n - p)^2 <= z^2 p (1 - p) / n``.
+
+    Args:
+        successes: Number of successes k, 0 .. n.
+        n: Number of trials, at least 1.
+
+    Returns:
+        Lower and upper end, within [0, 1].
+
+    Source: Wilson (1927), doi:10.1080/01621459.1927.10502953.
+    """
+    rate, share = successes / n, _Z * _Z / n
+    middle = rate + 0.5 * share
+    half = math.sqrt(share * (rate * (1.0 - rate) + 0.25 * share))
+    low = 0.0 if successes == 0 else (middle - half) / (1.0 + share)
+    return low, 1.0 if successes == n else (middle + half) / (1.0 + share)

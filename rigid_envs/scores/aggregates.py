@@ -1,0 +1,114 @@
+"""Aggregates of efficiencies over ids and seeds, with intervals over the seeds.
+
+Runs are given as one array for each id: the mean efficiency of every training seed. Seeds are what
+is drawn at random, so intervals resample the seeds within each id, and never the starts.
+
+Source: Agarwal et al. 2021, *Deep Reinforcement Learning at the Edge of the Statistical Precipice*,
+arXiv:2108.13264.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "Runs",
+    "interquartile_mean",
+    "performance_profile",
+    "probability_of_improvement",
+    "stratified_bootstrap",
+]
+
+Array = npt.NDArray[np.float64]
+
+Runs = Sequence[npt.ArrayLike]
+"""For each id, the results of its seeds, shape (number of seeds,)."""
+
+
+def interquartile_mean(runs: Runs) -> float:
+    """Mean of all runs without the lowest and the highest quarter of them.
+
+    Args:
+        runs: Results by id and seed.
+    """
+    x = np.sort(_pooled(runs))
+    cut = len(x) // 4
+    return float(x[cut : len(x) - cut].mean())
+
+
+def performance_profile(runs: Runs, thresholds: npt.ArrayLike) -> Array:
+    """Share of runs above each threshold: the mean over ids of their shares.
+
+    Args:
+        runs: Results by id and seed.
+        thresholds: Shape (k,).
+
+    Returns:
+        Shape (k,).
+    """
+    at = np.asarray(thresholds, dtype=np.float64)
+    shares = [(each[:, None] > at).mean(axis=0) for each in _checked(runs)]
+    return np.asarray(np.mean(shares, axis=0))
+
+
+def probability_of_improvement(runs: Runs, others: Runs) -> float:
+    """Probability that a run is better than one of the others, averaged over ids; a tie is half.
+
+    Args:
+        runs: Results by id and seed.
+        others: Those of another policy, with the same ids in the same order.
+    """
+    one, two = _checked(runs), _checked(others)
+    if len(one) != len(two):
+        raise ValueError(f"others = {len(two)} ids; expected {len(one)}, as runs has them")
+    chances = [
+        np.mean(0.5 * (np.sign(a[:, None] - b) + 1.0)) for a, b in zip(one, two, strict=True)
+    ]
+    return float(np.mean(chances))
+
+
+def stratified_bootstrap(
+    statistic: Callable[..., float],
+    *policies: Runs,
+    n_resamples: int = 2000,
+    level: float = 0.95,
+    seed: int = 0,
+) -> tuple[float, float]:
+    """Percentile bootstrap interval of a statistic; seeds are drawn anew within each id.
+
+    Args:
+        statistic: For example `interquartile_mean`, or `probability_of_improvement` of two.
+        *policies: Results by id and seed of each policy that the statistic takes.
+        n_resamples: Number of samples.
+        level: Confidence level.
+        seed: Seed of the random draws.
+
+    Returns:
+        Lower and upper end. With one seed for each id both are the statistic itself: one seed says
+        nothing about others.
+    """
+    rng = np.random.default_rng(seed)
+    given = [_checked(runs) for runs in policies]
+
+    def drawn(runs: list[Array]) -> list[Array]:
+        return [each[rng.integers(0, len(each), len(each))] for each in runs]
+
+    found = [statistic(*map(drawn, given)) for _ in range(n_resamples)]
+    low, high = np.quantile(found, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
+    return float(low), float(high)
+
+
+def _checked(runs: Runs) -> list[Array]:
+    """Each an array of one seed at least."""
+    arrays = [np.asarray(each, dtype=np.float64) for each in runs]
+    if not arrays or any(each.ndim != 1 or not len(each) for each in arrays):
+        shapes = [each.shape for each in arrays]
+        raise ValueError(f"runs have shapes {shapes}; expected (number of seeds,) for each id")
+    return arrays
+
+
+def _pooled(runs: Runs) -> Array:
+    return np.concatenate(_checked(runs))

@@ -1,0 +1,148 @@
+"""Best known cost from each start of the evaluation sets: data, one file for each id.
+
+`rigid-envs best` writes them. They are of the environments as they are registered.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.files import DamagedFileError, lined_json, read_bytes, write_atomic
+from rigid_envs.scores.starts import TEST_SEED, VERSION
+
+__all__ = ["FOLDER", "FORMAT", "Best", "best_known", "file_of", "read_best", "write_best"]
+
+FORMAT = "rigid-envs best 1"
+FOLDER = Path(__file__).with_name("best")
+"""The data."""
+
+_LIMIT = 2**20  # bytes
+_ROUNDING = 1e-9  # share of a cost by which another machine may differ: that is no improvement
+
+
+@dataclass(frozen=True)
+class Best:
+    """Best known costs of an id.
+
+    Attributes:
+        env_id: Gymnasium's id.
+        cost: Name of the metric.
+        costs: Cost from each start, shape (n,); NaN where nobody is known to have succeeded.
+        finders: Who found each, n names; empty where nobody has.
+        policies: Summaries of untrained policies by name, against these costs.
+        provenance: Versions, kernels, commit and date of the last change.
+    """
+
+    env_id: str
+    cost: str
+    costs: npt.NDArray[np.float64]
+    finders: tuple[str, ...]
+    policies: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def shares(self) -> dict[str, int]:
+        """Number of starts for which each finder is the best, the largest first."""
+        names = [name for name in self.finders if name]
+        return dict(sorted(((k, names.count(k)) for k in set(names)), key=lambda p: (-p[1], p[0])))
+
+    def improved(self, finder: str, successes: npt.ArrayLike, costs: npt.ArrayLike) -> Best:
+        """The best of these and of the episodes of a finder; of a tie, the older one stays.
+
+        Args:
+            finder: Its name.
+            successes: Whether the first episodes succeeded, shape (k,).
+            costs: What they cost, shape (k,).
+        """
+        known, names = self.costs.copy(), list(self.finders)
+        for k, (won, cost) in enumerate(zip(np.asarray(successes), np.asarray(costs), strict=True)):
+            if won and not known[k] <= cost * (1.0 + _ROUNDING):
+                known[k], names[k] = cost, finder
+        return Best(self.env_id, self.cost, known, tuple(names), self.policies, self.provenance)
+
+
+def nobody(env_id: str, cost: str, n: int) -> Best:
+    """Nothing is known yet.
+
+    Args:
+        env_id: Gymnasium's id.
+        cost: Name of the metric.
+        n: Number of starts.
+    """
+    return Best(env_id, cost, np.full(n, np.nan), ("",) * n)
+
+
+def file_of(env_id: str, folder: Path = FOLDER) -> Path:
+    """File of an id: that of `RigidEnvs/BallPark-v0` is `BallPark-v0.json`."""
+    return folder / f"{env_id.rpartition('/')[2]}.json"
+
+
+@cache
+def best_known(env_id: str) -> Best | None:
+    """The data of an id that come with the package; None where there are none."""
+    file = file_of(env_id)
+    found = read_best(file) if file.exists() else None
+    return found if found is not None and found.env_id == env_id else None
+
+
+def read_best(file: Path) -> Best:
+    """Read a file.
+
+    Args:
+        file: Its path.
+
+    Raises:
+        DamagedFileError: Of another format or evaluation set, or not complete.
+    """
+    try:
+        data = json.loads(read_bytes(file, _LIMIT))
+        evaluation_set = {"version": VERSION, "seed": TEST_SEED, "starts": len(data["costs"])}
+        if (data["format"], data["evaluation_set"]) != (FORMAT, evaluation_set):
+            raise ValueError(
+                f"format = {data['format']!r}, evaluation_set = {data['evaluation_set']}; "
+                f"expected {FORMAT!r}, {evaluation_set}"
+            )
+        names = ["", *data["finders"]]
+        finders = tuple(names[k + 1] for k in data["finder"])
+        costs = np.array([np.nan if c is None else c for c in data["costs"]], dtype=np.float64)
+        if [name == "" for name in finders] != np.isnan(costs).tolist() or (costs < 0.0).any():
+            raise ValueError("costs, finder: expected a cost from 0 and a finder, or neither")
+        known = Best(data["env_id"], data["cost"], costs, finders)
+        return Best(*_fields(known), data["policies"], data["provenance"])
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        why = f"no {error}" if isinstance(error, KeyError) else str(error)
+        raise DamagedFileError(f"{file}: {why}; write it anew: rigid-envs best") from error
+
+
+def _fields(known: Best) -> tuple[str, str, npt.NDArray[np.float64], tuple[str, ...]]:
+    return known.env_id, known.cost, known.costs, known.finders
+
+
+def write_best(file: Path, known: Best) -> None:
+    """Write a file, atomically; equal data give an equal file.
+
+    Args:
+        file: Its path.
+        known: The data.
+    """
+    finders = list(known.shares)
+    data: dict[str, Any] = {
+        "format": FORMAT,
+        "env_id": known.env_id,
+        "evaluation_set": {"version": VERSION, "seed": TEST_SEED, "starts": len(known.costs)},
+        "provenance": dict(known.provenance),
+        "cost": known.cost,
+        "policies": {name: dict(summary) for name, summary in known.policies.items()},
+        "finders": finders,
+        "finder": [finders.index(name) if name else -1 for name in known.finders],
+        "costs": [None if np.isnan(cost) else cost for cost in known.costs.tolist()],
+    }
+    write_atomic(file, lined_json(data))

@@ -1,0 +1,63 @@
+"""Search for best known costs: whoever finds is played, and counts where it succeeds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from rigid_envs.provenance import provenance
+from rigid_envs.scores.best import Best, nobody
+from rigid_envs.scores.controllers import reference_controllers
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.metrics import metrics_of
+from rigid_envs.scores.policies import PolicyFactory, untrained_policies
+from rigid_envs.scores.result import Evaluation
+from rigid_envs.scores.starts import N_STARTS
+
+__all__ = ["BASELINES", "find", "played"]
+
+BASELINES = ("zero", "random")
+"""Policies that stand beside the reference controllers; from a lucky start they are the best."""
+
+
+def find(
+    env_id: str,
+    known: Best | None = None,
+    finders: Iterable[PolicyFactory | Evaluation] = (),
+    untrained: Mapping[str, Evaluation] | None = None,
+    n: int = N_STARTS,
+) -> Best:
+    """Play the untrained policies and other finders, and keep the best from each start.
+
+    Args:
+        env_id: Gymnasium's id.
+        known: What is known already; what it has of untrained policies is not taken over.
+        finders: Other policies, or what came of them.
+        untrained: What came of the untrained policies; None plays them.
+        n: Number of starts.
+    """
+    policies = played(env_id, n) if untrained is None else untrained
+    best = nobody(env_id, metrics_of(env_id)[0].name, n)
+    if known is not None:
+        for name in known.shares.keys() - policies.keys():
+            own = np.array([finder == name for finder in known.finders])[:n]
+            best = best.improved(name, own, known.costs[:n])
+    for finder in (*policies.values(), *finders):
+        found = finder if isinstance(finder, Evaluation) else evaluate(env_id, finder, n=n)
+        best = best.improved(found.policy, found.successes, found.costs)
+    summaries = {name: each.against(best.costs).summary() for name, each in policies.items()}
+    return replace(best, policies=summaries, provenance=provenance())
+
+
+def played(env_id: str, n: int = N_STARTS) -> dict[str, Evaluation]:
+    """Evaluations of the reference controllers, of the action 0 and of the random policy, by name.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of starts.
+    """
+    policies = untrained_policies(env_id)
+    names = (*reference_controllers(env_id), *BASELINES)
+    return {name: evaluate(env_id, policies[name], n=n) for name in names}

@@ -1,0 +1,71 @@
+"""Aggregates against values by hand, scipy, and the coverage of their intervals."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from rigid_envs.scores import (
+    interquartile_mean,
+    performance_profile,
+    probability_of_improvement,
+    stratified_bootstrap,
+)
+
+RUNS = [[0.1, 0.2, 0.9], [0.4, 0.5, 0.6, 0.7, 0.8]]
+
+
+def test_the_interquartile_mean_leaves_out_a_quarter_on_either_side() -> None:
+    assert interquartile_mean(RUNS) == pytest.approx((0.4 + 0.5 + 0.6 + 0.7) / 4)
+    assert interquartile_mean([[0.3]]) == 0.3
+    rng = np.random.default_rng(0)
+    for n in range(1, 30):
+        x = rng.random(n)
+        assert interquartile_mean([x]) == pytest.approx(stats.trim_mean(x, 0.25))
+
+
+def test_a_performance_profile_is_the_share_of_runs_above_averaged_over_ids() -> None:
+    found = performance_profile(RUNS, [0.0, 0.45, 0.6, 1.0])
+    np.testing.assert_allclose(found, [1.0, (1 / 3 + 4 / 5) / 2, (1 / 3 + 2 / 5) / 2, 0.0])
+
+
+def test_the_probability_of_improvement_is_that_of_mann_and_whitney() -> None:
+    assert probability_of_improvement([[1.0, 2.0]], [[1.0, 0.0]]) == (0.5 + 1 + 1 + 1) / 4
+    rng = np.random.default_rng(1)
+    a, b = rng.normal(size=(2, 7)).round(1), rng.normal(size=(2, 9)).round(1)
+    shares = [stats.mannwhitneyu(x, y).statistic / 63 for x, y in zip(a, b, strict=True)]
+    assert probability_of_improvement(a, b) == pytest.approx(np.mean(shares))
+
+
+def test_the_bootstrap_draws_seeds_within_each_id() -> None:
+    means = []
+
+    def mean(runs: list[np.ndarray]) -> float:
+        assert [len(each) for each in runs] == [3, 5]
+        assert set(runs[0]) <= set(RUNS[0]) and set(runs[1]) <= set(RUNS[1])
+        means.append(float(np.mean([each.mean() for each in runs])))
+        return means[-1]
+
+    low, high = stratified_bootstrap(mean, RUNS, n_resamples=400)
+    assert (low, high) == tuple(np.quantile(means, [0.025, 0.975])) and low < high
+    assert stratified_bootstrap(mean, RUNS, n_resamples=400) == (low, high)
+
+
+def test_the_interval_of_one_normal_stratum_is_that_of_its_standard_error() -> None:
+    x = np.random.default_rng(2).normal(size=400)
+    low, high = stratified_bootstrap(lambda runs: float(runs[0].mean()), [x])
+    width = 1.959964 * x.std() / 20.0
+    # quantiles of 2000 draws are uncertain by 5 % or so of the width
+    np.testing.assert_allclose([low, high], [x.mean() - width, x.mean() + width], atol=0.15 * width)
+
+
+def test_one_seed_says_nothing_about_others_and_two_policies_are_compared() -> None:
+    assert stratified_bootstrap(interquartile_mean, [[0.3], [0.5]], n_resamples=9) == (0.4, 0.4)
+    low, high = stratified_bootstrap(probability_of_improvement, RUNS, RUNS, n_resamples=200)
+    assert low < 0.5 < high
+
+
+def test_what_is_no_runs_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"runs have shapes \[\]; expected"):
+        interquartile_mean([])
+    with pytest.raises(ValueError, match=r"others = 1 ids; expected 2"):
+        probability_of_improvement(RUNS, RUNS[:1])

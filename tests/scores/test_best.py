@@ -1,0 +1,102 @@
+"""Best known costs: the least of those who succeeded, in files that say who and when."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.cli import main
+from rigid_envs.cli.scoring import verify_scores
+from rigid_envs.files import DamagedFileError
+from rigid_envs.replays import record_starts
+from rigid_envs.scores import best_known, evaluate, find, from_controller, reference_controllers
+from rigid_envs.scores.best import FOLDER, FORMAT, file_of, nobody, read_best, write_best
+
+DETUMBLE = "RigidEnvs/Detumble-v0"
+GRID = "RigidEnvs/BallGrid-v0"
+
+
+def test_the_least_cost_of_a_success_is_kept_with_who_found_it():
+    known = nobody(DETUMBLE, "loss", 4).improved("a", [1, 1, 0, 0], [3.0, 2.0, 0.0, 0.0])
+    known = known.improved("b", [1, 1, 1], [3.0 * (1 - 1e-12), 1.0, 5.0])
+    np.testing.assert_array_equal(known.costs, [3.0, 1.0, 5.0, np.nan])
+    assert known.finders == ("a", "b", "b", "") and known.shares == {"b": 2, "a": 1}
+
+
+def test_the_data_are_of_every_id_and_say_where_they_come_from():
+    assert {path.name for path in FOLDER.iterdir()} == {file_of(i).name for i in ENVIRONMENTS}
+    for env_id in ENVIRONMENTS:
+        data, known = json.loads(file_of(env_id).read_text()), best_known(env_id)
+        assert data["format"] == FORMAT and data["env_id"] == env_id
+        assert data["evaluation_set"] == {"version": 1, "seed": 314159, "starts": 500}
+        assert {"versions", "kernel_hash", "git_commit", "date"} <= data["provenance"].keys()
+        assert known.costs.shape == (500,) and np.isfinite(known.costs).all()
+        assert list(known.policies) == [*ENVIRONMENTS[env_id].controllers, "zero", "random"]
+
+
+def test_the_data_can_be_computed_again(capsys):
+    assert verify_scores([DETUMBLE])
+    assert capsys.readouterr().out.count("holds") == 4
+
+
+def test_data_that_have_been_changed_are_found(monkeypatch, capsys):
+    known = best_known(DETUMBLE)
+    changed = replace(known, costs=0.99 * known.costs)
+    monkeypatch.setattr("rigid_envs.scores.best_known", lambda _: changed)
+    assert main(["verify", "--scores", DETUMBLE]) == 1
+    assert "riccati" in next(x for x in capsys.readouterr().out.splitlines() if "FAILS" in x)
+
+
+def test_a_file_is_read_as_it_was_written_and_damaged_ones_are_refused(tmp_path):
+    known, file = find(GRID, n=5), tmp_path / "grid.json"
+    write_best(file, replace(known, costs=np.array([*known.costs[:4], np.nan]),
+                             finders=(*known.finders[:4], "")))  # fmt: skip
+    again = read_best(file)
+    np.testing.assert_array_equal(again.costs[:4], known.costs[:4])
+    assert np.isnan(again.costs[4]) and again.finders == (*known.finders[:4], "")
+    assert again.policies == json.loads(json.dumps(known.policies))
+    text = file.read_text()
+    for old, new in (("best 1", "best 0"), ('"finder": [0', '"finder": [-1'), ('"costs"', '"c"')):
+        assert old in text
+        file.write_text(text.replace(old, new))
+        with pytest.raises(DamagedFileError, match="write it anew: rigid-envs best"):
+            read_best(file)
+
+
+def test_another_finder_is_added_by_its_recorded_actions(tmp_path, capsys):
+    brake = from_controller(reference_controllers(DETUMBLE)["brake"], "brake")
+    replay = record_starts(brake, DETUMBLE, 5, "somebody").save(tmp_path / "found.npz")
+    command = ["best", DETUMBLE, "--starts", "5", "--out", str(tmp_path)]
+    file = file_of(DETUMBLE, tmp_path)
+    assert main(command) == 0
+    assert read_best(file).shares == {"riccati": 5}
+    assert main([*command, "--with", str(replay)]) == 0
+    assert read_best(file).shares == {"riccati": 5}  # a worse one changes nothing
+    command[1] = "RigidEnvs/BallParkDynamic-v0"
+    assert main([*command, "--with", str(replay)]) == 2
+    assert "expected RigidEnvs/BallParkDynamic-v0" in capsys.readouterr().err
+    assert main(["evaluate", DETUMBLE, "--policy", str(replay)]) == 0
+    said = capsys.readouterr().out
+    assert "somebody, 5 starts" in said
+    told = evaluate(DETUMBLE, "brake", n=5).efficiency.mean
+    assert f"{told:.3f}" in said
+
+
+def test_what_others_found_stays_when_the_controllers_are_played_anew():
+    better = find(DETUMBLE, n=5).improved("somebody", [1, 0, 1], [0.0, 0.0, 0.0])
+    again = find(DETUMBLE, better, n=5)
+    assert again.finders == ("somebody", "riccati", "somebody", "riccati", "riccati")
+    assert again.policies["riccati"]["efficiency"] < 0.7
+
+
+def test_what_makes_no_sense_is_refused(capsys, tmp_path):
+    for words, message in (
+        (["best", DETUMBLE, "--starts", "5"], "with --out if it is less"),
+        (["best", "--with", "x.npz"], "expected the one id"),
+        (["best", DETUMBLE, "--out", str(tmp_path / "none")], "expected a folder that exists"),
+        (["evaluate", DETUMBLE, "--policy", "pid"], "controller = 'pid'; expected one of"),
+    ):
+        assert main(words) == 2
+        assert message in capsys.readouterr().err

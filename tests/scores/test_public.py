@@ -1,0 +1,183 @@
+"""`rigid_envs.evaluate`: any policy, any form of the environment, the same figures."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.wrappers import RescaleAction, TransformReward
+
+import rigid_envs
+from rigid_envs.files import DamagedFileError
+from rigid_envs.scores import (
+    from_controller,
+    from_predict,
+    read_evaluation,
+    reference_controllers,
+    wilson_interval,
+)
+
+TOP = "RigidEnvs/SleepingTop-v0"
+GOAL = "RigidEnvs/BallParkGoal-v0"
+GRID = "RigidEnvs/BallGrid-v0"
+
+
+def pd(observations):
+    """Against the horizontal angular velocity and the tilt of the axis of the top."""
+    tilt = observations[:, 3:].reshape(-1, 3, 3)[:, :, 2]
+    push = np.stack([tilt[:, 1], -tilt[:, 0]], axis=-1)
+    return np.clip(4.0 * push - observations[:, :2], -1.0, 1.0)
+
+
+class Counting:
+    """A policy with a memory: how many steps each episode has had."""
+
+    def __init__(self):
+        self.seen = []
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        assert deterministic
+        state = np.zeros(len(observation)) if state is None else state
+        state = np.where(episode_start, 0, state) + 1
+        self.seen.append(state[0])
+        return pd(observation), state
+
+
+def test_a_function_a_model_and_a_controller_are_played_alike():
+    by_function = rigid_envs.evaluate(TOP, pd, n=20)
+    model = Counting()
+    by_model = rigid_envs.evaluate(TOP, model, n=20)
+    assert by_function.summary() == by_model.summary()
+    assert (by_function.policy, by_model.policy) == ("pd", "counting")
+    np.testing.assert_array_equal(model.seen, np.arange(1, 301))
+    factory = reference_controllers(TOP)["lqr"]
+    found = [rigid_envs.evaluate(TOP, p, n=20) for p in ("lqr", from_controller(factory))]
+    assert found[0].summary() == found[1].summary()
+    assert found[0].efficiency.mean == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("mode", ["single", "native", "sync", "same step"])
+def test_every_form_of_the_environment_gives_the_same_figures(mode):
+    expected = rigid_envs.evaluate(TOP, pd, n=5)
+    env = {
+        "single": lambda: RescaleAction(gym.make(TOP), np.float32(-1.0), np.float32(1.0)),
+        "native": lambda: gym.make_vec(TOP, num_envs=3),
+        "sync": lambda: gym.make_vec(TOP, num_envs=2, vectorization_mode="sync"),
+        "same step": lambda: gym.make_vec(TOP, num_envs=8, autoreset_mode="SameStep"),
+    }[mode]()
+    found = rigid_envs.evaluate(TOP, pd, n=5, env=env)
+    for name, values in expected.values.items():
+        np.testing.assert_allclose(found.values[name], values, rtol=1e-12, err_msg=name)
+    np.testing.assert_array_equal(found.best, expected.best)
+    env.close()
+
+
+def test_wrappers_count_and_settings_are_those_of_the_environment():
+    env = TransformReward(gym.make(TOP, rotation="quat", start_tilt=0.05), lambda r: 2.0 * r)
+    found = rigid_envs.evaluate(TOP, "zero", n=3, env=env)
+    plain = rigid_envs.evaluate(TOP, "zero", n=3, config={"rotation": "quat", "start_tilt": 0.05})
+    assert found.config == plain.config == {"rotation": "quat", "start_tilt": 0.05}
+    np.testing.assert_allclose(found.values["return"], 2.0 * plain.values["return"])
+    assert found.best is None and found.efficiency is None
+
+
+@pytest.mark.parametrize("config", [{"rotation": "rot6d"}, {"weight_upright": 0.5}])
+def test_what_is_seen_and_paid_leaves_the_best_known_as_it_is(config):
+    found = rigid_envs.evaluate(TOP, "lqr", n=5, config=config)
+    assert found.efficiency.mean == pytest.approx(1.0, abs=1e-3)
+
+
+def test_the_reduced_frame_has_the_same_starts_and_controllers_refuse_it():
+    config = {"frame": "reduced"}
+    one = rigid_envs.evaluate("RigidEnvs/BallPark-v0", "zero", n=5, config=config)
+    other = rigid_envs.evaluate("RigidEnvs/BallPark-v0", "zero", n=5)
+    np.testing.assert_array_equal(one.bounds, other.bounds)
+    assert one.efficiency == other.efficiency
+    with pytest.raises(ValueError, match="frame = 'reduced'; expected 'world'"):
+        rigid_envs.evaluate("RigidEnvs/BallPark-v0", "reference", n=2, config=config)
+
+
+def test_goals_and_choices_are_played_too():
+    goal = rigid_envs.evaluate(GOAL, lambda obs: np.zeros((len(obs["observation"]), 2)), n=3)
+    assert goal.policy == "lambda" and goal.success.mean == 0.0
+    grid = rigid_envs.evaluate(GRID, "reference", n=5)
+    assert grid.efficiency.mean == 1.0 and grid.gap == pytest.approx(0.0, abs=1e-12)
+
+
+def test_figures_follow_from_the_starts():
+    found = rigid_envs.evaluate(GRID, "random", n=300)
+    won = int(found.values["success"].sum())
+    assert 0 < won < 30
+    assert found.success == (won / 300, *wilson_interval(won, 300))
+    low, high = found.efficiency.low, found.efficiency.high
+    assert low < found.efficiency.mean == found.efficiencies.mean() < high
+    assert found.mean(found.costs) == found.values["path"][found.successes].mean()
+    assert not found.records.any()
+    lucky = found.against(np.full(300, 1e9))
+    assert lucky.records.sum() == won == lucky.efficiencies.sum()
+    assert f"from {won} starts" in str(lucky)
+
+
+def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
+    found = rigid_envs.evaluate(GRID, "random", n=60)
+    file = found.save(tmp_path / "row.json")
+    again = read_evaluation(file)
+    assert str(again) == str(found) and again.row() == found.row()
+    text = file.read_text()
+    for old, new in (
+        (f'"successes": {int(found.successes.sum())}', '"successes": 60'),
+        ("result 2", "result 1"),
+        ('"starts": {', '"begins": {'),
+    ):
+        assert old in text
+        file.write_text(text.replace(old, new))
+        with pytest.raises(DamagedFileError, match=r"expected|no 'starts'"):
+            read_evaluation(file)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((TOP, 3), "policy = 3; expected the name of a controller"),
+        ((TOP, "pid"), "controller = 'pid'; expected one of"),
+        (("RigidEnvs/SleepingTob-v0", "zero"), "did you mean 'RigidEnvs/SleepingTop-v0'"),
+    ],
+)
+def test_what_cannot_be_played_is_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        rigid_envs.evaluate(*arguments, n=2)
+
+
+def test_environments_that_do_not_fit_are_refused():
+    for options, message in (
+        ({"n": 0}, "n = 0; expected an integer of at least 1"),
+        ({"env": 7}, "env = 7; expected an environment of Gymnasium"),
+        ({"env": gym.make(GRID)}, f"env = {GRID}; expected one of {TOP}"),
+        ({"env": gym.make(TOP), "config": {"dt": 0.1}}, "expected none beside env"),
+        (
+            {"env": gym.make_vec(TOP, num_envs=2, autoreset_mode="Disabled")},
+            "expected rows that start anew",
+        ),
+        ({"env": gym.make(TOP), "policy": "lqr"}, "expected native rows for lqr"),
+    ):
+        policy = options.pop("policy", "zero")
+        with pytest.raises(ValueError, match=message):
+            rigid_envs.evaluate(TOP, policy, **{"n": 2, **options})
+
+
+def test_models_of_stable_baselines3_are_played_with_their_scaling():
+    pytest.importorskip("stable_baselines3")
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    venv = make_vec_env(TOP, n_envs=2)
+    plain = PPO("MlpPolicy", venv, n_steps=64, batch_size=64, n_epochs=1).learn(128)
+    found = rigid_envs.evaluate(TOP, plain, n=4)
+    assert found.policy == "ppo" and 0.0 <= found.efficiency.mean <= 1.0
+    scaled = VecNormalize(make_vec_env(TOP, n_envs=2))
+    model = PPO("MlpPolicy", scaled, n_steps=64, batch_size=64, n_epochs=1).learn(128)
+    seen = []
+    predict = model.policy.predict
+    model.policy.predict = lambda obs, *rest: (seen.append(obs), predict(obs, *rest))[1]
+    rigid_envs.evaluate(TOP, from_predict(model), n=4)
+    raw, _ = gym.make_vec(TOP, num_envs=4).reset(seed=found.seeds)
+    np.testing.assert_allclose(seen[0], scaled.normalize_obs(raw), rtol=1e-6)
