@@ -17,7 +17,8 @@ def test_a_reduced_recipe_is_what_its_environment_is_trained_with(path: Path) ->
     values = read_yaml(path)
     assert values["env_kwargs"]["frame"] == "reduced"
     assert values["algo"] == path.stem.rsplit("_", 1)[1]
-    assert recipe_for(values["env_id"]) == values
+    assert recipe_for(values["env_id"], values["algo"]) == values
+    assert recipe_for(values["env_id"])["env_kwargs"]["frame"] == "reduced"
 
 
 @pytest.mark.parametrize(
