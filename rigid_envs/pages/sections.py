@@ -69,8 +69,8 @@ def docstring_of(kind: type[Task]) -> TaskDocstring:
     Raises:
         DocstringError: names the class and what is missing or out of order.
     """
-    tasks = [base for base in kind.__mro__ if issubclass(base, Task)]
-    own, *others = [task for task in tasks if not inspect.isabstract(task)]
+    own, *bases = [base for base in kind.__mro__ if issubclass(base, Task)]
+    others = [base for base in bases if not inspect.isabstract(base)]
     docstring = _read(own)
     if _OWN not in docstring.sections:
         raise _refusal(own, f"has no section {_OWN!r} of its own")

@@ -26,7 +26,7 @@ from rigid_envs.tasks.reduction import Reduction
 __all__ = ["FLIP"]
 
 _ARRIVED = 0.6  # of the tolerance: distance from -e2 on arrival
-_DECADE = 1.0 / math.log(10.0)
+_DECADE = 0.4342944819032518  # 1 / log(10)
 _DECADES = 20.0  # bound of phases
 _SMALLEST = 1e-9  # of Omega; a smaller d is taken for this
 
