@@ -75,15 +75,18 @@ class Show:
     ) -> None:
         """Nothing is played yet."""
         self._env_id = document["env_id"].rpartition(":")[2]
-        self._config, self._seed = document["env_kwargs"], seed
+        self._seed = seed
         act = uniform(seed) if policy is None else from_predict(policy)
         name = "random" if policy is None else str(document["algo"]).upper()
-        self._players: list[tuple[str, PolicyFactory]] = [(name, act)]
+        config = document["env_kwargs"]
+        self._players: list[tuple[str, PolicyFactory, dict[str, Any]]] = [(name, act, config)]
         if against is not None:
             try:
-                self._players.append(untrained_policy(self._env_id, against))
+                name, act = untrained_policy(self._env_id, against)
             except ValueError as error:
                 raise ConfigError(f"--against: {error}") from None
+            # controllers act in the frame of the world
+            self._players.append((name, act, {**config, "frame": "world"}))
 
     def __call__(self, video: Path | None, html: Path | None, otherwise: Path) -> None:
         """Write what is asked for, or else open a window, or else write a film.
@@ -125,8 +128,8 @@ class Show:
         from rigid_envs.films import play_episode
 
         return [
-            play_episode(act, self._env_id, self._seed, self._config, name)
-            for name, act in self._players
+            play_episode(act, self._env_id, self._seed, config, name)
+            for name, act, config in self._players
         ]
 
     def film(self, played: list[Played], path: Path) -> Film:
