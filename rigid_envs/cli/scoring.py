@@ -186,9 +186,7 @@ def verify_scores(ids: Sequence[str]) -> bool:
             continue
         for name, found in played(env_id, len(known.costs)).items():
             now, then = found.against(known.costs).summary(), known.policies.get(name, {})
-            off = max(
-                abs(now[key] - then.get(key, np.inf)) for key in ("success_rate", "efficiency")
-            )
+            off = max(abs(now[key] - then.get(key, np.inf)) for key in _COMPARED)
             holds &= off <= _TOLERANCE
             figures = f"{now['success_rate']:.3f}", f"{now['efficiency']:.4f}", f"{off:.1e}"
             rows.append((env_id, name, *figures, "holds" if off <= _TOLERANCE else "FAILS"))

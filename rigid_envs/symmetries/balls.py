@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.symmetries.changes import attitudes, reversed_in, turned
+from rigid_envs.symmetries.changes import attitudes, reversed_in, turned, where_still
 from rigid_envs.symmetries.symmetry import Point, Symmetry, angles, offsets, rotations, signs
 
 __all__ = ["BODY_AXES", "REFLECTION", "TRANSLATION", "TURN"]
@@ -43,9 +43,7 @@ def _turn(point: Point, angle: Array) -> Point:
 
 
 def _reflect(point: Point, sign: Array) -> Point:
-    # a turntable turns in one sense, which a reflection would reverse
-    table = np.asarray(point.parameters.get("turntable_rate", 0.0))
-    sign = np.where(table == 0.0, sign, 1.0)
+    sign = where_still(point.parameters, sign)
     return _everywhere(point, lambda row: reversed_in(row, _REVERSED, sign))
 
 

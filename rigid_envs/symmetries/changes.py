@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Quaternions", "about_z", "attitude", "attitudes", "product", "reversed_in", "turned"]
+__all__ = [
+    "Quaternions",
+    "about_z",
+    "attitude",
+    "attitudes",
+    "product",
+    "reversed_in",
+    "turned",
+    "where_still",
+]
 
 Array = npt.NDArray[np.float64]
 Quaternions = tuple[Array, Array, Array, Array]
@@ -33,6 +42,11 @@ def reversed_in(row: Any, names: Iterable[str], sign: Array) -> Any:
     return row._replace(
         **{name: sign * getattr(row, name) for name in names if name in row._fields}
     )
+
+
+def where_still(parameters: Mapping[str, Array], sign: Array) -> Array:
+    """The sign; 1 on a turntable, which turns in one sense, so that no reflection is a symmetry."""
+    return np.where(np.asarray(parameters.get("turntable_rate", 0.0)) == 0.0, sign, 1.0)
 
 
 def product(p: Quaternions, q: Quaternions) -> Quaternions:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.symmetries.changes import reversed_in
 from rigid_envs.symmetries.symmetry import Point, Symmetry, signs
 
 __all__ = ["ACROSS", "ALONG"]
@@ -32,16 +33,10 @@ def _reflect_aside(point: Point, sign: Array) -> Point:
 
 def _reflect_ahead(point: Point, sign: Array) -> Point:
     # phi -> -phi and psi -> -psi: a and b are reversed
-    y, action = point.y, point.action
-    y = y._replace(
-        y=sign * y.y,
-        z=sign * y.z,
-        X=sign * y.X,
-        steer_rate=sign * y.steer_rate,
-        roll_rate=sign * y.roll_rate,
+    names = ("y", "z", "X", "steer_rate", "roll_rate")
+    return point._replace(
+        y=reversed_in(point.y, names, sign), action=reversed_in(point.action, names, sign)
     )
-    turned = action._replace(roll_rate=sign * action.roll_rate, steer_rate=sign * action.steer_rate)
-    return point._replace(y=y, action=turned)
 
 
 ALONG = Symmetry("reflection in the plane of the coin at the goal", _reflect_aside, signs)

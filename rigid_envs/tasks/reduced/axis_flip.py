@@ -19,6 +19,7 @@ from rigid_envs.tasks.reduced.saddle import (
     growing_side,
     near,
     saddle,
+    turn_to_growing,
     within,
 )
 from rigid_envs.tasks.reduction import Reduction
@@ -87,14 +88,6 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     )
 
 
-@scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]:
-    """Torque about the axes of the body."""
-    scale = 1.0 / c.spin_rate
-    sign = growing_side(saddle(scale * y.omega1, scale * y.omega3, c), scale * y.omega2)
-    return sign * a[0], a[1], sign * a[2]
-
-
 FLIP = Reduction(
     group="SO(3) x Z2",
     frame="half turn about e2 where the growing part of the motion would be negative.",
@@ -107,6 +100,6 @@ FLIP = Reduction(
         *(Entry(f"near error{k}", "1", "reduced", -1.0, 1.0) for k in (1, 2, 3)),
     ),
     observe=observe,
-    turn=turn,
+    turn=turn_to_growing,
 )
 """Reduction of `AxisFlip`: SO(3), turns in space, times the half turn about e2."""

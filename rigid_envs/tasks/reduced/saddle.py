@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select
 
-__all__ = ["Saddle", "growing_side", "near", "saddle", "within"]
+__all__ = ["Saddle", "growing_side", "near", "saddle", "turn_to_growing", "within"]
 
 
 class Saddle(NamedTuple):
@@ -38,6 +38,14 @@ def saddle(w1: float, w3: float, c: Any) -> Saddle:
 def growing_side(at: Saddle, w2: float) -> float:
     """Sign of d at e2 and of s at -e2, the coordinate that grows; between them of the larger."""
     return select(fma(w2, at.d - at.s, at.d + at.s) < 0.0, -1.0, 1.0)
+
+
+@scalar
+def turn_to_growing(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]:
+    """Torque about the axes of the body, from those after a half turn to the growing side."""
+    scale = 1.0 / c.spin_rate
+    sign = growing_side(saddle(scale * y.omega1, scale * y.omega3, c), scale * y.omega2)
+    return sign * a[0], a[1], sign * a[2]
 
 
 @scalar

@@ -1,20 +1,16 @@
 """Reduced coordinates of a symmetric top that is held by a horizontal torque: `SleepingTop`."""
 
-import math
 from typing import Any
 
 from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Row, attitude, vertical
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.symmetries.tops import PHASE, REFLECTION, TURN
-from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced.planar import turned_back
-from rigid_envs.tasks.reduced.tops import LEAN, Lean, lean_frame, lean_seen, world_lean
+from rigid_envs.tasks.reduced.tops import UPRIGHT, Lean, lean_frame, upright_seen, world_lean
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["SLEEPING_TOP"]
-
-_FAST = 4.0
 
 
 @scalar
@@ -28,9 +24,7 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Lean, height and spin; the parameters may be hidden, so those of the middle top are used."""
     lean = _lean(y, c)
     frame = lean_frame(lean, y.omega3)
-    free = 1.0 / math.sqrt(c.fall_square)
-    spin = 0.5 * c.gyration * abs(y.omega3) * free
-    return (*lean_seen(frame, lean), vertical(attitude(y))[2], min(spin, _FAST), lean.growth * free)
+    return upright_seen(frame, lean, vertical(attitude(y))[2], y.omega3, c)
 
 
 @scalar
@@ -47,12 +41,7 @@ SLEEPING_TOP = Reduction(
         "action is the push of the axis: the torque is at right angles to it."
     ),
     symmetries=(TURN, PHASE, REFLECTION),
-    features=(
-        *LEAN,
-        Entry("R33", "1", "body to world", -1.0, 1.0),
-        Entry("|omega3|", "1", "critical spins, limited", 0.0, _FAST),
-        Entry("growth", "1", "of u, over that without spin", 0.0, 1.0),
-    ),
+    features=UPRIGHT,
     observe=observe,
     turn=turn,
 )

@@ -13,12 +13,7 @@ from rigid_envs.kernels.elementary import fma
 from rigid_envs.symmetries.bodies import HALF_TURN_2, ROTATION
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import FASTEST, observed_rates
-from rigid_envs.tasks.reduced.saddle import (
-    growing_side,
-    near,
-    saddle,
-    within,
-)
+from rigid_envs.tasks.reduced.saddle import growing_side, near, saddle, turn_to_growing, within
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["CAPTURE"]
@@ -58,14 +53,6 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     )
 
 
-@scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]:
-    """Torque about the axes of the body."""
-    scale = 1.0 / c.spin_rate
-    sign = growing_side(saddle(scale * y.omega1, scale * y.omega3, c), scale * y.omega2)
-    return sign * a[0], a[1], sign * a[2]
-
-
 CAPTURE = Reduction(
     group="SO(3) x Z2",
     frame="half turn about e2 where the growing part of the motion would be negative.",
@@ -77,6 +64,6 @@ CAPTURE = Reduction(
         *(Entry(f"near {k}", "1", "reduced", -1.0, 1.0) for k in ("d", "s", "omega2 - Omega")),
     ),
     observe=observe,
-    turn=turn,
+    turn=turn_to_growing,
 )
 """Reduction of `SpinCapture`: SO(3), turns in space, times the half turn about e2."""

@@ -1,6 +1,5 @@
 """Reduced coordinates of an asymmetric top that is held by body torques: `TopRandom`."""
 
-import math
 from typing import Any
 
 from rigid_envs.kernels.actions import clip_to_disk, single
@@ -10,12 +9,18 @@ from rigid_envs.kernels.elementary import fma
 from rigid_envs.symmetries.tops import HALF_TURN, REFLECTION, TURN
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced.planar import turned_back
-from rigid_envs.tasks.reduced.tops import LEAN, Lean, lean_frame, lean_seen, length, parts, share
+from rigid_envs.tasks.reduced.tops import (
+    UPRIGHT,
+    Lean,
+    lean_frame,
+    length,
+    parts,
+    share,
+    upright_seen,
+)
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["TOP_RANDOM"]
-
-_FAST = 4.0
 
 
 @scalar
@@ -30,13 +35,8 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Lean, height, spin, and the azimuth of the frame, by which moments and products differ."""
     lean = _lean(y, c)
     frame = lean_frame(lean, y.omega3)
-    free = 1.0 / math.sqrt(c.fall_square)
-    spin = 0.5 * c.gyration * abs(y.omega3) * free
     return (
-        *lean_seen(frame, lean),
-        vertical(attitude(y))[2],
-        min(spin, _FAST),
-        lean.growth * free,
+        *upright_seen(frame, lean, vertical(attitude(y))[2], y.omega3, c),
         share(length(y.omega1, y.omega2), 1.0),
         fma(2.0 * frame.cosine, frame.cosine, -1.0),
         2.0 * frame.side * frame.cosine * frame.sine,
@@ -60,10 +60,7 @@ TOP_RANDOM = Reduction(
     ),
     symmetries=(TURN, HALF_TURN, REFLECTION),
     features=(
-        *LEAN,
-        Entry("R33", "1", "body to world", -1.0, 1.0),
-        Entry("|omega3|", "1", "critical spins, limited", 0.0, _FAST),
-        Entry("growth", "1", "of u, over that without spin", 0.0, 1.0),
+        *UPRIGHT,
         Entry("share omega", "1", "rate across e3, of itself + 1 rad/s", 0.0, 1.0),
         Entry("cos 2 alpha", "1", "alpha of the frame in the body", -1.0, 1.0),
         Entry("sin 2 alpha", "1", "alpha of the frame in the body", -1.0, 1.0),

@@ -1,7 +1,7 @@
 """Lean of a top in its growing and its decaying part, and the frame along the growing one."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rigid_envs.kernels.algebra import Quaternion, Row, Vector, rotate
 from rigid_envs.kernels.compiler import scalar
@@ -10,19 +10,20 @@ from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced.planar import Frame, frame_along, polar_seen
 
 __all__ = [
-    "LEAN",
+    "UPRIGHT",
     "Lean",
     "lean_frame",
-    "lean_seen",
     "length",
     "parts",
     "share",
     "shares",
+    "upright_seen",
     "world_lean",
 ]
 
 _NEAR, _CLOSE = 0.2, 0.01  # rad/s; parts of the lean that are shown as a half
 _LEAN = 0.1  # rad; lean that is shown as a half
+_FAST = 4.0  # critical spins; bound of the spin
 
 
 class Lean(NamedTuple):
@@ -108,6 +109,23 @@ LEAN = (
     *(Entry(f"share e_{k}", "1", f"reduced, of |e| + {_LEAN}", -1.0, 1.0) for k in "xy"),
 )
 """Entries of `lean_seen`: growing part u, decaying part s, lean e."""
+
+
+@scalar
+def upright_seen(frame: Frame, lean: Lean, height: float, spin: float, c: Any) -> Row:
+    """The lean, the height of the axis e3 and the spin [rad/s]; see `UPRIGHT`."""
+    free = 1.0 / math.sqrt(c.fall_square)
+    spins = 0.5 * c.gyration * abs(spin) * free
+    return (*lean_seen(frame, lean), height, min(spins, _FAST), lean.growth * free)
+
+
+UPRIGHT = (
+    *LEAN,
+    Entry("R33", "1", "body to world", -1.0, 1.0),
+    Entry("|omega3|", "1", "critical spins, limited", 0.0, _FAST),
+    Entry("growth", "1", "of u, over that without spin", 0.0, 1.0),
+)
+"""Entries of `upright_seen`."""
 
 
 @scalar
