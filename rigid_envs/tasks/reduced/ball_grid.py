@@ -38,7 +38,7 @@ def whole(x: float) -> float:
 def cell(y: Any, p: Any) -> tuple[float, float]:
     """Position in cells."""
     scale = p.inverse_radius * (2.0 / math.pi)
-    return min(max(scale * y.X, -_FAR), _FAR), min(max(scale * y.Y, -_FAR), _FAR)
+    return scale * y.X, scale * y.Y
 
 
 @scalar
@@ -68,21 +68,11 @@ def image_of(i: float, j: float, q: Quaternion) -> Image:
     several such images, which look the same.
     """
     w, x, y, z = q
-    xz, wy, yz, wx = x * z, w * y, y * z, w * x
+    xz, yz = 6.0 * fma(2.0 * x, z, w * y), 6.0 * fma(2.0 * y, z, -w * x)
     xy, wz, unlike = 6562.0 * x * y, 6560.0 * w * z, 729.0 * fma(x, x, -y * y)
-    as_is, ax, ay = largest(
-        unlike,
-        fma(_I, i, fma(108.0, xz, 54.0 * wy)),
-        fma(_J, j, fma(12.0, yz, -6.0 * wx)),
-        xy - wz,
-    )
+    as_is, ax, ay = largest(unlike, fma(9.0, xz, _I * i), fma(_J, j, yz), xy - wz)
     # signs of the exchanged coordinates, those of y and x
-    swapped, by, bx = largest(
-        -unlike,
-        fma(_I, j, fma(108.0, yz, -54.0 * wx)),
-        fma(_J, i, fma(12.0, xz, 6.0 * wy)),
-        xy + wz,
-    )
+    swapped, by, bx = largest(-unlike, fma(9.0, yz, _I * j), fma(_J, i, xz), xy + wz)
     better = swapped > as_is
     return Image(
         sign_x=select(better, bx, ax),
@@ -101,7 +91,7 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     seen = (a, sx * sy * b, sx * c_, sx * sy * d, e, sy * f, sx * g, sy * h, k)
     other = exchanged(seen)
     swap = image.swapped > 0.0
-    i, j = whole(abs(i)), whole(abs(j))
+    i, j = whole(min(abs(i), _FAR)), whole(min(abs(j), _FAR))
     i, j = max(i, j), min(i, j)
     return (
         i,

@@ -18,12 +18,13 @@ _BEYOND = 10.0  # radii; bound of the missing length
 
 
 class Reach(NamedTuple):
-    """Offset X [radii], phase psi and mismatch ``X + psi`` [rad], and the signs of the frame.
+    """Offset X, Y [radii], phase psi and mismatch ``X + psi`` [rad], and the signs of the frame.
 
     X is multiplied by the first sign and Y by the second, psi by that of X, phi by both.
     """
 
     X: float
+    Y: float
     phase: float
     mismatch: float
     sign_x: float
@@ -33,11 +34,13 @@ class Reach(NamedTuple):
 @scalar
 def reach(y: Any, p: Any) -> Reach:
     """What has to be rolled, and the signs with which the mismatch and Y are positive."""
-    X = min(max(y.X / p.radius, -FAR), FAR)
+    scale = 1.0 / p.radius
+    X, Y = min(max(scale * y.X, -FAR), FAR), min(max(scale * y.Y, -FAR), FAR)
     phase = atan2(fma(y.x, y.z, -y.w * y.y), fma(y.w, y.x, y.y * y.z))
     mismatch = wrapped(X + phase)
     return Reach(
         X,
+        Y,
         phase,
         mismatch,
         sign_x=select(mismatch < 0.0, -1.0, 1.0),
@@ -55,7 +58,7 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """
     here = reach(y, p)
     turned = here.sign_x * here.sign_y
-    X, Y = here.sign_x * here.X, min(abs(y.Y) / p.radius, FAR)
+    X, Y = here.sign_x * here.X, abs(here.Y)
     phase, mismatch = here.sign_x * here.phase, abs(here.mismatch)
     cosine, sine = 2.0 * fma(y.w, y.x, -y.y * y.z), 2.0 * turned * fma(y.x, y.z, y.w * y.y)
     ahead, aside = fma(X, cosine, Y * sine), fma(Y, cosine, -X * sine)
