@@ -66,7 +66,7 @@ class TimedFlip(SpinLaw):
     """Lets the spin flip from e2 to -e2 by itself, in time: tau = -gain Omega I (omega - f).
 
     f is a free motion. On the separatrix with s = 0 (see `Saddle`), with t the time after the half
-    flip and D = sqrt(growth / bend),
+    flip and D = 1 / sqrt(share),
 
         f2 = -Omega tanh(growth Omega t),   d = +- Omega D / cosh(growth Omega t),
 
@@ -126,9 +126,9 @@ class TimedFlip(SpinLaw):
 
     def reference(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> Array:
         """The free motion f to join [rad/s], shape (..., 3); arguments as of the law itself."""
-        r, growth, bend = saddle(self.body.moments)
-        d, _ = saddle(self.body.moments).coordinates(self.omega(y) / self.rate)
-        most = math.sqrt(growth / bend)
+        r, growth, share = shape = saddle(self.body.moments)
+        d, _ = shape.coordinates(self.omega(y) / self.rate)
+        most = 1.0 / math.sqrt(share)
         last = 2.0 * self.margin / math.hypot(1.0, 1.0 / r)  # d there: omega1 = d / 2 = -r omega3
         left = array(time_left, "time_left")
         phase = growth * self.rate * np.maximum(left, 0.0) - math.acosh(most / last)

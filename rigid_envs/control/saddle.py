@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +12,7 @@ from rigid_envs.checks import positive, require
 from rigid_envs.control.linear import Regulator, lqr, zero_order_hold
 from rigid_envs.control.saturation import clip_to_box
 from rigid_envs.control.spin import SpinLaw
+from rigid_envs.kernels.saddle import Shape, saddle_shape
 
 __all__ = ["Saddle", "SeparatrixSteering", "saddle"]
 
@@ -23,27 +23,8 @@ _OFF = 0.08  # and how far from 1 the square of its rate over Omega may then be
 _STUCK = 0.2  # of Omega: how far along the unstable direction of -e2 a spin is pushed
 
 
-class Saddle(NamedTuple):
-    """Coordinates along the stable and unstable directions of the intermediate axis.
-
-    With d = omega1 - ratio omega3 and s = omega1 + ratio omega3 Euler's equations read::
-
-        d' = growth omega2 d,  s' = -growth omega2 s,  omega2' = bend (s^2 - d^2)
-
-    exactly, not only near e2; so d is the unstable and s the stable direction at e2, and the
-    other way round at -e2. Without torque the product s d = (2 T I2 - L^2) / (I1 (I2 - I1)) is
-    kept, and so is ``omega2^2 + (bend / growth) (d^2 + s^2)``, the square of the rate at which a
-    motion with s d = 0 arrives at e2 or -e2.
-
-    Attributes:
-        ratio: sqrt(I3 (I3 - I2) / (I1 (I2 - I1))).
-        growth: growth rate over the rate of the spin, sqrt((I2 - I1)(I3 - I2) / (I1 I3)).
-        bend: (I3 - I1) / (4 ratio I2).
-    """
-
-    ratio: float
-    growth: float
-    bend: float
+class Saddle(Shape):
+    """Coordinates along the unstable and stable directions of the intermediate axis."""
 
     def coordinates(self, omega: Array) -> tuple[Array, Array]:
         """(d, s) of angular velocities, shape (..., 3)."""
@@ -53,10 +34,7 @@ class Saddle(NamedTuple):
 
 def saddle(moments: npt.ArrayLike) -> Saddle:
     """The saddle of a body with principal moments I1 < I2 < I3 [kg m^2]."""
-    I1, I2, I3 = np.asarray(moments, dtype=np.float64).tolist()
-    ratio = ((I3 * (I3 - I2)) / (I1 * (I2 - I1))) ** 0.5
-    growth = ((I2 - I1) * (I3 - I2) / (I1 * I3)) ** 0.5
-    return Saddle(ratio, growth, (I3 - I1) / (4.0 * ratio * I2))
+    return Saddle(*saddle_shape(*np.asarray(moments, dtype=np.float64).tolist()))
 
 
 @dataclass(frozen=True)
@@ -64,7 +42,7 @@ class SeparatrixSteering(SpinLaw):
     """Brings any spin to e2 at the rate Omega by torques much weaker than the tumbling.
 
     In the coordinates of `Saddle`, over Omega, the motions that arrive at e2 or -e2 at that rate
-    are those with ``p = s d = 0`` and ``E = omega2^2 + (bend / growth) (d^2 + s^2) - 1 = 0``. Both
+    are those with ``p = s d = 0`` and ``E = omega2^2 + share (d^2 + s^2) - 1 = 0``. Both
     are constant without torque, so only torque changes ``W = (p^2 + E^2) / 2``, and each torque is
     set against what it would add:
 
@@ -162,13 +140,12 @@ class SeparatrixSteering(SpinLaw):
     def _invariants(self, w: Array) -> tuple[Array, Array]:
         """(p, E) of w = omega / Omega."""
         d, s = self.saddle.coordinates(w)
-        share = self.saddle.bend / self.saddle.growth
-        return s * d, w[..., 1] ** 2 + share * (d**2 + s**2) - 1.0
+        return s * d, w[..., 1] ** 2 + self.saddle.share * (d**2 + s**2) - 1.0
 
     def _gradient(self, w: Array) -> Array:
         """Derivatives of W along w: p = w1^2 - r^2 w3^2, d^2 + s^2 = 2 (w1^2 + r^2 w3^2)."""
         p, E = self._invariants(w)
-        square, share = self.saddle.ratio**2, self.saddle.bend / self.saddle.growth
+        square, share = self.saddle.ratio**2, self.saddle.share
         of_p, of_E = [2.0, 0.0, -2.0 * square], [4.0 * share, 2.0, 4.0 * share * square]
         return np.asarray((p[..., None] * of_p + E[..., None] * of_E) * w)
 

@@ -30,7 +30,7 @@ def starts(rng, n, low=0.5, high=1.5):
 def test_saddle_coordinates_turn_eulers_equations_into_theirs():
     rng = np.random.default_rng(0)
     for moments in ((1.0, 2.0, 3.0), (1.1, 1.8, 2.5), (0.3, 0.4, 0.5)):
-        r, growth, bend = body = saddle(moments)
+        r, growth, share = body = saddle(moments)
         assert growth == pytest.approx(growth_rate(moments, 1.0), rel=1e-14)
         y = FreeBody.state(omega_body=rng.normal(size=(50, 3)))
         rates = FreeBody(*moments).rhs(y)[:, 4:7]
@@ -39,7 +39,7 @@ def test_saddle_coordinates_turn_eulers_equations_into_theirs():
         for found, expected in (
             (d_rate, growth * w2 * d),
             (s_rate, -growth * w2 * s),
-            (rates[:, 1], bend * (s**2 - d**2)),
+            (rates[:, 1], share * growth * (s**2 - d**2)),
         ):
             # a few roundings of terms of the size r omega^2
             np.testing.assert_allclose(found, expected, atol=1e-14 * (1.0 + r) * np.max(y**2))

@@ -1,20 +1,18 @@
 """Coordinates of a spin near the intermediate axis, and a scale on which small errors are seen."""
 
-import math
 from typing import Any, NamedTuple
 
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select
+from rigid_envs.kernels.saddle import saddle_shape
 
 __all__ = ["Saddle", "growing_side", "near", "saddle", "turn_to_growing", "within"]
 
 
 class Saddle(NamedTuple):
-    """Coordinates in which Euler's equations near e2 are a saddle, over the rate Omega.
+    """Coordinates d and s of a spin, over the rate Omega, and the shape of the saddle.
 
-    With ``d, s = omega1 -+ ratio omega3`` they read ``d' = growth omega2 d`` and ``s' = -growth
-    omega2 s``: d grows at e2, s at -e2. Free motion keeps ``s d`` and ``omega2^2 + share (d^2 +
-    s^2)``.
+    See `rigid_envs.kernels.saddle.Shape`: d grows at e2, s at -e2.
     """
 
     d: float
@@ -27,11 +25,9 @@ class Saddle(NamedTuple):
 @scalar
 def saddle(w1: float, w3: float, c: Any) -> Saddle:
     """Coordinates of a body with the middle moments."""
-    I1, I2, I3 = c.middle1, c.middle2, c.middle3
-    ratio = math.sqrt(I3 * (I3 - I2) / (I1 * (I2 - I1)))
-    growth = (I3 - I2) / (I1 * ratio)
-    share = I1 * (I3 - I1) / (4.0 * I2 * (I3 - I2))
-    return Saddle(fma(-ratio, w3, w1), fma(ratio, w3, w1), ratio, growth, share)
+    shape = saddle_shape(c.middle1, c.middle2, c.middle3)
+    ratio = shape.ratio
+    return Saddle(fma(-ratio, w3, w1), fma(ratio, w3, w1), ratio, shape.growth, shape.share)
 
 
 @scalar
