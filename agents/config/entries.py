@@ -45,6 +45,13 @@ class Config(Settings, abc.ABC):
     env_kwargs: Mapping[str, Any] = setting(
         {}, Keywords("hyperparameters of the task; `rigid-envs describe ID` names them")
     )
+    train_kwargs: Mapping[str, Any] = setting(
+        {},
+        Keywords(
+            "hyperparameters that hold in training alone, over env_kwargs: a price on effort, a "
+            "longer control period"
+        ),
+    )
     algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "dqn")))
     seed: int = setting(
         0,
@@ -109,6 +116,11 @@ class Config(Settings, abc.ABC):
             (Null(), Text("", "1 to 80 of A-Z a-z 0-9 . _ -", is_folder_name)),
         ),
     )
+
+    @property
+    def training_kwargs(self) -> dict[str, Any]:
+        """Hyperparameters of the task in training."""
+        return {**self.env_kwargs, **self.train_kwargs}
 
     @property
     @abc.abstractmethod

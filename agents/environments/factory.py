@@ -18,13 +18,16 @@ from rigid_envs.settings import refusal
 __all__ = ["make", "part_for"]
 
 
-def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv[Any, Any, Any]:
+def make(
+    env_id: str, env_kwargs: Mapping[str, Any], num_envs: int, entry: str = "env_kwargs"
+) -> VectorEnv[Any, Any, Any]:
     """A native vector environment whose rows reset in the step that ends their episode.
 
     Args:
         env_id: A registered id; `module:id` only of a module that is imported already.
         env_kwargs: Hyperparameters of its task.
         num_envs: Number of rows.
+        entry: Config entry that a refusal of a hyperparameter names.
 
     Raises:
         ConfigError: "config.env_id: ..." or "config.env_kwargs....: ...".
@@ -53,9 +56,9 @@ def make(env_id: str, env_kwargs: Mapping[str, Any], num_envs: int) -> VectorEnv
         )
     except (TypeError, ValueError) as error:
         why = str(error)
-        prefix = "config.env_kwargs."
+        prefix = f"config.{entry}."
         nested = why.startswith("config.")
-        why = prefix + why[7:] if nested else f"config.env_kwargs: {why}"
+        why = prefix + why[7:] if nested else f"config.{entry}: {why}"
         raise ConfigError(why) from error
 
 

@@ -14,6 +14,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecExtractDictObs, VecNorma
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import sweep
 from rigid_envs.scores.starts import row_seeds
+from rigid_envs.settings import refusal
 
 from ..config.by_algorithm import Config, config_to_dict
 from ..environments.adapter import GymnasiumVecEnv
@@ -99,9 +100,7 @@ def train_in(run: Run, quiet: bool = False) -> Outcome:
     """
     config = run.config()
     try:
-        venv = make(config.env_id, config.env_kwargs, 1)
-        check_fit(config, venv)
-        venv.close()
+        _check(config)
     except ConfigError:
         run.discard()
         raise
@@ -141,7 +140,7 @@ class Trainer:
         torch.set_num_threads(config.torch_threads)
         sweep(run.folder)
         self._run, self._config, self._progress = run, config, progress
-        self._adapter = GymnasiumVecEnv(make(config.env_id, config.env_kwargs, config.n_envs))
+        self._adapter = GymnasiumVecEnv(make(config.env_id, config.training_kwargs, config.n_envs))
         self.model = build_model(config, _wrapped(self._adapter, config))
         self._adapter.seed(row_seeds(config.seed, config.n_envs, "train"))
         self._validation = Validation(config)
@@ -248,6 +247,24 @@ class Trainer:
             "eval/mean_ep_length": episodes.lengths.mean(),
             "eval/mean_cost": episodes.costs.mean(),
         }
+
+
+def _check(config: Config) -> None:
+    """Refuse an environment that the algorithm is not for, or two of different spaces."""
+    tested = make(config.env_id, config.env_kwargs, 1)
+    trained = make(config.env_id, config.training_kwargs, 1, "train_kwargs")
+    check_fit(config, trained)
+    spaces = [
+        (venv.single_observation_space, venv.single_action_space) for venv in (tested, trained)
+    ]
+    tested.close()
+    trained.close()
+    if spaces[0] != spaces[1]:
+        raise refusal(
+            "train_kwargs",
+            dict(config.train_kwargs),
+            "what leaves the spaces of observations and actions as they are with env_kwargs alone",
+        )
 
 
 def _wrapped(adapter: GymnasiumVecEnv, config: Config) -> VecEnv:

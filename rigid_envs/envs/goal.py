@@ -30,7 +30,7 @@ class _Goals:
     task: Task
 
     def compute_reward(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
-        """0 where the goal is reached, else -1 (times the weight); float64.
+        """Reward of a step that leads to the achieved goal; float64.
 
         Args:
             achieved_goal: shape (..., n_goal).
@@ -40,9 +40,7 @@ class _Goals:
         Raises:
             ValueError: wrong shapes.
         """
-        (weight,) = self.task.weights()
-        # + 0.0: as `step`, 0 and not -0, also for a negative weight
-        reward = weight * (self.task.reached(achieved_goal, desired_goal) - 1.0) + 0.0
+        reward = self.task.goal_reward(achieved_goal, desired_goal)
         return reward if np.ndim(reward) else float(reward)
 
     def compute_terminated(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:

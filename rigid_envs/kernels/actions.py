@@ -91,5 +91,5 @@ def shrink(square: float) -> tuple[float, bool]:
 
 @scalar
 def single(x: float) -> float:
-    """The nearest float32."""
-    return float(np.float32(x))
+    """The nearest float32, as a double: what is computed with it must not be rounded to float32."""
+    return np.float64(np.float32(x))

@@ -22,6 +22,7 @@ __all__ = [
     "rotate_inverse",
     "scaled",
     "vertical",
+    "weighted_sum",
 ]
 
 Row = tuple[float, ...]
@@ -143,3 +144,12 @@ def log_rotation(q: Quaternion) -> Vector:
     factor = select(s > 1e-8, 2.0 * half / select(s > 1e-8, s, 1.0), 2.0)
     factor = select(q[0] < 0.0, -factor, factor)
     return (factor * q[1], factor * q[2], factor * q[3])
+
+
+@scalar
+def weighted_sum(weights: Row, terms: Row) -> float:
+    """Sum of weights[k] terms[k]."""
+    total = 0.0
+    for k in range(len(terms)):
+        total = fma(weights[k], terms[k], total)
+    return total

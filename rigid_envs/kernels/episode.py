@@ -51,7 +51,7 @@ class NoGoal(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Episode:
-    """Functions and rows of a task; `step`, `reset` and `reach` are compiled on first use.
+    """Functions and rows of a task; `step`, `reset` and `reward` are compiled on first use.
 
     Attributes:
         dynamics: the physical system.
@@ -64,7 +64,8 @@ class Episode:
         advance: one step of the integrator, by default that of the system.
         derive: parameters from the physical ones, by default that of the system.
         Goal: `NamedTuple` of a goal, in a goal task.
-        reached: ``reached(achieved, desired, c) -> bool``, in a goal task.
+        judge: ``judge(achieved, desired, c) -> (terms, reached)``, in a goal task: what `outcome`
+            makes its terms and success of.
 
     Raises:
         TypeError: `derive` does not take the physical parameters of the system.
@@ -84,7 +85,7 @@ class Episode:
     advance: Function | None = None
     derive: Function | None = None
     Goal: type[Any] = NoGoal
-    reached: Function | None = None
+    judge: Function | None = None
 
     def __post_init__(self) -> None:
         """Check the arguments of `derive`."""
@@ -144,15 +145,17 @@ class Episode:
         return self._kernel(reset, derive, start, observe)
 
     @cached_property
-    def reach(self) -> Callable[[Array, Array, Array, Array], None]:
-        """Compiled ``reach(achieved, desired, constants, out) -> None`` of a goal task."""
-        reached: Any = self.reached
-        goal, constants = prototype(self.Goal), self.prototypes.constants
+    def reward(self) -> Callable[[Array, Array, Array, Array, Array], None]:
+        """Compiled ``reward(achieved, desired, weights, constants, out)`` of a goal task."""
+        judge: Any = self.judge
+        goal, rows = prototype(self.Goal), self.prototypes
 
-        def reach(achieved: Array, desired: Array, values: Array, out: Array) -> None:
-            goals.reach_rows(reached, goal, constants, achieved, desired, values, out)
+        def reward(
+            achieved: Array, desired: Array, weights: Array, constants: Array, out: Array
+        ) -> None:
+            goals.reward_rows(judge, goal, rows, achieved, desired, weights, constants, out)
 
-        return self._kernel(reach, reached, self.Goal)
+        return self._kernel(reward, judge, self.Goal)
 
     def _kernel(self, loop: Function, *functions: Any) -> Function:
         label = f"{self.outcome.__module__}.{loop.__name__}"

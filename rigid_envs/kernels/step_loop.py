@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from rigid_envs.kernels.algebra import Row
+from rigid_envs.kernels.algebra import Row, weighted_sum
 from rigid_envs.kernels.channel import add_action_noise, delay_actions
 from rigid_envs.kernels.compiler import phase, routine, scalar
-from rigid_envs.kernels.elementary import fma, select
+from rigid_envs.kernels.elementary import select
 from rigid_envs.kernels.layout import (
     CLOCK,
     FLAGS,
@@ -200,7 +200,7 @@ def _conclude(
         aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
         aux, terms, cost, success, done = outcome(y, u, aux, p, c, s.dt)
         store(buffer, base + slots.aux * LANES + i, aux, LANES)
-        broken, reward = _is_broken(y), _weighted_sum(weights, terms)
+        broken, reward = _is_broken(y), weighted_sum(weights, terms)
         store(buffer, results + i, (cost,), LANES)
         store(buffer, results + LANES + i, terms, LANES)
         store(buffer, reward_at + i, (reward,), LANES)
@@ -234,15 +234,6 @@ def _is_broken(y: Row) -> int:
 def _number(flag: bool) -> float:
     """1 if the flag is set, else 0."""
     return select(flag, 1.0, 0.0)
-
-
-@scalar
-def _weighted_sum(weights: Row, terms: Row) -> float:
-    """Sum of weights[k] terms[k]."""
-    total = 0.0
-    for k in range(len(terms)):
-        total = fma(weights[k], terms[k], total)
-    return total
 
 
 @routine

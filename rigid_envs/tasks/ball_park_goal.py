@@ -120,8 +120,8 @@ def pose(y: State) -> Row:
 
 
 @scalar
-def reached(achieved: Goal, desired: Goal, c: Constants) -> bool:
-    """Distance and angle within tolerance; the angle is that of tr(R^T R') = 1 + 2 cos."""
+def judge(achieved: Goal, desired: Goal, c: Constants) -> tuple[Terms, bool]:
+    """Reached with distance and angle within tolerance; the angle of tr(R^T R') = 1 + 2 cos."""
     dx, dy = achieved.X - desired.X, achieved.Y - desired.Y
     trace = (
         achieved.R11 * desired.R11
@@ -136,7 +136,8 @@ def reached(achieved: Goal, desired: Goal, c: Constants) -> bool:
     )
     near: bool = dx * dx + dy * dy <= c.position_tolerance * c.position_tolerance
     _, cosine = sincos(c.largest_angle)
-    return near & (trace >= 1.0 + 2.0 * cosine)
+    reached = near & (trace >= 1.0 + 2.0 * cosine)
+    return Terms(reached=select(reached, 0.0, -1.0)), reached
 
 
 @scalar
@@ -144,9 +145,9 @@ def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Whether the goal is reached, and the distance rolled."""
-    success = reached(Goal(*pose(y)), Goal(*pose(desired_state(aux))), c)
+    terms, success = judge(Goal(*pose(y)), Goal(*pose(desired_state(aux))), c)
     rolled = dt * math.sqrt(u.VX * u.VX + u.VY * u.VY)
-    return aux, Terms(reached=select(success, 0.0, -1.0)), rolled, success, False
+    return aux, terms, rolled, success, False
 
 
 @scalar
@@ -244,7 +245,7 @@ class BallParkGoal(Task):
         actuate=actuate,
         outcome=outcome,
         observe=observe,
-        reached=reached,
+        judge=judge,
     )
     reduction: ClassVar = goal_pose(observe_reduced)
     cost_unit: ClassVar = "distance rolled [m]"

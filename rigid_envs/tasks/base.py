@@ -172,8 +172,8 @@ class Task(WithinEnvelope, Settings, abc.ABC):
             features = (*features[: 2 * self.n_goal], *self.reduced.features)
         return (*features, *attitude_entries(self._shown_rotation), *self._drawn_entries())
 
-    def reached(self, achieved: npt.ArrayLike, desired: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Whether goals are reached, by the same function as in `step`; shape (...).
+    def goal_reward(self, achieved: npt.ArrayLike, desired: npt.ArrayLike) -> Array:
+        """Reward of achieved goals, by the same functions as in `step`; shape (...).
 
         Args:
             achieved: shape (..., n_goal), as observed.
@@ -190,8 +190,9 @@ class Task(WithinEnvelope, Settings, abc.ABC):
             )
         found, wanted = (np.ascontiguousarray(goal.reshape(-1, self.n_goal)) for goal in pair)
         out = np.empty(len(found))
-        self.episode.reach(found, wanted, np.array(self.constants()), out)
-        return out.reshape(pair[0].shape[:-1]) > 0.0
+        weights, constants = np.array(self.weights()), np.array(self.constants())
+        self.episode.reward(found, wanted, weights, constants, out)
+        return out.reshape(pair[0].shape[:-1])
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Range of every parameter drawn at reset: of the system, then of noise and delay."""

@@ -10,7 +10,7 @@ from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_box
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.elementary import select, sincos
+from rigid_envs.kernels.elementary import atan2, select, sincos
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
@@ -31,9 +31,11 @@ __all__ = ["Reorient"]
 
 
 class Terms(NamedTuple):
-    """Reward term of `Reorient`."""
+    """Reward terms of `Reorient`."""
 
     reached: float
+    angle: float
+    rate: float
 
 
 class Constants(NamedTuple):
@@ -92,27 +94,35 @@ def actuate(
 
 
 @scalar
-def reached(achieved: Goal, desired: Goal, c: Constants) -> bool:
-    """Angle and rate within tolerance; the angle is that of tr(R^T R') = 1 + 2 cos."""
-    trace, square = 0.0, 0.0
+def judge(achieved: Goal, desired: Goal, c: Constants) -> tuple[Terms, bool]:
+    """Off the goal, angle and rate; reached within both tolerances.
+
+    The angle within tolerance is that of tr(R^T R') = 1 + 2 cos, the term that of |R - R'| =
+    sqrt(8) sin(angle / 2), which is exact where the angle is small.
+    """
+    trace, chord, square = 0.0, 0.0, 0.0
     for k in range(9):
         trace += achieved[k] * desired[k]
+        chord += (achieved[k] - desired[k]) * (achieved[k] - desired[k])
     for k in range(9, 12):
         square += (achieved[k] - desired[k]) * (achieved[k] - desired[k])
     _, cosine = sincos(c.largest_angle)
     near: bool = trace >= 1.0 + 2.0 * cosine
-    return near & (square <= c.rate_tolerance * c.rate_tolerance)
+    reached = near & (square <= c.rate_tolerance * c.rate_tolerance)
+    half = atan2(math.sqrt(chord), math.sqrt(max(8.0 - chord, 0.0)))
+    terms = Terms(reached=select(reached, 0.0, -1.0), angle=-2.0 * half, rate=-math.sqrt(square))
+    return terms, reached
 
 
 @scalar
 def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
-    """Whether the goal is reached, and the torque impulse as cost."""
+    """What the goals are worth, and the torque impulse as cost."""
     achieved, desired = both_poses(y, aux)
-    success = reached(Goal(*achieved), Goal(*desired), c)
+    terms, success = judge(Goal(*achieved), Goal(*desired), c)
     torque = math.sqrt(u.tau1 * u.tau1 + u.tau2 * u.tau2 + u.tau3 * u.tau3)
-    return aux, Terms(select(success, 0.0, -1.0)), dt * torque, success, False
+    return aux, terms, dt * torque, success, False
 
 
 @scalar
@@ -150,7 +160,9 @@ class Reorient(MiddleMoments, Task):
 
     Rewards:
         ``reached`` = 0 where angle and rate are within tolerance, else -1: the return is minus the
-        number of steps away from the goal. `compute_reward` gives the same for any pair of goals.
+        number of steps away from the goal. Two dense terms have the default weight 0: ``angle`` =
+        minus the angle to the goal [rad], and ``rate`` = minus the difference of the angular
+        velocities [rad/s]. `compute_reward` gives the same for any pair of goals.
 
     Starting State:
         At rest; the attitudes of body and goal are uniform on SO(3) and independent.
@@ -190,6 +202,8 @@ class Reorient(MiddleMoments, Task):
         0.05, Number("largest rate off the goal when reached", "rad/s", 1e-6, 1e3)
     )
     weight_reached: float = setting(1.0, Number("weight of -1 off the goal", "1", -1e3, 1e3))
+    weight_angle: float = setting(0.0, Number("weight of minus the angle", "1", -1e3, 1e3))
+    weight_rate: float = setting(0.0, Number("weight of minus the rate off it", "1", -1e3, 1e3))
 
     system_type: ClassVar = FreeBody
     episode: ClassVar = Episode(
@@ -204,7 +218,7 @@ class Reorient(MiddleMoments, Task):
         outcome=outcome,
         observe=observe,
         Goal=Goal,
-        reached=reached,
+        judge=judge,
     )
     reduction: ClassVar = TURNING
     cost_unit: ClassVar = "torque impulse [N m s]"

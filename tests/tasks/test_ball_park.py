@@ -159,9 +159,8 @@ def test_goals_are_reached_within_both_tolerances_of_distance_and_angle():
         rotations.matrix_from_quaternion(attitude).reshape(n, 9)
         for attitude in (q, rotations.multiply(rotations.exp(turn), q))
     ]
-    reached = envs.task.reached(
-        np.column_stack([place, matrices[0]]), np.column_stack([place + way, matrices[1]])
-    )
+    pair = np.column_stack([place, matrices[0]]), np.column_stack([place + way, matrices[1]])
+    reached = envs.task.goal_reward(*pair) == 0.0
     distance, angle = np.linalg.norm(way, axis=1), np.linalg.norm(turn, axis=1)
     np.testing.assert_array_equal(reached, (distance <= 0.1) & (angle <= 0.15))
     assert 0.05 < np.mean(reached) < 0.5

@@ -109,3 +109,25 @@ def test_rewards_can_be_computed_anew_and_observations_hold_no_goal():
     envs.set_state(state)
     again = envs._core.observations[:, 2 * envs.task.n_goal :]
     np.testing.assert_array_equal(again, observations["observation"])
+
+
+def test_dense_terms_are_angle_and_rate_off_the_goal():
+    envs = rows(200, weight_angle=0.3, weight_rate=0.2)
+    envs.reset(seed=0)
+    for _ in range(90):
+        _, rewards, _, _, infos = envs.step(turn(envs).astype(np.float32))
+        angle = -rotations.distance(envs.y[:, :4], goals(envs))
+        # the goals are rounded to float32, most of which is lost beside the sine of a half turn
+        np.testing.assert_allclose(infos["reward/angle"], angle, atol=np.sqrt(2.0**-23))
+        rate = -np.linalg.norm(envs.y[:, 4:], axis=1)
+        np.testing.assert_allclose(infos["reward/rate"], rate, rtol=2.0**-22)
+        both = 0.3 * infos["reward/angle"] + 0.2 * infos["reward/rate"]
+        np.testing.assert_allclose(rewards, infos["reward/reached"] + both, rtol=1e-15)
+
+
+def test_without_their_weights_dense_terms_change_no_bit():
+    envs = rows(200)
+    envs.reset(seed=0)
+    for _ in range(90):
+        _, rewards, _, _, infos = envs.step(turn(envs).astype(np.float32))
+        assert rewards.tobytes() == np.where(infos["is_success"], 0.0, -1.0).tobytes()

@@ -37,6 +37,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
             "action_delay": 2,
             "frame": "reduced",
         },
+        "train_kwargs": {"dt": 0.2, "weight_parked": 5.0},
         "action_std": [0.6, 0.1],
     },
     "sac, hindsight, normalized, overflowing": MEMORY
