@@ -1,5 +1,7 @@
 """Compiled networks against NumPy, which sums in another order with functions of the C library."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -19,7 +21,7 @@ def layers(stream):
     """Biases and matrices of float32, of a scale at which activations bend."""
     return [
         (stream.normal(size=m).astype(np.float32), stream.normal(size=(n, m)).astype(np.float32))
-        for n, m in zip(SIZES, SIZES[1:], strict=False)
+        for n, m in pairwise(SIZES)
     ]
 
 
