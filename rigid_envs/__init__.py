@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 import gymnasium
 
-from rigid_envs.registry import ENVIRONMENTS, EnvironmentRecord, add, load
+from rigid_envs.registry import ENVIRONMENTS, EnvironmentRecord, add
+from rigid_envs.registry import load as load_object
 
 if TYPE_CHECKING:
+    from rigid_envs.policies import CompiledPolicy
     from rigid_envs.scores.result import Evaluation
 
-__all__ = ["ENVIRONMENTS", "__version__", "evaluate", "register"]
+__all__ = ["ENVIRONMENTS", "__version__", "evaluate", "load", "register"]
 
 __version__ = "0.1.0"
 
@@ -52,7 +54,7 @@ def register(
         ConfigError: a wrong task name or time limit, or an id that is registered already.
     """
     if goal is None:
-        goal = bool(load(task).episode.Goal._fields)
+        goal = bool(load_object(task).episode.Goal._fields)
     record = EnvironmentRecord(env_id, task, max_episode_steps, family, goal, **more)
     add(record)
     _register(record)
@@ -66,13 +68,30 @@ def evaluate(env_id: str, policy: Any, **options: Any) -> Evaluation:
 
     Args:
         env_id: Gymnasium's id.
-        policy: A model with `predict`, as Stable-Baselines3 has it; a function from the
-            observations of all rows to their actions; or the name of a reference controller.
+        policy: A model with `predict`, as Stable-Baselines3 has it, or `load` gives it; a function
+            from the observations of all rows to their actions; or the name of a reference
+            controller.
         **options: ``n``, ``seed``, ``config``, ``env``, ``name``: see `rigid_envs.scores.evaluate`.
     """
     found: Evaluation = importlib.import_module("rigid_envs.scores").evaluate(
         env_id, policy, **options
     )
+    return found
+
+
+def load(name: str) -> CompiledPolicy:
+    """A trained policy that runs without torch, to the same bits on every x86-64 processor.
+
+    Its ``predict`` is that of Stable-Baselines3; `evaluate` plays it in the frame that it knows.
+
+    Args:
+        name: A published one, "BallPark" or "RigidEnvs/BallPark-v0"; or the path of a
+            ``policy.safetensors`` that `agents` wrote.
+
+    Raises:
+        ConfigError: none of that name; names those that there are.
+    """
+    found: CompiledPolicy = importlib.import_module("rigid_envs.policies").load(name)
     return found
 
 

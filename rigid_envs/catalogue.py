@@ -11,7 +11,10 @@ from rigid_envs.errors import ConfigError
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.tasks import Task
 
-__all__ = ["UnknownIdError", "changed", "checked_id", "families", "one_of_each", "task_of"]
+__all__ = ["SEEN", "UnknownIdError", "changed", "checked_id", "families", "one_of_each", "task_of"]
+
+SEEN = ("rotation", "observe_params", "frame")
+"""Settings that change what is seen of a task, and not the task."""
 
 
 class UnknownIdError(ConfigError):

@@ -16,6 +16,7 @@ from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED
 
+from ..config.by_algorithm import ALGORITHMS
 from ..config.options import add_config_options
 from ..storage.runs import RunInUseError
 from . import verbs
@@ -69,7 +70,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_evaluate(commands.add_parser("evaluate", help="success and efficiency on unseen starts"))
     _add_leaderboard(commands.add_parser("leaderboard", help="one table and plot of evaluations"))
     _add_enjoy(commands.add_parser("enjoy", help="watch one episode, in a window or as a film"))
-    _add_benchmark(commands.add_parser("benchmark", help="train and evaluate every environment"))
+    _add_benchmark(
+        commands.add_parser("benchmark", help="train all environments, with several seeds")
+    )
     for verb in commands.choices.values():
         verb.add_argument(
             "--allow_import",
@@ -163,16 +166,25 @@ def _add_benchmark(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=verbs.benchmark)
     parser.description = (
         "Train every environment with its config (configs/NAME_reduced_ALGO.yaml, else "
-        "configs/NAME_ALGO.yaml, else the defaults of the algorithm that suits it), compare "
-        "with a random policy on the same unseen starts, and write one table. The "
-        "same command goes on where it was stopped."
+        "configs/NAME_ALGO.yaml, else the defaults of the algorithm that suits it), with several "
+        "seeds, and write a record of each: config, learning curve, times, and success and cost "
+        "from each test start. What has a record is left out: the same command goes on where it "
+        "was stopped, and several processes may share the work."
     )
-    parser.add_argument("--ids", nargs="+", metavar="ID", default=list(ENVIRONMENTS), help="(all)")
+    parser.add_argument("--ids", "--env_id", nargs="+", metavar="ID", default=list(ENVIRONMENTS),
+                        help="(all)")  # fmt: skip
+    parser.add_argument("--algo", choices=tuple(ALGORITHMS), help="(the one that suits each)")
+    parser.add_argument("--frame", choices=("world", "reduced"), help="(as the config says)")
+    parser.add_argument("--seeds", default="0", help="of the trainings, as 0-9 or 0,2,5 (0)")
     parser.add_argument("--steps", metavar="N", help="of each training (as its config says)")
-    parser.add_argument("--seed", default="0", help="of the trainings (0)")
     parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
-    parser.add_argument("--out", default="logs/benchmark", metavar="FOLDER", help="(%(default)s)")
-    parser.add_argument("--quiet", action="store_true", help="no progress, only the table")
+    parser.add_argument("--out", default="logs/benchmark", metavar="FOLDER",
+                        help="of the runs (%(default)s)")  # fmt: skip
+    parser.add_argument("--records", type=Path, metavar="FOLDER", help="(OUT/records)")
+    parser.add_argument(
+        "--overwrite", action="store_true", help="begin anew what was trained with another config"
+    )
+    parser.add_argument("--quiet", action="store_true", help="no progress, only the results")
 
 
 def _add_policy_options(parser: argparse.ArgumentParser, number: str | None = None) -> None:

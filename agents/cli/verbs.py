@@ -228,28 +228,42 @@ def enjoy(options: argparse.Namespace, rest: list[str]) -> int:
 
 
 def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
-    """Train and evaluate several environments."""
+    """Train and evaluate several environments with several seeds."""
     _refuse(rest)
     _refuse_episodes(options.episodes)
     from ..config.recipes import config_for
     from ..training.benchmark import train_all
+    from ..training.recording import frame_of
 
-    entries = {"seed": parse_yaml(options.seed), "log_dir": options.out}
+    entries = {"log_dir": options.out}
+    if options.algo is not None:
+        entries["algo"] = options.algo
     if options.steps is not None:
         entries["total_timesteps"] = parse_yaml(options.steps)
-    configs = [
-        config_for(env_id, {**entries, "run_name": re.split("[:/]", env_id)[-1]})
-        for env_id in dict.fromkeys(options.ids)
-    ]
-    folder = Path(options.out)
-    status = train_all(configs, folder, options.episodes, options.quiet)
+    configs = []
+    for seed in _seeds(options.seeds):
+        for env_id in dict.fromkeys(options.ids):
+            config = config_for(env_id, {**entries, "seed": seed}, options.frame)
+            name = f"{re.split('[:/]', env_id)[-1]}_{frame_of(config)}_{seed}"
+            configs.append(dataclasses.replace(config, run_name=name))
+    records = options.records or Path(options.out) / "records"
+    status = train_all(configs, records, options.episodes, options.quiet, options.overwrite)
     if status >= 128:
         print(f"stopped by {signal.Signals(status - 128).name}; the same command goes on")
     else:
-        print(
-            f"\n{(folder / 'benchmark.md').read_text()}\nwritten to {folder}: benchmark.md, .json"
-        )
+        print(f"records: {records}")
     return status
+
+
+def _seeds(text: str) -> list[int]:
+    """Seeds from "0-9" or "0,2,5"."""
+    found: list[int] = []
+    for part in text.split(","):
+        low, _, high = part.partition("-")
+        if not (low.strip().isdecimal() and (high or low).strip().isdecimal()):
+            raise ConfigError(f"--seeds = {text!r}; expected seeds as 0-9 or 0,2,5")
+        found += range(int(low), int(high or low) + 1)
+    return list(dict.fromkeys(found))
 
 
 def _policy_file(path: Path, which: str) -> Path:

@@ -18,17 +18,18 @@ __all__ = ["config_for", "frame_of", "recipe_for"]
 _CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 
 
-def config_for(env_id: str, entries: Mapping[str, Any]) -> Config:
+def config_for(env_id: str, entries: Mapping[str, Any], frame: str | None = None) -> Config:
     """The shipped config of an environment, with other entries over it.
 
     Args:
         env_id: A registered id.
         entries: Config entries that go over those of the file.
+        frame: Frame of the recipe; None takes that of the entries, or any.
 
     Raises:
         ConfigError: No such environment, or an entry that cannot be.
     """
-    recipe = recipe_for(env_id, entries.get("algo"), frame_of(entries, {}))
+    recipe = recipe_for(env_id, entries.get("algo"), frame or frame_of(entries, {}))
     return config_from({**recipe, **entries})
 
 

@@ -19,17 +19,8 @@ _LOG_STD = (-20.0, 2.0)  # bounds of SB3's squashed Gaussian
 class Head(Protocol):
     """Last layer of a network and its action distribution."""
 
-    @staticmethod
-    def needs(n_hidden: int, n_out: int) -> dict[str, tuple[int, ...]]:
-        """Names and shapes of its float32 arrays, besides the last layer.
-
-        Args:
-            n_hidden: Width of the last hidden layer.
-            n_out: Number of outputs.
-        """
-
     def __init__(self, last: nn.Linear, arrays: Arrays) -> None:
-        """Take the last layer and the arrays of `needs`."""
+        """Take the last layer, and arrays of the head's own: see `rigid_envs.policies.arrays`."""
 
     def act(
         self, hidden: Tensor, deterministic: bool, generator: torch.Generator | None
@@ -45,11 +36,6 @@ class Head(Protocol):
 
 class Gaussian:
     """Gaussian of state-independent standard deviation, clipped to the action bounds (PPO)."""
-
-    @staticmethod
-    def needs(n_hidden: int, n_out: int) -> dict[str, tuple[int, ...]]:
-        """See `Head`."""
-        return {name: (n_out,) for name in ("log_std", "action.low", "action.high")}
 
     def __init__(self, last: nn.Linear, arrays: Arrays) -> None:
         """See `Head`."""
@@ -69,16 +55,6 @@ class Gaussian:
 
 class SquashedGaussian:
     """tanh of a Gaussian of state-dependent standard deviation (SAC)."""
-
-    @staticmethod
-    def needs(n_hidden: int, n_out: int) -> dict[str, tuple[int, ...]]:
-        """See `Head`."""
-        return {
-            "log_std.weight": (n_out, n_hidden),
-            "log_std.bias": (n_out,),
-            "action.low": (n_out,),
-            "action.high": (n_out,),
-        }
 
     def __init__(self, last: nn.Linear, arrays: Arrays) -> None:
         """See `Head`."""
@@ -103,11 +79,6 @@ class SquashedGaussian:
 class Categorical:
     """Categorical distribution over discrete actions (PPO)."""
 
-    @staticmethod
-    def needs(n_hidden: int, n_out: int) -> dict[str, tuple[int, ...]]:
-        """See `Head`."""
-        return {}
-
     def __init__(self, last: nn.Linear, arrays: Arrays) -> None:
         """See `Head`."""
         self._logits = last
@@ -125,11 +96,6 @@ class Categorical:
 
 class Greedy:
     """Action of the largest Q-value, never drawn at random (DQN)."""
-
-    @staticmethod
-    def needs(n_hidden: int, n_out: int) -> dict[str, tuple[int, ...]]:
-        """See `Head`."""
-        return {}
 
     def __init__(self, last: nn.Linear, arrays: Arrays) -> None:
         """See `Head`."""

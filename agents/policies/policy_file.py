@@ -7,17 +7,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from rigid_envs.files import DamagedFileError, canonical_json, write_atomic
+from rigid_envs.policies.loading import FORMAT, read_policy
+from rigid_envs.tensorfile import save_tensors
 
-from ..storage.tensorfile import load_tensors, save_tensors
 from .mlp import Policy
 
 __all__ = ["load_policy", "save_policy"]
-
-_FORMAT = "rigid-envs policy 1"
-_SIZE_LIMIT = 256 * 2**20
 
 
 def save_policy(policy: Policy, folder: Path) -> Path:
@@ -31,7 +27,7 @@ def save_policy(policy: Policy, folder: Path) -> Path:
         The file that `load_policy` reads.
     """
     folder.mkdir(exist_ok=True)
-    document = {"format": _FORMAT, **policy.document}
+    document = {"format": FORMAT, **policy.document}
     path = folder / "policy.safetensors"
     save_tensors(path, policy.arrays, document)
     write_atomic(folder / "policy.json", canonical_json(document, indent=2) + "\n")
@@ -51,14 +47,7 @@ def load_policy(path: str | Path) -> Policy:
     path = Path(path)
     if path.is_dir():
         path = path / "policy.safetensors"
-    arrays, document = load_tensors(path, _SIZE_LIMIT)
-    if document.get("format") != _FORMAT:
-        raise DamagedFileError(
-            f"{path}: expected format {_FORMAT!r}, got {document.get('format')!r}"
-        )
-    bad = [name for name, array in arrays.items() if not np.isfinite(array).all()]
-    if bad:
-        raise DamagedFileError(f"{path}: {bad[0]} is not finite")
+    document, arrays = read_policy(path)
     try:
         return Policy(document, arrays)
     except (ValueError, LookupError, TypeError, RuntimeError) as error:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from rigid_envs.policies.stored import N_ROTATIONS
+
 __all__ = ["RelativeRotation"]
 
 
@@ -15,7 +17,7 @@ class RelativeRotation(nn.Module):
     nothing else, and linear layers learn products of their inputs slowly.
     """
 
-    n_more = 18
+    n_more = N_ROTATIONS
 
     def __init__(self, achieved: int, desired: int) -> None:
         """Set the indices of the matrices.

@@ -8,8 +8,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from rigid_envs.files import DamagedFileError
-
-from .tensorfile import load_tensors, save_tensors
+from rigid_envs.tensorfile import load_tensors, save_tensors
 
 __all__ = ["load_newest", "save_newest"]
 

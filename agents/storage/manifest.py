@@ -11,14 +11,7 @@ from rigid_envs.provenance import versions
 
 __all__ = ["differences", "manifest"]
 
-_PACKAGES = (
-    "gymnasium",
-    "numba",
-    "numpy",
-    "safetensors",
-    "stable-baselines3",
-    "torch",
-)
+_PACKAGES = ("gymnasium", "numba", "numpy", "stable-baselines3", "torch")
 
 
 def manifest() -> dict[str, Any]:

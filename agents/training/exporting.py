@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
+
+from rigid_envs.kernels.cache import kernel_hash
+from rigid_envs.provenance import commit
 
 from ..config.by_algorithm import Config
 from ..environments.factory import part_for
@@ -48,9 +52,16 @@ def export_policy(model: BaseAlgorithm, config: Config) -> Policy:
         },
         "spaces": {"observation": str(space), "action": str(model.action_space)},
         "versions": manifest()["versions"],
+        **_sources(),
     }
     statistics = _statistics(normalize) if normalized else {}
     return Policy(document, {**network.arrays, **statistics})
+
+
+@functools.cache
+def _sources() -> dict[str, Any]:
+    """Commit and kernels; asked for once, for git takes a while."""
+    return {**commit(), "kernel_hash": kernel_hash()}
 
 
 def _inputs(config: Config, space: spaces.Space[Any]) -> list[list[Any]] | None:

@@ -13,6 +13,7 @@ from ..environments.adapter import EpisodeEnds
 from ..storage.logs import CsvLog, ProgressLog, TensorBoardLog
 from ..storage.runs import Run
 from .algorithms import progress_columns
+from .clock import Spent
 
 __all__ = ["Records"]
 
@@ -46,7 +47,7 @@ class Records:
                 run / "monitor.csv", ("r", "l", "t", "is_success"), f"#{about}\n", at.get("monitor")
             ),
             "times": CsvLog(
-                run / "times.csv", (_STEPS, "seconds", "steps_per_second"), "", at.get("times")
+                run / "times.csv", (_STEPS, *Spent._fields, "steps_per_second"), "", at.get("times")
             ),
         }
         self._last = (at.get("timesteps", 0), at.get("seconds", 0.0))
@@ -61,7 +62,7 @@ class Records:
         timesteps: int,
         figures: Mapping[str, Any],
         ends: Sequence[EpisodeEnds],
-        seconds: float,
+        spent: Spent,
     ) -> None:
         """Log one update.
 
@@ -69,19 +70,18 @@ class Records:
             timesteps: Age of the run [steps].
             figures: Values by name, beside those that SB3 recorded itself.
             ends: Episodes that ended in the update.
-            seconds: Time spent on the run [s].
+            spent: Time spent on the run.
         """
         for name, value in figures.items():
             self.logger.record(name, value)
         self.logger.record(_STEPS, timesteps, exclude="tensorboard")
-        self.logger.record("time/fps", self._speed(timesteps, seconds))
+        speed = self._speed(timesteps, spent.seconds)
+        self.logger.record("time/fps", speed)
         self.logger.dump(timesteps)
         self._csv["monitor"].write(row for end in ends for row in self._rows(end))
-        speed = self._speed(timesteps, seconds)
-        self._csv["times"].write(
-            [{_STEPS: timesteps, "seconds": round(seconds, 3), "steps_per_second": speed}]
-        )
-        self._last = (timesteps, seconds)
+        times = {name: round(value, 3) for name, value in spent._asdict().items()}
+        self._csv["times"].write([{_STEPS: timesteps, **times, "steps_per_second": speed}])
+        self._last = (timesteps, spent.seconds)
 
     def sync(self, timesteps: int) -> dict[str, Any]:
         """Bring the logs to the disk.

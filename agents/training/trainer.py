@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from gymnasium.vector import VectorEnv
 from stable_baselines3.common.utils import safe_mean
 from stable_baselines3.common.vec_env import VecEnv, VecExtractDictObs, VecNormalize
 
@@ -25,6 +26,7 @@ from ..storage.checkpoints import load_newest, save_newest
 from ..storage.manifest import differences, manifest
 from ..storage.runs import Run, create_run, open_run
 from .algorithms import build_model, check_fit, iterate
+from .clock import Clock, Spent
 from .exporting import export_policy
 from .progress_bar import Progress
 from .records import Records
@@ -100,10 +102,13 @@ def train_in(run: Run, quiet: bool = False) -> Outcome:
     """
     config = run.config()
     try:
-        _check(config)
+        venv = _checked(config)
     except ConfigError:
         run.discard()
         raise
+    venv.reset()
+    venv.step(venv.action_space.sample())  # compiles what is not compiled, before the clock starts
+    venv.close()
     run.begin()
     with StopSignals() as signals:
         trainer = Trainer(run, config, Progress(quiet))
@@ -145,8 +150,8 @@ class Trainer:
         self._adapter.seed(row_seeds(config.seed, config.n_envs, "train"))
         self._validation = Validation(config)
         self._iterations = 0
-        self._begin, self._spent = time.perf_counter(), 0.0
-        self._saved_at, self._save_took = self._begin, 0.0
+        self._clock = Clock()
+        self._saved_at, self._save_took = time.perf_counter(), 0.0
         arrays, document, damaged = load_newest(run / "checkpoints") or ({}, {}, [])
         for line in damaged:
             progress.say(f"damaged, taking the one before: {line}")
@@ -164,7 +169,7 @@ class Trainer:
 
     def seconds(self) -> float:
         """Time spent on the run, all sessions together."""
-        return self._spent + time.perf_counter() - self._begin
+        return self._clock.spent().seconds
 
     def iterate(self) -> None:
         """One update: collect, learn, evaluate if it is due, log."""
@@ -175,7 +180,7 @@ class Trainer:
         if self._validation.is_due(before, self.model.num_timesteps, total):
             figures |= self._evaluate()
         self._records.write(
-            self.model.num_timesteps, figures, self._adapter.pop_episodes(), self.seconds()
+            self.model.num_timesteps, figures, self._adapter.pop_episodes(), self._clock.spent()
         )
         self._progress.show(self.model.num_timesteps, figures)
 
@@ -196,7 +201,7 @@ class Trainer:
             "config": config_to_dict(self._config),
             "manifest": manifest(),
             "iterations": self._iterations,
-            "seconds": self.seconds(),
+            "spent": list(self._clock.spent()),
             "logs": self._records.sync(self.model.num_timesteps),
         }
         save_newest(self._run / "checkpoints", self.model.num_timesteps, arrays, document)
@@ -223,7 +228,7 @@ class Trainer:
         prefix = "validation/"
         held = {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
         self._validation.restore(held)
-        self._iterations, self._spent = document["iterations"], document["seconds"]
+        self._iterations, self._clock = document["iterations"], Clock(Spent(*document["spent"]))
 
     def _figures(self) -> dict[str, Any]:
         episodes, successes = self.model.ep_info_buffer, self.model.ep_success_buffer
@@ -249,8 +254,11 @@ class Trainer:
         }
 
 
-def _check(config: Config) -> None:
-    """Refuse an environment that the algorithm is not for, or two of different spaces."""
+def _checked(config: Config) -> VectorEnv[Any, Any, Any]:
+    """The environment of the training; one that the algorithm is not for is refused.
+
+    So is one whose spaces differ from those of the evaluations.
+    """
     tested = make(config.env_id, config.env_kwargs, 1)
     trained = make(config.env_id, config.training_kwargs, 1, "train_kwargs")
     check_fit(config, trained)
@@ -258,13 +266,13 @@ def _check(config: Config) -> None:
         (venv.single_observation_space, venv.single_action_space) for venv in (tested, trained)
     ]
     tested.close()
-    trained.close()
     if spaces[0] != spaces[1]:
         raise refusal(
             "train_kwargs",
             dict(config.train_kwargs),
             "what leaves the spaces of observations and actions as they are with env_kwargs alone",
         )
+    return trained
 
 
 def _wrapped(adapter: GymnasiumVecEnv, config: Config) -> VecEnv:

@@ -18,13 +18,14 @@ from numba.extending import overload
 
 from rigid_envs.kernels.compiler import instruction, scalar
 
-__all__ = ["atan2", "cbrt", "fma", "log", "select", "sincos", "sqrt"]
+__all__ = ["atan2", "cbrt", "expm1", "fma", "log", "select", "sincos", "sqrt", "tanh"]
 
 _PI = math.pi
 _DISSOLVED: Any = {"forceinline": True, "error_model": "numpy"}  # as `scalar`
 _TO_INTEGER = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds to an integer
 # pi / 2 in three parts, the first two of 33 bits: n * part is exact for n < 2**20
 _HALF_PI = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
+_LOG_2 = (6.93147180369123816490e-01, 1.90821492927058770002e-10)  # log 2, the first of 33 bits
 
 
 @instruction
@@ -187,3 +188,31 @@ def log(x: float) -> float:
     for k in range(10, -1, -1):
         total = fma(z, total, 1.0 / (2.0 * k + 1.0))
     return fma(exponent, 0.6931471805599453, 2.0 * s * total)
+
+
+@scalar
+def expm1(x: float) -> float:
+    """``exp(x) - 1``, for ``x`` up to 700; below -60, where the result is -1, as at -60.
+
+    x = n log 2 + r with abs(r) <= log(2) / 2, the Taylor polynomial of r to r^13, whose first
+    neglected term is below 2e-17 r there, and 2^n (exp(r) - 1) + (2^n - 1).
+    """
+    x = max(x, -60.0)
+    shifted = fma(x, 1.4426950408889634, _TO_INTEGER)  # its lowest bits are those of n
+    n = shifted - _TO_INTEGER
+    scale: float = _from_bits((_bits(shifted) + 1023) << 52)  # 2^n
+    r = fma(-n, _LOG_2[1], fma(-n, _LOG_2[0], x))
+    p = fma(r, 1.0 / 6227020800.0, 1.0 / 479001600.0)
+    p = fma(r, fma(r, p, 1.0 / 39916800.0), 1.0 / 3628800.0)
+    p = fma(r, fma(r, p, 1.0 / 362880.0), 1.0 / 40320.0)
+    p = fma(r, fma(r, p, 1.0 / 5040.0), 1.0 / 720.0)
+    p = fma(r, fma(r, p, 1.0 / 120.0), 1.0 / 24.0)
+    p = fma(r * r, fma(r, fma(r, p, 1.0 / 6.0), 0.5), r)
+    return fma(scale, p, scale - 1.0)
+
+
+@scalar
+def tanh(x: float) -> float:
+    """Hyperbolic tangent: t / (t + 2) with t = exp(2 abs(x)) - 1; beyond 20 it is 1."""
+    t = expm1(2.0 * min(abs(x), 20.0))
+    return math.copysign(t / (t + 2.0), x)

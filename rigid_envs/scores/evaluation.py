@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.catalogue import changed, checked_id, task_of
+from rigid_envs.catalogue import SEEN, changed, checked_id, task_of
 from rigid_envs.checks import integer
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.errors import ConfigError
@@ -30,8 +30,6 @@ from rigid_envs.tasks import Task
 __all__ = ["evaluate", "make_rows"]
 
 Array = npt.NDArray[np.float64]
-
-_SEEN = ("rotation", "observe_params", "frame")  # settings that change what is seen, not the task
 
 
 def evaluate(
@@ -53,7 +51,8 @@ def evaluate(
             "reference", "sampling", "zero", "random"; a controller, as `from_controller(factory)`.
         n: Number of starts.
         seed: Seed that the starts are drawn from; that of the evaluation set by default.
-        config: Hyperparameters of the task.
+        config: Hyperparameters of the task; None takes the `env_kwargs` of a policy that has some,
+            as published policies do.
         env: Environment to play in, single or vector, with its wrappers; None makes native rows.
             It stays open.
         name: Who acts, for tables; None for the name that the policy has.
@@ -65,6 +64,8 @@ def evaluate(
     if env is None or env_id.rpartition(":")[2] in ENVIRONMENTS:
         env_id = checked_id(env_id)
     chosen = policy_of(env_id, policy)
+    if config is None and env is None:
+        config = getattr(policy, "env_kwargs", None)
     envs = make_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
     settings = dict(config or {}) if env is None else _settings(env_id, envs)
     try:
@@ -164,7 +165,7 @@ def _play(policy: PolicyFactory, envs: Any, n: int, seed: int, env_id: str) -> E
 
 def _comparable(env_id: str, task: Task) -> bool:
     """Whether a task differs from the registered one in what is seen and paid alone."""
-    free = _SEEN if cost_of(env_id, task).name == "loss" else (*_SEEN, "weight_")
+    free = SEEN if cost_of(env_id, task).name == "loss" else (*SEEN, "weight_")
     return all(key.startswith(free) for key in changed(env_id, task))
 
 

@@ -215,7 +215,8 @@ def policy_of(env_id: str, policy: Any) -> PolicyFactory:
     if isinstance(policy, str):
         return untrained_policy(env_id, policy)[1]
     if callable(getattr(policy, "predict", None)):
-        return from_predict(policy)
+        name = getattr(policy, "name", "")
+        return from_predict(policy, name if isinstance(name, str) else "")
     if callable(policy):
         return from_function(policy)
     raise ValueError(

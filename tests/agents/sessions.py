@@ -69,7 +69,7 @@ def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
 def _write(path: Path, size: int) -> None:
     import numpy as np
 
-    from agents.storage.tensorfile import save_tensors
+    from rigid_envs.tensorfile import save_tensors
 
     for k in range(10**9):
         save_tensors(path, {"a": np.full(size, k)}, {"k": k})

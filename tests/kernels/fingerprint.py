@@ -2,7 +2,8 @@
 
 Run as a program: ``python -m tests.kernels.fingerprint CACHE ID ...``, where CACHE is also what
 ``NUMBA_CACHE_DIR`` names. Prints hashes over every number of some thousand steps of each of the
-environments, plain and with everything switched on, and the symbols their kernels call.
+environments, plain and with everything switched on, a hash over the outputs of networks, and the
+symbols their kernels call.
 """
 
 import hashlib
@@ -13,9 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from rigid_envs.kernels.network import ACTIVATIONS, perceptron, relative_rotations
 from rigid_envs.testing.environments import actions, ending, flat, vector
 
-__all__ = ["foreign_symbols", "hashes_of"]
+__all__ = ["foreign_symbols", "hash_of_networks", "hashes_of"]
 
 # What Numba's own runtime and the Python interpreter provide, and moves of memory.
 RUNTIME = ("Py", "_Py", "NRT_", "numba_", "mem")
@@ -39,6 +41,24 @@ def _hash_of(env_id: str, config: dict[str, object]) -> str:
         for numbers in (flat(observations), *results, *infos, *envs.get_state().values()):
             digest.update(np.ascontiguousarray(numbers).tobytes())
     return digest.hexdigest()
+
+
+def hash_of_networks() -> str:
+    """Hash of the outputs of a network with each activation, and of relative rotations.
+
+    Its layers have widths that fill no vector, and inputs as large as activations saturate at.
+    """
+    stream, sizes = np.random.default_rng(0), np.array([21, 67, 13, 3])
+    count = int((sizes[1:] * (sizes[:-1] + 1)).sum())
+    weights = stream.normal(size=count).astype(np.float32)
+    x, out = (5.0 * stream.normal(size=(ROWS, 21))).astype(np.float32), np.empty((ROWS, 3))
+    digest = hashlib.sha256()
+    for activation in range(len(ACTIVATIONS)):
+        perceptron(x, weights, sizes, activation, activation, out)
+        digest.update(out.tobytes())
+    more = np.empty((ROWS, 21 + 18), np.float32)
+    relative_rotations(x, 1, 11, more)
+    return digest.hexdigest() + hashlib.sha256(more.tobytes()).hexdigest()
 
 
 def foreign_symbols(folder: Path) -> set[str]:
@@ -73,4 +93,6 @@ def _undefined(elf: bytes) -> set[str]:
 if __name__ == "__main__":
     cache, *ids = sys.argv[1:]
     hashes = {env_id: hashes_of(env_id) for env_id in ids}
-    print(json.dumps({"hashes": hashes, "symbols": sorted(foreign_symbols(Path(cache)))}))
+    networks = hash_of_networks()
+    symbols = sorted(foreign_symbols(Path(cache)))
+    print(json.dumps({"hashes": hashes, "networks": networks, "symbols": symbols}))

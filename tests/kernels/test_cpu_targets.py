@@ -5,7 +5,8 @@ without FMA or AVX, newer ones with vectors of 256 or 512 bits. Features this ma
 masked off. Where the target has no FMA, fma is the C library's, which rounds once like the
 instruction; that library is then told to leave out its own FMA code too.
 
-What all must agree with is computed here, on this machine as it is.
+What all must agree with is computed here, on this machine as it is. The networks of policies are
+compiled for each of them too.
 """
 
 import json
@@ -22,7 +23,7 @@ from llvmlite import binding
 
 from rigid_envs.kernels.cache import kernel_hash
 from rigid_envs.testing.environments import IDS, task_of
-from tests.kernels.fingerprint import hashes_of
+from tests.kernels.fingerprint import hash_of_networks, hashes_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -107,6 +108,7 @@ def check(shares: dict[str, list[str]], cache: Path) -> None:
     for (target, ids), found in zip(shares.items(), reports, strict=True):
         for env_id in ids:
             assert found["hashes"][env_id] == hashes_of(env_id), f"{env_id} differs on {target}"
+        assert found["networks"] == hash_of_networks(), f"networks differ on {target}"
         # Also a proof that the emulation works: fma is called exactly where there is none.
         assert found["symbols"] == ([] if has_fma(target) else ["fma"]), target
 

@@ -82,6 +82,34 @@ def test_logarithms_are_exact_to_a_few_units_in_the_last_place():
     assert elementary.log(1.0) == 0.0
 
 
+def near_and_far(rng, far):
+    """Arguments of both signs up to `far`, and down to 1e-20."""
+    return np.concatenate(
+        [
+            rng.uniform(-far, far, 1500),
+            rng.uniform(-2.0, 2.0, 2000),
+            rng.choice([-1.0, 1.0], 1000) * log_uniform(rng, 1e-20, 1.0, 1000),
+        ]
+    )
+
+
+def test_exponentials_less_one_are_exact_to_a_few_units_in_the_last_place():
+    rng = np.random.default_rng(6)
+    x = np.concatenate([near_and_far(rng, 60.0), rng.uniform(60.0, 700.0, 1000)])
+    found = [elementary.expm1(value) for value in x]
+    assert worst_ulps(found, [mpmath.expm1(EXACT(float(value))) for value in x]) < 2.0
+    assert elementary.expm1(0.0) == 0.0
+    assert elementary.expm1(-1e300) == -1.0
+
+
+def test_hyperbolic_tangents_are_exact_to_a_few_units_in_the_last_place():
+    rng = np.random.default_rng(7)
+    x = near_and_far(rng, 30.0)
+    found = [elementary.tanh(value) for value in x]
+    assert worst_ulps(found, [mpmath.tanh(EXACT(float(value))) for value in x]) < 3.0
+    assert [elementary.tanh(value) for value in (0.0, 1e300, -1e300)] == [0.0, 1.0, -1.0]
+
+
 @numba.njit
 def compiled_fma(a, b, c):
     return elementary.fma(a, b, c)

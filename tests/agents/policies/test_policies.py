@@ -21,11 +21,11 @@ from agents.environments.adapter import GymnasiumVecEnv
 from agents.environments.factory import make
 from agents.policies.mlp import Policy
 from agents.policies.policy_file import load_policy, save_policy
-from agents.storage.tensorfile import load_tensors, save_tensors
 from agents.training.algorithms import build_model
 from agents.training.exporting import export_policy
 from rigid_envs import rotations
 from rigid_envs.files import DamagedFileError
+from rigid_envs.tensorfile import load_tensors, save_tensors
 
 PPO = {"n_steps": 16, "batch_size": 32, "n_epochs": 2}
 MEMORY = {"batch_size": 32, "learning_starts": 420, "train_freq": 8, "gradient_steps": 1}

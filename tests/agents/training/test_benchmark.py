@@ -1,10 +1,11 @@
-"""One table of all trainings beside chance, which says of each number where it comes from."""
+"""Trainings with several seeds, shared between processes, and a record of each."""
 
-import json
+import hashlib
 import signal
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import tests.agents.drift  # noqa: F401, registers the environment
@@ -13,10 +14,12 @@ from agents.config.by_algorithm import config_from
 from agents.config.recipes import config_for
 from agents.evaluation.evaluate import evaluate
 from agents.policies.policy_file import load_policy
+from agents.storage.runs import open_run
 from agents.training import benchmark as module
 from agents.training.benchmark import train_all
 from agents.training.trainer import Outcome
-from rigid_envs.scores.starts import TEST_SEED
+from rigid_envs.errors import ConfigError
+from rigid_envs.scores.records import read_record
 from tests.agents.sessions import SMALL
 
 FEW = SMALL | {"total_timesteps": 512 * 6}
@@ -26,66 +29,73 @@ def config(folder: Path, name: str = "a", **entries: Any) -> Any:
     return config_from(FEW | {"log_dir": str(folder), "run_name": name} | entries)
 
 
-def rows(folder: Path) -> Any:
-    return json.loads((folder / "benchmark.json").read_text())["rows"]
+def place(folder: Path, seed: int = 0) -> Path:
+    return folder / "Drift-v0" / f"ppo_world_{seed}.json"
 
 
-def test_a_row_has_the_figures_of_policy_and_chance_on_the_same_starts(tmp_path: Path) -> None:
-    assert train_all([config(tmp_path), config(tmp_path, "b", seed=3)], tmp_path, 50, True) == 0
-    for row, name in zip(rows(tmp_path), "ab", strict=True):
-        policy = load_policy(tmp_path / "ppo" / name / "best_model")
-        learnt, chance = (evaluate(actor, "Drift-v0", 50, TEST_SEED) for actor in (policy, None))
-        assert row["policy"]["return_mean"] == learnt.values["return"].mean()
-        assert row["policy"]["success_rate"] == learnt.successes.mean()
-        assert row["random_policy"]["return_mean"] == chance.values["return"].mean()
-        assert row["random_policy"]["success_rate"] == chance.successes.mean()
-        assert row["run_timesteps"] == 512 * 6 >= row["training_timesteps"]
-        assert row["training_seed"] == (3 if name == "b" else 0)
-        keys = {"versions", "git_commit", "git_dirty", "command", "kernel_hash", "policy_sha256",
-                "test_seed", "machine", "training_seconds"}  # fmt: skip
-        assert keys <= row.keys()
-    header, rule, *lines, blank, note, second_note = (
-        (tmp_path / "benchmark.md").read_text().splitlines()
-    )
-    assert {line.count("|") for line in (header, rule, *lines)} == {9}
-    assert len(lines) == 2 and blank == ""
-    shown = [cell.strip() for cell in lines[0].split("|")[1:-1]]
-    figures = rows(tmp_path)[0]
-    chance, learnt = figures["random_policy"], figures["policy"]
-    assert shown[:-1] == [
-        "`Drift-v0`",
-        "PPO",
-        *(f"{100 * chance['success_rate']:.1f} %", f"{chance['return_mean']:.2f}"),
-        *(f"{100 * learnt['success_rate']:.1f} %", f"{learnt['return_mean']:.2f}"),
-        "3,072",
-    ]
-    assert "training seed 0" in note and "training seed 3" in second_note
+def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path: Path) -> None:
+    records = tmp_path / "records"
+    configs = [config(tmp_path), config(tmp_path, "b", seed=3)]
+    assert train_all(configs, records, 50, True) == 0
+    for each, name in zip(configs, "ab", strict=True):
+        record, run = read_record(place(records, each.seed)), tmp_path / "ppo" / name
+        found = evaluate(load_policy(run / "best_model"), "Drift-v0", 50)
+        np.testing.assert_array_equal(record.successes, found.successes)
+        np.testing.assert_allclose(record.costs, found.costs, rtol=1e-5)
+        assert (record.env_id, record.algo, record.frame) == ("Drift-v0", "ppo", "world")
+        assert (record.seed, record.policy) == (each.seed, "ppo")
+        assert config_from({**record.config, "log_dir": str(tmp_path), "run_name": name}) == each
+        file = run / "best_model" / "policy.safetensors"
+        assert record.policy_sha256 == hashlib.sha256(file.read_bytes()).hexdigest()
+        assert record.training["timesteps"] == 512 * 6 >= record.training["policy_timesteps"]
+        assert 0.0 < record.training["cpu_seconds"]
+        assert 0.0 < record.training["seconds"]
+        with np.load(run / "evaluations.npz") as held_out:
+            assert record.curve["timesteps"] == held_out["timesteps"].tolist()
+            means = held_out["results"].mean(axis=1)
+        np.testing.assert_allclose(record.curve["return_mean"], means, rtol=1e-5)
+        assert not (run / "checkpoints").exists()
 
 
-def test_the_same_again_trains_nothing_anew_and_other_entries_are_refused(tmp_path: Path) -> None:
+def test_the_same_again_trains_nothing_anew(tmp_path: Path) -> None:
     train_all([config(tmp_path)], tmp_path, 20, True)
-    before = (tmp_path / "ppo" / "a" / "progress.csv").read_bytes()
-    figures = rows(tmp_path)[0]["policy"]
-    assert train_all([config(tmp_path)], tmp_path, 20, True) == 0
-    assert (tmp_path / "ppo" / "a" / "progress.csv").read_bytes() == before
-    assert rows(tmp_path)[0]["policy"] == figures
-    with pytest.raises(ValueError, match=r"another config \(gamma: 0.99 -> 0.5\).*--out"):
-        train_all([config(tmp_path, gamma=0.5)], tmp_path, 20, True)
+    before = place(tmp_path).read_bytes()
+    train_all([config(tmp_path)], tmp_path, 20, True)
+    assert place(tmp_path).read_bytes() == before
+    place(tmp_path).unlink()  # as if it had ended just before
+    train_all([config(tmp_path)], tmp_path, 20, True)
+    written = read_record(place(tmp_path))
+    assert f'"seconds": {written.training["seconds"]}' in before.decode()
 
 
-def test_a_training_that_fails_leaves_out_its_row_only(
+def test_another_config_is_refused_before_anything_is_trained_or_trained_anew(
+    tmp_path: Path,
+) -> None:
+    train_all([config(tmp_path)], tmp_path, 20, True)
+    other = config(tmp_path, gamma=0.5)
+    with pytest.raises(ConfigError, match=r"ppo_world_0.json is of .*gamma: 0.99 -> 0.5.*--over"):
+        train_all([config(tmp_path, "new", seed=1), other], tmp_path, 20, True)
+    place(tmp_path).unlink()
+    with pytest.raises(ConfigError, match=r"ppo/a is of another config \(gamma: 0.99 -> 0.5\)"):
+        train_all([other], tmp_path, 20, True)
+    assert not (tmp_path / "ppo" / "new").exists()
+    assert train_all([other], tmp_path, 20, True, overwrite=True) == 0
+    assert read_record(place(tmp_path)).config["gamma"] == 0.5
+
+
+def test_a_training_that_fails_leaves_no_record_and_lets_others_be(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bad = config(tmp_path, "bad", env_kwargs={"bad_reward_at": 40})
+    bad = config(tmp_path, "bad", env_kwargs={"bad_reward_at": 40}, seed=1)
     assert train_all([bad, config(tmp_path)], tmp_path, 20, True) == 1
     assert "error: Drift-v0: reward of row 8" in capsys.readouterr().err
-    assert [row["config"] for row in rows(tmp_path)] == [{}]
+    assert [path.stem for path in tmp_path.glob("Drift-v0/*")] == ["ppo_world_0"]
 
 
 def test_a_signal_ends_all_and_keeps_what_is_done(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    train_in, stopped = module.train_in, config(tmp_path, "stopped")
+    train_in, stopped = module.train_in, config(tmp_path, "stopped", seed=1)
 
     def stop(run: Any, quiet: bool) -> Outcome:
         if run.config() == stopped:
@@ -93,9 +103,27 @@ def test_a_signal_ends_all_and_keeps_what_is_done(
         return train_in(run, quiet)
 
     monkeypatch.setattr(module, "train_in", stop)
-    status = train_all([config(tmp_path), stopped, config(tmp_path, "c")], tmp_path, 20, True)
-    assert status == 128 + signal.SIGTERM
-    assert len(rows(tmp_path)) == 1
+    last = config(tmp_path, "c", seed=2)
+    assert train_all([config(tmp_path), stopped, last], tmp_path, 20, True) == 128 + signal.SIGTERM
+    assert place(tmp_path).exists() and not place(tmp_path, 2).exists()
+
+
+def test_a_run_of_another_process_is_tried_again_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = config(tmp_path), config(tmp_path, "b", seed=1)
+    train_all([first], tmp_path, 20, True)
+    place(tmp_path).unlink()
+    theirs, pauses = open_run(tmp_path / "ppo" / "a"), []
+
+    def pause(seconds: float) -> None:
+        assert place(tmp_path, 1).exists()
+        pauses.append(seconds)
+        theirs.close()
+
+    monkeypatch.setattr(module.time, "sleep", pause)
+    assert train_all([first, second], tmp_path, 20, True) == 0
+    assert len(pauses) == 1 and place(tmp_path).exists()
 
 
 @pytest.mark.parametrize(
@@ -119,8 +147,10 @@ def test_the_verb_trains_what_it_is_told(
 ) -> None:
     out = tmp_path / "out"
     words = ["benchmark", "--ids", "Drift-v0", "--steps", "2e4", "--episodes", "20", "--quiet"]
-    assert main([*words, "--out", str(out)]) == 0
-    said = capsys.readouterr().out
-    assert (out / "benchmark.md").read_text() in said and str(out) in said
-    assert rows(out)[0]["run_timesteps"] == 2 * 16384  # two updates of 256 rows, 64 steps
-    assert (out / "ppo" / "Drift-v0" / "results.json").exists()
+    assert main([*words, "--algo", "ppo", "--seeds", "0,2-3", "--out", str(out)]) == 0
+    assert f"records: {out / 'records'}" in capsys.readouterr().out
+    for seed in (0, 2, 3):
+        record = read_record(place(out / "records", seed))
+        assert record.training["timesteps"] == 2 * 16384  # two updates of 256 rows, 64 steps
+        assert (out / "ppo" / f"Drift-v0_world_{seed}" / "best_model").exists()
+    assert main([*words, "--seeds", "many", "--out", str(out)]) == 2

@@ -10,9 +10,9 @@ import torch
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.by_algorithm import config_from
 from agents.environments.finite import NonFiniteError, all_finite, bad_row
-from agents.storage.tensorfile import load_tensors
 from agents.training.gradients import guard_optimizer
 from agents.training.trainer import Trainer, train
+from rigid_envs.tensorfile import load_tensors
 from tests.agents.sessions import SMALL
 
 MEMORY = {"env_id": "Drift-v0", "n_envs": 16, "learning_starts": 32, "log_every": 64}

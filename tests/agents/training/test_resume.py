@@ -12,8 +12,8 @@ import pytest
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.storage.tensorfile import load_tensors
 from agents.training.trainer import train
+from rigid_envs.tensorfile import load_tensors
 from tests.agents.sessions import SMALL, finish, start
 
 SAME = (

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.storage.tensorfile import load_tensors, save_tensors
 from rigid_envs.files import DamagedFileError, sweep
+from rigid_envs.tensorfile import load_tensors, save_tensors
 from tests.agents.sessions import finish, start_writer
 
 ARRAYS: dict[str, Any] = {

@@ -1,0 +1,103 @@
+"""The record of a run: read from its files, and evaluated as its published policy would be."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+from typing import Any
+
+import numpy as np
+
+from rigid_envs import load
+from rigid_envs.provenance import provenance
+from rigid_envs.scores.records import Record, record_of
+
+from ..config.by_algorithm import Config, config_to_dict
+from ..evaluation.evaluate import evaluate
+from ..storage.manifest import manifest
+from ..storage.runs import Run
+
+__all__ = ["frame_of", "is_complete", "make_record"]
+
+_PLACES = ("log_dir", "run_name")  # entries that say where a run is, not what
+_STEPS = "time/total_timesteps"
+
+
+def frame_of(config: Config) -> str:
+    """Frame of the observations and actions of a training."""
+    return str(config.env_kwargs.get("frame", "world"))
+
+
+def is_complete(run: Run) -> bool:
+    """Whether all steps of a run are made."""
+    times = _times(run)
+    return bool(times) and int(times[_STEPS]) >= run.config().total_timesteps
+
+
+def make_record(run: Run, n: int) -> Record:
+    """Evaluate the best policy of a run, compiled, on the first n test starts.
+
+    Args:
+        run: A complete run.
+        n: Number of starts.
+    """
+    config, path = run.config(), run / "best_model" / "policy.safetensors"
+    policy, times = load(str(path)), _times(run)
+    found = evaluate(policy, config.env_id, n, env_kwargs=policy.env_kwargs, name=policy.name)
+    document = policy.document
+    return record_of(
+        found,
+        algo=config.algo,
+        frame=frame_of(config),
+        seed=config.seed,
+        config={k: v for k, v in config_to_dict(config).items() if k not in _PLACES},
+        training={
+            "timesteps": int(times[_STEPS]),
+            "policy_timesteps": document["timesteps"],
+            "seconds": float(times["seconds"]),
+            "cpu_seconds": float(times["cpu_seconds"]),
+            **{key: document[key] for key in ("git_commit", "git_dirty", "kernel_hash")},
+        },
+        policy_sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
+        curve=_curve(run),
+        provenance=_provenance(),
+    )
+
+
+def _provenance() -> dict[str, Any]:
+    where, also = provenance(), manifest()
+    return {
+        **where,
+        "versions": where["versions"] | also["versions"],
+        "cpu_capability": also["cpu_capability"],
+    }
+
+
+def _times(run: Run) -> dict[str, str]:
+    """The last row of the clock of a run; empty if there is none."""
+    try:
+        with open(run / "times.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+    except FileNotFoundError:
+        return {}
+    return rows[-1] if rows else {}
+
+
+def _curve(run: Run) -> dict[str, list[Any]]:
+    """Rate of success, mean return and mean cost of the successes, of the held-out starts."""
+    with np.load(run / "evaluations.npz", allow_pickle=False) as file:
+        held_out = dict(file)
+    won, costs = held_out["successes"].astype(bool), held_out["costs"]
+    means = [float(row[own].mean()) if own.any() else None
+             for row, own in zip(costs, won, strict=True)]  # fmt: skip
+    return {
+        "timesteps": held_out["timesteps"].tolist(),
+        "success_rate": [_short(value) for value in won.mean(axis=1)],
+        "return_mean": [_short(value) for value in held_out["results"].mean(axis=1)],
+        "cost_mean": [None if value is None else _short(value) for value in means],
+    }
+
+
+def _short(value: float) -> float:
+    """Six digits."""
+    return float(f"{value:.6g}")

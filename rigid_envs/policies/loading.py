@@ -1,0 +1,92 @@
+"""Policies from files: those that come with the package by name, others by path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_envs.errors import ConfigError
+from rigid_envs.files import DamagedFileError
+from rigid_envs.policies.compiled import CompiledPolicy
+from rigid_envs.tensorfile import load_tensors
+
+__all__ = ["FOLDER", "FORMAT", "file_of", "load", "published", "read_policy"]
+
+FORMAT = "rigid-envs policy 1"
+FOLDER = Path(__file__).parent
+"""Published policies, each with a record of its evaluation beside it."""
+
+_SIZE_LIMIT = 256 * 2**20
+
+
+def published(folder: Path = FOLDER) -> list[str]:
+    """Names of the published policies: that of `RigidEnvs/BallPark-v0` is "BallPark-v0"."""
+    return sorted(path.stem for path in folder.glob("*.safetensors"))
+
+
+def file_of(name: str, folder: Path = FOLDER) -> Path:
+    """File of a published policy.
+
+    Args:
+        name: An id, "RigidEnvs/BallPark-v0", or what is left of it: "BallPark-v0", "BallPark".
+        folder: Where they are.
+
+    Raises:
+        ConfigError: None is published of that name; names those that are.
+    """
+    names = published(folder)
+    stem = name.removeprefix("RigidEnvs/")
+    for chosen in (stem, f"{stem}-v0"):
+        if chosen in names:
+            return folder / f"{chosen}.safetensors"
+    raise ConfigError(
+        f"name = {name!r}; expected the path of a policy.safetensors, or a published policy: "
+        f"{', '.join(names) or 'there is none yet'}"
+    )
+
+
+def load(name: str | Path) -> CompiledPolicy:
+    """A trained policy that runs without torch, to the same bits on every x86-64 processor.
+
+    Args:
+        name: A published one, "BallPark" or "RigidEnvs/BallPark-v0"; or the path of a
+            `policy.safetensors`, or of the folder that it is in.
+
+    Raises:
+        ConfigError: None of that name; names those that there are.
+        DamagedFileError: The file is no policy; says why.
+    """
+    path = Path(name)
+    if path.is_dir():
+        path = path / "policy.safetensors"
+    if not path.is_file():
+        path = file_of(str(name))
+    document, arrays = read_policy(path)
+    try:
+        return CompiledPolicy(document, arrays)
+    except (ValueError, LookupError, TypeError) as error:
+        raise DamagedFileError(f"{path}: not a policy: {error!r:.200}") from error
+
+
+def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Document and arrays of a policy file. Nothing in it is run.
+
+    Args:
+        path: The file.
+
+    Raises:
+        DamagedFileError: Another format, or numbers that are not finite.
+        FileNotFoundError: There is no such file.
+    """
+    arrays, document = load_tensors(path, _SIZE_LIMIT)
+    if document.get("format") != FORMAT:
+        raise DamagedFileError(
+            f"{path}: expected format {FORMAT!r}, got {document.get('format')!r}"
+        )
+    bad = [name for name, array in arrays.items() if not np.isfinite(array).all()]
+    if bad:
+        raise DamagedFileError(f"{path}: {bad[0]} is not finite")
+    return document, arrays

@@ -1,0 +1,214 @@
+"""Records of trained policies: how each was trained, and what came of it from every start.
+
+A record holds success and cost from each start as they are, to the last digit: the policy gives the
+same numbers on every machine. What follows from them (rates, efficiencies, intervals) is computed
+where it is shown, against the best that is known then.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.catalogue import task_of
+from rigid_envs.files import DamagedFileError, lined_json, read_bytes, write_atomic
+from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.scores.best import best_known
+from rigid_envs.scores.efficiency import cost_of, efficiencies
+from rigid_envs.scores.result import Evaluation
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION
+
+__all__ = ["Record", "read_record", "read_records", "record_file", "record_of", "write_record"]
+
+FORMAT = "rigid-envs record 1"
+
+_LIMIT = 2**20  # bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A trained policy: how it was trained, and what came of it.
+
+    Attributes:
+        env_id: Gymnasium's id.
+        policy: Name of the policy: the algorithm, and the frame if it is not that of the world.
+        algo: Learning algorithm.
+        frame: Frame of observations and actions, "world" or "reduced".
+        seed: Seed of the training.
+        config: All entries of the training, as JSON values.
+        training: Steps, age of the policy [steps], time [s] and processor time [s], commit.
+        policy_sha256: Of the policy file.
+        curve: By steps, on starts held out of the training: rate of success, mean return, and
+            mean ``info["cost"]`` summed over the episodes that succeeded, None without any.
+        settings: Settings of the evaluation.
+        successes: Success from each start of the evaluation set, shape (n,).
+        costs: Cost of each episode, also where it failed, shape (n,).
+        provenance: Of the evaluation: versions, kernels, commit, machine and date.
+    """
+
+    env_id: str
+    policy: str
+    algo: str
+    frame: str
+    seed: int
+    config: Mapping[str, Any]
+    training: Mapping[str, Any]
+    policy_sha256: str
+    curve: Mapping[str, list[Any]]
+    settings: Mapping[str, Any]
+    successes: npt.NDArray[np.bool_]
+    costs: npt.NDArray[np.float64]
+    provenance: Mapping[str, Any]
+
+    @property
+    def success_rate(self) -> float:
+        """Share of the starts from which it succeeds."""
+        return float(self.successes.mean())
+
+    @property
+    def cost_mean(self) -> float:
+        """Mean cost of the successes; NaN without any."""
+        return float(self.costs[self.successes].mean()) if self.successes.any() else float("nan")
+
+    @property
+    def efficiency(self) -> float | None:
+        """Mean efficiency against what is best known now; None where nothing is known."""
+        known = best_known(self.env_id)
+        if known is None:
+            return None
+        floor = cost_of(self.env_id, task_of(self.env_id)).floor
+        best = known.costs[: len(self.costs)]
+        return float(efficiencies(self.successes, self.costs, best, floor).mean())
+
+    def differences(self, found: Evaluation) -> list[str]:
+        """Where an evaluation differs from the record, to the last digit.
+
+        Args:
+            found: An evaluation of the same policy from the same starts.
+
+        Returns:
+            A line for each kind of figure; none if all are the same.
+        """
+        lines = []
+        for name, mine, now in (
+            ("success", self.successes, found.successes),
+            ("cost", self.costs, found.costs),
+        ):
+            if len(mine) != len(now):
+                return [f"{len(now)} starts; the record has {len(mine)}"]
+            wrong = np.flatnonzero(mine != now)
+            if len(wrong):
+                k = wrong[0]
+                lines.append(
+                    f"{name} differs from {len(wrong)} of {len(mine)} starts; from start {k} it is "
+                    f"{now[k]!r}, in the record {mine[k]!r}"
+                )
+        return lines
+
+
+def record_file(folder: Path, env_id: str, algo: str, frame: str, seed: int) -> Path:
+    """File of a record below a folder of them: `BallPark-v0/ppo_reduced_0.json`.
+
+    Args:
+        folder: The folder.
+        env_id: See `Record`.
+        algo: See `Record`.
+        frame: See `Record`.
+        seed: See `Record`.
+    """
+    name = env_id.rpartition(":")[2].rpartition("/")[2]
+    return folder / name / f"{algo}_{frame}_{seed}.json"
+
+
+def record_of(found: Evaluation, **how: Any) -> Record:
+    """The record of an evaluation.
+
+    Args:
+        found: On the evaluation set.
+        **how: The attributes that are not of the evaluation.
+    """
+    return Record(
+        env_id=found.env_id,
+        policy=found.policy,
+        settings=found.config,
+        successes=found.successes,
+        costs=found.costs,
+        **how,
+    )
+
+
+def write_record(file: Path, record: Record) -> None:
+    """Write a record, atomically; its folder is made if it is not there.
+
+    Args:
+        file: Its path.
+        record: The record.
+    """
+    data: dict[str, Any] = {
+        "format": FORMAT,
+        **{key: getattr(record, key) for key in _PLAIN},
+        "evaluation": {
+            "version": VERSION,
+            "seed": TEST_SEED,
+            "starts": len(record.costs),
+            "settings": dict(record.settings),
+            "success_rate": record.success_rate,
+            "cost_mean": None if np.isnan(record.cost_mean) else record.cost_mean,
+        },
+        "successes": "".join("01"[int(won)] for won in record.successes),
+        "costs": record.costs.tolist(),
+    }
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_atomic(file, lined_json(data))
+
+
+def read_record(file: Path) -> Record:
+    """Read a record.
+
+    Args:
+        file: Its path.
+
+    Raises:
+        DamagedFileError: Of another format or evaluation set, or not complete.
+        FileNotFoundError: No such file.
+    """
+    try:
+        data = json.loads(read_bytes(file, _LIMIT))
+        about = data["evaluation"]
+        kind = (data["format"], about["version"], about["seed"])
+        if kind != (FORMAT, VERSION, TEST_SEED):
+            raise ValueError(f"format, version, seed = {kind}; expected {FORMAT}, {VERSION}, "
+                             f"{TEST_SEED}")  # fmt: skip
+        costs = np.array(data["costs"], dtype=np.float64)
+        successes = np.array([{"0": False, "1": True}[won] for won in data["successes"]])
+        if not len(costs) == len(successes) == about["starts"] or not np.isfinite(costs).all():
+            raise ValueError("costs, successes: expected a number and 0 or 1 for each start")
+        own = {key: data[key] for key in _PLAIN}
+        return Record(**own, settings=about["settings"], successes=successes, costs=costs)
+    except (KeyError, TypeError, ValueError) as error:
+        why = f"no {error}" if isinstance(error, KeyError) else str(error)
+        raise DamagedFileError(f"{file}: {why}; write it anew") from error
+
+
+def read_records(folder: Path) -> Iterator[Record]:
+    """All records of registered ids below a folder that are of the whole evaluation set.
+
+    Args:
+        folder: See `record_file`.
+    """
+    for file in sorted(folder.glob("*/*.json")):
+        record = read_record(file)
+        if record.env_id in ENVIRONMENTS and len(record.costs) == N_STARTS:
+            yield record
+
+
+_PLAIN = (
+    *("env_id", "policy", "algo", "frame", "seed", "config", "training", "policy_sha256"),
+    *("provenance", "curve"),
+)
