@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import shutil
 import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
+from time import sleep
 
 from rigid_envs.errors import ConfigError
 from rigid_envs.scores.records import Record, read_record, record_file, write_record
@@ -62,7 +62,7 @@ def train_all(
                 if stopped_by is not None:
                     return 128 + stopped_by
         if len(in_use) == len(waiting):
-            time.sleep(_PAUSE)
+            sleep(_PAUSE)
         waiting = in_use
     return 1 if failed else 0
 

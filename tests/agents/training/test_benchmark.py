@@ -121,7 +121,7 @@ def test_a_run_of_another_process_is_tried_again_later(
         pauses.append(seconds)
         theirs.close()
 
-    monkeypatch.setattr(module.time, "sleep", pause)
+    monkeypatch.setattr(module, "sleep", pause)
     assert train_all([first, second], tmp_path, 20, True) == 0
     assert len(pauses) == 1 and place(tmp_path).exists()
 
