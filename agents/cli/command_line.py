@@ -20,6 +20,7 @@ from ..config.by_algorithm import ALGORITHMS
 from ..config.options import add_config_options
 from ..storage.runs import RunInUseError
 from . import verbs
+from .ablating import add_ablate
 
 __all__ = ["main"]
 
@@ -73,6 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_benchmark(
         commands.add_parser("benchmark", help="train all environments, with several seeds")
     )
+    add_ablate(commands.add_parser("ablate", help="train recipes with each part of them alone"))
     for verb in commands.choices.values():
         verb.add_argument(
             "--allow_import",

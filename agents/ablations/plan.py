@@ -1,0 +1,73 @@
+"""The trainings of the ablations: recipes in the reduced frame, with each of their parts alone.
+
+=========  =========================================================================================
+none       the world frame, as every user of Gymnasium gets it
+schedule   the world frame; the spread of actions decreases by a schedule and is not learnt
+features   the world's observation and actions, and beside it the features of the reduction
+frame      actions of the reduced frame, and plain coordinates in it
+all        the recipe: frame and features, and the schedule where the recipe has one
+=========  =========================================================================================
+
+All else is that of the recipe: steps, network, learning rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rigid_envs import ENVIRONMENTS, register
+
+from ..config.by_algorithm import Config, config_from
+from ..config.recipes import recipe_for
+
+__all__ = ["NAMES", "PARTS", "ablation"]
+
+NAMES = ("BallPark", "AxisFlip", "TopPrecession")
+"""Names of the ids."""
+
+PARTS = ("none", "schedule", "features", "frame", "all")
+"""Names of the variants."""
+
+_SCHEDULE = (0.6, 0.1)  # standard deviation of the actions at the start and at the end
+
+
+def ablation(name: str, part: str, seed: int, **entries: Any) -> Config:
+    """The config of a training; the environment that it needs is registered.
+
+    Args:
+        name: One of `NAMES`.
+        part: One of `PARTS`.
+        seed: Seed of the training.
+        **entries: Other entries of the config.
+    """
+    recipe = recipe_for(f"RigidEnvs/{name}-v0", "ppo", "reduced")
+    return config_from({**recipe, **_entries(name, part), **entries, "seed": seed})
+
+
+def _entries(name: str, part: str) -> Mapping[str, Any]:
+    """What a variant has for entries of the recipe."""
+    if part == "all":
+        return {}
+    world: dict[str, Any] = {"env_id": f"RigidEnvs/{name}-v0", "env_kwargs": {}, "action_std": None}
+    if part == "none":
+        return world
+    if part == "schedule":
+        return {**world, "action_std": _SCHEDULE}
+    frame = "reduced" if part == "frame" else "world"
+    env_id = _variant(name, part.capitalize())
+    return {**world, "env_id": env_id, "env_kwargs": {"frame": frame}}
+
+
+def _variant(name: str, half: str) -> str:
+    """Register a task of `tasks`, with the metrics of the id that it is a variant of."""
+    env_id, record = f"Ablations/{name}{half}-v0", ENVIRONMENTS[f"RigidEnvs/{name}-v0"]
+    register(
+        env_id,
+        f"{__package__}.tasks:{name}{half}",
+        record.max_episode_steps,
+        family=record.family,
+        metrics=record.metrics,
+        error=record.error,
+    )
+    return env_id
