@@ -11,7 +11,6 @@ from agents.environments.factory import make
 from agents.training.benchmark import train_all
 from rigid_envs.scores.records import read_record
 
-
 # Every variant has kernels of its own, which take long to compile.
 SOME = [NAMES[0], *(pytest.param(name, marks=pytest.mark.long) for name in NAMES[1:])]
 
