@@ -52,6 +52,14 @@ class Config(Settings, abc.ABC):
             "longer control period"
         ),
     )
+    cost_price: float | tuple[float, float] = setting(
+        0.0,
+        Either(
+            "price of a unit of the cost of an episode, taken from the reward in training; [start, "
+            "end] is a straight line over the run",
+            (Number(low=0, high=1e6), List("", Number(low=0, high=1e6), 2, 2)),
+        ),
+    )
     algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "dqn")))
     seed: int = setting(
         0,
@@ -121,6 +129,13 @@ class Config(Settings, abc.ABC):
     def training_kwargs(self) -> dict[str, Any]:
         """Hyperparameters of the task in training."""
         return {**self.env_kwargs, **self.train_kwargs}
+
+    def price_at(self, timesteps: int) -> float:
+        """Price of a unit of cost at an age of the run [steps]."""
+        if not isinstance(self.cost_price, tuple):
+            return self.cost_price
+        start, end = self.cost_price
+        return start + min(timesteps / self.total_timesteps, 1.0) * (end - start)
 
     @property
     @abc.abstractmethod

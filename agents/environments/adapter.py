@@ -23,7 +23,7 @@ from stable_baselines3.common.vec_env.base_vec_env import (
 )
 
 from .finite import NonFiniteError, all_finite, bad_row
-from .infos import rows_of, split
+from .infos import costs_of, rows_of, split
 
 __all__ = ["EpisodeEnds", "GymnasiumVecEnv"]
 
@@ -58,6 +58,7 @@ class GymnasiumVecEnv(VecEnv):
     Attributes:
         venv: Gymnasium environment inside.
         vector_infos: The infos of the last reset or step, as Gymnasium gives them.
+        price: What is taken from the reward for a unit of `info["cost"]`.
     """
 
     def __init__(self, venv: VectorEnv[Any, Any, Any]) -> None:
@@ -77,6 +78,7 @@ class GymnasiumVecEnv(VecEnv):
             )
         self.venv = venv
         self.vector_infos: dict[str, Any] = {}
+        self.price = 0.0
         super().__init__(venv.num_envs, venv.single_observation_space, venv.single_action_space)
         self._actions: NDArray[Any] | None = None
         self._returns = np.zeros(self.num_envs)
@@ -141,11 +143,13 @@ class GymnasiumVecEnv(VecEnv):
         obs, rewards, terminated, truncated, infos = self.venv.step(self._actions)
         self.vector_infos = infos
         self._steps += 1
+        dones = terminated | truncated
+        if self.price:
+            rewards = rewards - self.price * costs_of(infos, dones)
         self._returns += rewards
         self._lengths += 1
         if not (all_finite(self._returns) and all_finite(obs)):
             raise NonFiniteError(self._what_is_not_finite(obs, rewards))
-        dones = terminated | truncated
         row_infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         rows = np.flatnonzero(dones)
         if rows.size:

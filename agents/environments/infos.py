@@ -8,7 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["rows_of", "split"]
+__all__ = ["costs_of", "rows_of", "split"]
+
+
+def costs_of(infos: Mapping[str, Any], ended: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Cost of a step in every row, also in those that started anew within it.
+
+    Args:
+        infos: Info entries over all rows.
+        ended: Rows whose episode ended in the step, shape (N,).
+    """
+    costs: NDArray[np.float64] = infos["cost"]
+    return np.where(ended, infos["final_info"]["cost"], costs) if ended.any() else costs
 
 
 def split(columns: Mapping[str, Any], rows: NDArray[np.intp]) -> list[dict[str, Any]]:

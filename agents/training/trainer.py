@@ -174,6 +174,7 @@ class Trainer:
     def iterate(self) -> None:
         """One update: collect, learn, evaluate if it is due, log."""
         before, total = self.model.num_timesteps, self._config.total_timesteps
+        self._adapter.price = self._config.price_at(before)
         iterate(self.model, self._config, self._callback)
         self._iterations += 1
         figures = self._figures()
@@ -262,6 +263,8 @@ def _checked(config: Config) -> VectorEnv[Any, Any, Any]:
     tested = make(config.env_id, config.env_kwargs, 1)
     trained = make(config.env_id, config.training_kwargs, 1, "train_kwargs")
     check_fit(config, trained)
+    if config.cost_price and "cost" not in trained.reset()[1]:
+        raise refusal("cost_price", config.cost_price, f"0: {config.env_id} reports no cost")
     spaces = [
         (venv.single_observation_space, venv.single_action_space) for venv in (tested, trained)
     ]

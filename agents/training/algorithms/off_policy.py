@@ -18,7 +18,7 @@ from ...config.by_algorithm import OffPolicyConfig
 from ...environments.factory import part_for
 from .common import arguments
 
-__all__ = ["check_buffer_size", "check_space", "iterate", "off_policy_arguments"]
+__all__ = ["check_buffer_size", "check_price", "check_space", "iterate", "off_policy_arguments"]
 
 
 def check_space(
@@ -44,6 +44,20 @@ def check_space(
         )
 
 
+def check_price(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -> None:
+    """Refuse a price on cost with hindsight: the reward of another goal is computed without it.
+
+    Args:
+        config: Config of the run.
+        venv: Environment to train on.
+
+    Raises:
+        ConfigError: "config.cost_price: ...".
+    """
+    if config.cost_price and _looks_back(config, venv.single_observation_space):
+        raise refusal("cost_price", config.cost_price, "0, or n_sampled_goal: 0")
+
+
 def check_buffer_size(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -> None:
     """Refuse a replay buffer too small for a step of each row, or an episode of each with HER.
 
@@ -56,9 +70,7 @@ def check_buffer_size(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -
     """
     limit = 0 if venv.spec is None else venv.spec.max_episode_steps or 0
     space = venv.single_observation_space
-    whole = part_for(config.env_kwargs, space) is None
-    hindsight = whole and _has_hindsight(config, space)
-    least = config.n_envs * (limit + 1 if hindsight else 1)
+    least = config.n_envs * (limit + 1 if _looks_back(config, space) else 1)
     if config.buffer_size < least:
         raise refusal(
             "buffer_size",
@@ -115,6 +127,11 @@ def _may_learn(model: OffPolicyAlgorithm, config: OffPolicyConfig) -> bool:
     buffer = model.replay_buffer
     ready = not isinstance(buffer, HerReplayBuffer) or bool(buffer.ep_length.any())
     return ready and model.num_timesteps >= config.learning_starts
+
+
+def _looks_back(config: OffPolicyConfig, space: spaces.Space[Any]) -> bool:
+    """Whether networks are given goals of observations of this space, in hindsight too."""
+    return part_for(config.env_kwargs, space) is None and _has_hindsight(config, space)
 
 
 def _has_hindsight(config: OffPolicyConfig, space: spaces.Space[Any]) -> bool:
