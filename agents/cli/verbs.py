@@ -25,7 +25,15 @@ from ..storage.runs import Run, create_run, find_run, open_run
 if TYPE_CHECKING:
     from ..training.trainer import Outcome
 
-__all__ = ["benchmark", "enjoy", "evaluate", "leaderboard", "train"]
+__all__ = [
+    "benchmark",
+    "enjoy",
+    "evaluate",
+    "leaderboard",
+    "refuse",
+    "seeds_of",
+    "train",
+]
 
 _DEFAULT = "RigidEnvs/BallPark-v0"
 _RESULTS = Path("logs/results")
@@ -111,7 +119,7 @@ def _finish(run: Run, outcome: Outcome) -> int:
 
 def evaluate(options: argparse.Namespace, rest: list[str]) -> int:
     """Evaluate a policy or controllers on unseen starts."""
-    _refuse(rest)
+    refuse(rest)
     _refuse_episodes(options.episodes)
     if options.save_replays < 0:
         raise ConfigError(
@@ -199,16 +207,17 @@ def _save_replays(
 
 def leaderboard(options: argparse.Namespace, rest: list[str]) -> int:
     """Write the leaderboard of all results below a folder."""
-    _refuse(rest)
+    refuse(rest)
     from ..evaluation.leaderboard import write_leaderboard
 
-    print(f"{write_leaderboard(options.folder)}\nwritten to {options.folder}: leaderboard.md, .png")
+    text = write_leaderboard(options.folder, options.published)
+    print(f"{text}\nwritten to {options.folder}: leaderboard.md, .png")
     return 0
 
 
 def enjoy(options: argparse.Namespace, rest: list[str]) -> int:
     """Print one episode of a policy, and show it."""
-    _refuse(rest)
+    refuse(rest)
     from ..evaluation.showing import Show, refuse_early
     from ..evaluation.watching import watch
     from ..policies.policy_file import load_policy
@@ -229,7 +238,7 @@ def enjoy(options: argparse.Namespace, rest: list[str]) -> int:
 
 def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
     """Train and evaluate several environments with several seeds."""
-    _refuse(rest)
+    refuse(rest)
     _refuse_episodes(options.episodes)
     from ..config.recipes import config_for
     from ..training.benchmark import train_all
@@ -241,7 +250,7 @@ def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
     if options.steps is not None:
         entries["total_timesteps"] = parse_yaml(options.steps)
     configs = []
-    for seed in _seeds(options.seeds):
+    for seed in seeds_of(options.seeds):
         for env_id in dict.fromkeys(options.ids):
             config = config_for(env_id, {**entries, "seed": seed}, options.frame)
             name = f"{re.split('[:/]', env_id)[-1]}_{frame_of(config)}_{seed}"
@@ -255,7 +264,7 @@ def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
     return status
 
 
-def _seeds(text: str) -> list[int]:
+def seeds_of(text: str) -> list[int]:
     """Seeds from "0-9" or "0,2,5"."""
     found: list[int] = []
     for part in text.split(","):
@@ -281,6 +290,7 @@ def _refuse_episodes(n: int) -> None:
         raise ConfigError(f"--episodes = {n}; expected an integer in [1, 1000000]")
 
 
-def _refuse(rest: list[str]) -> None:
+def refuse(rest: list[str]) -> None:
+    """Refuse options that the verb does not have."""
     if rest:
         raise ConfigError(f"option = {rest[0]}; expected one that --help lists")
