@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from rigid_envs.files import write_atomic
 from rigid_envs.scores.starts import N_STARTS
 
 from .verbs import refuse, seeds_of
@@ -23,7 +24,8 @@ def add_ablate(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=ablate)
     parser.description = (
         f"Train {', '.join(NAMES)} with each part of their recipes alone ({', '.join(PARTS)}), and "
-        "write records as benchmark does, a folder for each part. The same command goes on."
+        "write records as benchmark does, a folder for each part, and a page RECORDS.md about all "
+        "records. The same command goes on."
     )
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS, help="(all)")
     parser.add_argument("--names", nargs="+", choices=NAMES, default=NAMES, help="of ids (all)")
@@ -37,6 +39,7 @@ def add_ablate(parser: argparse.ArgumentParser) -> None:
 def ablate(options: argparse.Namespace, rest: list[str]) -> int:
     """Train each variant with several seeds."""
     refuse(rest)
+    from ..ablations.page import markdown
     from ..ablations.plan import ablation
     from ..training.benchmark import train_all
 
@@ -50,5 +53,7 @@ def ablate(options: argparse.Namespace, rest: list[str]) -> int:
         status = train_all(configs, records / part, N_STARTS, options.quiet)
         if status:
             return status
-    print(f"records: {records}")
+    page = records.with_suffix(".md")
+    write_atomic(page, markdown(records))
+    print(f"records: {records}, page: {page}")
     return 0
