@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import safetensors.numpy
 
 from rigid_envs.files import DamagedFileError, sweep
 from rigid_envs.tensorfile import load_tensors, save_tensors
@@ -39,6 +40,49 @@ def test_equal_content_gives_equal_bytes(tmp_path: Path) -> None:
     save_tensors(one, ARRAYS, DOCUMENT)
     save_tensors(two, dict(reversed(ARRAYS.items())), dict(reversed(DOCUMENT.items())))
     assert one.read_bytes() == two.read_bytes()
+
+
+def test_the_library_of_the_format_reads_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    arrays = safetensors.numpy.load_file(path)
+    assert arrays.keys() == ARRAYS.keys()
+    for name, array in ARRAYS.items():
+        assert arrays[name].dtype == array.dtype
+        np.testing.assert_array_equal(arrays[name], array)
+
+
+def test_what_the_library_of_the_format_wrote_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    with safetensors.safe_open(path, "numpy") as file:
+        metadata = file.metadata()
+    solid = {name: np.ascontiguousarray(array) for name, array in ARRAYS.items()}
+    solid["count"] = solid["count"].reshape(())
+    safetensors.numpy.save_file(solid, path, metadata)
+    arrays, document = load_tensors(path, 10**6)
+    assert document == DOCUMENT
+    for name, array in ARRAYS.items():
+        np.testing.assert_array_equal(arrays[name], array)
+
+
+def test_what_the_library_of_the_format_refuses_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    good = path.read_bytes()
+    rng = np.random.default_rng(3)
+    refused = 0
+    for _ in range(1000):
+        data = bytearray(good)
+        data[int(rng.integers(int.from_bytes(good[:8], "little")))] = int(rng.integers(32, 127))
+        path.write_bytes(data)
+        try:
+            safetensors.numpy.load(bytes(data))
+        except safetensors.SafetensorError:
+            refused += 1
+            with pytest.raises(DamagedFileError):
+                load_tensors(path, 10**6)
+    assert refused > 100
 
 
 @pytest.mark.parametrize("kind", ["flip", "cut", "tail"])

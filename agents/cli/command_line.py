@@ -21,6 +21,7 @@ from ..config.options import add_config_options
 from ..storage.runs import RunInUseError
 from . import verbs
 from .ablating import add_ablate
+from .publishing import add_baselines, add_publish
 
 __all__ = ["main"]
 
@@ -74,6 +75,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_benchmark(
         commands.add_parser("benchmark", help="train all environments, with several seeds")
     )
+    add_baselines(commands.add_parser("baselines", help="page and figures of all records"))
+    add_publish(commands.add_parser("publish", help="put a policy into the library"))
     add_ablate(commands.add_parser("ablate", help="train recipes with each part of them alone"))
     for verb in commands.choices.values():
         verb.add_argument(
@@ -141,6 +144,9 @@ def _add_leaderboard(parser: argparse.ArgumentParser) -> None:
         "and leaderboard.png there."
     )
     parser.add_argument("folder", type=Path, metavar="FOLDER")
+    parser.add_argument(
+        "--published", action="store_true", help="rows of the policies of rigid_envs.load, too"
+    )
 
 
 def _add_enjoy(parser: argparse.ArgumentParser) -> None:

@@ -210,7 +210,8 @@ def leaderboard(options: argparse.Namespace, rest: list[str]) -> int:
     refuse(rest)
     from ..evaluation.leaderboard import write_leaderboard
 
-    print(f"{write_leaderboard(options.folder)}\nwritten to {options.folder}: leaderboard.md, .png")
+    text = write_leaderboard(options.folder, options.published)
+    print(f"{text}\nwritten to {options.folder}: leaderboard.md, .png")
     return 0
 
 

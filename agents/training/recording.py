@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import csv
 import hashlib
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rigid_envs import load
+from rigid_envs import ENVIRONMENTS, load
+from rigid_envs.errors import ConfigError
+from rigid_envs.files import write_atomic
+from rigid_envs.policies import FOLDER
 from rigid_envs.provenance import provenance
-from rigid_envs.scores.records import Record, record_of
+from rigid_envs.scores.records import Record, record_of, write_record
+from rigid_envs.scores.starts import N_STARTS
 
 from ..config.by_algorithm import Config, config_to_dict
 from ..evaluation.evaluate import evaluate
 from ..storage.manifest import manifest
 from ..storage.runs import Run
 
-__all__ = ["frame_of", "is_complete", "make_record"]
+__all__ = ["frame_of", "is_complete", "make_record", "publish"]
 
 _PLACES = ("log_dir", "run_name")  # entries that say where a run is, not what
 _STEPS = "time/total_timesteps"
+_POLICY = "best_model/policy.safetensors"
 
 
 def frame_of(config: Config) -> str:
@@ -41,7 +47,7 @@ def make_record(run: Run, n: int) -> Record:
         run: A complete run.
         n: Number of starts.
     """
-    config, path = run.config(), run / "best_model" / "policy.safetensors"
+    config, path = run.config(), run / _POLICY
     policy, times = load(str(path)), _times(run)
     found = evaluate(policy, config.env_id, n, env_kwargs=policy.env_kwargs, name=policy.name)
     document = policy.document
@@ -62,6 +68,29 @@ def make_record(run: Run, n: int) -> Record:
         curve=_curve(run),
         provenance=_provenance(),
     )
+
+
+def publish(run: Run, folder: Path = FOLDER) -> Path:
+    """Copy the best policy of a run into a folder, and write its record beside it.
+
+    Args:
+        run: A complete run of a registered environment.
+        folder: Folder of published policies.
+
+    Returns:
+        The copy.
+
+    Raises:
+        ConfigError: The run is not complete, or of an environment of another package.
+    """
+    env_id = run.config().env_id
+    if env_id not in ENVIRONMENTS or not is_complete(run):
+        raise ConfigError(f"{run.folder}: expected a complete run of an environment of rigid_envs")
+    record = make_record(run, N_STARTS)
+    path = folder / f"{env_id.rpartition('/')[2]}.safetensors"
+    write_record(path.with_suffix(".json"), record)
+    write_atomic(path, (run / _POLICY).read_bytes())
+    return path
 
 
 def _provenance() -> dict[str, Any]:

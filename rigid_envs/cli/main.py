@@ -16,6 +16,7 @@ from rigid_envs.cli.frames import add_frames
 from rigid_envs.cli.gallery import add_gallery
 from rigid_envs.cli.playing import add_play
 from rigid_envs.cli.progress import tell
+from rigid_envs.cli.rechecking import verify_policies
 from rigid_envs.cli.replaying import add_replay
 from rigid_envs.cli.scoring import add_best, add_evaluate, verify_scores
 from rigid_envs.cli.words import config_of, refuse, refuse_missing_folder
@@ -143,6 +144,16 @@ def _add_verify(verbs: Any) -> None:
         help="instead play the untrained policies of the ids given as subjects, or of one for "
         "every system, and compare their success and efficiency with the data",
     )
+    verifying.add_argument(
+        "--policies",
+        nargs="*",
+        metavar="NAME",
+        help="instead evaluate published policies again, all or those named, and compare success "
+        "and cost from every start with what is published, to the last digit",
+    )
+    verifying.add_argument(
+        "--seed", type=int, help="with --policies: other starts than the published ones"
+    )
     verifying.set_defaults(act=_verify)
 
 
@@ -185,6 +196,12 @@ def _bench(options: argparse.Namespace, rest: list[str]) -> None:
 
 def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     refuse(rest)
+    if options.seed is not None and options.policies is None:
+        raise ValueError(f"--seed = {options.seed}; expected --policies beside it")
+    if options.policies is not None:
+        if options.json or options.scores or options.subjects:
+            raise ValueError("--policies: expected no subject, no --json and no --scores beside it")
+        return 0 if verify_policies(options.policies, options.seed) else 1
     if options.scores:
         if options.json:
             raise ValueError(

@@ -30,7 +30,7 @@ def add_evaluate(verbs: Any) -> None:
         help="success and efficiency of a policy over 500 fixed starts",
         usage="rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--out FILE] [--KEY VALUE]",
         description="Play one episode from each of the fixed starts. Any hyperparameter can be "
-        "given as an option. Trained policies: python -m agents evaluate, or rigid_envs.evaluate.",
+        "given as an option.",
         allow_abbrev=False,
     )
     evaluating.add_argument("id", metavar="ID")
@@ -38,8 +38,9 @@ def add_evaluate(verbs: Any) -> None:
         "--policy",
         required=True,
         metavar="NAME|FILE",
-        help="a reference controller, `reference` for the best, `sampling`, `zero`, `random`; or a "
-        "replay (.npz) of the first starts, whose actions are played again",
+        help="a reference controller, `reference` for the best, `sampling`, `zero`, `random`; a "
+        "trained policy (.safetensors); or a replay (.npz) of the first starts, whose actions are "
+        "played again",
     )
     evaluating.add_argument("--starts", type=int, metavar="N", help="(500, or those of the replay)")
     evaluating.add_argument(
@@ -77,6 +78,7 @@ def add_best(verbs: Any) -> None:
 
 
 def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
+    from rigid_envs import load
     from rigid_envs.scores import N_STARTS, evaluate
 
     env_id, config = catalogue.checked_id(options.id), config_of(rest)
@@ -87,6 +89,8 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
         if config or options.starts is not None:
             raise ValueError(f"--policy = {policy}; expected no other option: a replay has its own")
         found = _again(Path(policy), env_id)
+    elif policy.endswith(".safetensors"):
+        found = evaluate(env_id, load(policy), n=n, config=config or None)
     else:
         found = evaluate(env_id, policy, n=n, config=config)
     print(found)

@@ -90,7 +90,8 @@ class StoredPolicy(abc.ABC):
 
         Args:
             observation: One observation (n,) or a batch (N, n), as the environment gives them; a
-                dictionary of such from a goal environment.
+                dictionary of such from a goal environment, of which a policy of another one reads
+                the part `observation`.
             state: Returned as it is; the network is not recurrent.
             episode_start: Ignored, for the same reason.
             deterministic: The mode of the distribution, or else a sample.
@@ -118,7 +119,9 @@ class StoredPolicy(abc.ABC):
     def _flat(self, observation: NDArray[Any] | Mapping[str, NDArray[Any]]) -> NDArray[Any]:
         """The parts of an observation side by side, in the order that the network takes them."""
         if self._inputs is None:
-            return np.asarray(observation)
+            # in the reduced frame this part of a goal task says where the goal is, too
+            alone = isinstance(observation, Mapping) and "observation" in observation
+            return np.asarray(observation["observation"] if alone else observation)
         names = [name for name, _ in self._inputs]
         if not isinstance(observation, Mapping) or not set(names) <= set(observation):
             raise ValueError(f"observation: expected a dictionary of {', '.join(names)}")

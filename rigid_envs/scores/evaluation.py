@@ -27,7 +27,7 @@ from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
 from rigid_envs.scores.theory import limit_of
 from rigid_envs.tasks import Task
 
-__all__ = ["evaluate", "make_rows"]
+__all__ = ["bounds_of", "evaluate", "make_rows"]
 
 Array = npt.NDArray[np.float64]
 
@@ -86,7 +86,7 @@ def evaluate(
         values |= {metric.name: metric.values(episodes, task) for metric in metrics_of(env_id)}
         same = seed == TEST_SEED and episodes.limit == ENVIRONMENTS[env_id].max_episode_steps
         best = _best(env_id, n) if same and _comparable(env_id, task) else None
-        bounds = _bounds(env_id, n, seed, settings)
+        bounds = bounds_of(env_id, n, seed, settings)
     return Evaluation(
         env_id=env_id,
         policy=chosen.name if name is None else name,
@@ -175,8 +175,15 @@ def _best(env_id: str, n: int) -> Array | None:
     return None if known is None or n > len(known.costs) else known.costs[:n]
 
 
-def _bounds(env_id: str, n: int, seed: int, config: Mapping[str, Any]) -> Array | None:
-    """Least costs that theory allows; None where it says nothing."""
+def bounds_of(env_id: str, n: int, seed: int, config: Mapping[str, Any]) -> Array | None:
+    """Least costs that theory allows, shape (n,); None where it says nothing.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of starts.
+        seed: Seed that the starts are drawn from.
+        config: Hyperparameters of the task.
+    """
     limit = limit_of(env_id, metrics_of(env_id)[0].name)
     if limit is None:
         return None

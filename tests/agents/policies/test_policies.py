@@ -1,4 +1,7 @@
-"""A policy file gives the actions of the SB3 model that it came from, bit by bit."""
+"""A policy file gives the actions of the SB3 model that it came from.
+
+In torch bit by bit; compiled, without torch, to the rounding of float32.
+"""
 
 import functools
 import json
@@ -23,7 +26,7 @@ from agents.policies.mlp import Policy
 from agents.policies.policy_file import load_policy, save_policy
 from agents.training.algorithms import build_model
 from agents.training.exporting import export_policy
-from rigid_envs import rotations
+from rigid_envs import load, rotations
 from rigid_envs.files import DamagedFileError
 from rigid_envs.tensorfile import load_tensors, save_tensors
 
@@ -106,6 +109,8 @@ def test_a_loaded_policy_acts_as_the_model_bit_by_bit(
         generator = torch.Generator().manual_seed(batch)
         drawn, _ = loaded.predict(obs, deterministic=False, generator=generator)
         np.testing.assert_array_equal(drawn, expected)
+        compiled, _ = load(str(tmp_path / "policy")).predict(obs)
+        np.testing.assert_allclose(compiled, loaded.predict(obs)[0], rtol=1e-5, atol=1e-5)
     single, _ = loaded.predict(first(obs))
     expected = acted(model, first(seen), True)
     np.testing.assert_array_equal(single, expected)

@@ -1,0 +1,106 @@
+"""Published policies hit every published figure, to the last digit, wherever they are played."""
+
+import random
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.cli import main
+from rigid_envs.policies import FOLDER, load, published
+from rigid_envs.provenance import commit
+from rigid_envs.scores import evaluate, read_evaluation
+from rigid_envs.scores.published import published_evaluation, published_record, recheck
+from rigid_envs.scores.records import read_record, record_file, write_record
+
+ROOT = Path(__file__).parents[2]
+NAMES = published()
+AT_A_PUSH = 4  # of 24, two seconds each
+OTHER_SEED = 161803  # of starts that nobody has published figures of
+Capture = pytest.CaptureFixture[str]
+
+
+def sample() -> list[str]:
+    """Policies drawn by the commit: the same within a push, others at the next one."""
+    head = commit()["git_commit"] or ""
+    return random.Random(head).sample(NAMES, min(AT_A_PUSH, len(NAMES)))
+
+
+def test_there_are_published_policies_each_named_by_its_environment() -> None:
+    assert NAMES
+    for name in NAMES:
+        policy, record = load(name), published_record(name)
+        assert (
+            policy.env_id == record.env_id == f"RigidEnvs/{name}" and policy.env_id in ENVIRONMENTS
+        )
+        assert policy.name == record.policy and policy.document["seed"] == record.seed
+
+
+@pytest.mark.parametrize("name", sample())
+def test_a_sample_hits_every_published_figure(name: str) -> None:
+    assert recheck(name).differences == ()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", NAMES)
+def test_all_hit_every_published_figure(name: str) -> None:
+    assert recheck(name).differences == ()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", NAMES)
+def test_success_from_other_starts_is_within_the_published_interval(name: str) -> None:
+    assert recheck(name, OTHER_SEED).differences == ()
+
+
+def test_records_of_the_same_policy_among_the_baselines_have_the_same_figures() -> None:
+    for name in NAMES:
+        mine = published_record(name)
+        file = record_file(ROOT / "docs/baselines", mine.env_id, mine.algo, mine.frame, mine.seed)
+        if file.is_file() and (other := read_record(file)).policy_sha256 == mine.policy_sha256:
+            np.testing.assert_array_equal(mine.successes, other.successes)
+            np.testing.assert_array_equal(mine.costs, other.costs)
+
+
+def test_the_last_digit_counts(tmp_path: Path) -> None:
+    name = NAMES[0]
+    for file in FOLDER.glob(f"{name}.*"):
+        shutil.copy(file, tmp_path)
+    record = published_record(name)
+    record.costs[7] = np.nextafter(record.costs[7], np.inf)
+    write_record(tmp_path / f"{name}.json", record)
+    (difference,) = recheck(name, folder=tmp_path).differences
+    assert "cost differs from 1 of 500 starts; from start 7" in difference
+    with (tmp_path / f"{name}.safetensors").open("rb") as file:
+        data = file.read()
+    (tmp_path / f"{name}.safetensors").write_bytes(data[:-1])
+    with pytest.raises(ValueError, match="not a file of this program"):
+        recheck(name, folder=tmp_path)
+
+
+def test_the_command_shows_what_holds_and_refuses_what_is_not_there(capsys: Capture) -> None:
+    assert main(["verify", "--policies", NAMES[0]]) == 0
+    out = capsys.readouterr().out
+    assert NAMES[0] in out and "holds" in out and "to the last digit: 1 policies" in out
+    assert main(["verify", "--policies", "Nothing"]) == 2
+    assert f"a published policy: {NAMES[0]}" in capsys.readouterr().err
+    assert main(["verify", "--seed", "1"]) == 2
+    assert main(["verify", "--policies", "--scores"]) == 2
+
+
+def test_a_policy_file_is_evaluated_by_the_command(tmp_path: Path, capsys: Capture) -> None:
+    name = NAMES[0]
+    words = ["evaluate", f"RigidEnvs/{name}", "--policy", str(FOLDER / f"{name}.safetensors")]
+    assert main([*words, "--starts", "20", "--out", str(tmp_path / "row.json")]) == 0
+    found, record = read_evaluation(tmp_path / "row.json"), published_record(name)
+    np.testing.assert_array_equal(found.costs, record.costs[:20])
+    assert found.policy == record.policy
+
+
+def test_a_record_is_as_good_as_the_evaluation_that_it_is_of() -> None:
+    name = NAMES[0]
+    told, found = published_evaluation(name), evaluate(f"RigidEnvs/{name}", load(name))
+    assert (told.success, told.efficiency, told.gap) == (found.success, found.efficiency, found.gap)
+    assert told.mean(told.costs) == found.mean(found.costs)
