@@ -13,11 +13,13 @@ from matplotlib.figure import Figure
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError, read_bytes, write_atomic
+from rigid_envs.policies import published
 from rigid_envs.scores.aggregates import interquartile_mean, stratified_bootstrap
+from rigid_envs.scores.published import published_evaluation
 from rigid_envs.scores.result import FORMAT, Evaluation, evaluation_of, up_to_date
 from rigid_envs.scores.starts import VERSION
 
-from .plots import INK, MUTED, dress
+from .plots import INK, MUTED, dress, look
 
 __all__ = ["draw", "markdown", "read_results", "write_leaderboard"]
 
@@ -37,14 +39,14 @@ _ALL = """Over all environments and training seeds: the interquartile mean of th
 a 95 % interval by stratified bootstrap over the seeds where there are several (Agarwal et al. 2021,
 arXiv:2108.13264).
 """
-_COLOURS = ("#1f5fbf", "#c9772b", "#3a8f5c", "#8a4fbf", "#b8383d", "#2a9aa8", "#7a7f2b", "#6b7480")
 
 
-def write_leaderboard(folder: Path) -> str:
+def write_leaderboard(folder: Path, with_published: bool = False) -> str:
     """Write `leaderboard.md` and `leaderboard.png` of all results below a folder.
 
     Args:
         folder: Folder of the results, and of what is written.
+        with_published: Whether the policies that come with the package have rows too.
 
     Returns:
         The page.
@@ -53,6 +55,8 @@ def write_leaderboard(folder: Path) -> str:
         ConfigError: No result below the folder.
     """
     results = read_results(folder)
+    if with_published:
+        results = _sorted([*results, *map(published_evaluation, published())])
     if not results:
         raise ConfigError(
             f"folder = {folder}; expected results below it, of `python -m agents evaluate` or "
@@ -83,8 +87,13 @@ def read_results(folder: Path) -> list[Evaluation]:
                 found.append(up_to_date(evaluation_of(row)))
             except (KeyError, TypeError, ValueError) as error:
                 raise DamagedFileError(f"{path}: {error}; evaluate it anew") from error
+    return _sorted(found)
+
+
+def _sorted(results: Sequence[Evaluation]) -> list[Evaluation]:
+    """By environment, the best first."""
     known = list(ENVIRONMENTS)
-    return sorted(found, key=lambda each: (known.index(each.env_id), -_rank(each)))
+    return sorted(results, key=lambda each: (known.index(each.env_id), -_rank(each)))
 
 
 def markdown(results: Sequence[Evaluation]) -> str:
@@ -117,9 +126,9 @@ def draw(results: Sequence[Evaluation]) -> Figure:
         own = [each for each in results if _kind(each) == name and each.efficiency is not None]
         figures = np.array([each.efficiency for each in own]).reshape(-1, 3)
         at = [-ids.index(r.env_id) - 0.5 * (k / max(len(names) - 1, 1) - 0.5) for r in own]
-        colour = _COLOURS[k % len(_COLOURS)]
+        colour, marker = look(k)
         axes.hlines(at, figures[:, 1], figures[:, 2], color=colour, lw=1.6, alpha=0.6)
-        axes.plot(figures[:, 0], at, "o", ms=4.5, color=colour, label=name)
+        axes.plot(figures[:, 0], at, marker, ms=4.5, color=colour, label=name)
     axes.set_yticks([-k for k in range(len(ids))], [i.split("/")[-1] for i in ids], color=INK)
     axes.set_xlim(-0.02, 1.02)
     dress(axes, "")

@@ -19,9 +19,11 @@ from rigid_envs.scores.intervals import wilson_interval
 
 from ..storage.runs import Run
 
-__all__ = ["INK", "MUTED", "draw_learning_curve", "dress"]
+__all__ = ["INK", "MUTED", "draw_learning_curve", "dress", "look", "short_number"]
 
 INK, MUTED, _GRID = "#22272e", "#6b7480", "#e3e7ec"
+_COLOURS = ("#1f5fbf", "#c9772b", "#3a8f5c", "#8a4fbf", "#b8383d", "#2a9aa8", "#7a7f2b", "#6b7480")
+_MARKERS = "osD^v"
 _HELD_OUT, _TRAINING = "#1f5fbf", "#c9772b"
 
 
@@ -48,7 +50,7 @@ def draw_learning_curve(run: Run) -> Path:
         loc="left", fontsize=12, color=INK, pad=26,
     )  # fmt: skip
     bottom.set_xlabel("environment steps", color=MUTED)
-    bottom.xaxis.set_major_formatter(FuncFormatter(_steps))
+    bottom.xaxis.set_major_formatter(FuncFormatter(short_number))
     bottom.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
     bottom.set_xlim(0, 1.02 * held_out["timesteps"].max(initial=1))
     figure.align_ylabels()
@@ -87,6 +89,12 @@ def _draw_return(axes: Axes, rows: Sequence[dict[str, str]], held_out: dict[str,
     dress(axes, "return of an episode")
 
 
+def look(k: int) -> tuple[str, str]:
+    """Colour and marker of the k-th of many policies; no two of the first 40 look the same."""
+    rounds, colour = divmod(k, len(_COLOURS))
+    return _COLOURS[colour], _MARKERS[rounds % len(_MARKERS)]
+
+
 def dress(axes: Axes, label: str) -> None:
     """Give a plot our looks.
 
@@ -110,7 +118,8 @@ def _column(
     return steps, scale * values
 
 
-def _steps(value: float, _: object) -> str:
+def short_number(value: float, _: object = None) -> str:
+    """A number of steps as 3 M or 200 k."""
     for size, letter in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
         if abs(value) >= size:
             return f"{value / size:g} {letter}"

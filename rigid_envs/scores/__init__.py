@@ -8,6 +8,7 @@ from rigid_envs.scores.aggregates import (
     interquartile_mean,
     performance_profile,
     probability_of_improvement,
+    stratified_band,
     stratified_bootstrap,
 )
 from rigid_envs.scores.best import Best, best_known
@@ -64,6 +65,7 @@ __all__ = [
     "read_evaluation",
     "recorded",
     "reference_controllers",
+    "stratified_band",
     "stratified_bootstrap",
     "uniform",
     "wilson_interval",

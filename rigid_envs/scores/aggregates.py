@@ -19,6 +19,7 @@ __all__ = [
     "interquartile_mean",
     "performance_profile",
     "probability_of_improvement",
+    "stratified_band",
     "stratified_bootstrap",
 ]
 
@@ -90,15 +91,40 @@ def stratified_bootstrap(
         Lower and upper end. With one seed for each id both are the statistic itself: one seed says
         nothing about others.
     """
+    low, high = stratified_band(
+        statistic, *policies, n_resamples=n_resamples, level=level, seed=seed
+    )
+    return float(low), float(high)
+
+
+def stratified_band(
+    statistic: Callable[..., npt.ArrayLike],
+    *policies: Runs,
+    n_resamples: int = 2000,
+    level: float = 0.95,
+    seed: int = 0,
+) -> tuple[Array, Array]:
+    """As `stratified_bootstrap`, of a statistic of any shape: of a curve, point by point.
+
+    Args:
+        statistic: For example the `performance_profile` at some thresholds.
+        *policies: See `stratified_bootstrap`; also arrays of curves, shape (number of seeds, k).
+        n_resamples: See `stratified_bootstrap`.
+        level: See `stratified_bootstrap`.
+        seed: See `stratified_bootstrap`.
+
+    Returns:
+        Lower and upper end, each of the shape of the statistic.
+    """
     rng = np.random.default_rng(seed)
-    given = [_checked(runs) for runs in policies]
+    given = [[np.asarray(each, dtype=np.float64) for each in runs] for runs in policies]
 
     def drawn(runs: list[Array]) -> list[Array]:
         return [each[rng.integers(0, len(each), len(each))] for each in runs]
 
-    found = [statistic(*map(drawn, given)) for _ in range(n_resamples)]
-    low, high = np.quantile(found, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
-    return float(low), float(high)
+    found = np.array([statistic(*map(drawn, given)) for _ in range(n_resamples)])
+    low, high = np.quantile(found, [0.5 - 0.5 * level, 0.5 + 0.5 * level], axis=0)
+    return low, high
 
 
 def _checked(runs: Runs) -> list[Array]:

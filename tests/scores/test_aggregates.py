@@ -8,6 +8,7 @@ from rigid_envs.scores import (
     interquartile_mean,
     performance_profile,
     probability_of_improvement,
+    stratified_band,
     stratified_bootstrap,
 )
 
@@ -48,6 +49,17 @@ def test_the_bootstrap_draws_seeds_within_each_id() -> None:
     low, high = stratified_bootstrap(mean, RUNS, n_resamples=400)
     assert (low, high) == tuple(np.quantile(means, [0.025, 0.975])) and low < high
     assert stratified_bootstrap(mean, RUNS, n_resamples=400) == (low, high)
+
+
+def test_the_band_of_a_curve_is_the_interval_at_each_point() -> None:
+    at = [0.3, 0.5, 0.75]
+    band = np.array(stratified_band(lambda runs: performance_profile(runs, at), RUNS))
+    for k, point in enumerate(at):
+        one = stratified_bootstrap(lambda runs, t=point: performance_profile(runs, [t])[0], RUNS)
+        np.testing.assert_array_equal(band[:, k], one)
+    curves = np.random.default_rng(3).normal(size=(6, 2))
+    low, high = stratified_band(lambda runs: runs[0].mean(axis=0), [curves])
+    assert (low < curves.mean(axis=0)).all() and (curves.mean(axis=0) < high).all()
 
 
 def test_the_interval_of_one_normal_stratum_is_that_of_its_standard_error() -> None:

@@ -1,0 +1,101 @@
+"""The page of the baselines: its figures follow from the records, few or many."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from agents.cli.command_line import main
+from agents.evaluation.baselines import digest_of, grouped, markdown, pictures
+from rigid_envs.policies import published
+from rigid_envs.scores import best_known
+from rigid_envs.scores.published import published_record
+from rigid_envs.scores.records import Record, record_file, write_record
+
+DOCS = Path(__file__).parents[3] / "docs"
+IDS = ("RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTop-v0")
+MEND = "write it anew: python -m agents baselines docs/baselines"
+
+
+def records(seeds: int) -> Iterator[Record]:
+    """Of two policies on two ids: one costs twice the best known, one fails from half the starts.
+
+    The k-th seed of the first fails from the first k starts.
+    """
+    like, index = published_record(published()[0]), np.arange(500)
+    for env_id in IDS:
+        best = best_known(env_id)
+        assert best is not None
+        for seed in range(seeds):
+            one = replace(like, env_id=env_id, algo="ppo", policy="ppo", frame="world", seed=seed)
+            yield replace(one, successes=index >= seed, costs=2.0 * best.costs)
+            half = replace(one, algo="sac", policy="sac", costs=best.costs)
+            yield replace(half, successes=index >= 250)
+
+
+def page(folder: Path, seeds: int) -> list[str]:
+    for each in records(seeds):
+        file = record_file(folder, each.env_id, each.algo, each.frame, each.seed)
+        write_record(file, each)
+    return markdown(grouped(folder), "figures").splitlines()
+
+
+def cells(lines: list[str], *start: str) -> list[str]:
+    (line,) = [each for each in lines if each.startswith(f"| {' | '.join(start)} |")]
+    return [cell.strip() for cell in line.split("|")[1:-1]]
+
+
+def test_means_and_intervals_are_those_of_the_seeds(tmp_path: Path) -> None:
+    lines = page(tmp_path, 3)
+    row = cells(lines, "`BallPark`", "ppo")
+    assert row[2:4] == ["3", "99.8 %"]  # of 100, 99.8 and 99.6
+    assert row[4] == "99.6 .. 100.0"
+    assert row[5] == "**0.499**"  # half of it
+    assert row[7:10:2] == ["path [m]", "2.00"]
+    assert cells(lines, "`SleepingTop`", "sac")[3:6] == ["50.0 %", "50.0 .. 50.0", "**0.500**"]
+    assert cells(lines, "ppo", "2")[3] == "2 of 2" and cells(lines, "sac", "2")[3] == "0 of 2"
+    chance = cells(lines, "sac", "ppo") if "| sac | ppo |" in "\n".join(lines) else None
+    assert chance is None or chance[3] == "83 %"  # 0.5 against 0.5, 0.499 and 0.498
+
+
+def test_one_seed_has_no_interval(tmp_path: Path) -> None:
+    lines = page(tmp_path, 1)
+    row = cells(lines, "`BallPark`", "sac")
+    assert (row[2], row[4], row[6]) == ("1", "-", "-")
+
+
+@pytest.mark.parametrize("seeds", [1, 2])
+def test_page_and_figures_are_written(tmp_path: Path, seeds: int) -> None:
+    folder = tmp_path / "baselines"
+    lines = page(folder, seeds)
+    assert main(["baselines", str(folder)]) == 0
+    text = (tmp_path / "baselines.md").read_text()
+    assert text.splitlines()[-5:] != [] and len(text.splitlines()) == len(lines)
+    figures = {path.stem for path in folder.glob("*.png")}
+    names = {"aggregates", "profiles", "improvement", "curves_ball", "curves_top"}
+    assert figures == names and all(f"(baselines/{name}.png)" in text for name in names)
+
+
+def test_a_folder_without_records_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["baselines", str(tmp_path)]) == 2
+    assert "expected records of `python -m agents benchmark`" in capsys.readouterr().err
+
+
+def test_the_page_of_the_repository_is_that_of_its_records() -> None:
+    groups = grouped(DOCS / "baselines")
+    assert (DOCS / "baselines.md").read_text() == markdown(groups, "baselines"), MEND
+    assert {path.stem for path in (DOCS / "baselines").glob("*.png")} == set(pictures(groups)), MEND
+    for name in pictures(groups):
+        with Image.open(DOCS / "baselines" / f"{name}.png") as image:
+            assert image.info["Description"] == digest_of(groups), f"{name}.png: {MEND}"
+
+
+def test_baselines_and_policies_take_15_megabytes_at_most() -> None:
+    folders = (DOCS / "baselines", DOCS.parent / "rigid_envs" / "policies")
+    sizes = [path.stat().st_size for folder in folders for path in folder.rglob("*.*")]
+    assert sum(sizes) <= 15e6
