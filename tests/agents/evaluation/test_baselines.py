@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from agents.evaluation.baselines import digest_of, grouped, markdown, pictures
 from PIL import Image
 
 from agents.cli.command_line import main
+from agents.evaluation.baselines import digest_of, grouped, markdown, pictures
 from rigid_envs.policies import published
 from rigid_envs.scores import best_known
 from rigid_envs.scores.published import published_record
