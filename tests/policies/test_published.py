@@ -115,4 +115,4 @@ def test_the_example_of_the_readme_loads_acts_and_evaluates(capsys: Capture) -> 
     exec(code, names)
     assert names["env"].action_space.contains(names["action"])
     out = capsys.readouterr().out
-    assert out.count("success") == 2 and "RigidEnvs/BallReorient-v0 frame='reduced': ppo" in out
+    assert out.count("efficiency") == 2 and "RigidEnvs/BallReorient-v0 frame='reduced': ppo" in out
