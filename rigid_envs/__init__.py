@@ -19,6 +19,8 @@ from rigid_envs.registry import ENVIRONMENTS, EnvironmentRecord, add
 from rigid_envs.registry import load as load_object
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rigid_envs.policies import CompiledPolicy
     from rigid_envs.scores.result import Evaluation
 
@@ -79,7 +81,7 @@ def evaluate(env_id: str, policy: Any, **options: Any) -> Evaluation:
     return found
 
 
-def load(name: str) -> CompiledPolicy:
+def load(name: str | Path) -> CompiledPolicy:
     """A trained policy that runs without torch, to the same bits on every x86-64 processor.
 
     Its ``predict`` is that of Stable-Baselines3; `evaluate` plays it in the frame that it knows.

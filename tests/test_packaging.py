@@ -13,6 +13,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import rigid_envs
+from rigid_envs.policies import published
 
 ROOT = Path(__file__).parents[1]
 
@@ -80,6 +81,12 @@ def test_wheel_holds_the_viewer_of_replays_and_its_licence(wheel: Path) -> None:
     files = files_of(wheel)
     assert {f"{viewer}/viewer.html", f"{viewer}/THREE-LICENSE.txt"} <= files
     assert not [name for name in files if "node_modules" in name]
+
+
+def test_wheel_holds_every_published_policy_and_its_record(wheel: Path) -> None:
+    stems = [f"rigid_envs/policies/{name}" for name in published()]
+    assert stems
+    assert {stem + end for stem in stems for end in (".safetensors", ".json")} <= files_of(wheel)
 
 
 def test_library_depends_on_four_packages_only(metadata: Message) -> None:

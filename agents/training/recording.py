@@ -48,7 +48,7 @@ def make_record(run: Run, n: int) -> Record:
         n: Number of starts.
     """
     config, path = run.config(), run / _POLICY
-    policy, times = load(str(path)), _times(run)
+    policy, times = load(path), _times(run)
     found = evaluate(policy, config.env_id, n, env_kwargs=policy.env_kwargs, name=policy.name)
     document = policy.document
     return record_of(

@@ -71,10 +71,10 @@ def test_another_name_is_refused_and_those_that_there_are_are_told(shelf: Path, 
 def test_a_policy_is_loaded_from_its_file_or_its_folder(tmp_path: Path) -> None:
     file = saved(tmp_path)
     for place in (file, str(file), tmp_path):
-        assert isinstance(rigid_envs.load(place), CompiledPolicy)  # type: ignore[arg-type]
+        assert isinstance(rigid_envs.load(place), CompiledPolicy)
     file.write_bytes(file.read_bytes()[:-1])
     with pytest.raises(DamagedFileError, match=r"policy\.safetensors"):
-        rigid_envs.load(str(file))
+        rigid_envs.load(file)
 
 
 def test_one_observation_is_acted_on_as_among_others() -> None:
@@ -122,5 +122,5 @@ print(policy.predict(np.zeros(policy.n_obs))[0].tolist())
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    policy = rigid_envs.load(str(file))
+    policy = rigid_envs.load(file)
     assert json.loads(done.stdout) == policy.predict(np.zeros(policy.n_obs))[0].tolist()

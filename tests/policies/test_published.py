@@ -1,8 +1,10 @@
 """Published policies hit every published figure, to the last digit, wherever they are played."""
 
 import random
+import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -104,3 +106,13 @@ def test_a_record_is_as_good_as_the_evaluation_that_it_is_of() -> None:
     told, found = published_evaluation(name), evaluate(f"RigidEnvs/{name}", load(name))
     assert (told.success, told.efficiency, told.gap) == (found.success, found.efficiency, found.gap)
     assert told.mean(told.costs) == found.mean(found.costs)
+
+
+def test_the_example_of_the_readme_loads_acts_and_evaluates(capsys: Capture) -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Trained policies")[2]
+    (code, *_) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(code, names)
+    assert names["env"].action_space.contains(names["action"])
+    out = capsys.readouterr().out
+    assert out.count("efficiency") == 2 and "RigidEnvs/BallReorient-v0 frame='reduced': ppo" in out

@@ -109,7 +109,7 @@ def test_a_loaded_policy_acts_as_the_model_bit_by_bit(
         generator = torch.Generator().manual_seed(batch)
         drawn, _ = loaded.predict(obs, deterministic=False, generator=generator)
         np.testing.assert_array_equal(drawn, expected)
-        compiled, _ = load(str(tmp_path / "policy")).predict(obs)
+        compiled, _ = load(tmp_path / "policy").predict(obs)
         np.testing.assert_allclose(compiled, loaded.predict(obs)[0], rtol=1e-5, atol=1e-5)
     single, _ = loaded.predict(first(obs))
     expected = acted(model, first(seen), True)
