@@ -16,7 +16,7 @@ from rigid_envs.scores.published import published_record
 from rigid_envs.scores.records import Record, record_file, write_record
 
 DOCS = Path(__file__).parents[3] / "docs"
-IDS = ("RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTop-v0")
+IDS = ("RigidEnvs/BallPark-v0", "RigidEnvs/SpinCapture-v0")
 MEND = "write it anew: python -m agents baselines docs/baselines"
 
 
@@ -55,7 +55,7 @@ def test_means_and_intervals_are_those_of_the_seeds(tmp_path: Path) -> None:
     assert row[4] == "99.6 .. 100.0"
     assert row[5] == "**0.499**"  # half of it
     assert row[7:10:2] == ["path [m]", "2.00"]
-    assert cells(lines, "`SleepingTop`", "sac")[3:6] == ["50.0 %", "50.0 .. 50.0", "**0.500**"]
+    assert cells(lines, "`SpinCapture`", "sac")[3:6] == ["50.0 %", "50.0 .. 50.0", "**0.500**"]
     assert cells(lines, "ppo", "2")[3] == "2 of 2" and cells(lines, "sac", "2")[3] == "0 of 2"
     assert cells(lines, "sac", "ppo")[3] == "83 %"  # 0.5 against 0.5, 0.499 and 0.498
 
@@ -80,7 +80,7 @@ def test_page_and_figures_are_written(tmp_path: Path, seeds: int) -> None:
         + "\n"
     )
     figures = {path.stem for path in folder.glob("*.png")}
-    names = {"aggregates", "profiles", "improvement", "curves_ball", "curves_top"}
+    names = {"aggregates", "profiles", "improvement", "curves_ball", "curves_free_body"}
     assert figures == names and all(f"(baselines/{name}.png)" in text for name in names)
 
 
