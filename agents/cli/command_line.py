@@ -145,7 +145,9 @@ def _add_leaderboard(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("folder", type=Path, metavar="FOLDER")
     parser.add_argument(
-        "--published", action="store_true", help="rows of the policies of rigid_envs.load, too"
+        "--packaged",
+        action="store_true",
+        help="also of what comes with the package: published policies and controllers",
     )
 
 

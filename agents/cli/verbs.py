@@ -210,7 +210,7 @@ def leaderboard(options: argparse.Namespace, rest: list[str]) -> int:
     refuse(rest)
     from ..evaluation.leaderboard import write_leaderboard
 
-    text = write_leaderboard(options.folder, options.published)
+    text = write_leaderboard(options.folder, options.packaged)
     print(f"{text}\nwritten to {options.folder}: leaderboard.md, .png")
     return 0
 

@@ -13,13 +13,11 @@ from matplotlib.figure import Figure
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError, read_bytes, write_atomic
-from rigid_envs.policies import published
 from rigid_envs.scores.aggregates import interquartile_mean, stratified_bootstrap
-from rigid_envs.scores.published import published_evaluation
 from rigid_envs.scores.result import FORMAT, Evaluation, evaluation_of, up_to_date
-from rigid_envs.scores.starts import VERSION
 
 from .plots import INK, MUTED, dress, look
+from .rows import Row, packaged_rows, row_of, sorted_rows
 
 __all__ = ["draw", "markdown", "read_results", "write_leaderboard"]
 
@@ -41,12 +39,13 @@ arXiv:2108.13264).
 """
 
 
-def write_leaderboard(folder: Path, with_published: bool = False) -> str:
+def write_leaderboard(folder: Path, packaged: bool = False) -> str:
     """Write `leaderboard.md` and `leaderboard.png` of all results below a folder.
 
     Args:
         folder: Folder of the results, and of what is written.
-        with_published: Whether the policies that come with the package have rows too.
+        packaged: Whether what comes with the package has rows too: published policies, and those
+            that need no training.
 
     Returns:
         The page.
@@ -54,24 +53,23 @@ def write_leaderboard(folder: Path, with_published: bool = False) -> str:
     Raises:
         ConfigError: No result below the folder.
     """
-    results = read_results(folder)
-    if with_published:
-        results = _sorted([*results, *map(published_evaluation, published())])
-    if not results:
+    rows = [*map(row_of, read_results(folder)), *(packaged_rows() if packaged else [])]
+    if not rows:
         raise ConfigError(
             f"folder = {folder}; expected results below it, of `python -m agents evaluate` or "
             "`Evaluation.save`"
         )
-    text = markdown(results)
+    rows = sorted_rows(rows)
+    text = markdown(rows)
     write_atomic(folder / "leaderboard.md", text)
     buffer = io.BytesIO()
-    draw(results).savefig(buffer, format="png")
+    draw(rows).savefig(buffer, format="png")
     write_atomic(folder / "leaderboard.png", buffer.getvalue())
     return text
 
 
 def read_results(folder: Path) -> list[Evaluation]:
-    """All results below a folder, by environment, the best first, against what is known best now.
+    """All results below a folder, against what is known best now.
 
     Args:
         folder: Where to look for JSON files; what is no result is left out.
@@ -87,16 +85,10 @@ def read_results(folder: Path) -> list[Evaluation]:
                 found.append(up_to_date(evaluation_of(row)))
             except (KeyError, TypeError, ValueError) as error:
                 raise DamagedFileError(f"{path}: {error}; evaluate it anew") from error
-    return _sorted(found)
+    return found
 
 
-def _sorted(results: Sequence[Evaluation]) -> list[Evaluation]:
-    """By environment, the best first."""
-    known = list(ENVIRONMENTS)
-    return sorted(results, key=lambda each: (known.index(each.env_id), -_rank(each)))
-
-
-def markdown(results: Sequence[Evaluation]) -> str:
+def markdown(results: Sequence[Row]) -> str:
     """The page: the plot, both tables, and under them where their numbers come from.
 
     Args:
@@ -106,11 +98,11 @@ def markdown(results: Sequence[Evaluation]) -> str:
                ("---", *["---:"] * 4), *_overall(results)]  # fmt: skip
     sides = ("---", "---", *["---:"] * 4, "---", *["---:"] * 4)
     rows = [_HEADER, sides, *map(_cells, results)]
-    notes = "\n".join(dict.fromkeys(map(_note, results)))
+    notes = "\n".join(dict.fromkeys(row.source for row in results))
     return f"{_INTRODUCTION}\n{_ALL}\n{_table(overall)}\n\n{_table(rows)}\n\n{notes}\n"
 
 
-def draw(results: Sequence[Evaluation]) -> Figure:
+def draw(results: Sequence[Row]) -> Figure:
     """One line for each environment, with the efficiency of each policy and its interval.
 
     Args:
@@ -138,7 +130,7 @@ def draw(results: Sequence[Evaluation]) -> Figure:
     return figure
 
 
-def _overall(results: Sequence[Evaluation]) -> list[tuple[str, ...]]:
+def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
     """Aggregates of each kind of policy, the best first."""
     kinds: dict[str, dict[str, list[float]]] = {}
     for each in results:
@@ -162,19 +154,14 @@ def _table(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
-def _kind(result: Evaluation) -> str:
+def _kind(result: Row) -> str:
     """Legend entry: reference controllers, whose names differ by environment, share one."""
     best = next(iter(ENVIRONMENTS[result.env_id].controllers), None)
     return "reference controller" if result.policy == best else result.policy
 
 
-def _rank(result: Evaluation) -> float:
-    return -1.0 if result.efficiency is None else result.efficiency.mean
-
-
-def _cells(result: Evaluation) -> tuple[str, ...]:
+def _cells(result: Row) -> tuple[str, ...]:
     success, found, cost = result.success, result.efficiency, result.cost
-    means = (result.mean(values) for values in (result.costs, result.best, result.bounds))
     unit = f" [{cost.unit}]" if cost is not None and cost.unit else ""
     return (
         f"`{result.env_id.split('/')[-1]}`",
@@ -184,16 +171,6 @@ def _cells(result: Evaluation) -> tuple[str, ...]:
         "-" if found is None else f"**{found.mean:.3f}**",
         "-" if found is None else f"{found.low:.3f} .. {found.high:.3f}",
         f"{'cost' if cost is None else cost.name}{unit}",
-        *("-" if np.isnan(mean) else f"{mean:.4g}" for mean in means),
+        *("-" if np.isnan(mean) else f"{mean:.4g}" for mean in result.means),
         "-" if result.gap is None else f"{100 * result.gap:.1f} %",
-    )
-
-
-def _note(result: Evaluation) -> str:
-    where = result.provenance
-    commit = "no commit" if where["git_commit"] is None else f"commit {where['git_commit'][:12]}"
-    return (
-        f"{result.n} starts of seed {result.seed}, evaluation set {VERSION}; rigid-envs "
-        f"{where['versions']['rigid-envs']}, kernels {where['kernel_hash']}, {commit}"
-        f"{' with changes' if where['git_dirty'] else ''}."
     )

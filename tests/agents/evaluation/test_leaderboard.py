@@ -1,7 +1,6 @@
 """Controllers are evaluated like policies, and a folder of results becomes a table and a plot."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +10,13 @@ import pytest
 import rigid_envs
 from agents.cli.command_line import main
 from agents.evaluation.leaderboard import markdown, read_results
+from agents.evaluation.plots import look
+from agents.evaluation.rows import packaged_rows, row_of, sorted_rows
+from rigid_envs import ENVIRONMENTS
 from rigid_envs.files import DamagedFileError
+from rigid_envs.policies import published
 from rigid_envs.scores import read_evaluation
+from rigid_envs.scores.published import published_record
 from rigid_envs.scores.result import evaluation_of
 
 ID = "RigidEnvs/Detumble-v0"
@@ -53,12 +57,13 @@ def test_the_most_efficient_comes_first_and_the_plot_is_there(
 ) -> None:
     rigid_envs.evaluate(ID, "zero", n=20).save(folder / "by an outsider.json")
     assert main(["leaderboard", str(folder)]) == 0
-    assert [r.policy for r in read_results(folder)] == ["riccati", "brake", "random", "zero"]
+    rows = sorted_rows([row_of(each) for each in read_results(folder)])
+    assert [row.policy for row in rows] == ["riccati", "brake", "random", "zero"]
     text = (folder / "leaderboard.md").read_text()
     assert text in capsys.readouterr().out
-    rows = [line for line in text.splitlines() if line.startswith("| `Detumble-v0`")]
-    assert len(rows) == 4 and "**1.000**" in rows[0] and "**0.000**" in rows[-1]
-    assert {row.count("|") for row in rows} == {12}
+    lines = [line for line in text.splitlines() if line.startswith("| `Detumble-v0`")]
+    assert len(lines) == 4 and "**1.000**" in lines[0] and "**0.000**" in lines[-1]
+    assert {line.count("|") for line in lines} == {12}
     assert (folder / "leaderboard.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -78,9 +83,36 @@ def test_results_are_ranked_by_what_is_best_now_and_changed_ones_are_refused(
 
 
 def test_several_seeds_are_aggregated_with_an_interval(folder: Path) -> None:
-    found = [replace(each, policy="ppo") for each in read_results(folder)]
+    found = [row_of(each)._replace(policy="ppo") for each in read_results(folder)]
     (line,) = [row for row in markdown(found).splitlines() if row.startswith("| ppo | 1 |")]
     assert " .. " in line
+
+
+def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path: Path) -> None:
+    rows = {(row.env_id, row.policy): row for row in packaged_rows()}
+    for env_id in ENVIRONMENTS:
+        assert {(env_id, "zero"), (env_id, "random")} <= rows.keys()
+    again = row_of(rigid_envs.evaluate(ID, "brake"))
+    told = rows[ID, "brake"]
+    assert told.success == again.success and told.cost == again.cost
+    np.testing.assert_allclose(told.efficiency, again.efficiency, rtol=1e-9)
+    np.testing.assert_allclose([*told.means, told.gap], [*again.means, again.gap], rtol=1e-9)
+    for name in published():
+        record = published_record(name)
+        efficiency = rows[record.env_id, record.policy].efficiency
+        assert efficiency is not None and efficiency.mean == record.efficiency
+    assert main(["leaderboard", str(tmp_path), "--packaged"]) == 0
+
+
+def test_the_page_of_the_repository_is_that_of_its_data() -> None:
+    docs = Path(__file__).parents[3] / "docs"
+    rows = sorted_rows([*map(row_of, read_results(docs)), *packaged_rows()])
+    mend = "write it anew: python -m agents leaderboard docs --packaged"
+    assert (docs / "leaderboard.md").read_text() == markdown(rows), mend
+
+
+def test_no_two_of_forty_policies_look_the_same() -> None:
+    assert len({look(k) for k in range(40)}) == 40
 
 
 def test_all_takes_the_ids_that_have_the_controller(
