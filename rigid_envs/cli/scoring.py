@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,8 @@ def add_evaluate(verbs: Any) -> None:
     evaluating = verbs.add_parser(
         "evaluate",
         help="success and efficiency of a policy over 500 fixed starts",
-        usage="rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--out FILE] [--KEY VALUE]",
+        usage="rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--name NAME] [--out FILE] "
+        "[--KEY VALUE]",
         description="Play one episode from each of the fixed starts. Any hyperparameter can be "
         "given as an option.",
         allow_abbrev=False,
@@ -43,6 +45,7 @@ def add_evaluate(verbs: Any) -> None:
         "played again",
     )
     evaluating.add_argument("--starts", type=int, metavar="N", help="(500, or those of the replay)")
+    evaluating.add_argument("--name", help="of the policy in tables (its own)")
     evaluating.add_argument(
         "--out", type=Path, metavar="FILE", help="write a row of the leaderboard"
     )
@@ -93,6 +96,7 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
         found = evaluate(env_id, load(policy), n=n, config=config or None)
     else:
         found = evaluate(env_id, policy, n=n, config=config)
+    found = found if options.name is None else replace(found, policy=options.name)
     print(found)
     if options.out:
         print(f"written to {found.save(options.out)}")

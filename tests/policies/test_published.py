@@ -99,6 +99,8 @@ def test_a_policy_file_is_evaluated_by_the_command(tmp_path: Path, capsys: Captu
     found, record = read_evaluation(tmp_path / "row.json"), published_record(name)
     np.testing.assert_array_equal(found.costs, record.costs[:20])
     assert found.policy == record.policy
+    assert main([*words, "--starts", "2", "--name", "mine", "--out", str(tmp_path / "b.json")]) == 0
+    assert read_evaluation(tmp_path / "b.json").policy == "mine"
 
 
 def test_a_record_is_as_good_as_the_evaluation_that_it_is_of() -> None:
