@@ -131,22 +131,28 @@ def _axis(core: Core) -> list[Array]:
     return [angle / task.tolerance * across / np.maximum(length, 1e-300)]
 
 
-def _tilt(y: Array) -> Array:
-    """The tilt of the axis in two directions [rad], shape (N, 2)."""
-    axis = rotations.rotate(y[:, :4], np.array([0.0, 0.0, 1.0]))
+def _tilt(q: Array) -> Array:
+    """The angle of the turned e3 from e3 in two directions [rad], shape (N, 2)."""
+    axis = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))
     length = np.linalg.norm(axis[:, :2], axis=-1, keepdims=True)
     return np.asarray(np.arctan2(length, axis[:, 2:]) * axis[:, :2] / np.maximum(length, 1e-300))
 
 
 def _upright(core: Core) -> list[Array]:
     task: Any = core.task
-    return [_tilt(core.y) / task.tolerance]
+    return [_tilt(core.y[:, :4]) / task.tolerance]
+
+
+def _upright_in_body(core: Core) -> list[Array]:
+    """The tilt as the vertical has it in the body, which no heading changes."""
+    task: Any = core.task
+    return [_tilt(rotations.conjugate(core.y[:, :4])) / task.tolerance]
 
 
 def _balanced(core: Core) -> list[Array]:
     task: Any = core.task
     y = core.y
-    return [_tilt(y) / task.tilt_tolerance, y[:, 7:9] / task.centre_tolerance]
+    return [_tilt(y[:, :4]) / task.tilt_tolerance, y[:, 7:9] / task.centre_tolerance]
 
 
 def _precessing(core: Core) -> list[Array]:
@@ -187,7 +193,7 @@ _CONDITIONS = {
     "SpinCapture": Conditions(_RATES, _spin(1.0)),
     "AxisFlip": Conditions(_RATES, _spin(-1.0)),
     "SleepingTop": Conditions(_TOP, _upright, _in_space),
-    "TopRandom": Conditions(_TOP, _upright, _in_body),
+    "TopRandom": Conditions(_TOP, _upright_in_body, _in_body),
     "TopPrecession": Conditions(_TOP, _precessing, _in_body, 10),
     "PivotTop": Conditions((*_TOP, "X", "Y", "VX", "VY"), _balanced, _in_space),
 }

@@ -20,7 +20,7 @@ Integers = npt.NDArray[np.int64]
 
 _STIFF = 10.0  # first weight of the distance from a plan, in costs of a unit of action
 _LEAST, _MOST = 1e-4, 1e7  # of that weight
-_NEAR = 0.7  # a ball of errors is a cube inside it; nearer to its edge, a plate there
+_ROOM = 1.3  # an error may grow so much: the ball of errors is a box in it, at its edge a plate
 _ACROSS = 0.5  # largest half width of a plate
 _SETTLED = 1e-4  # relative gain over `_PATIENCE` rounds below which a row is left
 _PATIENCE = 8
@@ -88,16 +88,16 @@ def looked_at(
             parts = ((t >= low) & (t < high) for low, high in itertools.pairwise(edges))
             looks += [first - 1, *(np.where(part, size, -1.0).argmax(axis=0) for part in parts)]
         for at in looks:
-            small = size[at, row] < _NEAR
+            edge = np.sqrt(1.0 - (len(group) - 1) * across**2)
+            along = np.minimum(np.maximum(len(group) ** -0.5, _ROOM * size[at, row]), edge)
+            aside = np.sqrt((1.0 - along**2) / max(len(group) - 1, 1))
             for k, direction in enumerate(axes_along(errors[at, row][:, group]).swapaxes(0, 1)):
                 whole = np.zeros((n, q))
                 whole[:, group] = direction
                 steps.append(at)
                 directions.append(whole)
                 values.append((whole * errors[at, row]).sum(axis=1))
-                along = across if k else np.sqrt(1.0 - across**2)
-                edge = along if len(group) > 1 else np.ones(n)
-                bounds.append(np.where(small, 1.0 / np.sqrt(len(group)), edge))
+                bounds.append(aside if k else along)
     return Rows(
         np.stack(steps, axis=1),
         np.stack(directions, axis=1),
@@ -274,7 +274,8 @@ def take(motion: Motion, rows: Integers) -> Motion:
 def merge(which: npt.NDArray[np.bool_], new: Motion, old: Motion) -> Motion:
     """One motion where `which` is true, the other one elsewhere."""
     parts: list[Any] = []
-    for a, b in zip(new, old, strict=True):
+    pairs: list[tuple[Any, Any]] = list(zip(new, old, strict=True))
+    for a, b in pairs:
         shape = (-1,) if a.ndim == 1 else (1, -1, *(1,) * (a.ndim - 2))
         parts.append(np.where(which.reshape(shape), a, b))
     return Motion(*parts)

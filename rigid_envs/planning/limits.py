@@ -12,7 +12,7 @@ __all__ = ["Limits"]
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
-_N_ROUNDS = 40  # for the length of an action at a side of the box
+_N_HALVINGS = 45  # of where the length of an action at a side of the box may lie
 
 
 class Limits(NamedTuple):
@@ -76,13 +76,14 @@ class Limits(NamedTuple):
         return v, slope
 
     def _in_box(self, z: Array, threshold: Array) -> tuple[Array, Array]:
-        """Where a side of the box is reached: a fixed point of the length, shape (n, m)."""
-        v = np.clip(z, -1.0, 1.0)
-        for _ in range(_N_ROUNDS):
-            length = np.maximum(self.length(v), 1e-300)
+        """Where a side of the box is reached: the length is a fixed point, found by bisection."""
+        low, high = np.zeros(len(z)), np.full(len(z), np.sqrt(z.shape[1]))
+        for _ in range(_N_HALVINGS):
+            length = 0.5 * (low + high)
             kept = np.where(self.counted, (length / (length + threshold))[..., None], 1.0)
             v = np.clip(z * kept, -1.0, 1.0)
-        length = np.maximum(self.length(v), 1e-300)
+            more = self.length(v) > length
+            low, high = np.where(more, length, low), np.where(more, high, length)
         free = np.abs(z * kept) < 1.0
         unit = self.counted * v / length[..., None]
         curved = np.diag(1.0 * self.counted) - unit[..., :, None] * unit[..., None, :]

@@ -46,7 +46,7 @@ class Recipe:
     n_cuts: int = 0
 
 
-_ROLLED = Recipe(n_rounds=16, n_steps=48, n_guesses=12)
+_ROLLED = Recipe(n_rounds=16, n_steps=48, n_guesses=16)
 RECIPES = {
     "BallPark": _ROLLED,
     "BallReorient": _ROLLED,
@@ -60,8 +60,8 @@ RECIPES = {
     "PivotTop": Recipe("lqr", 32, hold=4),
     "AxisFlip": Recipe("timed", 32, hold=5),
     "SpinCapture": Recipe("separatrix", 24, hold=5),
-    "Reorient": Recipe("quaternion_pd", 12, hold=2, n_cuts=9),
-    "BallParkDynamic": Recipe("three_rolls", 16, n_steps=60, n_cuts=9),
+    "Reorient": Recipe("quaternion_pd", 10, hold=2, n_cuts=7),
+    "BallParkDynamic": Recipe("three_rolls", 10, n_steps=45, n_cuts=7),
 }
 """How ids are planned, by the name in the id."""
 
