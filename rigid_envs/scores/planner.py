@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -36,6 +37,8 @@ class Recipe:
         n_steps: Actions of a plan of a task that ends at success; None for the time limit.
         n_guesses: Curves that a ball is first rolled along, beside the controller.
         n_cuts: Deadlines of a plan whose cost is time; 0 where it is not.
+        waits: Control periods after which the controller begins, a first plan for each; a goal that
+            is unstable is better reached late.
     """
 
     controller: str = ""
@@ -44,6 +47,7 @@ class Recipe:
     n_steps: int | None = None
     n_guesses: int = 0
     n_cuts: int = 0
+    waits: tuple[int, ...] = (0,)
 
 
 _ROLLED = Recipe(n_rounds=16, n_steps=48, n_guesses=16)
@@ -59,7 +63,7 @@ RECIPES = {
     "TopPrecession": Recipe("lqr", 24, hold=1),
     "PivotTop": Recipe("lqr", 32, hold=4),
     "AxisFlip": Recipe("timed", 32, hold=5),
-    "SpinCapture": Recipe("separatrix", 24, hold=5),
+    "SpinCapture": Recipe("separatrix", 12, hold=5, waits=(300, 350, 400)),
     "Reorient": Recipe("quaternion_pd", 10, hold=2, n_cuts=7),
     "BallParkDynamic": Recipe("three_rolls", 10, n_steps=45, n_cuts=7),
 }
@@ -82,13 +86,14 @@ def plan(
     recipe = recipe_of(env_id)
     if recipe is None:
         raise ValueError(f"ID = {env_id}; expected one that has a recipe: {sorted(RECIPES)}")
-    state, first = _starts(env_id, recipe, n)
-    parts = []
+    firsts = [_starts(env_id, recipe, n, wait) for wait in recipe.waits]
+    state, parts = firsts[0][0], []
     for k in range(0, n, _BLOCK):
         rows = np.arange(k, min(k + _BLOCK, n))
         tell(f"starts {k} to {rows[-1]}")
         block = {key: part[rows] for key, part in state.items()}
-        parts.append(_plan_block(env_id, recipe, block, first[:, rows], k))
+        found = [_plan_block(env_id, recipe, block, first[:, rows], k) for _, first in firsts]
+        parts.append(functools.reduce(better_of, found))
     return StoredPlans(np.concatenate([part.actions for part in parts], axis=1), recipe.hold)
 
 
@@ -116,12 +121,17 @@ def _best_of_guesses(task: Any, recipe: Recipe, state: dict[str, Array], seed: i
     coarse = Model(task, state, recipe.n_steps // 2)
     best = Plans(np.zeros((recipe.n_steps // 2, n, 2), np.float32), np.full(n, np.inf))
     for _ in range(recipe.n_guesses):
-        found = improve(coarse, _guess(rng, recipe.n_steps // 2, n, task), recipe.n_rounds)
-        better = found.costs < best.costs
-        best.actions[:, better] = found.actions[:, better]
-        best.costs[better] = found.costs[better]
+        guess = _guess(rng, recipe.n_steps // 2, n, task)
+        best = better_of(best, improve(coarse, guess, recipe.n_rounds))
     fine = Model(task, state, recipe.n_steps)
     return improve(fine, best.actions.repeat(2, axis=0) / 2.0, recipe.n_rounds)
+
+
+def better_of(one: Plans, other: Plans) -> Plans:
+    """From each start the plan that costs less."""
+    first = one.costs <= other.costs
+    actions = np.where(first[:, None], one.actions, other.actions)
+    return Plans(actions, np.where(first, one.costs, other.costs))
 
 
 def _guess(rng: np.random.Generator, n_steps: int, n: int, task: Any) -> Array:
@@ -133,7 +143,7 @@ def _guess(rng: np.random.Generator, n_steps: int, n: int, task: Any) -> Array:
     return np.asarray(np.stack([np.cos(heading), np.sin(heading)], axis=-1) * length[:, None])
 
 
-def _starts(env_id: str, recipe: Recipe, n: int) -> tuple[dict[str, Array], Array]:
+def _starts(env_id: str, recipe: Recipe, n: int, wait: int) -> tuple[dict[str, Array], Array]:
     """States of the starts, and the first plans: a reference controller whose actions are held."""
     envs = make_rows(env_id, n)
     seen, _ = envs.reset(seed=row_seeds(TEST_SEED, n, "test"))
@@ -142,8 +152,9 @@ def _starts(env_id: str, recipe: Recipe, n: int) -> tuple[dict[str, Array], Arra
         return state, np.zeros((1, n, 1))
     act = untrained_policies(env_id)[recipe.controller](envs)
     actions, running = [], np.ones(n, dtype=bool)
-    for _ in range(ENVIRONMENTS[env_id].max_episode_steps // recipe.hold):
-        action = np.where(running[:, None], act(seen), 0.0)
+    for k in range(ENVIRONMENTS[env_id].max_episode_steps // recipe.hold):
+        acting = running & (k * recipe.hold >= wait)
+        action = np.where(acting[:, None], act(seen), 0.0)
         actions.append(action)
         for _ in range(recipe.hold):
             seen, _, terminated, truncated, _ = envs.step(action.astype(np.float32))
