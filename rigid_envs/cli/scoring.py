@@ -23,6 +23,9 @@ _TOLERANCE = 1e-3
 """Difference of a rate. The kernels give the same bits anywhere, but controllers use LAPACK, whose
 roundings differ by machine: an episode in 500 may end some steps earlier or later."""
 
+_ROUNDING = 1e-9
+"""Relative difference of the cost of a plan, which is played without feedback: the same bits."""
+
 
 def add_evaluate(verbs: Any) -> None:
     """Add the verb `evaluate`."""
@@ -71,6 +74,9 @@ def add_best(verbs: Any) -> None:
         metavar="FILE",
         help="replays (.npz) of the first starts of one id; their actions are played again, and "
         "their labels say who found them",
+    )
+    finding.add_argument(
+        "--plan", action="store_true", help="plan anew first, minutes for each id that has a recipe"
     )
     finding.add_argument("--starts", type=int, metavar="N", help="fewer starts, for a first look")
     finding.add_argument("--out", type=Path, metavar="FOLDER", help="instead of the package's data")
@@ -128,7 +134,10 @@ def _best(options: argparse.Namespace, rest: list[str]) -> None:
     refuse(rest)
     from rigid_envs.scores import N_STARTS, find
     from rigid_envs.scores.best import FOLDER, file_of, read_best, write_best
-    from rigid_envs.scores.finding import played
+    from rigid_envs.scores.finding import played, replayed
+    from rigid_envs.scores.planner import plan, recipe_of
+    from rigid_envs.scores.plans import FOLDER as folder_of_plans
+    from rigid_envs.scores.plans import file_of_plans, write_plans
 
     ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
     n = N_STARTS if options.starts is None else options.starts
@@ -146,6 +155,10 @@ def _best(options: argparse.Namespace, rest: list[str]) -> None:
         known = read_best(file) if file.exists() else None
         untrained = played(env_id, n)
         others = [_again(each, env_id) for each in options.files]
+        plans = folder_of_plans if options.out is None else folder
+        if options.plan and recipe_of(env_id) is not None:
+            write_plans(file_of_plans(env_id, plans), plan(env_id, n))
+        others += replayed(env_id, n, plans)
         found = find(env_id, known, others, untrained, n)
         write_best(file, found)
         for name, each in untrained.items() if options.rows else ():
@@ -181,7 +194,7 @@ def verify_scores(ids: Sequence[str]) -> bool:
         Whether all agree.
     """
     from rigid_envs.scores import best_known
-    from rigid_envs.scores.finding import played
+    from rigid_envs.scores.finding import played, replayed
 
     print(heading(provenance()), end="\n\n")
     rows, holds = [], True
@@ -198,6 +211,13 @@ def verify_scores(ids: Sequence[str]) -> bool:
             holds &= off <= _TOLERANCE
             figures = f"{now['success_rate']:.3f}", f"{now['efficiency']:.4f}", f"{off:.1e}"
             rows.append((env_id, name, *figures, "holds" if off <= _TOLERANCE else "FAILS"))
+        for found in replayed(env_id):
+            own = np.array([name == found.policy for name in known.finders])
+            off = float(np.max(np.abs(found.costs / known.costs - 1.0)[own], initial=0.0))
+            met = bool(found.successes[own].all()) and off <= _ROUNDING
+            holds &= met
+            figures = f"{found.success.mean:.3f}", f"{own.mean():.4f}", f"{off:.1e}"
+            rows.append((env_id, found.policy, *figures, "holds" if met else "FAILS"))
     tell("")
     print(table(("id", "policy", "success", "efficiency", "off by", ""), rows, "<<>>><"))
     print(f"\noff by: the larger difference of success and efficiency; {_TOLERANCE:g}")

@@ -12,6 +12,7 @@ from rigid_envs.catalogue import families, task_of
 from rigid_envs.envs.task_spaces import action_space, observation_space
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import write_atomic
+from rigid_envs.pages.best_known import best_costs
 from rigid_envs.pages.document import document, observed, short
 from rigid_envs.pages.listing import size_of, time_limit
 from rigid_envs.pages.markdown import markdown, table_lines
@@ -52,6 +53,8 @@ _BEGIN = "<!-- environments: written by `python -m rigid_envs.pages README.md` -
 _END = "<!-- end of environments -->"
 _GROUPS = "<!-- groups: written by `python -m rigid_envs.pages docs/symmetry.md` -->"
 _END_OF_GROUPS = "<!-- end of groups -->"
+_COSTS = "<!-- costs: written by `python -m rigid_envs.pages docs/best_known.md` -->"
+_END_OF_COSTS = "<!-- end of costs -->"
 _FROM_DOCS = "environments"
 
 
@@ -153,19 +156,24 @@ def groups() -> str:
 
 
 def with_tables(text: str) -> str:
-    """A README, or the page on symmetry, with the tables between its two marks made anew.
+    """A README, or another page with a pair of marks, with the tables between them made anew.
 
     Raises:
         ConfigError: there are no such marks.
     """
-    for begin, end, tables in ((_BEGIN, _END, overview), (_GROUPS, _END_OF_GROUPS, groups)):
+    kinds = (
+        (_BEGIN, _END, overview),
+        (_GROUPS, _END_OF_GROUPS, groups),
+        (_COSTS, _END_OF_COSTS, best_costs),
+    )
+    for begin, end, tables in kinds:
         before, _, rest = text.partition(begin)
         _, found, after = rest.partition(end)
         if found:
             return f"{before}{begin}\n\n{tables()}\n\n{end}{after}"
     raise ConfigError(
-        f"the page has no marks for its tables; expected {_BEGIN} and {_END}, "
-        f"or {_GROUPS} and {_END_OF_GROUPS}"
+        "the page has no marks for its tables; expected "
+        + ", or ".join(f"{begin} and {end}" for begin, end, _ in kinds)
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -12,11 +13,12 @@ from rigid_envs.scores.best import Best, nobody
 from rigid_envs.scores.controllers import reference_controllers
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.metrics import metrics_of
+from rigid_envs.scores.plans import FOLDER, file_of_plans, read_plans
 from rigid_envs.scores.policies import PolicyFactory, untrained_policies
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import N_STARTS
 
-__all__ = ["BASELINES", "find", "played"]
+__all__ = ["BASELINES", "find", "played", "replayed"]
 
 BASELINES = ("zero", "random")
 """Policies that stand beside the reference controllers; from a lucky start they are the best."""
@@ -33,19 +35,21 @@ def find(
 
     Args:
         env_id: Gymnasium's id.
-        known: What is known already; what it has of untrained policies is not taken over.
+        known: What is known already; what it has of those who play now is not taken over.
         finders: Other policies, or what came of them.
         untrained: What came of the untrained policies; None plays them.
         n: Number of starts.
     """
     policies = played(env_id, n) if untrained is None else untrained
+    others = [
+        each if isinstance(each, Evaluation) else evaluate(env_id, each, n=n) for each in finders
+    ]
     best = nobody(env_id, metrics_of(env_id)[0].name, n)
     if known is not None:
-        for name in known.shares.keys() - policies.keys():
+        for name in known.shares.keys() - policies.keys() - {each.policy for each in others}:
             own = np.array([finder == name for finder in known.finders])[:n]
             best = best.improved(name, own, known.costs[:n])
-    for finder in (*policies.values(), *finders):
-        found = finder if isinstance(finder, Evaluation) else evaluate(env_id, finder, n=n)
+    for found in (*policies.values(), *others):
         best = best.improved(found.policy, found.successes, found.costs)
     summaries = {name: each.against(best.costs).summary() for name, each in policies.items()}
     return replace(best, policies=summaries, provenance=provenance())
@@ -61,3 +65,15 @@ def played(env_id: str, n: int = N_STARTS) -> dict[str, Evaluation]:
     policies = untrained_policies(env_id)
     names = (*reference_controllers(env_id), *BASELINES)
     return {name: evaluate(env_id, policies[name], n=n) for name in names}
+
+
+def replayed(env_id: str, n: int = N_STARTS, folder: Path = FOLDER) -> list[Evaluation]:
+    """Evaluation of the stored plans of an id; nothing where there are none.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of starts.
+        folder: Where they are.
+    """
+    file = file_of_plans(env_id, folder)
+    return [evaluate(env_id, read_plans(file).policy(n), n=n)] if file.exists() else []

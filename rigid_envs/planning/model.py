@@ -1,0 +1,265 @@
+"""Plans rolled out, and every step of them linearised, by the compiled step of the environment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.core import Core
+from rigid_envs.kernels.actions import clip_to_disk
+from rigid_envs.kernels.layout import FLAGS
+from rigid_envs.planning.conditions import Conditions, conditions_of, first_steps
+from rigid_envs.planning.limits import Limits
+from rigid_envs.tasks import Task
+
+__all__ = ["Linear", "Model", "Motion"]
+
+Array = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+_SMALL = 1e-7  # change of a state for a difference quotient
+_COARSE = 2.0**-10  # the same of an action, which is float32
+_ROUNDING = 1e-12  # keeps a matrix of such quotients regular
+
+
+class Motion(NamedTuple):
+    """Plans of N rows, and what came of them.
+
+    Attributes:
+        actions: As they were applied, float32, shape (T, N, m).
+        y: States before each step and at the end, shape (T + 1, N, n).
+        aux: The same of the auxiliary states.
+        errors: Of the conditions after each step, over the tolerances, shape (T, N, q).
+        costs: Sum of the costs until the end, or the time until success, to stay, shape (N,).
+        successes: Whether the last step before the end was a success, shape (N,).
+    """
+
+    actions: npt.NDArray[np.float32]
+    y: Array
+    aux: Array
+    errors: Array
+    costs: Array
+    successes: Bools
+
+
+class Linear(NamedTuple):
+    """Steps linearised in the n coordinates that matter and in the m actions.
+
+    Attributes:
+        A: Of the next coordinates by the coordinates, shape (T, N, n, n).
+        B: By the actions, shape (T, N, n, m).
+        Ey: Of the errors after the step by the coordinates before, shape (T, N, q, n).
+        Ea: By the actions, shape (T, N, q, m).
+    """
+
+    A: Array
+    B: Array
+    Ey: Array
+    Ea: Array
+
+
+class Tracking(NamedTuple):
+    """Feedback of a rollout: gains, shape (T, N, m, n), of the distance from `targets`.
+
+    Attributes:
+        gains: Of each step.
+        targets: Coordinates before each step, shape (T, N, n).
+    """
+
+    gains: Array
+    targets: Array
+
+
+class Model:
+    """N rows of a task at given starts, for plans of T actions.
+
+    Attributes:
+        task: The task.
+        n_steps: T.
+        limits: Of the actions.
+        weights: Cost of a unit of action in a step, shape (N,).
+        first: Number of the step from which on the conditions must hold, shape (N,).
+        index: Places of the components that matter in the state.
+        groups: Places of the entries of each error beside one another.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        state: Mapping[str, Array],
+        n_steps: int,
+        repeat: int = 1,
+        timed: bool = False,
+    ) -> None:
+        """Make room.
+
+        Args:
+            task: The task.
+            state: Of rows at their starts, as `Core.get_state` gives it.
+            n_steps: T.
+            repeat: Number of control periods for which an action is held.
+            timed: Whether the cost is the time until success, to stay; then actions are free.
+        """
+        self.task, self.n_steps, self.repeat, self.timed = task, n_steps, repeat, timed
+        self._state = {key: np.array(part) for key, part in state.items()}
+        self._conditions: Conditions = conditions_of(task)
+        fields = type(task).episode.dynamics.State._fields
+        self.index = np.array([fields.index(name) for name in self._conditions.components])
+        self._core = Core(task, len(self._state["y"]))
+        self._n_actions = self._core.actions.shape[1]
+        self._copies: Core | None = None
+        self._core.set_state(self._state)
+        self.first = (first_steps(self._core, n_steps * repeat) - 1) // repeat + 1
+        sizes = [each.shape[-1] for each in self._conditions.errors(self._core)]
+        self.groups = tuple(np.split(np.arange(sum(sizes)), np.cumsum(sizes)[:-1]))
+        each = self._unit_costs()
+        disk = type(task).episode.clip is clip_to_disk
+        self.limits = Limits(disk, each.max(axis=1) > 0.0)
+        self.weights = (0.0 if timed else repeat) * each.max(axis=0)
+
+    @property
+    def n_parts(self) -> int:
+        """Parts of the time of success whose largest errors are looked at."""
+        return self._conditions.n_parts
+
+    @property
+    def n_rows(self) -> int:
+        """N."""
+        return self._core.n_rows
+
+    def part(self, rows: Integers) -> Model:
+        """A model of some of the rows."""
+        state = {key: each[rows] for key, each in self._state.items()}
+        part = Model(self.task, state, self.n_steps, self.repeat, self.timed)
+        part.first, part.weights = self.first[rows], self.weights[rows]
+        return part
+
+    def roll(self, plan: Array, tracking: Tracking | None = None) -> Motion:
+        """Roll plans out.
+
+        Args:
+            plan: Actions, shape (T, N, m).
+            tracking: What is added to them where the motion leaves what was expected.
+        """
+        core, steps = self._core, range(self.n_steps)
+        core.set_state(self._state)
+        y = np.empty((self.n_steps + 1, *self._state["y"].shape))
+        aux = np.empty((self.n_steps + 1, core.n_rows, len(self.task.aux_names)))
+        actions = np.empty((self.n_steps, core.n_rows, self._n_actions), dtype=np.float32)
+        errors: list[Array] = []
+        costs: Array = np.zeros(core.n_rows)
+        successes, ended = np.zeros((2, core.n_rows), dtype=bool)
+        failed = np.zeros(core.n_rows, dtype=np.int64)
+        y[0], aux[0] = core.y, self._state.get("aux", aux[0])
+        for t in steps:
+            action = plan[t]
+            if tracking is not None:
+                off = self.coordinates(y[t]) - tracking.targets[t]
+                action = action + (tracking.gains[t] @ off[..., None])[..., 0]
+            actions[t] = self.limits.clip(action)
+            core.actions[...] = actions[t]
+            for k in range(t * self.repeat, (t + 1) * self.repeat):
+                core.step()
+                won = core.flags[FLAGS.is_success]
+                costs += np.where(ended, 0.0, core.results[0])
+                successes = np.where(ended, successes, won)
+                failed[~ended & ~won] = k + 1
+                ended |= core.flags[FLAGS.terminated]
+            y[t + 1] = core.y
+            if aux.shape[2]:
+                aux[t + 1] = core.auxiliary(*self.task.aux_names).reshape(core.n_rows, -1)
+            errors.append(self._errors(core))
+        if self.timed:
+            costs = np.asarray(self.task.dt * (failed + 1.0), dtype=np.float64)
+        return Motion(actions, y, aux, np.stack(errors), costs, successes)
+
+    def linearise(self, motion: Motion) -> Linear:
+        """Linearise the steps of a motion, by differences of copies of the rows.
+
+        An action is changed towards 0: so it stays within its limits.
+        """
+        rows, m, q = self.n_rows, self._n_actions, motion.errors.shape[2]
+        x = np.stack([self.coordinates(y) for y in motion.y])
+        n, n_y = x.shape[2], len(self.index)
+        d, first = n_y + m, int(self.first.min())
+        copies = self._copies = self._copies or Core(self.task, rows * d)
+        state = {key: part.repeat(d, axis=0) for key, part in self._state.items()}
+        linear = Linear(
+            np.empty((self.n_steps, rows, n, n)),
+            np.empty((self.n_steps, rows, n, m)),
+            np.zeros((self.n_steps, rows, q, n)),
+            np.zeros((self.n_steps, rows, q, m)),
+        )
+        component, entry = np.arange(n_y), np.arange(m)
+        for t in range(self.n_steps):
+            y = motion.y[t].repeat(d, axis=0).reshape(rows, d, -1)
+            y[:, component, self.index] += _SMALL
+            a = motion.actions[t].repeat(d, axis=0).reshape(rows, d, m)
+            old = motion.actions[t]
+            a[:, n_y + entry, entry] = old - np.copysign(_COARSE, old)
+            size = np.full((rows, d, 1), _SMALL)
+            size[:, n_y:, 0] = a[:, n_y + entry, entry].astype(np.float64) - old
+            state["y"] = y.reshape(rows * d, -1)
+            if motion.aux.shape[2]:
+                state["aux"] = motion.aux[t].repeat(d, axis=0)
+            copies.set_state(state)
+            copies.actions[...] = a.reshape(rows * d, m)
+            for _ in range(self.repeat):
+                copies.step()
+            before = self._quotients(state["y"], x[t], size)[:, :n_y]
+            after = self._quotients(copies.y, x[t + 1], size)
+            square = before.swapaxes(1, 2) @ before + _ROUNDING * np.eye(n)
+            back = np.linalg.solve(square, before.swapaxes(1, 2)).swapaxes(1, 2)
+            linear.A[t] = after[:, :n_y].swapaxes(1, 2) @ back
+            linear.B[t] = after[:, n_y:].swapaxes(1, 2)
+            if t + 1 >= first:
+                shown = self._errors(copies).reshape(rows, d, q)
+                shown = (shown - motion.errors[t][:, None]) / size
+                linear.Ey[t] = shown[:, :n_y].swapaxes(1, 2) @ back
+                linear.Ea[t] = shown[:, n_y:].swapaxes(1, 2)
+        return linear
+
+    def _errors(self, core: Core) -> Array:
+        """Errors of rows that have just stepped, side by side, shape (N, q)."""
+        return np.concatenate(self._conditions.errors(core), axis=-1)
+
+    def coordinates(self, y: Array) -> Array:
+        """The coordinates that matter of states, shape (N, n)."""
+        return self._conditions.coordinates(y[:, self.index])
+
+    def _quotients(self, y: Array, x: Array, size: Array) -> Array:
+        """Changes of the coordinates from x (N, n) in d copies of each row, over a size."""
+        moved = self.coordinates(y).reshape(*size.shape[:2], -1)
+        return np.asarray((moved - x[:, None]) / size)
+
+    def _unit_costs(self) -> Array:
+        """Cost of a step with each component of the action alone at 1, shape (m, N)."""
+        costs = []
+        for unit in np.eye(self._n_actions):
+            self._core.set_state(self._state)
+            self._core.actions[...] = unit
+            self._core.step()
+            costs.append(self._core.results[0].copy())
+        return np.array(costs)
+
+
+def tracking_gains(linear: Linear, weight: float = 1.0) -> Array:
+    """Gains of the linear-quadratic regulator along a motion, shape (T, N, m, n).
+
+    Args:
+        linear: The motion's steps.
+        weight: Of the squares of the components, beside those of the actions.
+    """
+    A, B = linear.A, linear.B
+    n, m = B.shape[2:]
+    gains = np.empty((len(A), A.shape[1], m, n))
+    P: Any = np.broadcast_to(weight * np.eye(n), A.shape[1:])
+    for t in range(len(A) - 1, -1, -1):
+        right = B[t].swapaxes(1, 2) @ P
+        gains[t] = -np.linalg.solve(np.eye(m) + right @ B[t], right @ A[t])
+        P = weight * np.eye(n) + A[t].swapaxes(1, 2) @ P @ (A[t] + B[t] @ gains[t])
+    return gains

@@ -1,0 +1,186 @@
+"""Planner of the starts of the evaluation set: how each id is planned."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.catalogue import task_of
+from rigid_envs.planning import Model, Plans, improve, shorten
+from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.scores.evaluation import make_rows
+from rigid_envs.scores.plans import StoredPlans
+from rigid_envs.scores.policies import untrained_policies
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
+
+__all__ = ["RECIPES", "Recipe", "plan", "recipe_of"]
+
+Array = npt.NDArray[np.float64]
+_BLOCK = 100  # starts that are planned together: their data stay in the cache
+_LONGEST_GUESS = (3.0, 9.0)  # radii
+_SWING = 8.0  # of the heading of a guess [rad]
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How an id is planned.
+
+    Attributes:
+        controller: Reference controller whose actions are the first plan; empty for guesses.
+        n_rounds: Linearisations of a plan, or of one with a deadline.
+        hold: Control periods for which an action is held.
+        n_steps: Actions of a plan of a task that ends at success; None for the time limit.
+        n_guesses: Curves that a ball is first rolled along, beside the controller.
+        n_cuts: Deadlines of a plan whose cost is time; 0 where it is not.
+        waits: Control periods after which the controller begins, a first plan for each; a goal that
+            is unstable is better reached late.
+    """
+
+    controller: str = ""
+    n_rounds: int = 24
+    hold: int = 1
+    n_steps: int | None = None
+    n_guesses: int = 0
+    n_cuts: int = 0
+    waits: tuple[int, ...] = (0,)
+
+
+_ROLLED = Recipe(n_rounds=16, n_steps=48, n_guesses=16)
+RECIPES = {
+    "BallPark": _ROLLED,
+    "BallReorient": _ROLLED,
+    "BallParkRandom": _ROLLED,
+    "BallParkGoal": _ROLLED,
+    "CoinPark": Recipe("two_rolls", 64, n_steps=60),
+    "SleepingTop": Recipe("lqr", 24, hold=4),
+    "SleepingTopRandom": Recipe("lqr", 24, hold=4),
+    "TopRandom": Recipe("lqr", 24, hold=4),
+    "TopPrecession": Recipe("lqr", 24, hold=1),
+    "PivotTop": Recipe("lqr", 32, hold=4),
+    "AxisFlip": Recipe("timed", 32, hold=5),
+    "SpinCapture": Recipe("separatrix", 12, hold=5, waits=(300, 350, 400)),
+    "Reorient": Recipe("quaternion_pd", 10, hold=2, n_cuts=7),
+    "BallParkDynamic": Recipe("three_rolls", 10, n_steps=45, n_cuts=7),
+}
+"""How ids are planned, by the name in the id."""
+
+
+def plan(
+    env_id: str, n: int = N_STARTS, tell: Callable[[str], None] = lambda text: None
+) -> StoredPlans:
+    """Plan from the starts of the evaluation set.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of starts.
+        tell: Where to say how it goes.
+
+    Raises:
+        ValueError: There is no recipe for the id.
+    """
+    recipe = recipe_of(env_id)
+    if recipe is None:
+        raise ValueError(f"ID = {env_id}; expected one that has a recipe: {sorted(RECIPES)}")
+    firsts = [_starts(env_id, recipe, n, wait) for wait in recipe.waits]
+    state, parts = firsts[0][0], []
+    for k in range(0, n, _BLOCK):
+        rows = np.arange(k, min(k + _BLOCK, n))
+        tell(f"starts {k} to {rows[-1]}")
+        block = {key: part[rows] for key, part in state.items()}
+        found = [_plan_block(env_id, recipe, block, first[:, rows], k) for _, first in firsts]
+        parts.append(functools.reduce(better_of, found))
+    return StoredPlans(np.concatenate([part.actions for part in parts], axis=1), recipe.hold)
+
+
+def recipe_of(env_id: str) -> Recipe | None:
+    """How an id is planned; None where nobody has said."""
+    return RECIPES.get(env_id.rpartition("/")[2].rpartition("-")[0])
+
+
+def _plan_block(
+    env_id: str, recipe: Recipe, state: dict[str, Array], first: Array, seed: int
+) -> Plans:
+    task, timed = task_of(env_id), recipe.n_cuts > 0
+    if recipe.n_guesses:
+        return _best_of_guesses(task, recipe, state, seed)
+    model = Model(task, state, len(first), recipe.hold, timed)
+    if timed:
+        return shorten(model, first, recipe.n_cuts, recipe.n_rounds)
+    return improve(model, first, recipe.n_rounds)
+
+
+def _best_of_guesses(task: Any, recipe: Recipe, state: dict[str, Array], seed: int) -> Plans:
+    """The best of coarse plans from random guesses, refined."""
+    assert recipe.n_steps is not None
+    rng, n = np.random.default_rng([TEST_SEED, seed]), len(state["y"])
+    coarse = Model(task, state, recipe.n_steps // 2)
+    best = Plans(np.zeros((recipe.n_steps // 2, n, 2), np.float32), np.full(n, np.inf))
+    for _ in range(recipe.n_guesses):
+        guess = _guess(rng, recipe.n_steps // 2, n, task)
+        best = better_of(best, improve(coarse, guess, recipe.n_rounds))
+    fine = Model(task, state, recipe.n_steps)
+    return improve(fine, best.actions.repeat(2, axis=0) / 2.0, recipe.n_rounds)
+
+
+def better_of(one: Plans, other: Plans) -> Plans:
+    """From each start the plan that costs less."""
+    first = one.costs <= other.costs
+    actions = np.where(first[:, None], one.actions, other.actions)
+    return Plans(actions, np.where(first, one.costs, other.costs))
+
+
+def _guess(rng: np.random.Generator, n_steps: int, n: int, task: Any) -> Array:
+    """Paths of random length whose heading is a random parabola, as actions (T, n, 2)."""
+    s = np.linspace(0.0, 1.0, n_steps)[:, None]
+    start, turn, bend = rng.uniform(-1.0, 1.0, (3, n))
+    heading = np.pi * start + _SWING * (turn * s + bend * (s * s - s))
+    length = rng.uniform(*_LONGEST_GUESS, n) / (n_steps * task.roll_per_step)
+    return np.asarray(np.stack([np.cos(heading), np.sin(heading)], axis=-1) * length[:, None])
+
+
+def _starts(env_id: str, recipe: Recipe, n: int, wait: int) -> tuple[dict[str, Array], Array]:
+    """States of the starts, and the first plans: a reference controller whose actions are held."""
+    envs = make_rows(env_id, n)
+    seen, _ = envs.reset(seed=row_seeds(TEST_SEED, n, "test"))
+    state = envs.get_state()
+    if not recipe.controller:
+        return state, np.zeros((1, n, 1))
+    act = untrained_policies(env_id)[recipe.controller](envs)
+    actions, running = [], np.ones(n, dtype=bool)
+    for k in range(ENVIRONMENTS[env_id].max_episode_steps // recipe.hold):
+        acting = running & (k * recipe.hold >= wait)
+        action = np.where(acting[:, None], act(seen), 0.0)
+        actions.append(action)
+        for _ in range(recipe.hold):
+            seen, _, terminated, truncated, _ = envs.step(action.astype(np.float32))
+            running &= ~(terminated | truncated)
+        if not running.any():
+            break
+    envs.close()
+    found = np.array(actions)
+    if recipe.n_steps is None:
+        return state, found
+    return state, spread(found, recipe.n_steps, slowed=recipe.n_cuts == 0)
+
+
+def spread(actions: Array, n_steps: int, slowed: bool) -> Array:
+    """Plans of so many steps: each step of a row split into as many equal ones as there is room.
+
+    Args:
+        actions: Shape (T, n, m), zero after a row has arrived.
+        n_steps: Steps of the result.
+        slowed: Whether steps are split; else there are zeros after them.
+    """
+    out = np.zeros((n_steps, *actions.shape[1:]))
+    moving = np.abs(actions).max(axis=-1) > 0.0
+    lengths = np.maximum(len(actions) - moving[::-1].argmax(axis=0), 1)
+    for row, length in enumerate(lengths):
+        parts = max(1, n_steps // length) if slowed else 1
+        whole = np.repeat(actions[:length, row] / parts, parts, axis=0)[:n_steps]
+        out[: len(whole), row] = whole
+    return out

@@ -1,0 +1,80 @@
+"""Plans as data, one file for each id: what shows that a best known cost can be had.
+
+`rigid-envs best --plan` writes them, `rigid-envs best` and `rigid-envs verify --scores` play them.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.files import DamagedFileError, read_bytes, write_atomic
+from rigid_envs.scores.policies import PolicyFactory, recorded
+
+__all__ = ["FOLDER", "PLANNER", "StoredPlans", "file_of_plans", "read_plans", "write_plans"]
+
+PLANNER = "planner"
+"""Name of the planner among those who found best known costs."""
+
+FOLDER = Path(__file__).with_name("plans")
+"""The data."""
+
+_LIMIT = 2**22  # bytes
+
+
+class StoredPlans(NamedTuple):
+    """Plans from the starts of the evaluation set.
+
+    Attributes:
+        actions: Shape (T, n, m), float32.
+        hold: Number of control periods for which each is held.
+    """
+
+    actions: npt.NDArray[np.float32]
+    hold: int
+
+    def policy(self, n: int) -> PolicyFactory:
+        """The policy that plays those of the first n starts, and rests after them."""
+        actions = self.actions[:, :n].repeat(self.hold, axis=0)
+        return recorded(np.concatenate([actions, np.zeros_like(actions[:1])]), PLANNER)
+
+
+def file_of_plans(env_id: str, folder: Path = FOLDER) -> Path:
+    """File of an id: that of `RigidEnvs/BallPark-v0` is `BallPark-v0.npz`."""
+    return folder / f"{env_id.rpartition('/')[2]}.npz"
+
+
+def write_plans(file: Path, plans: StoredPlans) -> None:
+    """Write a file, atomically.
+
+    Args:
+        file: Its path.
+        plans: The data.
+    """
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, actions=plans.actions, hold=np.array(plans.hold))
+    write_atomic(file, buffer.getvalue())
+
+
+def read_plans(file: Path) -> StoredPlans:
+    """Read a file.
+
+    Args:
+        file: Its path.
+
+    Raises:
+        DamagedFileError: It holds something else.
+    """
+    try:
+        with np.load(io.BytesIO(read_bytes(file, _LIMIT)), allow_pickle=False) as data:
+            plans = StoredPlans(data["actions"], int(data["hold"]))
+        if plans.actions.dtype != np.float32 or plans.actions.ndim != 3 or plans.hold < 1:
+            raise ValueError("expected float32 actions of shape (T, n, m), and hold from 1")
+        return plans
+    except (KeyError, EOFError, ValueError, zipfile.BadZipFile) as error:
+        raise DamagedFileError(f"{file}: {error}; write it anew: rigid-envs best --plan") from error

@@ -1,0 +1,89 @@
+"""Rollouts and their linearisation, against the environment itself."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from rigid_envs.catalogue import task_of
+from rigid_envs.planning import Model
+from rigid_envs.scores.evaluation import make_rows
+from rigid_envs.scores.planner import RECIPES
+from rigid_envs.scores.policies import untrained_policies
+from rigid_envs.scores.starts import row_seeds
+
+IDS = [f"RigidEnvs/{name}-v0" for name in RECIPES]
+SEED = 7
+
+
+def model_of(env_id, n, n_steps, hold=1):
+    envs = make_rows(env_id, n)
+    envs.reset(seed=row_seeds(SEED, n, "test"))
+    return Model(task_of(env_id), envs.get_state(), n_steps, hold)
+
+
+def some_actions(model, n_steps, scale=0.5):
+    rng = np.random.default_rng(0)
+    return scale * rng.uniform(-1.0, 1.0, (n_steps, model.n_rows, len(model.limits.counted)))
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_a_rollout_is_that_of_the_environment(env_id):
+    n, n_steps, hold = 3, 6, 2
+    model = model_of(env_id, n, n_steps, hold)
+    motion = model.roll(some_actions(model, n_steps))
+    for row, seed in enumerate(row_seeds(SEED, n, "test")):
+        env = gym.make(env_id)
+        env.reset(seed=seed)
+        cost = 0.0
+        for action in motion.actions[:, row]:
+            for _ in range(hold):
+                cost += env.step(action)[4]["cost"]
+        assert cost == motion.costs[row]
+        np.testing.assert_array_equal(env.unwrapped.get_state()["y"].ravel(), motion.y[-1, row])
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_the_errors_say_what_success_is(env_id):
+    record = gym.spec(env_id)
+    n, T = 64, record.max_episode_steps
+    envs = make_rows(env_id, n)
+    seen, _ = envs.reset(seed=row_seeds(SEED, n, "test"))
+    model = Model(task_of(env_id), envs.get_state(), T)
+    name = next(iter(untrained_policies(env_id)))
+    name = {"shortest_path": "three_rolls"}.get(name, name)
+    act, actions = untrained_policies(env_id)[name](envs), []
+    for _ in range(T):
+        actions.append(act(seen))
+        seen = envs.step(actions[-1])[0]
+    motion = model.roll(np.array(actions, dtype=np.float64))
+    sizes = np.stack(
+        [np.linalg.norm(motion.errors[..., group], axis=-1) for group in model.groups]
+    ).max(axis=0)
+    if (model.first == T).all():  # success is one step
+        met = (sizes <= 1.0).any(axis=0)
+    else:
+        met = np.array(
+            [(sizes[first - 1 :, k] <= 1.0).all() for k, first in enumerate(model.first)]
+        )
+    assert met.any() and (met == motion.successes).mean() > 0.95
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_the_linearisation_is_that_of_small_changes(env_id):
+    n_steps, h = 5, 1e-3
+    model = model_of(env_id, 4, n_steps)
+    model.first = np.ones(4, dtype=np.int64)
+    actions = some_actions(model, n_steps).astype(np.float32).astype(np.float64)
+    motion = model.roll(actions)
+    linear = model.linearise(motion)
+    change = h * some_actions(model, n_steps, 1.0)
+    ahead, behind = (model.roll(actions + s * change) for s in (1.0, -1.0))
+    applied = 0.5 * (ahead.actions.astype(np.float64) - behind.actions)
+    x = np.zeros(linear.A.shape[1:3])
+    for t in range(n_steps):
+        e = (linear.Ey[t] @ x[..., None] + linear.Ea[t] @ applied[t][..., None])[..., 0]
+        x = (linear.A[t] @ x[..., None] + linear.B[t] @ applied[t][..., None])[..., 0]
+        seen = 0.5 * (model.coordinates(ahead.y[t + 1]) - model.coordinates(behind.y[t + 1]))
+        np.testing.assert_allclose(x, seen, atol=2e-5 * max(1.0, np.abs(seen).max() / h))
+        shown = 0.5 * (ahead.errors[t] - behind.errors[t])
+        np.testing.assert_allclose(e, shown, atol=1e-2 * np.abs(shown).max() + 1e-6)

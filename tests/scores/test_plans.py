@@ -1,0 +1,68 @@
+"""Stored plans: what they are said to cost, they cost in the environment."""
+
+import numpy as np
+import pytest
+
+from rigid_envs.cli import main
+from rigid_envs.files import DamagedFileError
+from rigid_envs.scores import best_known, evaluate
+from rigid_envs.scores.best import file_of
+from rigid_envs.scores.finding import replayed
+from rigid_envs.scores.planner import RECIPES, recipe_of
+from rigid_envs.scores.plans import FOLDER, PLANNER, StoredPlans, file_of_plans, read_plans
+from rigid_envs.scores.plans import write_plans as write
+
+PLANNED = sorted(f"RigidEnvs/{file.stem}" for file in FOLDER.glob("*.npz"))
+
+
+def test_there_are_plans_of_no_other_ids_than_have_a_recipe():
+    assert PLANNED and all(recipe_of(env_id) is not None for env_id in PLANNED)
+    assert sum(file.stat().st_size for file in FOLDER.iterdir()) < 2**22
+
+
+@pytest.mark.parametrize("env_id", PLANNED)
+def test_plans_cost_what_the_data_say(env_id):
+    known, (found,) = best_known(env_id), replayed(env_id)
+    own = np.array([name == PLANNER for name in known.finders])
+    assert own.mean() > 0.5 and found.successes[own].all()
+    np.testing.assert_allclose(found.costs[own], known.costs[own], rtol=1e-9, atol=1e-12)
+    better = found.successes & (found.costs < known.costs * (1.0 - 1e-9))
+    assert not better.any()
+
+
+def test_nobody_is_better_than_theory_allows():
+    for env_id in PLANNED:
+        found = evaluate(env_id, read_plans(file_of_plans(env_id)).policy(20), n=20)
+        if found.bounds is not None:
+            assert (found.bounds <= found.costs + 1e-9)[found.successes].all()
+
+
+def test_plans_are_read_as_they_were_written_and_damaged_ones_are_refused(tmp_path):
+    file, actions = tmp_path / "plans.npz", np.ones((3, 2, 1), dtype=np.float32)
+    write(file, StoredPlans(actions, 4))
+    again = read_plans(file)
+    np.testing.assert_array_equal(again.actions, actions)
+    assert again.hold == 4
+    file.write_bytes(file.read_bytes()[:50])
+    with pytest.raises(DamagedFileError, match="--plan"):
+        read_plans(file)
+
+
+def test_the_command_plans_and_says_who_found_it(tmp_path, capsys):
+    env_id = "RigidEnvs/CoinPark-v0"
+    assert main(["best", env_id, "--plan", "--starts", "3", "--out", str(tmp_path)]) == 0
+    assert PLANNER in capsys.readouterr().out
+    known = read_best_of(env_id, tmp_path)
+    assert known[:3] == list(replayed(env_id, 3, tmp_path)[0].costs)
+
+
+def read_best_of(env_id, folder):
+    import json
+
+    return json.loads(file_of(env_id, folder).read_text())["costs"]
+
+
+def test_every_recipe_names_an_id():
+    from rigid_envs import ENVIRONMENTS
+
+    assert {f"RigidEnvs/{name}-v0" for name in RECIPES} <= set(ENVIRONMENTS)
