@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 _N_NEWTON = 60
 _DAMPING = 1e-3  # first part of the diagonal of a Hessian that is added to it
 _LEAST, _MOST = 1e-18, 1e12  # of that part
-_WITHIN = 1.0 - 1e-6  # plans end so far within the tolerances: actions are float32
+_WITHIN = 1.0 - 1e-5  # plans end so far within the tolerances: actions and goals are float32
 _EQUAL = 1e-11  # relative difference of values that may be rounding
 _SOLVED = 1e-6  # duality gap that counts as solved, a part of the value
 
