@@ -60,8 +60,9 @@ def add_best(verbs: Any) -> None:
     finding = verbs.add_parser(
         "best",
         help="compute the best known cost from each start, and keep it as data",
-        description="Play the untrained policies, and recorded episodes, from the starts of the "
-        "evaluation set, and keep the least cost of a success from each start with its finder.",
+        description="Play the untrained policies, the stored plans, the published policy and "
+        "recorded episodes from the starts of the evaluation set, and keep the least cost of a "
+        "success from each start with its finder.",
         allow_abbrev=False,
     )
     finding.add_argument("ids", nargs="*", metavar="ID", help="these environments only")
@@ -134,7 +135,7 @@ def _best(options: argparse.Namespace, rest: list[str]) -> None:
     refuse(rest)
     from rigid_envs.scores import N_STARTS, find
     from rigid_envs.scores.best import FOLDER, file_of, read_best, write_best
-    from rigid_envs.scores.finding import played, replayed
+    from rigid_envs.scores.finding import played, replayed, trained
     from rigid_envs.scores.planner import plan, recipe_of
     from rigid_envs.scores.plans import FOLDER as folder_of_plans
     from rigid_envs.scores.plans import file_of_plans, write_plans
@@ -158,7 +159,7 @@ def _best(options: argparse.Namespace, rest: list[str]) -> None:
         plans = folder_of_plans if options.out is None else folder
         if options.plan and recipe_of(env_id) is not None:
             write_plans(file_of_plans(env_id, plans), plan(env_id, n))
-        others += replayed(env_id, n, plans)
+        others += [*replayed(env_id, n, plans), *trained(env_id, n)]
         found = find(env_id, known, others, untrained, n)
         write_best(file, found)
         for name, each in untrained.items() if options.rows else ():
@@ -194,7 +195,7 @@ def verify_scores(ids: Sequence[str]) -> bool:
         Whether all agree.
     """
     from rigid_envs.scores import best_known
-    from rigid_envs.scores.finding import played, replayed
+    from rigid_envs.scores.finding import played, replayed, trained
 
     print(heading(provenance()), end="\n\n")
     rows, holds = [], True
@@ -211,7 +212,7 @@ def verify_scores(ids: Sequence[str]) -> bool:
             holds &= off <= _TOLERANCE
             figures = f"{now['success_rate']:.3f}", f"{now['efficiency']:.4f}", f"{off:.1e}"
             rows.append((env_id, name, *figures, "holds" if off <= _TOLERANCE else "FAILS"))
-        for found in replayed(env_id):
+        for found in (*replayed(env_id), *trained(env_id)):
             own = np.array([name == found.policy for name in known.finders])
             off = float(np.max(np.abs(found.costs / known.costs - 1.0)[own], initial=0.0))
             met = bool(found.successes[own].all()) and off <= _ROUNDING

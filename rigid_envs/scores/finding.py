@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rigid_envs.policies import load, published
 from rigid_envs.provenance import provenance
 from rigid_envs.scores.best import Best, nobody
 from rigid_envs.scores.controllers import reference_controllers
@@ -18,7 +19,7 @@ from rigid_envs.scores.policies import PolicyFactory, untrained_policies
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import N_STARTS
 
-__all__ = ["BASELINES", "find", "played", "replayed"]
+__all__ = ["BASELINES", "find", "played", "replayed", "trained"]
 
 BASELINES = ("zero", "random")
 """Policies that stand beside the reference controllers; from a lucky start they are the best."""
@@ -77,3 +78,14 @@ def replayed(env_id: str, n: int = N_STARTS, folder: Path = FOLDER) -> list[Eval
     """
     file = file_of_plans(env_id, folder)
     return [evaluate(env_id, read_plans(file).policy(n), n=n)] if file.exists() else []
+
+
+def trained(env_id: str, n: int = N_STARTS) -> list[Evaluation]:
+    """Evaluation of the published policy of an id; nothing where there is none.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of starts.
+    """
+    own = env_id.rpartition("/")[2] in published()
+    return [evaluate(env_id, load(env_id), n=n)] if own else []

@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
+from rigid_envs import ENVIRONMENTS, load
 from rigid_envs.cli import main
 from rigid_envs.cli.scoring import verify_scores
 from rigid_envs.files import DamagedFileError
 from rigid_envs.replays import record_starts
 from rigid_envs.scores import best_known, evaluate, find, from_controller, reference_controllers
 from rigid_envs.scores.best import FOLDER, FORMAT, file_of, nobody, read_best, write_best
+from rigid_envs.scores.finding import trained
 
 DETUMBLE = "RigidEnvs/Detumble-v0"
 GRID = "RigidEnvs/BallGrid-v0"
@@ -38,7 +39,12 @@ def test_the_data_are_of_every_id_and_say_where_they_come_from():
 
 def test_the_data_can_be_computed_again(capsys):
     assert verify_scores([DETUMBLE])
-    assert capsys.readouterr().out.count("holds") == 4
+    assert capsys.readouterr().out.count("holds") == 5
+
+
+def test_published_policies_are_among_those_who_search():
+    (found,) = trained(GRID, 20)
+    assert found.n == 20 and found.policy == load(GRID).name and found.successes.all()
 
 
 def test_data_that_have_been_changed_are_found(monkeypatch, capsys):
