@@ -214,7 +214,7 @@ def verify_scores(ids: Sequence[str]) -> bool:
             rows.append((env_id, name, *figures, "holds" if off <= _TOLERANCE else "FAILS"))
         for found in (*replayed(env_id), *trained(env_id)):
             own = np.array([name == found.policy for name in known.finders])
-            off = float(np.max(np.abs(found.costs / known.costs - 1.0)[own], initial=0.0))
+            off = float(np.max(np.abs(found.costs[own] / known.costs[own] - 1.0), initial=0.0))
             met = bool(found.successes[own].all()) and off <= _ROUNDING
             holds &= met
             figures = f"{found.success.mean:.3f}", f"{own.mean():.4f}", f"{off:.1e}"
