@@ -68,7 +68,7 @@ RECIPES = {
     "AxisFlip": Recipe("timed", 32, hold=5),
     "SpinCapture": Recipe("separatrix", 12, hold=5, waits=(300, 350, 400)),
     "Reorient": Recipe("quaternion_pd", 10, hold=2, n_cuts=7),
-    "BallParkDynamic": Recipe("three_rolls", 10, n_steps=45, n_cuts=7),
+    "BallParkDynamic": Recipe("three_rolls", 16, n_steps=60, n_cuts=8),
 }
 """How ids are planned, by the name in the id."""
 
