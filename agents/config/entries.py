@@ -60,6 +60,12 @@ class Config(Settings, abc.ABC):
             (Number(low=0, high=1e6), List("", Number(low=0, high=1e6), 2, 2)),
         ),
     )
+    success_bonus: float = setting(
+        0.0,
+        Number(
+            "added to the reward of a step that counts as success, in training", low=0, high=1e6
+        ),
+    )
     algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "dqn")))
     seed: int = setting(
         0,

@@ -23,7 +23,7 @@ from stable_baselines3.common.vec_env.base_vec_env import (
 )
 
 from .finite import NonFiniteError, all_finite, bad_row
-from .infos import costs_of, rows_of, split
+from .infos import entry_of, rows_of, split
 
 __all__ = ["EpisodeEnds", "GymnasiumVecEnv"]
 
@@ -59,6 +59,7 @@ class GymnasiumVecEnv(VecEnv):
         venv: Gymnasium environment inside.
         vector_infos: The infos of the last reset or step, as Gymnasium gives them.
         price: What is taken from the reward for a unit of `info["cost"]`.
+        bonus: What is added to it where `info["is_success"]`.
     """
 
     def __init__(self, venv: VectorEnv[Any, Any, Any]) -> None:
@@ -78,7 +79,7 @@ class GymnasiumVecEnv(VecEnv):
             )
         self.venv = venv
         self.vector_infos: dict[str, Any] = {}
-        self.price = 0.0
+        self.price, self.bonus = 0.0, 0.0
         super().__init__(venv.num_envs, venv.single_observation_space, venv.single_action_space)
         self._actions: NDArray[Any] | None = None
         self._returns = np.zeros(self.num_envs)
@@ -145,7 +146,9 @@ class GymnasiumVecEnv(VecEnv):
         self._steps += 1
         dones = terminated | truncated
         if self.price:
-            rewards = rewards - self.price * costs_of(infos, dones)
+            rewards = rewards - self.price * entry_of(infos, "cost", dones)
+        if self.bonus:
+            rewards = rewards + self.bonus * entry_of(infos, "is_success", dones)
         self._returns += rewards
         self._lengths += 1
         if not (all_finite(self._returns) and all_finite(obs)):

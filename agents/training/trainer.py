@@ -146,6 +146,7 @@ class Trainer:
         sweep(run.folder)
         self._run, self._config, self._progress = run, config, progress
         self._adapter = GymnasiumVecEnv(make(config.env_id, config.training_kwargs, config.n_envs))
+        self._adapter.bonus = config.success_bonus
         self.model = build_model(config, _wrapped(self._adapter, config))
         self._adapter.seed(row_seeds(config.seed, config.n_envs, "train"))
         self._validation = Validation(config)
@@ -263,8 +264,9 @@ def _checked(config: Config) -> VectorEnv[Any, Any, Any]:
     tested = make(config.env_id, config.env_kwargs, 1)
     trained = make(config.env_id, config.training_kwargs, 1, "train_kwargs")
     check_fit(config, trained)
-    if config.cost_price and "cost" not in trained.reset()[1]:
-        raise refusal("cost_price", config.cost_price, f"0: {config.env_id} reports no cost")
+    for key, entry in (("cost_price", "cost"), ("success_bonus", "is_success")):
+        if (value := getattr(config, key)) and entry not in trained.reset()[1]:
+            raise refusal(key, value, f"0: {config.env_id} reports no {entry}")
     spaces = [
         (venv.single_observation_space, venv.single_action_space) for venv in (tested, trained)
     ]

@@ -11,7 +11,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from ...config.by_algorithm import DQNConfig
 from .common import Network, Parts, layers, policy_arguments
-from .off_policy import check_buffer_size, check_price, check_space, iterate, off_policy_arguments
+from .off_policy import check_buffer_size, check_pay, check_space, iterate, off_policy_arguments
 
 __all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "network", "parts"]
 
@@ -37,7 +37,7 @@ def check(config: DQNConfig, venv: VectorEnv[Any, Any, Any]) -> None:
     """
     check_space(config, venv, spaces.Discrete)
     check_buffer_size(config, venv)
-    check_price(config, venv)
+    check_pay(config, venv)
 
 
 def build(config: DQNConfig, env: VecEnv) -> DQN:

@@ -18,7 +18,7 @@ from ...config.by_algorithm import OffPolicyConfig
 from ...environments.factory import part_for
 from .common import arguments
 
-__all__ = ["check_buffer_size", "check_price", "check_space", "iterate", "off_policy_arguments"]
+__all__ = ["check_buffer_size", "check_pay", "check_space", "iterate", "off_policy_arguments"]
 
 
 def check_space(
@@ -44,18 +44,20 @@ def check_space(
         )
 
 
-def check_price(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -> None:
-    """Refuse a price on cost with hindsight: the reward of another goal is computed without it.
+def check_pay(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -> None:
+    """Refuse price and bonus with hindsight: the reward of another goal is computed without them.
 
     Args:
         config: Config of the run.
         venv: Environment to train on.
 
     Raises:
-        ConfigError: "config.cost_price: ...".
+        ConfigError: "config.cost_price: ..." or "config.success_bonus: ...".
     """
-    if config.cost_price and _looks_back(config, venv.single_observation_space):
-        raise refusal("cost_price", config.cost_price, "0, or n_sampled_goal: 0")
+    if _looks_back(config, venv.single_observation_space):
+        for key in ("cost_price", "success_bonus"):
+            if value := getattr(config, key):
+                raise refusal(key, value, "0, or n_sampled_goal: 0")
 
 
 def check_buffer_size(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -> None:

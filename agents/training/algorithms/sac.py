@@ -12,7 +12,7 @@ from torch import nn
 
 from ...config.by_algorithm import SACConfig
 from .common import Network, Parts, layers, policy_arguments
-from .off_policy import check_buffer_size, check_price, check_space, iterate, off_policy_arguments
+from .off_policy import check_buffer_size, check_pay, check_space, iterate, off_policy_arguments
 
 __all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "network", "parts"]
 
@@ -40,7 +40,7 @@ def check(config: SACConfig, venv: VectorEnv[Any, Any, Any]) -> None:
     """
     check_space(config, venv, spaces.Box)
     check_buffer_size(config, venv)
-    check_price(config, venv)
+    check_pay(config, venv)
 
 
 def build(config: SACConfig, env: VecEnv) -> SAC:

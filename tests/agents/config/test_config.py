@@ -22,6 +22,7 @@ BAD: dict[str, list[Any]] = {
     "env_id": ["", " ", 3, None, True, ["x"]],
     "env_kwargs": [3, "x", None, [1], {1: 2}, {"x": math.nan}, {"x": {1, 2}}],
     "train_kwargs": [3, "x", None, [1], {1: 2}, {"x": math.nan}, {"x": {1, 2}}],
+    "success_bonus": [-1, math.nan, "x", True, None, [1]],
     "cost_price": [-1, math.nan, "x", True, None, [1], [1, -1], [1, 1, 1]],
     "algo": ["", "pop", 3, None, True],
     "seed": [-1, 0.5, math.nan, math.inf, "1", True, None, [1], 2**63],

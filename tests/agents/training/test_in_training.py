@@ -90,6 +90,23 @@ def test_the_price_of_cost_is_taken_from_every_reward_of_training() -> None:
     assert np.any(lengths)
 
 
+def test_the_bonus_is_paid_in_the_steps_that_succeed() -> None:
+    rows = [GymnasiumVecEnv(make("RigidEnvs/BallGrid-v0", {}, 200)) for _ in range(2)]
+    rng, n_paid = np.random.default_rng(0), 0
+    for env, bonus in zip(rows, (0.0, 3.0), strict=True):
+        env.seed(0)
+        env.reset()
+        env.bonus = bonus
+    for _ in range(60):
+        rows[0].step_async(actions := rng.integers(0, 4, 200))
+        rows[1].step_async(actions)
+        (_, plain, _, infos), (_, more, *_) = (env.step_wait() for env in rows)
+        won = np.array([info.get("is_success", False) for info in infos])  # success ends it
+        np.testing.assert_allclose(more - plain, 3.0 * won, atol=1e-12)
+        n_paid += won.sum()
+    assert n_paid
+
+
 def test_a_price_changes_what_is_learnt_and_goes_along_a_line(tmp_path: Path) -> None:
     plain, priced = (
         load_policy(trained(tmp_path, str(price), cost_price=price) / "last_model")
@@ -100,10 +117,11 @@ def test_a_price_changes_what_is_learnt_and_goes_along_a_line(tmp_path: Path) ->
     assert [config.price_at(age) for age in (0, 500, 1000, 1100)] == [1.0, 2.0, 3.0, 3.0]
 
 
-def test_a_price_is_refused_where_goals_are_seen_in_hindsight(tmp_path: Path) -> None:
+@pytest.mark.parametrize("key", ["cost_price", "success_bonus"])
+def test_pay_is_refused_where_goals_are_seen_in_hindsight(tmp_path: Path, key: str) -> None:
     values = {"env_id": "RigidEnvs/BallParkGoal-v0", "algo": "sac", "log_dir": str(tmp_path)}
-    with pytest.raises(ConfigError, match=r"config\.cost_price.*n_sampled_goal"):
-        train(config_from({**values, "cost_price": 1.0}), quiet=True)
+    with pytest.raises(ConfigError, match=rf"config\.{key}.*n_sampled_goal"):
+        train(config_from({**values, key: 1.0}), quiet=True)
 
 
 class Free(Drift):

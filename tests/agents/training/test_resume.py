@@ -38,6 +38,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
             "frame": "reduced",
         },
         "train_kwargs": {"dt": 0.2, "weight_parked": 5.0},
+        "success_bonus": 2.0,
         "cost_price": [0.0, 2.0],
         "action_std": [0.6, 0.1],
     },
