@@ -27,7 +27,8 @@ class Validation:
 
     Attributes:
         timesteps: Age of the run at each evaluation.
-        best: Success rate and mean return of the best policy; None before the first evaluation.
+        best: Success rate of the best policy, and its mean return less the price of its cost at the
+            end of the run; None before the first evaluation.
     """
 
     def __init__(self, config: Config) -> None:
@@ -39,6 +40,7 @@ class Validation:
         self._venv = make(config.env_id, config.env_kwargs, config.eval_episodes)
         self._seeds = row_seeds(VALIDATION_SEED, config.eval_episodes, "validation")
         self._every = config.eval_every
+        self._price = config.price_at(config.total_timesteps)
         self._columns: dict[str, list[NDArray[Any]]] = {
             "results": [],
             "ep_lengths": [],
@@ -73,7 +75,7 @@ class Validation:
         rows = (episodes.returns, episodes.lengths, episodes.successes, episodes.costs)
         for column, row in zip(self._columns.values(), rows, strict=True):
             column.append(row)
-        score = (float(episodes.successes.mean()), float(episodes.returns.mean()))
+        score = self._score(episodes.successes, episodes.returns, episodes.costs)
         better = self.best is None or score > self.best
         self.best = score if better else self.best
         return episodes, better
@@ -89,9 +91,8 @@ class Validation:
         self.timesteps = arrays["timesteps"].tolist()
         for key in self._columns:
             self._columns[key] = list(arrays[key])
-        scores = zip(arrays["successes"], arrays["results"], strict=True)
-        means = [(float(won.mean()), float(returns.mean())) for won, returns in scores]
-        self.best = max(means, default=None)
+        rows = zip(arrays["successes"], arrays["results"], arrays["costs"], strict=True)
+        self.best = max((self._score(*row) for row in rows), default=None)
 
     def save(self, path: Path) -> None:
         """Write `evaluations.npz`, atomically.
@@ -102,6 +103,11 @@ class Validation:
         buffer = io.BytesIO()
         np.savez(buffer, **self.arrays())  # type: ignore[arg-type]
         write_atomic(path, buffer.getvalue())
+
+    def _score(
+        self, won: NDArray[Any], returns: NDArray[Any], costs: NDArray[Any]
+    ) -> tuple[float, float]:
+        return float(won.mean()), float(returns.mean() - self._price * costs.mean())
 
     def close(self) -> None:
         """Close the environment."""

@@ -12,6 +12,7 @@ from agents.environments.adapter import GymnasiumVecEnv
 from agents.environments.factory import make
 from agents.policies.policy_file import load_policy
 from agents.training.trainer import train
+from agents.training.validation import Validation
 from rigid_envs.errors import ConfigError
 from tests.agents.drift import Drift
 
@@ -115,6 +116,15 @@ def test_a_price_changes_what_is_learnt_and_goes_along_a_line(tmp_path: Path) ->
     assert (plain.arrays["layers.0.weight"] != priced.arrays["layers.0.weight"]).any()
     config = config_from({**SHORT, "total_timesteps": 1000, "cost_price": [1.0, 3.0]})
     assert [config.price_at(age) for age in (0, 500, 1000, 1100)] == [1.0, 2.0, 3.0, 3.0]
+
+
+def test_the_best_policy_is_chosen_by_the_price_at_the_end() -> None:
+    validation = Validation(config_from({**SHORT, "eval_episodes": 1, "cost_price": [0.0, 2.0]}))
+    found = {"timesteps": [64, 128], "results": [5.0, 6.0], "costs": [0.0, 1.0]}
+    found |= {"successes": [1.0, 1.0], "ep_lengths": [300, 300]}
+    validation.restore({key: np.reshape(each, (2, -1)) for key, each in found.items()})
+    validation.close()
+    assert validation.best == (1.0, 5.0)
 
 
 @pytest.mark.parametrize("key", ["cost_price", "success_bonus"])
