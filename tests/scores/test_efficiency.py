@@ -84,13 +84,14 @@ def test_nothing_that_fails_is_efficient(env_id: str) -> None:
 
 
 @each_id
-def test_the_reference_controllers_are_as_efficient_as_the_data_say(env_id: str) -> None:
+def test_no_reference_controller_is_better_than_the_data_say(env_id: str) -> None:
     known = best_known(env_id)
     name = next(iter(reference_controllers(env_id)))
     found = evaluate(env_id, name, n=4)  # a shortest path takes half a second
     own = np.array([finder == name for finder in known.finders[:4]])
-    assert found.successes.all() and own.any()
+    assert found.successes.all()
     # LAPACK rounds differently on other machines
+    assert (found.costs >= known.costs[:4] * (1.0 - 1e-3)).all()
     np.testing.assert_allclose(found.efficiencies[own], 1.0, rtol=1e-3)
     assert known.policies[name]["success_rate"] == 1.0
 
