@@ -12,7 +12,15 @@ from typing import Any, ClassVar
 
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.tasks import AxisFlip, BallPark, TopPrecession, axis_flip, ball_park, top_precession
+from rigid_envs.tasks import (
+    AxisFlip,
+    BallPark,
+    Task,
+    TopPrecession,
+    axis_flip,
+    ball_park,
+    top_precession,
+)
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced import axis_flip as flip
 from rigid_envs.tasks.reduced import ball_pose
@@ -67,15 +75,22 @@ def top_coordinates(y: Any, aux: Any, p: Any, c: Any) -> Row:
     return seen[0], seen[1], seen[2], seen[4], seen[5]
 
 
-@dataclass(frozen=True)
-class BallParkFeatures(BallPark):
-    """`BallPark` with the features of its reduction beside the world's, and the world's actions."""
-
-    episode: ClassVar = replace(BallPark.episode, observe=ball_features)
+class WithFeatures(Task):
+    """A task that shows the features of its reduction beside those of the world."""
 
     def features(self) -> tuple[Entry, ...]:
         """The world's and the reduction's."""
-        return (*super().features(), *ball_pose.BALL_POSE.features)
+        assert self.reduction is not None
+        # abstract in `Task`; the task that this is mixed with has it
+        features = super().features()  # type: ignore[safe-super]
+        return (*features, *self.reduction.features)
+
+
+@dataclass(frozen=True)
+class BallParkFeatures(WithFeatures, BallPark):
+    """`BallPark` with the features of its reduction beside the world's, and the world's actions."""
+
+    episode: ClassVar = replace(BallPark.episode, observe=ball_features)
 
 
 @dataclass(frozen=True)
@@ -88,14 +103,10 @@ class BallParkFrame(BallPark):
 
 
 @dataclass(frozen=True)
-class AxisFlipFeatures(AxisFlip):
+class AxisFlipFeatures(WithFeatures, AxisFlip):
     """`AxisFlip` with the features of its reduction beside the world's, and the world's actions."""
 
     episode: ClassVar = replace(AxisFlip.episode, observe=flip_features)
-
-    def features(self) -> tuple[Entry, ...]:
-        """The world's and the reduction's."""
-        return (*super().features(), *flip.FLIP.features)
 
 
 @dataclass(frozen=True)
@@ -108,14 +119,10 @@ class AxisFlipFrame(AxisFlip):
 
 
 @dataclass(frozen=True)
-class TopPrecessionFeatures(TopPrecession):
+class TopPrecessionFeatures(WithFeatures, TopPrecession):
     """`TopPrecession` with the features of its reduction beside the world's, and its actions."""
 
     episode: ClassVar = replace(TopPrecession.episode, observe=top_features)
-
-    def features(self) -> tuple[Entry, ...]:
-        """The world's and the reduction's."""
-        return (*super().features(), *precession.TOP_PRECESSION.features)
 
 
 _TOP = precession.TOP_PRECESSION.features

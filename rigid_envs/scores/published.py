@@ -86,11 +86,11 @@ def recheck(name: str, seed: int | None = None, folder: Path = FOLDER) -> Rechec
     """
     file, record = file_of(name, folder), published_record(name, folder)
     policy, n = load(file), len(record.costs)
+    starts = TEST_SEED if seed is None else seed
+    found = evaluate(record.env_id, policy, n=n, config=record.settings, seed=starts)
     if seed is None:
-        found = evaluate(record.env_id, policy, n=n, config=record.settings)
         wrong = record.differences(found)
     else:
-        found = evaluate(record.env_id, policy, n=n, config=record.settings, seed=seed)
         low, high = wilson_interval(int(record.successes.sum()), n)
         rate = found.success.mean
         wrong = (

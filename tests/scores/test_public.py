@@ -1,5 +1,7 @@
 """`rigid_envs.evaluate`: any policy, any form of the environment, the same figures."""
 
+from pathlib import Path
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -182,3 +184,9 @@ def test_models_of_stable_baselines3_are_played_with_their_scaling():
     rigid_envs.evaluate(TOP, from_predict(model), n=4)
     raw, _ = gym.make_vec(TOP, num_envs=4).reset(seed=found.seeds)
     np.testing.assert_allclose(seen[0], scaled.normalize_obs(raw), rtol=1e-6)
+
+
+def test_the_readme_shows_the_row_of_an_outsider_as_it_is_now():
+    root = Path(__file__).parents[2]
+    row = read_evaluation(root / "docs/rows/IntermediateAxis-v0_ppo.json", anew=True)
+    assert f"```text\n{row}\n```" in (root / "README.md").read_text(encoding="utf-8")
