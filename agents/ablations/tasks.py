@@ -12,15 +12,7 @@ from typing import Any, ClassVar
 
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.tasks import (
-    AxisFlip,
-    BallPark,
-    Task,
-    TopPrecession,
-    axis_flip,
-    ball_park,
-    top_precession,
-)
+from rigid_envs.tasks import AxisFlip, BallPark, TopPrecession, axis_flip, ball_park, top_precession
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced import axis_flip as flip
 from rigid_envs.tasks.reduced import ball_pose
@@ -75,14 +67,17 @@ def top_coordinates(y: Any, aux: Any, p: Any, c: Any) -> Row:
     return seen[0], seen[1], seen[2], seen[4], seen[5]
 
 
-class WithFeatures(Task):
-    """A task that shows the features of its reduction beside those of the world."""
+class WithFeatures:
+    """Mixed with a task: shows the features of its reduction beside those of the world.
+
+    Not itself a `Task`, whose defaults would replace those of the task that it is mixed with.
+    """
+
+    reduction: ClassVar[Any]
 
     def features(self) -> tuple[Entry, ...]:
         """The world's and the reduction's."""
-        assert self.reduction is not None
-        # abstract in `Task`; the task that this is mixed with has it
-        features = super().features()  # type: ignore[safe-super]
+        features = super().features()  # type: ignore[misc]
         return (*features, *self.reduction.features)
 
 
