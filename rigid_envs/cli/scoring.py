@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from rigid_envs.cli.progress import tell
 from rigid_envs.cli.words import config_of, refuse, refuse_missing_folder
 from rigid_envs.pages.tables import table
 from rigid_envs.provenance import heading, provenance
+
+if TYPE_CHECKING:
+    from rigid_envs.scores.best import Best
 
 __all__ = ["add_best", "add_evaluate", "verify_scores"]
 
@@ -133,12 +136,8 @@ def _again(file: Path, env_id: str) -> Any:
 
 def _best(options: argparse.Namespace, rest: list[str]) -> None:
     refuse(rest)
-    from rigid_envs.scores import N_STARTS, find
-    from rigid_envs.scores.best import FOLDER, file_of, read_best, write_best
-    from rigid_envs.scores.finding import played, replayed, trained
-    from rigid_envs.scores.planner import plan, recipe_of
-    from rigid_envs.scores.plans import FOLDER as folder_of_plans
-    from rigid_envs.scores.plans import file_of_plans, write_plans
+    from rigid_envs.scores import N_STARTS
+    from rigid_envs.scores.best import FOLDER
 
     ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
     n = N_STARTS if options.starts is None else options.starts
@@ -152,20 +151,7 @@ def _best(options: argparse.Namespace, rest: list[str]) -> None:
     for env_id in ids:
         begin = time.perf_counter()
         tell(env_id)
-        file = file_of(env_id, folder)
-        known = read_best(file) if file.exists() else None
-        untrained = played(env_id, n)
-        others = [_again(each, env_id) for each in options.files]
-        plans = folder_of_plans if options.out is None else folder
-        if options.plan and recipe_of(env_id) is not None:
-            write_plans(file_of_plans(env_id, plans), plan(env_id, n))
-        others += [*replayed(env_id, n, plans), *trained(env_id, n)]
-        found = find(env_id, known, others, untrained, n)
-        write_best(file, found)
-        for name, each in untrained.items() if options.rows else ():
-            row = options.rows / env_id.rpartition("/")[2] / f"{name}.json"
-            row.parent.mkdir(parents=True, exist_ok=True)
-            each.against(found.costs).save(row)
+        found = _measured(env_id, n, folder, options)
         tell("")
         shares = ", ".join(f"{name} {count}" for name, count in found.shares.items()) or "nobody"
         print(f"{env_id}   {time.perf_counter() - begin:.1f} s   best {found.cost}: {shares}")
@@ -175,6 +161,31 @@ def _best(options: argparse.Namespace, rest: list[str]) -> None:
         ]
         print(table(("", *_COLUMNS), rows, "<" + ">" * len(_COLUMNS)), end="\n\n")
     print(f"written to {folder}")
+
+
+def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) -> Best:
+    """Plan if that is asked for, play all that is known, and write what is best."""
+    from rigid_envs.scores import find
+    from rigid_envs.scores.best import file_of, read_best, write_best
+    from rigid_envs.scores.finding import played, replayed, trained
+    from rigid_envs.scores.planner import plan, recipe_of
+    from rigid_envs.scores.plans import FOLDER as folder_of_plans
+    from rigid_envs.scores.plans import file_of_plans, write_plans
+
+    file, plans = file_of(env_id, folder), options.out or folder_of_plans
+    known = read_best(file) if file.exists() else None
+    others = [_again(each, env_id) for each in options.files]
+    untrained = played(env_id, n)
+    if options.plan and recipe_of(env_id) is not None:
+        write_plans(file_of_plans(env_id, plans), plan(env_id, n))
+    others += [*replayed(env_id, n, plans), *trained(env_id, n)]
+    found = find(env_id, known, others, untrained, n)
+    write_best(file, found)
+    for name, each in untrained.items() if options.rows else ():
+        row = options.rows / env_id.rpartition("/")[2] / f"{name}.json"
+        row.parent.mkdir(parents=True, exist_ok=True)
+        each.against(found.costs).save(row)
+    return found
 
 
 _COMPARED = ("success_rate", "efficiency")
