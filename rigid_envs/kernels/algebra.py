@@ -136,6 +136,58 @@ def matrix(q: Quaternion) -> Row:
 
 
 @scalar
+def matrix_product(a: Row, b: Row) -> Row:
+    """The nine entries of ``A B^T``: of rotations, that from B to A in world axes."""
+    return (
+        fma(a[0], b[0], fma(a[1], b[1], a[2] * b[2])),
+        fma(a[0], b[3], fma(a[1], b[4], a[2] * b[5])),
+        fma(a[0], b[6], fma(a[1], b[7], a[2] * b[8])),
+        fma(a[3], b[0], fma(a[4], b[1], a[5] * b[2])),
+        fma(a[3], b[3], fma(a[4], b[4], a[5] * b[5])),
+        fma(a[3], b[6], fma(a[4], b[7], a[5] * b[8])),
+        fma(a[6], b[0], fma(a[7], b[1], a[8] * b[2])),
+        fma(a[6], b[3], fma(a[7], b[4], a[8] * b[5])),
+        fma(a[6], b[6], fma(a[7], b[7], a[8] * b[8])),
+    )
+
+
+@scalar
+def unit_quaternion(r: Row) -> Quaternion:
+    """The unit quaternion of a rotation matrix, up to its sign.
+
+    The entries of R give those of ``4 q q^T``, all of whose rows are along q. The row with the
+    largest entry of the diagonal is longest, and so the most exact. Source: Shepperd 1978,
+    doi:10.2514/3.55767b.
+    """
+    ww, xx = 1.0 + r[0] + r[4] + r[8], 1.0 + r[0] - r[4] - r[8]
+    yy, zz = 1.0 - r[0] + r[4] - r[8], 1.0 - r[0] - r[4] + r[8]
+    wx, wy, wz = r[7] - r[5], r[2] - r[6], r[3] - r[1]
+    xy, xz, yz = r[1] + r[3], r[2] + r[6], r[5] + r[7]
+    x_over_w, z_over_y = xx > ww, zz > yy
+    largest, other = max(ww, xx), max(yy, zz)
+    one = (
+        select(x_over_w, wx, ww),
+        select(x_over_w, xx, wx),
+        select(x_over_w, xy, wy),
+        select(x_over_w, xz, wz),
+    )
+    two = (
+        select(z_over_y, wz, wy),
+        select(z_over_y, xz, xy),
+        select(z_over_y, yz, yy),
+        select(z_over_y, zz, yz),
+    )
+    take: bool = other > largest
+    q = (
+        select(take, two[0], one[0]),
+        select(take, two[1], one[1]),
+        select(take, two[2], one[2]),
+        select(take, two[3], one[3]),
+    )
+    return normalize(q)
+
+
+@scalar
 def log_rotation(q: Quaternion) -> Vector:
     """Rotation vector theta = log R, angle in [0, pi] [rad]."""
     s = math.sqrt(fma(q[1], q[1], fma(q[2], q[2], q[3] * q[3])))

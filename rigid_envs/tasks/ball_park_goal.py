@@ -8,19 +8,18 @@ from typing import ClassVar, NamedTuple
 
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_disk, single
-from rigid_envs.kernels.algebra import Row, attitude, matrix
+from rigid_envs.kernels.algebra import Row, attitude, matrix, matrix_product, unit_quaternion
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.elementary import select, sincos
+from rigid_envs.kernels.elementary import cbrt, select, sincos
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.rolling_ball import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems import RollingBall
+from rigid_envs.tasks.ball_park import FAR, misplacement
 from rigid_envs.tasks.base import Entry, Task
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 from rigid_envs.tasks.reduced.ball_goal import goal_pose, pose_from_goal
 
 __all__ = ["BallParkGoal"]
-
-_FAR = 50.0  # m, and radii; bound of observed positions
 
 
 class Action(NamedTuple):
@@ -31,18 +30,23 @@ class Action(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """Reward term of `BallParkGoal`."""
+    """Reward terms of `BallParkGoal`."""
 
     reached: float
+    distance: float
 
 
 class Constants(NamedTuple):
-    """Largest rolling rate [rad/s], tolerances [m, rad], half side of the square of poses [m]."""
+    """Largest rolling rate [rad/s], tolerances [m, rad], half side of the square of poses [m].
+
+    And the middle of the radii [m].
+    """
 
     largest_roll_rate: float
     position_tolerance: float
     largest_angle: float
     start_half_width: float
+    middle_radius: float
 
 
 class Auxiliary(NamedTuple):
@@ -103,7 +107,7 @@ def desired_state(aux: Auxiliary) -> State:
 def pose(y: State) -> Row:
     """Entries of a `Goal` for the pose of y, rounded to float32 as in the observation."""
     r = matrix(attitude(y))
-    X, Y = min(max(y.X, -_FAR), _FAR), min(max(y.Y, -_FAR), _FAR)
+    X, Y = min(max(y.X, -FAR), FAR), min(max(y.Y, -FAR), FAR)
     return (
         single(X),
         single(Y),
@@ -123,21 +127,18 @@ def pose(y: State) -> Row:
 def judge(achieved: Goal, desired: Goal, c: Constants) -> tuple[Terms, bool]:
     """Reached with distance and angle within tolerance; the angle of tr(R^T R') = 1 + 2 cos."""
     dx, dy = achieved.X - desired.X, achieved.Y - desired.Y
-    trace = (
-        achieved.R11 * desired.R11
-        + achieved.R12 * desired.R12
-        + achieved.R13 * desired.R13
-        + achieved.R21 * desired.R21
-        + achieved.R22 * desired.R22
-        + achieved.R23 * desired.R23
-        + achieved.R31 * desired.R31
-        + achieved.R32 * desired.R32
-        + achieved.R33 * desired.R33
-    )
+    turn = matrix_product(achieved[2:], desired[2:])
+    trace = turn[0] + turn[4] + turn[8]
     near: bool = dx * dx + dy * dy <= c.position_tolerance * c.position_tolerance
     _, cosine = sincos(c.largest_angle)
     reached = near & (trace >= 1.0 + 2.0 * cosine)
-    return Terms(reached=select(reached, 0.0, -1.0)), reached
+    apart = State(*unit_quaternion(turn), dx, dy)
+    distance, twist, mismatch, _ = misplacement(apart, 1.0 / c.middle_radius)
+    homogeneous = min(distance, FAR) + twist + cbrt(min(mismatch, FAR))
+    return (
+        Terms(reached=select(reached, 0.0, -1.0), distance=select(reached, 0.0, -homogeneous)),
+        reached,
+    )
 
 
 @scalar
@@ -154,7 +155,7 @@ def outcome(
 def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Achieved and desired pose, and the position in radii."""
     X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
-    in_radii = (min(max(X, -_FAR), _FAR), min(max(Y, -_FAR), _FAR))
+    in_radii = (min(max(X, -FAR), FAR), min(max(Y, -FAR), FAR))
     return (*pose(y), *pose(desired_state(aux)), *in_radii)
 
 
@@ -191,6 +192,10 @@ class BallParkGoal(Task):
         between the attitudes at most `angle_tolerance`, else -1: the return is minus the number of
         steps away from the goal. The observed (float32) goals are compared, so recomputed rewards
         equal those of `step` bit for bit.
+
+        ``distance`` = 0 there too, else minus the homogeneous distance of `BallPark` from the goal,
+        the sum of ``|p|``, ``sqrt(|theta_z|)`` and ``cbrt(|m|)``, is a dense term of the default
+        weight 0. Of balls of several radii it is that of the middle one.
 
     Starting State:
         Positions of ball and goal uniform in the square ``|X|, |Y| <= start_half_width``, both
@@ -231,6 +236,9 @@ class BallParkGoal(Task):
     weight_reached: float = setting(
         1.0, Number("weight of -1 per step away from the goal", "1", -1e3, 1e3)
     )
+    weight_distance: float = setting(
+        0.0, Number("weight of minus the homogeneous distance", "1", -1e3, 1e3)
+    )
 
     system_type: ClassVar = RollingBall
     episode: ClassVar = Episode(
@@ -260,6 +268,11 @@ class BallParkGoal(Task):
         """Largest angle at the goal [rad]: `angle_tolerance`, at most pi."""
         return min(self.angle_tolerance, math.pi)
 
+    @property
+    def middle_radius(self) -> float:
+        """Middle of the range of radii [m]."""
+        return 0.5 * sum(span(self.radius))
+
     def actions(self) -> tuple[Entry, ...]:
         """Velocity of the centre, in a disk."""
         speed = self.largest_roll_rate * span(self.radius)[1]
@@ -271,15 +284,15 @@ class BallParkGoal(Task):
     def features(self) -> tuple[Entry, ...]:
         """Achieved and desired pose, position in radii."""
         goal = (
-            Entry("X", "m", "world", -_FAR, _FAR),
-            Entry("Y", "m", "world", -_FAR, _FAR),
+            Entry("X", "m", "world", -FAR, FAR),
+            Entry("Y", "m", "world", -FAR, FAR),
             *(Entry(f"R{i}{j}", "1", "body to world", -1.0, 1.0) for i in "123" for j in "123"),
         )
         return (
             *goal,
             *goal,
-            Entry("X / radius", "1", "world", -_FAR, _FAR),
-            Entry("Y / radius", "1", "world", -_FAR, _FAR),
+            Entry("X / radius", "1", "world", -FAR, FAR),
+            Entry("Y / radius", "1", "world", -FAR, FAR),
         )
 
     def largest_rate(self, duration: float) -> float:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rigid_envs.kernels import algebra
@@ -45,6 +45,24 @@ def test_matrix_and_vertical_are_those_of_the_rotation(q):
     R = scipy_of(q).as_matrix()
     close(np.reshape(algebra.matrix(row(q)), (3, 3)), R)
     close(algebra.vertical(row(q)), R.T @ (0.0, 0.0, 1.0))
+
+
+@given(quaternions, quaternions)
+def test_the_product_of_a_matrix_and_a_transpose_is_numpys(p, q):
+    A, B = scipy_of(p).as_matrix(), scipy_of(q).as_matrix()
+    close(np.reshape(algebra.matrix_product(row(A.ravel()), row(B.ravel())), (3, 3)), A @ B.T)
+
+
+@given(quaternions)
+@example((1.0, 0.0, 0.0, 0.0))
+@example((0.0, 1.0, 0.0, 0.0))
+@example((0.0, 0.0, 1.0, 0.0))
+@example((0.0, 0.0, 0.0, 1.0))
+def test_the_quaternion_of_a_matrix_turns_as_it_does(q):
+    R = scipy_of(q).as_matrix()
+    found = algebra.unit_quaternion(row(R.ravel()))
+    close(np.dot(found, found), 1.0)
+    close(scipy_of(found).as_matrix(), R)
 
 
 @given(quaternions)

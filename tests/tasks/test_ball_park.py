@@ -166,6 +166,37 @@ def test_goals_are_reached_within_both_tolerances_of_distance_and_angle():
     assert 0.05 < np.mean(reached) < 0.5
 
 
+def test_the_dense_term_is_the_cost_of_parking_at_the_pose_from_the_goal():
+    envs, _ = goal_rows(200, weight_distance=0.3, radius=(0.5, 1.5))
+    park = RigidVectorEnv("rigid_envs.tasks:BallPark", 200)
+    park.reset(seed=0)
+    for _ in range(20):
+        actions = envs.action_space.sample()
+        _, rewards, _, _, infos = envs.step(actions)
+        np.testing.assert_allclose(
+            rewards, infos["reward/reached"] + 0.3 * infos["reward/distance"], rtol=1e-15
+        )
+        goal = envs.auxiliary(*envs.task.aux_names)
+        turn = rotations.multiply(envs.y[:, :4], rotations.conjugate(goal[:, :4]))
+        # a step at rest pays for the pose as it is; the middle radius is 1 m
+        park.set_state(
+            {**park.get_state(), "y": np.column_stack([turn, envs.y[:, 4:6] - goal[:, 4:6]])}
+        )
+        _, _, _, _, parked = park.step(np.zeros((200, 2), np.float32))
+        cost = sum(parked[f"reward/{name}"] for name in ("position", "twist", "mismatch"))
+        # goals are rounded to float32, which the root and the cube root near 0 enlarge
+        np.testing.assert_allclose(infos["reward/distance"], cost, atol=1e-3)
+
+
+def test_at_the_goal_the_dense_term_is_0():
+    envs, _ = goal_rows(weight_distance=0.3, position_tolerance=1.5, angle_tolerance=1.5)
+    _, rewards, _, _, infos = envs.step(np.zeros((500, 2), np.float32))
+    there = infos["is_success"]
+    assert there.any()
+    assert not rewards[there].any()
+    assert (infos["reward/distance"][~there] < -1.0).all()
+
+
 def test_an_episode_goes_on_at_the_goal():
     found = planned("BallParkGoal")
     assert (found.steps == 100).all()
