@@ -6,12 +6,16 @@ import signal
 import subprocess
 import sys
 import time
+from argparse import Namespace
 from pathlib import Path
 
 import pytest
 import yaml
 
+from agents.cli import verbs
 from agents.cli.command_line import main
+from agents.config.options import load_config
+from agents.config.recipes import recipe_for
 from rigid_envs.replays import load_replay
 
 ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow_import", "tests.agents.drift"]
@@ -117,6 +121,25 @@ def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=20)
     assert process.returncode == 128 + signal.SIGINT
+
+
+def test_without_a_word_the_flagship_is_trained_for_a_short_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen: list[Namespace] = []
+
+    def kept(options: Namespace, rest: list[str]) -> int:
+        seen.append(options)
+        return 0
+
+    monkeypatch.setattr(verbs, "train", kept)
+    assert main([]) == main(["train"]) == main(["--quiet"]) == 0
+    short, *others = (getattr(options, "total_timesteps", None) for options in seen)
+    assert others == [None, None]
+    assert short is not None
+    recipe = recipe_for(BALL_PARK)
+    assert int(short) < load_config(recipe, {}, []).total_timesteps
+    assert load_config(recipe, {"total_timesteps": short}, []).total_timesteps == int(short)
 
 
 @pytest.mark.parametrize(
