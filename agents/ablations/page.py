@@ -19,8 +19,8 @@ _INTRODUCTION = """<!-- Written by `python -m agents ablate --records docs/ablat
 
 # Ablations
 
-What the parts of a recipe in the reduced frame are worth. Each training has the steps, the network
-and the rates of the recipe of its environment, and of the reduction this part alone:
+What the parts of a recipe in the reduced frame are worth. Each training has the network, the rates
+and the price of the recipe of its environment, and of the reduction this part alone:
 
 - *none*: the world frame, as every user of Gymnasium gets it.
 - *schedule*: the world frame; the standard deviation of the actions decreases by equal factors over

@@ -8,7 +8,7 @@ frame      actions of the reduced frame, and plain coordinates in it
 all        the recipe: frame and features, and the schedule where the recipe has one
 =========  =========================================================================================
 
-All else is that of the recipe: steps, network, learning rate.
+All else is that of the recipe: network, learning rate, price; but `STEPS` steps.
 """
 
 from __future__ import annotations
@@ -21,13 +21,16 @@ from rigid_envs import ENVIRONMENTS, register
 from ..config.by_algorithm import Config, config_from
 from ..config.recipes import recipe_for
 
-__all__ = ["NAMES", "PARTS", "ablation"]
+__all__ = ["NAMES", "PARTS", "STEPS", "ablation"]
 
 NAMES = ("BallPark", "AxisFlip", "TopPrecession")
 """Names of the ids."""
 
 PARTS = ("none", "schedule", "features", "frame", "all")
 """Names of the variants."""
+
+STEPS = 1_500_000
+"""Of a training: enough for the recipes to succeed, if not for their last per cent of cost."""
 
 _SCHEDULE = (0.6, 0.1)  # standard deviation of the actions at the start and at the end
 
@@ -42,7 +45,8 @@ def ablation(name: str, part: str, seed: int, **entries: Any) -> Config:
         **entries: Other entries of the config.
     """
     recipe = recipe_for(f"RigidEnvs/{name}-v0", "ppo", "reduced")
-    return config_from({**recipe, **_entries(name, part), **entries, "seed": seed})
+    ours = {"total_timesteps": STEPS, **_entries(name, part), "seed": seed}
+    return config_from({**recipe, **ours, **entries})
 
 
 def _entries(name: str, part: str) -> Mapping[str, Any]:
