@@ -19,6 +19,7 @@ __all__ = [
     "OffPolicyConfig",
     "PPOConfig",
     "SACConfig",
+    "TQCConfig",
     "config_from",
     "config_to_dict",
 ]
@@ -142,6 +143,29 @@ class SACConfig(OffPolicyConfig):
 
 
 @dataclass(frozen=True, kw_only=True)
+class TQCConfig(SACConfig):
+    """Truncated quantile critics: SAC, whose critics are distributions without their upper tail.
+
+    Source: Kuznetsov et al. (2020), arXiv:2005.04269.
+    """
+
+    n_quantiles: int = setting(25, Count("quantiles of each of the two critics", 1, 1000))
+    n_dropped: int = setting(
+        2, Count("of them, the largest that a target leaves out, for each critic", 0, 999)
+    )
+
+    def __post_init__(self) -> None:
+        """Check the entries, and that quantiles are left.
+
+        Raises:
+            ConfigError: "config.<key>: <key> = ...; expected ...".
+        """
+        super().__post_init__()
+        if self.n_dropped >= self.n_quantiles:
+            raise refusal("n_dropped", self.n_dropped, f"less than n_quantiles = {self.n_quantiles}")
+
+
+@dataclass(frozen=True, kw_only=True)
 class DQNConfig(OffPolicyConfig):
     """Deep Q-network, for Discrete actions. Source: Mnih et al. (2015), doi:10.1038/nature14236."""
 
@@ -180,7 +204,12 @@ class DQNConfig(OffPolicyConfig):
             )
 
 
-ALGORITHMS: dict[str, type[Config]] = {"ppo": PPOConfig, "sac": SACConfig, "dqn": DQNConfig}
+ALGORITHMS: dict[str, type[Config]] = {
+    "ppo": PPOConfig,
+    "sac": SACConfig,
+    "tqc": TQCConfig,
+    "dqn": DQNConfig,
+}
 """Class of the config of each algorithm."""
 
 

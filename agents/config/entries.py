@@ -66,7 +66,7 @@ class Config(Settings, abc.ABC):
             "added to the reward of a step that counts as success, in training", low=0, high=1e6
         ),
     )
-    algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "dqn")))
+    algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "tqc", "dqn")))
     seed: int = setting(
         0,
         Count("seed of weights, exploration and starts; evaluations have their own", 0, 2**63 - 1),

@@ -1,4 +1,4 @@
-"""The algorithms of Stable-Baselines3 that this application drives, one per file."""
+"""The algorithms of Stable-Baselines3 and its contributions that this application drives, one per file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rigid_envs.settings import refusal
 from ...config.by_algorithm import Config
 from ...environments.factory import part_for
 from ..gradients import guard_optimizer
-from . import dqn, ppo, sac
+from . import dqn, ppo, sac, tqc
 from .common import Network, Parts
 from .extractor import attitudes
 
@@ -47,7 +47,7 @@ class Algorithm(Protocol):
         """Network of the policy."""
 
 
-_ALGORITHMS: dict[str, Algorithm] = {"ppo": ppo, "sac": sac, "dqn": dqn}
+_ALGORITHMS: dict[str, Algorithm] = {"ppo": ppo, "sac": sac, "tqc": tqc, "dqn": dqn}
 _SHARED_COLUMNS = (
     "time/total_timesteps",
     "time/iterations",

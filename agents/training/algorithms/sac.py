@@ -6,6 +6,7 @@ from typing import Any, cast
 
 from gymnasium import spaces
 from gymnasium.vector import VectorEnv
+from sb3_contrib import TQC
 from stable_baselines3 import SAC
 from stable_baselines3.common.vec_env import VecEnv
 from torch import nn
@@ -57,7 +58,7 @@ def build(config: SACConfig, env: VecEnv) -> SAC:
     )
 
 
-def parts(model: SAC) -> Parts:
+def parts(model: SAC | TQC) -> Parts:
     """See `Parts`."""
     weights = dict(model.policy.state_dict())
     optimizers = {"actor": model.actor.optimizer, "critic": model.critic.optimizer}
@@ -68,7 +69,7 @@ def parts(model: SAC) -> Parts:
     return Parts(weights, optimizers)
 
 
-def network(model: SAC) -> Network:
+def network(model: SAC | TQC) -> Network:
     """See `Network`."""
     actor, box = model.actor, model.action_space
     assert isinstance(box, spaces.Box)

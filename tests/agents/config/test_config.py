@@ -64,6 +64,10 @@ BAD_OFF_POLICY: dict[str, list[Any]] = {
     "n_sampled_goal": [-1, 101, None, 1.5, True],
 }
 BAD_SAC: dict[str, list[Any]] = {"ent_coef": [-1, None, True, math.inf, "automatic", "auto_0.1"]}
+BAD_TQC: dict[str, list[Any]] = {
+    "n_quantiles": [0, None, 1.5, True],
+    "n_dropped": [-1, None, 1.5, True, 25],
+}
 BAD_DQN: dict[str, list[Any]] = {
     "target_update_interval": [0, None, 1.5, 63],  # less than the rows
     "exploration_fraction": [0, 1.1, None, True],
@@ -74,6 +78,7 @@ BAD_DQN: dict[str, list[Any]] = {
 BY_ALGORITHM = {
     "ppo": BAD,
     "sac": BAD_OFF_POLICY | BAD_SAC,
+    "tqc": BAD_OFF_POLICY | BAD_SAC | BAD_TQC,
     "dqn": BAD_OFF_POLICY | BAD_DQN,
 }
 

@@ -64,6 +64,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
     ("normalized", {"env_id": GOAL}),
     ("box", {"algo": "sac"}),
     ("box", {"algo": "sac", "net_arch": []}),
+    ("box", {"algo": "tqc"}),
     ("normalized", {"algo": "sac", "env_id": GOAL}),
     ("normalized", {"algo": "sac", "env_id": GOAL, "goal_turn": True}),
     ("box", {"env_id": GOAL, "goal_turn": True}),

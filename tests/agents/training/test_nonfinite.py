@@ -51,6 +51,7 @@ def test_a_nan_reward_stops_the_run_and_leaves_good_checkpoints(tmp_path: Path) 
     [
         (SMALL, "ent_coef"),
         (MEMORY | {"algo": "sac"}, "gamma"),
+        (MEMORY | {"algo": "tqc"}, "gamma"),
         (MEMORY | {"algo": "dqn", "env_id": "RigidEnvs/BallGrid-v0"}, "gamma"),
     ],
 )

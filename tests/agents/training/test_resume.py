@@ -50,6 +50,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
         "buffer_size": 8000,
         "normalize_observation": True,
     },
+    "tqc": MEMORY | {"algo": "tqc", "env_id": "RigidEnvs/BallPark-v0"},
     "dqn": MEMORY
     | {"algo": "dqn", "env_id": "RigidEnvs/BallGrid-v0", "target_update_interval": 700},
 }
