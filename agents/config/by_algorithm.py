@@ -162,7 +162,9 @@ class TQCConfig(SACConfig):
         """
         super().__post_init__()
         if self.n_dropped >= self.n_quantiles:
-            raise refusal("n_dropped", self.n_dropped, f"less than n_quantiles = {self.n_quantiles}")
+            raise refusal(
+                "n_dropped", self.n_dropped, f"less than n_quantiles = {self.n_quantiles}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
