@@ -14,7 +14,8 @@ from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError, read_bytes, write_atomic
 from rigid_envs.scores.aggregates import interquartile_mean, stratified_bootstrap
-from rigid_envs.scores.result import FORMAT, Evaluation, evaluation_of, up_to_date
+from rigid_envs.scores.reading import evaluation_of, up_to_date
+from rigid_envs.scores.result import FORMAT, Evaluation
 
 from .plots import INK, MUTED, dress, look
 from .rows import Row, packaged_rows, row_of, sorted_rows

@@ -29,7 +29,8 @@ from rigid_envs.scores.policies import (
     uniform,
 )
 from rigid_envs.scores.random_policy import RandomPolicy
-from rigid_envs.scores.result import Estimate, Evaluation, read_evaluation
+from rigid_envs.scores.reading import read_evaluation
+from rigid_envs.scores.result import Estimate, Evaluation
 from rigid_envs.scores.starts import N_STARTS, evaluation_seeds
 
 __all__ = [

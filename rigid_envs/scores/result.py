@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,20 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.files import DamagedFileError, lined_json, read_bytes, write_atomic
-from rigid_envs.scores.best import best_known
+from rigid_envs.files import lined_json, write_atomic
 from rigid_envs.scores.efficiency import Cost, efficiencies
 from rigid_envs.scores.intervals import mean_interval, wilson_interval
 from rigid_envs.scores.metrics import METRICS
-from rigid_envs.scores.starts import TEST_SEED, VERSION, row_seeds
+from rigid_envs.scores.starts import VERSION, row_seeds
 
-__all__ = ["FORMAT", "Estimate", "Evaluation", "read_evaluation"]
+__all__ = ["FORMAT", "Estimate", "Evaluation"]
 
 Array = npt.NDArray[np.float64]
 
 FORMAT = "rigid-envs result 2"
-
-_LIMIT = 2**24  # bytes
 
 
 class Estimate(NamedTuple):
@@ -174,7 +170,7 @@ class Evaluation:
         }
 
     def save(self, path: str | Path) -> Path:
-        """Write the row, atomically; `read_evaluation` reads it.
+        """Write the row, atomically; `rigid_envs.scores.read_evaluation` reads it.
 
         Args:
             path: A JSON file in a folder that exists.
@@ -208,99 +204,6 @@ class Evaluation:
         if n := int(self.records.sum()):
             lines.append(f"better than the best known from {n} starts: keep it by rigid-envs best")
         return "\n".join(lines)
-
-
-def read_evaluation(path: str | Path, *, anew: bool = False) -> Evaluation:
-    """Read a row of the leaderboard, and compute its figures again.
-
-    Args:
-        path: A file that `Evaluation.save` wrote, or one with more entries beside.
-        anew: Set it beside what is best known now, not what was then.
-
-    Raises:
-        DamagedFileError: Another format, or figures that do not follow from the starts.
-        FileNotFoundError: No such file.
-    """
-    file = Path(path)
-    try:
-        found = evaluation_of(json.loads(read_bytes(file, _LIMIT)))
-    except (KeyError, TypeError, ValueError) as error:
-        why = f"no {error}" if isinstance(error, KeyError) else str(error)
-        raise DamagedFileError(f"{file}: {why}; write it anew: Evaluation.save") from error
-    return up_to_date(found) if anew else found
-
-
-def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
-    """The evaluation that a row was made of.
-
-    Args:
-        row: JSON values.
-
-    Raises:
-        ValueError: Another format, or figures that do not follow from the starts.
-    """
-    if row.get("format") != FORMAT or row.get("evaluation_version") != VERSION:
-        raise ValueError(
-            f"format = {row.get('format')!r}, evaluation_version = "
-            f"{row.get('evaluation_version')!r}; expected {FORMAT!r}, {VERSION}"
-        )
-    starts = {name: None if each is None else _array(each) for name, each in row["starts"].items()}
-    best, bounds = starts.pop("best"), starts.pop("bound")
-    known = {name: values for name, values in starts.items() if values is not None}
-    lengths = {len(values) for values in (best, bounds, *known.values()) if values is not None}
-    if len(lengths) != 1:
-        raise ValueError(f"starts: numbers of entries {sorted(lengths)}; expected one for all")
-    found = Evaluation(
-        env_id=row["env_id"],
-        policy=row["algo"],
-        config=row["config"],
-        seed=row["test_seed"],
-        cost=None if row["cost"] is None else Cost(*row["cost"]),
-        values=known,
-        best=best,
-        bounds=bounds,
-        provenance={key: row[key] for key in _PROVENANCE if key in row},
-    )
-    for name, value in json.loads(json.dumps(found.summary())).items():
-        told = row["policy"].get(name)
-        if told != value and not _close(told, value):
-            raise ValueError(f"policy.{name} = {told!r}; expected {value!r}, as the starts have it")
-    return found
-
-
-def up_to_date(found: Evaluation) -> Evaluation:
-    """An evaluation beside what is best known now, if it was beside what was then."""
-    now = best_known(found.env_id)
-    comparable = found.best is not None and found.seed == TEST_SEED
-    if now is None or not comparable or found.n > len(now.costs):
-        return found
-    return found.against(now.costs[: found.n])
-
-
-_PROVENANCE = (
-    *("versions", "kernel_hash", "cpu", "cores", "system", "load"),
-    *("git_commit", "git_dirty", "date"),
-)
-
-
-def _close(told: Any, value: Any) -> bool:
-    """Whether numbers, or lists or mappings of them, agree but for rounding."""
-    if isinstance(value, dict):
-        return (
-            isinstance(told, dict)
-            and told.keys() == value.keys()
-            and all(_close(told[key], value[key]) for key in value)
-        )
-    if told is None or value is None:
-        return told is value
-    try:
-        return bool(np.allclose(told, value, rtol=1e-9, atol=1e-12))
-    except (TypeError, ValueError):
-        return False
-
-
-def _array(values: list[Any]) -> Array:
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
 
 
 def _plain(value: float) -> float | None:

@@ -1,4 +1,4 @@
-"""The algorithms of Stable-Baselines3 and its contributions that this application drives, one per file."""
+"""The algorithms of Stable-Baselines3 that this application drives, one per file."""
 
 from __future__ import annotations
 

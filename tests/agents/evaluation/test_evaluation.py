@@ -14,7 +14,7 @@ from agents.environments.factory import make
 from agents.evaluation.evaluate import RandomPolicy, evaluate, play
 from agents.evaluation.reports import table, write_report
 from rigid_envs.scores import wilson_interval
-from rigid_envs.scores.result import evaluation_of
+from rigid_envs.scores.reading import evaluation_of
 from rigid_envs.scores.starts import row_seeds
 from tests.agents.drift import Drift
 

@@ -17,7 +17,7 @@ from rigid_envs.files import DamagedFileError
 from rigid_envs.policies import published
 from rigid_envs.scores import read_evaluation
 from rigid_envs.scores.published import published_record
-from rigid_envs.scores.result import evaluation_of
+from rigid_envs.scores.reading import evaluation_of
 
 ID = "RigidEnvs/Detumble-v0"
 Capture = pytest.CaptureFixture[str]
