@@ -19,8 +19,9 @@ _INTRODUCTION = """<!-- Written by `python -m agents ablate --records docs/ablat
 
 # Ablations
 
-What the parts of a recipe in the reduced frame are worth. Each training has the network, the rates
-and the price of the recipe of its environment, and of the reduction this part alone:
+What the parts of a recipe in the reduced frame are worth. Each training has the network and the
+rates of the recipe of its environment, no price on cost and no bonus, and of the reduction this part
+alone:
 
 - *none*: the world frame, as every user of Gymnasium gets it.
 - *schedule*: the world frame; the standard deviation of the actions decreases by equal factors over
@@ -28,7 +29,7 @@ and the price of the recipe of its environment, and of the reduction this part a
 - *features*: the world's observation and actions, and beside it all features of the reduction.
 - *frame*: actions of the reduced frame, and in it plain coordinates of the state instead of all
   features.
-- *all*: the recipe.
+- *all*: frame and features, and the schedule where the recipe has one.
 
 Success and cost are means over the trainings, each of the policy that did best on other starts held
 out, on the 500 test starts; in brackets those of the worst and the best training. Costs are of the

@@ -8,7 +8,8 @@ frame      actions of the reduced frame, and plain coordinates in it
 all        the recipe: frame and features, and the schedule where the recipe has one
 =========  =========================================================================================
 
-All else is that of the recipe: network, learning rate, price; but `STEPS` steps.
+All else is that of the recipe, such as network and learning rate; but `STEPS` steps, and neither a
+price nor a bonus: where little succeeds, a price teaches to do nothing.
 """
 
 from __future__ import annotations
@@ -45,7 +46,8 @@ def ablation(name: str, part: str, seed: int, **entries: Any) -> Config:
         **entries: Other entries of the config.
     """
     recipe = recipe_for(f"RigidEnvs/{name}-v0", "ppo", "reduced")
-    ours = {"total_timesteps": STEPS, **_entries(name, part), "seed": seed}
+    ours = {"total_timesteps": STEPS, "cost_price": 0, "success_bonus": 0, "seed": seed}
+    ours |= _entries(name, part)
     return config_from({**recipe, **ours, **entries})
 
 
