@@ -11,7 +11,16 @@ from rigid_envs.errors import ConfigError
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.tasks import Task
 
-__all__ = ["SEEN", "UnknownIdError", "changed", "checked_id", "families", "one_of_each", "task_of"]
+__all__ = [
+    "SEEN",
+    "UnknownIdError",
+    "changed",
+    "checked_id",
+    "families",
+    "full_id",
+    "one_of_each",
+    "task_of",
+]
 
 SEEN = ("rotation", "observe_params", "frame")
 """Settings that change what is seen of a task, and not the task."""
@@ -21,8 +30,39 @@ class UnknownIdError(ConfigError):
     """No environment of that id is registered."""
 
 
+def full_id(env_id: str) -> str:
+    """The id that a short form means: of "BallPark" and "BallPark-v0" "RigidEnvs/BallPark-v0".
+
+    Of several versions it is the newest. Any other text, and a name that two namespaces have, is
+    given back as it is.
+
+    Args:
+        env_id: An id or a short form.
+    """
+    if env_id in ENVIRONMENTS:
+        return env_id
+    meant = [known for known in ENVIRONMENTS if env_id in _short_forms(known)]
+    if len({known.rpartition("/")[0] for known in meant}) != 1:
+        return env_id
+    return max(meant, key=_version)
+
+
+def _version(env_id: str) -> int:
+    number = env_id.rpartition("-v")[2]
+    return int(number) if number.isdecimal() else 0
+
+
+def _short_forms(env_id: str) -> set[str]:
+    bare, _, version = env_id.rpartition("-v")
+    forms = {env_id, bare} if version.isdecimal() else {env_id}
+    return forms | {form.rpartition("/")[2] for form in forms}
+
+
 def checked_id(env_id: str) -> str:
     """A registered id; of "module:id", the module is imported first, as `gym.make` does.
+
+    Args:
+        env_id: An id or a short form, see `full_id`.
 
     Raises:
         UnknownIdError: names the nearest id.
@@ -35,6 +75,7 @@ def checked_id(env_id: str) -> str:
             raise UnknownIdError(
                 f"env_id = {env_id!r}; expected a module that can be imported: {error}"
             ) from None
+    name = full_id(name)
     if name in ENVIRONMENTS:
         return name
     known = {name.lower(): name for name in ENVIRONMENTS}

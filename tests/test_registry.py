@@ -10,7 +10,7 @@ import pytest
 
 import rigid_envs
 from rigid_envs import ENVIRONMENTS
-from rigid_envs.catalogue import checked_id, families, task_of
+from rigid_envs.catalogue import checked_id, families, full_id, task_of
 from rigid_envs.errors import ConfigError
 from rigid_envs.registry import COSTS, EnvironmentRecord, add, load
 from rigid_envs.scores import METRICS
@@ -92,6 +92,26 @@ def test_wrong_records_are_refused_and_equal_ones_harmless() -> None:
     with pytest.raises(ConfigError, match=r"'rigid_envs\.tasks:Nothing'; expected 'module:name'"):
         rigid_envs.register("Other/Park-v0", "rigid_envs.tasks:Nothing", 10)
     assert "Other/Park-v0" not in ENVIRONMENTS
+
+
+def test_an_id_may_be_short() -> None:
+    for short in ("BallPark", "BallPark-v0", "RigidEnvs/BallPark", PARK):
+        assert checked_id(short) == full_id(short) == PARK
+    for other in ("Ball", "ballpark", "CartPole-v1", "", "-v0", "Other/BallPark"):
+        assert full_id(other) == other
+    assert len({full_id(env_id.rpartition("-")[0]) for env_id in ENVIRONMENTS}) == len(ENVIRONMENTS)
+
+
+def test_a_short_id_means_the_newest_version_and_never_one_of_two_namespaces(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    balls = (f"RigidEnvs/BallPark-v{k}" for k in (0, 10, 9))
+    known = dict.fromkeys((*balls, "RigidEnvs/Coin-v0", "Other/Coin-v0", "Plain"))
+    monkeypatch.setattr("rigid_envs.catalogue.ENVIRONMENTS", known)
+    assert full_id("BallPark") == "RigidEnvs/BallPark-v10"
+    assert full_id("BallPark-v9") == "RigidEnvs/BallPark-v9"
+    assert full_id("Coin") == "Coin"
+    assert full_id("Plain") == "Plain"
 
 
 def test_an_id_may_name_the_module_that_registers_it() -> None:

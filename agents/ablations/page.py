@@ -20,8 +20,8 @@ _INTRODUCTION = """<!-- Written by `python -m agents ablate --records docs/ablat
 # Ablations
 
 What the parts of a recipe in the reduced frame are worth. Each training has the network and the
-rates of the recipe of its environment, no price on cost and no bonus, and of the reduction this part
-alone:
+rates of the recipe of its environment, neither a price on cost nor a bonus, and of the reduction
+this part alone:
 
 - *none*: the world frame, as every user of Gymnasium gets it.
 - *schedule*: the world frame; the standard deviation of the actions decreases by equal factors over

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.catalogue import full_id
 from rigid_envs.errors import ConfigError
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
 
@@ -76,9 +77,10 @@ def _started(options: argparse.Namespace, entries: dict[str, str], rest: list[st
 
 def _recipe(path: Path | None, entries: dict[str, str], rest: list[str]) -> dict[str, Any]:
     """Entries of the config file that was named, or else of the environment's own."""
+    from ..config.recipes import frame_of, recipe_for, shipped_config
+
     if path is not None:
-        return read_yaml(path)
-    from ..config.recipes import frame_of, recipe_for
+        return read_yaml(path if path.exists() else shipped_config(path))
 
     chosen = entries.keys() & {"env_id", "algo", "env_kwargs"}
     values = {key: entry_value(key, entries[key]) for key in chosen}
@@ -163,7 +165,7 @@ def _evaluate_controller(options: argparse.Namespace) -> int:
     if not (options.ids or options.all):
         raise ConfigError("--controller: expected --ids ID ... or --all")
     chosen = []
-    for env_id in ENVIRONMENTS if options.all else dict.fromkeys(options.ids):
+    for env_id in ENVIRONMENTS if options.all else dict.fromkeys(map(full_id, options.ids)):
         try:
             chosen.append((env_id, *untrained_policy(env_id, options.controller)))
         except ValueError as error:
@@ -251,7 +253,7 @@ def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
         entries["total_timesteps"] = parse_yaml(options.steps)
     configs = []
     for seed in seeds_of(options.seeds):
-        for env_id in dict.fromkeys(options.ids):
+        for env_id in dict.fromkeys(map(full_id, options.ids)):
             config = config_for(env_id, {**entries, "seed": seed}, options.frame)
             name = f"{re.split('[:/]', env_id)[-1]}_{frame_of(config)}_{seed}"
             configs.append(dataclasses.replace(config, run_name=name))

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from rigid_envs.catalogue import full_id
 from rigid_envs.rules import Choice, Either, List, Null, Number
 from rigid_envs.settings import from_config, refusal, setting
 
@@ -219,11 +220,13 @@ def config_from(values: Mapping[str, Any]) -> Config:
     """The config of some entries, with defaults for the others.
 
     Args:
-        values: Entries by key, as a YAML file gives them.
+        values: Entries by key, as a YAML file gives them; `env_id` may be short: "BallPark".
 
     Raises:
         ConfigError: An unknown key or a value that is not allowed: "config.<key>: ...".
     """
+    if isinstance(values.get("env_id"), str):
+        values = {**values, "env_id": full_id(values["env_id"].strip())}
     kind = ALGORITHMS.get(str(values.get("algo", "ppo")), PPOConfig)  # refuses another `algo`
     config: Config = from_config(kind, values)
     return config

@@ -9,11 +9,13 @@ from typing import Any
 
 from gymnasium import spaces
 
+from rigid_envs.catalogue import full_id
+
 from ..environments.factory import make
 from .by_algorithm import Config, config_from
 from .yaml_data import read_yaml
 
-__all__ = ["config_for", "frame_of", "recipe_for"]
+__all__ = ["config_for", "frame_of", "recipe_for", "shipped_config"]
 
 _CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 
@@ -22,7 +24,7 @@ def config_for(env_id: str, entries: Mapping[str, Any], frame: str | None = None
     """The shipped config of an environment, with other entries over it.
 
     Args:
-        env_id: A registered id.
+        env_id: A registered id, or its short form: "BallPark".
         entries: Config entries that go over those of the file.
         frame: Frame of the recipe; None takes that of the entries, or any.
 
@@ -31,6 +33,16 @@ def config_for(env_id: str, entries: Mapping[str, Any], frame: str | None = None
     """
     recipe = recipe_for(env_id, entries.get("algo"), frame or frame_of(entries, {}))
     return config_from({**recipe, **entries})
+
+
+def shipped_config(path: Path) -> Path:
+    """File of a shipped config that is named without folder and ending: `ball_park_ppo`.
+
+    Args:
+        path: The name; any other path is given back as it is.
+    """
+    file = _CONFIGS / f"{path}.yaml"
+    return file if len(path.parts) == 1 and file.is_file() else path
 
 
 def frame_of(entries: Mapping[str, Any], keywords: Mapping[str, Any]) -> str | None:
@@ -56,7 +68,7 @@ def recipe_for(env_id: str, algo: str | None = None, frame: str | None = None) -
     defaults hold.
 
     Args:
-        env_id: A registered id.
+        env_id: A registered id, or its short form: "BallPark".
         algo: Name of the algorithm; None takes the most suitable one that has a config.
         frame: Frame of observations and actions, "world" or "reduced"; None takes the reduced one
             where it has a config.
@@ -64,6 +76,7 @@ def recipe_for(env_id: str, algo: str | None = None, frame: str | None = None) -
     Raises:
         ConfigError: No such environment.
     """
+    env_id = full_id(env_id)
     name = re.sub(r"-v\d+$", "", re.split("[:/]", env_id)[-1])
     stem = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
     plain: dict[str, Any] = {}

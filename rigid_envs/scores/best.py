@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.catalogue import full_id
 from rigid_envs.files import DamagedFileError, lined_json, read_bytes, write_atomic
 from rigid_envs.scores.starts import TEST_SEED, VERSION
 
@@ -88,6 +89,7 @@ def file_of(env_id: str, folder: Path = FOLDER) -> Path:
 @cache
 def best_known(env_id: str) -> Best | None:
     """The data of an id that come with the package; None where there are none."""
+    env_id = full_id(env_id)
     file = file_of(env_id)
     found = read_best(file) if file.exists() else None
     return found if found is not None and found.env_id == env_id else None

@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.catalogue import SEEN, changed, checked_id, task_of
+from rigid_envs.catalogue import SEEN, changed, checked_id, full_id, task_of
 from rigid_envs.checks import integer
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.errors import ConfigError
@@ -61,7 +61,7 @@ def evaluate(
         ValueError: An id, policy, environment or number that cannot be; names what can.
     """
     n = integer(n, "n", 1)
-    if env is None or env_id.rpartition(":")[2] in ENVIRONMENTS:
+    if env is None or full_id(env_id.rpartition(":")[2]) in ENVIRONMENTS:
         env_id = checked_id(env_id)
     chosen = policy_of(env_id, policy)
     if config is None and env is None:

@@ -146,6 +146,8 @@ def test_without_a_word_the_flagship_is_trained_for_a_short_time(
     ("words", "entries"),
     [
         ([], {"env_id": BALL_PARK, "algo": "ppo", "env_kwargs": {"frame": "reduced"}}),
+        (["--env_id", "Reorient"], {"env_id": "RigidEnvs/Reorient-v0", "algo": "ppo"}),
+        (["--config", "ball_park_ppo"], {"env_id": BALL_PARK, "env_kwargs": {}}),
         (
             ["--env_kwargs.radius", "1.5"],
             {"env_id": BALL_PARK, "env_kwargs": {"frame": "reduced", "radius": 1.5}},
@@ -189,7 +191,7 @@ def test_an_environment_is_trained_with_its_own_recipe(
         (["evaluate", "nowhere"], 1, "nowhere"),
         (["evaluate", "nowhere", "--episodes", "0"], 2, "--episodes = 0; expected an integer in"),
         (["enjoy", "x", "--fast"], 2, "option = --fast; expected one that --help lists"),
-        (["benchmark", "--ids", "BallPark"], 2, r"config\.env_id: .*BallPark-v0"),
+        (["benchmark", "--ids", "BalPark-v0"], 2, r"config\.env_id: .*BallPark-v0"),
         (
             ["benchmark", "--steps", "0"],
             2,
