@@ -47,8 +47,8 @@ def add_evaluate(verbs: Any) -> None:
         required=True,
         metavar="NAME|FILE",
         help="a reference controller, `reference` for the best, `sampling`, `zero`, `random`; a "
-        "trained policy (.safetensors); or a replay (.npz) of the first starts, whose actions are "
-        "played again",
+        "trained policy: a file (.safetensors), or `BallPark`, the published one of that id; or a "
+        "replay (.npz) of the first starts, whose actions are played again",
     )
     evaluating.add_argument("--starts", type=int, metavar="N", help="(500, or those of the replay)")
     evaluating.add_argument("--name", help="of the policy in tables (its own)")
@@ -102,7 +102,7 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
         if config or options.starts is not None:
             raise ValueError(f"--policy = {policy}; expected no other option: a replay has its own")
         found = _again(Path(policy), env_id)
-    elif policy.endswith(".safetensors"):
+    elif policy.endswith(".safetensors") or catalogue.full_id(policy) in ENVIRONMENTS:
         found = evaluate(env_id, load(policy), n=n, config=config or None)
     else:
         found = evaluate(env_id, policy, n=n, config=config)

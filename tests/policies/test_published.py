@@ -101,6 +101,10 @@ def test_a_policy_file_is_evaluated_by_the_command(tmp_path: Path, capsys: Captu
     assert found.policy == record.policy
     assert main([*words, "--starts", "2", "--name", "mine", "--out", str(tmp_path / "b.json")]) == 0
     assert read_evaluation(tmp_path / "b.json").policy == "mine"
+    short = name.removesuffix("-v0")
+    words = ["evaluate", short, "--policy", short, "--starts", "20"]
+    assert main([*words, "--out", str(tmp_path / "c.json")]) == 0
+    np.testing.assert_array_equal(read_evaluation(tmp_path / "c.json").costs, found.costs)
 
 
 def test_a_record_is_as_good_as_the_evaluation_that_it_is_of() -> None:
