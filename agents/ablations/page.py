@@ -45,13 +45,15 @@ def markdown(folder: Path) -> str:
     """
     parts = [_INTRODUCTION]
     for name in NAMES:
-        rows = [_row(part, found) for part in PARTS if (found := _records(folder / part, name))]
-        if rows:
+        found = {part: _records(folder / part, name) for part in PARTS}
+        trained = {part: records for part, records in found.items() if records}
+        if trained:
             env_id = f"RigidEnvs/{name}-v0"
             cost = cost_of(env_id, task_of(env_id))
             unit = f" [{cost.unit}]" if cost.unit else ""
             header = [f"{cost.name}{unit}" if text == "cost" else text for text in _HEADER]
-            steps = _records(folder / PARTS[-1], name)[0].training["timesteps"]
+            steps = next(iter(trained.values()))[0].training["timesteps"]
+            rows = [_row(part, records) for part, records in trained.items()]
             parts += [f"## {name}, {steps:,} steps", _table(header, rows)]
     return "\n\n".join(parts) + "\n"
 

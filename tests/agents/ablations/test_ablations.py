@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agents.ablations.page import markdown
 from agents.ablations.plan import NAMES, PARTS, ablation
 from agents.environments.factory import make
 from agents.training.benchmark import train_all
@@ -60,6 +61,14 @@ def test_variants_differ_in_what_they_are_named_for() -> None:
 def test_a_variant_is_trained_and_recorded(tmp_path: Path) -> None:
     small = {"n_envs": 8, "n_steps": 8, "batch_size": 64, "total_timesteps": 128, "n_epochs": 1}
     config = ablation("BallPark", "frame", 0, log_dir=str(tmp_path), run_name="a", **small)
-    assert train_all([config], tmp_path, 20, True) == 0
-    record = read_record(tmp_path / "BallParkFrame-v0" / "ppo_reduced_0.json")
+    assert train_all([config], tmp_path / "frame", 20, True) == 0
+    record = read_record(tmp_path / "frame" / "BallParkFrame-v0" / "ppo_reduced_0.json")
     assert record.env_id == "Ablations/BallParkFrame-v0" and record.efficiency is None
+    page = markdown(tmp_path)
+    assert "## BallPark, 128 steps" in page and "\n| frame | 1 | 0.0 % |" in page
+    assert "| none |" not in page and "## AxisFlip" not in page
+
+
+def test_the_page_is_what_the_records_say() -> None:
+    docs = Path(__file__).parents[3] / "docs"
+    assert (docs / "ablations.md").read_text(encoding="utf-8") == markdown(docs / "ablations")
