@@ -30,7 +30,7 @@ def test_the_report_fits_a_page_and_names_the_peers() -> None:
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        (["--ids", "BallPark"], "did you mean 'RigidEnvs/BallPark-v0'"),
+        (["--ids", "BalPark-v0"], "did you mean 'RigidEnvs/BallPark-v0'"),
         (
             ["--json", "nowhere/bench.json"],
             "--json = nowhere/bench.json; expected a file in a folder that exists",

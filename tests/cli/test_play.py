@@ -18,7 +18,7 @@ def test_keys_are_told_without_a_display(capsys: pytest.CaptureFixture[str]) -> 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["CoinPark"], "did you mean 'RigidEnvs/CoinPark-v0'?"),
+        (["CoinParc-v0"], "did you mean 'RigidEnvs/CoinPark-v0'?"),
         ([COIN, "--radus", "1"], "config.radus: "),
         ([COIN, "--radus", "1", "--help-keys"], "config.radus: "),
         ([COIN, "--size", "10"], "size = 10; expected an integer of at least 240"),
