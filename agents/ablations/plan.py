@@ -5,10 +5,10 @@ none       the world frame, as every user of Gymnasium gets it
 schedule   the world frame; the spread of actions decreases by a schedule and is not learnt
 features   the world's observation and actions, and beside it the features of the reduction
 frame      actions of the reduced frame, and plain coordinates in it
-all        the recipe: frame and features, and the schedule where the recipe has one
+all        frame and features, and the schedule where the recipe has one
 =========  =========================================================================================
 
-All else is that of the recipe, such as network and learning rate; but `STEPS` steps, and neither a
+All else is that of the recipe, such as network and learning rate; but 1.5 M steps, and neither a
 price nor a bonus: where little succeeds, a price teaches to do nothing.
 """
 
@@ -22,7 +22,7 @@ from rigid_envs import ENVIRONMENTS, register
 from ..config.by_algorithm import Config, config_from
 from ..config.recipes import recipe_for
 
-__all__ = ["NAMES", "PARTS", "STEPS", "ablation"]
+__all__ = ["NAMES", "PARTS", "ablation"]
 
 NAMES = ("BallPark", "AxisFlip", "TopPrecession")
 """Names of the ids."""
@@ -30,9 +30,7 @@ NAMES = ("BallPark", "AxisFlip", "TopPrecession")
 PARTS = ("none", "schedule", "features", "frame", "all")
 """Names of the variants."""
 
-STEPS = 1_500_000
-"""Of a training: enough for the recipes to succeed, if not for their last per cent of cost."""
-
+_STEPS = 1_500_000  # enough for the recipes to succeed, if not for their last per cent of cost
 _SCHEDULE = (0.6, 0.1)  # standard deviation of the actions at the start and at the end
 
 
@@ -46,7 +44,7 @@ def ablation(name: str, part: str, seed: int, **entries: Any) -> Config:
         **entries: Other entries of the config.
     """
     recipe = recipe_for(f"RigidEnvs/{name}-v0", "ppo", "reduced")
-    ours = {"total_timesteps": STEPS, "cost_price": 0, "success_bonus": 0, "seed": seed}
+    ours = {"total_timesteps": _STEPS, "cost_price": 0, "success_bonus": 0, "seed": seed}
     ours |= _entries(name, part)
     return config_from({**recipe, **ours, **entries})
 

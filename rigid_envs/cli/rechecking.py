@@ -52,7 +52,7 @@ def verify_policies(names: Sequence[str], seed: int | None) -> bool:
     claim = (
         "success and cost of every published start, compared to the last digit"
         if seed is None
-        else f"success from starts of seed {seed}, not below the 95 % interval published"
+        else f"success from starts of seed {seed}, compared with the 95 % interval published"
     )
     print(f"\n{claim}: {len(rows)} policies")
     return not complaints
