@@ -110,7 +110,8 @@ def _draw_panel(axes: Axes, groups: Grouped, env_id: str) -> None:
     axes.set_xscale("log")
     dress(axes, "")
     axes.tick_params(which="both", labelsize=7, length=0)
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    # with fewer, a short axis holds one of them alone, and the locator marks it at equal distances
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 4.0)))
     axes.xaxis.set_major_formatter(FuncFormatter(short_number))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.0f} %"))
