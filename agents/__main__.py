@@ -1,8 +1,13 @@
-"""`python -m agents`."""
+"""`python -m agents`; Ctrl-C ends it without a word, also while it imports."""
 
+import signal
 import sys
 
-from .cli.command_line import main
-
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        from .cli.command_line import main
+
+        status = main()
+    except KeyboardInterrupt:
+        status = 128 + signal.SIGINT
+    sys.exit(status)

@@ -1,10 +1,16 @@
 """The command `rigid-envs`: what it lists, describes, measures and refuses."""
 
 import dataclasses
+import json
+import os
+import pty
 import re
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import pytest
@@ -147,6 +153,61 @@ def test_unknown_option_and_missing_verb_are_refused(capsys: Capture) -> None:
     assert "'--all'" in refused(capsys, "list", "--all")
     with pytest.raises(SystemExit, match="2"):
         main([])
+
+
+def test_the_list_as_json_has_every_id(capsys: Capture) -> None:
+    found = json.loads(said(capsys, "list", "--json"))
+    assert [each["id"] for each in found] == IDS
+    for each in found:
+        assert each["max_episode_steps"] == gymnasium.spec(each["id"]).max_episode_steps
+
+
+@pytest.mark.parametrize("env_id", one_of_each())
+def test_a_description_as_json_has_the_entries_of_the_spaces(capsys: Capture, env_id: str) -> None:
+    found = json.loads(said(capsys, "describe", env_id, "--json", "--rotation", "quat"))
+    env = gymnasium.make(env_id, rotation="quat")
+    space: Any = env.observation_space
+    space = space["observation"] if found["goal"] else space
+    assert len(found["observation"]) == space.shape[0]
+    assert found["choices"] == getattr(env.action_space, "n", 0)
+    values = {each["name"]: each["value"] for each in found["arguments"]}
+    assert values["rotation"] == "quat"
+    assert values.keys() == {field.name for field in dataclasses.fields(task_of(env_id))}
+
+
+def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys: Capture, tmp_path: Path) -> None:
+    words = ("evaluate", "BallGrid", "--policy", "zero", "--starts", "5", "--out")
+    row = json.loads(said(capsys, *words, str(tmp_path / "row.json"), "--json"))
+    assert row == json.loads((tmp_path / "row.json").read_text())
+    assert len(row["starts"]["success"]) == 5
+
+
+def test_ctrl_c_ends_a_command_without_a_word() -> None:
+    words = ("evaluate", "BallPark", "--policy", "shortest_path")
+    command = [sys.executable, "-m", "rigid_envs.cli", *words]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(3.0)  # it plans for minutes
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert out == "" and "Traceback" not in err
+
+
+def test_lines_fit_a_narrow_terminal() -> None:
+    environment = {**os.environ, "COLUMNS": "60"}
+    here, there = pty.openpty()
+    command = [sys.executable, "-m", "rigid_envs.cli", "list"]
+    done = subprocess.Popen(command, stdout=there, env=environment)
+    os.close(there)
+    text = b""
+    try:
+        while part := os.read(here, 65536):
+            text += part
+    except OSError:  # the other end is closed
+        pass
+    assert done.wait(60) == 0
+    lengths = [len(line) for line in text.decode().splitlines()]
+    assert 40 < max(lengths) <= 60
 
 
 def test_command_survives_a_reader_that_stops_reading() -> None:
