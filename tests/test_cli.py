@@ -193,6 +193,32 @@ def test_ctrl_c_ends_a_command_without_a_word() -> None:
     assert out == "" and "Traceback" not in err
 
 
+def completed(words: str) -> list[str]:
+    """What bash suggests for the last word of a line."""
+    script = subprocess.run(
+        [sys.executable, "-m", "rigid_envs.cli", "completion", "bash"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    parts = words.split(" ")
+    ask = (
+        f"COMP_WORDS=({' '.join(parts)})\nCOMP_CWORD={len(parts) - 1}\n"
+        "$(complete -p rigid-envs | sed 's/.*-F \\([^ ]*\\).*/\\1/') rigid-envs\n"
+        'printf "%s\\n" "${COMPREPLY[@]}"'
+    )
+    done = subprocess.run(
+        ["bash", "-c", f"{script}\n{ask}"], capture_output=True, text=True, check=True
+    )
+    return done.stdout.split()
+
+
+def test_a_shell_completes_verbs_options_and_ids() -> None:
+    assert completed("rigid-envs ev") == ["evaluate"]
+    assert completed("rigid-envs describe Roll") == ["RollPump"]
+    assert completed("rigid-envs evaluate BallPark --pol") == ["--policy"]
+
+
 def test_lines_fit_a_narrow_terminal() -> None:
     environment = {**os.environ, "COLUMNS": "60"}
     here, there = pty.openpty()

@@ -11,6 +11,7 @@ from typing import Any
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs import ENVIRONMENTS, __version__, catalogue
+from rigid_envs.cli.completing import add_completion
 from rigid_envs.cli.films import add_films
 from rigid_envs.cli.frames import add_frames
 from rigid_envs.cli.gallery import add_gallery
@@ -78,6 +79,7 @@ def _parser() -> argparse.ArgumentParser:
     add_films(verbs)
     add_gallery(verbs)
     add_replay(verbs)
+    add_completion(verbs, parser)
     return parser
 
 
