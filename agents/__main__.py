@@ -5,8 +5,11 @@ import sys
 
 if __name__ == "__main__":
     try:
+        from rigid_envs.cli.progress import show_messages
+
         from .cli.command_line import main
 
+        show_messages()
         status = main()
     except KeyboardInterrupt:
         status = 128 + signal.SIGINT

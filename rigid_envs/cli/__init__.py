@@ -17,7 +17,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     try:
         from rigid_envs.cli.main import run  # imports for a second
+        from rigid_envs.cli.progress import show_messages
 
+        show_messages()
         return run(argv)
     except KeyboardInterrupt:
         return 128 + signal.SIGINT
