@@ -17,10 +17,10 @@ from torch import nn
 
 from agents.config.by_algorithm import config_from
 from agents.config.recipes import recipe_for
-from agents.policies.activations import ACTIVATIONS
 from agents.storage.runs import Run, create_run
 from agents.training.progress_bar import Progress
 from agents.training.trainer import Trainer
+from rigid_envs.policies.layers import ACTIVATIONS
 
 
 def started(name: str, folder: str) -> tuple[Run, Trainer]:

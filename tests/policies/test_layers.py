@@ -3,7 +3,7 @@
 import torch
 from torch import nn
 
-from agents.policies.activations import ACTIVATIONS
+from rigid_envs.policies.layers import ACTIVATIONS
 
 
 def test_tanh_and_its_derivative_are_those_of_torch() -> None:
