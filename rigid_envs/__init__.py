@@ -22,9 +22,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigid_envs.policies import CompiledPolicy
+    from rigid_envs.references import Reference
     from rigid_envs.scores.result import Evaluation
 
-__all__ = ["ENVIRONMENTS", "__version__", "evaluate", "load", "register"]
+__all__ = ["ENVIRONMENTS", "__version__", "evaluate", "load", "reference", "register"]
 
 __version__ = "0.1.0"
 
@@ -94,6 +95,28 @@ def load(name: str | Path) -> CompiledPolicy:
         ConfigError: none of that name; names those that there are.
     """
     found: CompiledPolicy = importlib.import_module("rigid_envs.policies").load(name)
+    return found
+
+
+def reference(env_id: str, name: str | None = None, **settings: Any) -> Reference:
+    """A reference controller as an agent, which acts on observations as a trained policy does.
+
+    Its ``predict`` is that of Stable-Baselines3, with ``state`` and ``episode_start`` as recurrent
+    policies have them; it acts in single, vector and wrapped environments. Of parameters that are
+    drawn and not observed it takes the middle of the range.
+
+    Args:
+        env_id: Gymnasium's id, also in short: "BallPark".
+        name: One of the id's controllers; None takes the best.
+        **settings: Of the environment in which it is to act.
+
+    Raises:
+        ConfigError: An unknown id, name or setting, or a setting that hides what the controller
+            needs; names it.
+    """
+    found: Reference = importlib.import_module("rigid_envs.references").reference(
+        env_id, name, **settings
+    )
     return found
 
 

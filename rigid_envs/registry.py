@@ -52,6 +52,9 @@ class EnvironmentRecord:
         controllers: Reference controllers by name, the best first, each a function
             "module:name" from the task to a controller.
         limits: Theoretical limits by metric, each the "module:name" of a `TheoreticalLimit`.
+        decoder: Function "module:name" from the task to a function that finds the states that
+            controllers read in observations (`rigid_envs.references.Decoder`); empty if there is
+            none.
     """
 
     id: str
@@ -64,6 +67,7 @@ class EnvironmentRecord:
     error: ErrorTerm | None = None
     controllers: Mapping[str, str] = field(default_factory=dict)
     limits: Mapping[str, str] = field(default_factory=dict)
+    decoder: str = ""
 
 
 _RECORDS: dict[str, EnvironmentRecord] = {}
@@ -120,8 +124,10 @@ def _ours(family: str, name: str, max_episode_steps: int, metrics: str, **more: 
         name: Name of the id and of the task class.
         max_episode_steps: Time limit in steps.
         metrics: Names of the metrics, separated by blanks; the first one is the cost.
-        **more: Other entries of the record; code is named relative to `rigid_envs.scores`.
+        **more: Other entries of the record; code is named relative to `rigid_envs.scores`, the
+            decoder to `rigid_envs.references`.
     """
+    more["decoder"] = f"rigid_envs.references.{more['decoder']}"
     for key, place in (("controllers", "bindings."), ("limits", "theory:")):
         codes = more.get(key, {})
         more[key] = {label: f"rigid_envs.scores.{place}{code}" for label, code in codes.items()}
@@ -143,6 +149,7 @@ _ours(
     "effort success return time error",
     error=_SPIN,
     controllers={"lqr": "free_body:spin_regulator", "energy_casimir": "free_body:energy_casimir"},
+    decoder="free_body:intermediate_axis",
 )
 _variant("IntermediateAxisRandom", "IntermediateAxis")
 _ours(
@@ -152,6 +159,7 @@ _ours(
     "effort success return time error",
     error=ErrorTerm("axis", 10.0, "angle of the spin from e2 [rad]"),
     controllers={"energy_casimir": "free_body:single_torque"},
+    decoder="free_body:intermediate_axis",
 )
 _ours(
     _BODY,
@@ -160,6 +168,7 @@ _ours(
     "effort success return time error",
     error=_SPIN,
     controllers={"separatrix": "free_body:separatrix_steering"},
+    decoder="free_body:intermediate_axis",
 )
 _ours(
     _BODY,
@@ -167,6 +176,7 @@ _ours(
     250,
     "effort success return",
     controllers={"timed": "free_body:timed_flip", "brute_force": "free_body:forced_flip"},
+    decoder="free_body:axis_flip",
 )
 _ours(
     _BODY,
@@ -174,6 +184,7 @@ _ours(
     50,
     "loss success return time effort",  # its least is known exactly
     controllers={"riccati": "free_body:momentum_regulator", "brake": "free_body:momentum_brake"},
+    decoder="free_body:detumble",
     limits={"loss": "DETUMBLE_LOSS", "time": "DETUMBLE_TIME"},
 )
 _ours(
@@ -183,6 +194,7 @@ _ours(
     "time success return effort",
     goal=True,
     controllers={"quaternion_pd": "free_body:quaternion_pd"},
+    decoder="free_body:reorient",
     limits={"time": "REORIENT_TIME"},
 )
 _ours(
@@ -192,6 +204,7 @@ _ours(
     "effort success return time error",
     error=_TILT,
     controllers={"lqr": "heavy_top:upright_balance"},
+    decoder="heavy_top:sleeping_top",
 )
 _ours(
     _BALL,
@@ -200,6 +213,7 @@ _ours(
     "path success return time",
     early_end=_LAXER_POSE,
     controllers={"shortest_path": "ball:along_shortest_path", "three_rolls": "ball:rolled"},
+    decoder="ball:ball_park",
     limits={"path": "BALL_PATH"},
 )
 _ours(
@@ -209,6 +223,7 @@ _ours(
     "path success return time",
     goal=True,
     controllers={"shortest_path": "ball:along_shortest_path", "three_rolls": "ball:rolled"},
+    decoder="ball:ball_park_goal",
     limits={"path": "BALL_PATH"},
 )
 _variant("BallParkRandom", "BallPark")
@@ -220,6 +235,7 @@ _ours(
     "time success return effort",
     early_end={**_LAXER_POSE, "speed_tolerance": 5.0},
     controllers={"three_rolls": "ball:pushed"},
+    decoder="ball:ball_park_dynamic",
     limits={"time": "PUSHED_BALL_TIME"},
 )
 _ours(
@@ -229,6 +245,7 @@ _ours(
     "error success return path",
     error=ErrorTerm("close", 5.0, "pose error [radii and rad]"),
     controllers={"lqr": "ball:far_sighted", "damping": "ball:damped"},
+    decoder="ball:ball_steer",
     limits={"error": "BALL_STEER_ERROR"},
 )
 _ours(
@@ -239,6 +256,7 @@ _ours(
     early_end={"margin": 0.1, "start_speed": 5.0, "n_substeps": 4},
     error=ErrorTerm("near", 5.0, "distance from the point [m]"),
     controllers={"lqr": "ball:plate_regulator"},
+    decoder="ball:ball_plate",
 )
 _ours(
     _BALL,
@@ -247,6 +265,7 @@ _ours(
     "path success return time",
     early_end={"start_cells": 0},
     controllers={"breadth_first": "ball:quarter_rolls"},
+    decoder="ball:ball_grid",
     limits={"path": "GRID_PATH", "time": "GRID_TIME"},
 )
 _ours(
@@ -256,6 +275,7 @@ _ours(
     "time success return",
     early_end={"dt": 1.0, "n_substeps": 20, "start_part": 0.99, "beta_change": 3.0},
     controllers={"bang_bang": "coin_and_wheel:pump"},
+    decoder="coin_and_wheel:roll_pump",
     limits={"time": "ROLL_PUMP_TIME"},
 )
 _ours(
@@ -266,6 +286,7 @@ _ours(
     early_end={"arena": 0.02},
     error=_TILT,
     controllers={"lqr": "heavy_top:pivot_balance"},
+    decoder="heavy_top:pivot_top",
 )
 _ours(
     _TOP,
@@ -274,6 +295,7 @@ _ours(
     "effort success return time error",
     error=ErrorTerm("tilt", 10.0, "tilt off the commanded one [rad]"),
     controllers={"lqr": "heavy_top:precession_regulator"},
+    decoder="heavy_top:top_precession",
 )
 _ours(
     _TOP,
@@ -282,6 +304,7 @@ _ours(
     "effort success return time error",
     error=_TILT,
     controllers={"lqr": "heavy_top:asymmetric_balance"},
+    decoder="heavy_top:top_random",
 )
 _variant("SleepingTopRandom", "SleepingTop")
 _ours(
@@ -291,6 +314,7 @@ _ours(
     "path success return time",
     early_end={"position_tolerance": 1.5, "heading_tolerance": 1.5, "phase_tolerance": 1.5},
     controllers={"two_rolls": "coin_and_wheel:two_rolls"},
+    decoder="coin_and_wheel:coin_park",
     limits={"path": "COIN_PATH"},
 )
 _ours(
@@ -301,5 +325,6 @@ _ours(
     early_end={"start_lean": 1.0},
     error=ErrorTerm("circle", 10.0, "relative error of the curvature"),
     controllers={"lqr": "coin_and_wheel:circle_regulator"},
+    decoder="coin_and_wheel:disk_roll",
 )
 _variant("DiskRollRandom", "DiskRoll")

@@ -332,7 +332,7 @@ def test_the_example_of_the_readme_trains_evaluates_and_ranks_an_outsider(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("stable_baselines3")
-    from agents.evaluation.leaderboard import read_results
+    from rigid_envs.leaderboard import read_results
 
     text = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Evaluate anything")[2]
     (code, *_) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)

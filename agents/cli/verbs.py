@@ -138,7 +138,7 @@ def _next(run: Run, imports: str) -> str:
 def leaderboard(options: argparse.Namespace, rest: list[str]) -> int:
     """Write the leaderboard of all results below a folder."""
     refuse(rest)
-    from ..evaluation.leaderboard import write_leaderboard
+    from rigid_envs.leaderboard import write_leaderboard
 
     text = write_leaderboard(options.folder, options.packaged)
     print(f"{text}\nwritten to {options.folder}: leaderboard.md, .png")

@@ -1,1 +1,1 @@
-"""Vector environments by id, and as Stable-Baselines3 sees them."""
+"""Vector environments by id, and the adapter of a training."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from rigid_envs.catalogue import families
 from rigid_envs.files import write_atomic
+from rigid_envs.leaderboard.style import INK, MUTED, dress, look
 from rigid_envs.scores.aggregates import (
     interquartile_mean,
     performance_profile,
@@ -34,7 +35,7 @@ from .baselines import (
     policies_of,
     results_of,
 )
-from .plots import INK, MUTED, dress, look, short_number
+from .plots import short_number
 
 __all__ = ["write_baselines"]
 

@@ -15,15 +15,13 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from rigid_envs.files import write_atomic
+from rigid_envs.leaderboard.style import INK, MUTED, dress
 from rigid_envs.scores.intervals import wilson_interval
 
 from ..storage.runs import Run
 
-__all__ = ["INK", "MUTED", "draw_learning_curve", "dress", "look", "short_number"]
+__all__ = ["draw_learning_curve", "short_number"]
 
-INK, MUTED, _GRID = "#22272e", "#6b7480", "#e3e7ec"
-_COLOURS = ("#1f5fbf", "#c9772b", "#3a8f5c", "#8a4fbf", "#b8383d", "#2a9aa8", "#7a7f2b", "#6b7480")
-_MARKERS = "osD^v"
 _HELD_OUT, _TRAINING = "#1f5fbf", "#c9772b"
 
 
@@ -87,27 +85,6 @@ def _draw_return(axes: Axes, rows: Sequence[dict[str, str]], held_out: dict[str,
     axes.annotate("band: middle half of the episodes", (0.99, 0.04), xycoords="axes fraction",
                   ha="right", fontsize=9, color=MUTED)  # fmt: skip
     dress(axes, "return of an episode")
-
-
-def look(k: int) -> tuple[str, str]:
-    """Colour and marker of the k-th of many policies; no two of the first 40 look the same."""
-    rounds, colour = divmod(k, len(_COLOURS))
-    return _COLOURS[colour], _MARKERS[rounds % len(_MARKERS)]
-
-
-def dress(axes: Axes, label: str) -> None:
-    """Give a plot our looks.
-
-    Args:
-        axes: The plot.
-        label: What its vertical axis shows.
-    """
-    axes.set_ylabel(label, color=MUTED)
-    axes.grid(True, color=_GRID, lw=0.8)
-    axes.set_axisbelow(True)
-    axes.tick_params(colors=MUTED, length=0)
-    axes.spines[["top", "right", "left"]].set_visible(False)
-    axes.spines["bottom"].set_color(_GRID)
 
 
 def _column(

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from torch import nn
 
 from rigid_envs.policies import StoredPolicy
+from rigid_envs.policies.layers import ACTIVATIONS, RelativeRotation
 
-from .activations import ACTIVATIONS
 from .heads import HEADS, linear
-from .relative_rotation import RelativeRotation
 
 __all__ = ["Policy"]
 

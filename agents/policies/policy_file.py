@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from rigid_envs.files import DamagedFileError, canonical_json, write_atomic
-from rigid_envs.policies.loading import FORMAT, read_policy
-from rigid_envs.tensorfile import save_tensors
+from rigid_envs.policies import read_policy, write_policy
+from rigid_envs.policies.loading import FORMAT
 
 from .mlp import Policy
 
@@ -27,9 +27,8 @@ def save_policy(policy: Policy, folder: Path) -> Path:
         The file that `load_policy` reads.
     """
     folder.mkdir(exist_ok=True)
+    path = write_policy(folder / "policy.safetensors", policy.document, policy.arrays)
     document = {"format": FORMAT, **policy.document}
-    path = folder / "policy.safetensors"
-    save_tensors(path, policy.arrays, document)
     write_atomic(folder / "policy.json", canonical_json(document, indent=2) + "\n")
     return path
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from time import sleep
 
 from rigid_envs.errors import ConfigError
+from rigid_envs.sb3.finite import NonFiniteError
 from rigid_envs.scores.records import Record, read_record, record_file, write_record
 
 from ..config.by_algorithm import Config, config_from, config_to_dict
-from ..environments.finite import NonFiniteError
 from ..storage.manifest import differences
 from ..storage.runs import Run, RunInUseError, create_run, find_run, open_run
 from .recording import frame_of, is_complete, make_record

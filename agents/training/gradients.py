@@ -8,7 +8,7 @@ from typing import Any
 import torch
 from torch.optim import Optimizer
 
-from ..environments.finite import NonFiniteError
+from rigid_envs.sb3.finite import NonFiniteError
 
 __all__ = ["guard_optimizer"]
 

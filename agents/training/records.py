@@ -9,7 +9,7 @@ from typing import Any
 from stable_baselines3.common.logger import Logger
 
 from ..config.by_algorithm import Config
-from ..environments.adapter import EpisodeEnds
+from ..environments.training_rows import EpisodeEnds
 from ..storage.logs import CsvLog, ProgressLog, TensorBoardLog
 from ..storage.runs import Run
 from .algorithms import progress_columns

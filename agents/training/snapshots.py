@@ -19,7 +19,7 @@ from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecNormalize
 from torch.optim import Optimizer
 
-from ..environments.adapter import GymnasiumVecEnv
+from ..environments.training_rows import TrainingRows
 from .algorithms import algorithm_of
 from .replay_buffer import buffer_arrays, restore_buffer
 
@@ -30,7 +30,7 @@ _COUNTERS = ("num_timesteps", "_n_updates", "_episode_num", "_current_progress_r
 _OBSERVATIONS = ("_last_obs", "_last_original_obs")
 
 
-def capture(model: BaseAlgorithm, adapter: GymnasiumVecEnv) -> tuple[Arrays, dict[str, Any]]:
+def capture(model: BaseAlgorithm, adapter: TrainingRows) -> tuple[Arrays, dict[str, Any]]:
     """State of training between two updates.
 
     Args:
@@ -67,7 +67,7 @@ def capture(model: BaseAlgorithm, adapter: GymnasiumVecEnv) -> tuple[Arrays, dic
 
 
 def restore(
-    model: BaseAlgorithm, adapter: GymnasiumVecEnv, arrays: Arrays, document: Mapping[str, Any]
+    model: BaseAlgorithm, adapter: TrainingRows, arrays: Arrays, document: Mapping[str, Any]
 ) -> None:
     """Bring a fresh model and its environment to a captured state.
 

@@ -14,13 +14,13 @@ from stable_baselines3.common.vec_env import VecEnv, VecExtractDictObs, VecNorma
 
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import sweep
+from rigid_envs.sb3.finite import NonFiniteError
 from rigid_envs.scores.starts import row_seeds
 from rigid_envs.settings import refusal
 
 from ..config.by_algorithm import Config, config_to_dict
-from ..environments.adapter import GymnasiumVecEnv
 from ..environments.factory import make, part_for
-from ..environments.finite import NonFiniteError
+from ..environments.training_rows import TrainingRows
 from ..policies.policy_file import save_policy
 from ..storage.checkpoints import load_newest, save_newest
 from ..storage.manifest import differences, manifest
@@ -149,7 +149,7 @@ class Trainer:
         torch.set_num_threads(config.torch_threads)
         sweep(run.folder)
         self._run, self._config, self._progress = run, config, progress
-        self._adapter = GymnasiumVecEnv(make(config.env_id, config.training_kwargs, config.n_envs))
+        self._adapter = TrainingRows(make(config.env_id, config.training_kwargs, config.n_envs))
         self._adapter.bonus = config.success_bonus
         self.model = build_model(config, _wrapped(self._adapter, config))
         self._adapter.seed(row_seeds(config.seed, config.n_envs, "train"))
@@ -284,7 +284,7 @@ def _checked(config: Config) -> VectorEnv[Any, Any, Any]:
     return trained
 
 
-def _wrapped(adapter: GymnasiumVecEnv, config: Config) -> VecEnv:
+def _wrapped(adapter: TrainingRows, config: Config) -> VecEnv:
     """What the model sees: the part that networks read, normalised as the config says."""
     part = part_for(config.env_kwargs, adapter.observation_space)
     seen = adapter if part is None else VecExtractDictObs(adapter, part)

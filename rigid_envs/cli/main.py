@@ -3,6 +3,7 @@
 import argparse
 import json
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +18,7 @@ from rigid_envs.cli.frames import add_frames
 from rigid_envs.cli.gallery import add_gallery
 from rigid_envs.cli.playing import add_play
 from rigid_envs.cli.progress import tell
+from rigid_envs.cli.ranking import add_leaderboard
 from rigid_envs.cli.rechecking import verify_policies
 from rigid_envs.cli.replaying import add_replay
 from rigid_envs.cli.scoring import add_best, add_evaluate, verify_scores
@@ -38,8 +40,8 @@ def run(argv: Sequence[str] | None = None) -> int:
         argv: arguments; None takes those of the process.
 
     Returns:
-        Exit status: 0, 1 if a law, a score or a figure's number does not hold or a package is
-        missing, or 2 for wrong arguments.
+        Exit status: 0; 1 if a law, a score or a figure's number does not hold, a package is
+        missing or a file cannot be read or written; 2 for wrong arguments; 130 after Ctrl-C.
     """
     options, rest = _parser().parse_known_args(argv)
     status = 0
@@ -49,11 +51,13 @@ def run(argv: Sequence[str] | None = None) -> int:
     except ValueError as error:
         print(f"rigid-envs: {error}", file=sys.stderr)
         return 2
-    except DependencyNotInstalled as error:
-        print(f"rigid-envs: {error}", file=sys.stderr)
-        return 1
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (DependencyNotInstalled, OSError) as error:
+        print(f"rigid-envs: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
     return status
 
 
@@ -75,6 +79,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_verify(verbs)
     add_evaluate(verbs)
     add_best(verbs)
+    add_leaderboard(verbs)
     add_frames(verbs)
     add_films(verbs)
     add_gallery(verbs)

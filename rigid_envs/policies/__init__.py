@@ -9,7 +9,15 @@
 """
 
 from rigid_envs.policies.compiled import CompiledPolicy
-from rigid_envs.policies.loading import FOLDER, load, published, read_policy
+from rigid_envs.policies.loading import FOLDER, load, published, read_policy, write_policy
 from rigid_envs.policies.stored import StoredPolicy
 
-__all__ = ["FOLDER", "CompiledPolicy", "StoredPolicy", "load", "published", "read_policy"]
+__all__ = [
+    "FOLDER",
+    "CompiledPolicy",
+    "StoredPolicy",
+    "load",
+    "published",
+    "read_policy",
+    "write_policy",
+]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,9 @@ from numpy.typing import NDArray
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError
 from rigid_envs.policies.compiled import CompiledPolicy
-from rigid_envs.tensorfile import load_tensors
+from rigid_envs.tensorfile import load_tensors, save_tensors
 
-__all__ = ["FOLDER", "FORMAT", "file_of", "load", "published", "read_policy"]
+__all__ = ["FOLDER", "FORMAT", "file_of", "load", "published", "read_policy", "write_policy"]
 
 FORMAT = "rigid-envs policy 1"
 FOLDER = Path(__file__).parent
@@ -90,3 +91,20 @@ def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     if bad:
         raise DamagedFileError(f"{path}: {bad[0]} is not finite")
     return document, arrays
+
+
+def write_policy(
+    file: Path, document: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
+) -> Path:
+    """Write a policy file, atomically.
+
+    Args:
+        file: Its path; the folder exists.
+        document: JSON values; see `StoredPolicy`.
+        arrays: See `StoredPolicy`.
+
+    Returns:
+        The file.
+    """
+    save_tensors(file, arrays, {"format": FORMAT, **document})
+    return file

@@ -12,7 +12,12 @@ from rigid_envs.scores.aggregates import (
     stratified_bootstrap,
 )
 from rigid_envs.scores.best import Best, best_known
-from rigid_envs.scores.controllers import Controller, ControllerFactory, reference_controllers
+from rigid_envs.scores.controllers import (
+    Controller,
+    ControllerFactory,
+    States,
+    reference_controllers,
+)
 from rigid_envs.scores.efficiency import Cost, cost_of, efficiencies
 from rigid_envs.scores.episodes import ActionFunction, Episodes, SupportsPredict
 from rigid_envs.scores.evaluation import evaluate
@@ -47,6 +52,7 @@ __all__ = [
     "Metric",
     "PolicyFactory",
     "RandomPolicy",
+    "States",
     "SupportsPredict",
     "best_known",
     "constant_zero",

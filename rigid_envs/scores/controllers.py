@@ -1,17 +1,37 @@
 """Controllers of all rows of an environment, and the reference controllers of each id."""
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
 
+import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.registry import ENVIRONMENTS, load
+from rigid_envs.systems import System
 
-__all__ = ["Controller", "ControllerFactory", "reference_controllers"]
+__all__ = ["Controller", "ControllerFactory", "States", "reference_controllers"]
 
-Controller = Callable[[RigidVectorEnv], npt.NDArray[Any]]
-"""State feedback: actions (N, n_action) of all rows, or choices (N,), from states and goals."""
+
+class States(Protocol):
+    """What a controller reads of N rows: native rows have it, and so has a decoded observation."""
+
+    @property
+    def y(self) -> npt.NDArray[np.float64]:
+        """Physical states, shape (N, n_state)."""
+
+    @property
+    def systems(self) -> Sequence[System]:
+        """The physical system of every row."""
+
+    def auxiliary(self, *names: str) -> npt.NDArray[np.float64]:
+        """Parts of the auxiliary state, by name: shape (N,), or (N, k) of k > 1 names."""
+
+
+Controller = Callable[[Any], npt.NDArray[Any]]
+"""Actions (N, n_action) of all rows, or choices (N,), from their `States`.
+
+One that reads more takes a `RigidVectorEnv`, and acts in native rows only.
+"""
 
 ControllerFactory = Callable[[Any], Controller]
 """A function from a task, with its settings, to a controller of its rows."""

@@ -18,10 +18,10 @@ from torch import nn
 
 from agents.config.by_algorithm import config_from
 from agents.config.recipes import recipe_for
-from agents.policies.activations import ACTIVATIONS, Tanh
 from agents.storage.runs import Run, create_run
 from agents.training.progress_bar import Progress
 from agents.training.trainer import Trainer
+from rigid_envs.policies.layers import ACTIVATIONS, Tanh
 
 
 def started(name: str, folder: str) -> tuple[Run, Trainer]:

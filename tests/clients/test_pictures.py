@@ -20,9 +20,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecVideoRecorder
 
-from agents.environments.adapter import GymnasiumVecEnv
-from agents.environments.factory import make
-from rigid_envs import ENVIRONMENTS
+from rigid_envs import ENVIRONMENTS, sb3
 from rigid_envs.testing.environments import GOALS
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
@@ -193,7 +191,7 @@ def test_stable_baselines3_films_its_rows(env_id: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_stable_baselines3_films_our_adapter(env_id: str, tmp_path: Path) -> None:
-    film_rows(GymnasiumVecEnv(make(env_id, SMALL, 2)), tmp_path)
+    film_rows(sb3.make_vec_env(env_id, 2, **SMALL), tmp_path)
 
 
 def film_rows(venv: Any, folder: Path) -> None:
@@ -211,7 +209,7 @@ def film_rows(venv: Any, folder: Path) -> None:
 
 
 def test_stable_baselines3_films_a_policy_over_our_adapter(tmp_path: Path) -> None:
-    venv = GymnasiumVecEnv(make(PARK, SMALL, 1))
+    venv = sb3.make_vec_env(PARK, 1, **SMALL)
     recorder: Any = VecVideoRecorder(
         venv, str(tmp_path), record_video_trigger=lambda step: step == 0, video_length=3
     )

@@ -31,7 +31,7 @@ def test_three_straight_rolls_park_every_ball(env_id):
     kind = RigidGoalVectorEnv if env_id == "BallParkGoal" else RigidVectorEnv
     envs = kind(f"rigid_envs.tasks:{env_id}", n)
     envs.reset(seed=0)
-    length = np.sum(np.linalg.norm(straight_rolls(envs, np.arange(n)), axis=-1), axis=-1)
+    length = np.sum(np.linalg.norm(straight_rolls(envs.task, envs, np.arange(n)), axis=-1), axis=-1)
     # the steps along a plan make up the plan: rounded to float32, each by 6e-8
     assert (found.cost[:n] <= length * (1.0 + 1e-6)).all()
 

@@ -9,14 +9,14 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
+from rigid_envs.sb3.extractor import attitudes
 from rigid_envs.settings import refusal
 
 from ...config.by_algorithm import Config
 from ...environments.factory import part_for
 from ..gradients import guard_optimizer
 from . import dqn, ppo, sac, tqc
-from .common import Network, Parts
-from .extractor import attitudes
+from .common import Parts
 
 __all__ = ["Algorithm", "algorithm_of", "build_model", "check_fit", "iterate", "progress_columns"]
 
@@ -42,9 +42,6 @@ class Algorithm(Protocol):
 
     def parts(self, model: Any) -> Parts:
         """Trainable parts of the model."""
-
-    def network(self, model: Any) -> Network:
-        """Network of the policy."""
 
 
 _ALGORITHMS: dict[str, Algorithm] = {"ppo": ppo, "sac": sac, "tqc": tqc, "dqn": dqn}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import torch
@@ -10,16 +9,15 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from stable_baselines3.common.type_aliases import Schedule
 from stable_baselines3.common.vec_env import VecEnv
-from torch import nn
 from torch.optim import Optimizer
 
+from rigid_envs.policies.layers import ACTIVATIONS
+from rigid_envs.sb3.extractor import AttitudeExtractor, attitudes
 from rigid_envs.scores.starts import row_seeds
 
 from ...config.by_algorithm import Config
-from ...policies.activations import ACTIVATIONS
-from .extractor import AttitudeExtractor, attitudes
 
-__all__ = ["Network", "Parts", "arguments", "layers", "policy_arguments"]
+__all__ = ["Parts", "arguments", "policy_arguments"]
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -36,18 +34,6 @@ class Parts(NamedTuple):
 
     weights: dict[str, torch.Tensor]
     optimizers: dict[str, Optimizer]
-
-
-class Network(NamedTuple):
-    """Network of a policy, free of SB3.
-
-    Attributes:
-        head: Action distribution; a key of `policies.heads.HEADS`.
-        arrays: The layers, and what the head needs.
-    """
-
-    head: str
-    arrays: Arrays
 
 
 def arguments(config: Config, env: VecEnv) -> dict[str, Any]:
@@ -91,20 +77,6 @@ def policy_arguments(config: Config, env: VecEnv, eps: float = 1e-8) -> dict[str
         "features_extractor_class": AttitudeExtractor,
         "features_extractor_kwargs": attitudes(env.get_attr("task", [0])[0]),
     }
-
-
-def layers(modules: Iterable[nn.Module]) -> Arrays:
-    """Weights and biases of linear layers, under the names of a policy file.
-
-    Args:
-        modules: Modules in the order that they are applied; others than linear ones are left out.
-    """
-    arrays: Arrays = {}
-    linear = [module for module in modules if isinstance(module, nn.Linear)]
-    for k, layer in enumerate(linear):
-        arrays[f"layers.{k}.weight"] = layer.weight.detach().numpy()
-        arrays[f"layers.{k}.bias"] = layer.bias.detach().numpy()
-    return arrays
 
 
 def _schedule(rate: float | tuple[float, float]) -> float | Schedule:

@@ -10,10 +10,10 @@ from stable_baselines3 import DQN
 from stable_baselines3.common.vec_env import VecEnv
 
 from ...config.by_algorithm import DQNConfig
-from .common import Network, Parts, layers, policy_arguments
+from .common import Parts, policy_arguments
 from .off_policy import check_buffer_size, check_pay, check_space, iterate, off_policy_arguments
 
-__all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "network", "parts"]
+__all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "parts"]
 
 MODEL = DQN
 COUNTERS: tuple[str, ...] = ("_n_calls", "exploration_rate")
@@ -61,8 +61,3 @@ def build(config: DQNConfig, env: VecEnv) -> DQN:
 def parts(model: DQN) -> Parts:
     """See `Parts`."""
     return Parts(model.policy.state_dict(), {"policy": model.policy.optimizer})
-
-
-def network(model: DQN) -> Network:
-    """See `Network`."""
-    return Network("greedy", layers(model.q_net.q_net))

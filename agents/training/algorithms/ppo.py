@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, cast
+from typing import Any
 
 import torch
 from gymnasium import spaces
@@ -11,14 +11,13 @@ from gymnasium.vector import VectorEnv
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
-from torch import nn
 
 from rigid_envs.settings import refusal
 
 from ...config.by_algorithm import PPOConfig
-from .common import Network, Parts, arguments, layers, policy_arguments
+from .common import Parts, arguments, policy_arguments
 
-__all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "network", "parts"]
+__all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "parts"]
 
 MODEL = PPO
 COUNTERS: tuple[str, ...] = ()
@@ -101,15 +100,3 @@ def iterate(model: PPO, config: PPOConfig, callback: BaseCallback) -> None:
 def parts(model: PPO) -> Parts:
     """See `Parts`."""
     return Parts(model.policy.state_dict(), {"policy": model.policy.optimizer})
-
-
-def network(model: PPO) -> Network:
-    """See `Network`."""
-    hidden: Any = model.policy.mlp_extractor.policy_net
-    arrays = layers([*hidden, cast("nn.Linear", model.policy.action_net)])
-    if not isinstance(model.action_space, spaces.Box):
-        return Network("categorical", arrays)
-    arrays["log_std"] = model.policy.log_std.detach().numpy()
-    arrays["action.low"] = model.action_space.low
-    arrays["action.high"] = model.action_space.high
-    return Network("gaussian", arrays)

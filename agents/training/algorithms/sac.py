@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from typing import Any
 
 from gymnasium import spaces
 from gymnasium.vector import VectorEnv
 from sb3_contrib import TQC
 from stable_baselines3 import SAC
 from stable_baselines3.common.vec_env import VecEnv
-from torch import nn
 
 from ...config.by_algorithm import SACConfig
-from .common import Network, Parts, layers, policy_arguments
+from .common import Parts, policy_arguments
 from .off_policy import check_buffer_size, check_pay, check_space, iterate, off_policy_arguments
 
-__all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "network", "parts"]
+__all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "parts"]
 
 MODEL = SAC
 COUNTERS: tuple[str, ...] = ()
@@ -67,16 +66,3 @@ def parts(model: SAC | TQC) -> Parts:
         weights["log_ent_coef"] = model.log_ent_coef.detach()
         optimizers["ent_coef"] = model.ent_coef_optimizer
     return Parts(weights, optimizers)
-
-
-def network(model: SAC | TQC) -> Network:
-    """See `Network`."""
-    actor, box = model.actor, model.action_space
-    assert isinstance(box, spaces.Box)
-    arrays = layers([*actor.latent_pi, actor.mu])
-    spread = layers([cast("nn.Linear", actor.log_std)])
-    arrays["log_std.weight"] = spread["layers.0.weight"]
-    arrays["log_std.bias"] = spread["layers.0.bias"]
-    arrays["action.low"] = box.low
-    arrays["action.high"] = box.high
-    return Network("squashed gaussian", arrays)

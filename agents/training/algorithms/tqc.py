@@ -8,9 +8,9 @@ from stable_baselines3.common.vec_env import VecEnv
 from ...config.by_algorithm import TQCConfig
 from .common import policy_arguments
 from .off_policy import iterate, off_policy_arguments
-from .sac import COLUMNS, COUNTERS, check, network, parts
+from .sac import COLUMNS, COUNTERS, check, parts
 
-__all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "network", "parts"]
+__all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "parts"]
 
 MODEL = TQC
 

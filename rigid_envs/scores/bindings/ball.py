@@ -13,8 +13,7 @@ from rigid_envs.control.plate import PlateRegulator
 from rigid_envs.control.polygons import PushAlong, roll_along
 from rigid_envs.control.shortest_path import shortest_path
 from rigid_envs.control.three_rolls import three_rolls
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.controllers import Controller
+from rigid_envs.scores.controllers import Controller, States
 from rigid_envs.scores.scripts import Rows, Script
 from rigid_envs.systems import DynamicBall, RollingBall
 from rigid_envs.tasks import (
@@ -24,12 +23,10 @@ from rigid_envs.tasks import (
     BallParkGoal,
     BallPlate,
     BallSteer,
+    Task,
 )
 
 __all__ = [
-    "_dynamic_ball",
-    "_rolling_ball",
-    "_speed",
     "along_shortest_path",
     "damped",
     "far_sighted",
@@ -48,18 +45,18 @@ _LONGEST = 30  # moves of an episode on the grid
 _AHEAD, _ANEW = 200, 100  # steps that a follower looks ahead, and after which it looks again
 
 
-def straight_rolls(envs: RigidVectorEnv, rows: Rows) -> Array:
+def straight_rolls(task: Task, states: States, rows: Rows) -> Array:
     """Three straight rolls from where rows are to their goals, shape (n, 3, 2) [m]."""
-    goals, radii = _goals(envs)[rows], _radii(envs)[rows]
-    return np.asarray(three_rolls(envs.y[rows, :6], goals, radius=radii))
+    goals, radii = _goals(task, states)[rows], _radii(states)[rows]
+    return np.asarray(three_rolls(states.y[rows, :6], goals, radius=radii))
 
 
 def rolled(task: BallPark | BallParkGoal) -> Controller:
     """Three straight rolls at the largest speed."""
 
-    def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
-        reach = task.roll_per_step * _radii(envs)[rows]
-        return roll_along(straight_rolls(envs, rows), reach).actions
+    def plan(states: States, rows: Rows) -> Array:
+        reach = task.roll_per_step * _radii(states)[rows]
+        return roll_along(straight_rolls(task, states, rows), reach).actions
 
     return Script(plan)
 
@@ -67,12 +64,14 @@ def rolled(task: BallPark | BallParkGoal) -> Controller:
 def along_shortest_path(task: BallPark | BallParkGoal) -> Controller:
     """The shortest path, an elastica, rolled as a polygon with one side per step."""
 
-    def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
-        starts, goals, radii = envs.y[rows, :6], _goals(envs)[rows], _radii(envs)[rows]
+    def plan(states: States, rows: Rows) -> Array:
+        goals, radii = _goals(task, states)[rows], _radii(states)[rows]
         reach = task.roll_per_step * radii
         each = [
             shortest_path(start, goal, radius=radius).rolls_within(most)
-            for start, goal, radius, most in zip(starts, goals, radii, reach, strict=True)
+            for start, goal, radius, most in zip(
+                states.y[rows, :6], goals, radii, reach, strict=True
+            )
         ]
         longest = max(map(len, each))
         rolls = np.stack([np.pad(sides, [(0, longest - len(sides)), (0, 0)]) for sides in each])
@@ -83,23 +82,25 @@ def along_shortest_path(task: BallPark | BallParkGoal) -> Controller:
 
 def pushed(task: BallParkDynamic) -> Controller:
     """Three straight rolls, each from rest to rest, tracked by feedback."""
-    law = PushAlong(_dynamic_ball(task), task.force, task.dt)
+    ball = _dynamic_ball(task)
+    law, parts = PushAlong(ball, task.force, task.dt), ball.components
 
-    def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
-        found = law.plan(envs.y[rows], straight_rolls(envs, rows))
+    def plan(states: States, rows: Rows) -> Array:
+        y = states.y[rows]  # a velocity that it has, or seems to have by noise, is fed back later
+        start = ball.state(q=y[:, parts["q"]], position=y[:, parts["position"]])
+        found = law.plan(start, straight_rolls(task, states, rows))
         return np.concatenate([found.pushes, found.positions[:-1], found.velocities[:-1]], axis=-1)
 
-    script = Script(plan)
-    return lambda envs: law(envs.y, *np.split(script(envs), 3, axis=-1))
+    return Script(plan, lambda states, due: law(states.y, *np.split(due, 3, axis=-1)))
 
 
 def damped(task: BallSteer) -> Controller:
     """Gradient descent of the pose error, without looking ahead."""
     law = DampedFollower(_rolling_ball(task), task.roll_per_step / task.dt)
 
-    def policy(envs: RigidVectorEnv) -> Array:
-        heading = envs.auxiliary(*_HEADING)
-        return law(envs.y, envs.auxiliary(*_REFERENCE), _speed(task) * heading)
+    def policy(states: States) -> Array:
+        heading = states.auxiliary(*_HEADING)
+        return law(states.y, states.auxiliary(*_REFERENCE), _speed(task) * heading)
 
     return policy
 
@@ -109,42 +110,41 @@ def far_sighted(task: BallSteer) -> Controller:
     law = FarSightedFollower(_rolling_ball(task), task.roll_per_step / task.dt, task.dt)
     speed = _speed(task)
 
-    def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
-        heading, force = envs.auxiliary(*_HEADING)[rows], envs.auxiliary("force_X", "force_Y")[rows]
-        path = heading, envs.auxiliary("curvature")[rows], force
+    def plan(states: States, rows: Rows) -> Array:
+        heading = states.auxiliary(*_HEADING)[rows]
+        force = states.auxiliary("force_X", "force_Y")[rows]
+        path = heading, states.auxiliary("curvature")[rows], force
         return law.regulator(speed * elastica_headings(*path, speed * task.dt, _AHEAD)).gain
 
-    gains = Script(plan, _ANEW)
+    def follow(states: States, gain: Array) -> Array:
+        heading = speed * states.auxiliary(*_HEADING)
+        return law(states.y, states.auxiliary(*_REFERENCE), heading, gain)
 
-    def policy(envs: RigidVectorEnv) -> Array:
-        heading = speed * envs.auxiliary(*_HEADING)
-        return law(envs.y, envs.auxiliary(*_REFERENCE), heading, gains(envs))
-
-    return policy
+    return Script(plan, follow, _ANEW)
 
 
 def plate_regulator(task: BallPlate) -> Controller:
     """Linear-quadratic regulator of the ball by the tilt of the table."""
     law = PlateRegulator(_dynamic_ball(task), task.tilt_rate, task.dt)
-    return lambda envs: law(envs.y, envs.auxiliary("point_X", "point_Y"))
+    return lambda states: law(states.y, states.auxiliary("point_X", "point_Y"))
 
 
 def quarter_rolls(task: BallGrid) -> Controller:
     """Shortest path home, by breadth-first search."""
     law = QuarterRolls(_rolling_ball(task), task.start_cells + _LONGEST)
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)
 
 
-def _goals(envs: RigidVectorEnv) -> Array:
+def _goals(task: Task, states: States) -> Array:
     """Pose that every row is to be parked in, shape (N, 6)."""
-    if envs.task.n_goal:
-        return envs.auxiliary(*envs.task.aux_names)
-    return np.tile(_HOME, (envs.num_envs, 1))
+    if task.n_goal:
+        return states.auxiliary(*task.aux_names)
+    return np.tile(_HOME, (len(states.y), 1))
 
 
-def _radii(envs: RigidVectorEnv) -> Array:
+def _radii(states: States) -> Array:
     """Radius of the ball of every row, shape (N,) [m]."""
-    systems: list[Any] = envs.systems
+    systems: Any = states.systems
     return np.array([ball.radius for ball in systems])
 
 

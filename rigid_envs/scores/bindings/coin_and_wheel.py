@@ -22,7 +22,7 @@ def two_rolls(task: CoinPark) -> Controller:
     coin = task.system()
     assert isinstance(coin, UprightCoin)
     planner = TwoRolls(coin, task.roll_per_step, task.steer_per_step)
-    return Script(lambda envs, rows: planner(envs.y[rows]).actions)
+    return Script(lambda states, rows: planner(states.y[rows]).actions)
 
 
 def circle_regulator(task: DiskRoll) -> Controller:
@@ -30,7 +30,7 @@ def circle_regulator(task: DiskRoll) -> Controller:
     disk = task.system()
     assert isinstance(disk, RollingDisk)
     law = CircleRegulator(disk, task.torque, task.dt)
-    return lambda envs: law(envs.y, envs.auxiliary("goal_curvature"))
+    return lambda states: law(states.y, states.auxiliary("goal_curvature"))
 
 
 def pump(task: RollPump) -> Controller:
@@ -38,4 +38,4 @@ def pump(task: RollPump) -> Controller:
     roller = task.system()
     assert isinstance(roller, Roller)
     law = Pump(roller, task.beta_change, task.dt)
-    return lambda envs: law(envs.y, envs.auxiliary("beta_change"))
+    return lambda states: law(states.y, states.auxiliary("beta_change"))

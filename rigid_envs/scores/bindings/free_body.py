@@ -43,13 +43,13 @@ def body_of(task: Task) -> FreeBody:
 def spin_regulator(task: IntermediateAxis) -> Controller:
     """Linear-quadratic regulator of the spin."""
     law = SpinRegulator(body_of(task), task.spin_rate, task.torque, task.dt)
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)
 
 
 def energy_casimir(task: IntermediateAxis) -> Controller:
     """Energy-Casimir feedback of the spin."""
     law = EnergyCasimir(body_of(task), task.spin_rate, task.torque)
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)
 
 
 def single_torque(
@@ -57,7 +57,7 @@ def single_torque(
 ) -> Controller:
     """Energy-Casimir feedback by one torque; see `SingleTorque` for its two gains."""
     law = SingleTorque(body_of(task), task.spin_rate, task.torque, strength, damping)
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)
 
 
 def separatrix_steering(task: SpinCapture) -> Controller:
@@ -66,19 +66,19 @@ def separatrix_steering(task: SpinCapture) -> Controller:
     law = SeparatrixSteering(
         body_of(task), task.spin_rate, task.torque, task.dt, axes=(first, second, third)
     )
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)
 
 
 def timed_flip(task: AxisFlip) -> Controller:
     """Tracking of the free flip that ends within 0.6 of the tolerance at the commanded time."""
     law = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
-    return lambda envs: law(envs.y, envs.auxiliary("time_left"))
+    return lambda states: law(states.y, states.auxiliary("time_left"))
 
 
 def forced_flip(task: AxisFlip) -> Controller:
     """The flip by linear feedback, at once."""
     law = ForcedFlip(body_of(task), task.spin_rate, task.torque)
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)
 
 
 def momentum_regulator(task: Detumble) -> Controller:
@@ -89,16 +89,16 @@ def momentum_regulator(task: Detumble) -> Controller:
         weight_momentum=task.weight_momentum / task.start_momentum**2,
         weight_impulse=task.weight_impulse / task.impulse**2,
     )
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)
 
 
 def momentum_brake(task: Detumble) -> Controller:
     """Time-optimal impulses: rest in the least number of steps."""
     law = MomentumBrake(body_of(task), task.impulse)
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)
 
 
 def quaternion_pd(task: Reorient) -> Controller:
     """Quaternion feedback to the goal attitude."""
     law = QuaternionPD(body_of(task), task.torque)
-    return lambda envs: law(envs.y, envs.auxiliary(*task.aux_names))
+    return lambda states: law(states.y, states.auxiliary(*task.aux_names))

@@ -28,13 +28,13 @@ def top_of(task: Task) -> HeavyTop:
 def upright_balance(task: SleepingTop) -> Controller:
     """Linear-quadratic regulator of the upright top by torque."""
     law = UprightBalance(top_of(task), task.torque, task.dt)
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)
 
 
 def pivot_balance(task: PivotTop) -> Controller:
     """Linear-quadratic regulator of the upright top by acceleration of its pivot."""
     law = PivotBalance(top_of(task), task.push, task.dt)
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)
 
 
 def precession_regulator(task: TopPrecession) -> Controller:
@@ -50,10 +50,10 @@ def precession_regulator(task: TopPrecession) -> Controller:
         spins=(top.critical_spin, fastest),
         branch=task.branch,
     )
-    return lambda envs: law(envs.y, envs.auxiliary("goal_tilt"))
+    return lambda states: law(states.y, states.auxiliary("goal_tilt"))
 
 
 def asymmetric_balance(task: TopRandom) -> Controller:
     """Linear-quadratic regulator of the asymmetric upright top by torque."""
     law = AsymmetricBalance(top_of(task), task.torque, task.dt, fastest=1.5 * task.start_spin)
-    return lambda envs: law(envs.y)
+    return lambda states: law(states.y)

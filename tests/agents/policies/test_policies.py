@@ -20,7 +20,6 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.by_algorithm import config_from
-from agents.environments.adapter import GymnasiumVecEnv
 from agents.environments.factory import make
 from agents.policies.mlp import Policy
 from agents.policies.policy_file import load_policy, save_policy
@@ -28,6 +27,7 @@ from agents.training.algorithms import build_model
 from agents.training.exporting import export_policy
 from rigid_envs import load, rotations
 from rigid_envs.files import DamagedFileError
+from rigid_envs.sb3 import GymnasiumVecEnv
 from rigid_envs.tensorfile import load_tensors, save_tensors
 
 PPO = {"n_steps": 16, "batch_size": 32, "n_epochs": 2}

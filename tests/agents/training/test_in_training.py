@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from agents.config.by_algorithm import config_from
-from agents.environments.adapter import GymnasiumVecEnv
 from agents.environments.factory import make
+from agents.environments.training_rows import TrainingRows
 from agents.policies.policy_file import load_policy
 from agents.training.trainer import train
 from agents.training.validation import Validation
@@ -75,7 +75,7 @@ def test_those_that_cannot_be_are_refused(
 
 
 def test_the_price_of_cost_is_taken_from_every_reward_of_training() -> None:
-    rows = [GymnasiumVecEnv(make("RigidEnvs/BallGrid-v0", {}, 50)) for _ in range(2)]
+    rows = [TrainingRows(make("RigidEnvs/BallGrid-v0", {}, 50)) for _ in range(2)]
     rng, lengths = np.random.default_rng(0), []
     for env, price in zip(rows, (0.0, 0.3), strict=True):
         env.seed(0)
@@ -92,7 +92,7 @@ def test_the_price_of_cost_is_taken_from_every_reward_of_training() -> None:
 
 
 def test_the_bonus_is_paid_in_the_steps_that_succeed() -> None:
-    rows = [GymnasiumVecEnv(make("RigidEnvs/BallGrid-v0", {}, 200)) for _ in range(2)]
+    rows = [TrainingRows(make("RigidEnvs/BallGrid-v0", {}, 200)) for _ in range(2)]
     rng, n_paid = np.random.default_rng(0), 0
     for env, bonus in zip(rows, (0.0, 3.0), strict=True):
         env.seed(0)

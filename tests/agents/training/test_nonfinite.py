@@ -9,9 +9,9 @@ import torch
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.by_algorithm import config_from
-from agents.environments.finite import NonFiniteError, all_finite, bad_row
 from agents.training.gradients import guard_optimizer
 from agents.training.trainer import Trainer, train
+from rigid_envs.sb3.finite import NonFiniteError, all_finite, bad_row
 from rigid_envs.tensorfile import load_tensors
 from tests.agents.sessions import SMALL
 

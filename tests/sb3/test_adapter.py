@@ -5,65 +5,16 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
-from gymnasium.vector.utils import batch_space
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 
-from agents.environments.adapter import GymnasiumVecEnv
-from agents.environments.finite import NonFiniteError
+from rigid_envs.sb3 import GymnasiumVecEnv, NonFiniteError
 from tests.agents.drift import Drift
-
-
-class Script(VectorEnv[Any, Any, Any]):
-    """Three rows that play what is written: row 0 ends after 2 steps, row 1 at the limit of 3."""
-
-    metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}  # noqa: RUF012
-    ENDS = (2, 99, 3)
-
-    def __init__(self) -> None:
-        self.num_envs = 3
-        self.single_observation_space = gym.spaces.Box(-100, 100, (1,), np.float32)
-        self.single_action_space = gym.spaces.Box(-1, 1, (1,), np.float32)
-        self.observation_space = batch_space(self.single_observation_space, 3)
-        self.action_space = batch_space(self.single_action_space, 3)
-
-    def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
-        self.seen_seed, self.seen_options = seed, options
-        self.elapsed = np.zeros(3, dtype=np.int64)
-        return self.observe(), {"elapsed": self.elapsed.copy()}
-
-    def step(self, actions: NDArray[Any]) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        self.elapsed += 1
-        reward = 10.0 * np.arange(3) + self.elapsed
-        terminated = self.elapsed == np.array(self.ENDS)
-        truncated = self.elapsed >= 3
-        done = terminated | truncated
-        info: dict[str, Any] = {"elapsed": self.elapsed.copy()}
-        if done.any():
-            info |= {
-                "final_obs": self.observe(),
-                "final_info": {
-                    "elapsed": self.elapsed.copy(),
-                    "is_success": terminated.copy(),
-                    "only_row_0": np.array([7, 0, 0]),
-                    "_only_row_0": np.array([True, False, False]),
-                    "pose": np.outer(self.elapsed, [1.0, 2.0]),
-                },
-            }
-            self.elapsed[done] = 0
-            info["elapsed"] = self.elapsed.copy()
-        return self.observe(), reward, terminated, truncated, info
-
-    def observe(self) -> NDArray[np.float32]:
-        return (10.0 * np.arange(3) + self.elapsed).astype(np.float32)[:, None]
-
-
-def steps(env: Any, n: int) -> list[Any]:
-    return [env.step(np.zeros((env.num_envs, *env.action_space.shape))) for _ in range(n)]
+from tests.sb3.script import Script, steps
 
 
 def test_the_trace_is_the_one_written_by_hand() -> None:
@@ -103,17 +54,6 @@ def test_the_trace_is_the_one_written_by_hand() -> None:
     assert infos[1]["episode"] == {"r": 36.0, "l": 3}
     assert infos[2]["episode"] == {"r": 66.0, "l": 3}
     assert "only_row_0" not in infos[1]
-
-
-def test_ended_episodes_are_listed_once() -> None:
-    env = GymnasiumVecEnv(Script())
-    env.reset()
-    steps(env, 3)
-    one, two = env.pop_episodes()
-    assert (one.step, one.rows.tolist(), one.returns.tolist()) == (2, [0], [3.0])
-    assert (two.step, two.rows.tolist(), two.lengths.tolist()) == (3, [1, 2], [3, 3])
-    assert two.successes is not None and two.successes.tolist() == [False, True]
-    assert env.pop_episodes() == []
 
 
 def test_it_agrees_with_dummy_vec_env_on_cart_pole() -> None:
@@ -206,22 +146,6 @@ def test_attributes_and_methods_reach_the_environment() -> None:
 def test_another_autoreset_mode_is_refused() -> None:
     with pytest.raises(ValueError, match="SameStep"):
         GymnasiumVecEnv(Drift(2, autoreset_mode="NextStep"))
-
-
-def test_continuation_from_a_state_is_bitwise() -> None:
-    env = GymnasiumVecEnv(Drift(5))
-    env.seed(1)
-    env.reset()
-    steps(env, 13)
-    state = env.get_state()
-    expected = steps(env, 40)
-    other = GymnasiumVecEnv(Drift(5))
-    other.reset()
-    other.set_state(state)
-    for a, b in zip(expected, steps(other, 40), strict=True):
-        for mine, theirs in zip(a[:3], b[:3], strict=True):
-            np.testing.assert_array_equal(mine, theirs)
-        assert str(a[3]) == str(b[3])
 
 
 def test_a_nan_reward_stops_at_its_step_and_names_row_and_action() -> None:

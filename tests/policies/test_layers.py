@@ -3,7 +3,7 @@
 import torch
 from torch import nn
 
-from agents.policies.activations import Tanh
+from rigid_envs.policies.layers import Tanh
 
 
 def test_tanh_and_its_derivative_are_those_of_torch() -> None:

@@ -8,19 +8,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError, read_bytes, write_atomic
+from rigid_envs.leaderboard.drawing import draw, require_matplotlib
+from rigid_envs.leaderboard.rows import Row, kind_of, packaged_rows, row_of, sorted_rows
 from rigid_envs.scores.aggregates import interquartile_mean, stratified_bootstrap
 from rigid_envs.scores.reading import evaluation_of, up_to_date
 from rigid_envs.scores.result import FORMAT, Evaluation
 
-from .plots import INK, MUTED, dress, look
-from .rows import Row, packaged_rows, row_of, sorted_rows
-
-__all__ = ["draw", "markdown", "read_results", "write_leaderboard"]
+__all__ = ["markdown", "read_results", "write_leaderboard"]
 
 _LIMIT = 2**24  # bytes of a result
 _HEADER = ("environment", "policy", "success", "95 %", "efficiency", "95 %", "cost", "mean", "best",
@@ -53,11 +51,13 @@ def write_leaderboard(folder: Path, packaged: bool = False) -> str:
 
     Raises:
         ConfigError: No result below the folder.
+        DependencyNotInstalled: matplotlib is missing.
     """
+    require_matplotlib()
     rows = [*map(row_of, read_results(folder)), *(packaged_rows() if packaged else [])]
     if not rows:
         raise ConfigError(
-            f"folder = {folder}; expected results below it, of `python -m agents evaluate` or "
+            f"folder = {folder}; expected results below it, of `rigid-envs evaluate --out` or "
             "`Evaluation.save`"
         )
     rows = sorted_rows(rows)
@@ -76,16 +76,17 @@ def read_results(folder: Path) -> list[Evaluation]:
         folder: Where to look for JSON files; what is no result is left out.
 
     Raises:
-        DamagedFileError: A result whose figures do not follow from its starts.
+        DamagedFileError: No JSON, or a result whose figures do not follow from its starts.
     """
     found = []
     for path in sorted(folder.rglob("*.json")):
-        row = json.loads(read_bytes(path, _LIMIT))
-        if isinstance(row, dict) and row.get("format") == FORMAT and row["env_id"] in ENVIRONMENTS:
-            try:
-                found.append(up_to_date(evaluation_of(row)))
-            except (KeyError, TypeError, ValueError) as error:
-                raise DamagedFileError(f"{path}: {error}; evaluate it anew") from error
+        try:
+            row = json.loads(read_bytes(path, _LIMIT))
+            if isinstance(row, dict) and row.get("format") == FORMAT:
+                if row["env_id"] in ENVIRONMENTS:
+                    found.append(up_to_date(evaluation_of(row)))
+        except (KeyError, TypeError, ValueError) as error:
+            raise DamagedFileError(f"{path}: {error}; evaluate it anew") from error
     return found
 
 
@@ -103,40 +104,12 @@ def markdown(results: Sequence[Row]) -> str:
     return f"{_INTRODUCTION}\n{_ALL}\n{_table(overall)}\n\n{_table(rows)}\n\n{notes}\n"
 
 
-def draw(results: Sequence[Row]) -> Figure:
-    """One line for each environment, with the efficiency of each policy and its interval.
-
-    Args:
-        results: In the order of the lines.
-    """
-    ids = list(dict.fromkeys(each.env_id for each in results))
-    names = list(dict.fromkeys(map(_kind, results)))
-    figure = Figure(
-        figsize=(8.0, 1.4 + 0.36 * len(ids)), dpi=150, layout="constrained", facecolor="white"
-    )
-    axes = figure.subplots()
-    for k, name in enumerate(names):
-        own = [each for each in results if _kind(each) == name and each.efficiency is not None]
-        figures = np.array([each.efficiency for each in own]).reshape(-1, 3)
-        at = [-ids.index(r.env_id) - 0.5 * (k / max(len(names) - 1, 1) - 0.5) for r in own]
-        colour, marker = look(k)
-        axes.hlines(at, figures[:, 1], figures[:, 2], color=colour, lw=1.6, alpha=0.6)
-        axes.plot(figures[:, 0], at, marker, ms=4.5, color=colour, label=name)
-    axes.set_yticks([-k for k in range(len(ids))], [i.split("/")[-1] for i in ids], color=INK)
-    axes.set_xlim(-0.02, 1.02)
-    dress(axes, "")
-    axes.set_xlabel("efficiency", color=MUTED)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8,
-                labelcolor=MUTED)  # fmt: skip
-    return figure
-
-
 def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
     """Aggregates of each kind of policy, the best first."""
     kinds: dict[str, dict[str, list[float]]] = {}
     for each in results:
         if each.efficiency is not None:
-            runs = kinds.setdefault(_kind(each), {})
+            runs = kinds.setdefault(kind_of(each), {})
             runs.setdefault(each.env_id, []).append(each.efficiency.mean)
     found = []
     for name, runs in kinds.items():
@@ -153,12 +126,6 @@ def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
 
 def _table(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
-
-
-def _kind(result: Row) -> str:
-    """Legend entry: reference controllers, whose names differ by environment, share one."""
-    best = next(iter(ENVIRONMENTS[result.env_id].controllers), None)
-    return "reference controller" if result.policy == best else result.policy
 
 
 def _cells(result: Row) -> tuple[str, ...]:

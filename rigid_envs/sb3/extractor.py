@@ -8,7 +8,7 @@ from gymnasium import spaces
 from stable_baselines3.common.torch_layers import CombinedExtractor
 from torch import Tensor
 
-from ...policies.relative_rotation import RelativeRotation
+from rigid_envs.policies.layers import RelativeRotation
 
 __all__ = ["AttitudeExtractor", "attitudes"]
 

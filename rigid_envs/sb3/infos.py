@@ -8,19 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["entry_of", "rows_of", "split"]
-
-
-def entry_of(infos: Mapping[str, Any], key: str, ended: NDArray[np.bool_]) -> NDArray[Any]:
-    """An entry of a step in every row, also in those that started anew within it.
-
-    Args:
-        infos: Info entries over all rows.
-        key: Name of the entry.
-        ended: Rows whose episode ended in the step, shape (N,).
-    """
-    values: NDArray[Any] = infos[key]
-    return np.where(ended, infos["final_info"][key], values) if ended.any() else values
+__all__ = ["rows_of", "split"]
 
 
 def split(columns: Mapping[str, Any], rows: NDArray[np.intp]) -> list[dict[str, Any]]:

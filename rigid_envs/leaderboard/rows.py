@@ -16,7 +16,7 @@ from rigid_envs.scores.published import published_evaluation
 from rigid_envs.scores.result import Estimate, Evaluation
 from rigid_envs.scores.starts import TEST_SEED, VERSION
 
-__all__ = ["Row", "packaged_rows", "row_of", "sorted_rows"]
+__all__ = ["Row", "kind_of", "packaged_rows", "row_of", "sorted_rows"]
 
 
 class Row(NamedTuple):
@@ -76,6 +76,12 @@ def sorted_rows(rows: Sequence[Row]) -> list[Row]:
     """By environment, the most efficient first."""
     known = list(ENVIRONMENTS)
     return sorted(rows, key=lambda row: (known.index(row.env_id), -_rank(row)))
+
+
+def kind_of(row: Row) -> str:
+    """Legend entry: reference controllers, whose names differ by environment, share one."""
+    best = next(iter(ENVIRONMENTS[row.env_id].controllers), None)
+    return "reference controller" if row.policy == best else row.policy
 
 
 def _untrained(

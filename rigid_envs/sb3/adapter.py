@@ -7,8 +7,8 @@ packing: Gymnasium gives one dictionary of arrays over the rows, SB3 wants one d
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -22,28 +22,10 @@ from stable_baselines3.common.vec_env.base_vec_env import (
     VecEnvStepReturn,
 )
 
-from .finite import NonFiniteError, all_finite, bad_row
-from .infos import entry_of, rows_of, split
+from rigid_envs.sb3.finite import NonFiniteError, all_finite, bad_row
+from rigid_envs.sb3.infos import rows_of, split
 
-__all__ = ["EpisodeEnds", "GymnasiumVecEnv"]
-
-
-class EpisodeEnds(NamedTuple):
-    """The episodes that ended in one step of the adapter.
-
-    Attributes:
-        step: Steps of the adapter so far, this one included.
-        rows: Rows whose episode ended, shape (k,), ascending.
-        returns: Sum of rewards of each episode, shape (k,).
-        lengths: Number of steps of each episode, shape (k,).
-        successes: `info["is_success"]` at the end, shape (k,); None if the environment has none.
-    """
-
-    step: int
-    rows: NDArray[np.intp]
-    returns: NDArray[np.float64]
-    lengths: NDArray[np.int64]
-    successes: NDArray[np.bool_] | None
+__all__ = ["GymnasiumVecEnv"]
 
 
 class GymnasiumVecEnv(VecEnv):
@@ -58,8 +40,6 @@ class GymnasiumVecEnv(VecEnv):
     Attributes:
         venv: Gymnasium environment inside.
         vector_infos: The infos of the last reset or step, as Gymnasium gives them.
-        price: What is taken from the reward for a unit of `info["cost"]`.
-        bonus: What is added to it where `info["is_success"]`.
     """
 
     def __init__(self, venv: VectorEnv[Any, Any, Any]) -> None:
@@ -79,13 +59,11 @@ class GymnasiumVecEnv(VecEnv):
             )
         self.venv = venv
         self.vector_infos: dict[str, Any] = {}
-        self.price, self.bonus = 0.0, 0.0
         super().__init__(venv.num_envs, venv.single_observation_space, venv.single_action_space)
         self._actions: NDArray[Any] | None = None
         self._returns = np.zeros(self.num_envs)
         self._lengths = np.zeros(self.num_envs, dtype=np.int64)
         self._steps = 0
-        self._ends: list[EpisodeEnds] = []
 
     def seed(self, seed: int | Sequence[int] | None = None) -> Sequence[int | None]:
         """Choose the seeds of the next reset.
@@ -145,10 +123,7 @@ class GymnasiumVecEnv(VecEnv):
         self.vector_infos = infos
         self._steps += 1
         dones = terminated | truncated
-        if self.price:
-            rewards = rewards - self.price * entry_of(infos, "cost", dones)
-        if self.bonus:
-            rewards = rewards + self.bonus * entry_of(infos, "is_success", dones)
+        rewards = self._paid(rewards, dones)
         self._returns += rewards
         self._lengths += 1
         if not (all_finite(self._returns) and all_finite(obs)):
@@ -159,36 +134,6 @@ class GymnasiumVecEnv(VecEnv):
             self._end_episodes(rows, truncated & ~terminated, infos, row_infos)
         # A new array: SB3 adds the value of truncated states to it in place.
         return obs, np.array(rewards, dtype=np.float32), dones, row_infos
-
-    def pop_episodes(self) -> list[EpisodeEnds]:
-        """The episodes that ended since the last call, in order."""
-        ends, self._ends = self._ends, []
-        return ends
-
-    def get_state(self) -> dict[str, NDArray[Any]]:
-        """Everything that a bitwise continuation needs: the environment's state and ours.
-
-        Returns:
-            Arrays by name; `set_state` takes them back.
-        """
-        state = {f"env/{key}": value for key, value in self._find("get_state")().items()}
-        state["returns"] = self._returns.copy()
-        state["lengths"] = self._lengths.copy()
-        state["steps"] = np.array(self._steps)
-        return state
-
-    def set_state(self, state: Mapping[str, NDArray[Any]]) -> None:
-        """Return to a state, to the bit.
-
-        Args:
-            state: From `get_state`.
-        """
-        inner = {key[4:]: value for key, value in state.items() if key.startswith("env/")}
-        self._find("set_state")(inner)
-        self._returns[:] = state["returns"]
-        self._lengths[:] = state["lengths"]
-        self._steps = int(state["steps"])
-        self._ends = []
 
     def close(self) -> None:
         """Close the environment."""
@@ -247,6 +192,10 @@ class GymnasiumVecEnv(VecEnv):
         wrapped = issubclass(wrapper_class, Monitor)
         return [wrapped for _ in self._get_indices(indices)]
 
+    def _paid(self, rewards: NDArray[Any], dones: NDArray[np.bool_]) -> NDArray[Any]:
+        """Rewards of the last step, shape (N,); a subclass may change them."""
+        return rewards
+
     def _end_episodes(
         self,
         rows: NDArray[np.intp],
@@ -266,10 +215,6 @@ class GymnasiumVecEnv(VecEnv):
             info["TimeLimit.truncated"] = cut
             info["episode"] = {"r": total, "l": length}
             row_infos[row] = info
-        successes = None
-        if "is_success" in details[0]:
-            successes = np.array([info["is_success"] for info in details], dtype=bool)
-        self._ends.append(EpisodeEnds(self._steps, rows, returns, lengths, successes))
         self._returns[rows] = 0.0
         self._lengths[rows] = 0
 

@@ -1,0 +1,174 @@
+"""What is exported acts as the model did; what a policy file does not hold is refused by name."""
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from sb3_contrib import TQC, RecurrentPPO
+from stable_baselines3 import A2C, DQN, PPO, SAC, TD3
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
+from stable_baselines3.common.vec_env import (
+    DummyVecEnv,
+    VecExtractDictObs,
+    VecFrameStack,
+    VecMonitor,
+    VecNormalize,
+)
+from torch import Tensor, nn
+
+import rigid_envs
+from rigid_envs.errors import ConfigError
+from rigid_envs.sb3 import export, make_vec_env
+
+GOAL, GRID, BODY = "BallParkGoal", "BallGrid", "Detumble"
+SHORT: dict[type, dict[str, Any]] = {
+    PPO: {"n_steps": 16, "batch_size": 16, "n_epochs": 1},
+    A2C: {},
+    SAC: {"learning_starts": 8, "batch_size": 8},
+    TQC: {"learning_starts": 8, "batch_size": 8},
+    DQN: {"learning_starts": 8, "batch_size": 8},
+    TD3: {"learning_starts": 8, "batch_size": 8},
+    RecurrentPPO: {"n_steps": 16, "batch_size": 16, "n_epochs": 1},
+}
+
+
+def trained(kind: Any, env: Any, **more: Any) -> Any:
+    """A model after some steps of learning."""
+    several = isinstance(env.observation_space, gym.spaces.Dict)
+    policy = more.pop("policy", "MultiInputPolicy" if several else "MlpPolicy")
+    model = kind(policy, env, seed=0, device="cpu", **SHORT[kind], **more)
+    return model.learn(40)
+
+
+def layers(activation: type[nn.Module], *net_arch: int) -> dict[str, Any]:
+    return {"policy_kwargs": {"activation_fn": activation, "net_arch": list(net_arch)}}
+
+
+CASES: list[tuple[type, str, dict[str, Any], dict[str, Any]]] = [
+    (PPO, BODY, {}, {}),
+    (PPO, BODY, {}, layers(nn.ELU, 8)),
+    (PPO, BODY, {}, layers(nn.SiLU)),
+    (PPO, GRID, {"frame": "reduced"}, layers(nn.ReLU, 8, 8, 8)),
+    (PPO, GOAL, {}, {}),
+    (A2C, BODY, {"impulse": 0.4}, {}),
+    (SAC, BODY, {}, {}),
+    (SAC, GOAL, {}, layers(nn.Tanh, 16)),
+    (TQC, BODY, {}, {}),
+    (DQN, GRID, {}, layers(nn.ReLU, 16)),
+]
+
+
+@pytest.mark.parametrize(("kind", "name", "settings", "more"), CASES, ids=str)
+@pytest.mark.parametrize("scaled", [False, True])
+def test_the_file_acts_as_the_model(
+    tmp_path: Path,
+    kind: type,
+    name: str,
+    settings: dict[str, Any],
+    more: dict[str, Any],
+    scaled: bool,
+) -> None:
+    rows: Any = make_vec_env(name, 2, seed=1, **settings)
+    env: Any = VecNormalize(VecMonitor(rows), clip_obs=2.0) if scaled else rows
+    model = trained(kind, env, **more)
+    file = export(model, tmp_path / "of it" / "policy.safetensors")
+    policy = rigid_envs.load(file)
+    assert policy.env_id == f"RigidEnvs/{name}-v0"
+    assert policy.document["env_kwargs"] == settings
+    assert policy.document["algo"] == kind.__name__.lower()
+    assert policy.document["timesteps"] == model.num_timesteps
+    venv = make_vec_env(name, 20, seed=2, **settings)
+    obs = venv.reset()
+    for _ in range(10):
+        seen = env.normalize_obs(obs) if scaled else obs
+        expected, _ = model.predict(seen, deterministic=True)
+        actions, state = policy.predict(obs)
+        # sums of float32 in another order
+        np.testing.assert_allclose(actions, expected, rtol=1e-4, atol=1e-5)
+        assert actions.dtype == expected.dtype and state is None
+        draws = [venv.action_space.sample() for _ in range(20)]
+        obs = venv.step(np.array(draws))[0]
+
+
+def test_evaluation_of_the_file_is_that_of_the_model(tmp_path: Path) -> None:
+    model = trained(PPO, make_vec_env(BODY, 4, seed=0))
+    found = [
+        rigid_envs.evaluate(f"RigidEnvs/{BODY}-v0", policy, n=20)
+        for policy in (model, rigid_envs.load(export(model, tmp_path / "policy.safetensors")))
+    ]
+    np.testing.assert_allclose(found[0].costs, found[1].costs, rtol=1e-4)
+    assert [each.policy for each in found] == ["ppo", "ppo"]
+
+
+def test_environments_in_their_rows_and_parts_of_goals_are_exported(tmp_path: Path) -> None:
+    rows = DummyVecEnv([lambda: gym.make(f"RigidEnvs/{GOAL}-v0", frame="reduced")])
+    model = trained(PPO, VecExtractDictObs(rows, "observation"))
+    policy = rigid_envs.load(export(model, tmp_path / "policy.safetensors"))
+    assert policy.env_kwargs == {"frame": "reduced"}
+    obs: Any = rows.reset()
+    expected, _ = model.predict(obs["observation"], deterministic=True)
+    np.testing.assert_allclose(policy.predict(obs)[0], expected, rtol=1e-4, atol=1e-5)
+
+
+class Own(ActorCriticPolicy):
+    """A policy that might do anything."""
+
+
+class Extractor(BaseFeaturesExtractor):
+    """Features that a policy file does not hold."""
+
+    def __init__(self, space: Any) -> None:
+        super().__init__(space, features_dim=3)
+
+    def forward(self, observations: Tensor) -> Tensor:
+        return observations**2
+
+
+def flat_goals() -> Any:
+    env = gym.make(f"RigidEnvs/{GOAL}-v0")
+    return DummyVecEnv([lambda: gym.wrappers.FlattenObservation(env)])
+
+
+def part_scaled() -> Any:
+    return VecNormalize(make_vec_env(GOAL), norm_obs_keys=["observation"])
+
+
+@pytest.mark.parametrize(
+    ("kind", "env", "more", "message"),
+    [
+        (TD3, BODY, {}, "model = TD3; expected one of PPO, A2C, SAC, TQC, DQN"),
+        (RecurrentPPO, BODY, {"policy": "MlpLstmPolicy"}, "model = RecurrentPPO; expected one of"),
+        (PPO, BODY, {"use_sde": True}, "use_sde = True; expected False"),
+        (PPO, BODY, layers(nn.LeakyReLU, 8), r"activation_fn = LeakyReLU\(.*; expected ELU, ReLU"),
+        (PPO, BODY, {"policy": Own}, "policy = Own; expected MlpPolicy"),
+        (
+            PPO,
+            BODY,
+            {"policy_kwargs": {"features_extractor_class": Extractor}},
+            "features_extractor_class = Extractor; expected FlattenExtractor",
+        ),
+        (PPO, lambda: VecFrameStack(make_vec_env(BODY), 2), {}, "env = VecFrameStack; expected no"),
+        (PPO, part_scaled, {}, r"norm_obs_keys = \['observation'\]; expected all parts"),
+        (PPO, flat_goals, {}, "observations are not those of RigidEnvs/BallParkGoal-v0; expected"),
+    ],
+    ids=str,
+)
+def test_what_a_file_does_not_hold_is_refused_by_name(
+    tmp_path: Path, kind: type, env: Any, more: dict[str, Any], message: str
+) -> None:
+    model = trained(kind, make_vec_env(env) if isinstance(env, str) else env(), **more)
+    with pytest.raises(ConfigError, match=message):
+        export(model, tmp_path / "policy.safetensors")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_model_without_environment_and_another_kind_of_file_are_refused(tmp_path: Path) -> None:
+    model = trained(PPO, make_vec_env(BODY))
+    with pytest.raises(ConfigError, match=r"expected a file NAME\.safetensors"):
+        export(model, tmp_path / "policy.zip")
+    model.save(tmp_path / "model.zip")
+    with pytest.raises(ConfigError, match="env = None; expected the environment of its training"):
+        export(PPO.load(tmp_path / "model.zip"), tmp_path / "policy.safetensors")
