@@ -1,14 +1,16 @@
-"""The verbs `publish` and `baselines`: policies into the library, records onto a page."""
+"""The verbs `publish`, `baselines` and `zoo`: policies and records, and configs, for others."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from rigid_envs.files import write_atomic
+
 from ..storage.runs import find_run
 from .words import refuse
 
-__all__ = ["add_baselines", "add_publish"]
+__all__ = ["add_baselines", "add_publish", "add_zoo"]
 
 
 def add_publish(parser: argparse.ArgumentParser) -> None:
@@ -39,6 +41,20 @@ def add_baselines(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="FOLDER")
 
 
+def add_zoo(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb.
+
+    Args:
+        parser: Parser of the verb.
+    """
+    parser.set_defaults(run=_zoo)
+    parser.description = (
+        "Write the shipped configs into a folder as hyperparameter files of RL Baselines3 Zoo, one "
+        "for each algorithm: ALGO.yml."
+    )
+    parser.add_argument("folder", type=Path, metavar="FOLDER")
+
+
 def _publish(options: argparse.Namespace, rest: list[str]) -> int:
     refuse(rest)
     from ..training.recording import publish
@@ -54,4 +70,15 @@ def _baselines(options: argparse.Namespace, rest: list[str]) -> int:
 
     write_baselines(options.folder)
     print(f"written: {options.folder}.md, and figures in {options.folder}")
+    return 0
+
+
+def _zoo(options: argparse.Namespace, rest: list[str]) -> int:
+    refuse(rest)
+    from ..config.zoo import ALGOS, zoo_file
+
+    options.folder.mkdir(parents=True, exist_ok=True)
+    for algo in ALGOS:
+        write_atomic(options.folder / f"{algo}.yml", zoo_file(algo))
+    print(f"written: {', '.join(f'{algo}.yml' for algo in ALGOS)} in {options.folder}")
     return 0
