@@ -216,6 +216,21 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             raise ResetNeeded(f"{self._name}: render before the first reset; call reset first")
         return self._pictures(self._shown_rows)
 
+    def call(self, name: str) -> tuple[Any, ...]:
+        """One value for each row, as Gymnasium's vectors of single environments give it.
+
+        Args:
+            name: "render", for its pictures, or None for each row where it makes none; or an
+                attribute, which all rows share.
+
+        Raises:
+            AttributeError: no such attribute, or another method: those here act on all rows.
+        """
+        value = self.render() if name == "render" else getattr(self, name)
+        if callable(value):
+            raise AttributeError(f"{self._name}: call({name!r}); expected 'render' or an attribute")
+        return value if name == "render" and value is not None else (value,) * self.num_envs
+
     def moment(self, row: int) -> Moment:
         """State of a row and the results of its last step."""
         return self._core.moment(row)

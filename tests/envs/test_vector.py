@@ -1,5 +1,7 @@
 """The shell of many rows: spaces, modes, and what it hands out."""
 
+import warnings
+
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
@@ -141,3 +143,16 @@ def test_resetting_running_rows_ends_their_episodes_quietly(env_id):
 def test_time_limits_that_are_no_positive_integer_are_refused(env_id, limit):
     with pytest.raises(ValueError, match=r"^config\.max_episode_steps: .*expected"):
         rows(env_id, num_envs=2, max_episode_steps=limit)
+
+
+def test_call_gives_a_value_for_each_row_as_vectors_of_single_environments_do() -> None:
+    envs = rows(IDS[0], num_envs=3)
+    envs.reset(seed=0)
+    with warnings.catch_warnings(record=True):  # there is no render_mode
+        warnings.simplefilter("always")
+        assert envs.call("render") == (None, None, None)
+    assert envs.call("render_mode") == (None, None, None)
+    with pytest.raises(AttributeError, match=r"call\('get_state'\); expected 'render'"):
+        envs.call("get_state")
+    with pytest.raises(AttributeError, match="nothing"):
+        envs.call("nothing")
