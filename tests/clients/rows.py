@@ -1,0 +1,57 @@
+"""The programs of others that are run, and what is run of each: a row of docs/clients.md each."""
+
+from typing import NamedTuple
+
+__all__ = ["ROWS", "Row"]
+
+
+class Row(NamedTuple):
+    """A recipe, and what it is a recipe of.
+
+    Attributes:
+        recipe: file in `recipes`, without its ending.
+        program: name of the program on PyPI.
+        what: what of it is run.
+        environment: requirements of an environment of its own, a file in `requirements`; None for
+            programs that the tests need anyway.
+        version: of what is no package; None asks the environment.
+    """
+
+    recipe: str
+    program: str
+    what: str
+    environment: str | None = None
+    version: str | None = None
+
+
+_CLEANRL = "fe8d8a0 of April 2026"
+
+ROWS = (
+    Row("sb3_by_id", "stable-baselines3", "PPO by id, `evaluate_policy`"),
+    Row("sb3_make_vec_env", "stable-baselines3", "PPO on `make_vec_env` with `env_kwargs`"),
+    Row("sb3_subproc", "stable-baselines3", "PPO on `SubprocVecEnv`"),
+    Row("sb3_her", "stable-baselines3", "SAC with `HerReplayBuffer`"),
+    Row("sb3_published", "stable-baselines3", "`evaluate_policy` of published policies"),
+    Row("sb3_contrib_tqc", "sb3-contrib", "TQC"),
+    Row("sb3_contrib_crossq", "sb3-contrib", "CrossQ"),
+    Row("sb3_contrib_recurrent_ppo", "sb3-contrib", "RecurrentPPO"),
+    Row("zoo_train_and_enjoy", "rl-zoo3", "`train` and `enjoy` with `configs/zoo/ppo.yml`", "zoo"),
+    Row("zoo_all_ids", "rl-zoo3", "experiments of all ids of `configs/zoo`, set up", "zoo"),
+    Row("cleanrl_ppo", "cleanrl", "`ppo.py`, unmodified", "cleanrl", _CLEANRL),
+    Row(
+        "cleanrl_ppo_continuous",
+        "cleanrl",
+        "`ppo_continuous_action.py`, with the [three lines](../tests/clients/cleanrl/"
+        "ppo_continuous_action.patch) that Gymnasium 1.x asks for",
+        "cleanrl",
+        _CLEANRL,
+    ),
+    Row("tianshou_ppo", "tianshou", "a PPO experiment of the high-level interface", "tianshou"),
+    Row("torchrl_envs", "torchrl", "`GymEnv` by id, `GymWrapper` of native rows, PPO on them"),
+    Row("rllib_ppo", "ray", "RLlib's PPO: sync, async and native rows", "rllib"),
+    Row("skrl_ppo", "skrl", "PPO with its defaults on native rows", "skrl"),
+    Row("gymnasium_wrappers", "gymnasium", "every wrapper, over all ids, single and native rows"),
+    Row("minari_dataset", "minari", "`DataCollector`, data set, and its episodes again", "minari"),
+    Row("optuna_search", "optuna", "a search over trainings of `agents`", "optuna"),
+)
+"""All of them, in the order of the page."""

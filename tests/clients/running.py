@@ -1,0 +1,82 @@
+"""Runs a recipe in its environment and reads what it measured."""
+
+import json
+import os
+import resource
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from tests.clients.environments import interpreter
+from tests.clients.rows import Row
+
+__all__ = ["ROOT", "run"]
+
+ROOT = Path(__file__).parents[2]
+_RECIPES = Path(__file__).parent / "recipes"
+_LIMIT = 600.0  # [s], where a recipe takes less than 60 on a machine of its own
+_VERSIONS = "import importlib.metadata as m, sys; print(*map(m.version, sys.argv[1:]))"
+
+
+def run(row: Row) -> dict[str, Any]:
+    """Run a recipe, in a folder that is deleted afterwards.
+
+    Args:
+        row: the recipe.
+
+    Returns:
+        `version` of the program, `gymnasium`, `seconds` and `processor_seconds` that it took,
+        and the `result` that it printed.
+
+    Raises:
+        AssertionError: it failed; the message is the end of what it printed.
+    """
+    python = interpreter(row.environment)
+    asked = ("gymnasium",) if row.version else ("gymnasium", row.program)
+    with tempfile.TemporaryDirectory() as folder:
+        versions = _output([str(python), "-c", _VERSIONS, *asked], folder).split()
+        begin, before = time.perf_counter(), _processor_seconds()
+        told = _output([str(python), str(_RECIPES / f"{row.recipe}.py")], folder)
+        seconds, spent = time.perf_counter() - begin, _processor_seconds() - before
+    return {
+        "version": row.version or versions[-1],
+        "gymnasium": versions[0],
+        "seconds": round(seconds, 1),
+        "processor_seconds": round(spent, 1),
+        "result": _result(told),
+    }
+
+
+def _output(command: list[str], folder: str) -> str:
+    """What a command prints, with this checkout as the package that it imports."""
+    environment = os.environ | {
+        "PYTHONPATH": str(ROOT),
+        "OMP_NUM_THREADS": "1",  # tests run beside each other
+        "SDL_VIDEODRIVER": "dummy",
+    }
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=_LIMIT,
+        check=False,
+    )
+    assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout[-2000:]}{done.stderr[-4000:]}"
+    return done.stdout
+
+
+def _result(told: str) -> dict[str, float]:
+    """The last line that is a JSON object."""
+    found: dict[str, float] = json.loads(
+        [line for line in told.splitlines() if line.startswith("{")][-1]
+    )
+    return found
+
+
+def _processor_seconds() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
