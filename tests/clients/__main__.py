@@ -9,40 +9,49 @@ names those rows of them. The status is 1 if one fails.
 import argparse
 import json
 import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 from rigid_envs.files import lined_json, write_atomic
 from rigid_envs.provenance import provenance
 from tests.clients.page import markdown
-from tests.clients.rows import ROWS
+from tests.clients.rows import ROWS, Row
 from tests.clients.running import ROOT, run
 
+__all__ = ["DATA", "main"]
+
 DATA = ROOT / "docs" / "clients.json"
+_NAMES = tuple(row.recipe for row in ROWS)
 
 
-def main() -> int:
-    """Run recipes one after the other."""
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run recipes one after the other, and write their rows."""
     parser = argparse.ArgumentParser(prog="python -m tests.clients", description=__doc__)
-    parser.add_argument("recipes", nargs="*", metavar="RECIPE", help="(all)")
-    names = parser.parse_args().recipes
-    unknown = set(names) - {row.recipe for row in ROWS}
-    if unknown:
-        parser.error(f"{sorted(unknown)}; expected some of {[row.recipe for row in ROWS]}")
-    data = json.loads(DATA.read_text()) if names else {}
-    where, failed = provenance(), []
-    for row in ROWS:
-        if names and row.recipe not in names:
-            continue
+    parser.add_argument("recipes", nargs="*", metavar="RECIPE", help=f"of {', '.join(_NAMES)}")
+    parser.add_argument("--out", type=Path, default=DATA.parent, metavar="FOLDER", help="(docs)")
+    options = parser.parse_args(argv)
+    if unknown := set(options.recipes) - set(_NAMES):
+        parser.error(f"{sorted(unknown)}; expected some of {', '.join(_NAMES)}")
+    asked = [row for row in ROWS if row.recipe in (options.recipes or _NAMES)]
+    found = _run(asked)
+    data = {**(json.loads(DATA.read_text()) if options.recipes else {}), **found}
+    kept = {name: data[name] for name in _NAMES if name in data}
+    write_atomic(options.out / "clients.json", lined_json(kept))
+    write_atomic(options.out / "clients.md", markdown(kept))
+    return int(len(found) < len(asked))
+
+
+def _run(rows: Sequence[Row]) -> dict[str, Any]:
+    """What recipes measured, without those that failed."""
+    where, data = provenance(), {}
+    for row in rows:
         try:
             data[row.recipe] = {**run(row), "provenance": where}
             print(row.recipe, data[row.recipe]["result"], flush=True)
         except AssertionError as error:
-            failed.append(row.recipe)
             print(f"{row.recipe} failed: {error}", file=sys.stderr, flush=True)
-    if failed:
-        return 1
-    write_atomic(DATA, lined_json({row.recipe: data[row.recipe] for row in ROWS}))
-    write_atomic(ROOT / "docs" / "clients.md", markdown(data))
-    return 0
+    return data
 
 
 if __name__ == "__main__":

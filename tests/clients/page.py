@@ -37,7 +37,9 @@ def markdown(data: Mapping[str, Mapping[str, Any]]) -> str:
         data: what `running.run` found, by the name of the recipe.
     """
     head = ("program", "Gymnasium", "what is run", "result", "CPU s")
-    table = Table(head, [_cells(row, data[row.recipe]) for row in ROWS], "<<<<>")
+    table = Table(
+        head, [_cells(row, data[row.recipe]) for row in ROWS if row.recipe in data], "<<<<>"
+    )
     return "\n".join((_HEAD, *table_lines(table))) + "\n"
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.clients.__main__ import DATA
+from tests.clients.__main__ import DATA, main
 from tests.clients.page import markdown
 from tests.clients.rows import ROWS, Row
 from tests.clients.running import ROOT, run
@@ -24,6 +24,17 @@ CLEANRL = {
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.recipe)
 def test_a_program_of_others_runs_its_recipe(row: Row) -> None:
     assert run(row)["result"]
+
+
+@pytest.mark.long
+def test_the_command_runs_what_is_named_and_writes_its_row(tmp_path: Path) -> None:
+    assert main(["sb3_published", "--out", str(tmp_path)]) == 0
+    found, before = (json.loads(path.read_text()) for path in (tmp_path / DATA.name, DATA))
+    assert found.keys() == before.keys()
+    assert {name for name in found if found[name] != before[name]} == {"sb3_published"}
+    assert (tmp_path / "clients.md").read_text() == markdown(found)
+    with pytest.raises(SystemExit):
+        main(["nothing"])
 
 
 def test_every_recipe_is_a_row_and_every_environment_has_a_use() -> None:
