@@ -57,7 +57,10 @@ def _make(folder: Path, requirements: Path) -> None:
     packages = next(folder.glob("lib/python*/site-packages"))
     (packages / "of_the_tests.pth").write_text(sysconfig.get_path("purelib") + "\n")
     pip = [sys.executable, "-m", "pip", "--python", str(_python(folder)), "install", "--quiet"]
-    subprocess.run([*pip, "--requirement", str(requirements)], check=True)
+    done = subprocess.run(
+        [*pip, "--requirement", str(requirements)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def _python(folder: Path) -> Path:

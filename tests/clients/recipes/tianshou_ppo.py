@@ -13,7 +13,7 @@ import rigid_envs
 env_id = "RigidEnvs/IntermediateAxis-v0"
 training = OnPolicyTrainingConfig(
     max_epochs=2,
-    epoch_num_steps=16_384,
+    epoch_num_steps=24_576,
     batch_size=256,
     num_training_envs=8,
     num_test_envs=8,

@@ -21,6 +21,7 @@ torch.manual_seed(0)
 native = {"vectorization_mode": "vector_entry_point", "autoreset_mode": "Disabled"}
 env = GymWrapper(gym.make_vec("RigidEnvs/IntermediateAxis-v0", num_envs=32, **native))
 check_env_specs(env)
+env.set_seed(0)
 
 
 def network(n, *more):
