@@ -48,6 +48,10 @@ def _cells(row: Row, found: Mapping[str, Any]) -> tuple[str, ...]:
         f"[{row.program}](../tests/clients/recipes/{row.recipe}.py) {found['version']}",
         found["gymnasium"],
         row.what,
-        ", ".join(f"{name} {value:.4g}" for name, value in found["result"].items()),
+        "; ".join(f"{name} {_number(value)}" for name, value in found["result"].items()),
         f"{found['processor_seconds']:.0f}",
     )
+
+
+def _number(value: float) -> str:
+    return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
