@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import abc
 import inspect
-from collections.abc import Callable, Mapping
-from dataclasses import astuple, dataclass, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, astuple, dataclass, fields
 from functools import cached_property, partial
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.checks import array, require, unit_quaternion
 from rigid_envs.kernels.dynamics import Dynamics
+
+if TYPE_CHECKING:
+    from rigid_envs.symbolic import SymbolicModel
 
 __all__ = ["Equations"]
 
@@ -152,6 +155,23 @@ class Equations(abc.ABC):
         out = np.empty((len(flat), len(names)))
         self.dynamics.measure_rows(flat, self.parameters, out)
         return {name: out[:, k].reshape(rows.shape[:-1]) for k, name in enumerate(names)}
+
+    def symbolic(self, free: Sequence[str] = ()) -> SymbolicModel:
+        """The same equations, integrator step and invariants as functions of CasADi.
+
+        They are made by running the functions that are compiled for the environments on symbols.
+
+        Args:
+            free: physical parameters that become the entries of an input p, in this order; the
+                others have the values of this system.
+
+        Raises:
+            MissingPackageError: CasADi is not installed; names the command that installs it.
+            ValueError: a name that is no physical parameter.
+        """
+        from rigid_envs.symbolic import SymbolicModel  # imports an optional package: only here
+
+        return SymbolicModel(self.dynamics, asdict(self), tuple(free))
 
     @classmethod
     def checked_state(cls, y: npt.ArrayLike) -> Array:
