@@ -52,6 +52,8 @@ class EnvironmentRecord:
         controllers: Reference controllers by name, the best first, each a function
             "module:name" from the task to a controller.
         limits: Theoretical limits by metric, each the "module:name" of a `TheoreticalLimit`.
+        predictive: Predictive controller, "module:name"; empty where there is none. It needs the
+            extra "control", and so is no reference controller.
     """
 
     id: str
@@ -64,6 +66,7 @@ class EnvironmentRecord:
     error: ErrorTerm | None = None
     controllers: Mapping[str, str] = field(default_factory=dict)
     limits: Mapping[str, str] = field(default_factory=dict)
+    predictive: str = ""
 
 
 _RECORDS: dict[str, EnvironmentRecord] = {}
@@ -125,6 +128,8 @@ def _ours(family: str, name: str, max_episode_steps: int, metrics: str, **more: 
     for key, place in (("controllers", "bindings."), ("limits", "theory:")):
         codes = more.get(key, {})
         more[key] = {label: f"rigid_envs.scores.{place}{code}" for label, code in codes.items()}
+    if "predictive" in more:
+        more["predictive"] = f"rigid_envs.scores.bindings.predictive:{more['predictive']}"
     env_id, task = f"RigidEnvs/{name}-v0", f"rigid_envs.tasks:{name}"
     more["metrics"] = tuple(metrics.split())
     add(EnvironmentRecord(env_id, task, max_episode_steps, family, **more))
@@ -143,6 +148,7 @@ _ours(
     "effort success return time error",
     error=_SPIN,
     controllers={"lqr": "free_body:spin_regulator", "energy_casimir": "free_body:energy_casimir"},
+    predictive="held_spin",
 )
 _variant("IntermediateAxisRandom", "IntermediateAxis")
 _ours(
@@ -239,6 +245,7 @@ _ours(
     early_end={"margin": 0.1, "start_speed": 5.0, "n_substeps": 4},
     error=ErrorTerm("near", 5.0, "distance from the point [m]"),
     controllers={"lqr": "ball:plate_regulator"},
+    predictive="held_ball",
 )
 _ours(
     _BALL,
@@ -266,6 +273,7 @@ _ours(
     early_end={"arena": 0.02},
     error=_TILT,
     controllers={"lqr": "heavy_top:pivot_balance"},
+    predictive="balanced_top",
 )
 _ours(
     _TOP,

@@ -113,7 +113,7 @@ def _add_evaluate(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Play one episode from each of the fixed starts: a policy, or with --controller what needs "
         "no training: a reference controller by its name, `reference` for the best one, "
-        "`sampling`, `zero` or `random`."
+        "`nmpc` where there is one, `sampling`, `zero` or `random`."
     )
     _add_policy_options(parser, "?")
     parser.add_argument("--controller", metavar="NAME", help="in place of a policy")
@@ -168,7 +168,7 @@ def _add_enjoy(parser: argparse.ArgumentParser) -> None:
         "--against",
         metavar="CONTROLLER",
         help="show a controller beside it, from the same start: one by its name, `reference` for "
-        "the best one, `sampling`, `zero` or `random`",
+        "the best one, `nmpc` where there is one, `sampling`, `zero` or `random`",
     )
     parser.add_argument("--video", metavar="FILE", help="write a film: FILE.mp4, .gif or .webp")
     parser.add_argument("--html", metavar="FILE", help="write a page for a browser")

@@ -20,6 +20,7 @@ from rigid_envs.cli.rechecking import verify_policies
 from rigid_envs.cli.replaying import add_replay
 from rigid_envs.cli.scoring import add_best, add_evaluate, verify_scores
 from rigid_envs.cli.words import config_of, refuse, refuse_missing_folder
+from rigid_envs.errors import MissingPackageError
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.describe import describe
 from rigid_envs.pages.listing import list_all
@@ -47,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ValueError as error:
         print(f"rigid-envs: {error}", file=sys.stderr)
         return 2
-    except DependencyNotInstalled as error:
+    except (DependencyNotInstalled, MissingPackageError) as error:
         print(f"rigid-envs: {error}", file=sys.stderr)
         return 1
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
