@@ -1,8 +1,16 @@
-"""`python -m agents`."""
+"""`python -m agents`; Ctrl-C ends it without a word, also while it imports."""
 
+import signal
 import sys
 
-from .cli.command_line import main
-
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        from rigid_envs.cli.progress import show_messages
+
+        from .cli.command_line import main
+
+        show_messages()
+        status = main()
+    except KeyboardInterrupt:
+        status = 128 + signal.SIGINT
+    sys.exit(status)

@@ -14,7 +14,7 @@ from typing import Any
 import rigid_envs
 from rigid_envs.kernels.cache import kernel_hash
 
-__all__ = ["commit", "heading", "provenance", "versions"]
+__all__ = ["commit", "cpu_name", "heading", "provenance", "versions"]
 
 _PACKAGES = ("gymnasium", "numba", "numpy", "scipy", "mujoco")
 _ROOT = Path(rigid_envs.__file__).resolve().parents[1]
@@ -26,7 +26,7 @@ def provenance() -> dict[str, Any]:
     return {
         "versions": versions(_PACKAGES),
         "kernel_hash": kernel_hash(),
-        "cpu": _cpu(),
+        "cpu": cpu_name(),
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "load": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
@@ -80,7 +80,8 @@ def _version(package: str) -> str | None:
         return None
 
 
-def _cpu() -> str:
+def cpu_name() -> str:
+    """Name of the processor, as it calls itself."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

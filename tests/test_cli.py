@@ -1,10 +1,16 @@
 """The command `rigid-envs`: what it lists, describes, measures and refuses."""
 
 import dataclasses
+import json
+import os
+import pty
 import re
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import pytest
@@ -147,6 +153,100 @@ def test_unknown_option_and_missing_verb_are_refused(capsys: Capture) -> None:
     assert "'--all'" in refused(capsys, "list", "--all")
     with pytest.raises(SystemExit, match="2"):
         main([])
+
+
+def test_the_list_as_json_has_every_id(capsys: Capture) -> None:
+    found = json.loads(said(capsys, "list", "--json"))
+    assert [each["id"] for each in found] == IDS
+    for each in found:
+        assert each["max_episode_steps"] == gymnasium.spec(each["id"]).max_episode_steps
+
+
+@pytest.mark.parametrize("env_id", one_of_each())
+def test_a_description_as_json_has_the_entries_of_the_spaces(capsys: Capture, env_id: str) -> None:
+    found = json.loads(said(capsys, "describe", env_id, "--json", "--rotation", "quat"))
+    env = gymnasium.make(env_id, rotation="quat")
+    space: Any = env.observation_space
+    space = space["observation"] if found["goal"] else space
+    assert len(found["observation"]) == space.shape[0]
+    assert found["choices"] == getattr(env.action_space, "n", 0)
+    values = {each["name"]: each["value"] for each in found["arguments"]}
+    assert values["rotation"] == "quat"
+    assert values.keys() == {field.name for field in dataclasses.fields(task_of(env_id))}
+
+
+def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys: Capture, tmp_path: Path) -> None:
+    words = ("evaluate", "BallGrid", "--policy", "zero", "--starts", "5", "--out")
+    row = json.loads(said(capsys, *words, str(tmp_path / "row.json"), "--json"))
+    assert row == json.loads((tmp_path / "row.json").read_text())
+    assert len(row["starts"]["success"]) == 5
+
+
+def test_what_the_package_logs_is_printed_by_a_command(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "rigid_envs.cli", "evaluate", "BallGrid", "--policy", "zero",
+         "--starts", "1", "--json"],
+        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )  # fmt: skip
+    assert "rigid-envs: compiled tasks.ball_grid.step in " in done.stderr
+    json.loads(done.stdout)
+
+
+def test_ctrl_c_ends_a_command_without_a_word() -> None:
+    words = ("evaluate", "BallPark", "--policy", "shortest_path")
+    command = [sys.executable, "-m", "rigid_envs.cli", *words]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    time.sleep(3.0)  # it plans for minutes
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert out == "" and "Traceback" not in err
+
+
+def completed(words: str) -> list[str]:
+    """What bash suggests for the last word of a line."""
+    script = subprocess.run(
+        [sys.executable, "-m", "rigid_envs.cli", "completion", "bash"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    parts = words.split(" ")
+    ask = (
+        f"COMP_WORDS=({' '.join(parts)})\nCOMP_CWORD={len(parts) - 1}\n"
+        "$(complete -p rigid-envs | sed 's/.*-F \\([^ ]*\\).*/\\1/') rigid-envs\n"
+        'printf "%s\\n" "${COMPREPLY[@]}"'
+    )
+    done = subprocess.run(
+        ["bash", "-c", f"{script}\n{ask}"], capture_output=True, text=True, check=True
+    )
+    return done.stdout.split()
+
+
+def test_a_shell_completes_verbs_options_and_ids() -> None:
+    assert completed("rigid-envs ev") == ["evaluate"]
+    assert completed("rigid-envs describe Roll") == ["RollPump"]
+    assert completed("rigid-envs evaluate BallPark --pol") == ["--policy"]
+
+
+def test_lines_fit_a_narrow_terminal() -> None:
+    environment = {**os.environ, "COLUMNS": "60"}
+    here, there = pty.openpty()
+    command = [sys.executable, "-m", "rigid_envs.cli", "list"]
+    done = subprocess.Popen(command, stdout=there, env=environment)
+    os.close(there)
+    text = b""
+    try:
+        while part := os.read(here, 65536):
+            text += part
+    except OSError:  # the other end is closed
+        pass
+    assert done.wait(60) == 0
+    lengths = [len(line) for line in text.decode().splitlines()]
+    assert 40 < max(lengths) <= 60
 
 
 def test_command_survives_a_reader_that_stops_reading() -> None:

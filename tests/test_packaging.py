@@ -1,6 +1,7 @@
 """What is installed: the wheel carries the library and its configs, and nothing else."""
 
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -10,6 +11,7 @@ from email.parser import HeaderParser
 from pathlib import Path
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
 
 import rigid_envs
@@ -99,8 +101,35 @@ def test_library_depends_on_four_packages_only(metadata: Message) -> None:
 def test_metadata_states_version_python_and_extras(metadata: Message) -> None:
     assert metadata["Version"] == rigid_envs.__version__
     assert metadata["Requires-Python"] == ">=3.11"
-    extras = {"train", "render", "control", "test", "dev"}
+    extras = {"completion", "control", "train", "render", "test", "dev"}
     assert set(metadata.get_all("Provides-Extra", [])) == extras
+
+
+def test_every_promised_python_is_tested_and_the_citation_is_of_this_version(
+    metadata: Message,
+) -> None:
+    kinds = metadata.get_all("Classifier", [])
+    promised = {kind.rpartition(" ")[2] for kind in kinds if ":: Python :: 3." in kind}
+    workflow = yaml.safe_load((ROOT / ".github/workflows/ci.yml").read_text())
+    assert promised == set(workflow["jobs"]["tests"]["strategy"]["matrix"]["python"])
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert str(citation["version"]) == rigid_envs.__version__
+    urls = [line.split(", ") for line in metadata.get_all("Project-URL", [])]
+    assert dict(urls)["Repository"] == citation["repository-code"]
+
+
+def test_links_of_the_readme_lead_somewhere_in_the_repository_and_on_pypi(
+    metadata: Message,
+) -> None:
+    readme, shown = (ROOT / "README.md").read_text(), str(metadata.get_payload())
+    link = r'(?:\]\(|src=")([^)#"\s]+)'
+    here = [each for each in re.findall(link, readme) if not each.startswith("http")]
+    assert here and all((ROOT / each).exists() for each in here)
+    there = re.findall(link, shown)
+    assert len(there) == len(re.findall(link, readme))
+    assert all(each.startswith("https://") for each in there)
+    ends = [f"/main/{each}" for each in here]
+    assert all(any(each.endswith(end) for each in there) for end in ends)
 
 
 def test_installing_leaves_another_package_named_agents_untouched(

@@ -8,7 +8,7 @@ from pathlib import Path
 from rigid_envs.files import write_atomic
 from rigid_envs.scores.starts import N_STARTS
 
-from .verbs import refuse, seeds_of
+from .words import refuse, seeds_of
 
 __all__ = ["ablate", "add_ablate"]
 

@@ -11,17 +11,19 @@ from pathlib import Path
 
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs import ENVIRONMENTS
+from rigid_envs import ENVIRONMENTS, __version__
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError
-from rigid_envs.scores.starts import N_STARTS, TEST_SEED
+from rigid_envs.scores.starts import N_STARTS
 
 from ..config.by_algorithm import ALGORITHMS
 from ..config.options import add_config_options
 from ..storage.runs import RunInUseError
 from . import verbs
 from .ablating import add_ablate
+from .evaluating import add_evaluate
 from .publishing import add_baselines, add_publish
+from .words import add_policy_options
 
 __all__ = ["main"]
 
@@ -39,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit status: 0; 1 for a failure; 2 for bad usage; 128 + n after signal n.
     """
     words = list(sys.argv[1:] if argv is None else argv) or list(_SHORT)
-    if words[0].startswith("-") and words[0] not in ("-h", "--help"):
+    if words[0].startswith("-") and words[0] not in ("-h", "--help", "--version"):
         words = ["train", *words]
     options, rest = _parser().parse_known_args(words)
     try:
@@ -70,9 +72,10 @@ def _parser() -> argparse.ArgumentParser:
         "for 1.5 M steps, evaluate on 500 unseen starts, and say where everything was written.",
         allow_abbrev=False,
     )
+    parser.add_argument("--version", action="version", version=f"rigid-envs {__version__}")
     commands = parser.add_subparsers(metavar="VERB", required=True)
     _add_train(commands.add_parser("train", help="train, then evaluate", allow_abbrev=False))
-    _add_evaluate(commands.add_parser("evaluate", help="success and efficiency on unseen starts"))
+    add_evaluate(commands.add_parser("evaluate", help="success and efficiency on unseen starts"))
     _add_leaderboard(commands.add_parser("leaderboard", help="one table and plot of evaluations"))
     _add_enjoy(commands.add_parser("enjoy", help="watch one episode, in a window or as a film"))
     _add_benchmark(
@@ -108,38 +111,6 @@ def _add_train(parser: argparse.ArgumentParser) -> None:
     add_config_options(parser)
 
 
-def _add_evaluate(parser: argparse.ArgumentParser) -> None:
-    parser.set_defaults(run=verbs.evaluate)
-    parser.description = (
-        "Play one episode from each of the fixed starts: a policy, or with --controller what needs "
-        "no training: a reference controller by its name, `reference` for the best one, "
-        "`nmpc` where there is one, `sampling`, `zero` or `random`."
-    )
-    _add_policy_options(parser, "?")
-    parser.add_argument("--controller", metavar="NAME", help="in place of a policy")
-    which = parser.add_mutually_exclusive_group()
-    which.add_argument("--ids", nargs="+", metavar="ID", default=[], help="for --controller")
-    which.add_argument("--all", action="store_true", help="all ids that have such a controller")
-    parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
-    parser.add_argument("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})")
-    parser.add_argument(
-        "--save-replays",
-        type=int,
-        nargs="?",
-        const=10,
-        default=0,
-        metavar="N",
-        help="record the first N episodes (10) in replays.npz, for `rigid-envs replay`",
-    )
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="FOLDER",
-        help="for results.json, episodes.csv (the run); of controllers, ID/NAME is added to it "
-        "(logs/results)",
-    )
-
-
 def _add_leaderboard(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=verbs.leaderboard)
     parser.description = (
@@ -161,7 +132,7 @@ def _add_enjoy(parser: argparse.ArgumentParser) -> None:
         "pauses, R plays it again, Esc closes), and else in a film, enjoy.mp4 in the folder of the "
         "policy. --video and --html write files instead."
     )
-    _add_policy_options(parser)
+    add_policy_options(parser)
     parser.add_argument("--seed", type=int, help="of the start (the first of the evaluation)")
     parser.add_argument("--random", action="store_true", help="act at random instead")
     parser.add_argument(
@@ -198,8 +169,3 @@ def _add_benchmark(parser: argparse.ArgumentParser) -> None:
         "--overwrite", action="store_true", help="begin anew what was trained with another config"
     )
     parser.add_argument("--quiet", action="store_true", help="no progress, only the results")
-
-
-def _add_policy_options(parser: argparse.ArgumentParser, number: str | None = None) -> None:
-    parser.add_argument("path", type=Path, metavar="RUN_OR_POLICY", nargs=number)
-    parser.add_argument("--which", choices=("best", "last"), default="best", help="of a run (best)")

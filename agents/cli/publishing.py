@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from ..storage.runs import find_run
-from .verbs import refuse
+from .words import refuse
 
 __all__ = ["add_baselines", "add_publish"]
 

@@ -1,4 +1,4 @@
-"""The verbs of the command line: train, evaluate, leaderboard, enjoy, benchmark.
+"""The verbs of the command line: train, leaderboard, enjoy, benchmark.
 
 Importing torch and SB3 takes seconds, so it waits until it is clear that there is work to do.
 """
@@ -9,11 +9,9 @@ import argparse
 import dataclasses
 import re
 import signal
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rigid_envs import ENVIRONMENTS
 from rigid_envs.catalogue import full_id
 from rigid_envs.errors import ConfigError
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
@@ -22,6 +20,7 @@ from ..config.by_algorithm import ALGORITHMS, config_to_dict
 from ..config.options import entry_value, env_keywords, load_config
 from ..config.yaml_data import dump_yaml, parse_yaml, read_yaml
 from ..storage.runs import Run, create_run, find_run, open_run
+from .words import is_run, policy_file, refuse, refuse_episodes, seeds_of
 
 if TYPE_CHECKING:
     from ..training.trainer import Outcome
@@ -29,15 +28,11 @@ if TYPE_CHECKING:
 __all__ = [
     "benchmark",
     "enjoy",
-    "evaluate",
     "leaderboard",
-    "refuse",
-    "seeds_of",
     "train",
 ]
 
 _DEFAULT = "RigidEnvs/BallPark-v0"
-_RESULTS = Path("logs/results")
 
 
 def train(options: argparse.Namespace, rest: list[str]) -> int:
@@ -49,8 +44,8 @@ def train(options: argparse.Namespace, rest: list[str]) -> int:
         return 0
     from ..training.trainer import train_in
 
-    again = f"python -m agents train --resume {run.folder}"
-    again += "".join(f" --allow_import {module}" for module in options.allow_import)
+    imports = "".join(f" --allow_import {module}" for module in options.allow_import)
+    again = f"python -m agents train --resume {run.folder}{imports}"
     try:
         outcome = train_in(run, options.quiet)
         if outcome.stopped_by is not None:
@@ -59,7 +54,7 @@ def train(options: argparse.Namespace, rest: list[str]) -> int:
                 f"{outcome.timesteps:,} steps; all is saved. To go on:\n  {again}"
             )
             return 128 + outcome.stopped_by
-        return _finish(run, outcome)
+        return _finish(run, outcome, imports)
     except KeyboardInterrupt:
         print("interrupted; the training is complete and saved. To evaluate it: ", again)
         raise
@@ -100,111 +95,44 @@ def _resumed(options: argparse.Namespace, entries: dict[str, str], rest: list[st
     return open_run(options.resume)
 
 
-def _finish(run: Run, outcome: Outcome) -> int:
+def _finish(run: Run, outcome: Outcome, imports: str) -> int:
     from ..evaluation.reports import table
     from ..evaluation.short_film import NAME
     from ..training.conclusion import conclude
 
     figures = conclude(run, outcome, N_STARTS, TEST_SEED)
-    film = run / NAME
-    seen = f"See what it does: {film.absolute()}\n" if film.exists() else ""
+    film = f"  {NAME:<39} what it does\n" if (run / NAME).exists() else ""
     print(
-        f"\n{table(figures)}\n\ntrained in {outcome.seconds:.0f} s. In {run.folder}:\n"
-        "  best_model/, last_model/                policies\n"
-        "  results.json, episodes.csv              the table above, and every start of it\n"
+        f"\n{table(figures)}\n\ntrained in {outcome.seconds:.0f} s. In {run.folder.absolute()}:\n"
+        f"{film}"
         "  learning_curve.png, evaluations.npz     how it learnt\n"
-        "  progress.csv, monitor.csv, tensorboard/ logs\n"
-        f"{seen}Watch it: python -m agents enjoy {run.folder}"
+        "  results.json, episodes.csv              the table above, and every start of it\n"
+        "  best_model/, last_model/                policies\n"
+        "  progress.csv, monitor.csv, tensorboard/ logs\n\n"
+        f"Next:\n{_next(run, imports)}"
     )
     return 0
 
 
-def evaluate(options: argparse.Namespace, rest: list[str]) -> int:
-    """Evaluate a policy or controllers on unseen starts."""
-    refuse(rest)
-    _refuse_episodes(options.episodes)
-    if options.save_replays < 0:
-        raise ConfigError(
-            f"--save-replays = {options.save_replays}; expected a number of episodes, from 1"
-        )
-    if (options.path is None) == (options.controller is None):
-        raise ConfigError("expected a run or policy, or --controller NAME")
-    if options.controller is not None:
-        return _evaluate_controller(options)
-    if options.ids or options.all:
-        raise ConfigError(
-            "--ids, --all: expected none beside a policy, which knows its environment"
-        )
-    from ..evaluation.reports import report, table, write_report
+def _next(run: Run, imports: str) -> str:
+    """Three commands to go on with, each with what it is for."""
+    from ..config.recipes import recipe_for
+    from ..training.recording import frame_of
 
-    figures, episodes = report(
-        _policy_file(options.path, options.which), options.episodes, options.seed
-    )
-    print(table(figures))
-    folder = options.out or (options.path if _is_run(options.path) else None)
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_report(folder, figures, episodes)
-        print(f"written to {folder}: results.json, episodes.csv")
-    if options.save_replays:
-        from rigid_envs.scores.policies import from_predict
-
-        from ..policies.policy_file import load_policy
-
-        policy = load_policy(_policy_file(options.path, options.which))
-        config = policy.document["env_kwargs"]
-        _save_replays(options, from_predict(policy), figures["env_id"], folder, "policy", config)
-    return 0
-
-
-def _evaluate_controller(options: argparse.Namespace) -> int:
-    from rigid_envs.scores.policies import untrained_policy
-
-    from ..evaluation.reports import report_controller, table, write_report
-
-    if not (options.ids or options.all):
-        raise ConfigError("--controller: expected --ids ID ... or --all")
-    chosen = []
-    for env_id in ENVIRONMENTS if options.all else dict.fromkeys(map(full_id, options.ids)):
-        try:
-            chosen.append((env_id, *untrained_policy(env_id, options.controller)))
-        except ValueError as error:
-            if not options.all:
-                raise ConfigError(f"--controller: {error}") from None
-    if not chosen:
-        raise ConfigError(
-            f"--controller: controller = {options.controller!r}; expected one that some id has"
-        )
-    for env_id, name, policy in chosen:
-        figures, episodes = report_controller(name, env_id, options.episodes, options.seed)
-        folder = (options.out or _RESULTS) / env_id.split("/")[-1] / name
-        folder.mkdir(parents=True, exist_ok=True)
-        write_report(folder, figures, episodes)
-        print(f"{table(figures)}\nwritten to {folder}: results.json, episodes.csv\n", flush=True)
-        if options.save_replays:
-            _save_replays(options, policy, env_id, folder, name, {})
-    return 0
-
-
-def _save_replays(
-    options: argparse.Namespace,
-    policy: Any,
-    env_id: str,
-    folder: Path | None,
-    label: str,
-    config: Mapping[str, Any],
-) -> None:
-    """Play the first starts once more, and record them."""
-    if env_id not in ENVIRONMENTS:
-        raise ConfigError(
-            f"--save-replays: env_id = {env_id!r}; expected an environment of rigid_envs"
-        )
-    from rigid_envs.replays import record_starts
-
-    n = min(options.save_replays, options.episodes)
-    replay = record_starts(policy, env_id, n, label, options.seed, config)
-    file = replay.save((folder or Path()) / "replays.npz")
-    print(f"written to {file}: {n} episodes; see rigid-envs replay {file}")
+    config = run.config()
+    recipe = recipe_for(config.env_id, config.algo, frame_of(config))
+    whole = recipe.get("total_timesteps", 0)
+    again = ["python -m agents train --env_id", config.env_id]
+    if config.total_timesteps < whole:
+        what = f"train with all {whole:,} steps of its recipe"
+    else:
+        what, again = "another seed: how much was luck?", [*again, "--seed", str(config.seed + 1)]
+    commands = [
+        (f"python -m agents enjoy {run.folder}{imports}", "watch an episode, step by step"),
+        (f"tensorboard --logdir {run / 'tensorboard'}", "see how it learnt, in a browser"),
+        (" ".join(again) + imports, what),
+    ]
+    return "\n".join(f"  {command}\n      {why}" for command, why in commands)
 
 
 def leaderboard(options: argparse.Namespace, rest: list[str]) -> int:
@@ -225,7 +153,7 @@ def enjoy(options: argparse.Namespace, rest: list[str]) -> int:
     from ..policies.policy_file import load_policy
 
     video, html = refuse_early(options.video, options.html, options.table, options.against)
-    file = _policy_file(options.path, options.which)
+    file = policy_file(options.path, options.which)
     policy = load_policy(file)
     seed = row_seeds(TEST_SEED, 1, "test")[0] if options.seed is None else options.seed
     document = policy.document
@@ -233,7 +161,7 @@ def enjoy(options: argparse.Namespace, rest: list[str]) -> int:
     show = Show(chosen, document, seed, options.against)
     watch(chosen, document["env_id"], document["env_kwargs"], seed)
     if not options.table:
-        folder = options.path if _is_run(options.path) else file.parent
+        folder = options.path if is_run(options.path) else file.parent
         show(video, html, folder / "enjoy.mp4")
     return 0
 
@@ -241,7 +169,7 @@ def enjoy(options: argparse.Namespace, rest: list[str]) -> int:
 def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
     """Train and evaluate several environments with several seeds."""
     refuse(rest)
-    _refuse_episodes(options.episodes)
+    refuse_episodes(options.episodes)
     from ..config.recipes import config_for
     from ..training.benchmark import train_all
     from ..training.recording import frame_of
@@ -264,35 +192,3 @@ def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
     else:
         print(f"records: {records}")
     return status
-
-
-def seeds_of(text: str) -> list[int]:
-    """Seeds from "0-9" or "0,2,5"."""
-    found: list[int] = []
-    for part in text.split(","):
-        low, _, high = part.partition("-")
-        if not (low.strip().isdecimal() and (high or low).strip().isdecimal()):
-            raise ConfigError(f"--seeds = {text!r}; expected seeds as 0-9 or 0,2,5")
-        found += range(int(low), int(high or low) + 1)
-    return list(dict.fromkeys(found))
-
-
-def _policy_file(path: Path, which: str) -> Path:
-    if _is_run(path):
-        path = path / f"{which}_model"
-    return path / "policy.safetensors" if path.is_dir() else path
-
-
-def _is_run(path: Path) -> bool:
-    return (path / "config.yaml").is_file()
-
-
-def _refuse_episodes(n: int) -> None:
-    if not 1 <= n <= 1_000_000:
-        raise ConfigError(f"--episodes = {n}; expected an integer in [1, 1000000]")
-
-
-def refuse(rest: list[str]) -> None:
-    """Refuse options that the verb does not have."""
-    if rest:
-        raise ConfigError(f"option = {rest[0]}; expected one that --help lists")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from gymnasium.vector import VectorEnv
@@ -26,6 +26,7 @@ def evaluate(
     seed: int = TEST_SEED,
     env_kwargs: Mapping[str, Any] | None = None,
     name: str | None = None,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Evaluation:
     """Evaluate as `rigid_envs.evaluate` does, also in native environments of other packages.
 
@@ -36,12 +37,19 @@ def evaluate(
         seed: Seed that the starts are spawned from.
         env_kwargs: Hyperparameters of the task.
         name: Who acts; None for the name that the policy has.
+        progress: Called with a few words in every step.
     """
     venv = make(env_id, env_kwargs or {}, n)
     chosen = "random" if policy is None else policy
     own = env_id.rpartition(":")[2]
     found = evaluation.evaluate(
-        own if own in ENVIRONMENTS else env_id, chosen, n=n, seed=seed, env=venv, name=name
+        own if own in ENVIRONMENTS else env_id,
+        chosen,
+        n=n,
+        seed=seed,
+        env=venv,
+        name=name,
+        progress=progress,
     )
     venv.close()
     return found

@@ -7,7 +7,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from rigid_envs.cli.progress import tell
 from rigid_envs.files import lined_json, write_atomic
+from rigid_envs.pages import tables
 
 from ..policies.mlp import Policy
 from ..policies.policy_file import load_policy
@@ -62,8 +64,9 @@ def report_controller(
 def _measured(
     policy: Any, env_id: str, env_kwargs: dict[str, Any], n: int, seed: int, name: str | None
 ) -> tuple[dict[str, Any], Evaluation]:
-    found = evaluate(policy, env_id, n, seed, env_kwargs, name)
-    baseline = evaluate(None, env_id, n, seed, env_kwargs)
+    found = evaluate(policy, env_id, n, seed, env_kwargs, name, tell)
+    baseline = evaluate(None, env_id, n, seed, env_kwargs, progress=tell)
+    tell("")
     row = {key: value for key, value in found.row().items() if key != "starts"}
     command = " ".join([Path(sys.executable).name, "-m", "agents", *sys.argv[1:]])
     return row | {"random_policy": baseline.summary(), **manifest(), "command": command}, found
@@ -98,16 +101,11 @@ def table(row: dict[str, Any]) -> str:
     cost, unit, _ = row["cost"] or ("cost", "", 0.0)
     header = ("", "success", "95 %", "efficiency", "95 %", f"{cost} [{unit}]" if unit else cost,
               "best", "bound", "return")  # fmt: skip
-    rows = [header, _row(row["algo"], policy), _row("random policy", baseline)]
-    widths = [max(len(row[k]) for row in rows) for k in range(len(header))]
-    lines = [
-        "  ".join([row[0].ljust(widths[0])] + [c.rjust(w) for c, w in zip(row[1:], widths[1:])])  # noqa: B905
-        for row in rows
-    ]
-    rule = "-" * len(lines[0])
+    rows = [_row(row["algo"], policy), _row("random policy", baseline)]
     title = f"{row['env_id']}: {policy['episodes']} unseen starts, one episode from each"
+    figures = tables.table(header, rows, "<" + ">" * (len(header) - 1), indent=0)
     note = f"{cost}, best known and bound: means over the starts that succeeded"
-    return "\n".join([title, rule, lines[0], rule, *lines[1:], rule, note])
+    return f"{title}\n\n{figures}\n\n{note}"
 
 
 def _row(name: str, figures: dict[str, Any]) -> tuple[str, ...]:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Mapping
 from typing import Any
 
 from tqdm import tqdm  # type: ignore[import-untyped]
 
 __all__ = ["Progress"]
+
+_LOOK = 5.0  # [s] of training, after which the time that is left is told
 
 
 class Progress:
@@ -23,6 +26,7 @@ class Progress:
         """
         self._quiet = quiet
         self._bar: Any = None
+        self._begun: tuple[float, int, int] | None = None  # time, steps made and to make
 
     def start(self, total: int, done: int) -> None:
         """Show the bar.
@@ -31,6 +35,7 @@ class Progress:
             total: Steps of the run.
             done: Steps made before.
         """
+        self._begun = time.perf_counter(), done, total
         tqdm.set_lock(threading.RLock())  # its own would leave a semaphore behind after a kill
         self._bar = tqdm(
             total=total,
@@ -55,6 +60,7 @@ class Progress:
             shown["return"] = f"{total:.3g}"
         self._bar.set_postfix(shown, refresh=False)
         self._bar.update(timesteps - self._bar.n)
+        self._tell_time(timesteps)
         if "eval/success_rate" in figures:
             self.say(
                 f"{timesteps:>12,} steps   held-out starts: success "
@@ -63,6 +69,18 @@ class Progress:
                 f"length {figures['eval/mean_ep_length']:6.1f}   "
                 f"cost {figures['eval/mean_cost']:8.3f}"
             )
+
+    def _tell_time(self, timesteps: int) -> None:
+        """Say once how long it will take, at the speed of the first seconds."""
+        if self._begun is None:
+            return
+        since, done, total = self._begun
+        if (spent := time.perf_counter() - since) < _LOOK:
+            return
+        self._begun = None
+        speed = (timesteps - done) / spent
+        if left := max(0, round((total - timesteps) / speed)):
+            self.say(f"{speed:,.0f} steps per second: about {left // 60} min {left % 60} s to go")
 
     def say(self, line: str) -> None:
         """Print a line above the bar."""

@@ -100,7 +100,11 @@ def train_in(run: Run, quiet: bool = False) -> Outcome:
         ConfigError: The config cannot be; a new run then leaves no folder behind.
         NonFiniteError: See `train`.
     """
-    config = run.config()
+    config, progress = run.config(), Progress(quiet)
+    progress.say(
+        f"{config.env_id}: {config.algo}, {config.total_timesteps:,} steps, then 500 unseen "
+        f"starts; writes to {run.folder}"
+    )
     try:
         venv = _checked(config)
     except ConfigError:
@@ -111,7 +115,7 @@ def train_in(run: Run, quiet: bool = False) -> Outcome:
     venv.close()
     run.begin()
     with StopSignals() as signals:
-        trainer = Trainer(run, config, Progress(quiet))
+        trainer = Trainer(run, config, progress)
         try:
             while not (trainer.is_complete() or signals.stopping()):
                 trainer.iterate()

@@ -1,5 +1,25 @@
 """The command `rigid-envs`."""
 
-from rigid_envs.cli.main import main
+import signal
+from collections.abc import Sequence
 
 __all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; Ctrl-C ends it without a word.
+
+    Args:
+        argv: arguments; None takes those of the process.
+
+    Returns:
+        Exit status: see `rigid_envs.cli.main.run`; 130 after Ctrl-C.
+    """
+    try:
+        from rigid_envs.cli.main import run  # imports for a second
+        from rigid_envs.cli.progress import show_messages
+
+        show_messages()
+        return run(argv)
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT

@@ -2,6 +2,6 @@
 
 import sys
 
-from rigid_envs.cli.main import main
+from rigid_envs.cli import main
 
 sys.exit(main())

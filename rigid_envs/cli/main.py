@@ -11,6 +11,7 @@ from typing import Any
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs import ENVIRONMENTS, __version__, catalogue
+from rigid_envs.cli.completing import add_completion
 from rigid_envs.cli.films import add_films
 from rigid_envs.cli.frames import add_frames
 from rigid_envs.cli.gallery import add_gallery
@@ -22,15 +23,16 @@ from rigid_envs.cli.scoring import add_best, add_evaluate, verify_scores
 from rigid_envs.cli.words import config_of, refuse, refuse_missing_folder
 from rigid_envs.errors import MissingPackageError
 from rigid_envs.files import write_atomic
+from rigid_envs.pages.as_data import description, overview
 from rigid_envs.pages.describe import describe
 from rigid_envs.pages.listing import list_all
 from rigid_envs.pages.writing import write_pages
 from rigid_envs.provenance import provenance
 
-__all__ = ["main"]
+__all__ = ["run"]
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def run(argv: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Args:
@@ -65,6 +67,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     verbs = parser.add_subparsers(metavar="VERB", required=True)
     listing = verbs.add_parser("list", help="all environments", allow_abbrev=False)
+    listing.add_argument("--json", action="store_true", help="print JSON instead of tables")
     listing.set_defaults(act=_list)
     _add_describe(verbs)
     add_play(verbs)
@@ -77,6 +80,7 @@ def _parser() -> argparse.ArgumentParser:
     add_films(verbs)
     add_gallery(verbs)
     add_replay(verbs)
+    add_completion(verbs, parser)
     return parser
 
 
@@ -84,12 +88,13 @@ def _add_describe(verbs: Any) -> None:
     describing = verbs.add_parser(
         "describe",
         help="one environment: action, observation, reward, hyperparameters",
-        usage="rigid-envs describe ID [--KEY VALUE ...]",
+        usage="rigid-envs describe ID [--json] [--KEY VALUE ...]",
         description="Describe an environment. Any hyperparameter can be given as an option, "
         "a range as LOW,HIGH: --dt 0.05 --I1 0.5,0.9",
         allow_abbrev=False,
     )
     describing.add_argument("id", metavar="ID")
+    describing.add_argument("--json", action="store_true", help="print JSON instead of a page")
     describing.set_defaults(act=_describe)
 
 
@@ -158,13 +163,18 @@ def _add_verify(verbs: Any) -> None:
     verifying.set_defaults(act=_verify)
 
 
-def _list(_options: argparse.Namespace, rest: list[str]) -> None:
+def _list(options: argparse.Namespace, rest: list[str]) -> None:
     refuse(rest)
-    print(list_all())
+    as_json = json.dumps([overview(env_id) for env_id in ENVIRONMENTS], indent=1)
+    print(as_json if options.json else list_all())
 
 
 def _describe(options: argparse.Namespace, rest: list[str]) -> None:
-    print(describe(options.id, config_of(rest)))
+    config = config_of(rest)
+    if options.json:
+        print(json.dumps(description(options.id, config), indent=1, allow_nan=False))
+    else:
+        print(describe(options.id, config))
 
 
 def _docs(options: argparse.Namespace, rest: list[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -36,7 +37,7 @@ def add_evaluate(verbs: Any) -> None:
         "evaluate",
         help="success and efficiency of a policy over 500 fixed starts",
         usage="rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--name NAME] [--out FILE] "
-        "[--KEY VALUE]",
+        "[--json] [--KEY VALUE]",
         description="Play one episode from each of the fixed starts. Any hyperparameter can be "
         "given as an option.",
         allow_abbrev=False,
@@ -56,6 +57,7 @@ def add_evaluate(verbs: Any) -> None:
     evaluating.add_argument(
         "--out", type=Path, metavar="FILE", help="write a row of the leaderboard"
     )
+    evaluating.add_argument("--json", action="store_true", help="print that row, not a table")
     evaluating.set_defaults(act=_evaluate)
 
 
@@ -104,13 +106,18 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
             raise ValueError(f"--policy = {policy}; expected no other option: a replay has its own")
         found = _again(Path(policy), env_id)
     elif policy.endswith(".safetensors") or catalogue.full_id(policy) in ENVIRONMENTS:
-        found = evaluate(env_id, load(policy), n=n, config=config or None)
+        found = evaluate(env_id, load(policy), n=n, config=config or None, progress=tell)
     else:
-        found = evaluate(env_id, policy, n=n, config=config)
+        found = evaluate(env_id, policy, n=n, config=config, progress=tell)
+    tell("")
     found = found if options.name is None else replace(found, policy=options.name)
+    file = found.save(options.out) if options.out else None
+    if options.json:
+        print(json.dumps(found.row(), indent=1, allow_nan=False))
+        return
     print(found)
-    if options.out:
-        print(f"written to {found.save(options.out)}")
+    if file:
+        print(f"written to {file}")
 
 
 def _again(file: Path, env_id: str) -> Any:

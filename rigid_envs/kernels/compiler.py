@@ -9,7 +9,7 @@
 =============  ===================================================================================
 """
 
-import sys
+import logging
 import time
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar, cast
@@ -68,7 +68,7 @@ def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = 
 
 
 class _Announcer(event.Listener):
-    """Prints one line on stderr after each long compilation."""
+    """Logs each long compilation."""
 
     def __init__(self) -> None:
         self._started: dict[Any, float] = {}
@@ -84,10 +84,9 @@ class _Announcer(event.Listener):
             return
         is_kept = isinstance(dispatcher._cache, KernelCache)
         kept = "kept for the next process" if is_kept else "not kept: no cache folder"
-        print(
-            f"rigid-envs: compiled {_labels[dispatcher]} in {took:.1f} s ({kept})", file=sys.stderr
-        )
+        _log.info("compiled %s in %.1f s (%s)", _labels[dispatcher], took, kept)
 
 
+_log = logging.getLogger(__name__)
 _labels: dict[Any, str] = {}
 cast(Any, event).register("numba:compile", _Announcer())

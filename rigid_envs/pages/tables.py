@@ -1,13 +1,22 @@
 """Tables and paragraphs of plain text, of limited width."""
 
+import shutil
+import sys
 import textwrap
 from collections.abc import Sequence
 
-__all__ = ["WIDTH", "paragraphs", "table"]
+__all__ = ["WIDTH", "line_width", "paragraphs", "table"]
 
 WIDTH = 100
 _GAP = 2
 _NARROWEST = 8
+
+
+def line_width() -> int:
+    """Largest length of a line: `WIDTH`, or that of the terminal if it is narrower."""
+    if not sys.stdout.isatty():
+        return WIDTH
+    return min(WIDTH, max(shutil.get_terminal_size().columns, 40))
 
 
 def table(
@@ -15,7 +24,7 @@ def table(
     rows: Sequence[Sequence[str]],
     align: str = "",
     indent: int = 2,
-    width: int = WIDTH,
+    width: int | None = None,
 ) -> str:
     """Aligned columns under a ruled header; cells that are too long are wrapped between words.
 
@@ -24,8 +33,9 @@ def table(
         rows: Cells, one sequence per row.
         align: "<" or ">" for each column; "<" where it is too short.
         indent: Blanks before every line.
-        width: Largest length of a line.
+        width: Largest length of a line; None for `line_width`.
     """
+    width = line_width() if width is None else width
     cells = [list(header), *map(list, rows)]
     sizes = [max(len(row[k]) for row in cells) for k in range(len(header))]
     words = [
@@ -44,13 +54,13 @@ def table(
     return "\n".join((" " * indent + line).rstrip() for line in lines)
 
 
-def paragraphs(text: str, indent: int = 2, width: int = WIDTH) -> str:
-    """Text with its paragraphs filled to the width; an item of a list hangs from its dash."""
+def paragraphs(text: str, indent: int = 2) -> str:
+    """Text with its paragraphs filled to `line_width`; an item of a list hangs from its dash."""
     margin = " " * indent
     return "\n\n".join(
         textwrap.fill(
             " ".join(part.split()),
-            width,
+            line_width(),
             initial_indent=margin,
             subsequent_indent=margin + "  " * part.startswith("- "),
         )

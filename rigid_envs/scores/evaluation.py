@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -41,6 +41,7 @@ def evaluate(
     config: Mapping[str, Any] | None = None,
     env: Any = None,
     name: str | None = None,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Evaluation:
     """Play one episode from each of the first n starts, and measure success and efficiency.
 
@@ -56,6 +57,7 @@ def evaluate(
         env: Environment to play in, single or vector, with its wrappers; None makes native rows.
             It stays open.
         name: Who acts, for tables; None for the name that the policy has.
+        progress: Called with a few words in every step.
 
     Raises:
         ValueError: An id, policy, environment or number that cannot be; names what can.
@@ -69,7 +71,7 @@ def evaluate(
     envs = make_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
     settings = dict(config or {}) if env is None else _settings(env_id, envs)
     try:
-        episodes = _play(chosen, envs, n, seed, env_id)
+        episodes = _play(chosen, envs, n, seed, env_id, progress)
     finally:
         if env is None:
             envs.close()
@@ -149,14 +151,22 @@ def _settings(env_id: str, envs: Any) -> dict[str, Any]:
     return {key: value for key, value in spec.kwargs.items() if key in known}
 
 
-def _play(policy: PolicyFactory, envs: Any, n: int, seed: int, env_id: str) -> Episodes:
+def _play(
+    policy: PolicyFactory,
+    envs: Any,
+    n: int,
+    seed: int,
+    env_id: str,
+    progress: Callable[[str], None],
+) -> Episodes:
     """One episode from each of n starts, as many at a time as there are rows."""
     record = ENVIRONMENTS.get(env_id)
     error: ErrorTerm | None = None if record is None else record.error
     rows = envs.num_envs
     seeds = row_seeds(seed, -(-n // rows) * rows, "test")
     parts = [
-        play(policy(envs), envs, seeds[k : k + rows], error) for k in range(0, len(seeds), rows)
+        play(policy(envs), envs, seeds[k : k + rows], error, progress)
+        for k in range(0, len(seeds), rows)
     ]
     spec = _spec(envs)
     limit = getattr(spec, "max_episode_steps", None) or max(part.limit for part in parts)

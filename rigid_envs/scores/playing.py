@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ def play(
     venv: VectorEnv[Any, Any, Any],
     seeds: list[int],
     error: ErrorTerm | None = None,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Episodes:
     """Play exactly one episode in each row.
 
@@ -34,13 +35,15 @@ def play(
         venv: A vector environment whose rows start anew by themselves.
         seeds: One seed per row.
         error: Reward term whose error is recorded; None for none.
+        progress: Called with a few words in every step.
     """
     first_seeds: Any = seeds  # native environments take one seed for each row
     obs, _ = venv.reset(seed=first_seeds)
     tally = Tally(seeds, error, getattr(venv.spec, "max_episode_steps", None))
     rows: Any = venv.unwrapped
     try:
-        while tally.running.any():
+        while left := np.count_nonzero(tally.running):
+            progress(f"{len(seeds) - left} of {len(seeds)} episodes")
             rows.uncounted = ~tally.running  # nobody needs to plan for them
             obs, rewards, terminated, truncated, infos = venv.step(act(obs))
             ended = tally.running & (terminated | truncated)

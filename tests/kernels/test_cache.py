@@ -74,6 +74,27 @@ def test_without_a_place_to_keep_them_kernels_are_compiled_per_process(
     assert run(source, tmp_path / base)[:2] == (3.0, 0)
 
 
+RESET = "import gymnasium, rigid_envs; gymnasium.make('RigidEnvs/BallGrid-v0').reset(seed=0)"
+LOGGED = f"import logging; logging.basicConfig(level='INFO'); {RESET}"
+
+
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [(RESET, ""), (LOGGED, "INFO:rigid_envs.kernels.compiler:compiled tasks.ball_grid.reset in ")],
+)
+def test_long_compilations_are_logged_and_not_printed(
+    program: str, said: str, tmp_path: Path
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stderr.startswith(said) and done.stderr.count("\n") == bool(said)
+
+
 def folder(base: Path, monkeypatch: pytest.MonkeyPatch) -> Path | None:
     """The cache folder below a base, found afresh."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(base))

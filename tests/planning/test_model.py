@@ -45,7 +45,7 @@ def test_a_rollout_is_that_of_the_environment(env_id):
 @pytest.mark.parametrize("env_id", IDS)
 def test_the_errors_say_what_success_is(env_id):
     record = gym.spec(env_id)
-    n, T = 64, record.max_episode_steps
+    n, T = 16, record.max_episode_steps
     envs = make_rows(env_id, n)
     seen, _ = envs.reset(seed=row_seeds(SEED, n, "test"))
     model = Model(task_of(env_id), envs.get_state(), T)
@@ -65,7 +65,8 @@ def test_the_errors_say_what_success_is(env_id):
         met = np.array(
             [(sizes[first - 1 :, k] <= 1.0).all() for k, first in enumerate(model.first)]
         )
-    assert met.any() and (met == motion.successes).mean() > 0.95
+    assert met.any()
+    np.testing.assert_array_equal(met, motion.successes)
 
 
 @pytest.mark.parametrize("env_id", IDS)

@@ -68,7 +68,10 @@ def build(config: PPOConfig, env: VecEnv) -> PPO:
         vf_coef=config.vf_coef,
         max_grad_norm=config.max_grad_norm,
         target_kl=config.target_kl,
-        policy_kwargs={**policy_arguments(config, env), "log_std_init": config.log_std_init},
+        policy_kwargs={
+            **policy_arguments(config, env, eps=1e-5),
+            "log_std_init": config.log_std_init,
+        },
         **arguments(config, env),
     )
     if config.action_std is not None:

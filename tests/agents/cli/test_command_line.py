@@ -44,10 +44,14 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
 def test_training_ends_with_the_table_and_where_everything_is(finished: tuple[Path, str]) -> None:
     folder, said = finished
     assert "500 unseen starts" in said and "random policy" in said and str(folder) in said
-    listed = said.split(f"In {folder}:")[1].split("Watch")[0]
+    listed, after = said.split(f"In {folder}:")[1].split("Next:")
     named = re.findall(r"[\w.]+\.(?:json|csv|png|npz)|\w+(?=/)", listed)
     assert len(named) == 9
     assert all((folder / name).exists() for name in named)
+    watch, _, again = re.findall(r"^  (\w.+)$", after, flags=re.MULTILINE)
+    assert watch.startswith("python -m agents enjoy ")
+    assert run(*watch.split()[3:], "--table").returncode == 0
+    assert f"--seed 1 {ENV[2]} {ENV[3]}" in again
     results = json.loads((folder / "results.json").read_text())
     assert results["policy"]["episodes"] == results["random_policy"]["episodes"] == 500
     keys = {"versions", "training_seed", "git_commit", "git_dirty", "training_seconds", "command",

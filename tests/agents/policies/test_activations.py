@@ -3,11 +3,11 @@
 import torch
 from torch import nn
 
-from agents.policies.activations import ACTIVATIONS
+from agents.policies.activations import Tanh
 
 
 def test_tanh_and_its_derivative_are_those_of_torch() -> None:
-    ours, theirs = ACTIVATIONS["tanh"](), nn.Tanh()
+    ours, theirs = Tanh(), nn.Tanh()
     x = torch.linspace(-20.0, 20.0, 40_001, requires_grad=True)
     y = x.detach().double().requires_grad_()
     found, expected = ours(x), theirs(y)

@@ -1,8 +1,9 @@
-"""What PPO gains by its tanh of a sigmoid, beside the one of torch, in one interleaved run.
+"""What PPO gains by its tanh and by a fused Adam, in one interleaved run.
 
-Run from the checkout: ``python -m tests.benchmarks.tanh_share [--updates 20]``. Two trainings on
-BallPark by its recipe take their updates in turns, on one torch thread. Prints the median time of
-an update and its quartiles, collecting steps included.
+Run from the checkout: ``python -m tests.benchmarks.update_share [--updates 20]``. Trainings on
+BallPark by its recipe take their updates in turns, on one torch thread: as they are here, with
+either tanh, and with Adam as it is by default. Prints the median time of an update and its
+quartiles, collecting steps included, and the ratio to those as they are here.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from torch import nn
 
 from agents.config.by_algorithm import config_from
 from agents.config.recipes import recipe_for
-from agents.policies.activations import ACTIVATIONS
+from agents.policies.activations import ACTIVATIONS, Tanh
 from agents.storage.runs import Run, create_run
 from agents.training.progress_bar import Progress
 from agents.training.trainer import Trainer
@@ -45,20 +46,28 @@ def main() -> None:
     parser.add_argument("--updates", type=int, default=20)
     updates = parser.parse_args().updates
     with tempfile.TemporaryDirectory() as folder:
-        with patch.dict(ACTIVATIONS, tanh=nn.Tanh):
-            plain = started("torch", folder)
-        both = (started("sigmoid", folder), plain)
-        for _, trainer in both:
+        trainings = {"as here": started("here", folder)}
+        for name, kind in {"torch.tanh": nn.Tanh, "tanh by sigmoid": Tanh}.items():
+            with patch.dict(ACTIVATIONS, tanh=kind):
+                trainings[name] = started(name.replace(" ", "_"), folder)
+        trainings["default Adam"] = started("adam", folder)
+        for group in trainings["default Adam"][1].model.policy.optimizer.param_groups:
+            group["fused"] = None
+        for _, trainer in trainings.values():
             seconds(trainer)  # compiles what is not compiled yet
-        times = np.array([[seconds(trainer) for _, trainer in both] for _ in range(updates)])
-        for run, trainer in both:
+        times = np.array(
+            [[seconds(trainer) for _, trainer in trainings.values()] for _ in range(updates)]
+        )
+        for run, trainer in trainings.values():
             trainer.close()
             run.close()
-    for name, column in zip(("2 sigmoid(2 x) - 1", "torch.tanh"), times.T, strict=True):
+    for name, column in zip(trainings, times.T, strict=True):
         low, middle, high = np.quantile(column, [0.25, 0.5, 0.75])
-        print(f"{name:20}{middle:8.3f} s   {low:.3f} .. {high:.3f}")
-    low, middle, high = np.quantile(times[:, 1] / times[:, 0], [0.25, 0.5, 0.75])
-    print(f"{'ratio':20}{middle:8.3f}     {low:.3f} .. {high:.3f}")
+        less, ratio, more = np.quantile(column / times[:, 0], [0.25, 0.5, 0.75])
+        print(
+            f"{name:16}{middle:8.3f} s  {low:.3f} .. {high:.3f}   "
+            f"ratio {ratio:.3f}  {less:.3f} .. {more:.3f}"
+        )
 
 
 if __name__ == "__main__":

@@ -1,0 +1,153 @@
+"""The verb `evaluate`: success and efficiency of a policy or of controllers."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.catalogue import full_id
+from rigid_envs.errors import ConfigError
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED
+
+from .words import add_policy_options, is_run, policy_file, refuse, refuse_episodes
+
+__all__ = ["add_evaluate"]
+
+_RESULTS = Path("logs/results")
+
+
+def add_evaluate(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb.
+
+    Args:
+        parser: Parser of the verb.
+    """
+    parser.set_defaults(run=_evaluate)
+    parser.description = (
+        "Play one episode from each of the fixed starts: a policy, or with --controller what needs "
+        "no training: a reference controller by its name, `reference` for the best one, "
+        "`nmpc` where there is one, `sampling`, `zero` or `random`."
+    )
+    add_policy_options(parser, "?")
+    parser.add_argument("--controller", metavar="NAME", help="in place of a policy")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--ids", nargs="+", metavar="ID", default=[], help="for --controller")
+    which.add_argument("--all", action="store_true", help="all ids that have such a controller")
+    parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
+    parser.add_argument("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})")
+    parser.add_argument(
+        "--save-replays",
+        type=int,
+        nargs="?",
+        const=10,
+        default=0,
+        metavar="N",
+        help="record the first N episodes (10) in replays.npz, for `rigid-envs replay`",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="for results.json, episodes.csv (the run); of controllers, ID/NAME is added to it "
+        "(logs/results)",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+
+
+def _evaluate(options: argparse.Namespace, rest: list[str]) -> int:
+    """Evaluate a policy or controllers on unseen starts."""
+    refuse(rest)
+    refuse_episodes(options.episodes)
+    if options.save_replays < 0:
+        raise ConfigError(
+            f"--save-replays = {options.save_replays}; expected a number of episodes, from 1"
+        )
+    if (options.path is None) == (options.controller is None):
+        raise ConfigError("expected a run or policy, or --controller NAME")
+    if options.controller is not None:
+        return _evaluate_controller(options)
+    if options.ids or options.all:
+        raise ConfigError(
+            "--ids, --all: expected none beside a policy, which knows its environment"
+        )
+    from ..evaluation.reports import report, table, write_report
+
+    figures, episodes = report(
+        policy_file(options.path, options.which), options.episodes, options.seed
+    )
+    print(json.dumps(figures, indent=1) if options.json else table(figures))
+    folder = options.out or (options.path if is_run(options.path) else None)
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_report(folder, figures, episodes)
+        _note(options, f"written to {folder}: results.json, episodes.csv")
+    if options.save_replays:
+        from rigid_envs.scores.policies import from_predict
+
+        from ..policies.policy_file import load_policy
+
+        policy = load_policy(policy_file(options.path, options.which))
+        config = policy.document["env_kwargs"]
+        _save_replays(options, from_predict(policy), figures["env_id"], folder, "policy", config)
+    return 0
+
+
+def _evaluate_controller(options: argparse.Namespace) -> int:
+    from rigid_envs.scores.policies import untrained_policy
+
+    from ..evaluation.reports import report_controller, table, write_report
+
+    if not (options.ids or options.all):
+        raise ConfigError("--controller: expected --ids ID ... or --all")
+    chosen = []
+    for env_id in ENVIRONMENTS if options.all else dict.fromkeys(map(full_id, options.ids)):
+        try:
+            chosen.append((env_id, *untrained_policy(env_id, options.controller)))
+        except ValueError as error:
+            if not options.all:
+                raise ConfigError(f"--controller: {error}") from None
+    if not chosen:
+        raise ConfigError(
+            f"--controller: controller = {options.controller!r}; expected one that some id has"
+        )
+    for env_id, name, policy in chosen:
+        figures, episodes = report_controller(name, env_id, options.episodes, options.seed)
+        folder = (options.out or _RESULTS) / env_id.split("/")[-1] / name
+        folder.mkdir(parents=True, exist_ok=True)
+        write_report(folder, figures, episodes)
+        print(json.dumps(figures, indent=1) if options.json else table(figures))
+        _note(options, f"written to {folder}: results.json, episodes.csv\n")
+        if options.save_replays:
+            _save_replays(options, policy, env_id, folder, name, {})
+    return 0
+
+
+def _save_replays(
+    options: argparse.Namespace,
+    policy: Any,
+    env_id: str,
+    folder: Path | None,
+    label: str,
+    config: Mapping[str, Any],
+) -> None:
+    """Play the first starts once more, and record them."""
+    if env_id not in ENVIRONMENTS:
+        raise ConfigError(
+            f"--save-replays: env_id = {env_id!r}; expected an environment of rigid_envs"
+        )
+    from rigid_envs.replays import record_starts
+
+    n = min(options.save_replays, options.episodes)
+    replay = record_starts(policy, env_id, n, label, options.seed, config)
+    file = replay.save((folder or Path()) / "replays.npz")
+    _note(options, f"written to {file}: {n} episodes; see rigid-envs replay {file}")
+
+
+def _note(options: argparse.Namespace, line: str) -> None:
+    """Say what was written, beside the JSON that a program reads."""
+    print(line, file=sys.stderr if options.json else sys.stdout, flush=True)
