@@ -1,10 +1,14 @@
 """Errors about what a user asked for. A refusal reads ``name = value; expected what it can be``."""
 
-__all__ = ["ConfigError", "UnknownKeywordError"]
+__all__ = ["ConfigError", "MissingPackageError", "UnknownKeywordError"]
 
 
 class ConfigError(ValueError):
     """A hyperparameter or setting that is unknown or outside its range."""
+
+
+class MissingPackageError(ImportError):
+    """A package of an extra that is not installed."""
 
 
 class UnknownKeywordError(ConfigError, TypeError):

@@ -55,6 +55,8 @@ class EnvironmentRecord:
         decoder: Function "module:name" from the task to a function that finds the states that
             controllers read in observations (`rigid_envs.references.Decoder`); empty if there is
             none.
+        predictive: Predictive controller, "module:name"; empty where there is none. It needs the
+            extra "control", and so is no reference controller.
     """
 
     id: str
@@ -68,6 +70,7 @@ class EnvironmentRecord:
     controllers: Mapping[str, str] = field(default_factory=dict)
     limits: Mapping[str, str] = field(default_factory=dict)
     decoder: str = ""
+    predictive: str = ""
 
 
 _RECORDS: dict[str, EnvironmentRecord] = {}
@@ -131,6 +134,8 @@ def _ours(family: str, name: str, max_episode_steps: int, metrics: str, **more: 
     for key, place in (("controllers", "bindings."), ("limits", "theory:")):
         codes = more.get(key, {})
         more[key] = {label: f"rigid_envs.scores.{place}{code}" for label, code in codes.items()}
+    if "predictive" in more:
+        more["predictive"] = f"rigid_envs.scores.bindings.predictive:{more['predictive']}"
     env_id, task = f"RigidEnvs/{name}-v0", f"rigid_envs.tasks:{name}"
     more["metrics"] = tuple(metrics.split())
     add(EnvironmentRecord(env_id, task, max_episode_steps, family, **more))
@@ -150,6 +155,7 @@ _ours(
     error=_SPIN,
     controllers={"lqr": "free_body:spin_regulator", "energy_casimir": "free_body:energy_casimir"},
     decoder="free_body:intermediate_axis",
+    predictive="held_spin",
 )
 _variant("IntermediateAxisRandom", "IntermediateAxis")
 _ours(
@@ -257,6 +263,7 @@ _ours(
     error=ErrorTerm("near", 5.0, "distance from the point [m]"),
     controllers={"lqr": "ball:plate_regulator"},
     decoder="ball:ball_plate",
+    predictive="held_ball",
 )
 _ours(
     _BALL,
@@ -287,6 +294,7 @@ _ours(
     error=_TILT,
     controllers={"lqr": "heavy_top:pivot_balance"},
     decoder="heavy_top:pivot_top",
+    predictive="balanced_top",
 )
 _ours(
     _TOP,

@@ -328,6 +328,22 @@ def test_figures_of_the_leaderboard_are_those_of_the_data() -> None:
             assert row["efficiency"] == f"**{told:.3f}**"
 
 
+def test_the_page_on_control_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("casadi")
+    pytest.importorskip("control")
+    text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.+?)```\n\n```text\n(.+?)```", text, flags=re.DOTALL)
+    assert len(blocks) == text.count("```python") == 6
+    names: dict[str, object] = {}
+    for code, told in blocks:
+        exec(code, names)
+        assert capsys.readouterr().out == told
+    _, commands = re.findall(r"```bash\n(.+?)```", text, flags=re.DOTALL)  # the first installs
+    for command in commands.splitlines():
+        assert main(command.split()[1:]) == 0
+        assert re.search("success +100.0 %", capsys.readouterr().out)
+
+
 def test_the_example_of_the_readme_trains_evaluates_and_ranks_an_outsider(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

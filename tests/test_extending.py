@@ -45,6 +45,21 @@ print(type(view).__name__, env.render().shape, *places)
 """
 
 
+SYMBOLIC = """
+import numpy as np
+from wheel_pendulum.system import WheelPendulum
+system = WheelPendulum()
+model, y, u = system.symbolic(), [0.7, -1.0, 3.0], [0.2]
+for found, exact in (
+    (model.rhs(y, u), system.rhs(y, u)),
+    (model.step(0.05)(y, u), system.advance(y, u, 0.05)),
+    (model.invariants(y), list(system.invariants(y).values())),
+):
+    assert np.allclose(np.array(found)[:, 0], exact, rtol=1e-12, atol=1e-12)
+print(model.states, model.inputs)
+"""
+
+
 class Package:
     """The package of the page in a folder of its own, and processes that run beside it."""
 
@@ -100,6 +115,11 @@ def test_the_script_of_the_page_runs(package: Package) -> None:
 def test_it_is_seen_by_its_own_view(package: Package) -> None:
     text = package.output("-c", PICTURE)
     assert text == "PendulumView (480, 480, 3) [0.0, 0.0, -1.0] [1.0, 0.0, 0.0]\n"
+
+
+def test_its_system_is_a_symbolic_model_too(package: Package) -> None:
+    pytest.importorskip("casadi")
+    assert package.output("-c", SYMBOLIC) == "('angle', 'omega', 'spin') ('torque',)\n"
 
 
 def test_the_second_process_compiles_nothing(package: Package) -> None:

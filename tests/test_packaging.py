@@ -101,7 +101,7 @@ def test_library_depends_on_four_packages_only(metadata: Message) -> None:
 def test_metadata_states_version_python_and_extras(metadata: Message) -> None:
     assert metadata["Version"] == rigid_envs.__version__
     assert metadata["Requires-Python"] == ">=3.11"
-    extras = {"completion", "train", "render", "test", "dev"}
+    extras = {"completion", "control", "train", "render", "test", "dev"}
     assert set(metadata.get_all("Provides-Extra", [])) == extras
 
 
@@ -149,7 +149,7 @@ def test_installed_library_imports_alone_and_without_heavy_packages(
 ) -> None:
     install(wheel, tmp_path)
     heavy = (
-        *("torch", "stable_baselines3", "matplotlib", "panda3d", "pygame", "agents"),
+        *("torch", "stable_baselines3", "matplotlib", "panda3d", "pygame", "agents", "casadi"),
         *("pytest", "hypothesis", "rigid_envs.testing"),
     )
     report = (

@@ -140,7 +140,7 @@ def _add_enjoy(parser: argparse.ArgumentParser) -> None:
         "--against",
         metavar="CONTROLLER",
         help="show a controller beside it, from the same start: one by its name, `reference` for "
-        "the best one, `sampling`, `zero` or `random`",
+        "the best one, `nmpc` where there is one, `sampling`, `zero` or `random`",
     )
     parser.add_argument("--video", metavar="FILE", help="write a film: FILE.mp4, .gif or .webp")
     parser.add_argument("--html", metavar="FILE", help="write a page for a browser")

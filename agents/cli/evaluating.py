@@ -31,7 +31,7 @@ def add_evaluate(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Play one episode from each of the fixed starts: a policy, or with --controller what needs "
         "no training: a reference controller by its name, `reference` for the best one, "
-        "`sampling`, `zero` or `random`."
+        "`nmpc` where there is one, `sampling`, `zero` or `random`."
     )
     add_policy_options(parser, "?")
     parser.add_argument("--controller", metavar="NAME", help="in place of a policy")

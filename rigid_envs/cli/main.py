@@ -23,6 +23,7 @@ from rigid_envs.cli.rechecking import verify_policies
 from rigid_envs.cli.replaying import add_replay
 from rigid_envs.cli.scoring import add_best, add_evaluate, verify_scores
 from rigid_envs.cli.words import config_of, refuse, refuse_missing_folder
+from rigid_envs.errors import MissingPackageError
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.as_data import description, overview
 from rigid_envs.pages.describe import describe
@@ -53,7 +54,7 @@ def run(argv: Sequence[str] | None = None) -> int:
         return 2
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (DependencyNotInstalled, OSError) as error:
+    except (DependencyNotInstalled, MissingPackageError, OSError) as error:
         print(f"rigid-envs: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

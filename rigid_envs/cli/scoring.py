@@ -47,9 +47,10 @@ def add_evaluate(verbs: Any) -> None:
         "--policy",
         required=True,
         metavar="NAME|FILE",
-        help="a reference controller, `reference` for the best, `sampling`, `zero`, `random`; a "
-        "trained policy: a file (.safetensors), or `BallPark`, the published one of that id; or a "
-        "replay (.npz) of the first starts, whose actions are played again",
+        help="a reference controller, `reference` for the best, `nmpc` where there is one (it "
+        "needs the extra `control`), `sampling`, `zero`, `random`; a trained policy: a file "
+        "(.safetensors), or `BallPark`, the published one of that id; or a replay (.npz) of the "
+        "first starts, whose actions are played again",
     )
     evaluating.add_argument("--starts", type=int, metavar="N", help="(500, or those of the replay)")
     evaluating.add_argument("--name", help="of the policy in tables (its own)")

@@ -20,6 +20,8 @@ from rigid_envs.control.mppi import CrossEntropyChoices, PathIntegral
 from rigid_envs.control.plate import PlateRegulator
 from rigid_envs.control.polygons import PushAlong, PushPlan, RollPlan, roll_along
 from rigid_envs.control.precession import PrecessionRegulator
+from rigid_envs.control.predicted import BalancedTop, HeldBall, HeldSpin
+from rigid_envs.control.predictive import Prediction, PredictiveControl, PredictiveProblem, doubling
 from rigid_envs.control.pumping import Pump
 from rigid_envs.control.saddle import SeparatrixSteering
 from rigid_envs.control.shortest_path import ShortestPath, shortest_path
@@ -30,6 +32,7 @@ from rigid_envs.control.top_balance import PivotBalance, UprightBalance
 
 __all__ = [
     "AsymmetricBalance",
+    "BalancedTop",
     "CircleRegulator",
     "CoinPlan",
     "CrossEntropyChoices",
@@ -37,12 +40,17 @@ __all__ = [
     "EnergyCasimir",
     "FarSightedFollower",
     "ForcedFlip",
+    "HeldBall",
+    "HeldSpin",
     "MomentumBrake",
     "MomentumRegulator",
     "PathIntegral",
     "PivotBalance",
     "PlateRegulator",
     "PrecessionRegulator",
+    "Prediction",
+    "PredictiveControl",
+    "PredictiveProblem",
     "Pump",
     "PushAlong",
     "PushPlan",
@@ -57,6 +65,7 @@ __all__ = [
     "TimedFlip",
     "TwoRolls",
     "UprightBalance",
+    "doubling",
     "elastica_headings",
     "least_slew_time",
     "lqr",

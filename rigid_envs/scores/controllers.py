@@ -1,4 +1,4 @@
-"""Controllers of all rows of an environment, and the reference controllers of each id."""
+"""Controllers of all rows of an environment: those of each id."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
@@ -9,7 +9,13 @@ import numpy.typing as npt
 from rigid_envs.registry import ENVIRONMENTS, load
 from rigid_envs.systems import System
 
-__all__ = ["Controller", "ControllerFactory", "States", "reference_controllers"]
+__all__ = [
+    "Controller",
+    "ControllerFactory",
+    "States",
+    "predictive_controllers",
+    "reference_controllers",
+]
 
 
 class States(Protocol):
@@ -41,3 +47,9 @@ def reference_controllers(env_id: str) -> dict[str, ControllerFactory]:
     """The reference controllers of an id by name, the best first; none for an unknown id."""
     record = ENVIRONMENTS.get(env_id)
     return {} if record is None else {key: load(code) for key, code in record.controllers.items()}
+
+
+def predictive_controllers(env_id: str) -> dict[str, ControllerFactory]:
+    """The predictive controller of an id, "nmpc", if it has one; it needs the extra "control"."""
+    record = ENVIRONMENTS.get(env_id)
+    return {"nmpc": load(record.predictive)} if record is not None and record.predictive else {}

@@ -12,7 +12,11 @@ import numpy.typing as npt
 
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.kernels.layout import CLOCK
-from rigid_envs.scores.controllers import ControllerFactory, reference_controllers
+from rigid_envs.scores.controllers import (
+    ControllerFactory,
+    predictive_controllers,
+    reference_controllers,
+)
 from rigid_envs.scores.episodes import ActionFunction, Observations, SupportsPredict
 from rigid_envs.scores.random_policy import RandomPolicy
 from rigid_envs.scores.sampling import sampling
@@ -169,13 +173,14 @@ constant_zero = PolicyFactory(_zero, "zero")
 
 
 def untrained_policies(env_id: str) -> dict[str, PolicyFactory]:
-    """Policies of an id by name: its reference controllers, "sampling", "zero" and "random"."""
-    references = {
-        name: from_controller(factory, name)
-        for name, factory in reference_controllers(env_id).items()
-    }
+    """Policies of an id by name.
+
+    Its reference controllers, "nmpc" if it has a predictive controller, "sampling", "zero" and
+    "random".
+    """
+    controllers = reference_controllers(env_id) | predictive_controllers(env_id)
     return {
-        **references,
+        **{name: from_controller(factory, name) for name, factory in controllers.items()},
         "sampling": from_controller(sampling, "sampling"),
         "zero": constant_zero,
         "random": uniform(),

@@ -17,6 +17,7 @@ from rigid_envs.systems.base import System
 __all__ = ["Roller"]
 
 Array = npt.NDArray[np.float64]
+_DIFFERENCE = 1e-4  # by which differences and optimisers step below the least inertia ratio
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class Roller(System):
         rows = super().checked_input(u)
         change = rows[..., 1]
         expected = "at least 0: let beta be the least inertia ratio, and add to it"
-        require(change >= 0.0, change, "beta_change", expected)
+        require(change >= -_DIFFERENCE, change, "beta_change", expected)
         return rows
 
     def arc_length(self, y: npt.ArrayLike) -> Array:

@@ -97,9 +97,18 @@ class RollingDisk(AdaptiveStepSystem):
             ValueError: as `System.checked_state`; also a disk that lies flat.
         """
         rows = super().checked_state(y)
-        s = _sine(rows)
-        expected = f"at least {_FLAT:g}: a disk that lies flat has no point of contact"
-        require(s >= _FLAT, s, "sin(theta)", expected)
+        _refuse_flat(_sine(rows))
+        return rows
+
+    @classmethod
+    def checked_argument(cls, y: npt.ArrayLike) -> Array:
+        """The argument y of `rhs`, shape (..., 9).
+
+        Raises:
+            ValueError: as `System.checked_argument`; also a disk that lies flat.
+        """
+        rows = super().checked_argument(y)
+        _refuse_flat(_sine(rotations.normalize(rows[..., :4])))
         return rows
 
     @property
@@ -153,7 +162,7 @@ class RollingDisk(AdaptiveStepSystem):
         Its third entry is the normal force: where that is negative the disk would lift off; the
         others are friction, which needs a coefficient of ``hypot(F_x, F_y) / F_z``.
         """
-        rates = self.rhs(y, u)
+        rates = self.rhs(self.checked_state(y), u)
         omega, n = self.omega_world(y), self.radius_up(y)
         turned = rotations.rotate(quaternion(y), rates[..., 4:7])  # omega_world' = R omega_body'
         precession = np.sum(omega * n, axis=-1) / _sine(y)
@@ -204,3 +213,13 @@ def _sine(y: npt.ArrayLike) -> Array:
     """sin(theta) of the angle between axis and vertical, shape (...)."""
     vertical = gamma(y)
     return np.asarray(np.hypot(vertical[..., 0], vertical[..., 1]))
+
+
+def _refuse_flat(s: Array) -> None:
+    """Refuse disks that lie flat.
+
+    Raises:
+        ValueError: sin(theta), s, is too small in one of them.
+    """
+    expected = f"at least {_FLAT:g}: a disk that lies flat has no point of contact"
+    require(s >= _FLAT, s, "sin(theta)", expected)

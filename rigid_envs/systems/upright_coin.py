@@ -144,7 +144,7 @@ class UprightCoin(AdaptiveStepSystem):
 
     def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
         """Force of the plane on the coin, m v' - m g, in world axes [N], shape (..., 3)."""
-        rates, along = self.rhs(y, u), self.direction(y)
+        rates, along = self.rhs(self.checked_state(y), u), self.direction(y)
         across = np.stack([-along[..., 1], along[..., 0]], axis=-1)  # l' = phi' e_z x l
         bend = (self.steer_rate(y) * self.roll_rate(y))[..., None] * across
         push = self.m * self.radius * (rates[..., 7:8] * along + bend)

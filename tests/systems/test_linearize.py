@@ -30,7 +30,7 @@ def test_jacobians_agree_with_finite_differences(system):
     y, u = states(system, rng, 5), inputs(system, rng, 5)
     A, B = system.linearize(y, u)
     # h^2 times third derivatives (3e-13 times some hundred) and eps / h times the terms of rhs
-    # (4e-10 times some ten). The quaternion must stay near unit.
+    # (4e-10 times some ten)
     h = 5e-7
     for k in range(y.shape[-1]):
         step = h * np.eye(y.shape[-1])[k]

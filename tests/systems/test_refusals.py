@@ -98,6 +98,10 @@ CALLS = {
     "simulate": lambda system, y: system.simulate(y, [0.0, 0.1]),
 }
 each_call = pytest.mark.parametrize("call", CALLS.values(), ids=CALLS.keys())
+FIELD = ("rhs", "linearize")  # integrators evaluate them beside the states as well
+STRICT = {name: call for name, call in CALLS.items() if name not in FIELD}
+each_strict = pytest.mark.parametrize("call", STRICT.values(), ids=STRICT.keys())
+each_of_field = pytest.mark.parametrize("call", [CALLS[name] for name in FIELD], ids=FIELD)
 
 
 @each_system
@@ -122,13 +126,24 @@ def test_bad_states_are_refused_everywhere(system, call):
 
 
 @pytest.mark.parametrize("system", TURNING, ids=name_of)
-@each_call
+@each_strict
 def test_quaternions_that_are_not_unit_are_refused_with_their_norm(system, call):
     y = system.state()
     for norm in (0.0, 0.5, 1.0 + 2e-6, 2.0):
         y[:4] = (0.0, 0.6 * norm, 0.0, 0.8 * norm)
         with pytest.raises(ValueError, match=r"^q\[1\] = .*; expected length 1 .*: divide it"):
             call(system, np.stack([system.state(), y]))
+
+
+@pytest.mark.parametrize("system", TURNING, ids=name_of)
+@each_of_field
+def test_rates_are_given_beside_the_unit_sphere_but_not_at_a_quaternion_of_zero(system, call):
+    y = system.state()
+    for norm in (0.4, 1.0 + 2e-6, 40.0):
+        call(system, np.concatenate([norm * y[:4], y[4:]]))
+    y[:4] = 0.0
+    with pytest.raises(ValueError, match=r"^q\[1\] = .*; expected a quaternion that is not zero"):
+        call(system, np.stack([system.state(), y]))
 
 
 @each_call
@@ -142,7 +157,7 @@ def test_a_disk_that_lies_flat_has_no_point_of_contact(call):
     call(DISK, DISK.state(q=(np.cos(0.1), np.sin(0.1), 0.0, 0.0)))
 
 
-@each_call
+@each_strict
 def test_a_coin_that_leans_is_refused_with_the_remedy(call):
     for lean in (1.1e-6, -0.3, 0.5 * np.pi):
         half = 0.25 * np.pi - 0.5 * lean
@@ -153,6 +168,14 @@ def test_a_coin_that_leans_is_refused_with_the_remedy(call):
         ):
             call(COIN, y)
     call(COIN, COIN.state(q=COIN.attitude(0.3, -2.0)))
+
+
+@pytest.mark.parametrize("system", [PLATE, DISK, COIN], ids=name_of)
+def test_contact_forces_are_of_states_alone(system):
+    y = system.state()
+    y[:4] *= 1.0 + 2e-6
+    with pytest.raises(ValueError, match=r"^q = .*; expected length 1"):
+        system.contact_force(y)
 
 
 @each_system

@@ -1,0 +1,223 @@
+"""Predictive control: a problem whose optimum is known, and plans that are what happens."""
+
+import sys
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from rigid_envs import rotations
+from rigid_envs.control import (
+    BalancedTop,
+    HeldBall,
+    HeldSpin,
+    Prediction,
+    PredictiveControl,
+    doubling,
+)
+from rigid_envs.errors import MissingPackageError
+from rigid_envs.systems import DynamicBall, FreeBody, HeavyTop
+
+casadi = pytest.importorskip("casadi")
+
+A = np.array([[1.0, 0.1], [0.0, 1.0]])  # a double integrator of period 0.1 s
+B = np.array([[0.005], [0.1]])
+Q, R = np.diag([1.0, 0.1]), 0.1
+H, K = 0.1, 20
+
+BODY = FreeBody(1.0, 2.0, 3.0)
+TOP = HeavyTop(1.2, 1.2, 0.6, m=0.8, g=9.5, ell=0.13)
+BALL = DynamicBall(radius=0.8, beta=0.5, turntable_rate=0.3)
+SPIN = HeldSpin(BODY, 1.0, 0.2)
+BALANCE = BalancedTop(TOP, 3.0)
+TABLE = HeldBall(BALL, 0.4, 0.1, 0.1)
+UPRIGHT = TOP.state(q=rotations.exp([0.1, -0.05, 0.7]), omega_body=[0.1, -0.2, 1.5])
+
+
+class DoubleIntegrator:
+    """x'' = a at quadratic cost; the speed may not exceed a limit."""
+
+    sizes: ClassVar = (2, 1, 0)
+
+    def __init__(self, fastest=np.inf):
+        self.fastest = fastest
+
+    def coordinates(self, y):
+        return np.asarray(y)
+
+    def step(self, x, a, h):
+        assert h == H
+        return casadi.DM(A) @ x + casadi.DM(B) @ a
+
+    def cost(self, x, a, goal):
+        return x.T @ casadi.DM(Q) @ x + R * casadi.sumsqr(a)
+
+    def limits(self, x, a):
+        return casadi.vertcat(x[1] - self.fastest, -x[1] - self.fastest)[
+            : 2 * bool(np.isfinite(self.fastest))
+        ]
+
+
+def riccati(x, tail):
+    """The optimal actions of the double integrator without limits, and their cost."""
+    P, gains = tail * Q, []
+    for _ in range(K):
+        gain = np.linalg.solve(B.T @ P @ B + H * R, B.T @ P @ A)
+        P = H * Q + A.T @ P @ (A - B @ gain)
+        gains.insert(0, gain)
+    actions, least = [], x @ P @ x
+    for gain in gains:
+        actions.append(-gain @ x)
+        x = A @ x + B @ actions[-1]
+    return np.array(actions), least
+
+
+def test_the_plan_of_a_linear_quadratic_problem_is_that_of_riccati():
+    law = PredictiveControl(DoubleIntegrator(), (H,) * K, tail=2.0)
+    x = np.array([0.2, 0.1])
+    plan = law.plan(x)
+    assert plan.is_solved
+    expected, least = riccati(x, 2.0)
+    assert np.abs(expected).max() < 1.0  # no limit is met
+    # a barrier of 1e-5 or so keeps actions off their limits, more where they matter less
+    np.testing.assert_allclose(plan.actions, expected, atol=5e-3)
+    assert float(cost_of(law, x, ())(plan.actions.T)) == pytest.approx(least, rel=1e-4)
+
+
+def test_limits_of_actions_and_of_what_they_lead_to_hold():
+    law = PredictiveControl(DoubleIntegrator(fastest=0.5), (H,) * 40, tail=2.0)
+    plan = law.plan([2.0, 0.0])
+    assert plan.is_solved
+    assert np.abs(plan.actions).max() == pytest.approx(1.0, abs=1e-3)
+    assert np.abs(plan.states[:, 1]).max() == pytest.approx(0.5, abs=1e-3)
+    assert np.abs(plan.actions).max() <= 1.0
+
+
+def test_a_plan_is_found_again_from_itself():
+    law = PredictiveControl(DoubleIntegrator(), (H,) * K)
+    first = law.plan([1.5, -0.3])
+    again = law.plan([1.5, -0.3], near=first)
+    np.testing.assert_allclose(again.actions, first.actions, atol=1e-2)  # the barrier
+
+
+def test_the_rest_of_a_plan_is_what_was_planned_for_later():
+    law = PredictiveControl(DoubleIntegrator(), (0.1, 0.1, 0.2, 0.4), 1.0)
+    states = np.array([[0.0, 1.0], [0.1, 1.0], [0.2, 1.0], [0.4, 1.0], [0.8, 1.0]])
+    actions = np.arange(4.0)[:, None]
+    rest = law.later(Prediction(actions, states, True), 0.1)
+    np.testing.assert_allclose(rest.states[:, 0], [0.1, 0.2, 0.3, 0.5, 0.8], atol=1e-12)
+    np.testing.assert_array_equal(rest.actions[:, 0], [1.0, 2.0, 2.0, 3.0])
+
+
+def advanced(problem, y, a, h, n_substeps=1):
+    """The state of the system after an action, by its own integrator."""
+    if problem is SPIN:
+        return BODY.advance(y, 0.2 * a, h, n_substeps)
+    if problem is BALANCE:
+        return TOP.advance(y, np.concatenate([np.zeros(6), 3.0 * a]), h, n_substeps)
+    return BALL.advance(y, [0.0, 0.0, *(0.4 * a - y[11:]) / h], h, n_substeps)
+
+
+STARTS = {
+    SPIN: BODY.state(q=[0.0, 0.6, 0.0, 0.8], omega_body=[0.2, 0.9, -0.1]),
+    BALANCE: UPRIGHT,
+    TABLE: BALL.state(position=[1.0, 0.2], velocity=[0.1, -0.2], tilt=[0.05, 0.0], spin=0.3),
+}
+GOALS = {SPIN: (), BALANCE: (), TABLE: (0.3, 0.4)}
+each_problem = pytest.mark.parametrize("problem", STARTS, ids=lambda each: type(each).__name__)
+
+
+@each_problem
+def test_a_step_in_coordinates_is_a_step_of_the_system(problem):
+    rng = np.random.default_rng(0)
+    n, m, _ = problem.sizes
+    x, a = casadi.SX.sym("x", n), casadi.SX.sym("a", m)
+    step = casadi.Function("step", [x, a], [problem.step(x, a, 0.05)])
+    y = STARTS[problem]
+    for _ in range(10):
+        action = rng.uniform(-0.7, 0.7, m)
+        found = np.array(step(problem.coordinates(y), action))[:, 0]
+        y = advanced(problem, y, action, 0.05)
+        np.testing.assert_allclose(found, problem.coordinates(y), rtol=0, atol=1e-12)
+
+
+def test_turns_about_the_axis_do_not_change_the_coordinates_of_a_top():
+    turn = rotations.exp([0.0, 0.0, 0.9])
+    q = rotations.multiply(UPRIGHT[:4], rotations.conjugate(turn))
+    turned = TOP.state(q=q, omega_body=rotations.rotate(turn, UPRIGHT[4:7]))
+    x = BALANCE.coordinates(np.stack([UPRIGHT, turned]))
+    np.testing.assert_allclose(x[0], x[1], atol=1e-14)
+    tilt = 2.0 * np.arcsin(np.linalg.norm(x[0, :2]))
+    assert tilt == pytest.approx(TOP.tilt(UPRIGHT), abs=1e-14)
+
+
+@each_problem
+def test_plans_are_solved_and_are_what_happens(problem):
+    law = PredictiveControl(problem, doubling(0.1, 4, 4, 4))
+    y, goal = STARTS[problem], GOALS[problem]
+    plan = law.plan(y, goal)
+    assert plan.is_solved
+    for a, x in zip(plan.actions[:4], plan.states[1:], strict=False):
+        y = advanced(problem, y, a, 0.1, 2)
+        # gaps are closed to the solver's tolerance
+        np.testing.assert_allclose(problem.coordinates(y), x, rtol=0, atol=2e-3)
+
+
+def cost_of(law, y, goal):
+    """Cost of actions that are rolled out, as a function of them, shape (m, K)."""
+    m = law.problem.sizes[1]
+    actions = casadi.SX.sym("a", m, len(law.intervals))
+    x, total = casadi.DM(law.problem.coordinates(y)), 0.0
+    for k, h in enumerate(law.intervals):
+        total += h * law.problem.cost(x, actions[:, k], casadi.DM(goal))
+        x = law.problem.step(x, actions[:, k], h)
+    total += law.tail * law.problem.cost(x, casadi.DM.zeros(m), casadi.DM(goal))
+    return casadi.Function("cost", [actions], [total])
+
+
+@each_problem
+def test_no_plan_beside_it_costs_less(problem):
+    law = PredictiveControl(problem, doubling(0.1, 4, 4, 2))
+    y, goal = STARTS[problem], GOALS[problem]
+    plan, cost = law.plan(y, goal), cost_of(law, y, goal)
+    least = float(cost(plan.actions.T))
+    rng = np.random.default_rng(1)
+    for spread in (0.003, 0.03, 0.3):
+        for _ in range(30):
+            trial = plan.actions + spread * rng.normal(size=plan.actions.shape)
+            length = np.linalg.norm(trial, axis=-1, keepdims=True)
+            inside = trial / np.maximum(length, 1.0) if problem is BALANCE else trial
+            other = np.clip(inside, -1.0, 1.0)
+            assert float(cost(other.T)) > least * (1.0 - 1e-3)
+
+
+def test_the_table_can_always_stop_within_its_limit():
+    law = PredictiveControl(TABLE, doubling(0.1, 4, 8, 3))
+    plan = law.plan(BALL.state(position=[2.0, 0.0]), [-1.0, 0.5])
+    x = plan.states
+    stops = x[:, 5:7] + 0.05 * x[:, 7:]
+    assert np.abs(stops).max() == pytest.approx(0.1, abs=2e-4)  # and it is used
+
+
+def test_tops_without_symmetry_and_numbers_that_are_none_are_refused():
+    with pytest.raises(ValueError, match="expected a symmetric top, I1 = I2"):
+        BalancedTop(HeavyTop(1.0, 1.1, 0.5), 3.0)
+    with pytest.raises(ValueError, match=r"^weight = 0\.0; expected a positive"):
+        BalancedTop(TOP, 3.0, weight=0.0)
+    with pytest.raises(ValueError, match=r"^weight = -1; expected a positive"):
+        HeldSpin(BODY, 1.0, 0.2, weight=-1)
+    with pytest.raises(ValueError, match=r"^tilt_limit = 0; expected a positive"):
+        HeldBall(BALL, 0.4, 0, 0.1)
+    with pytest.raises(ValueError, match=r"^intervals\[1\] = -0\.1; expected positive"):
+        PredictiveControl(SPIN, (0.1, -0.1))
+    law = PredictiveControl(TABLE, (0.1,))
+    with pytest.raises(ValueError, match=r"^goal has shape \(0,\); expected \(2,\)"):
+        law.plan(BALL.state())
+    with pytest.raises(ValueError, match=r"^y has shape \(2, 13\); expected \(n_state,\)"):
+        law.plan(np.stack([BALL.state()] * 2), [0.0, 0.0])
+
+
+def test_without_casadi_the_command_that_installs_it_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    with pytest.raises(MissingPackageError, match=r'pip install "rigid-envs\[control\]"'):
+        PredictiveControl(SPIN, (0.1,)).plan(BODY.state())

@@ -1,0 +1,61 @@
+"""Predictive control by name: three environments are held, in less than a minute each."""
+
+import sys
+import time
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.cli import main
+from rigid_envs.scores import best_known, evaluate
+from rigid_envs.scores.controllers import predictive_controllers
+from rigid_envs.scores.policies import untrained_policies
+
+HELD = ("IntermediateAxis", "PivotTop", "BallPlate")
+each = pytest.mark.parametrize("name", HELD)
+needs_casadi = pytest.mark.skipif(find_spec("casadi") is None, reason="needs CasADi")
+
+
+def test_it_is_there_where_the_registry_says_so_and_no_reference_controller():
+    known = {env_id for env_id in ENVIRONMENTS if predictive_controllers(env_id)}
+    assert known == {f"RigidEnvs/{name}-v0" for name in (*HELD, "IntermediateAxisRandom")}
+    for env_id, record in ENVIRONMENTS.items():
+        assert ("nmpc" in untrained_policies(env_id)) == (env_id in known)
+        assert "nmpc" not in record.controllers
+
+
+@needs_casadi
+@each
+def test_an_episode_is_held_within_a_minute_and_costs_less_than_by_the_regulator(name):
+    env_id, begin = f"RigidEnvs/{name}-v0", time.perf_counter()
+    found = evaluate(env_id, "nmpc", n=1)
+    assert time.perf_counter() - begin < 60.0
+    assert found.success.mean == 1.0
+    assert found.policy == "nmpc"
+    regulator = evaluate(env_id, "lqr", n=1)
+    assert found.costs[0] < regulator.costs[0]
+    np.testing.assert_array_equal(found.best, best_known(env_id).costs[:1])
+
+
+@needs_casadi
+def test_a_row_is_planned_as_if_it_were_alone():
+    alone, together = (evaluate("RigidEnvs/IntermediateAxis-v0", "nmpc", n=n) for n in (1, 3))
+    assert alone.values["cost"][0] == together.values["cost"][0]
+    assert alone.values["return"][0] == together.values["return"][0]
+
+
+@needs_casadi
+def test_bodies_that_are_drawn_are_held_by_the_plan_of_the_middle_one():
+    assert evaluate("RigidEnvs/IntermediateAxisRandom-v0", "nmpc", n=3).success.mean == 1.0
+
+
+def test_the_command_names_what_there_is_and_what_is_missing(monkeypatch, capsys):
+    assert main(["evaluate", "RigidEnvs/BallPark-v0", "--policy", "nmpc", "--starts", "1"]) == 2
+    assert "controller = 'nmpc'; expected one of" in capsys.readouterr().err
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    assert main(["evaluate", "RigidEnvs/PivotTop-v0", "--policy", "nmpc", "--starts", "1"]) == 1
+    assert capsys.readouterr().err == (
+        'rigid-envs: symbolic models need CasADi: pip install "rigid-envs[control]"\n'
+    )
