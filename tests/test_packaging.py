@@ -99,7 +99,9 @@ def test_library_depends_on_four_packages_only(metadata: Message) -> None:
 def test_metadata_states_version_python_and_extras(metadata: Message) -> None:
     assert metadata["Version"] == rigid_envs.__version__
     assert metadata["Requires-Python"] == ">=3.11"
-    assert set(metadata.get_all("Provides-Extra", [])) == {"train", "render", "test", "dev"}
+    assert set(metadata.get_all("Provides-Extra", [])) == {
+        *("train", "dataset", "render", "test", "dev")
+    }
 
 
 def test_installing_leaves_another_package_named_agents_untouched(
