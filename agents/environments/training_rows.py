@@ -10,6 +10,7 @@ from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
 from rigid_envs.sb3 import GymnasiumVecEnv
+from rigid_envs.scores.playing import entry_of
 
 __all__ = ["EpisodeEnds", "TrainingRows"]
 
@@ -78,16 +79,10 @@ class TrainingRows(GymnasiumVecEnv):
 
     def _paid(self, rewards: NDArray[Any], dones: NDArray[np.bool_]) -> NDArray[Any]:
         if self.price:
-            rewards = rewards - self.price * self._entry("cost", dones)
+            rewards = rewards - self.price * entry_of(self.vector_infos, "cost", dones)
         if self.bonus:
-            rewards = rewards + self.bonus * self._entry("is_success", dones)
+            rewards = rewards + self.bonus * entry_of(self.vector_infos, "is_success", dones)
         return rewards
-
-    def _entry(self, key: str, ended: NDArray[np.bool_]) -> NDArray[Any]:
-        """An info entry of the step in every row, also in those that started anew within it."""
-        infos = self.vector_infos
-        values: NDArray[Any] = infos[key]
-        return np.where(ended, infos["final_info"][key], values) if ended.any() else values
 
     def _end_episodes(
         self,

@@ -12,6 +12,7 @@ from typing import Any
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs import ENVIRONMENTS, __version__, catalogue
+from rigid_envs.cli.collecting import add_dataset
 from rigid_envs.cli.completing import add_completion
 from rigid_envs.cli.films import add_films
 from rigid_envs.cli.frames import add_frames
@@ -81,6 +82,7 @@ def _parser() -> argparse.ArgumentParser:
     add_evaluate(verbs)
     add_best(verbs)
     add_leaderboard(verbs)
+    add_dataset(verbs)
     add_frames(verbs)
     add_films(verbs)
     add_gallery(verbs)

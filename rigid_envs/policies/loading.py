@@ -14,7 +14,16 @@ from rigid_envs.files import DamagedFileError
 from rigid_envs.policies.compiled import CompiledPolicy
 from rigid_envs.tensorfile import load_tensors, save_tensors
 
-__all__ = ["FOLDER", "FORMAT", "file_of", "load", "published", "read_policy", "write_policy"]
+__all__ = [
+    "FOLDER",
+    "FORMAT",
+    "file_of",
+    "load",
+    "path_of",
+    "published",
+    "read_policy",
+    "write_policy",
+]
 
 FORMAT = "rigid-envs policy 1"
 FOLDER = Path(__file__).parent
@@ -60,16 +69,24 @@ def load(name: str | Path) -> CompiledPolicy:
         ConfigError: None of that name; names those that there are.
         DamagedFileError: The file is no policy; says why.
     """
-    path = Path(name)
-    if path.is_dir():
-        path = path / "policy.safetensors"
-    if not path.is_file():
-        path = file_of(str(name))
+    path = path_of(name)
     document, arrays = read_policy(path)
     try:
         return CompiledPolicy(document, arrays)
     except (ValueError, LookupError, TypeError) as error:
         raise DamagedFileError(f"{path}: not a policy: {error!r:.200}") from error
+
+
+def path_of(name: str | Path) -> Path:
+    """The file of a policy; see `load`.
+
+    Raises:
+        ConfigError: None of that name; names those that there are.
+    """
+    path = Path(name)
+    if path.is_dir():
+        path = path / "policy.safetensors"
+    return path if path.is_file() else file_of(str(name))
 
 
 def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

@@ -13,7 +13,7 @@ from rigid_envs.registry import ErrorTerm
 from rigid_envs.scores.episodes import ActionFunction, Episodes
 from rigid_envs.scores.tally import Tally
 
-__all__ = ["play"]
+__all__ = ["entry_of", "play"]
 
 Bools = npt.NDArray[np.bool_]
 
@@ -47,15 +47,21 @@ def play(
             rows.uncounted = ~tally.running  # nobody needs to plan for them
             obs, rewards, terminated, truncated, infos = venv.step(act(obs))
             ended = tally.running & (terminated | truncated)
-            values = {key: _last(infos, key, ended) for key in tally.keys}
+            values = {key: entry_of(infos, key, ended) for key in tally.keys}
             tally.add(rewards, terminated, truncated, values)
     finally:
         rows.uncounted = None
     return tally.episodes()
 
 
-def _last(infos: Mapping[str, Any], key: str, ended: Bools) -> npt.NDArray[Any]:
-    """An info entry of the step itself, also in rows that started anew within it."""
+def entry_of(infos: Mapping[str, Any], key: str, ended: Bools) -> npt.NDArray[Any]:
+    """An info entry of the step itself, also in rows that started anew within it.
+
+    Args:
+        infos: Of all rows.
+        key: Name of the entry; it is 0 where it is missing.
+        ended: Rows whose episode ended in the step, shape (N,).
+    """
     values = np.asarray(infos.get(key, np.zeros(len(ended))))
     if ended.any() and "final_info" in infos:  # else rows start anew in the next step
         values = np.where(ended, infos["final_info"].get(key, 0), values)

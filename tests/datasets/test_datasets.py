@@ -1,0 +1,256 @@
+"""Data sets load with Minari, play again to the bit, and are there whole or not at all."""
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+import h5py
+import minari
+import numpy as np
+import pytest
+
+from rigid_envs import datasets
+from rigid_envs.cli import main
+from rigid_envs.datasets import writing
+from rigid_envs.policies import FOLDER
+from rigid_envs.scores import evaluation_seeds
+from tests.page_code import run_page
+
+Capture = pytest.CaptureFixture[str]
+PARK = "rigid-envs/BallPark/three_rolls-v0"
+
+
+@pytest.fixture(autouse=True)
+def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of all data sets."""
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "sets"))
+    return tmp_path / "sets"
+
+
+def everything(name: str) -> dict[str, Any]:
+    """All numbers of a data set, by place."""
+    found: dict[str, Any] = {}
+    place = Path(minari.load_dataset(name).spec.data_path) / "main_data.hdf5"
+    with h5py.File(place) as file:
+        file.visititems(
+            lambda key, each: found.update({key: each[()]}) if hasattr(each, "dtype") else None
+        )
+        found |= {f"{key}/seed": group.attrs["seed"] for key, group in file.items()}
+    return found
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (["BallPark", "--policy", "BallPark"], "BallPark/ppo-reduced"),
+        (["BallParkGoal", "--policy", "three_rolls"], "BallParkGoal/three_rolls"),
+        (["BallGrid", "--policy", "reference"], "BallGrid/breadth_first"),
+        (["IntermediateAxisRandom", "--policy", "random"], "IntermediateAxisRandom/random"),
+        (["SleepingTopRandom", "--policy", "lqr", "--rotation", "quat"], "SleepingTopRandom/lqr"),
+        (
+            ["BallPark", "--policy", "random", "--radius", "0.8,1.2", "--observe_params", "true",
+             "--observation_noise", "0.01", "--action_delay", "2"],
+            "BallPark/random",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_written_loads_and_plays_again_to_the_bit(
+    words: list[str], name: str, capsys: Capture
+) -> None:
+    assert main(["dataset", *words, "--episodes", "4", "--seed", "3"]) == 0
+    name = f"rigid-envs/{name}-v0"
+    assert name in capsys.readouterr().out
+    dataset = minari.load_dataset(name)
+    assert dataset.total_episodes == 4 and name in minari.list_local_datasets()
+    env = dataset.recover_environment()
+    assert env.observation_space == dataset.observation_space
+    assert env.action_space == dataset.action_space
+    for episode in dataset:
+        n = len(episode)
+        assert len(episode.actions) == n and episode.rewards.dtype == np.float64
+        assert not (episode.terminations | episode.truncations)[:-1].any()
+        assert (episode.terminations | episode.truncations)[-1]
+        assert {len(column) for column in episode.infos.values()} == {n + 1}
+    assert main(["dataset", "--check", name]) == 0
+    assert capsys.readouterr().out == (
+        f"{name}: 4 episodes, {dataset.total_steps} steps, bit for bit: holds\n"
+    )
+
+
+def test_one_changed_bit_is_found_and_named(capsys: Capture) -> None:
+    name = datasets.write("BallPark", "three_rolls", 3)
+    place = Path(minari.load_dataset(name).spec.data_path) / "main_data.hdf5"
+    for key, message in (
+        ("episode_1/rewards", "episode 1: step 2: rewards = "),
+        ("episode_2/observations", "episode 2: step 1: observation  = "),
+        ("episode_0/infos/cost", "episode 0: step 1: info cost = "),
+    ):
+        with h5py.File(place, "r+") as file:
+            values = file[key]
+            before = values[2]
+            values[2] = np.nextafter(before, np.inf, dtype=values.dtype)
+        assert main(["dataset", "--check", name]) == 1
+        told = capsys.readouterr().out
+        assert f"FAILS: {message}" in told and told.count("FAILS: ") == 1
+        with h5py.File(place, "r+") as file:
+            file[key][2] = before
+
+
+def test_provenance_says_how_it_came_about() -> None:
+    file = FOLDER / "BallReorient-v0.safetensors"
+    settings = {"radius": (0.8, 1.2)}
+    name = datasets.write("BallReorient", str(file), 2, seed=5, name="mine/a-v3", config=settings)
+    assert name == "mine/a-v3"
+    told = minari.load_dataset(name).storage.metadata["rigid_envs"]
+    assert told["env_id"] == "RigidEnvs/BallReorient-v0" and told["seed"] == 5
+    assert told["env_kwargs"] == {"frame": "reduced", "radius": [0.8, 1.2]}
+    policy = told["policy"]
+    assert policy["kind"] == "trained" and len(policy["sha256"]) == 64 and policy["algo"] == "ppo"
+    assert "--policy" in told["command"] and "--radius" in told["command"]
+    assert {"versions", "kernel_hash", "git_commit", "date"} <= told.keys()
+    again = shlex.split(told["command"])[1:]
+    before = everything(name)
+    assert main([*again, "--overwrite"]) == 0
+    for key, values in everything(name).items():
+        np.testing.assert_array_equal(values, before[key])
+
+
+def test_starts_are_none_of_the_evaluation_and_all_differ() -> None:
+    found = everything(datasets.write("Detumble", "random", 40, seed=314159))
+    seeds = [int(value) for key, value in found.items() if key.endswith("/seed")]
+    assert len(set(seeds)) == 40 and not set(seeds) & set(evaluation_seeds())
+
+
+@pytest.mark.parametrize("policy", ["riccati", "random", "Detumble"])
+def test_how_many_are_played_together_makes_no_difference_but_to_what_is_drawn(
+    policy: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = everything(datasets.write("Detumble", policy, 7, name="whole-v0"))
+    monkeypatch.setattr(writing, "_ROWS", 3)
+    parts = everything(datasets.write("Detumble", policy, 7, name="parts-v0"))
+    assert whole.keys() == parts.keys()
+    drawn = [parts[f"episode_{k}/actions"] for k in range(7)]
+    if policy == "random":
+        assert len({each.tobytes() for each in drawn}) == 7
+    else:
+        for key, values in whole.items():
+            np.testing.assert_array_equal(parts[key], values)
+    assert not datasets.check("parts-v0").differences
+
+
+def test_scores_are_between_the_random_policy_and_the_reference() -> None:
+    mean = {}
+    for policy in ("random", "riccati"):
+        dataset = minari.load_dataset(datasets.write("Detumble", policy, 200))
+        returns = np.array([episode.rewards.sum() for episode in dataset])
+        mean[policy] = minari.get_normalized_score(dataset, returns).mean()
+    assert mean["random"] == pytest.approx(0.0, abs=0.05)
+    assert mean["riccati"] == pytest.approx(1.0, abs=0.05)
+    other = minari.load_dataset(datasets.write("Detumble", "random", 2, name="o-v0",
+                                               config={"impulse": 0.3}))  # fmt: skip
+    assert "ref_max_score" not in other.storage.metadata
+
+
+def test_another_folder_is_used_for_this_one_only(root: Path, tmp_path: Path) -> None:
+    out = tmp_path / "elsewhere"
+    words = ["dataset", "Detumble", "--policy", "random", "--episodes", "2", "--out", str(out)]
+    assert main(words) == 0
+    assert not root.exists() and (out / "rigid-envs/Detumble/random-v0/data").is_dir()
+    assert main(["dataset", "--check", "rigid-envs/Detumble/random-v0", "--out", str(out)]) == 0
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError(28, "No space left on device")])
+def test_what_is_stopped_leaves_nothing_and_what_was_there_stays(
+    overwrite: bool, error: Any, root: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    name = datasets.write("Detumble", "riccati", 3)
+    before, files = everything(name), sorted(root.rglob("*"))
+    monkeypatch.setattr(writing, "_ROWS", 2)
+    calls, collect = [], writing.collect
+
+    def stopped(*arguments: Any) -> Any:
+        calls.append(arguments)
+        if len(calls) == 2:
+            raise error
+        return collect(*arguments)
+
+    monkeypatch.setattr(writing, "collect", stopped)
+    words = ["dataset", "Detumble", "--policy", "riccati" if overwrite else "random"]
+    status = main([*words, "--episodes", "5", *(["--overwrite"] if overwrite else [])])
+    assert len(calls) == 2 and status == (130 if error is KeyboardInterrupt else 1)
+    assert "Traceback" not in capsys.readouterr().err
+    assert sorted(root.rglob("*")) == files
+    for key, values in everything(name).items():
+        np.testing.assert_array_equal(values, before[key])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--policy", "random"], "expected ID and --policy NAME, or --check DATASET"),
+        (["BallPark"], "expected ID and --policy NAME, or --check DATASET"),
+        (["BallPrak", "--policy", "random"], "did you mean 'RigidEnvs/BallPark-v0'"),
+        (
+            ["BallPark", "--policy", "lqr"],
+            "'shortest_path', 'three_rolls', the name of a published",
+        ),
+        (["BallPark", "--policy", "no.safetensors"], "no.safetensors'; expected the path of a"),
+        (
+            ["BallPark", "--policy", "random", "--episodes", "0"],
+            "episodes = 0; expected an integer",
+        ),
+        (["BallPark", "--policy", "random", "--seed", "-1"], "seed = -1; expected an integer"),
+        (["BallPark", "--policy", "random", "--name", "a b"], "name = 'a b'; expected NAMESPACE"),
+        (["BallPark", "--policy", "random", "--name", "x"], "name = 'x'; expected NAMESPACE"),
+        (["BallPark", "--policy", "random", "--radios", "1"], "config.radios: unknown key"),
+        (["BallPark", "--policy", "reference", "--frame", "reduced"], "expected 'world'"),
+        (["--check", "a b"], "name = 'a b'; expected NAMESPACE"),
+        (["BallPark", "--check", PARK], "argument = 'BallPark'; expected one of those that --help"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line(
+    words: list[str], message: str, root: Path, capsys: Capture
+) -> None:
+    assert main(["dataset", *words]) == 2
+    told = capsys.readouterr().err
+    assert message in told and len(told.splitlines()) == 1
+    assert not root.exists() or not list(root.iterdir())
+
+
+def test_one_that_is_there_or_not_there_is_refused(root: Path, capsys: Capture) -> None:
+    assert main(["dataset", "--check", "none/there-v0"]) == 1
+    assert "none/there-v0 not found" in capsys.readouterr().err
+    name = datasets.write("Detumble", "random", 2)
+    words = ["dataset", "Detumble", "--policy", "random", "--episodes", "1"]
+    assert main(words) == 2
+    assert "--overwrite" in capsys.readouterr().err
+    assert minari.load_dataset(name).total_episodes == 2
+    assert main([*words, "--overwrite"]) == 0
+    assert minari.load_dataset(name).total_episodes == 1
+    (root / "full-v0" / "of-v0").mkdir(parents=True)  # a folder of data sets is none
+    assert main([*words, "--overwrite", "--name", "full-v0"]) == 2
+    assert (root / "full-v0" / "of-v0").is_dir()
+
+
+@pytest.mark.parametrize("module", ["minari", "h5py", "PIL"])
+def test_without_minari_the_extra_is_named(
+    module: str, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    assert main(["dataset", "BallPark", "--policy", "random"]) == 1
+    told = capsys.readouterr().err
+    assert 'pip install "rigid-envs[dataset]"' in told and len(told.splitlines()) == 1
+
+
+def test_the_page_runs(root: Path) -> None:
+    names = run_page("datasets.md")
+    assert names["parked"].total_episodes == 20
+    assert names["score"].mean() == pytest.approx(1.0, abs=0.3)
+    assert sorted(path.name for path in (root / "rigid-envs" / "BallPark").iterdir()) == [
+        "namespace_metadata.json",
+        "random-v0",
+        "three_rolls-v0",
+        "trained-v0",
+    ]
