@@ -6,8 +6,12 @@ Pages stay readable where they are, in the repository; what only a site needs is
 import re
 import sys
 from pathlib import Path
+from typing import Any, get_args, get_origin
 
+import numpy as np
+import numpy.typing as npt
 from sphinx.application import Sphinx
+from sphinx.config import Config
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
@@ -22,9 +26,15 @@ extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "sphinx_autodoc_typehints",
     "sphinx_copybutton",
+    "sphinx-mathjax-offline",
 ]
 exclude_patterns = ["_build", "conf.py"]
+suppress_warnings = [
+    "config.cache",  # a function among the settings
+    "sphinx_autodoc_typehints.forward_reference",  # a field that a subclass in another module has
+]
 
 # Pages
 myst_enable_extensions = ["amsmath", "dollarmath"]
@@ -39,13 +49,23 @@ nb_execution_in_temp = True
 nb_merge_streams = True
 
 # Reference
-autodoc_typehints = "description"
-autodoc_typehints_description_target = "documented"
-autodoc_default_options = {"members": True, "imported-members": True, "show-inheritance": True}
+autodoc_default_options = {"members": True, "imported-members": True}
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 napoleon_custom_sections = ["Physics", "Source"]
 default_role = "py:obj"  # `name` in a docstring
+
+
+def typehints_formatter(annotation: Any, config: Config) -> str | None:
+    """Names of NumPy's types in place of the unions that they stand for."""
+    if annotation == npt.ArrayLike:
+        return "``ArrayLike``"
+    if get_origin(annotation) is np.ndarray:
+        (kind,) = get_args(get_args(annotation)[1]) or (Any,)
+        return f"``NDArray[{getattr(kind, '__name__', kind)}]``"
+    return None
+
+
 
 # Look
 html_theme = "furo"
@@ -63,11 +83,28 @@ html_theme_options = {
 def as_plain_text(
     app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
 ) -> None:
-    """Keep bars and the star of ``(T, *lead)`` in docstrings, which mean something else to RST."""
-    for k, line in enumerate(lines):
-        parts = re.split(r"(``.*?``)", line)
-        parts[::2] = [re.sub(r"\||(?<=, )\*|(?<=\()\*", r"\\\g<0>", part) for part in parts[::2]]
-        lines[k] = "".join(parts)
+    """Show formulas that stand by themselves as they are written; keep bars and ``*lead``."""
+    shown: list[str] = []
+    margin, formula = 0, False  # indentation of the prose; whether the last line was no prose
+    for line in lines:
+        indent = len(line) - len(line.lstrip())
+        if line and formula:
+            formula = indent > margin
+        elif line and indent > margin and shown and not shown[-1]:
+            shown += [" " * margin + "::", ""]
+            formula = True
+        if line and not formula:
+            margin, line = indent, _escaped(line)
+            formula = line.endswith("::")
+        shown.append(line)
+    lines[:] = shown
+
+
+def _escaped(line: str) -> str:
+    """Bars, and the star of ``(T, *lead)``, mean something else to RST."""
+    parts = re.split(r"(``.*?``)", line)
+    parts[::2] = [re.sub(r"\||\*(?=lead|shape)", r"\\\g<0>", part) for part in parts[::2]]
+    return "".join(parts)
 
 
 def for_the_site(app: Sphinx, name: str, text: list[str]) -> None:

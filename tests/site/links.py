@@ -36,7 +36,12 @@ def broken_links(folder: Path) -> list[str]:
 
     Args:
         folder: of the HTML pages.
+
+    Raises:
+        FileNotFoundError: no site is there.
     """
+    if not (folder / "index.html").is_file():
+        raise FileNotFoundError(f"folder = {folder}; expected a site: build it with .ci/docs")
     pages = {path.resolve(): _Page(path.read_text("utf-8")) for path in folder.rglob("*.html")}
     wrong = []
     for path, page in pages.items():

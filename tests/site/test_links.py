@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from tests.site.links import broken_links
 
 PAGE = """
@@ -16,5 +18,10 @@ def test_what_leads_nowhere_is_named_with_its_page(tmp_path: Path) -> None:
     (tmp_path / "a b.png").write_bytes(b"")
     (tmp_path / "other.html").write_text('<p id="there">')
     links = "".join(f'<a href="{target}">x</a>' for target in BROKEN)
-    (tmp_path / "page.html").write_text(PAGE + links)
-    assert broken_links(tmp_path) == [f"page.html: {target}" for target in BROKEN]
+    (tmp_path / "index.html").write_text(PAGE + links)
+    assert broken_links(tmp_path) == [f"index.html: {target}" for target in BROKEN]
+
+
+def test_an_empty_folder_is_no_site(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="expected a site"):
+        broken_links(tmp_path)
