@@ -66,7 +66,6 @@ def typehints_formatter(annotation: Any, config: Config) -> str | None:
     return None
 
 
-
 # Look
 html_theme = "furo"
 html_title = f"rigid-envs {version}"
