@@ -1,9 +1,9 @@
 # %% [markdown]
-# # From LQR to NMPC
+# # LQR, and how far it reaches
 #
 # Every environment knows its equations: `env.unwrapped.system`. So control by a model needs no second model. Here a
-# body is held in spin about its intermediate axis, which is unstable (see [the lecture](06_dzhanibekov.py)): first by
-# linear feedback, which is proven near the spin and fails far from it, then by optimising over the nonlinear motion.
+# body is held in spin about its intermediate axis, which is unstable (see [the lecture](06_dzhanibekov.py)), by linear
+# feedback, which is proven near the spin; and we measure how far it reaches.
 
 # %%
 import gymnasium as gym
