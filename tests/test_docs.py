@@ -304,8 +304,8 @@ def test_prose_on_reference_controllers_has_no_measured_figures(env_id: str) -> 
     assert not re.search(r"\d of \d+ starts|of 500|on average|\d %", prose)
 
 
-def test_random_policy_in_the_readme_is_that_of_the_data() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_random_policy_among_the_results_is_that_of_the_data() -> None:
+    text = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \| [A-Z]{3} \| (\S+) % \| (\S+) \|", text, re.MULTILINE)
     told = {f"RigidEnvs/{name}-v0": (success, value) for name, success, value in rows}
     expected = {
@@ -344,13 +344,13 @@ def test_the_page_on_control_prints_what_it_says(capsys: pytest.CaptureFixture[s
         assert re.search("success +100.0 %", capsys.readouterr().out)
 
 
-def test_the_example_of_the_readme_trains_evaluates_and_ranks_an_outsider(
+def test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("stable_baselines3")
     from rigid_envs.leaderboard import read_results
 
-    text = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Evaluate anything")[2]
+    text = (ROOT / "docs" / "scoring.md").read_text(encoding="utf-8")
     (code, *_) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)
     assert len(code.strip().splitlines()) <= 12 and "100_000" in code
     monkeypatch.chdir(tmp_path)

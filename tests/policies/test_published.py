@@ -114,8 +114,8 @@ def test_a_record_is_as_good_as_the_evaluation_that_it_is_of() -> None:
     assert told.mean(told.costs) == found.mean(found.costs)
 
 
-def test_the_example_of_the_readme_loads_acts_and_evaluates(capsys: Capture) -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Trained policies")[2]
+def test_the_example_of_the_page_loads_acts_and_evaluates(capsys: Capture) -> None:
+    text = (ROOT / "docs" / "policies.md").read_text(encoding="utf-8")
     (code, *_) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)
     names: dict[str, Any] = {}
     exec(code, names)

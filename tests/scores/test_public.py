@@ -186,7 +186,7 @@ def test_models_of_stable_baselines3_are_played_with_their_scaling():
     np.testing.assert_allclose(seen[0], scaled.normalize_obs(raw), rtol=1e-6)
 
 
-def test_the_readme_shows_the_row_of_an_outsider_as_it_is_now():
+def test_the_page_shows_the_row_of_an_outsider_as_it_is_now():
     root = Path(__file__).parents[2]
     row = read_evaluation(root / "docs/rows/IntermediateAxis-v0_ppo.json", anew=True)
-    assert f"```text\n{row}\n```" in (root / "README.md").read_text(encoding="utf-8")
+    assert f"```text\n{row}\n```" in (root / "docs/scoring.md").read_text(encoding="utf-8")

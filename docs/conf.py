@@ -1,0 +1,120 @@
+"""Sphinx: the site is made of the pages beside this file, the docstrings and the tutorials.
+
+Pages stay readable where they are, in the repository; what only a site needs is added here.
+"""
+
+import re
+import sys
+from pathlib import Path
+from typing import Any, get_args, get_origin
+
+import numpy as np
+import numpy.typing as npt
+from sphinx.application import Sphinx
+from sphinx.config import Config
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent))
+
+import rigid_envs  # noqa: E402
+
+project = "rigid-envs"
+author = project_copyright = "rigid-envs contributors"
+version = release = rigid_envs.__version__
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_autodoc_typehints",
+    "sphinx_copybutton",
+    "sphinx-mathjax-offline",
+]
+exclude_patterns = ["_build", "conf.py"]
+suppress_warnings = [
+    "config.cache",  # a function among the settings
+    "sphinx_autodoc_typehints.forward_reference",  # a field that a subclass in another module has
+]
+
+# Pages
+myst_enable_extensions = ["amsmath", "dollarmath"]
+myst_heading_anchors = 4  # links to headings, as on GitHub
+
+# Tutorials: scripts with cells, executed again after a change of the script
+nb_custom_formats = {".py": ["jupytext.reads", {"fmt": "py:percent"}]}
+nb_execution_mode = "cache"
+nb_execution_timeout = 600
+nb_execution_raise_on_error = True
+nb_execution_in_temp = True
+nb_merge_streams = True
+
+# Reference
+autodoc_default_options = {"members": True, "imported-members": True}
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True
+napoleon_custom_sections = ["Physics", "Source"]
+default_role = "py:obj"  # `name` in a docstring
+
+
+def typehints_formatter(annotation: Any, config: Config) -> str | None:
+    """Names of NumPy's types in place of the unions that they stand for."""
+    if annotation == npt.ArrayLike:
+        return "``ArrayLike``"
+    if get_origin(annotation) is np.ndarray:
+        (kind,) = get_args(get_args(annotation)[1]) or (Any,)
+        return f"``NDArray[{getattr(kind, '__name__', kind)}]``"
+    return None
+
+
+# Look
+html_theme = "furo"
+html_title = f"rigid-envs {version}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_theme_options = {
+    "navigation_with_keys": True,
+    "source_repository": "https://github.com/rigid-envs/rigid-envs/",
+    "source_branch": "main",
+    "source_directory": "docs/",
+}
+
+
+def as_plain_text(
+    app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
+) -> None:
+    """Show formulas that stand by themselves as they are written; keep bars and ``*lead``."""
+    shown: list[str] = []
+    margin, formula = 0, False  # indentation of the prose; whether the last line was no prose
+    for line in lines:
+        indent = len(line) - len(line.lstrip())
+        if line and formula:
+            formula = indent > margin
+        elif line and indent > margin and shown and not shown[-1]:
+            shown += [" " * margin + "::", ""]
+            formula = True
+        if line and not formula:
+            margin, line = indent, _escaped(line)
+            formula = line.endswith("::")
+        shown.append(line)
+    lines[:] = shown
+
+
+def _escaped(line: str) -> str:
+    """Bars, and the star of ``(T, *lead)``, mean something else to RST."""
+    parts = re.split(r"(``.*?``)", line)
+    parts[::2] = [re.sub(r"\||\*(?=lead|shape)", r"\\\g<0>", part) for part in parts[::2]]
+    return "".join(parts)
+
+
+def for_the_site(app: Sphinx, name: str, text: list[str]) -> None:
+    """Give anchors their MyST form, and the index of the environments the list of its pages."""
+    text[0] = re.sub(r'^<a id="(\w+)"></a>$', r"(\1)=", text[0], flags=re.MULTILINE)
+    if name == "environments/README":
+        names = re.findall(r"^\| \[`.*?\((\w+)\.md\)", text[0], re.MULTILINE)
+        text[0] += "\n".join(["\n```{toctree}", ":hidden:\n", *names, "```\n"])
+
+
+def setup(app: Sphinx) -> None:
+    """Connect both, the first before Napoleon adds markup of its own."""
+    app.connect("autodoc-process-docstring", as_plain_text, priority=400)
+    app.connect("source-read", for_the_site)

@@ -1,0 +1,119 @@
+"""No page shows code that no test has run, or a command that is not understood."""
+
+import importlib.util
+from argparse import ArgumentParser
+from pathlib import Path
+
+import pytest
+
+from rigid_envs.cli.main import _parser as library
+from rigid_envs.cli.words import config_of
+from tests.site.pages import PAGES, ROOT, blocks_of, commands_of
+
+# Python of these pages is run by the test that is named, which knows what must come out, or runs it
+# in parts, or for shorter. Of all other pages it is run here, as it stands.
+ELSEWHERE = {
+    "docs/extending.md": "tests/test_extending.py::test_the_script_of_the_page_runs",
+    "docs/policies.md": "tests/policies/test_published.py::"
+    "test_the_example_of_the_page_loads_acts_and_evaluates",
+    "docs/rendering.md": "tests/pages/test_pictures.py::test_code_of_the_guide_runs",
+    "docs/replays.md": "tests/replays/test_recording.py::test_the_example_of_the_guide_runs",
+    "docs/scoring.md": "tests/test_docs.py::"
+    "test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider",
+    "docs/symmetry.md": "tests/envs/test_frames.py::test_the_examples_of_the_page_run",
+    "docs/watching.md": "tests/films/test_episodes.py::test_the_example_of_the_guide_runs",
+}
+GENERATED = "docs/environments/"  # tests/test_docs.py runs the example of each page
+
+# Tools of others, which are not called here.
+TOOLS = {"cd", "git", "lint-imports", "mypy", "npm", "pip", "pre-commit", "ruff", "source"}
+
+HERE = [
+    page
+    for page in PAGES
+    if page not in ELSEWHERE and not page.startswith(GENERATED) and blocks_of(page, "python")
+]
+
+
+def test_the_tests_that_are_named_are_there_and_read_their_page() -> None:
+    for page, test in ELSEWHERE.items():
+        file, _, name = test.partition("::")
+        text = (ROOT / file).read_text(encoding="utf-8")
+        assert f"def {name}(" in text, test
+        assert Path(page).name in text, test
+        assert blocks_of(page, "python"), f"{page} has no Python: remove it from the list"
+
+
+@pytest.mark.parametrize("page", HERE)
+def test_python_of_a_page_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A block that stands on a page of the list, too, is not run again."""
+    known = {block for other in ELSEWHERE for block in blocks_of(other, "python")}
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {"__name__": "page"}
+    for block in blocks_of(page, "python"):
+        if block not in known:
+            exec(compile(block.code, page, "exec"), names)
+
+
+def understood(parser: ArgumentParser, words: list[str]) -> list[str]:
+    """Words that a parser leaves for the settings of a task, as ``--radius 0.5``."""
+    try:
+        _, rest = parser.parse_known_args(words)
+    except SystemExit:
+        pytest.fail(f"wrong words: {words}")
+    return rest
+
+
+def check_agents(words: list[str]) -> None:
+    pytest.importorskip("stable_baselines3")
+    from agents.cli.command_line import _parser as application
+
+    rest = understood(application(), words) if words else []
+    names = [word for word in rest if word.startswith("--")]
+    assert all(name.startswith(("--env_kwargs.", "--train_kwargs.")) for name in names), words
+
+
+def check_python(words: list[str]) -> None:
+    if words[0] != "-m":
+        assert (ROOT / words[0]).is_file(), words
+    elif words[1] == "agents":
+        check_agents(words[2:])
+    else:
+        assert importlib.util.find_spec(words[1]), words
+
+
+def check(words: list[str]) -> None:
+    """Fail for a command that the program it calls would refuse."""
+    program, rest = words[0].removeprefix(".venv/bin/"), words[1:]
+    for word in rest:
+        assert not word.startswith("configs/") or (ROOT / word).is_file(), words
+    if program == "rigid-envs":
+        config_of(understood(library(), rest))
+    elif program in ("python", "python3"):
+        check_python(rest)
+    elif program.startswith(".ci/"):
+        assert (ROOT / program).is_file(), words
+    else:
+        assert program in TOOLS, f"{words}: neither a command of ours nor one of {sorted(TOOLS)}"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands_of(page)])
+def test_commands_of_a_page_are_understood(page: str) -> None:
+    for words in commands_of(page):
+        check(words)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "rigid-envs describ BallPark",
+        "rigid-envs list --colour",
+        "python -m agents train --no_such_entry 1",
+        "python -m agents train --config configs/nothing.yaml",
+        "python -m rigid_envs.nothing",
+        "frobnicate",
+    ],
+)
+def test_wrong_commands_are_noticed(command: str) -> None:
+    with pytest.raises((AssertionError, pytest.fail.Exception, ValueError)):
+        check(command.split())

@@ -1,0 +1,57 @@
+"""Every tutorial runs as the script that it is, and as a notebook."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "docs" / "tutorials"
+NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
+SHORT = {"03_make_it_yours", "06_dzhanibekov"}  # seconds; the others train, film or search
+each = pytest.mark.parametrize(
+    "name",
+    [name if name in SHORT else pytest.param(name, marks=pytest.mark.long) for name in NAMES],
+)
+
+
+def test_all_are_on_the_site_and_begin_with_a_title() -> None:
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    for name in NAMES:
+        text = (FOLDER / f"{name}.py").read_text(encoding="utf-8")
+        assert f"\ntutorials/{name}\n" in index
+        assert text.startswith("# %% [markdown]\n# # "), name
+        assert ast.parse(text)
+
+
+@each
+def test_it_runs_as_a_script(name: str, tmp_path: Path) -> None:
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
+    done = subprocess.run(
+        [sys.executable, FOLDER / f"{name}.py"],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", NAMES)
+def test_it_runs_as_a_notebook(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    jupytext = pytest.importorskip("jupytext")
+    nbclient = pytest.importorskip("nbclient")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    jupytext.write(jupytext.read(FOLDER / f"{name}.py"), tmp_path / f"{name}.ipynb")
+    notebook = jupytext.read(tmp_path / f"{name}.ipynb")
+    resources = {"metadata": {"path": str(tmp_path)}}
+    nbclient.NotebookClient(
+        notebook, timeout=600, kernel_name="python3", resources=resources
+    ).execute()
+    outputs = [out for cell in notebook.cells for out in cell.get("outputs", ())]
+    assert any("image/png" in out.get("data", {}) for out in outputs)
