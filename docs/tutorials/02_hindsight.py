@@ -41,7 +41,7 @@ print("reward for what is achieved       ", env.unwrapped.compute_reward(achieve
 #
 # For each real step the buffer makes `n_sampled_goal` more, whose goals were achieved later in the same
 # episode. Everything else is soft actor-critic (SAC). In a minute it cannot learn to park: that takes
-# detours. So we ask for less, by arguments of the task: the place alone, any attitude.
+# detours. So we ask for less, by arguments of the task: the place alone, within 0.3 m, in any attitude.
 
 
 # %%
@@ -58,7 +58,7 @@ class Successes(BaseCallback):
         return True
 
 
-settings = {"angle_tolerance": 3.2}  # above pi: no attitude is wrong
+settings = {"position_tolerance": 0.3, "angle_tolerance": 3.2}  # above pi: no attitude is wrong
 venv = make_vec_env(env_id, n_envs=16, seed=0, env_kwargs=settings)
 model = SAC(
     "MultiInputPolicy",
@@ -68,15 +68,15 @@ model = SAC(
     learning_starts=2_000,
     batch_size=256,
     learning_rate=1e-3,
-    gamma=0.97,
+    gamma=0.9,
     train_freq=1,
-    gradient_steps=4,
+    gradient_steps=8,
     policy_kwargs={"net_arch": [64, 64]},
     seed=0,
     device="cpu",
 )
 successes = Successes()
-model.learn(total_timesteps=40_000, callback=successes)
+model.learn(total_timesteps=16_000, callback=successes)
 
 # %%
 window = 40
@@ -95,11 +95,11 @@ plt.show()
 # %%
 place = rigid_envs.evaluate(env_id, model, n=200, config=settings)
 pose = rigid_envs.evaluate(env_id, model, n=200)
-print("the place alone:", place, "", "place and attitude, within 0.15 rad:", pose, sep="\n")
+print("the place alone:", place, "", "the registered task, place and attitude:", pose, sep="\n")
 
 # %% [markdown]
 # The first is what a minute of hindsight gives. The second is the registered task, which the same policy was not
-# trained for. Trained on it, the same algorithm takes far longer and still fails from most starts
+# trained for. Trained on it, the same algorithm takes far longer and, in the run on record, still fails from most starts
 # ([results](../results.md)), because the way to most attitudes leads away from the goal first, and hindsight only
 # teaches goals that were met by chance. What helps is a dense term in training and the reduced frame
 # (`configs/ball_park_goal_reduced_ppo.yaml`). The policy that this gave comes with the package:
