@@ -109,14 +109,14 @@ def test_shapes_are_refused_in_words_that_say_which():
 
 @pytest.mark.parametrize("error", [-2e-6, 2e-6, -1.0, 1e200])
 def test_one_tolerance_for_unit_quaternions_everywhere(error):
-    """Within 1e-6 all modules take a quaternion, and further away none does."""
+    """Within 1e-6 all modules take a quaternion, and further away none but `rhs` does."""
     near, far = UPRIGHT * (1.0 + 4e-7), UPRIGHT * (1.0 + error)
     uses = (
         lambda q: checks.unit_quaternion(q, "q"),
         rotations.log,
         rotations.matrix_from_quaternion,
         lambda q: FreeBody().state(q=q),
-        lambda q: FreeBody().rhs([*q, 0.0, 0.0, 1.0]),
+        lambda q: FreeBody().invariants([*q, 0.0, 0.0, 1.0]),
         lambda q: RollingBall().checked_state([*q, 0.0, 0.0]),
         bodies.rod(1.0, 1.0).rotated,
         lambda q: free_body.attitude(0.0, (1.0, 2.0, 3.0), (0.1, 1.0, 0.0), q),
