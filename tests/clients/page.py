@@ -9,14 +9,15 @@ from tests.clients.rows import ROWS, Row
 
 __all__ = ["markdown"]
 
-_HEAD = """\
+_SOURCES = "https://github.com/rigid-envs/rigid-envs/blob/main/tests/clients"
+_HEAD = f"""\
 <!-- Written by `python -m tests.clients`. -->
 
 # Clients
 
 Programs of others, each run with settings that its documentation names, on environments that it
 opens by their ids. Every row is a script of some thirty lines in
-[tests/clients/recipes](../tests/clients/recipes), and a test that is run at every push:
+[tests/clients/recipes]({_SOURCES}/recipes), and a test that is run at every push:
 
 ```bash
 python -m tests.clients             # all of them, and this page
@@ -24,7 +25,7 @@ python -m tests.clients sb3_by_id   # one
 ```
 
 Programs that need other packages than the tests have an environment of their own, which is made
-once and kept ([tests/clients/requirements](../tests/clients/requirements)). Seconds are those of a
+once and kept ([tests/clients/requirements]({_SOURCES}/requirements)). Seconds are those of a
 processor, imports included: they say that a recipe is short, not how fast a program is. A script
 fails if what it trains does not get better, or if what should be equal is not.
 """
@@ -45,7 +46,7 @@ def markdown(data: Mapping[str, Mapping[str, Any]]) -> str:
 
 def _cells(row: Row, found: Mapping[str, Any]) -> tuple[str, ...]:
     return (
-        f"[{row.program}](../tests/clients/recipes/{row.recipe}.py) {found['version']}",
+        f"[{row.program}]({_SOURCES}/recipes/{row.recipe}.py) {found['version']}",
         found["gymnasium"],
         row.what,
         "; ".join(f"{name} {_number(value)}" for name, value in found["result"].items()),

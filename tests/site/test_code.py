@@ -13,11 +13,15 @@ from tests.site.pages import PAGES, ROOT, blocks_of, commands_of
 # Python of these pages is run by the test that is named, which knows what must come out, or runs it
 # in parts, or for shorter. Of all other pages it is run here, as it stands.
 ELSEWHERE = {
+    "docs/control.md": "tests/test_docs.py::test_the_page_on_control_prints_what_it_says",
+    "docs/datasets.md": "tests/datasets/test_datasets.py::test_the_page_runs",
     "docs/extending.md": "tests/test_extending.py::test_the_script_of_the_page_runs",
     "docs/policies.md": "tests/policies/test_published.py::"
     "test_the_example_of_the_page_loads_acts_and_evaluates",
+    "docs/references.md": "tests/references/test_page.py::test_the_page_runs",
     "docs/rendering.md": "tests/pages/test_pictures.py::test_code_of_the_guide_runs",
     "docs/replays.md": "tests/replays/test_recording.py::test_the_example_of_the_guide_runs",
+    "docs/sb3.md": "tests/sb3/test_page.py::test_the_page_runs",
     "docs/scoring.md": "tests/test_docs.py::"
     "test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider",
     "docs/symmetry.md": "tests/envs/test_frames.py::test_the_examples_of_the_page_run",
