@@ -1,4 +1,4 @@
-"""Every tutorial runs as the script that it is, and as a notebook."""
+"""Every tutorial runs as the script that it is; `.ci/docs` runs them as notebooks, for the site."""
 
 import ast
 import os
@@ -41,17 +41,10 @@ def test_it_runs_as_a_script(name: str, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
-def test_it_runs_as_a_notebook(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_is_a_notebook(name: str) -> None:
     jupytext = pytest.importorskip("jupytext")
-    nbclient = pytest.importorskip("nbclient")
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
-    jupytext.write(jupytext.read(FOLDER / f"{name}.py"), tmp_path / f"{name}.ipynb")
-    notebook = jupytext.read(tmp_path / f"{name}.ipynb")
-    resources = {"metadata": {"path": str(tmp_path)}}
-    nbclient.NotebookClient(
-        notebook, timeout=600, kernel_name="python3", resources=resources
-    ).execute()
-    outputs = [out for cell in notebook.cells for out in cell.get("outputs", ())]
-    assert any("image/png" in out.get("data", {}) for out in outputs)
+    nbformat = pytest.importorskip("nbformat")
+    notebook = jupytext.read(FOLDER / f"{name}.py")
+    nbformat.validate(notebook)
+    assert {cell["cell_type"] for cell in notebook.cells} == {"markdown", "code"}
