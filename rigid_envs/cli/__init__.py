@@ -13,10 +13,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: arguments; None takes those of the process.
 
     Returns:
-        Exit status: see `rigid_envs.cli.main.run`; 130 after Ctrl-C.
+        Exit status: see `rigid_envs.cli.command_line.run`; 130 after Ctrl-C.
     """
     try:
-        from rigid_envs.cli.main import run  # imports for a second
+        from rigid_envs.cli.command_line import run  # imports for a second
         from rigid_envs.cli.progress import show_messages
 
         show_messages()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_envs.cli.main import _parser as library
+from rigid_envs.cli.command_line import _parser as library
 from rigid_envs.cli.words import config_of
 from tests.site.pages import PAGES, ROOT, blocks_of, commands_of
 
