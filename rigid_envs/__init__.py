@@ -89,7 +89,7 @@ def load(name: str | Path) -> CompiledPolicy:
 
     Args:
         name: A published one, "BallPark" or "RigidEnvs/BallPark-v0"; or the path of a
-            ``policy.safetensors`` that `agents` wrote.
+            ``policy.safetensors``, as `rigid_envs.sb3.export` writes it.
 
     Raises:
         ConfigError: none of that name; names those that there are.
