@@ -61,8 +61,8 @@ def test_training_ends_with_the_path_of_the_film(
     words = ["train", *SMALL, "--total_timesteps", "128", "--eval_episodes", "4", "--quiet"]
     assert main([*words, "--env_id", "RigidEnvs/RollPump-v0", "--log_dir", str(tmp_path)]) == 0
     said = capsys.readouterr().out
-    film = re.search(r"See what it does: (\S+)", said)
-    assert film is not None and Path(film[1]).is_file()
+    found = re.search(r"In (\S+):\n +(film\.mp4) +what it does\n", said)
+    assert found is not None and (Path(found[1]) / found[2]).is_file()
 
 
 def test_a_film_costs_at_most_its_time(
@@ -110,7 +110,7 @@ def test_without_the_extra_training_says_so_in_a_line_and_ends_well(tmp_path: Pa
     )
     assert answer.returncode == 0, answer.stderr
     assert answer.stderr.count("\n") == 1 and 'pip install "rigid-envs[render]"' in answer.stderr
-    assert "See what it does" not in answer.stdout and "Watch it" in answer.stdout
+    assert "film.mp4" not in answer.stdout and "python -m agents enjoy" in answer.stdout
     run = tmp_path / "ppo" / "BallPark-v0_1"
     assert (run / "results.json").exists() and not (run / "film.mp4").exists()
 
