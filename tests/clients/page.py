@@ -17,7 +17,7 @@ _HEAD = f"""\
 
 Programs of others, each run with settings that its documentation names, on environments that it
 opens by their ids. Every row is a script of some thirty lines in
-[tests/clients/recipes]({_SOURCES}/recipes), and a test that is run at every push:
+[tests/clients/recipes]({_SOURCES}/recipes), and a test:
 
 ```bash
 python -m tests.clients             # all of them, and this page
