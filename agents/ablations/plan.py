@@ -35,7 +35,7 @@ _SCHEDULE = (0.6, 0.1)  # standard deviation of the actions at the start and at 
 
 
 def ablation(name: str, part: str, seed: int, **entries: Any) -> Config:
-    """The config of a training; the environment that it needs is registered.
+    """The config of a training.
 
     Args:
         name: One of `NAMES`.
@@ -59,19 +59,27 @@ def _entries(name: str, part: str) -> Mapping[str, Any]:
     if part == "schedule":
         return {**world, "action_std": _SCHEDULE}
     frame = "reduced" if part == "frame" else "world"
-    env_id = _variant(name, part.capitalize())
-    return {**world, "env_id": env_id, "env_kwargs": {"frame": frame}}
+    return {**world, "env_id": _variant(name, part), "env_kwargs": {"frame": frame}}
 
 
-def _variant(name: str, half: str) -> str:
+def _variant(name: str, part: str) -> str:
+    """Id of the task of `tasks` with one half of a reduction."""
+    return f"Ablations/{name}{part.capitalize()}-v0"
+
+
+def _register(name: str, part: str) -> None:
     """Register a task of `tasks`, with the metrics of the id that it is a variant of."""
-    env_id, record = f"Ablations/{name}{half}-v0", ENVIRONMENTS[f"RigidEnvs/{name}-v0"]
+    record = ENVIRONMENTS[f"RigidEnvs/{name}-v0"]
     register(
-        env_id,
-        f"{__package__}.tasks:{name}{half}",
+        _variant(name, part),
+        f"{__package__}.tasks:{name}{part.capitalize()}",
         record.max_episode_steps,
         family=record.family,
         metrics=record.metrics,
         error=record.error,
     )
-    return env_id
+
+
+for _name in NAMES:
+    for _part in ("features", "frame"):
+        _register(_name, _part)

@@ -8,7 +8,7 @@ from pathlib import Path
 from rigid_envs.files import write_atomic
 from rigid_envs.scores.starts import N_STARTS
 
-from .words import refuse, seeds_of
+from .words import add_sweep_options, refuse, seeds_of, workers_of
 
 __all__ = ["ablate", "add_ablate"]
 
@@ -29,30 +29,28 @@ def add_ablate(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS, help="(all)")
     parser.add_argument("--names", nargs="+", choices=NAMES, default=NAMES, help="of ids (all)")
-    parser.add_argument("--seeds", default="0-2", help="of the trainings (0-2)")
-    parser.add_argument("--out", default="logs/ablations", metavar="FOLDER",
-                        help="of the runs (%(default)s)")  # fmt: skip
-    parser.add_argument("--records", type=Path, metavar="FOLDER", help="(OUT/records)")
-    parser.add_argument("--quiet", action="store_true", help="no progress, only the results")
+    add_sweep_options(parser, "logs/ablations", "0-2")
 
 
 def ablate(options: argparse.Namespace, rest: list[str]) -> int:
     """Train each variant with several seeds."""
     refuse(rest)
+    from ..ablations import plan
     from ..ablations.page import markdown
-    from ..ablations.plan import ablation
-    from ..training.benchmark import train_all
+    from ..sweeps.sweep import train_all
+    from ..sweeps.training import Training
 
     records = options.records or Path(options.out) / "records"
+    trainings = []
     for part in options.parts:
-        configs = [
-            ablation(name, part, seed, log_dir=options.out, run_name=f"{name}_{part}_{seed}")
-            for seed in seeds_of(options.seeds)
-            for name in options.names
-        ]
-        status = train_all(configs, records / part, N_STARTS, options.quiet)
-        if status:
-            return status
+        for seed in seeds_of(options.seeds):
+            for name in options.names:
+                own = {"log_dir": options.out, "run_name": f"{name}_{part}_{seed}"}
+                config = plan.ablation(name, part, seed, **own)
+                trainings.append(Training(config, records / part, N_STARTS))
+    status = train_all(trainings, workers_of(options, [plan.__name__]))
+    if status:
+        return status
     page = records.with_suffix(".md")
     write_atomic(page, markdown(records))
     print(f"records: {records}, page: {page}")

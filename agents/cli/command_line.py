@@ -23,7 +23,7 @@ from . import verbs
 from .ablating import add_ablate
 from .evaluating import add_evaluate
 from .publishing import add_baselines, add_publish, add_zoo
-from .words import add_policy_options
+from .words import add_policy_options, add_sweep_options
 
 __all__ = ["main"]
 
@@ -153,20 +153,17 @@ def _add_benchmark(parser: argparse.ArgumentParser) -> None:
         "Train every environment with its config (configs/NAME_reduced_ALGO.yaml, else "
         "configs/NAME_ALGO.yaml, else the defaults of the algorithm that suits it), with several "
         "seeds, and write a record of each: config, learning curve, times, and success and cost "
-        "from each test start. What has a record is left out: the same command goes on where it "
-        "was stopped, and several processes may share the work."
+        "from each test start. Each training is a process of its own, which can die without harm: "
+        "it begins again at its last checkpoint. What has a record is left out: the same command "
+        "goes on where it was stopped, and several may share the work."
     )
     parser.add_argument("--ids", "--env_id", nargs="+", metavar="ID", default=list(ENVIRONMENTS),
                         help="(all)")  # fmt: skip
     parser.add_argument("--algo", choices=tuple(ALGORITHMS), help="(the one that suits each)")
     parser.add_argument("--frame", choices=("world", "reduced"), help="(as the config says)")
-    parser.add_argument("--seeds", default="0", help="of the trainings, as 0-9 or 0,2,5 (0)")
     parser.add_argument("--steps", metavar="N", help="of each training (as its config says)")
     parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
-    parser.add_argument("--out", default="logs/benchmark", metavar="FOLDER",
-                        help="of the runs (%(default)s)")  # fmt: skip
-    parser.add_argument("--records", type=Path, metavar="FOLDER", help="(OUT/records)")
     parser.add_argument(
         "--overwrite", action="store_true", help="begin anew what was trained with another config"
     )
-    parser.add_argument("--quiet", action="store_true", help="no progress, only the results")
+    add_sweep_options(parser, "logs/benchmark", "0")

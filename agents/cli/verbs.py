@@ -20,7 +20,7 @@ from ..config.by_algorithm import ALGORITHMS, config_to_dict
 from ..config.options import entry_value, env_keywords, load_config
 from ..config.yaml_data import dump_yaml, parse_yaml, read_yaml
 from ..storage.runs import Run, create_run, find_run, open_run
-from .words import is_run, policy_file, refuse, refuse_episodes, seeds_of
+from .words import is_run, policy_file, refuse, refuse_episodes, seeds_of, workers_of
 
 if TYPE_CHECKING:
     from ..training.trainer import Outcome
@@ -171,7 +171,8 @@ def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
     refuse(rest)
     refuse_episodes(options.episodes)
     from ..config.recipes import config_for
-    from ..training.benchmark import train_all
+    from ..sweeps.sweep import train_all
+    from ..sweeps.training import Training
     from ..training.recording import frame_of
 
     entries = {"log_dir": options.out}
@@ -179,14 +180,15 @@ def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
         entries["algo"] = options.algo
     if options.steps is not None:
         entries["total_timesteps"] = parse_yaml(options.steps)
-    configs = []
+    records = options.records or Path(options.out) / "records"
+    trainings = []
     for seed in seeds_of(options.seeds):
         for env_id in dict.fromkeys(map(full_id, options.ids)):
             config = config_for(env_id, {**entries, "seed": seed}, options.frame)
             name = f"{re.split('[:/]', env_id)[-1]}_{frame_of(config)}_{seed}"
-            configs.append(dataclasses.replace(config, run_name=name))
-    records = options.records or Path(options.out) / "records"
-    status = train_all(configs, records, options.episodes, options.quiet, options.overwrite)
+            config = dataclasses.replace(config, run_name=name)
+            trainings.append(Training(config, records, options.episodes))
+    status = train_all(trainings, workers_of(options), options.overwrite)
     if status >= 128:
         print(f"stopped by {signal.Signals(status - 128).name}; the same command goes on")
     else:

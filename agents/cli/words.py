@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rigid_envs.errors import ConfigError
 
+if TYPE_CHECKING:
+    from ..sweeps.sweep import Workers
+
 __all__ = [
     "add_policy_options",
+    "add_sweep_options",
     "is_run",
     "policy_file",
     "refuse",
     "refuse_episodes",
     "seeds_of",
+    "workers_of",
 ]
 
 
@@ -26,6 +33,58 @@ def add_policy_options(parser: argparse.ArgumentParser, number: str | None = Non
     """
     parser.add_argument("path", type=Path, metavar="RUN_OR_POLICY", nargs=number)
     parser.add_argument("--which", choices=("best", "last"), default="best", help="of a run (best)")
+
+
+def add_sweep_options(parser: argparse.ArgumentParser, out: str, seeds: str) -> None:
+    """Add the options of a verb that trains many.
+
+    Args:
+        parser: Parser of the verb.
+        out: Default folder of the runs.
+        seeds: Default seeds.
+    """
+    parser.add_argument(
+        "--seeds", default=seeds, help="of the trainings, as 0-9 or 0,2,5 (%(default)s)"
+    )
+    parser.add_argument("--out", default=out, metavar="FOLDER", help="of the runs (%(default)s)")
+    parser.add_argument("--records", type=Path, metavar="FOLDER", help="(OUT/records)")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--jobs", type=int, default=1, metavar="N", help="train so many at the same time (1)"
+    )
+    where.add_argument(
+        "--ray",
+        metavar="ADDRESS",
+        help="train on a Ray cluster, as many at the same time as it has processors: host:6379, "
+        "auto, or local",
+    )
+    parser.add_argument("--quiet", action="store_true", help="no progress, only the results")
+
+
+def workers_of(options: argparse.Namespace, imports: Sequence[str] = ()) -> Workers:
+    """The processes that the options of `add_sweep_options` ask for.
+
+    Args:
+        options: The options.
+        imports: Modules that register environments, besides those of --allow_import.
+
+    Raises:
+        ConfigError: --jobs that cannot be, or no Ray.
+    """
+    imports = (*options.allow_import, *imports)
+    if options.ray is not None:
+        try:
+            from ..sweeps.cluster import RayTasks
+        except ImportError:
+            raise ConfigError(
+                f"--ray = {options.ray}; expected Ray: pip install 'rigid-envs[sweep]'"
+            ) from None
+        return RayTasks(options.ray, imports)
+    from ..sweeps.processes import Processes
+
+    if not 1 <= options.jobs <= 1024:
+        raise ConfigError(f"--jobs = {options.jobs}; expected an integer in [1, 1024]")
+    return Processes(options.jobs, imports, options.quiet)
 
 
 def policy_file(path: Path, which: str) -> Path:

@@ -28,7 +28,7 @@ from rigid_envs.files import canonical_json, read_bytes, sync_folder, write_atom
 from ..config.by_algorithm import Config, config_from, config_to_dict
 from ..config.yaml_data import dump_yaml, read_yaml
 
-__all__ = ["Run", "RunInUseError", "create_run", "find_run", "open_run"]
+__all__ = ["Run", "RunInUseError", "create_run", "find_run", "is_in_use", "open_run"]
 
 _LOCK = "run.lock"
 
@@ -129,6 +129,21 @@ def find_run(folder: Path) -> Run:
     if not (folder / "config.yaml").is_file():
         raise FileNotFoundError(f"{folder}: no run here (no config.yaml)")
     return Run(folder)
+
+
+def is_in_use(folder: Path) -> bool:
+    """Whether a process works in the folder of a run."""
+    try:
+        lock = os.open(folder / _LOCK, os.O_RDONLY)
+    except FileNotFoundError:
+        return False
+    try:
+        fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    finally:
+        os.close(lock)
+    return False
 
 
 def _name(hidden: Path, parent: Path, config: Config) -> Path | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import threading
@@ -49,6 +50,7 @@ class StopSignals:
         if self.received is not None:
             os._exit(128 + number)
         self.received = number
-        name = signal.Signals(number).name
-        text = f"\n{name}: finishing this update, then saving; once more ends at once\n"
-        os.write(2, text.encode())
+        if multiprocessing.parent_process() is None:  # of several processes, one says it
+            name = signal.Signals(number).name
+            text = f"\n{name}: finishing this update, then saving; once more ends at once\n"
+            os.write(2, text.encode())

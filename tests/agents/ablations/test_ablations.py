@@ -9,7 +9,9 @@ import pytest
 from agents.ablations.page import markdown
 from agents.ablations.plan import NAMES, PARTS, ablation
 from agents.environments.factory import make
-from agents.training.benchmark import train_all
+from agents.sweeps.processes import Processes
+from agents.sweeps.sweep import train_all
+from agents.sweeps.training import Training
 from rigid_envs.scores.records import read_record
 
 # Every variant has kernels of its own, which take long to compile.
@@ -61,7 +63,8 @@ def test_variants_differ_in_what_they_are_named_for() -> None:
 def test_a_variant_is_trained_and_recorded(tmp_path: Path) -> None:
     small = {"n_envs": 8, "n_steps": 8, "batch_size": 64, "total_timesteps": 128, "n_epochs": 1}
     config = ablation("BallPark", "frame", 0, log_dir=str(tmp_path), run_name="a", **small)
-    assert train_all([config], tmp_path / "frame", 20, True) == 0
+    workers = Processes(1, ["agents.ablations.plan"], quiet=True)
+    assert train_all([Training(config, tmp_path / "frame", 20)], workers) == 0
     record = read_record(tmp_path / "frame" / "BallParkFrame-v0" / "ppo_reduced_0.json")
     assert record.env_id == "Ablations/BallParkFrame-v0" and record.efficiency is None
     page = markdown(tmp_path)

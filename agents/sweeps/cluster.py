@@ -1,0 +1,98 @@
+"""Tasks on a Ray cluster, one for each training.
+
+All nodes see the folders of this checkout, its virtual environment, runs and records under the same
+paths, as on a cluster with a shared file system: there a training goes on that a dead node left.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import ray
+
+from .sweep import Ended
+from .training import FAILED, Training, work
+
+__all__ = ["RayTasks"]
+
+_WAIT = 1.0  # [s]
+_ROOT = Path(__file__).resolve().parents[2]
+
+
+class RayTasks:
+    """Workers of `train_all` on a Ray cluster; each takes one processor."""
+
+    def __init__(self, address: str, imports: Sequence[str] = ()) -> None:
+        """Connect to a cluster.
+
+        Args:
+            address: As `ray.init` takes it: "host:6379", "auto", or "local" to start one here.
+            imports: Modules that register environments.
+
+        Raises:
+            ConnectionError: There is no cluster.
+        """
+        ray.init(
+            address,
+            include_dashboard=None if address != "local" else False,
+            log_to_driver=False,
+            runtime_env={"env_vars": {"PYTHONPATH": f"{_ROOT}:{os.environ.get('PYTHONPATH', '')}"}},
+        )
+        # A task that dies begins again by `train_all`, which sees whether it gets on.
+        self._task = ray.remote(num_cpus=1, max_retries=0, max_calls=1)(_task)
+        self._imports = tuple(imports)
+        self._running: dict[Any, int] = {}
+
+    def has_room(self) -> bool:
+        """Ray keeps what waits: it may start nodes for it."""
+        return True
+
+    def start(self, number: int, training: Training) -> None:
+        """Train in a process of its own.
+
+        Args:
+            number: Names the training.
+            training: What to train.
+        """
+        reference = self._task.remote(os.getcwd(), training, self._imports)
+        self._running[reference] = number
+
+    def is_idle(self) -> bool:
+        """Whether none trains."""
+        return not self._running
+
+    def wait(self) -> list[Ended]:
+        """The trainings that ended; waits for one, a second at most."""
+        ended = []
+        ready, _ = ray.wait(list(self._running), timeout=_WAIT)
+        for reference in ready:
+            ended.append((self._running.pop(reference), *_result(reference)))
+        return ended
+
+    def stop(self) -> None:
+        """Ask all to save and end."""
+        for reference in self._running:
+            ray.cancel(reference)
+
+    def close(self) -> None:
+        """Leave the cluster, which ends what is left."""
+        ray.shutdown()
+
+
+def _task(folder: str, training: Training, imports: tuple[str, ...]) -> tuple[int, str]:
+    os.chdir(folder)
+    return work(training, imports, quiet=True)
+
+
+def _result(reference: Any) -> tuple[int | None, str]:
+    """Status and text of a task that ended; no status where its process or node died."""
+    try:
+        status, text = ray.get(reference)
+    except ray.exceptions.RayTaskError as error:
+        return FAILED, str(error)
+    except ray.exceptions.RayError as error:
+        return None, f"its task was lost ({type(error).__name__})"
+    return status, text

@@ -1,0 +1,149 @@
+"""All trainings of a sweep, each in a process of its own, until each has its record."""
+
+from __future__ import annotations
+
+import sys
+from collections import deque
+from collections.abc import Sequence
+from time import monotonic
+from typing import Protocol
+
+from ..training.signals import StopSignals
+from .training import DONE, IN_USE, Training
+
+__all__ = ["Ended", "Workers", "train_all"]
+
+_PAUSE = 5.0  # [s] until a run that other processes work in is looked at again
+_DEATHS = 5  # of the process of a training, with nothing learnt between them
+
+Ended = tuple[int, int | None, str]
+"""Number of a training, status of `work` (None: its process died), and what to say of it."""
+
+
+class Workers(Protocol):
+    """Processes that train, here or elsewhere."""
+
+    def has_room(self) -> bool:
+        """Whether one more may start."""
+
+    def start(self, number: int, training: Training) -> None:
+        """Train in a process of its own.
+
+        Args:
+            number: Names the training.
+            training: What to train.
+        """
+
+    def is_idle(self) -> bool:
+        """Whether none trains."""
+
+    def wait(self) -> list[Ended]:
+        """The trainings that ended; waits for one, a second at most."""
+
+    def stop(self) -> None:
+        """Ask all to save and end."""
+
+    def close(self) -> None:
+        """End what is left of them."""
+
+
+def train_all(trainings: Sequence[Training], workers: Workers, overwrite: bool = False) -> int:
+    """Train each config, or resume its run, and write its record.
+
+    What has a record is left out. A run that another sweep works in is tried again later: several
+    sweeps may share the work. A training whose process dies begins again from its last checkpoint;
+    one that dies five times without a new checkpoint is given up. No death hurts another training.
+
+    Args:
+        trainings: What to train.
+        workers: Where; they are closed at the end.
+        overwrite: Begin anew what was trained with another config.
+
+    Returns:
+        0; 1 if a training failed, which leaves no record; 128 + k if signal k ended it early.
+
+    Raises:
+        ConfigError: A run or a record is of another config; names what differs.
+    """
+    for training in trainings:
+        if not overwrite:
+            training.refuse_another()
+    with StopSignals() as signals:
+        try:
+            failed = _Sweep(trainings, workers, signals).run()
+        finally:
+            workers.close()
+    if signals.received is not None:
+        return 128 + signals.received
+    return 1 if failed else 0
+
+
+class _Sweep:
+    def __init__(
+        self, trainings: Sequence[Training], workers: Workers, signals: StopSignals
+    ) -> None:
+        self._trainings, self._workers, self._signals = trainings, workers, signals
+        self._waiting = deque((k, 0.0) for k, each in enumerate(trainings) if not each.is_done())
+        self._n_done = len(trainings) - len(self._waiting)
+        self._deaths: dict[int, list[str]] = {}  # ages at which each died
+        self._failed = False
+
+    def run(self) -> bool:
+        """Train all; whether one failed."""
+        asked = False
+        if self._n_done:
+            print(f"{self._n_done} of {len(self._trainings)} have their record", flush=True)
+        while self._waiting or not self._workers.is_idle():
+            if self._signals.stopping():
+                self._waiting.clear()
+                if not asked:
+                    self._workers.stop()
+                asked = True
+            self._start_due()
+            for ended in self._workers.wait():
+                self._note(*ended)
+        return self._failed
+
+    def _start_due(self) -> None:
+        """Start what is due while there is room."""
+        for _ in range(len(self._waiting)):
+            if not self._workers.has_room():
+                return
+            number, due = self._waiting.popleft()
+            if due > monotonic():
+                self._waiting.append((number, due))
+            elif self._trainings[number].is_in_use():
+                self._again_later(number)
+            else:
+                self._workers.start(number, self._trainings[number])
+
+    def _note(self, number: int, status: int | None, text: str) -> None:
+        """Take note of the end of a process."""
+        if status == DONE:
+            self._n_done += 1
+            print(f"[{self._n_done}/{len(self._trainings)}] {text}", flush=True)
+        elif status == IN_USE:
+            self._again_later(number)
+        elif status is None:
+            self._note_death(number, text)
+        elif status < 128:
+            self._fail(text)
+
+    def _note_death(self, number: int, text: str) -> None:
+        if self._signals.stopping():
+            return
+        training = self._trainings[number]
+        ages = self._deaths.setdefault(number, [])
+        ages.append(training.age())
+        if ages[-_DEATHS:] == [ages[-1]] * _DEATHS:
+            self._fail(f"{training.folder}: {text} {_DEATHS} times at the same place; given up")
+            return
+        print(f"{training.folder}: {text}; goes on from its last checkpoint", flush=True)
+        self._waiting.appendleft((number, 0.0))
+
+    def _fail(self, text: str) -> None:
+        print(f"error: {text}", file=sys.stderr, flush=True)
+        self._failed = True
+
+    def _again_later(self, number: int) -> None:
+        self._waiting.append((number, monotonic() + _PAUSE))

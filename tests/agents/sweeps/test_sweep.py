@@ -1,0 +1,211 @@
+"""Trainings with several seeds, each in a process of its own, and a record of each."""
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tests.agents.drift  # noqa: F401, registers the environment
+from agents.cli.command_line import main
+from agents.config.by_algorithm import config_from
+from agents.config.recipes import config_for
+from agents.evaluation.evaluate import evaluate
+from agents.policies.policy_file import load_policy
+from agents.storage.runs import open_run
+from agents.sweeps import sweep as module
+from agents.sweeps.processes import Processes
+from agents.sweeps.sweep import train_all
+from agents.sweeps.training import Training
+from rigid_envs.errors import ConfigError
+from rigid_envs.scores.records import read_record
+from tests.agents.sessions import SMALL
+
+FEW = SMALL | {"total_timesteps": 512 * 6}
+DRIFT = "tests.agents.drift"
+VERB = f"benchmark --allow_import {DRIFT} --ids Drift-v0"
+
+
+def training(folder: Path, name: str = "a", n: int = 20, **entries: Any) -> Training:
+    config = config_from(FEW | {"log_dir": str(folder), "run_name": name} | entries)
+    return Training(config, folder / "records", n)
+
+
+def sweep(*trainings: Training, overwrite: bool = False, imports: str = DRIFT) -> int:
+    return train_all(trainings, Processes(2, [imports]), overwrite)
+
+
+def place(folder: Path, seed: int = 0) -> Path:
+    return folder / "records" / "Drift-v0" / f"ppo_world_{seed}.json"
+
+
+def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path: Path) -> None:
+    both = [training(tmp_path, n=50), training(tmp_path, "b", 50, seed=3)]
+    assert sweep(*both) == 0
+    for each, name in zip(both, "ab", strict=True):
+        config = each.config
+        record, run = read_record(place(tmp_path, config.seed)), tmp_path / "ppo" / name
+        found = evaluate(load_policy(run / "best_model"), "Drift-v0", 50)
+        np.testing.assert_array_equal(record.successes, found.successes)
+        np.testing.assert_allclose(record.costs, found.costs, rtol=1e-5)
+        assert (record.env_id, record.algo, record.frame) == ("Drift-v0", "ppo", "world")
+        assert (record.seed, record.policy) == (config.seed, "ppo")
+        assert config_from({**record.config, "log_dir": str(tmp_path), "run_name": name}) == config
+        file = run / "best_model" / "policy.safetensors"
+        assert record.policy_sha256 == hashlib.sha256(file.read_bytes()).hexdigest()
+        assert record.training["timesteps"] == 512 * 6 >= record.training["policy_timesteps"]
+        assert 0.0 < record.training["cpu_seconds"]
+        assert 0.0 < record.training["seconds"]
+        with np.load(run / "evaluations.npz") as held_out:
+            assert record.curve["timesteps"] == held_out["timesteps"].tolist()
+            means = held_out["results"].mean(axis=1)
+        np.testing.assert_allclose(record.curve["return_mean"], means, rtol=1e-5)
+        assert not (run / "checkpoints").exists()
+
+
+def test_the_same_again_trains_nothing_anew(tmp_path: Path) -> None:
+    sweep(training(tmp_path))
+    before = place(tmp_path).read_bytes()
+    sweep(training(tmp_path))
+    assert place(tmp_path).read_bytes() == before
+    place(tmp_path).unlink()  # as if it had ended just before
+    sweep(training(tmp_path))
+    written = read_record(place(tmp_path))
+    assert f'"seconds": {written.training["seconds"]}' in before.decode()
+
+
+def test_another_config_is_refused_before_anything_is_trained_or_trained_anew(
+    tmp_path: Path,
+) -> None:
+    sweep(training(tmp_path))
+    other = training(tmp_path, gamma=0.5)
+    with pytest.raises(ConfigError, match=r"ppo_world_0.json is of .*gamma: 0.99 -> 0.5.*--over"):
+        sweep(training(tmp_path, "new", seed=1), other)
+    place(tmp_path).unlink()
+    with pytest.raises(ConfigError, match=r"ppo/a is of another config \(gamma: 0.99 -> 0.5\)"):
+        sweep(other)
+    assert not (tmp_path / "ppo" / "new").exists()
+    assert sweep(other, overwrite=True) == 0
+    assert read_record(place(tmp_path)).config["gamma"] == 0.5
+
+
+def test_a_training_that_fails_leaves_no_record_and_lets_others_be(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bad = training(tmp_path, "bad", env_kwargs={"bad_reward_at": 40}, seed=1)
+    assert sweep(bad, training(tmp_path)) == 1
+    out, err = capsys.readouterr()
+    assert "error: Drift-v0: reward of row 8" in err
+    assert "[1/2] Drift-v0 ppo, seed 0: success" in out
+    assert [path.stem for path in tmp_path.glob("records/Drift-v0/*")] == ["ppo_world_0"]
+
+
+def test_a_training_that_dies_five_times_at_the_same_place_is_given_up(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert sweep(training(tmp_path), imports="tests.agents.deadly") == 1
+    out, err = capsys.readouterr()
+    assert out.count("was ended by SIGKILL; goes on from its last checkpoint") == 4
+    assert "ppo/a: its process was ended by SIGKILL 5 times at the same place; given up" in err
+
+
+def test_a_run_of_another_process_is_tried_again_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = training(tmp_path), training(tmp_path, "b", seed=1)
+    sweep(first)
+    place(tmp_path).unlink()
+    theirs = open_run(first.folder)
+    is_in_use, answers = Training.is_in_use, []
+
+    def ask(self: Training) -> bool:
+        if place(tmp_path, 1).exists():
+            theirs.close()
+        answers.append(is_in_use(self))
+        return answers[-1]
+
+    monkeypatch.setattr(Training, "is_in_use", ask)
+    monkeypatch.setattr(module, "_PAUSE", 0.1)
+    assert sweep(first, second) == 0
+    assert answers[:2] == [True, False] and not answers[-1] and place(tmp_path).exists()
+
+
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGINT, signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.long)],
+)
+def test_a_command_that_is_ended_leaves_no_process_behind_and_goes_on(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    words = f"{VERB} --algo ppo --steps 3e5 --episodes 20 --seeds 0-1 --jobs 2 --out {tmp_path}"
+    command = [sys.executable, "-m", "agents", *words.split()]
+    locks = [tmp_path / "ppo" / f"Drift-v0_world_{seed}" / "run.lock" for seed in (0, 1)]
+    first = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    wait_for(lambda: all((lock.parent / "progress.csv").is_file() for lock in locks))
+    os.killpg(first.pid, number) if number == signal.SIGINT else first.send_signal(number)
+    _, err = first.communicate(timeout=60)
+    assert first.returncode == (-number if number == signal.SIGKILL else 128 + number)
+    assert "Traceback" not in err
+    if number != signal.SIGKILL:
+        assert err.count("finishing this update, then saving") == 1
+    pids = [json.loads(lock.read_bytes())["pid"] for lock in locks]
+    wait_for(lambda: not any(Path(f"/proc/{pid}").exists() for pid in pids))
+    assert all(any((lock.parent / "checkpoints").iterdir()) for lock in locks)
+    again = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert again.returncode == 0 and "[2/2] " in again.stdout and "records: " in again.stdout
+
+
+def wait_for(condition: Any) -> None:
+    deadline = time.perf_counter() + 60
+    while not condition():
+        assert time.perf_counter() < deadline
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize(
+    ("env_id", "algo", "entries"),
+    [
+        ("RigidEnvs/BallPark-v0", "ppo", {"env_kwargs": {"frame": "reduced"}}),
+        ("RigidEnvs/BallParkGoal-v0", "ppo", {"env_kwargs": {"frame": "reduced"}}),
+        ("tests.agents.drift:Drift-v0", "ppo", {"env_kwargs": {}, "n_envs": 256}),
+    ],
+)
+def test_an_environment_gets_its_own_config_or_an_algorithm_that_suits_it(
+    env_id: str, algo: str, entries: dict[str, Any]
+) -> None:
+    config = config_for(env_id, {"seed": 7})
+    assert (config.env_id, config.algo, config.seed) == (env_id, algo, 7)
+    assert {name: getattr(config, name) for name in entries} == entries
+
+
+def test_the_verb_trains_what_it_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    words = [
+        "benchmark",
+        "--allow_import",
+        DRIFT,
+        "--ids",
+        "Drift-v0",
+        "--steps",
+        "2e4",
+        "--episodes",
+        "20",
+        "--quiet",
+    ]
+    assert main([*words, "--algo", "ppo", "--seeds", "0,2-3", "--out", str(out)]) == 0
+    assert f"records: {out / 'records'}" in capsys.readouterr().out
+    for seed in (0, 2, 3):
+        record = read_record(place(out, seed))
+        assert record.training["timesteps"] == 2 * 16384  # two updates of 256 rows, 64 steps
+        assert (out / "ppo" / f"Drift-v0_world_{seed}" / "best_model").exists()
+    assert main([*words, "--seeds", "many", "--out", str(out)]) == 2
+    assert main([*words, "--jobs", "0", "--out", str(out)]) == 2
