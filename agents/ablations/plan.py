@@ -17,12 +17,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rigid_envs import ENVIRONMENTS, register
-
 from ..config.by_algorithm import Config, config_from
 from ..config.recipes import recipe_for
 
-__all__ = ["NAMES", "PARTS", "ablation"]
+__all__ = ["NAMES", "PARTS", "ablation", "variant_id"]
 
 NAMES = ("BallPark", "AxisFlip", "TopPrecession")
 """Names of the ids."""
@@ -35,7 +33,7 @@ _SCHEDULE = (0.6, 0.1)  # standard deviation of the actions at the start and at 
 
 
 def ablation(name: str, part: str, seed: int, **entries: Any) -> Config:
-    """The config of a training.
+    """The config of a training; `registration` has the environments.
 
     Args:
         name: One of `NAMES`.
@@ -59,27 +57,14 @@ def _entries(name: str, part: str) -> Mapping[str, Any]:
     if part == "schedule":
         return {**world, "action_std": _SCHEDULE}
     frame = "reduced" if part == "frame" else "world"
-    return {**world, "env_id": _variant(name, part), "env_kwargs": {"frame": frame}}
+    return {**world, "env_id": variant_id(name, part), "env_kwargs": {"frame": frame}}
 
 
-def _variant(name: str, part: str) -> str:
-    """Id of the task of `tasks` with one half of a reduction."""
+def variant_id(name: str, part: str) -> str:
+    """Id of the task of `tasks` with one half of a reduction.
+
+    Args:
+        name: One of `NAMES`.
+        part: "features" or "frame".
+    """
     return f"Ablations/{name}{part.capitalize()}-v0"
-
-
-def _register(name: str, part: str) -> None:
-    """Register a task of `tasks`, with the metrics of the id that it is a variant of."""
-    record = ENVIRONMENTS[f"RigidEnvs/{name}-v0"]
-    register(
-        _variant(name, part),
-        f"{__package__}.tasks:{name}{part.capitalize()}",
-        record.max_episode_steps,
-        family=record.family,
-        metrics=record.metrics,
-        error=record.error,
-    )
-
-
-for _name in NAMES:
-    for _part in ("features", "frame"):
-        _register(_name, _part)

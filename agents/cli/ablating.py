@@ -12,6 +12,8 @@ from .words import add_sweep_options, refuse, seeds_of, workers_of
 
 __all__ = ["ablate", "add_ablate"]
 
+_REGISTRATION = "agents.ablations.registration"
+
 
 def add_ablate(parser: argparse.ArgumentParser) -> None:
     """Add the options of the verb.
@@ -35,8 +37,8 @@ def add_ablate(parser: argparse.ArgumentParser) -> None:
 def ablate(options: argparse.Namespace, rest: list[str]) -> int:
     """Train each variant with several seeds."""
     refuse(rest)
-    from ..ablations import plan
     from ..ablations.page import markdown
+    from ..ablations.plan import ablation
     from ..sweeps.sweep import train_all
     from ..sweeps.training import Training
 
@@ -46,9 +48,9 @@ def ablate(options: argparse.Namespace, rest: list[str]) -> int:
         for seed in seeds_of(options.seeds):
             for name in options.names:
                 own = {"log_dir": options.out, "run_name": f"{name}_{part}_{seed}"}
-                config = plan.ablation(name, part, seed, **own)
+                config = ablation(name, part, seed, **own)
                 trainings.append(Training(config, records / part, N_STARTS))
-    status = train_all(trainings, workers_of(options, [plan.__name__]))
+    status = train_all(trainings, workers_of(options, [_REGISTRATION]))
     if status:
         return status
     page = records.with_suffix(".md")

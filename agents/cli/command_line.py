@@ -23,6 +23,7 @@ from . import verbs
 from .ablating import add_ablate
 from .evaluating import add_evaluate
 from .publishing import add_baselines, add_publish, add_zoo
+from .searching import add_search
 from .words import add_policy_options, add_sweep_options
 
 __all__ = ["main"]
@@ -81,6 +82,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_benchmark(
         commands.add_parser("benchmark", help="train all environments, with several seeds")
     )
+    add_search(commands.add_parser("search", help="search hyperparameters"))
     add_baselines(commands.add_parser("baselines", help="page and figures of all records"))
     add_publish(commands.add_parser("publish", help="put a policy into the library"))
     add_zoo(commands.add_parser("zoo", help="write configs for RL Baselines3 Zoo"))

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.errors import ConfigError
 
@@ -19,6 +22,8 @@ __all__ = [
     "policy_file",
     "refuse",
     "refuse_episodes",
+    "refuse_jobs",
+    "require_ray",
     "seeds_of",
     "workers_of",
 ]
@@ -69,22 +74,42 @@ def workers_of(options: argparse.Namespace, imports: Sequence[str] = ()) -> Work
         imports: Modules that register environments, besides those of --allow_import.
 
     Raises:
-        ConfigError: --jobs that cannot be, or no Ray.
+        ConfigError: --jobs that cannot be.
+        DependencyNotInstalled: No Ray.
     """
     imports = (*options.allow_import, *imports)
     if options.ray is not None:
-        try:
-            from ..sweeps.cluster import RayTasks
-        except ImportError:
-            raise ConfigError(
-                f"--ray = {options.ray}; expected Ray: pip install 'rigid-envs[sweep]'"
-            ) from None
+        require_ray()
+        from ..sweeps.cluster import RayTasks
+
         return RayTasks(options.ray, imports)
     from ..sweeps.processes import Processes
 
-    if not 1 <= options.jobs <= 1024:
-        raise ConfigError(f"--jobs = {options.jobs}; expected an integer in [1, 1024]")
+    refuse_jobs(options.jobs)
     return Processes(options.jobs, imports, options.quiet)
+
+
+def refuse_jobs(jobs: int) -> None:
+    """Refuse a number of processes that cannot be.
+
+    Raises:
+        ConfigError: It is below 1 or above 1024.
+    """
+    if not 1 <= jobs <= 1024:
+        raise ConfigError(f"--jobs = {jobs}; expected an integer in [1, 1024]")
+
+
+def require_ray() -> None:
+    """Refuse to go on without Ray.
+
+    Raises:
+        DependencyNotInstalled: It is missing; says how to get it.
+    """
+    for name in ("ray", "optuna"):
+        if importlib.util.find_spec(name) is None:
+            raise DependencyNotInstalled(
+                f"{name} is not installed; get it with: pip install 'rigid-envs[sweep]'"
+            )
 
 
 def policy_file(path: Path, which: str) -> Path:

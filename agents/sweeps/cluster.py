@@ -16,10 +16,28 @@ import ray
 from .sweep import Ended
 from .training import FAILED, Training, work
 
-__all__ = ["RayTasks"]
+__all__ = ["RayTasks", "connect"]
 
 _WAIT = 1.0  # [s]
 _ROOT = Path(__file__).resolve().parents[2]
+
+
+def connect(address: str, jobs: int | None = None) -> None:
+    """Connect to a cluster.
+
+    Args:
+        address: As `ray.init` takes it: "host:6379", "auto", or "local" to start one here.
+        jobs: Processors of one that is started here; None takes all.
+
+    Raises:
+        ConnectionError: There is no cluster.
+    """
+    here: dict[str, Any] = (
+        {"include_dashboard": False, "num_cpus": jobs} if address == "local" else {}
+    )
+    path = os.pathsep.join(filter(None, (str(_ROOT), os.environ.get("PYTHONPATH"))))
+    environment = {"env_vars": {"PYTHONPATH": path}}
+    ray.init(address, log_to_driver=False, runtime_env=environment, **here)
 
 
 class RayTasks:
@@ -29,18 +47,13 @@ class RayTasks:
         """Connect to a cluster.
 
         Args:
-            address: As `ray.init` takes it: "host:6379", "auto", or "local" to start one here.
+            address: See `connect`.
             imports: Modules that register environments.
 
         Raises:
             ConnectionError: There is no cluster.
         """
-        ray.init(
-            address,
-            include_dashboard=None if address != "local" else False,
-            log_to_driver=False,
-            runtime_env={"env_vars": {"PYTHONPATH": f"{_ROOT}:{os.environ.get('PYTHONPATH', '')}"}},
-        )
+        connect(address)
         # A task that dies begins again by `train_all`, which sees whether it gets on.
         self._task = ray.remote(num_cpus=1, max_retries=0, max_calls=1)(_task)
         self._imports = tuple(imports)

@@ -30,7 +30,7 @@ ELSEWHERE = {
 GENERATED = "docs/environments/"  # tests/test_docs.py runs the example of each page
 
 # Tools of others, which are not called here.
-TOOLS = {"cd", "git", "lint-imports", "mypy", "npm", "pip", "pre-commit", "ruff", "source"}
+TOOLS = {"cd", "git", "lint-imports", "mypy", "npm", "pip", "pre-commit", "ray", "ruff", "source"}
 
 HERE = [
     page

@@ -1,0 +1,163 @@
+"""Search of hyperparameters, as a YAML file describes it: a recipe in which values are ranges."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rigid_envs.errors import ConfigError
+from rigid_envs.rules import Integer, Keywords, List
+from rigid_envs.settings import Settings, check_fields, from_config, refusal, setting
+
+from .by_algorithm import Config, config_from
+from .recipes import frame_of, recipe_for
+from .yaml_data import read_yaml
+
+__all__ = ["FIGURES", "Range", "Search", "read_search"]
+
+FIGURES = {"success_rate": "max", "mean_reward": "max", "mean_cost": "min"}
+"""What may be searched for, in the last evaluation of a training, and which way."""
+
+_RANGES = ({"low", "high"}, {"low", "high", "log"}, {"low", "high", "step"}, {"choices"})
+
+
+@dataclass(frozen=True)
+class Range:
+    """The values that an entry may have.
+
+    Attributes:
+        low: Least number; integers give integers.
+        high: Largest number.
+        log: Whether small numbers are as likely as large ones.
+        step: Distance between numbers; None: any.
+        choices: The values, instead.
+    """
+
+    low: float = 0
+    high: float = 0
+    log: bool = False
+    step: float | None = None
+    choices: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search(Settings):
+    """A search of hyperparameters."""
+
+    trials: int = setting(20, Integer("values of the ranges that are tried", 1, 100_000))
+    seeds: tuple[int, ...] = setting(
+        (0,),
+        List(
+            "seeds that each is trained with; figures are means", Integer("", 0, 2**63 - 1), 1, 100
+        ),
+    )
+    objective: Mapping[str, Any] = setting(
+        {"success_rate": "max", "mean_cost": "min"},
+        Keywords(f"what is searched for: some of {FIGURES}; of several, all best compromises"),
+    )
+    recipe: Mapping[str, Any] = setting(
+        {}, Keywords("entries over those of the recipe of `env_id`; any value may be a range")
+    )
+
+    def __post_init__(self) -> None:
+        """Check all, and that a config can be made of it.
+
+        Raises:
+            ConfigError: "config.<key>: ...".
+        """
+        check_fields(self)
+        if not self.objective or not self.objective.items() <= FIGURES.items():
+            raise refusal("objective", dict(self.objective), f"some of {FIGURES}")
+        if not self.ranges():
+            raise refusal("recipe", dict(self.recipe), "a range: {low: 1e-4, high: 1e-2}")
+        for end in (0, -1):
+            self.config({name: _values(each)[end] for name, each in self.ranges().items()})
+
+    def ranges(self) -> dict[str, Range]:
+        """The ranges by the path of their entry: "learning_rate.0"."""
+        found = {}
+        for path, value in _leaves(self.recipe):
+            if isinstance(value, Mapping) and set(value) in _RANGES:
+                found[".".join(map(str, path))] = _range(path, value)
+        return found
+
+    def config(self, values: Mapping[str, Any], **entries: Any) -> Config:
+        """A config with values for the ranges.
+
+        Args:
+            values: Values by path.
+            **entries: Other entries over all.
+
+        Raises:
+            ConfigError: One that cannot be.
+        """
+        own = copy.deepcopy(dict(self.recipe))
+        for path, _ in list(_leaves(self.recipe)):
+            name = ".".join(map(str, path))
+            if name in values:
+                _put(own, path, values[name])
+        base = recipe_for(str(own.get("env_id", "BallPark")), own.get("algo"), frame_of(own, {}))
+        return config_from({**base, **own, **entries})
+
+
+def read_search(path: Path) -> Search:
+    """The search of a YAML file.
+
+    Args:
+        path: The file.
+
+    Raises:
+        ConfigError: Something in it that cannot be; names the file.
+    """
+    try:
+        search: Search = from_config(Search, read_yaml(path))
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+    return search
+
+
+def _leaves(node: Any, path: tuple[str | int, ...] = ()) -> list[tuple[tuple[str | int, ...], Any]]:
+    """All values of nested mappings and lists, by their path; a range is one value."""
+    if isinstance(node, Mapping) and set(node) not in _RANGES:
+        parts: Sequence[tuple[Any, Any]] = list(node.items())
+    elif isinstance(node, (list, tuple)):
+        parts = list(enumerate(node))
+    else:
+        return [(path, node)]
+    return [leaf for key, value in parts for leaf in _leaves(value, (*path, key))]
+
+
+def _put(node: Any, path: tuple[str | int, ...], value: Any) -> None:
+    for key in path[:-1]:
+        node = node[key]
+    node[path[-1]] = value
+
+
+def _range(path: tuple[str | int, ...], given: Mapping[str, Any]) -> Range:
+    """A range as YAML gives it."""
+    key = f"recipe.{'.'.join(map(str, path))}"
+    if "choices" in given:
+        choices = given["choices"]
+        if not isinstance(choices, list) or not choices:
+            raise refusal(key, given, "a list of choices")
+        return Range(choices=tuple(choices))
+    low, high, step = given["low"], given["high"], given.get("step")
+    log = given.get("log", False)
+    numbers = [each for each in (low, high, step) if each is not None]
+    if (
+        not all(isinstance(each, (int, float)) and not isinstance(each, bool) for each in numbers)
+        or not isinstance(log, bool)
+        or not low < high
+        or (log and low <= 0)
+        or (step is not None and not 0 < step <= high - low)
+    ):
+        raise refusal(key, given, "numbers low < high, step > 0, and low > 0 with log: true")
+    return Range(low, high, log, step)
+
+
+def _values(each: Range) -> tuple[Any, ...]:
+    """The ends of a range, or all choices."""
+    return each.choices or (each.low, each.high)

@@ -1,0 +1,64 @@
+"""A search of hyperparameters whose command is killed goes on, and each trial is what it says."""
+
+import csv
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import tests.agents.drift  # noqa: F401, registers the environment
+from agents.config.by_algorithm import config_from
+from agents.config.search import read_search
+from agents.config.yaml_data import dump_yaml, read_yaml
+from agents.training.trainer import train
+from tests.agents.sessions import SMALL
+
+pytestmark = pytest.mark.long
+
+RECIPE = SMALL | {
+    "algo": "ppo",
+    "total_timesteps": 512 * 60,
+    "learning_rate": [{"low": 5e-4, "high": 4e-3, "log": True}, 1e-4],
+    "net_arch": {"choices": [[16], [8, 8]]},
+}
+
+
+def test_a_search_that_is_killed_goes_on(tmp_path: Path) -> None:
+    file, out = tmp_path / "search.yaml", tmp_path / "out"
+    file.write_text(dump_yaml({"trials": 5, "seeds": [0, 1], "recipe": RECIPE}))
+    words = [sys.executable, "-m", "agents", "search", file, "--out", out, "--jobs", "2"]
+    command = [*words, "--allow_import", "tests.agents.drift"]
+    first = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.perf_counter() + 120
+    while not list(out.glob("trials/*/trial.json")):
+        assert first.poll() is None and time.perf_counter() < deadline
+        time.sleep(0.1)
+    first.send_signal(signal.SIGKILL)
+    first.wait()
+    again = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert again.returncode == 0, again.stderr
+    rows = list(csv.DictReader((out / "trials.csv").open()))
+    assert len(rows) == 5
+    best = read_yaml(out / "best_0.yaml")
+    assert str(out / "best_0.yaml") in again.stdout
+    assert best["env_id"] == "Drift-v0" and best["total_timesteps"] == 512 * 60
+    assert str(best["learning_rate"][0]) in {row["learning_rate.0"] for row in rows}
+
+    search = read_search(file)
+    for trial in out.glob("trials/*"):
+        values = json.loads((trial / "trial.json").read_text())["values"]
+        for seed in search.seeds:
+            config = search.config(values, seed=seed, log_dir=str(tmp_path), run_name=f"{seed}")
+            train(config, overwrite=True, quiet=True)
+            for name in ("progress.csv", "best_model/policy.safetensors"):
+                ours, theirs = trial / "ppo" / f"seed_{seed}", tmp_path / "ppo" / f"{seed}"
+                assert (ours / name).read_bytes() == (theirs / name).read_bytes()
+
+    file.write_text(dump_yaml({"trials": 6, "seeds": [0, 1], "recipe": RECIPE}))
+    other = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert other.returncode == 2 and "is of another search; --out" in other.stderr
+    assert config_from(best).env_id == "Drift-v0"
