@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import agents.ablations.registration  # noqa: F401, registers the environments
 from agents.ablations.page import markdown
 from agents.ablations.plan import NAMES, PARTS, ablation
 from agents.environments.factory import make
@@ -14,6 +13,13 @@ from agents.sweeps.processes import Processes
 from agents.sweeps.sweep import train_all
 from agents.sweeps.training import Training
 from rigid_envs.scores.records import read_record
+
+
+@pytest.fixture(autouse=True, scope="module")
+def registered() -> None:
+    """Not at the head of this file, which every process of the tests imports."""
+    import agents.ablations.registration  # noqa: F401
+
 
 # Every variant has kernels of its own, which take long to compile.
 SOME = [NAMES[0], *(pytest.param(name, marks=pytest.mark.long) for name in NAMES[1:])]

@@ -20,7 +20,8 @@ def test_the_file_is_that_of_the_configs(algo: str) -> None:
 
 
 def test_ppo_has_hyperparameters_for_every_id() -> None:
-    assert list(yaml.safe_load((FOLDER / "ppo.yml").read_text())) == list(ENVIRONMENTS)
+    ours = [env_id for env_id in ENVIRONMENTS if env_id.startswith("RigidEnvs/")]
+    assert list(yaml.safe_load((FOLDER / "ppo.yml").read_text())) == ours
 
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
