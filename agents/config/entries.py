@@ -104,6 +104,15 @@ class Config(Settings, abc.ABC):
     normalize_reward: bool = setting(
         False, Flag("scale rewards by the running standard deviation of the discounted return")
     )
+    policy_average: int = setting(
+        1,
+        Count(
+            "updates over which weights are averaged, exponentially, for the policy that is "
+            "evaluated and saved; 1: not averaged",
+            1,
+            10**6,
+        ),
+    )
     goal_turn: bool = setting(
         False,
         Flag("give networks the rotation from achieved to desired attitude (goal environments)"),

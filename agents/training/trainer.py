@@ -21,11 +21,13 @@ from rigid_envs.settings import refusal
 from ..config.by_algorithm import Config, config_to_dict
 from ..environments.factory import make, part_for
 from ..environments.training_rows import TrainingRows
+from ..policies.mlp import Policy
 from ..policies.policy_file import save_policy
 from ..storage.checkpoints import load_newest, save_newest
 from ..storage.manifest import differences, manifest
 from ..storage.runs import Run, create_run, open_run
 from .algorithms import build_model, check_fit, iterate
+from .averaging import PolicyAverage
 from .clock import Clock, Spent
 from .exporting import export_policy
 from .progress_bar import Progress
@@ -154,6 +156,7 @@ class Trainer:
         self.model = build_model(config, _wrapped(self._adapter, config))
         self._adapter.seed(row_seeds(config.seed, config.n_envs, "train"))
         self._validation = Validation(config)
+        self._average = PolicyAverage(config.policy_average)
         self._iterations = 0
         self._clock = Clock()
         self._saved_at, self._save_took = time.perf_counter(), 0.0
@@ -181,6 +184,7 @@ class Trainer:
         before, total = self.model.num_timesteps, self._config.total_timesteps
         self._adapter.price = self._config.price_at(before)
         iterate(self.model, self._config, self._callback)
+        self._average.update(export_policy(self.model, self._config).arrays)
         self._iterations += 1
         figures = self._figures()
         if self._validation.is_due(before, self.model.num_timesteps, total):
@@ -200,9 +204,10 @@ class Trainer:
     def save(self) -> None:
         """Write the policy of now and a checkpoint."""
         begin = time.perf_counter()
-        save_policy(export_policy(self.model, self._config), self._run / "last_model")
+        save_policy(self._policy(), self._run / "last_model")
         arrays, document = capture(self.model, self._adapter)
         arrays |= {f"validation/{k}": v for k, v in self._validation.arrays().items()}
+        arrays |= {f"average/{k}": v for k, v in self._average.state().items()}
         document |= {
             "config": config_to_dict(self._config),
             "manifest": manifest(),
@@ -231,9 +236,8 @@ class Trainer:
         for line in differences(document["manifest"], manifest()):
             self._progress.say(f"not the machine or versions of before, so not its bits: {line}")
         restore(self.model, self._adapter, arrays, document)
-        prefix = "validation/"
-        held = {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
-        self._validation.restore(held)
+        self._validation.restore(_under("validation/", arrays))
+        self._average.restore(_under("average/", arrays))
         self._iterations, self._clock = document["iterations"], Clock(Spent(*document["spent"]))
 
     def _figures(self) -> dict[str, Any]:
@@ -246,8 +250,13 @@ class Trainer:
             figures["rollout/success_rate"] = safe_mean(successes)
         return figures
 
+    def _policy(self) -> Policy:
+        """The policy that is evaluated and saved."""
+        newest = export_policy(self.model, self._config)
+        return Policy(newest.document, self._average.arrays() or newest.arrays)
+
     def _evaluate(self) -> dict[str, Any]:
-        policy = export_policy(self.model, self._config)
+        policy = self._policy()
         episodes, better = self._validation.run(policy, self.model.num_timesteps)
         if better:
             save_policy(policy, self._run / "best_model")
@@ -258,6 +267,10 @@ class Trainer:
             "eval/mean_ep_length": episodes.lengths.mean(),
             "eval/mean_cost": episodes.costs.mean(),
         }
+
+
+def _under(prefix: str, arrays: dict[str, Any]) -> dict[str, Any]:
+    return {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
 
 
 def _checked(config: Config) -> VectorEnv[Any, Any, Any]:

@@ -41,6 +41,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
         "success_bonus": 2.0,
         "cost_price": [0.0, 2.0],
         "action_std": [0.6, 0.1],
+        "policy_average": 10,
     },
     "sac, hindsight, normalized, overflowing": MEMORY
     | {
