@@ -86,7 +86,7 @@ def workers_of(options: argparse.Namespace, imports: Sequence[str] = ()) -> Work
     from ..sweeps.processes import Processes
 
     refuse_jobs(options.jobs)
-    return Processes(options.jobs, imports, options.quiet)
+    return Processes(options.jobs, imports)
 
 
 def refuse_jobs(jobs: int) -> None:

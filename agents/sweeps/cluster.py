@@ -97,7 +97,7 @@ class RayTasks:
 
 def _task(folder: str, training: Training, imports: tuple[str, ...]) -> tuple[int, str]:
     os.chdir(folder)
-    return work(training, imports, quiet=True)
+    return work(training, imports)
 
 
 def _result(reference: Any) -> tuple[int | None, str]:

@@ -22,16 +22,14 @@ _WAIT = 1.0  # [s]
 class Processes:
     """Workers of `train_all` on this machine."""
 
-    def __init__(self, jobs: int, imports: Sequence[str] = (), quiet: bool = False) -> None:
+    def __init__(self, jobs: int, imports: Sequence[str] = ()) -> None:
         """Start none yet.
 
         Args:
             jobs: How many train at the same time.
             imports: Modules that register environments.
-            quiet: No progress bar; several at the same time have none.
         """
         self._jobs, self._imports = jobs, tuple(imports)
-        self._quiet = quiet or jobs > 1
         # Forked from a server that has imported torch and SB3 once, and has no threads.
         self._context = multiprocessing.get_context("forkserver")
         self._context.set_forkserver_preload([work.__module__])
@@ -49,9 +47,7 @@ class Processes:
             training: What to train.
         """
         ours, theirs = self._context.Pipe(duplex=False)
-        process = self._context.Process(
-            target=_main, args=(theirs, training, self._imports, self._quiet)
-        )
+        process = self._context.Process(target=_main, args=(theirs, training, self._imports))
         process.start()
         theirs.close()  # now its end is the end of the process
         self._running[ours] = number, process
@@ -88,12 +84,12 @@ class Processes:
             process.join()
 
 
-def _main(pipe: Connection, training: Training, imports: tuple[str, ...], quiet: bool) -> None:
+def _main(pipe: Connection, training: Training, imports: tuple[str, ...]) -> None:
     """Train; saves and ends with the sweep, even if that is killed."""
     # Ctrl-C reaches all processes of a terminal. The sweep gets it, and asks the others to stop.
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    ended = work(training, imports, quiet)
+    ended = work(training, imports)
     with contextlib.suppress(BrokenPipeError):  # the sweep was killed
         pipe.send(ended)
 

@@ -8,12 +8,15 @@ from collections.abc import Sequence
 from time import monotonic
 from typing import Protocol
 
+from rigid_envs.cli.progress import tell
+
 from ..training.signals import StopSignals
 from .training import DONE, IN_USE, Training
 
 __all__ = ["Ended", "Workers", "train_all"]
 
 _PAUSE = 5.0  # [s] until a run that other processes work in is looked at again
+_SHOWN = 3  # trainings, in the line of progress
 _DEATHS = 5  # of the process of a training, with nothing learnt between them
 
 Ended = tuple[int, int | None, str]
@@ -47,7 +50,9 @@ class Workers(Protocol):
         """End what is left of them."""
 
 
-def train_all(trainings: Sequence[Training], workers: Workers, overwrite: bool = False) -> int:
+def train_all(
+    trainings: Sequence[Training], workers: Workers, overwrite: bool = False, quiet: bool = False
+) -> int:
     """Train each config, or resume its run, and write its record.
 
     What has a record is left out. A run that another sweep works in is tried again later: several
@@ -58,6 +63,7 @@ def train_all(trainings: Sequence[Training], workers: Workers, overwrite: bool =
         trainings: What to train.
         workers: Where; they are closed at the end.
         overwrite: Begin anew what was trained with another config.
+        quiet: No progress, only the results.
 
     Returns:
         0; 1 if a training failed, which leaves no record; 128 + k if signal k ended it early.
@@ -70,7 +76,7 @@ def train_all(trainings: Sequence[Training], workers: Workers, overwrite: bool =
             training.refuse_another()
     with StopSignals() as signals:
         try:
-            failed = _Sweep(trainings, workers, signals).run()
+            failed = _Sweep(trainings, workers, signals, quiet).run()
         finally:
             workers.close()
     if signals.received is not None:
@@ -80,19 +86,25 @@ def train_all(trainings: Sequence[Training], workers: Workers, overwrite: bool =
 
 class _Sweep:
     def __init__(
-        self, trainings: Sequence[Training], workers: Workers, signals: StopSignals
+        self,
+        trainings: Sequence[Training],
+        workers: Workers,
+        signals: StopSignals,
+        quiet: bool,
     ) -> None:
         self._trainings, self._workers, self._signals = trainings, workers, signals
+        self._quiet = quiet
+        self._running: list[Training] = []
         self._waiting = deque((k, 0.0) for k, each in enumerate(trainings) if not each.is_done())
         self._n_done = len(trainings) - len(self._waiting)
-        self._deaths: dict[int, list[str]] = {}  # ages at which each died
+        self._deaths: dict[int, list[int]] = {}  # ages at which each died
         self._failed = False
 
     def run(self) -> bool:
         """Train all; whether one failed."""
         asked = False
         if self._n_done:
-            print(f"{self._n_done} of {len(self._trainings)} have their record", flush=True)
+            self._say(f"{self._n_done} of {len(self._trainings)} have their record")
         while self._waiting or not self._workers.is_idle():
             if self._signals.stopping():
                 self._waiting.clear()
@@ -100,9 +112,24 @@ class _Sweep:
                     self._workers.stop()
                 asked = True
             self._start_due()
-            for ended in self._workers.wait():
-                self._note(*ended)
+            self._show()
+            for number, status, text in self._workers.wait():
+                self._running.remove(self._trainings[number])
+                self._note(number, status, text)
         return self._failed
+
+    def _show(self) -> None:
+        """Show how far all have come."""
+        if not self._quiet:
+            ages = [f"{each.folder.name} {each.progress()}" for each in self._running[:_SHOWN]]
+            more = len(self._running) - len(ages)
+            rest = [f"{more} more"] if more else []
+            tell(f"[{self._n_done}/{len(self._trainings)}] {', '.join([*ages, *rest])}")
+
+    def _say(self, text: str) -> None:
+        if not self._quiet:
+            tell("")
+        print(text, flush=True)
 
     def _start_due(self) -> None:
         """Start what is due while there is room."""
@@ -116,12 +143,13 @@ class _Sweep:
                 self._again_later(number)
             else:
                 self._workers.start(number, self._trainings[number])
+                self._running.append(self._trainings[number])
 
     def _note(self, number: int, status: int | None, text: str) -> None:
         """Take note of the end of a process."""
         if status == DONE:
             self._n_done += 1
-            print(f"[{self._n_done}/{len(self._trainings)}] {text}", flush=True)
+            self._say(f"[{self._n_done}/{len(self._trainings)}] {text}")
         elif status == IN_USE:
             self._again_later(number)
         elif status is None:
@@ -138,10 +166,12 @@ class _Sweep:
         if ages[-_DEATHS:] == [ages[-1]] * _DEATHS:
             self._fail(f"{training.folder}: {text} {_DEATHS} times at the same place; given up")
             return
-        print(f"{training.folder}: {text}; goes on from its last checkpoint", flush=True)
+        self._say(f"{training.folder}: {text}; goes on from its last checkpoint")
         self._waiting.appendleft((number, 0.0))
 
     def _fail(self, text: str) -> None:
+        if not self._quiet:
+            tell("")
         print(f"error: {text}", file=sys.stderr, flush=True)
         self._failed = True
 

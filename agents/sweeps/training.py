@@ -58,10 +58,14 @@ class Training:
         """Whether a process works in its run."""
         return is_in_use(self.folder)
 
-    def age(self) -> str:
-        """Name of its newest checkpoint, which tells whether it gets on; empty without one."""
+    def age(self) -> int:
+        """Steps at its newest checkpoint."""
         files = (self.folder / "checkpoints").glob("*.safetensors")
-        return max((file.name for file in files), default="")
+        return max((int(file.stem) for file in files), default=0)
+
+    def progress(self) -> str:
+        """How far it has come, in a word."""
+        return f"{min(self.age() / self.config.total_timesteps, 1.0):.0%}"
 
     def refuse_another(self) -> None:
         """Refuse a run or a record that is there, of another config.
@@ -80,11 +84,8 @@ class Training:
                     "anew, --out and --records name other folders"
                 )
 
-    def run(self, quiet: bool) -> int | None:
-        """Train to the end, and write the record.
-
-        Args:
-            quiet: No progress bar.
+    def run(self) -> int | None:
+        """Train to the end without a word, and write the record.
 
         Returns:
             The signal that ended it early, or None.
@@ -100,7 +101,7 @@ class Training:
             if self.is_done():  # another process was faster
                 return None
             if run.new is not None or not is_complete(run):
-                outcome = train_in(run, quiet)
+                outcome = train_in(run, quiet=True)
                 if outcome.stopped_by is not None:
                     return outcome.stopped_by
             write_record(self.file, make_record(run, self.n))
@@ -135,13 +136,12 @@ class Training:
         return differences(config_to_dict(before), config_to_dict(self.config))
 
 
-def work(training: Training, imports: Sequence[str], quiet: bool) -> tuple[int, str]:
+def work(training: Training, imports: Sequence[str]) -> tuple[int, str]:
     """What the process of a training does.
 
     Args:
         training: The training.
         imports: Modules that register its environment.
-        quiet: No progress bar.
 
     Returns:
         A status: `DONE`, `FAILED`, `IN_USE` by another process, or 128 + k if signal k ended it
@@ -150,7 +150,7 @@ def work(training: Training, imports: Sequence[str], quiet: bool) -> tuple[int, 
     try:
         for module in imports:
             importlib.import_module(module)
-        stopped_by = training.run(quiet)
+        stopped_by = training.run()
     except RunInUseError as error:
         return IN_USE, str(error)
     except (ConfigError, NonFiniteError, OSError) as error:

@@ -70,7 +70,7 @@ def test_variants_differ_in_what_they_are_named_for() -> None:
 def test_a_variant_is_trained_and_recorded(tmp_path: Path) -> None:
     small = {"n_envs": 8, "n_steps": 8, "batch_size": 64, "total_timesteps": 128, "n_epochs": 1}
     config = ablation("BallPark", "frame", 0, log_dir=str(tmp_path), run_name="a", **small)
-    workers = Processes(1, ["agents.ablations.registration"], quiet=True)
+    workers = Processes(1, ["agents.ablations.registration"])
     assert train_all([Training(config, tmp_path / "frame", 20)], workers) == 0
     record = read_record(tmp_path / "frame" / "BallParkFrame-v0" / "ppo_reduced_0.json")
     assert record.env_id == "Ablations/BallParkFrame-v0" and record.efficiency is None

@@ -109,7 +109,7 @@ def assert_as_undisturbed(killed: list[Training], alone: list[Training]) -> None
         alone: The same in another folder, not yet trained.
     """
     for training, other in zip(killed, alone, strict=True):
-        assert other.run(quiet=True) is None
+        assert other.run() is None
         for name in SAME:
             ours, theirs = training.folder / name, other.folder / name
             assert ours.read_bytes() == theirs.read_bytes(), ours

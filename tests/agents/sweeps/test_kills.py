@@ -15,7 +15,7 @@ _context = multiprocessing.get_context("forkserver")
 
 
 def sweep(all_trainings: Sequence[Training]) -> None:
-    raise SystemExit(train_all(all_trainings, Processes(2, ["tests.agents.drift"], quiet=True)))
+    raise SystemExit(train_all(all_trainings, Processes(2, ["tests.agents.drift"])))
 
 
 @pytest.mark.parametrize(
