@@ -71,6 +71,7 @@ def evaluate(
     envs = make_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
     settings = dict(config or {}) if env is None else _settings(env_id, envs)
     try:
+        _refuse_others(policy, env_id, envs)
         episodes = _play(chosen, envs, n, seed, env_id, progress)
     finally:
         if env is None:
@@ -134,6 +135,17 @@ def _rows_of(env_id: str, env: Any, config: Mapping[str, Any] | None) -> Any:
     if envs.metadata.get("autoreset_mode") == gym.vector.AutoresetMode.DISABLED:
         raise ConfigError("env: autoreset_mode = Disabled; expected rows that start anew: SameStep")
     return envs
+
+
+def _refuse_others(policy: Any, env_id: str, envs: Any) -> None:
+    """Refuse a policy that says that it takes other observations than those of the environment."""
+    takes, gives = getattr(policy, "observation_space", None), envs.single_observation_space
+    shapes = [getattr(space, "shape", None) for space in (takes, gives)]
+    if None not in shapes and shapes[0] != shapes[1]:
+        raise ConfigError(
+            f"policy: its observations have shape {shapes[0]}, those of {env_id} {shapes[1]}; "
+            "expected the settings that it was trained with: config={'frame': 'reduced'} or others"
+        )
 
 
 def _spec(envs: Any) -> Any:

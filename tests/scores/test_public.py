@@ -174,6 +174,10 @@ def test_models_of_stable_baselines3_are_played_with_their_scaling():
 
     venv = make_vec_env(TOP, n_envs=2)
     plain = PPO("MlpPolicy", venv, n_steps=64, batch_size=64, n_epochs=1).learn(128)
+    with pytest.raises(
+        ValueError, match=r"have shape \(12,\), .*expected the settings .*'reduced'"
+    ):
+        rigid_envs.evaluate("BallSteer", plain, n=4)
     found = rigid_envs.evaluate(TOP, plain, n=4)
     assert found.policy == "ppo" and 0.0 <= found.efficiency.mean <= 1.0
     scaled = VecNormalize(make_vec_env(TOP, n_envs=2))
