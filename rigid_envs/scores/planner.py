@@ -31,7 +31,7 @@ class Recipe:
     """How an id is planned.
 
     Attributes:
-        controller: Reference controller whose actions are the first plan; empty for guesses.
+        controller: Untrained policy whose actions are the first plan; empty for guesses.
         n_rounds: Linearisations of a plan, or of one with a deadline.
         hold: Control periods for which an action is held.
         n_steps: Actions of a plan of a task that ends at success; None for the time limit.
@@ -61,9 +61,9 @@ RECIPES = {
     "SleepingTopRandom": Recipe("lqr", 24, hold=4),
     "TopRandom": Recipe("lqr", 24, hold=4),
     "TopPrecession": Recipe("lqr", 24, hold=2),
-    "PivotTop": Recipe("lqr", 32, hold=2),
-    "IntermediateAxis": Recipe("lqr", 32, hold=2),
-    "IntermediateAxisRandom": Recipe("lqr", 32, hold=2),
+    "PivotTop": Recipe("nmpc", 32),
+    "IntermediateAxis": Recipe("nmpc", 32),
+    "IntermediateAxisRandom": Recipe("nmpc", 32),
     "IntermediateAxisSingle": Recipe("energy_casimir", 32, hold=2),
     "AxisFlip": Recipe("timed", 32, hold=5),
     "SpinCapture": Recipe("separatrix", 12, hold=5, waits=(300, 350, 400)),
