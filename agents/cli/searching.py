@@ -50,8 +50,12 @@ def _search(options: argparse.Namespace, rest: list[str]) -> int:
 
     connect(options.ray, options.jobs)
     out = options.out or Path("logs/search") / options.file.stem
-    for path in search_recipe(search, out, tuple(options.allow_import)):
+    found = search_recipe(search, out, tuple(options.allow_import))
+    for path in found.configs:
         note = path.read_text(encoding="utf-8").splitlines()[0]
         print(f"{path}  {note}")
     print(f"all trials: {out / 'trials.csv'}")
+    if found.n_trials < search.trials:
+        print(f"{found.n_trials} of {search.trials} trials are done; the same command goes on")
+        return 1
     return 0

@@ -10,7 +10,7 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import optuna
@@ -34,13 +34,25 @@ from ..storage.runs import Run, create_run, open_run
 from ..training.recording import is_complete
 from ..training.trainer import train_in
 
-__all__ = ["search_recipe"]
+__all__ = ["Found", "search_recipe"]
 
 _NAME = "tune"
 _PLACES = ("log_dir", "run_name")
 
 
-def search_recipe(search: Search, out: Path, imports: tuple[str, ...] = ()) -> list[Path]:
+class Found(NamedTuple):
+    """What a search has found.
+
+    Attributes:
+        configs: Files of those that no other beats, best first by the first figure.
+        n_trials: Trials that are done.
+    """
+
+    configs: list[Path]
+    n_trials: int
+
+
+def search_recipe(search: Search, out: Path, imports: tuple[str, ...] = ()) -> Found:
     """Try values for the ranges of a recipe; what was begun before goes on.
 
     Ray must be connected. Each trial trains with all seeds, one after the other, on one processor;
@@ -51,9 +63,6 @@ def search_recipe(search: Search, out: Path, imports: tuple[str, ...] = ()) -> l
         out: Folder, which all nodes see: `tune/` is Ray Tune's, `trials/` has the runs,
             `trials.csv` all values and figures, `best_<k>.yaml` the best compromises as configs.
         imports: Modules that register environments.
-
-    Returns:
-        The configs, best first by the first figure of the objective.
 
     Raises:
         ConfigError: Another search was begun in the folder.
@@ -151,14 +160,13 @@ def _figures(run: Run) -> dict[str, float]:
     return dict(zip(FIGURES, last.values(), strict=True))
 
 
-def _conclude(search: Search, out: Path) -> list[Path]:
+def _conclude(search: Search, out: Path) -> Found:
     """Write the table of all trials and the configs of the best."""
     documents = [json.loads(path.read_text()) for path in sorted(out.glob("trials/*/trial.json"))]
-    rows = [{**each["values"], **each["figures"]} for each in documents]
     text = io.StringIO()
-    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
+    writer = csv.DictWriter(text, [*search.ranges(), *FIGURES], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(rows)
+    writer.writerows({**each["values"], **each["figures"]} for each in documents)
     write_atomic(out / "trials.csv", text.getvalue())
     for old in out.glob("best_*.yaml"):
         old.unlink()
@@ -170,7 +178,7 @@ def _conclude(search: Search, out: Path) -> list[Path]:
         paths.append(out / f"best_{k}.yaml")
         note = f"# validation, seeds {search.seeds}: {figures}\n"
         write_atomic(paths[-1], note + dump_yaml(entries))
-    return paths
+    return Found(paths, len(documents))
 
 
 def _front(search: Search, documents: list[dict[str, Any]]) -> list[dict[str, Any]]:
