@@ -68,6 +68,8 @@ def evaluate(
     chosen = policy_of(env_id, policy)
     if config is None and env is None:
         config = getattr(policy, "env_kwargs", None)
+    if env is None and env_id in ENVIRONMENTS:
+        task_of(env_id, config)  # refuses what cannot be before anything is played
     envs = make_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
     settings = dict(config or {}) if env is None else _settings(env_id, envs)
     try:

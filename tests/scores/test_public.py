@@ -152,6 +152,7 @@ def test_what_cannot_be_played_is_refused(arguments, message):
 def test_environments_that_do_not_fit_are_refused():
     for options, message in (
         ({"n": 0}, "n = 0; expected an integer of at least 1"),
+        ({"config": {"max_episode_steps": 9}}, "max_episode_steps: unknown key; expected one of"),
         ({"env": 7}, "env = 7; expected an environment of Gymnasium"),
         ({"env": gym.make(GRID)}, f"env = {GRID}; expected one of {TOP}"),
         ({"env": gym.make(TOP), "config": {"dt": 0.1}}, "expected none beside env"),
