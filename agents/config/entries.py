@@ -113,6 +113,16 @@ class Config(Settings, abc.ABC):
             10**6,
         ),
     )
+    policy_gain: float = setting(
+        1.0,
+        Number(
+            "factor on the actions of the policy that is evaluated and saved (PPO, no choices): in "
+            "a shorter control period than in training an action does less",
+            low=0,
+            high=100,
+            above=True,
+        ),
+    )
     goal_turn: bool = setting(
         False,
         Flag("give networks the rotation from achieved to desired attitude (goal environments)"),

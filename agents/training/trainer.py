@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from gymnasium.spaces import Box
 from gymnasium.vector import VectorEnv
 from stable_baselines3.common.utils import safe_mean
 from stable_baselines3.common.vec_env import VecEnv, VecExtractDictObs, VecNormalize
@@ -29,7 +30,7 @@ from ..storage.runs import Run, create_run, open_run
 from .algorithms import build_model, check_fit, iterate
 from .averaging import PolicyAverage
 from .clock import Clock, Spent
-from .exporting import export_policy
+from .exporting import export_policy, with_gain
 from .progress_bar import Progress
 from .records import Records
 from .signals import StopSignals
@@ -252,8 +253,9 @@ class Trainer:
 
     def _policy(self) -> Policy:
         """The policy that is evaluated and saved."""
-        newest = export_policy(self.model, self._config)
-        return Policy(newest.document, self._average.arrays() or newest.arrays)
+        newest, gain = export_policy(self.model, self._config), self._config.policy_gain
+        arrays = self._average.arrays() or newest.arrays
+        return Policy(newest.document, arrays if gain == 1.0 else with_gain(arrays, gain))
 
     def _evaluate(self) -> dict[str, Any]:
         policy = self._policy()
@@ -284,6 +286,8 @@ def _checked(config: Config) -> VectorEnv[Any, Any, Any]:
     for key, entry in (("cost_price", "cost"), ("success_bonus", "is_success")):
         if (value := getattr(config, key)) and entry not in trained.reset()[1]:
             raise refusal(key, value, f"0: {config.env_id} reports no {entry}")
+    if config.policy_gain != 1.0 and not _is_gaussian(config, trained):
+        raise refusal("policy_gain", config.policy_gain, "1: not for this algorithm and id")
     spaces = [
         (venv.single_observation_space, venv.single_action_space) for venv in (tested, trained)
     ]
@@ -295,6 +299,10 @@ def _checked(config: Config) -> VectorEnv[Any, Any, Any]:
             "what leaves the spaces of observations and actions as they are with env_kwargs alone",
         )
     return trained
+
+
+def _is_gaussian(config: Config, venv: VectorEnv[Any, Any, Any]) -> bool:
+    return config.algo == "ppo" and isinstance(venv.single_action_space, Box)
 
 
 def _wrapped(adapter: TrainingRows, config: Config) -> VecEnv:
