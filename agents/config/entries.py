@@ -104,15 +104,6 @@ class Config(Settings, abc.ABC):
     normalize_reward: bool = setting(
         False, Flag("scale rewards by the running standard deviation of the discounted return")
     )
-    policy_average: int = setting(
-        1,
-        Count(
-            "updates over which weights are averaged, exponentially, for the policy that is "
-            "evaluated and saved; 1: not averaged",
-            1,
-            10**6,
-        ),
-    )
     policy_gain: float = setting(
         1.0,
         Number(

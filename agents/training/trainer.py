@@ -28,7 +28,6 @@ from ..storage.checkpoints import load_newest, save_newest
 from ..storage.manifest import differences, manifest
 from ..storage.runs import Run, create_run, open_run
 from .algorithms import build_model, check_fit, iterate
-from .averaging import PolicyAverage
 from .clock import Clock, Spent
 from .exporting import export_policy, with_gain
 from .progress_bar import Progress
@@ -157,7 +156,6 @@ class Trainer:
         self.model = build_model(config, _wrapped(self._adapter, config))
         self._adapter.seed(row_seeds(config.seed, config.n_envs, "train"))
         self._validation = Validation(config)
-        self._average = PolicyAverage(config.policy_average)
         self._iterations = 0
         self._clock = Clock()
         self._saved_at, self._save_took = time.perf_counter(), 0.0
@@ -185,7 +183,6 @@ class Trainer:
         before, total = self.model.num_timesteps, self._config.total_timesteps
         self._adapter.price = self._config.price_at(before)
         iterate(self.model, self._config, self._callback)
-        self._average.update(export_policy(self.model, self._config).arrays)
         self._iterations += 1
         figures = self._figures()
         if self._validation.is_due(before, self.model.num_timesteps, total):
@@ -208,7 +205,6 @@ class Trainer:
         save_policy(self._policy(), self._run / "last_model")
         arrays, document = capture(self.model, self._adapter)
         arrays |= {f"validation/{k}": v for k, v in self._validation.arrays().items()}
-        arrays |= {f"average/{k}": v for k, v in self._average.state().items()}
         document |= {
             "config": config_to_dict(self._config),
             "manifest": manifest(),
@@ -237,8 +233,9 @@ class Trainer:
         for line in differences(document["manifest"], manifest()):
             self._progress.say(f"not the machine or versions of before, so not its bits: {line}")
         restore(self.model, self._adapter, arrays, document)
-        self._validation.restore(_under("validation/", arrays))
-        self._average.restore(_under("average/", arrays))
+        prefix = "validation/"
+        held = {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
+        self._validation.restore(held)
         self._iterations, self._clock = document["iterations"], Clock(Spent(*document["spent"]))
 
     def _figures(self) -> dict[str, Any]:
@@ -253,9 +250,8 @@ class Trainer:
 
     def _policy(self) -> Policy:
         """The policy that is evaluated and saved."""
-        newest, gain = export_policy(self.model, self._config), self._config.policy_gain
-        arrays = self._average.arrays() or newest.arrays
-        return Policy(newest.document, arrays if gain == 1.0 else with_gain(arrays, gain))
+        policy, gain = export_policy(self.model, self._config), self._config.policy_gain
+        return policy if gain == 1.0 else Policy(policy.document, with_gain(policy.arrays, gain))
 
     def _evaluate(self) -> dict[str, Any]:
         policy = self._policy()
@@ -269,10 +265,6 @@ class Trainer:
             "eval/mean_ep_length": episodes.lengths.mean(),
             "eval/mean_cost": episodes.costs.mean(),
         }
-
-
-def _under(prefix: str, arrays: dict[str, Any]) -> dict[str, Any]:
-    return {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
 
 
 def _checked(config: Config) -> VectorEnv[Any, Any, Any]:

@@ -35,7 +35,6 @@ BAD: dict[str, list[Any]] = {
     "normalize_observation": [0, 1, "true", None],
     "normalize_reward": [0, "no", None],
     "goal_turn": [0, "yes", None],
-    "policy_average": [0, -1, 1.5, "x", True, None],
     "policy_gain": [0, -1, 101, math.nan, "x", True, None],
     "eval_every": [0, -1, math.nan, None, "x"],
     "eval_episodes": [0, 100_001, None, True],

@@ -41,7 +41,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
         "success_bonus": 2.0,
         "cost_price": [0.0, 2.0],
         "action_std": [0.6, 0.1],
-        "policy_average": 10,
+        "policy_gain": 1.5,
     },
     "sac, hindsight, normalized, overflowing": MEMORY
     | {
