@@ -7,22 +7,15 @@ import time
 __all__ = ["show_messages", "tell"]
 
 
-def show_messages() -> None:
-    """Print what the package logs, such as what it compiles, on standard error."""
-    logger = logging.getLogger("rigid_envs")
-    if not logger.handlers:
-        handler = logging.StreamHandler()
-        handler.setFormatter(logging.Formatter("rigid-envs: %(message)s"))
-        logger.addHandler(handler)
-        logger.setLevel(logging.INFO)
-
-
 class _Pace:
     """When a line is due where none can be written over: after 10 s, then ever more seldom."""
 
     _LEAST, _SHARE = 10.0, 0.1  # [s], and of the time since the beginning
 
     def __init__(self) -> None:
+        self.begin()
+
+    def begin(self) -> None:
         self._begin = self._last = time.monotonic()
 
     def is_due(self) -> bool:
@@ -33,6 +26,20 @@ class _Pace:
 
 
 _pace = _Pace()
+
+
+def show_messages() -> None:
+    """Print what the package logs, such as what it compiles, on standard error.
+
+    Every command begins with it.
+    """
+    _pace.begin()
+    logger = logging.getLogger("rigid_envs")
+    if not logger.handlers:
+        handler = logging.StreamHandler()
+        handler.setFormatter(logging.Formatter("rigid-envs: %(message)s"))
+        logger.addHandler(handler)
+        logger.setLevel(logging.INFO)
 
 
 def tell(what: str) -> None:
