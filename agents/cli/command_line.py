@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import signal
 import sys
 from collections.abc import Sequence
@@ -18,6 +17,7 @@ from rigid_envs.scores.starts import N_STARTS
 
 from ..config.by_algorithm import ALGORITHMS
 from ..config.options import add_config_options
+from ..environments.registering import import_allowed
 from ..storage.runs import RunInUseError
 from . import verbs
 from .ablating import add_ablate
@@ -46,8 +46,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         words = ["train", *words]
     options, rest = _parser().parse_known_args(words)
     try:
-        for module in options.allow_import:
-            importlib.import_module(module)
+        import_allowed(options.allow_import)
         status: int = options.run(options, rest)
     except KeyboardInterrupt:
         return 128 + signal.SIGINT

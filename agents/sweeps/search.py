@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-import importlib
 import io
 import json
 import math
@@ -30,6 +29,7 @@ from rigid_envs.sb3.finite import NonFiniteError
 from ..config.by_algorithm import config_to_dict
 from ..config.search import FIGURES, Range, Search
 from ..config.yaml_data import dump_yaml
+from ..environments.registering import import_allowed
 from ..storage.runs import Run, create_run, open_run
 from ..training.recording import is_complete
 from ..training.trainer import train_in
@@ -125,8 +125,7 @@ def _trial(
     proposed: dict[str, Any], search: Search, out: Path, imports: tuple[str, ...]
 ) -> dict[str, float]:
     """Train with all seeds; the means of the last evaluations."""
-    for module in imports:
-        importlib.import_module(module)
+    import_allowed(imports)
     values = {
         path: each.choices[proposed[path]] if each.choices else proposed[path]
         for path, each in search.ranges().items()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import shutil
 import traceback
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ from rigid_envs.sb3.finite import NonFiniteError
 from rigid_envs.scores.records import Record, read_record, record_file, write_record
 
 from ..config.by_algorithm import Config, config_from, config_to_dict
+from ..environments.registering import import_allowed
 from ..storage.manifest import differences
 from ..storage.runs import Run, RunInUseError, create_run, find_run, is_in_use, open_run
 from ..training.recording import frame_of, is_complete, make_record
@@ -148,8 +148,7 @@ def work(training: Training, imports: Sequence[str]) -> tuple[int, str]:
         early; and what to say of it.
     """
     try:
-        for module in imports:
-            importlib.import_module(module)
+        import_allowed(imports)
         stopped_by = training.run()
     except RunInUseError as error:
         return IN_USE, str(error)

@@ -30,7 +30,7 @@ def test_no_source_loads_pickles_or_evaluates_text(path: Path) -> None:
             if called == "np.load":
                 assert "allow_pickle=False" in ast.unparse(node)
             if called in ("importlib.import_module", "__import__"):
-                assert path.name == "command_line.py"
+                assert path.name == "registering.py"
             if called.startswith("subprocess."):
                 assert "shell" not in ast.unparse(node)
 

@@ -18,9 +18,8 @@ def sweep(all_trainings: Sequence[Training]) -> None:
     raise SystemExit(train_all(all_trainings, Processes(2, ["tests.agents.drift"])))
 
 
-@pytest.mark.parametrize(
-    ("n", "updates", "kills"), [(2, 150, 2), pytest.param(8, 500, 20, marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("n", "updates", "kills"), [(4, 300, 3), (8, 500, 20)])
 def test_runs_are_those_of_an_undisturbed_sweep(
     tmp_path: Path, n: int, updates: int, kills: int
 ) -> None:

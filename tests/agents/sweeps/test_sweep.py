@@ -144,7 +144,7 @@ def test_a_run_of_another_process_is_tried_again_later(
 def test_a_command_that_is_ended_leaves_no_process_behind_and_goes_on(
     tmp_path: Path, number: signal.Signals
 ) -> None:
-    words = f"{VERB} --algo ppo --steps 3e5 --episodes 20 --seeds 0-1 --jobs 2 --out {tmp_path}"
+    words = f"{VERB} --algo ppo --steps 1.5e5 --episodes 20 --seeds 0-1 --jobs 2 --out {tmp_path}"
     command = [sys.executable, "-m", "agents", *words.split()]
     locks = [tmp_path / "ppo" / f"Drift-v0_world_{seed}" / "run.lock" for seed in (0, 1)]
     first = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
