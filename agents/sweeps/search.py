@@ -154,7 +154,7 @@ def _train(search: Search, values: Mapping[str, Any], folder: Path, seed: int) -
 
 def _figures(run: Run) -> dict[str, float]:
     """Figures of the last evaluation."""
-    with np.load(run / "evaluations.npz") as held_out:
+    with np.load(run / "evaluations.npz", allow_pickle=False) as held_out:
         last = {key: float(held_out[key][-1].mean()) for key in ("successes", "results", "costs")}
     return dict(zip(FIGURES, last.values(), strict=True))
 
