@@ -68,9 +68,7 @@ def evaluate(
     chosen = policy_of(env_id, policy)
     if config is None and env is None:
         config = getattr(policy, "env_kwargs", None)
-    if env is None and env_id in ENVIRONMENTS:
-        task_of(env_id, config)  # refuses what cannot be before anything is played
-    envs = make_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
+    envs = _own_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
     settings = dict(config or {}) if env is None else _settings(env_id, envs)
     try:
         _refuse_others(policy, env_id, envs)
@@ -122,6 +120,13 @@ def make_rows(env_id: str, n: int, config: Mapping[str, Any] | None = None) -> R
     )
     assert isinstance(envs, RigidVectorEnv)
     return envs
+
+
+def _own_rows(env_id: str, n: int, config: Mapping[str, Any] | None) -> RigidVectorEnv:
+    """Native rows; settings that cannot be are refused here, before anything is played."""
+    if env_id in ENVIRONMENTS:
+        task_of(env_id, config)
+    return make_rows(env_id, n, config)
 
 
 def _rows_of(env_id: str, env: Any, config: Mapping[str, Any] | None) -> Any:
