@@ -161,6 +161,7 @@ def test_installed_library_imports_alone_and_without_heavy_packages(
     assert out.splitlines() == [str(tmp_path / "rigid_envs" / "__init__.py"), "[]"]
 
 
+@pytest.mark.long
 def test_contract_tests_run_from_the_installed_library(wheel: Path, tmp_path: Path) -> None:
     install(wheel, tmp_path)
     command = ("-P", "-m", "rigid_envs.testing", "-q", "-k", "repr_names")

@@ -24,12 +24,26 @@ __all__ = ["instruction", "kernel", "phase", "routine", "scalar"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+_njit: Any = numba.njit  # knows more options than its types say
 _SLOW = 1.0  # [s] compilations longer than this are announced
 
 
 def scalar(function: Function) -> Function:
     """Compile a function of scalars and tuples, inlined into the loop that calls it."""
-    return cast(Function, numba.njit(forceinline=True, error_model="numpy")(function))
+    return _part(function, forceinline=True)
+
+
+def _part(function: Function, **options: bool) -> Function:
+    """Compile a function for its callers, and for Python only when Python calls it.
+
+    The entries for calls from Python and C would take numba as long as the function itself.
+    """
+    compiled = _njit(error_model="numpy", **options)(function)
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    inside = _njit(error_model="numpy", **options)(function)
+    compiled.get_call_template = inside.get_call_template
+    compiled.get_overload = inside.get_overload
+    return cast(Function, compiled)
 
 
 def instruction(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -44,7 +58,7 @@ def phase(function: Function) -> Function:
 
 def routine(function: Function) -> Function:
     """Compile a function that is called once per block, without inlining."""
-    return cast(Function, numba.njit(error_model="numpy")(function))
+    return _part(function)
 
 
 def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = ()) -> Function:
@@ -59,7 +73,7 @@ def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = 
         parts: Functions, classes and tuples of numbers in a closure.
     """
     label = label or f"{function.__module__}.{function.__name__}"
-    compiled: Any = numba.njit(nogil=True, error_model="numpy")(function)
+    compiled = _njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
     folder, name = cache_directory(), cache_name(label, parts or (function,))
     if folder is not None and name is not None:
         compiled._cache = KernelCache(function, folder, name)

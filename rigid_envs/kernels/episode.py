@@ -114,34 +114,16 @@ class Episode:
         stages, prototypes = self.dynamics.weights, self.prototypes
         clip, turn, actuate = self.clip, self.turn, self.actuate
         outcome, observe = self.outcome, self.observe
-
-        def step(buffer: Buffer, first_block: int, last_block: int) -> int:
-            return step_loop.step_rows(
-                advance,
-                restore,
-                stages,
-                clip,
-                turn,
-                actuate,
-                outcome,
-                observe,
-                prototypes,
-                buffer,
-                first_block,
-                last_block,
-            )
-
+        step = step_loop.step_rows(
+            advance, restore, stages, clip, turn, actuate, outcome, observe, prototypes
+        )
         return self._kernel(step, advance, restore, clip, turn, actuate, outcome, observe)
 
     @cached_property
     def reset(self) -> Callable[[Buffer, Array, int], None]:
         """Compiled ``reset(buffer, rows, mode) -> None``; see `reset_loop.reset_rows`."""
         derive, start, observe = self.derive or self.dynamics.derive, self.start, self.observe
-        prototypes = self.prototypes
-
-        def reset(buffer: Buffer, rows: Array, mode: int) -> None:
-            reset_loop.reset_rows(derive, start, observe, prototypes, buffer, rows, mode)
-
+        reset = reset_loop.reset_rows(derive, start, observe, self.prototypes)
         return self._kernel(reset, derive, start, observe)
 
     @cached_property

@@ -30,34 +30,32 @@ BEGIN, PARAMETERS_GIVEN, OBSERVE = range(3)  # modes of `reset_rows`
 Function = Callable[..., Any]
 
 
-@phase
 def reset_rows(
-    derive: Function,
-    start: Function,
-    observe: Function,
-    prototypes: Prototypes,
-    buffer: Buffer,
-    rows: Any,
-    mode: int,
-) -> None:
-    """Begin a new episode in the given rows and write their observations.
+    derive: Function, start: Function, observe: Function, prototypes: Prototypes
+) -> Callable[[Buffer, Any, int], None]:
+    """Loop ``reset(buffer, rows, mode)`` of some functions.
 
-    `BEGIN` draws parameters and an initial state. `PARAMETERS_GIVEN`, after it, keeps the
-    parameters and draws the initial state again. `OBSERVE` draws nothing.
+    It begins a new episode in the given rows and writes their observations. `BEGIN` draws
+    parameters and an initial state. `PARAMETERS_GIVEN`, after it, keeps the parameters and draws
+    the initial state again. `OBSERVE` draws nothing.
     """
-    s = read_settings(buffer)
-    slots = slots_of(prototypes, s.n_delays, s.n_observation)
-    c = load(buffer, s.constants, prototypes.constants, 1)
-    for row in rows:
-        block, lane = row // LANES, row % LANES
-        base = s.blocks + block * slots.total * LANES
-        if mode == BEGIN:
-            _new_episode(prototypes, buffer, s, slots, base + lane)
-            _draw_parameters(prototypes, buffer, s, slots, base + lane)
-        if mode != OBSERVE:
-            _draw_start(derive, start, prototypes, buffer, slots, base + lane, c)
-        observe_rows(observe, prototypes, buffer, s, slots, base, lane, lane + 1, c)
-        publish_rows(buffer, s, slots, base, block * LANES, lane, lane + 1)
+
+    def reset(buffer: Buffer, rows: Any, mode: int) -> None:
+        s = read_settings(buffer)
+        slots = slots_of(prototypes, s.n_delays, s.n_observation)
+        c = load(buffer, s.constants, prototypes.constants, 1)
+        for row in rows:
+            block, lane = row // LANES, row % LANES
+            base = s.blocks + block * slots.total * LANES
+            if mode == BEGIN:
+                _new_episode(prototypes, buffer, s, slots, base + lane)
+                _draw_parameters(prototypes, buffer, s, slots, base + lane)
+            if mode != OBSERVE:
+                _draw_start(derive, start, prototypes, buffer, slots, base + lane, c)
+            observe_rows(observe, prototypes, buffer, s, slots, base, lane, lane + 1, c)
+            publish_rows(buffer, s, slots, base, block * LANES, lane, lane + 1)
+
+    return reset
 
 
 @routine

@@ -40,7 +40,6 @@ _LARGEST = 1e9  # a larger state is a physics error and ends the episode
 Function = Callable[..., Any]
 
 
-@phase
 def step_rows(
     advance: Function,
     restore: Function,
@@ -51,42 +50,44 @@ def step_rows(
     outcome: Function,
     observe: Function,
     prototypes: Prototypes,
-    buffer: Buffer,
-    first_block: int,
-    last_block: int,
-) -> int:
-    """Step all rows of the given blocks by one control period.
+) -> Callable[[Buffer, int, int], int]:
+    """Loop ``step(buffer, first_block, last_block)`` of some functions.
 
-    Returns 0 if no flag of any row is set, a positive number if one is. If action entry k is not
-    finite, no row changes and -1 - k is returned.
+    It steps all rows of the given blocks by one control period. It returns 0 if no flag of any row
+    is set, a positive number if one is. If action entry k is not finite, no row changes and -1 - k
+    is returned.
     """
-    s = read_settings(buffer)
-    bad = _first_not_finite(buffer, s, len(prototypes.action))
-    if bad >= 0:
-        return -1 - bad
-    slots = slots_of(prototypes, s.n_delays, s.n_observation)
-    weights = load(buffer, s.weights, prototypes.terms, 1)
-    c = load(buffer, s.constants, prototypes.constants, 1)
-    n_raised = 0
-    moving = (prototypes.state, prototypes.inputs, prototypes.parameters)
-    for block in range(first_block, last_block):
-        base = s.blocks + block * slots.total * LANES
-        row = block * LANES
-        n = min(LANES, s.n_rows - row)
-        n_raised += _receive(clip, prototypes, buffer, s, slots, base, row, n)
-        _turn(turn, prototypes, buffer, slots, base, n, c)
-        if s.noisy_actions:
-            add_action_noise(clip, prototypes, buffer, slots, base, n)
-        if s.n_delays:
-            delay_actions(buffer, s, slots, base, n, len(prototypes.action))
-        _actuate(actuate, prototypes, buffer, slots, base, n, c)
-        h = s.dt / s.n_substeps
-        integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
-        n_raised += _conclude(outcome, prototypes, buffer, s, slots, base, n, weights, c)
-        _publish_results(prototypes, buffer, s, slots, base, row, n)
-        observe_rows(observe, prototypes, buffer, s, slots, base, 0, n, c)
-        publish_rows(buffer, s, slots, base, row, 0, n)
-    return n_raised
+
+    def step(buffer: Buffer, first_block: int, last_block: int) -> int:
+        s = read_settings(buffer)
+        bad = _first_not_finite(buffer, s, len(prototypes.action))
+        if bad >= 0:
+            return -1 - bad
+        slots = slots_of(prototypes, s.n_delays, s.n_observation)
+        weights = load(buffer, s.weights, prototypes.terms, 1)
+        c = load(buffer, s.constants, prototypes.constants, 1)
+        n_raised = 0
+        moving = (prototypes.state, prototypes.inputs, prototypes.parameters)
+        for block in range(first_block, last_block):
+            base = s.blocks + block * slots.total * LANES
+            row = block * LANES
+            n = min(LANES, s.n_rows - row)
+            n_raised += _receive(clip, prototypes, buffer, s, slots, base, row, n)
+            _turn(turn, prototypes, buffer, slots, base, n, c)
+            if s.noisy_actions:
+                add_action_noise(clip, prototypes, buffer, slots, base, n)
+            if s.n_delays:
+                delay_actions(buffer, s, slots, base, n, len(prototypes.action))
+            _actuate(actuate, prototypes, buffer, slots, base, n, c)
+            h = s.dt / s.n_substeps
+            integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
+            n_raised += _conclude(outcome, prototypes, buffer, s, slots, base, n, weights, c)
+            _publish_results(prototypes, buffer, s, slots, base, row, n)
+            observe_rows(observe, prototypes, buffer, s, slots, base, 0, n, c)
+            publish_rows(buffer, s, slots, base, row, 0, n)
+        return n_raised
+
+    return step
 
 
 @routine

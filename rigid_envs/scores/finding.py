@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from rigid_envs.policies import load, published
 from rigid_envs.provenance import provenance
@@ -20,6 +21,8 @@ from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import N_STARTS
 
 __all__ = ["BASELINES", "find", "played", "replayed", "trained"]
+
+_Rows = npt.NDArray[np.generic]
 
 BASELINES = ("zero", "random")
 """Policies that stand beside the reference controllers; from a lucky start they are the best."""
@@ -36,7 +39,9 @@ def find(
 
     Args:
         env_id: Gymnasium's id.
-        known: What is known already; what it has of those who play now is not taken over.
+        known: What is known already. What it has of untrained policies is not taken over, for they
+            are played now. What a finder of the same name once found stays where it is better: a
+            policy is trained anew, and its predecessor becomes `NAME, earlier`.
         finders: Other policies, or what came of them.
         untrained: What came of the untrained policies; None plays them.
         n: Number of starts.
@@ -46,14 +51,22 @@ def find(
         each if isinstance(each, Evaluation) else evaluate(env_id, each, n=n) for each in finders
     ]
     best = nobody(env_id, metrics_of(env_id)[0].name, n)
-    if known is not None:
-        for name in known.shares.keys() - policies.keys() - {each.policy for each in others}:
-            own = np.array([finder == name for finder in known.finders])[:n]
-            best = best.improved(name, own, known.costs[:n])
+    again = {each.policy for each in others}
+    of_others = {} if known is None else _found_by(known, n, known.shares.keys() - policies.keys())
+    for name in of_others.keys() - again:
+        best = best.improved(name, *of_others[name])
     for found in (*policies.values(), *others):
         best = best.improved(found.policy, found.successes, found.costs)
+    for name in sorted(of_others.keys() & again):
+        best = best.improved(f"{name}, earlier", *of_others[name])
     summaries = {name: each.against(best.costs).summary() for name, each in policies.items()}
     return replace(best, policies=summaries, provenance=provenance())
+
+
+def _found_by(known: Best, n: int, names: Iterable[str]) -> dict[str, tuple[_Rows, _Rows]]:
+    """Where some finders are the best from the first n starts, and the costs there, by name."""
+    finders = np.array(known.finders[:n])
+    return {name: (finders == name, known.costs[:n]) for name in names}
 
 
 def played(env_id: str, n: int = N_STARTS) -> dict[str, Evaluation]:

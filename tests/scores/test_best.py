@@ -97,6 +97,21 @@ def test_what_others_found_stays_when_the_controllers_are_played_anew():
     assert again.policies["riccati"]["efficiency"] < 0.7
 
 
+def test_what_a_finder_found_stays_when_another_one_of_its_name_plays():
+    riccati = evaluate(DETUMBLE, "riccati", n=5)
+
+    def trained_to(shares):
+        values = {**riccati.values, riccati.cost.name: riccati.costs * shares}
+        return replace(riccati, policy="ppo", values=values)
+
+    before = find(DETUMBLE, None, [trained_to([0.5, 2.0, 0.5, 2.0, 2.0])], n=5)
+    anew = trained_to([0.6, 0.6, 0.4, 2.0, 2.0])
+    after = find(DETUMBLE, before, [anew], n=5)
+    assert after.finders == ("ppo, earlier", "ppo", "ppo", "riccati", "riccati")
+    np.testing.assert_allclose(after.costs / riccati.costs, [0.5, 0.6, 0.4, 1.0, 1.0], rtol=1e-12)
+    assert find(DETUMBLE, after, [anew], n=5).finders == after.finders
+
+
 def test_what_makes_no_sense_is_refused(capsys, tmp_path):
     for words, message in (
         (["best", DETUMBLE, "--starts", "5"], "with --out if it is less"),

@@ -139,7 +139,10 @@ def test_a_run_of_another_process_is_tried_again_later(
 
 @pytest.mark.parametrize(
     "number",
-    [signal.SIGINT, signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.long)],
+    [
+        signal.SIGKILL,
+        *(pytest.param(each, marks=pytest.mark.long) for each in (signal.SIGINT, signal.SIGTERM)),
+    ],
 )
 def test_a_command_that_is_ended_leaves_no_process_behind_and_goes_on(
     tmp_path: Path, number: signal.Signals

@@ -121,7 +121,14 @@ def kill_at_random(folder: Path, values: dict[str, Any], kills: int, seed: int) 
     return run
 
 
-@pytest.mark.parametrize("variant", [name for name in VARIANTS if name != "tqc"])  # long, too
+@pytest.mark.parametrize(
+    "variant",
+    [
+        "ball park",
+        "sac, hindsight, normalized, overflowing",
+        *(pytest.param(each, marks=pytest.mark.long) for each in ("plain", "normalized", "dqn")),
+    ],
+)
 def test_a_run_killed_three_times_is_bitwise_the_one_that_never_was(
     tmp_path: Path, variant: str
 ) -> None:
