@@ -54,7 +54,7 @@ def train(options: argparse.Namespace, rest: list[str]) -> int:
                 f"{outcome.timesteps:,} steps; all is saved. To go on:\n  {again}"
             )
             return 128 + outcome.stopped_by
-        return _finish(run, outcome, imports)
+        return _finish(run, outcome, imports, options.quiet)
     except KeyboardInterrupt:
         print("interrupted; the training is complete and saved. To evaluate it: ", again)
         raise
@@ -95,12 +95,12 @@ def _resumed(options: argparse.Namespace, entries: dict[str, str], rest: list[st
     return open_run(options.resume)
 
 
-def _finish(run: Run, outcome: Outcome, imports: str) -> int:
+def _finish(run: Run, outcome: Outcome, imports: str, quiet: bool) -> int:
     from ..evaluation.reports import table
     from ..evaluation.short_film import NAME
     from ..training.conclusion import conclude
 
-    figures = conclude(run, outcome, N_STARTS, TEST_SEED)
+    figures = conclude(run, outcome, N_STARTS, TEST_SEED, quiet)
     film = f"  {NAME:<39} what it does\n" if (run / NAME).exists() else ""
     print(
         f"\n{table(figures)}\n\ntrained in {outcome.seconds:.0f} s. In {run.folder.absolute()}:\n"

@@ -132,8 +132,16 @@ class OffPolicyConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class SACConfig(OffPolicyConfig):
-    """Soft actor-critic, for Box actions. Source: Haarnoja et al. (2018), arXiv:1812.05905."""
+    """Soft actor-critic, for Box actions. Source: Haarnoja et al. (2018), arXiv:1812.05905.
 
+    The defaults are the recipe of every environment without a config of its own.
+    """
+
+    total_timesteps: int = 200_000
+    gradient_steps: int = 8
+    learning_rate: float | tuple[float, float] = (1e-3, 3e-4)
+    activation: str = "relu"
+    eval_every: int = 20_000
     ent_coef: str | float = setting(
         "auto",
         Either(

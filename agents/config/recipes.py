@@ -17,6 +17,7 @@ from .yaml_data import read_yaml
 
 __all__ = ["config_for", "frame_of", "recipe_for", "shipped_config"]
 
+_OF_ANY_ALGORITHM = ("train_kwargs", "cost_price", "success_bonus")
 _CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 
 
@@ -64,8 +65,9 @@ def recipe_for(env_id: str, algo: str | None = None, frame: str | None = None) -
     """Entries of the shipped config of an environment.
 
     They are `configs/<name>_reduced_<algo>.yaml` in the reduced frame, `configs/<name>_<algo>.yaml`
-    in that of the world. Where none is shipped: the id, the algorithm and the frame, for which the
-    defaults hold.
+    in that of the world. Where none is shipped: the id, the algorithm and the frame, and what the
+    config of another algorithm in this frame says of rewards and period in training; for all else
+    the defaults of the algorithm hold.
 
     Args:
         env_id: A registered id, or its short form: "BallPark".
@@ -77,21 +79,27 @@ def recipe_for(env_id: str, algo: str | None = None, frame: str | None = None) -
         ConfigError: No such environment.
     """
     env_id = full_id(env_id)
-    name = re.sub(r"-v\d+$", "", re.split("[:/]", env_id)[-1])
-    stem = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
     plain: dict[str, Any] = {}
     for each in ("reduced", "world") if frame is None else (frame,):
-        reduced = each == "reduced"
-        algos = _suitable(env_id, reduced) if algo is None else (algo,)
-        for kind in algos:
-            path = _CONFIGS / f"{stem}{'_reduced' if reduced else ''}_{kind}.yaml"
-            if path.is_file():
-                values = read_yaml(path)
-                if values.get("env_id") == env_id:
-                    return values
+        suitable = _suitable(env_id, each == "reduced")
+        algos = suitable if algo is None else (algo,)
+        for values in (_shipped(env_id, kind, each) for kind in algos):
+            if values:
+                return values
         plain = {"env_id": env_id, "algo": algos[0]}
-        plain |= {"env_kwargs": {"frame": each}} if reduced else {}
+        plain |= {"env_kwargs": {"frame": each}} if each == "reduced" else {}
+        others = next(filter(None, (_shipped(env_id, kind, each) for kind in suitable)), {})
+        plain |= {key: others[key] for key in _OF_ANY_ALGORITHM if key in others}
     return plain
+
+
+def _shipped(env_id: str, algo: str, frame: str) -> dict[str, Any]:
+    """Entries of the config of an environment, an algorithm and a frame; nothing without one."""
+    name = re.sub(r"-v\d+$", "", re.split("[:/]", env_id)[-1])
+    stem = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+    path = _CONFIGS / f"{stem}{'_reduced' if frame == 'reduced' else ''}_{algo}.yaml"
+    values = read_yaml(path) if path.is_file() else {}
+    return values if values.get("env_id") == env_id else {}
 
 
 def _suitable(env_id: str, reduced: bool) -> tuple[str, ...]:

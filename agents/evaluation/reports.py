@@ -19,13 +19,14 @@ from .evaluate import Evaluation, evaluate
 __all__ = ["report", "report_controller", "table", "write_report"]
 
 
-def report(path: Path, n: int, seed: int) -> tuple[dict[str, Any], Evaluation]:
+def report(path: Path, n: int, seed: int, quiet: bool = False) -> tuple[dict[str, Any], Evaluation]:
     """Evaluate a policy file and the random policy on the same starts.
 
     Args:
         path: The policy file.
         n: Number of starts.
         seed: Seed of the starts.
+        quiet: Whether no progress is shown.
 
     Returns:
         A row of the leaderboard without its starts, and where it comes from, as JSON values; and
@@ -34,7 +35,7 @@ def report(path: Path, n: int, seed: int) -> tuple[dict[str, Any], Evaluation]:
     policy: Policy = load_policy(path)
     document = policy.document
     row, found = _measured(
-        policy, document["env_id"], document["env_kwargs"], n, seed, document["algo"]
+        policy, document["env_id"], document["env_kwargs"], n, seed, document["algo"], quiet
     )
     row |= {
         "training_seed": document["seed"],
@@ -62,11 +63,18 @@ def report_controller(
 
 
 def _measured(
-    policy: Any, env_id: str, env_kwargs: dict[str, Any], n: int, seed: int, name: str | None
+    policy: Any,
+    env_id: str,
+    env_kwargs: dict[str, Any],
+    n: int,
+    seed: int,
+    name: str | None,
+    quiet: bool = False,
 ) -> tuple[dict[str, Any], Evaluation]:
-    found = evaluate(policy, env_id, n, seed, env_kwargs, name, tell)
-    baseline = evaluate(None, env_id, n, seed, env_kwargs, progress=tell)
-    tell("")
+    progress = (lambda _: None) if quiet else tell
+    found = evaluate(policy, env_id, n, seed, env_kwargs, name, progress)
+    baseline = evaluate(None, env_id, n, seed, env_kwargs, progress=progress)
+    progress("")
     row = {key: value for key, value in found.row().items() if key != "starts"}
     command = " ".join([Path(sys.executable).name, "-m", "agents", *sys.argv[1:]])
     return row | {"random_policy": baseline.summary(), **manifest(), "command": command}, found

@@ -39,6 +39,14 @@ def test_the_recipe_is_that_of_the_frame_and_the_algorithm(
     assert (values["algo"], values.get("env_kwargs", {}).get("frame")) == expected
 
 
+def test_an_algorithm_without_a_config_has_the_rewards_and_the_period_of_another_one() -> None:
+    ppo, sac = (recipe_for("SleepingTop", algo, "reduced") for algo in ("ppo", "sac"))
+    for key in ("env_id", "env_kwargs", "train_kwargs", "cost_price", "success_bonus"):
+        assert sac[key] == ppo[key]
+    assert config_for("SleepingTop", sac).total_timesteps == 200_000  # the default of SAC
+    assert "cost_price" not in recipe_for("SleepingTop", "sac", "world")
+
+
 @pytest.mark.parametrize(
     ("env_id", "frame", "algo"),
     [

@@ -55,14 +55,16 @@ def test_training_leaves_a_film_of_its_policy(run: Path) -> None:
     assert meta["duration"] == pytest.approx(shown, abs=0.2)
 
 
-def test_training_ends_with_the_path_of_the_film(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_training_ends_with_the_path_of_the_film_and_shows_no_progress_where_it_is_quiet(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    told: list[str] = []
+    monkeypatch.setattr("agents.evaluation.reports.tell", told.append)
     words = ["train", *SMALL, "--total_timesteps", "128", "--eval_episodes", "4", "--quiet"]
     assert main([*words, "--env_id", "RigidEnvs/RollPump-v0", "--log_dir", str(tmp_path)]) == 0
     said = capsys.readouterr().out
     found = re.search(r"In (\S+):\n +(film\.mp4) +what it does\n", said)
-    assert found is not None and (Path(found[1]) / found[2]).is_file()
+    assert found is not None and (Path(found[1]) / found[2]).is_file() and not told
 
 
 def test_a_film_costs_at_most_its_time(
@@ -70,9 +72,7 @@ def test_a_film_costs_at_most_its_time(
 ) -> None:
     from rigid_envs.render.drawing import Drawing
 
-    draw = Drawing.picture
-
-    clock = [0.0]
+    draw, clock = Drawing.picture, [0.0]
 
     def slow(self: Drawing, *given: Any) -> Any:
         clock[0] += 0.05
