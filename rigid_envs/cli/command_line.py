@@ -13,6 +13,7 @@ from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs import ENVIRONMENTS, __version__, catalogue
 from rigid_envs.cli.collecting import add_dataset
+from rigid_envs.cli.compiling import add_compile
 from rigid_envs.cli.completing import add_completion
 from rigid_envs.cli.films import add_films
 from rigid_envs.cli.frames import add_frames
@@ -75,6 +76,7 @@ def _parser() -> argparse.ArgumentParser:
     listing.add_argument("--json", action="store_true", help="print JSON instead of tables")
     listing.set_defaults(act=_list)
     _add_describe(verbs)
+    add_compile(verbs)
     add_play(verbs)
     _add_docs(verbs)
     _add_bench(verbs)

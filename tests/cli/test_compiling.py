@@ -1,0 +1,62 @@
+"""`rigid-envs compile` leaves nothing to compile for later processes."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rigid_envs.cli import main
+from rigid_envs.precompiling import kernels_of
+
+STEP = """
+import logging
+
+logging.basicConfig(level="INFO")
+import gymnasium, rigid_envs
+
+env = gymnasium.make("RigidEnvs/BallGrid-v0")
+env.reset(seed=0)
+env.step(0)
+"""
+
+
+def python(*words: str, cache: Path) -> str:
+    """What Python prints with its own folder for compiled code."""
+    env = os.environ | {"NUMBA_CACHE_DIR": str(cache)}
+    done = subprocess.run(
+        [sys.executable, *words], env=env, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout + done.stderr
+
+
+def test_later_processes_find_what_was_compiled(tmp_path: Path) -> None:
+    command = ("-m", "rigid_envs.cli", "compile", "BallGrid", "--frame", "world", "--jobs", "2")
+    assert python(*command, cache=tmp_path).startswith("2 kernels compiled in ")
+    assert len(list(tmp_path.rglob("*.nbc"))) == 2
+    assert "compiled" not in python("-c", STEP, cache=tmp_path)
+    assert "0 kernels compiled in " in python(*command, cache=tmp_path)
+
+
+def test_both_frames_are_compiled_and_the_rewards_of_goals() -> None:
+    assert [(dict(kernel.config), kernel.part) for kernel in kernels_of("BallParkGoal")] == [
+        (config, part)
+        for config in ({}, {"frame": "reduced"})
+        for part in ("step", "reset", "reward")
+    ]
+    assert [str(kernel) for kernel in kernels_of("BallPark", {"frame": "reduced"})] == [
+        "BallPark-v0 step, frame = reduced",
+        "BallPark-v0 reset, frame = reduced",
+    ]
+
+
+def test_what_cannot_be_compiled_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    for words, message in (
+        (["BallPrk"], "did you mean 'RigidEnvs/BallPark-v0'?"),
+        (["BallPark", "--frame", "nowhere"], "frame = 'nowhere'; expected one of"),
+        (["BallPark", "--jobs", "0"], "--jobs = 0; expected 1 or more"),
+    ):
+        assert main(["compile", *words]) == 2
+        assert message in capsys.readouterr().err
