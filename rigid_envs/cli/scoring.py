@@ -83,7 +83,10 @@ def add_best(verbs: Any) -> None:
         "their labels say who found them",
     )
     finding.add_argument(
-        "--plan", action="store_true", help="plan anew first, minutes for each id that has a recipe"
+        "--plan",
+        action="store_true",
+        help="improve the stored plans first, or plan where there are none: minutes for each id "
+        "that has a recipe",
     )
     finding.add_argument("--starts", type=int, metavar="N", help="fewer starts, for a first look")
     finding.add_argument("--out", type=Path, metavar="FOLDER", help="instead of the package's data")
@@ -178,14 +181,16 @@ def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) ->
     from rigid_envs.scores.finding import played, replayed, trained
     from rigid_envs.scores.planner import plan, recipe_of
     from rigid_envs.scores.plans import FOLDER as folder_of_plans
-    from rigid_envs.scores.plans import file_of_plans, write_plans
+    from rigid_envs.scores.plans import file_of_plans, read_plans, write_plans
 
     file, plans = file_of(env_id, folder), options.out or folder_of_plans
     known = read_best(file) if file.exists() else None
     others = [_again(each, env_id) for each in options.files]
     untrained = played(env_id, n)
     if options.plan and recipe_of(env_id) is not None:
-        write_plans(file_of_plans(env_id, plans), plan(env_id, n))
+        place = file_of_plans(env_id, plans)
+        stored = read_plans(place) if place.exists() else None
+        write_plans(place, plan(env_id, n, stored))
     others += [*replayed(env_id, n, plans), *trained(env_id, n)]
     found = find(env_id, known, others, untrained, n)
     write_best(file, found)

@@ -23,6 +23,7 @@ Bools = npt.NDArray[np.bool_]
 
 _SMALL = 1e-7  # change of a state for a difference quotient
 _COARSE = 2.0**-10  # the same of an action, which is float32
+_GRID = 2.0**14  # actions that track are multiples of its inverse, so that files of plans are small
 _ROUNDING = 1e-12  # keeps a matrix of such quotients regular
 
 
@@ -160,6 +161,7 @@ class Model:
             if tracking is not None:
                 off = self.coordinates(y[t]) - tracking.targets[t]
                 action = action + (tracking.gains[t] @ off[..., None])[..., 0]
+                action = np.round(_GRID * action) / _GRID
             actions[t] = self.limits.clip(action)
             core.actions[...] = actions[t]
             for k in range(t * self.repeat, (t + 1) * self.repeat):

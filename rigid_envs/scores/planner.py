@@ -74,13 +74,17 @@ RECIPES = {
 
 
 def plan(
-    env_id: str, n: int = N_STARTS, tell: Callable[[str], None] = lambda text: None
+    env_id: str,
+    n: int = N_STARTS,
+    stored: StoredPlans | None = None,
+    tell: Callable[[str], None] = lambda text: None,
 ) -> StoredPlans:
     """Plan from the starts of the evaluation set.
 
     Args:
         env_id: Gymnasium's id.
         n: Number of starts.
+        stored: Plans that are improved; None begins as the recipe says.
         tell: Where to say how it goes.
 
     Raises:
@@ -89,15 +93,21 @@ def plan(
     recipe = recipe_of(env_id)
     if recipe is None:
         raise ValueError(f"ID = {env_id}; expected one that has a recipe: {sorted(RECIPES)}")
-    firsts = [_starts(env_id, recipe, n, wait) for wait in recipe.waits]
-    state, parts = firsts[0][0], []
+    state, parts = _starts(env_id, n), []
+    if stored is None:
+        hold, firsts = recipe.hold, [_first(env_id, recipe, n, wait) for wait in recipe.waits]
+    else:
+        hold, firsts = stored.hold, [stored.actions[:, :n].astype(np.float64)]
     for k in range(0, n, _BLOCK):
         rows = np.arange(k, min(k + _BLOCK, n))
         tell(f"starts {k} to {rows[-1]}")
         block = {key: part[rows] for key, part in state.items()}
-        found = [_plan_block(env_id, recipe, block, first[:, rows], k) for _, first in firsts]
-        parts.append(functools.reduce(better_of, found))
-    return StoredPlans(np.concatenate([part.actions for part in parts], axis=1), recipe.hold)
+        if stored is None and recipe.n_guesses:
+            parts.append(_best_of_guesses(task_of(env_id), recipe, block, k))
+        else:
+            found = [_improved(env_id, recipe, block, first[:, rows], hold) for first in firsts]
+            parts.append(functools.reduce(better_of, found))
+    return StoredPlans(np.concatenate([part.actions for part in parts], axis=1), hold)
 
 
 def recipe_of(env_id: str) -> Recipe | None:
@@ -105,13 +115,11 @@ def recipe_of(env_id: str) -> Recipe | None:
     return RECIPES.get(env_id.rpartition("/")[2].rpartition("-")[0])
 
 
-def _plan_block(
-    env_id: str, recipe: Recipe, state: dict[str, Array], first: Array, seed: int
+def _improved(
+    env_id: str, recipe: Recipe, state: dict[str, Array], first: Array, hold: int
 ) -> Plans:
-    task, timed = task_of(env_id), recipe.n_cuts > 0
-    if recipe.n_guesses:
-        return _best_of_guesses(task, recipe, state, seed)
-    model = Model(task, state, len(first), recipe.hold, timed)
+    timed = recipe.n_cuts > 0
+    model = Model(task_of(env_id), state, len(first), hold, timed)
     if timed:
         return shorten(model, first, recipe.n_cuts, recipe.n_rounds)
     return improve(model, first, recipe.n_rounds)
@@ -146,13 +154,21 @@ def _guess(rng: np.random.Generator, n_steps: int, n: int, task: Any) -> Array:
     return np.asarray(np.stack([np.cos(heading), np.sin(heading)], axis=-1) * length[:, None])
 
 
-def _starts(env_id: str, recipe: Recipe, n: int, wait: int) -> tuple[dict[str, Array], Array]:
-    """States of the starts, and the first plans: a reference controller whose actions are held."""
+def _starts(env_id: str, n: int) -> dict[str, Array]:
+    """States of the starts."""
+    envs = make_rows(env_id, n)
+    envs.reset(seed=row_seeds(TEST_SEED, n, "test"))
+    state = envs.get_state()
+    envs.close()
+    return state
+
+
+def _first(env_id: str, recipe: Recipe, n: int, wait: int) -> Array:
+    """The first plans, shape (T, n, m): an untrained policy whose actions are held."""
+    if not recipe.controller:
+        return np.zeros((1, n, 1))
     envs = make_rows(env_id, n)
     seen, _ = envs.reset(seed=row_seeds(TEST_SEED, n, "test"))
-    state = envs.get_state()
-    if not recipe.controller:
-        return state, np.zeros((1, n, 1))
     act = untrained_policies(env_id)[recipe.controller](envs)
     actions, running = [], np.ones(n, dtype=bool)
     for k in range(ENVIRONMENTS[env_id].max_episode_steps // recipe.hold):
@@ -167,8 +183,8 @@ def _starts(env_id: str, recipe: Recipe, n: int, wait: int) -> tuple[dict[str, A
     envs.close()
     found = np.array(actions)
     if recipe.n_steps is None:
-        return state, found
-    return state, spread(found, recipe.n_steps, slowed=recipe.n_cuts == 0)
+        return found
+    return spread(found, recipe.n_steps, slowed=recipe.n_cuts == 0)
 
 
 def spread(actions: Array, n_steps: int, slowed: bool) -> Array:
