@@ -39,6 +39,8 @@ def _part(function: Function, **options: bool) -> Function:
     The entries for calls from Python and C would take numba as long as the function itself.
     """
     compiled = _njit(error_model="numpy", **options)(function)
+    if compiled is function:  # with NUMBA_DISABLE_JIT
+        return function
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     inside = _njit(error_model="numpy", **options)(function)
     compiled.get_call_template = inside.get_call_template
