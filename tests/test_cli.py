@@ -200,7 +200,14 @@ def test_ctrl_c_ends_a_command_without_a_word() -> None:
     command = [sys.executable, "-m", "rigid_envs.cli", *words]
     # while LLVM compiles an interrupt can be lost: Python ignores what is raised in its callbacks
     subprocess.run([*command, "--starts", "1"], capture_output=True, check=True)
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # also where these tests run in the background, in which interrupts are ignored
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
     time.sleep(3.0)  # it plans for minutes
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)

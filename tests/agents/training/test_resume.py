@@ -125,8 +125,11 @@ def kill_at_random(folder: Path, values: dict[str, Any], kills: int, seed: int) 
     "variant",
     [
         "ball park",
-        "sac, hindsight, normalized, overflowing",
-        *(pytest.param(each, marks=pytest.mark.long) for each in ("plain", "normalized", "dqn")),
+        *(
+            pytest.param(each, marks=pytest.mark.long)
+            for each in VARIANTS
+            if each not in ("ball park", "tqc")
+        ),
     ],
 )
 def test_a_run_killed_three_times_is_bitwise_the_one_that_never_was(
