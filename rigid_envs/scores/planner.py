@@ -84,7 +84,7 @@ def plan(
     Args:
         env_id: Gymnasium's id.
         n: Number of starts.
-        stored: Plans that are improved; None begins as the recipe says.
+        stored: Plans that are improved; None, or plans of fewer starts, begins as the recipe says.
         tell: Where to say how it goes.
 
     Raises:
@@ -94,6 +94,8 @@ def plan(
     if recipe is None:
         raise ValueError(f"ID = {env_id}; expected one that has a recipe: {sorted(RECIPES)}")
     state, parts = _starts(env_id, n), []
+    if stored is not None and stored.actions.shape[1] < n:
+        stored = None
     if stored is None:
         hold, firsts = recipe.hold, [_first(env_id, recipe, n, wait) for wait in recipe.waits]
     else:

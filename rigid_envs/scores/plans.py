@@ -52,12 +52,17 @@ def file_of_plans(env_id: str, folder: Path = FOLDER) -> Path:
 def write_plans(file: Path, plans: StoredPlans) -> None:
     """Write a file, atomically.
 
+    The first bytes of all numbers come first, then the second ones, and so on, each along the time:
+    compressed, they are a fifth smaller.
+
     Args:
         file: Its path.
         plans: The data.
     """
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, actions=plans.actions, hold=np.array(plans.hold))
+    along = np.ascontiguousarray(plans.actions.transpose(1, 2, 0)[..., None])
+    octets = np.moveaxis(along.astype("<f4").view(np.uint8), -1, 0)
+    np.savez_compressed(buffer, octets=octets, hold=np.array(plans.hold))
     write_atomic(file, buffer.getvalue())
 
 
@@ -72,9 +77,11 @@ def read_plans(file: Path) -> StoredPlans:
     """
     try:
         with np.load(io.BytesIO(read_bytes(file, _LIMIT)), allow_pickle=False) as data:
-            plans = StoredPlans(data["actions"], int(data["hold"]))
-        if plans.actions.dtype != np.float32 or plans.actions.ndim != 3 or plans.hold < 1:
-            raise ValueError("expected float32 actions of shape (T, n, m), and hold from 1")
-        return plans
+            octets, hold = data["octets"], int(data["hold"])
+        if octets.dtype != np.uint8 or octets.ndim != 4 or len(octets) != 4 or hold < 1:
+            raise ValueError("expected bytes of shape (4, n, m, T), and hold from 1")
+        along = np.ascontiguousarray(np.moveaxis(octets, 0, -1)).view("<f4")[..., 0]
+        actions = np.ascontiguousarray(along.transpose(2, 0, 1), dtype=np.float32)
+        return StoredPlans(actions, hold)
     except (KeyError, EOFError, ValueError, zipfile.BadZipFile) as error:
         raise DamagedFileError(f"{file}: {error}; write it anew: rigid-envs best --plan") from error

@@ -28,7 +28,7 @@ def quickest(env_id: str, **settings: Any) -> Any:
 
 @pytest.mark.parametrize(("env_id", "name"), LAWS)
 def test_every_controller_succeeds_from_observations(env_id: str, name: str) -> None:
-    found = rigid_envs.evaluate(env_id, rigid_envs.reference(env_id, name), n=8)
+    found = rigid_envs.evaluate(env_id, rigid_envs.reference(env_id, name), n=20)
     assert found.successes.all()
     assert found.policy == name
 

@@ -63,7 +63,7 @@ def test_metrics_are_those_of_the_motion():
     "env_id", [env_id for env_id, record in ENVIRONMENTS.items() if record.limits]
 )
 def test_no_reference_beats_theory_from_any_start(env_id):
-    n = 8
+    n = 20
     found = evaluate(env_id, best(env_id), n=n)
     envs = make_rows(env_id, n)
     envs.reset(seed=evaluation_seeds(n))
