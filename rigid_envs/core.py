@@ -7,16 +7,18 @@ on which the compiled step and reset of the task work (`rigid_envs.kernels`).
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.kernels.compiler import compiled_for
 from rigid_envs.kernels.layout import CLOCK, FLAGS
-from rigid_envs.kernels.reset_loop import BEGIN, OBSERVE, PARAMETERS_GIVEN
+from rigid_envs.kernels.reset_loop import BEGIN, BEGIN_UNSEEN, OBSERVE, PARAMETERS_GIVEN
 from rigid_envs.kernels.rows import LANES
 from rigid_envs.moment import Moment
 from rigid_envs.tasks.base import Task
@@ -38,8 +40,6 @@ class Core:
         n_rows: number of rows N.
         actions: the action of the next step, written by the caller, float32 (N, n_action).
         observations: last observations, float32 (N, n_observation).
-        results: last cost, reward terms and reward, float64 (2 + n_terms, N).
-        flags: last flags in the order of `FLAGS`, bool (5, N).
         action, observation, result, flag: those of the first row, for a single environment.
     """
 
@@ -49,7 +49,8 @@ class Core:
         """Allocate the buffer; no row has begun an episode."""
         self.task = task
         self.n_rows = n_rows
-        self._n_threads = min(n_threads, -(-n_rows // LANES))
+        self._n_blocks = -(-n_rows // LANES)
+        self._n_threads = min(n_threads, self._n_blocks)
         self._slots = slots_for(task)
         self.buffer, self._settings = new_buffer(task, n_rows, max_steps)
         self._make_views()
@@ -58,13 +59,13 @@ class Core:
         """Advance all rows by one control period under `actions`.
 
         Returns:
-            0 if no flag of any row is set, a positive number if one is; -1 - k if entry k of the
-            (flat) actions is not finite: then no row has changed.
+            0 if no flag of any row is set, a positive number if one is, at least `ENDED` if an
+            episode has ended; -1 - k if entry k of the (flat) actions is not finite: then no row
+            has changed.
         """
-        n_blocks = -(-self.n_rows // LANES)
         if self._n_threads > 1:
-            return self._step_in_threads(n_blocks)
-        return int(self.advance(self.buffer, 0, n_blocks))
+            return self._step_in_threads()
+        return self.advance(self.buffer, 0, self._n_blocks)
 
     def reset(self, rows: Integers, start: Start = DRAWN) -> None:
         """Begin a new episode in the given rows and update their `observations`.
@@ -73,26 +74,48 @@ class Core:
             rows: indices of the rows.
             start: given states and parameters; the rest is drawn.
         """
-        self.task.compiled.reset(self.buffer, rows, BEGIN)
+        self._begin(self.buffer, rows, BEGIN)
         if start.parameters:
             for name, value in start.parameters.items():
                 for position in self.task.parameter_positions()[name]:
                     self._write(rows, parameter_slot(self.task, position), value)
-            self.task.compiled.reset(self.buffer, rows, PARAMETERS_GIVEN)
+            self._begin(self.buffer, rows, PARAMETERS_GIVEN)
         if start.state:
             for k, value in start.state.items():
                 self._write(rows, self._slots.state + k, value)
-            self.task.compiled.reset(self.buffer, rows, OBSERVE)
+            self._begin(self.buffer, rows, OBSERVE)
+
+    def reset_unseen(self, rows: Integers) -> None:
+        """Begin a new episode in the given rows; all results of their last step become zero."""
+        self._begin(self.buffer, rows, BEGIN_UNSEEN)
+
+    def results(self) -> Array:
+        """Last cost, reward terms and reward, shape (2 + n_terms, N), a copy."""
+        return self._of_all_rows(self._results)
+
+    def flags(self) -> npt.NDArray[np.bool_]:
+        """Last flags in the order of `FLAGS`, shape (5, N), a copy."""
+        return self._of_all_rows(self._flags)
 
     def observe(self) -> None:
         """Recompute `observations` from the states of all rows."""
-        self.task.compiled.reset(self.buffer, np.arange(self.n_rows), OBSERVE)
+        self._begin(self.buffer, np.arange(self.n_rows), OBSERVE)
 
     def seed(self, rows: Integers, keys: npt.NDArray[np.uint64]) -> None:
         """Set new random streams of rows; their episode counters restart at 0."""
         high, low = keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)
         for slot, value in ((CLOCK.key_high, high), (CLOCK.key_low, low), (CLOCK.episode, -1.0)):
             self._write(rows, self._slots.clock + slot, value)
+
+    @cached_property
+    def advance(self) -> Callable[[Array, int, int], int]:
+        """Compiled ``step(buffer, first_block, last_block)``: see `step_loop.step_rows`."""
+        return compiled_for(self.task.compiled.step, self.buffer, 0, 0)
+
+    @cached_property
+    def _begin(self) -> Callable[[Array, Integers, int], None]:
+        """Compiled ``reset(buffer, rows, mode)``: see `reset_loop.reset_rows`."""
+        return compiled_for(self.task.compiled.reset, self.buffer, np.zeros(1, np.int64), 0)
 
     @property
     def y(self) -> Array:
@@ -160,7 +183,7 @@ class Core:
             time=float(steps * task.dt),
             cost=float(slots[s.results]),
             reward=float(slots[s.flags - 1]),
-            success=bool(slots[s.flags + FLAGS.is_success]),
+            success=bool(steps and self._flags[FLAGS.is_success, block, lane]),
         )
 
     def get_state(self) -> dict[str, Array]:
@@ -194,6 +217,7 @@ class Core:
             "task": self.task,
             "n_rows": self.n_rows,
             "buffer": self.buffer,
+            "_n_blocks": self._n_blocks,
             "_n_threads": self._n_threads,
             "_slots": self._slots,
             "_settings": self._settings,
@@ -206,33 +230,37 @@ class Core:
 
     def _make_views(self) -> None:
         s, n, slots = self._settings, self.n_rows, self._slots
-        single, byte = self.buffer.view(np.float32), self.buffer.view(np.bool_)
+        single = self.buffer.view(np.float32)
         n_action = len(self.task.episode.prototypes.action)
-        n_blocks = -(-n // LANES)
-        size = n_blocks * slots.total * LANES
-        self._blocks = self.buffer[s.blocks : s.blocks + size].reshape(n_blocks, -1, LANES)
-        end = s.results + (2 + len(self.task.terms)) * n
-        self.results = self.buffer[s.results : end].reshape(-1, n)
-        self.flags = byte[s.flags : s.flags + len(FLAGS) * n].reshape(-1, n)
-        self.advance = self.task.compiled.step  # compiled; see `rigid_envs.kernels.episode`
+        size = self._n_blocks * slots.total * LANES
+        self._blocks = self.buffer[s.blocks : s.blocks + size].reshape(self._n_blocks, -1, LANES)
+        flags = self._blocks[:, slots.packed].view(np.bool_)[:, : len(FLAGS) * LANES]
+        self._flags = flags.reshape(self._n_blocks, -1, LANES).transpose(1, 0, 2)
+        self._results = self._blocks[:, slots.results : slots.flags].transpose(1, 0, 2)
         self.actions = single[s.actions : s.actions + n * n_action].reshape(n, n_action)
         end = s.observations + n * s.n_observation
         self.observations = single[s.observations : end].reshape(n, s.n_observation)
         self.action, self.observation = self.actions[0], self.observations[0]
-        self.result, self.flag = self.results[:, 0], self.flags[:, 0]
+        self.result, self.flag = self._results[:, 0, 0], self._flags[:, 0, 0]
         self._pool: tuple[int, ThreadPoolExecutor] | None = None
 
-    def _step_in_threads(self, n_blocks: int) -> int:
+    def _step_in_threads(self) -> int:
         """Step equal numbers of blocks in threads; the bits are those of one thread."""
         if self._pool is None or self._pool[0] != os.getpid():  # threads do not survive a fork
             self._pool = (os.getpid(), ThreadPoolExecutor(self._n_threads - 1))
-        ends = [n_blocks * k // self._n_threads for k in range(self._n_threads + 1)]
+        ends = [self._n_blocks * k // self._n_threads for k in range(self._n_threads + 1)]
         step, buffer = self.advance, self.buffer
         others = [
             self._pool[1].submit(step, buffer, first, last) for first, last in pairwise(ends[1:])
         ]
         counts = [step(buffer, ends[0], ends[1]), *(other.result() for other in others)]
         return min(counts) if min(counts) < 0 else sum(counts)
+
+    def _of_all_rows(self, blocks: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Values of all rows in an array of its own, from those (k, n_blocks, LANES) of blocks."""
+        if self._n_blocks == 1:
+            return blocks[:, 0, : self.n_rows].copy()
+        return blocks.reshape(len(blocks), -1)[:, : self.n_rows]
 
     def _column(self, slot: int) -> Array:
         """One slot of all rows, shape (N,)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any
 
 import gymnasium as gym
@@ -72,25 +73,25 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
         self._checked_steps = checked_steps(self.task, None)
         self._steps_left = 0  # before `_status` must be checked again
         self._keyed_by: np.random.Generator | None = None
-        self._bind()
+        self._observe = self._observer()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All attributes except those bound to the buffer."""
+        state = self.__dict__.copy()
+        del state["_observe"]
+        state.pop("_row_of_core", None)
+        return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Restore attributes, and bind `step` to the buffer of the copy."""
+        """Restore attributes, and bind them to the buffer of the copy."""
         self.__dict__.update(state)
-        self._bind()
-
-    def _bind(self) -> None:
-        """Collect the objects that `step` uses, to save attribute look-ups."""
-        core = self._core
         self._observe = self._observer()
-        self._row_of_core = (
-            core.advance,
-            core.buffer,
-            core.action,
-            self._observe,
-            core.result,
-            core.flag,
-        )
+
+    @cached_property
+    def _row_of_core(self) -> tuple[Any, ...]:
+        """What `step` uses, together, to save attribute look-ups."""
+        core = self._core
+        return core.advance, core.buffer, core.action, self._observe, core.result, core.flag
 
     def _observer(self) -> Callable[[], Any]:
         """Function that copies the observation from the buffer."""

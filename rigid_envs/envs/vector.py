@@ -28,6 +28,7 @@ from rigid_envs.envs.durations import checked_steps, further_steps
 from rigid_envs.envs.infos import blank_infos, keep_final
 from rigid_envs.envs.streams import seeded_key, seeds_of
 from rigid_envs.envs.task_spaces import action_space, info_keys, observation_space
+from rigid_envs.kernels.step_loop import ENDED
 from rigid_envs.moment import Moment
 from rigid_envs.systems import System
 from rigid_envs.tasks import Task
@@ -39,6 +40,8 @@ Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.int64]
 Observations = npt.NDArray[np.float32]
+
+_NO_ROWS: Rows = np.zeros(0, dtype=np.int64)
 
 
 class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[Any]]):
@@ -108,8 +111,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         everywhere = np.ones(self.num_envs, dtype=np.bool_)
         everywhere.flags.writeable = False
         self._masks: dict[str, Any] = {f"_{key}": everywhere for key in self._keys}
-        self._no_row = ~everywhere
-        self._ended = everywhere.copy()
+        self._ended = self._rows  # rows without a running episode
         self._keyed = False  # whether the rows have random streams
         self._fresh = True
         self._checked_steps = checked_steps(self.task, max_episode_steps)
@@ -143,9 +145,8 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         start = start_from(self.task, len(rows), given.get("state"), given.get("params"))
         self._seed(seed, rows)
         self._core.reset(rows, start)
-        self._ended = self._ended.copy()
-        self._ended[rows] = False
-        self._fresh = self._fresh and bool(self._ended.any())
+        self._ended = np.setdiff1d(self._ended, rows)
+        self._fresh = self._fresh and self._ended.size > 0
         if self.render_mode == "human" and not self._fresh:
             self.render()
         return self._core.observations.copy(), {
@@ -170,7 +171,8 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             ConfigError: without a time limit, an episode is so long that the rates may leave the
                 stability envelope.
         """
-        ended_before = self._check_order()
+        if self._fresh or self.closed or self._ended.size:
+            self._check_order()
         if not self._steps_left:
             self._allow_steps()
         self._steps_left -= 1
@@ -185,15 +187,15 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         raised = core.step()
         if raised < 0:  # raises with the entry that is not finite
             actions_of(self.task, actions, (self.num_envs,), self._name)
-        *numbers, rewards = core.results.copy()
-        terminated, truncated, *flags = core.flags.copy()
+        if self._ended.size:  # NEXT_STEP: rows that had ended are reset instead of stepped
+            core.reset_unseen(self._ended)
+        *numbers, rewards = core.results()
+        terminated, truncated, *flags = core.flags()
         infos = self._masks.copy()
         infos.update(zip(self._keys, (*numbers, *flags)))  # noqa: B905 - strict costs time
-        if ended_before is not None:
-            self._begin_next(ended_before, (rewards, terminated, truncated, *numbers, *flags))
-        self._ended = (terminated | truncated) if raised else self._no_row
-        if raised and self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
-            self._begin_same(infos)
+        self._ended = np.flatnonzero(terminated | truncated) if raised >= ENDED else _NO_ROWS
+        if self._ended.size and self.autoreset_mode is AutoresetMode.SAME_STEP:
+            self._begin_same(infos, terminated | truncated)
         if self.render_mode == "human":
             self.render()
         return core.observations.copy(), rewards, terminated, truncated, infos
@@ -274,7 +276,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             ValueError: missing part or wrong shape; the state is unchanged.
         """
         self._core.set_state(state)
-        self._ended = ~self._core.running
+        self._ended = np.flatnonzero(~self._core.running)
         self._keyed, self._fresh = True, False
         if self._steps_left != math.inf:
             self._steps_left = 0  # the next step checks the clocks
@@ -289,35 +291,23 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         left = self._checked_steps - elapsed
         self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)
 
-    def _check_order(self) -> Rows | None:
-        """Rows that ended in the previous step; None if there are none."""
+    def _check_order(self) -> None:
+        """Refuse a step before a reset, after `close`, or in DISABLED mode of a row that ended."""
         if self.closed:
             raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
         if self._fresh:
             raise ResetNeeded(f"{self._name}: step before the first reset; call reset first")
-        if self._ended is self._no_row or self.autoreset_mode is AutoresetMode.SAME_STEP:
-            return None
-        rows = np.flatnonzero(self._ended)
-        if not len(rows):
-            return None
         if self.autoreset_mode is AutoresetMode.DISABLED:
             raise ResetNeeded(
-                f"{self._name}: row {rows[0]} has ended; in DISABLED mode reset it first, "
+                f"{self._name}: row {self._ended[0]} has ended; in DISABLED mode reset it first, "
                 "with options={'reset_mask': ...}"
             )
-        return rows
 
-    def _begin_next(self, rows: Rows, outputs: tuple[npt.NDArray[Any], ...]) -> None:
-        """NEXT_STEP: rows that had ended are reset instead of stepped; their outputs are zero."""
-        self._core.reset(rows)
-        for output in outputs:
-            output[rows] = 0
-
-    def _begin_same(self, infos: dict[str, Any]) -> None:
+    def _begin_same(self, infos: dict[str, Any], ended: Bools) -> None:
         """SAME_STEP: rows that end now are reset; their last observation and info are kept."""
-        ended = self._ended.copy()
         keep_final(infos, self._keys, ended, self._core.observations.copy())
-        self._core.reset(np.flatnonzero(ended))
+        self._core.reset(self._ended)
+        self._ended = _NO_ROWS
 
     def _seed(self, seed: int | Sequence[int | None] | None, rows: Rows) -> None:
         """Set the random stream of each row, from its seed or else from entropy."""

@@ -19,8 +19,9 @@ from numba import extending
 from numba.core import event
 
 from rigid_envs.kernels.cache import KernelCache, cache_directory, cache_name
+from rigid_envs.kernels.parts import part
 
-__all__ = ["instruction", "kernel", "phase", "routine", "scalar"]
+__all__ = ["compiled_for", "instruction", "kernel", "phase", "routine", "scalar"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -30,22 +31,7 @@ _SLOW = 1.0  # [s] compilations longer than this are announced
 
 def scalar(function: Function) -> Function:
     """Compile a function of scalars and tuples, inlined into the loop that calls it."""
-    return _part(function, forceinline=True)
-
-
-def _part(function: Function, **options: bool) -> Function:
-    """Compile a function for its callers, and for Python only when Python calls it.
-
-    The entries for calls from Python and C would take numba as long as the function itself.
-    """
-    compiled = _njit(error_model="numpy", **options)(function)
-    if compiled is function:  # with NUMBA_DISABLE_JIT
-        return function
-    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    inside = _njit(error_model="numpy", **options)(function)
-    compiled.get_call_template = inside.get_call_template
-    compiled.get_overload = inside.get_overload
-    return cast(Function, compiled)
+    return part(function, forceinline=True)
 
 
 def instruction(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -60,7 +46,7 @@ def phase(function: Function) -> Function:
 
 def routine(function: Function) -> Function:
     """Compile a function that is called once per block, without inlining."""
-    return _part(function)
+    return part(function)
 
 
 def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = ()) -> Function:
@@ -81,6 +67,20 @@ def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = 
         compiled._cache = KernelCache(function, folder, name)
     _labels[compiled] = label.removeprefix("rigid_envs.")
     return cast(Function, compiled)
+
+
+def compiled_for(kernel: Function, *arguments: Any) -> Function:
+    """The machine code of a kernel for arguments of certain types; compiled, or loaded, now.
+
+    A call of it does not look at the types of its arguments, which takes 0.1 us.
+
+    Args:
+        kernel: From `kernel`.
+        arguments: Examples of the types.
+    """
+    if not hasattr(kernel, "compile"):  # with NUMBA_DISABLE_JIT
+        return kernel
+    return cast(Function, kernel.compile(tuple(map(numba.typeof, arguments))))
 
 
 class _Announcer(event.Listener):

@@ -3,11 +3,10 @@
 An environment keeps settings, rows, actions, observations and results in a single array, because a
 call of a compiled function takes 45 ns per array argument, as long as the physics of a row::
 
-    settings | weights, constants, ranges, bounds | block 0 | ... | results | flags | actions | ...
+    settings | weights, constants, ranges, bounds | block 0 | block 1 | ... | actions | observations
 
-Each block holds `LANES` rows; the slots of a row are given by `slots_of`. Results (float64) and
-flags (bytes) are copies from the blocks: the first value of all rows, then the second, and so on.
-Actions and observations are float32, one row after the other.
+Each block holds `LANES` rows; the slots of a row are given by `slots_of`. Actions and observations
+are float32, one row after the other.
 """
 
 from typing import NamedTuple
@@ -96,14 +95,15 @@ class Settings(NamedTuple):
     observed: int
     bounds: int
     blocks: int
-    results: int
-    flags: int
     actions: int
     observations: int
 
 
 class Slots(NamedTuple):
-    """First slot of every part of a row; results are cost, reward terms and reward."""
+    """First slot of every part of a row; results are cost, reward terms and reward.
+
+    `packed` holds the flags again, as bytes: flag k of row i is byte ``k * LANES + i`` of the slot.
+    """
 
     state: int
     inputs: int
@@ -114,6 +114,7 @@ class Slots(NamedTuple):
     action: int
     results: int
     flags: int
+    packed: int
     observation: int
     history: int
     total: int
@@ -142,8 +143,6 @@ def read_settings(buffer: Buffer) -> Settings:
         int(buffer[16]),
         int(buffer[17]),
         int(buffer[18]),
-        int(buffer[19]),
-        int(buffer[20]),
     )
 
 
@@ -160,7 +159,8 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
     action = clock + len(CLOCK)
     results = action + len(prototypes.action)
     flags = results + 2 + len(prototypes.terms)
-    observation = flags + len(FLAGS)
+    packed = flags + len(FLAGS)
+    observation = packed + 1
     history = observation + n_observation
     return Slots(
         0,
@@ -172,6 +172,7 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
         action,
         results,
         flags,
+        packed,
         observation,
         history,
         history + len(prototypes.action) * n_delays,

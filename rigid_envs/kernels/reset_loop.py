@@ -13,6 +13,7 @@ from rigid_envs.kernels.elementary import fma
 from rigid_envs.kernels.layout import (
     CHANNEL,
     CLOCK,
+    FLAGS,
     Buffer,
     Prototypes,
     Settings,
@@ -21,11 +22,11 @@ from rigid_envs.kernels.layout import (
     slots_of,
 )
 from rigid_envs.kernels.observation import observe_rows, publish_rows
-from rigid_envs.kernels.rows import LANES, load, store
+from rigid_envs.kernels.rows import LANES, load, store, store_byte
 
-__all__ = ["BEGIN", "OBSERVE", "PARAMETERS_GIVEN", "reset_rows"]
+__all__ = ["BEGIN", "BEGIN_UNSEEN", "OBSERVE", "PARAMETERS_GIVEN", "reset_rows"]
 
-BEGIN, PARAMETERS_GIVEN, OBSERVE = range(3)  # modes of `reset_rows`
+BEGIN, BEGIN_UNSEEN, PARAMETERS_GIVEN, OBSERVE = range(4)  # modes of `reset_rows`
 
 Function = Callable[..., Any]
 
@@ -36,8 +37,9 @@ def reset_rows(
     """Loop ``reset(buffer, rows, mode)`` of some functions.
 
     It begins a new episode in the given rows and writes their observations. `BEGIN` draws
-    parameters and an initial state. `PARAMETERS_GIVEN`, after it, keeps the parameters and draws
-    the initial state again. `OBSERVE` draws nothing.
+    parameters and an initial state. `BEGIN_UNSEEN` does the same and sets the results of the last
+    step to zero. `PARAMETERS_GIVEN`, after one of these, keeps the parameters and draws the initial
+    state again. `OBSERVE` draws nothing.
     """
 
     def reset(buffer: Buffer, rows: Any, mode: int) -> None:
@@ -47,7 +49,9 @@ def reset_rows(
         for row in rows:
             block, lane = row // LANES, row % LANES
             base = s.blocks + block * slots.total * LANES
-            if mode == BEGIN:
+            if mode == BEGIN_UNSEEN:
+                _clear_results(prototypes, buffer, slots, base, lane)
+            if mode <= BEGIN_UNSEEN:
                 _new_episode(prototypes, buffer, s, slots, base + lane)
                 _draw_parameters(prototypes, buffer, s, slots, base + lane)
             if mode != OBSERVE:
@@ -69,6 +73,16 @@ def _new_episode(
     buffer[clock + CLOCK.running * LANES] = 1.0
     for k in range(len(prototypes.action) * s.n_delays):
         buffer[at + (slots.history + k) * LANES] = 0.0
+
+
+@routine
+def _clear_results(
+    prototypes: Prototypes, buffer: Buffer, slots: Slots, base: int, lane: int
+) -> None:
+    for k in range(2 + len(prototypes.terms)):
+        buffer[base + (slots.results + k) * LANES + lane] = 0.0
+    for k in range(len(FLAGS)):
+        store_byte(buffer, 8 * (base + slots.packed * LANES) + k * LANES + lane, (False,), 1)
 
 
 @routine

@@ -39,6 +39,7 @@ __all__ = [
     "restore_rows",
     "store",
     "store_byte",
+    "store_nonzero",
     "store_single",
 ]
 
@@ -123,6 +124,29 @@ def _store_as(kind: Any) -> Callable[..., None]:
 load, store = _load_as(None), _store_as(None)
 load_single, store_single = _load_as(types.float32), _store_as(types.float32)
 store_byte = _store_as(types.uint8)
+
+
+def _store_nonzero(
+    _context: Any, array: Any, start: Any, place: Any
+) -> tuple[Signature, Callable[..., Any]]:
+    """Write to `LANES` bytes from `place` on whether ``array[start + k]`` is not 0, for every k."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array, start, place = arguments
+        data = context.make_array(signature.args[0])(context, builder, array).data
+        byte, double = ir.IntType(8), ir.VectorType(ir.DoubleType(), LANES)
+        source = builder.bitcast(builder.gep(data, [start]), double.as_pointer())
+        numbers = builder.load(source, align=8)
+        bytes_ = ir.VectorType(byte, LANES)
+        signs = builder.zext(builder.fcmp_unordered("!=", numbers, double(None)), bytes_)
+        target = builder.gep(builder.bitcast(data, byte.as_pointer()), [place])
+        builder.store(signs, builder.bitcast(target, bytes_.as_pointer()), align=1)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, types.intp), generate
+
+
+store_nonzero = instruction(_store_nonzero)
 
 
 @phase

@@ -29,10 +29,12 @@ from rigid_envs.kernels.rows import (
     load,
     load_single,
     store,
-    store_byte,
+    store_nonzero,
 )
 
-__all__ = ["step_rows"]
+__all__ = ["ENDED", "step_rows"]
+
+ENDED = 1 << 40
 
 _ONE = (0.0,)
 _LARGEST = 1e9  # a larger state is a physics error and ends the episode
@@ -54,8 +56,8 @@ def step_rows(
     """Loop ``step(buffer, first_block, last_block)`` of some functions.
 
     It steps all rows of the given blocks by one control period. It returns 0 if no flag of any row
-    is set, a positive number if one is. If action entry k is not finite, no row changes and -1 - k
-    is returned.
+    is set, a positive number if one is, and at least `ENDED` if an episode has ended. If action
+    entry k is not finite, no row changes and -1 - k is returned.
     """
 
     def step(buffer: Buffer, first_block: int, last_block: int) -> int:
@@ -82,7 +84,7 @@ def step_rows(
             h = s.dt / s.n_substeps
             integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
             n_raised += _conclude(outcome, prototypes, buffer, s, slots, base, n, weights, c)
-            _publish_results(prototypes, buffer, s, slots, base, row, n)
+            _pack_flags(buffer, slots, base)
             observe_rows(observe, prototypes, buffer, s, slots, base, 0, n, c)
             publish_rows(buffer, s, slots, base, row, 0, n)
         return n_raised
@@ -115,7 +117,8 @@ def _receive(
 ) -> int:
     """Read actions and clip them to their space; returns how many were clipped."""
     n_action = len(prototypes.action)
-    at, flag = base + slots.action * LANES, base + (slots.flags + FLAGS.action_clipped) * LANES
+    at = base + slots.action * LANES
+    flag = base + (slots.flags + FLAGS.action_clipped) * LANES
     n_clipped = 0
     for i in range(n):
         given = load_single(buffer, s.actions + (row + i) * n_action, prototypes.action, 1)
@@ -146,7 +149,8 @@ def _turn(
         store(buffer, at + i, turn(a, y, aux, p, c), LANES)
     for k in range(len(prototypes.action)):
         for i in range(n):
-            buffer[at + k * LANES + i] += 0.0  # -0 becomes 0
+            a = load(buffer, at + k * LANES + i, _ONE, 1)
+            store(buffer, at + k * LANES + i, (a[0] + 0.0,), 1)  # -0 becomes 0
 
 
 @phase
@@ -183,17 +187,18 @@ def _conclude(
 ) -> int:
     """Write cost, reward terms, reward and flags, and advance the clock.
 
-    Returns how many flags are set. A state that is not finite or too large ends the episode; see
-    `_mend`. Everything is written to the block, at distances known when this is compiled:
-    otherwise the loop would need a check at run time of each pair of places for overlap, more than
-    the compiler makes, and would not become vector instructions.
+    Returns how many rows have a flag, plus `ENDED` times how many episodes ended. A state that is
+    not finite or too large ends the episode; see `_mend`. Everything is written to the block, at
+    distances known when this is compiled: otherwise the loop would need a check at run time of each
+    pair of places for overlap, more than the compiler makes, and would not become vector
+    instructions.
     """
     elapsed = base + (slots.clock + CLOCK.elapsed) * LANES
     running = base + (slots.clock + CLOCK.running) * LANES
     results, flags = base + slots.results * LANES, base + slots.flags * LANES
     reward_at = results + (1 + len(prototypes.terms)) * LANES
     broken_flag = flags + FLAGS.physics_error * LANES
-    n_broken, n_raised = 0, 0
+    n_broken, n_raised, n_ended = 0, 0, 0
     for i in range(n):
         y = load(buffer, base + i, prototypes.state, LANES)
         u = load(buffer, base + slots.inputs * LANES + i, prototypes.inputs, LANES)
@@ -210,12 +215,13 @@ def _conclude(
         over, late = done | (broken != 0), steps >= s.max_steps
         store(buffer, running + i, (select(over | late, 0.0, 1.0),), 1)
         n_raised += over | late | success
+        n_ended += over | late
         store(buffer, flags + i, (_number(over), _number(late), _number(success)), LANES)
         store(buffer, broken_flag + i, (float(broken),), 1)
         n_broken += broken
     if n_broken:
         _mend(prototypes, buffer, slots, base, n)
-    return n_raised
+    return n_raised + ENDED * n_ended
 
 
 # A loop over the numbers of a row is unrolled before it reaches the loop over the rows only in a
@@ -256,16 +262,9 @@ def _mend(
                 buffer[base + (slots.results + k) * LANES + i] = 0.0
 
 
-@phase
-def _publish_results(
-    prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, base: int, row: int, n: int
-) -> None:
-    """Copy results and flags of a block to the parts of the buffer that hold them for all rows."""
-    for k in range(2 + len(prototypes.terms)):
-        source, target = base + (slots.results + k) * LANES, s.results + k * s.n_rows + row
-        for i in range(n):
-            store(buffer, target + i, load(buffer, source + i, _ONE, 1), 1)
+@routine
+def _pack_flags(buffer: Buffer, slots: Slots, base: int) -> None:
+    """Write the flags of a block again, as bytes."""
     for k in range(len(FLAGS)):
-        source, target = base + (slots.flags + k) * LANES, s.flags + k * s.n_rows + row
-        for i in range(n):
-            store_byte(buffer, target + i, (load(buffer, source + i, _ONE, 1)[0] != 0.0,), 1)
+        flag, byte = base + (slots.flags + k) * LANES, 8 * (base + slots.packed * LANES) + k * LANES
+        store_nonzero(buffer, flag, byte)

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.kernels.layout import CHANNEL, FLAGS, Settings, Slots, slots_of
+from rigid_envs.kernels.layout import CHANNEL, Settings, Slots, slots_of
 from rigid_envs.kernels.rows import LANES
 from rigid_envs.tasks.base import Task
 
@@ -37,9 +37,7 @@ def new_buffer(
     noise, blur, delay = (high for _, high in ranges[-len(CHANNEL) :])
     n_head = len(Settings._fields)
     blocks = _blocks_up(n_head + len(tail))
-    results = blocks + _blocks_up(n_rows) * slots.total
-    flags = results + (2 + len(task.terms)) * n_rows
-    actions = 2 * (flags + -(-len(FLAGS) * n_rows // 8))
+    actions = 2 * (blocks + _blocks_up(n_rows) * slots.total)
     observations = actions + len(task.episode.prototypes.action) * n_rows
     settings = Settings(
         n_rows=n_rows,
@@ -59,8 +57,6 @@ def new_buffer(
         observed=n_head + len(weights) + len(constants) + 2 * len(ranges),
         bounds=n_head + len(weights) + len(constants) + 2 * len(ranges) + len(observed),
         blocks=blocks,
-        results=results,
-        flags=8 * flags,
         actions=actions,
         observations=observations,
     )
