@@ -6,9 +6,7 @@ on which the compiled step and reset of the task work (`rigid_envs.kernels`).
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -24,6 +22,7 @@ from rigid_envs.moment import Moment
 from rigid_envs.tasks.base import Task
 from rigid_envs.tasks.buffer import new_buffer, parameter_slot, slots_for
 from rigid_envs.tasks.starts import Start
+from rigid_envs.workers import Workers
 
 __all__ = ["Core"]
 
@@ -183,7 +182,7 @@ class Core:
             time=float(steps * task.dt),
             cost=float(slots[s.results]),
             reward=float(slots[s.flags - 1]),
-            success=bool(steps and self._flags[FLAGS.is_success, block, lane]),
+            success=bool(slots[s.flags + FLAGS.is_success]),
         )
 
     def get_state(self) -> dict[str, Array]:
@@ -235,31 +234,29 @@ class Core:
         size = self._n_blocks * slots.total * LANES
         self._blocks = self.buffer[s.blocks : s.blocks + size].reshape(self._n_blocks, -1, LANES)
         flags = self._blocks[:, slots.packed].view(np.bool_)[:, : len(FLAGS) * LANES]
-        self._flags = flags.reshape(self._n_blocks, -1, LANES).transpose(1, 0, 2)
-        self._results = self._blocks[:, slots.results : slots.flags].transpose(1, 0, 2)
+        flags = flags.reshape(self._n_blocks, -1, LANES).transpose(1, 0, 2)
+        results = self._blocks[:, slots.results : slots.flags].transpose(1, 0, 2)
+        self.result, self.flag = results[:, 0, 0], flags[:, 0, 0]
+        # of a single block (k, N), ready to be copied
+        self._results = results if self._n_blocks > 1 else results[:, 0, :n]
+        self._flags = flags if self._n_blocks > 1 else flags[:, 0, :n]
         self.actions = single[s.actions : s.actions + n * n_action].reshape(n, n_action)
         end = s.observations + n * s.n_observation
         self.observations = single[s.observations : end].reshape(n, s.n_observation)
         self.action, self.observation = self.actions[0], self.observations[0]
-        self.result, self.flag = self._results[:, 0, 0], self._flags[:, 0, 0]
-        self._pool: tuple[int, ThreadPoolExecutor] | None = None
+        self._workers = Workers(self._n_threads - 1)
 
     def _step_in_threads(self) -> int:
         """Step equal numbers of blocks in threads; the bits are those of one thread."""
-        if self._pool is None or self._pool[0] != os.getpid():  # threads do not survive a fork
-            self._pool = (os.getpid(), ThreadPoolExecutor(self._n_threads - 1))
         ends = [self._n_blocks * k // self._n_threads for k in range(self._n_threads + 1)]
-        step, buffer = self.advance, self.buffer
-        others = [
-            self._pool[1].submit(step, buffer, first, last) for first, last in pairwise(ends[1:])
-        ]
-        counts = [step(buffer, ends[0], ends[1]), *(other.result() for other in others)]
+        calls = [(self.buffer, first, last) for first, last in pairwise(ends)]
+        counts = self._workers.run(self.advance, calls)
         return min(counts) if min(counts) < 0 else sum(counts)
 
     def _of_all_rows(self, blocks: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Values of all rows in an array of its own, from those (k, n_blocks, LANES) of blocks."""
-        if self._n_blocks == 1:
-            return blocks[:, 0, : self.n_rows].copy()
+        """Values (k, N) in a new array, from (k, n_blocks, LANES), or from (k, N) of one block."""
+        if blocks.ndim == 2:
+            return blocks.copy()
         return blocks.reshape(len(blocks), -1)[:, : self.n_rows]
 
     def _column(self, slot: int) -> Array:

@@ -76,11 +76,9 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
         self._observe = self._observer()
 
     def __getstate__(self) -> dict[str, Any]:
-        """All attributes except those bound to the buffer."""
-        state = self.__dict__.copy()
-        del state["_observe"]
-        state.pop("_row_of_core", None)
-        return state
+        """All attributes except the display and those bound to the buffer."""
+        bound = ("_observe", "_row_of_core")
+        return {key: value for key, value in super().__getstate__().items() if key not in bound}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore attributes, and bind them to the buffer of the copy."""

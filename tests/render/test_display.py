@@ -67,7 +67,7 @@ def test_a_vector_environment_gives_a_picture_for_each_row():
     assert [picture.shape for picture in pictures] == [(64, 96, 3)] * 3
     single = gym.make(PARK, render_mode="rgb_array", width=96, height=64)
     single.reset(seed=2)
-    assert single.render().tobytes() == pictures[1].tobytes()
+    assert np.array_equal(single.render(), pictures[1])
 
 
 def test_render_rows_limits_the_pictures():
@@ -110,12 +110,12 @@ def test_a_path_begins_anew_with_the_episode():
         env.step(np.ones(2, dtype=np.float32))
         env.render()
     env.reset(seed=5)
-    assert env.render().tobytes() == fresh.tobytes()
+    assert np.array_equal(env.render(), fresh)
 
 
 def test_rendering_twice_gives_the_same_picture():
     env = played(PARK)
-    assert env.render().tobytes() == env.render().tobytes()
+    assert np.array_equal(env.render(), env.render())
 
 
 def test_a_copy_of_a_rendered_environment_renders_by_itself():
@@ -124,7 +124,7 @@ def test_a_copy_of_a_rendered_environment_renders_by_itself():
     copy = pickle.loads(pickle.dumps(env))
     copy.reset(seed=9)
     env.reset(seed=9)
-    assert copy.render().tobytes() == env.render().tobytes()
+    assert np.array_equal(copy.render(), env.render())
 
 
 def _picture(queue):
@@ -139,7 +139,7 @@ def test_other_processes_render_the_same_picture(method):
     queue = context.Queue()
     child = context.Process(target=_picture, args=(queue,))
     child.start()
-    assert queue.get(timeout=120).tobytes() == expected.tobytes()
+    assert np.array_equal(queue.get(timeout=120), expected)
     child.join(timeout=60)
 
 
