@@ -137,13 +137,8 @@ def test_a_run_of_another_process_is_tried_again_later(
     assert answers[:2] == [True, False] and not answers[-1] and place(tmp_path).exists()
 
 
-@pytest.mark.parametrize(
-    "number",
-    [
-        signal.SIGKILL,
-        *(pytest.param(each, marks=pytest.mark.long) for each in (signal.SIGINT, signal.SIGTERM)),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
 def test_a_command_that_is_ended_leaves_no_process_behind_and_goes_on(
     tmp_path: Path, number: signal.Signals
 ) -> None:
