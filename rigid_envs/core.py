@@ -70,7 +70,7 @@ class Core:
         """Begin a new episode in the given rows and update their `observations`.
 
         Args:
-            rows: indices of the rows.
+            rows: indices of the rows, int64, contiguous: compiled code takes them as they are.
             start: given states and parameters; the rest is drawn.
         """
         self._begin(self.buffer, rows, BEGIN)

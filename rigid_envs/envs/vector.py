@@ -187,15 +187,18 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         raised = core.step()
         if raised < 0:  # raises with the entry that is not finite
             actions_of(self.task, actions, (self.num_envs,), self._name)
-        if self._ended.size:  # NEXT_STEP: rows that had ended are reset instead of stepped
-            core.reset_unseen(self._ended)
+        if self._ended.size and self.autoreset_mode is AutoresetMode.NEXT_STEP:
+            core.reset_unseen(self._ended)  # rows that had ended are reset instead of stepped
         *numbers, rewards = core.results()
         terminated, truncated, *flags = core.flags()
         infos = self._masks.copy()
         infos.update(zip(self._keys, (*numbers, *flags)))  # noqa: B905 - strict costs time
-        self._ended = np.flatnonzero(terminated | truncated) if raised >= ENDED else _NO_ROWS
-        if self._ended.size and self.autoreset_mode is AutoresetMode.SAME_STEP:
-            self._begin_same(infos, terminated | truncated)
+        self._ended = _NO_ROWS
+        if raised >= ENDED:
+            ended = terminated | truncated
+            self._ended = np.flatnonzero(ended)
+            if self.autoreset_mode is AutoresetMode.SAME_STEP:
+                self._begin_same(infos, ended)
         if self.render_mode == "human":
             self.render()
         return core.observations.copy(), rewards, terminated, truncated, infos

@@ -34,7 +34,7 @@ from rigid_envs.kernels.rows import (
 
 __all__ = ["ENDED", "step_rows"]
 
-ENDED = 1 << 40
+ENDED = 1 << 40  # more than rows that have a flag
 
 _ONE = (0.0,)
 _LARGEST = 1e9  # a larger state is a physics error and ends the episode

@@ -166,11 +166,12 @@ class Model:
             core.actions[...] = actions[t]
             for k in range(t * self.repeat, (t + 1) * self.repeat):
                 core.step()
-                won = core.flags()[FLAGS.is_success]
+                flags = core.flags()
+                won = flags[FLAGS.is_success]
                 costs += np.where(ended, 0.0, core.results()[0])
                 successes = np.where(ended, successes, won)
                 failed[~ended & ~won] = k + 1
-                ended |= core.flags()[FLAGS.terminated]
+                ended |= flags[FLAGS.terminated]
             y[t + 1] = core.y
             if aux.shape[2]:
                 aux[t + 1] = core.auxiliary(*self.task.aux_names).reshape(core.n_rows, -1)
@@ -245,7 +246,7 @@ class Model:
             self._core.set_state(self._state)
             self._core.actions[...] = unit
             self._core.step()
-            costs.append(self._core.results()[0].copy())
+            costs.append(self._core.results()[0])
         return np.array(costs)
 
 

@@ -33,10 +33,11 @@ def python(*words: str, cache: Path) -> str:
 
 
 def test_later_processes_find_what_was_compiled(tmp_path: Path) -> None:
-    command = ("-m", "rigid_envs.cli", "compile", "BallGrid", "--frame", "world", "--jobs", "1")
+    command = ("-m", "rigid_envs.cli", "compile", "BallGrid", "--frame", "world", "--jobs", "2")
     assert python(*command, cache=tmp_path).startswith("2 kernels compiled in ")
     assert len(list(tmp_path.rglob("*.nbc"))) == 2
     assert "compiled" not in python("-c", STEP, cache=tmp_path)
+    assert "0 kernels compiled in " in python(*command, cache=tmp_path)
 
 
 def test_both_frames_are_compiled_and_the_rewards_of_goals() -> None:
