@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.kernels.compiler import compiled_for
+from rigid_envs.kernels.compiler import COMPILES, compiled_for
 from rigid_envs.kernels.layout import CLOCK, FLAGS
 from rigid_envs.kernels.reset_loop import BEGIN, BEGIN_UNSEEN, OBSERVE, PARAMETERS_GIVEN
 from rigid_envs.kernels.rows import LANES
@@ -49,7 +48,7 @@ class Core:
         self.task = task
         self.n_rows = n_rows
         self._n_blocks = -(-n_rows // LANES)
-        self._n_threads = min(n_threads, self._n_blocks)
+        self._n_threads = min(n_threads, self._n_blocks) if COMPILES else 1
         self._slots = slots_for(task)
         self.buffer, self._settings = new_buffer(task, n_rows, max_steps)
         self._make_views()
@@ -63,7 +62,7 @@ class Core:
             has changed.
         """
         if self._n_threads > 1:
-            return self._step_in_threads()
+            return self._workers.step()
         return self.advance(self.buffer, 0, self._n_blocks)
 
     def reset(self, rows: Integers, start: Start = DRAWN) -> None:
@@ -115,6 +114,11 @@ class Core:
     def _begin(self) -> Callable[[Array, Integers, int], None]:
         """Compiled ``reset(buffer, rows, mode)``: see `reset_loop.reset_rows`."""
         return compiled_for(self.task.compiled.reset, self.buffer, np.zeros(1, np.int64), 0)
+
+    @cached_property
+    def _workers(self) -> Workers:
+        """The threads that share a step."""
+        return Workers(self.task.compiled.step, self.buffer, self._n_blocks, self._n_threads)
 
     @property
     def y(self) -> Array:
@@ -244,14 +248,6 @@ class Core:
         end = s.observations + n * s.n_observation
         self.observations = single[s.observations : end].reshape(n, s.n_observation)
         self.action, self.observation = self.actions[0], self.observations[0]
-        self._workers = Workers(self._n_threads - 1)
-
-    def _step_in_threads(self) -> int:
-        """Step equal numbers of blocks in threads; the bits are those of one thread."""
-        ends = [self._n_blocks * k // self._n_threads for k in range(self._n_threads + 1)]
-        calls = [(self.buffer, first, last) for first, last in pairwise(ends)]
-        counts = self._workers.run(self.advance, calls)
-        return min(counts) if min(counts) < 0 else sum(counts)
 
     def _of_all_rows(self, blocks: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Values (k, N) in a new array, from (k, n_blocks, LANES), or from (k, N) of one block."""

@@ -1,67 +1,82 @@
-"""Threads that run compiled functions side by side, parked between calls."""
+"""Threads that step the rows of an environment together."""
 
 from __future__ import annotations
 
 import os
 import threading
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.kernels.compiler import address_of
+from rigid_envs.kernels.team import is_asleep, lead, new_board, serve, wake
+
 __all__ = ["Workers"]
 
-Job = tuple[Callable[..., int], tuple[Any, ...], "SimpleQueue[int]"]
-Inbox = SimpleQueue[Job | None]
+Inbox = SimpleQueue[bool]
 
 
 class Workers:
-    """Threads of one owner.
+    """Threads of one owner, and the one that calls.
 
-    They start at the first call, sleep between calls, and end with the owner of this object or with
-    the process. After a fork the child starts threads of its own.
+    They start at the first step, sleep some time after the last one, and end with the owner of this
+    object or with the process. After a fork the child starts threads of its own.
 
     Args:
-        count: number of threads beside the caller's.
+        step: compiled ``step(buffer, first_block, last_block)``: see `step_loop.step_rows`.
+        buffer: data of the rows.
+        n_blocks: number of blocks.
+        count: number of threads, the caller's included.
     """
 
-    def __init__(self, count: int) -> None:
+    def __init__(
+        self,
+        step: Callable[..., int],
+        buffer: npt.NDArray[np.float64],
+        n_blocks: int,
+        count: int,
+    ) -> None:
         """No thread is started yet."""
-        self._count = count
+        self._step, self._buffer = step, buffer
+        self._n_blocks, self._count = n_blocks, count
         self._inboxes: list[Inbox] = []
         self._process = 0
 
-    def run(self, function: Callable[..., int], calls: Sequence[tuple[Any, ...]]) -> list[int]:
-        """Results of a function that raises nothing, for several arguments at once.
+    def step(self) -> int:
+        """Step all blocks; the bits are those of one thread.
 
-        Args:
-            function: compiled, so that it does not hold the interpreter lock.
-            calls: arguments of every call, at most one more than there are threads; the last one
-                is made by the caller.
+        Returns:
+            What the step of all blocks returns: see `Core.step`.
         """
         if self._process != os.getpid():
             self._start()
-        results: SimpleQueue[int] = SimpleQueue()  # a new one: an interrupted call leaves some
-        for inbox, arguments in zip(self._inboxes, calls[:-1], strict=False):
-            inbox.put((function, arguments, results))
-        own = function(*calls[-1])
-        return [own, *(results.get() for _ in calls[:-1])]
+        board = self._arguments[3]
+        for k, inbox in enumerate(self._inboxes):
+            if is_asleep(board, k):
+                wake(board, k)
+                inbox.put(True)
+        return lead(*self._arguments)
 
     def _start(self) -> None:
-        self._inboxes = [SimpleQueue() for _ in range(self._count)]
+        address = address_of(self._step, self._buffer, 0, 0)
+        board = new_board(self._count)
+        self._arguments = address, self._buffer, self._n_blocks, board, self._count
+        self._inboxes = [SimpleQueue() for _ in range(self._count - 1)]
         self._process = os.getpid()
-        for inbox in self._inboxes:
-            threading.Thread(target=_work, args=(inbox,), daemon=True).start()
+        for k, inbox in enumerate(self._inboxes):
+            threading.Thread(target=_work, args=(inbox, *self._arguments, k), daemon=True).start()
         weakref.finalize(self, _end, self._inboxes)
 
 
-def _work(inbox: Inbox) -> None:
-    while (job := inbox.get()) is not None:
-        function, arguments, results = job
-        results.put(function(*arguments))
-        del job, function, arguments, results  # what is left of the last job must not live on
+def _work(inbox: Inbox, *arguments: Any) -> None:
+    while inbox.get():
+        serve(*arguments)
 
 
 def _end(inboxes: list[Inbox]) -> None:
     for inbox in inboxes:
-        inbox.put(None)
+        inbox.put(False)

@@ -6,13 +6,45 @@ import threading
 import time
 
 import numba
+import numpy as np
+import pytest
 
+from rigid_envs.kernels.team import _read, _write, is_asleep
 from rigid_envs.workers import Workers
 
 
 @numba.njit(nogil=True)
-def double(x):
-    return 2 * x
+def count(buffer, first, last):
+    for k in range(first, last):
+        buffer[k] += 1.0
+    return last - first
+
+
+@numba.njit(nogil=True)
+def refuse(buffer, first, last):
+    return -7 if last == len(buffer) else 3
+
+
+@numba.njit(nogil=True)
+def meet(buffer, first, last):
+    """1 if all shares of one block are under way at the same time, which takes as many threads."""
+    under_way = buffer.view(np.int64)
+    _write(under_way, first, 1)
+    for _ in range(100_000):
+        count = 0
+        for k in range(len(under_way)):
+            count += _read(under_way, k)
+        if count == len(under_way):
+            return 1
+    return 0
+
+
+def team(n_blocks=6, n_threads=3, step=count):
+    return Workers(step, np.zeros(n_blocks), n_blocks, n_threads)
+
+
+def blocks_of(workers):
+    return workers._buffer
 
 
 def threads_now():
@@ -21,64 +53,72 @@ def threads_now():
 
 def waited_for(condition):
     end = time.monotonic() + 30
-    while not condition() and time.monotonic() < end:
+    while not (holds := condition()) and time.monotonic() < end:
         time.sleep(0.001)
-    return condition()
+    return holds
 
 
-def test_every_call_is_made_once():
-    workers = Workers(3)
-    for n in (1, 2, 3, 4):
-        assert sorted(workers.run(double, [(k,) for k in range(n)])) == [2 * k for k in range(n)]
+def all_sleep(workers):
+    board = workers._arguments[3]
+    return all(is_asleep(board, k) for k in range(len(workers._inboxes)))
 
 
-def test_threads_start_with_the_first_call_and_stay():
+@pytest.mark.parametrize("n_threads", [1, 2, 3, 4])
+@pytest.mark.parametrize("n_blocks", [4, 5, 64])
+def test_every_block_is_stepped_once(n_threads, n_blocks):
+    workers = team(n_blocks, n_threads)
+    for k in range(2000):
+        assert workers.step() == n_blocks
+        assert (blocks_of(workers) == k + 1).all()
+
+
+def test_threads_that_fall_asleep_wake_up():
+    workers = team()
+    for k in range(20):
+        assert workers.step() == 6 and (blocks_of(workers) == k + 1).all()
+        assert waited_for(lambda: all_sleep(workers))
+
+
+def test_shares_run_side_by_side():
+    workers = team(n_blocks=3, step=meet)
+
+    def all_met():
+        blocks_of(workers)[:] = 0.0
+        return workers.step() == 3
+
+    assert waited_for(all_met)  # threads that come late are not waited for
+
+
+def test_a_refusal_of_one_share_is_that_of_all():
+    workers = team(step=refuse)
+    assert [workers.step() for _ in range(100)] == [-7] * 100
+
+
+def test_threads_start_with_the_first_step_and_stay():
     before = threads_now()
-    workers = Workers(2)
+    workers = team()
     assert threads_now() == before
-    workers.run(double, [(1,), (2,), (3,)])
+    workers.step()
     started = threads_now() - before
     assert len(started) == 2
     for _ in range(100):
-        workers.run(double, [(1,), (2,), (3,)])
+        workers.step()
     assert threads_now() - before == started
 
 
 def test_threads_end_with_their_owner():
     before = threads_now()
     for _ in range(50):
-        Workers(2).run(double, [(1,), (2,), (3,)])
+        team().step()
     gc.collect()
     assert waited_for(lambda: threads_now() <= before)
 
 
-def test_a_result_that_was_not_waited_for_is_not_taken_for_another():
-    workers = Workers(1)
-    started, go_on = threading.Event(), threading.Event()
-
-    def slow(x):
-        started.set()
-        go_on.wait(30)
-        return x
-
-    def interrupted(x):
-        if x == 1:
-            return slow(x)
-        assert started.wait(30)
-        raise KeyboardInterrupt
-
-    try:
-        workers.run(interrupted, [(1,), (2,)])
-    except KeyboardInterrupt:
-        go_on.set()
-    assert sorted(workers.run(double, [(5,), (6,)])) == [10, 12]
-
-
 def test_a_forked_process_has_threads_of_its_own():
-    workers = Workers(1)
-    workers.run(double, [(1,), (2,)])
+    workers = team()
+    assert workers.step() == 6
     child = os.fork()
     if child == 0:
-        os._exit(0 if sorted(workers.run(double, [(1,), (2,)])) == [2, 4] else 1)
+        os._exit(0 if workers.step() == 6 and (blocks_of(workers) == 2).all() else 1)
     assert os.waitpid(child, 0)[1] == 0
-    assert sorted(workers.run(double, [(3,), (4,)])) == [6, 8]
+    assert workers.step() == 6 and (blocks_of(workers) == 2).all()

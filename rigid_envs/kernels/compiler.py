@@ -21,11 +21,23 @@ from numba.core import event
 from rigid_envs.kernels.cache import KernelCache, cache_directory, cache_name
 from rigid_envs.kernels.parts import part
 
-__all__ = ["compiled_for", "instruction", "kernel", "phase", "routine", "scalar"]
+__all__ = [
+    "COMPILES",
+    "address_of",
+    "compiled_for",
+    "instruction",
+    "kernel",
+    "phase",
+    "routine",
+    "scalar",
+]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-_njit: Any = numba.njit  # knows more options than its types say
+_numba: Any = numba  # knows more than its types say
+COMPILES: bool = not _numba.config.DISABLE_JIT
+"""Whether functions are compiled; with ``NUMBA_DISABLE_JIT=1`` they run as plain Python."""
+
 _SLOW = 1.0  # [s] compilations longer than this are announced
 
 
@@ -61,7 +73,7 @@ def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = 
         parts: Functions, classes and tuples of numbers in a closure.
     """
     label = label or f"{function.__module__}.{function.__name__}"
-    compiled = _njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
+    compiled = _numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
     folder, name = cache_directory(), cache_name(label, parts or (function,))
     if folder is not None and name is not None:
         compiled._cache = KernelCache(function, folder, name)
@@ -78,9 +90,24 @@ def compiled_for(kernel: Function, *arguments: Any) -> Function:
         kernel: From `kernel`.
         arguments: Examples of the types.
     """
-    if not hasattr(kernel, "compile"):  # with NUMBA_DISABLE_JIT
+    if not COMPILES:
         return kernel
-    return cast(Function, kernel.compile(tuple(map(numba.typeof, arguments))))
+    compiled: Any = kernel
+    return cast(Function, compiled.compile(tuple(map(numba.typeof, arguments))))
+
+
+def address_of(kernel: Function, *arguments: Any) -> int:
+    """Address of the machine code of a kernel for arguments of certain types.
+
+    Args:
+        kernel: From `kernel`.
+        arguments: Examples of the types.
+    """
+    signature = tuple(map(numba.typeof, arguments))
+    compiled: Any = kernel
+    compiled.compile(signature)
+    result = compiled.overloads[signature]
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
 
 
 class _Announcer(event.Listener):

@@ -1,0 +1,184 @@
+"""Threads that share the blocks of a step, without the interpreter's lock.
+
+To wake a thread that sleeps takes as long as a step of some thousand rows. A thread that has worked
+therefore looks for some time whether there is more to do, and sleeps only then. The thread that
+leads a step takes the share of each that is not there in time: it waits for none to wake up.
+
+What they share is in a *board* of integers, each in a cache line of its own: the next share, how
+many are at work, which sleep, and what a share returned.
+"""
+
+import platform
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+import numpy.typing as npt
+from llvmlite import ir
+from numba.core import cgutils
+from numba.core.typing.templates import Signature
+
+from rigid_envs.kernels.compiler import instruction, kernel, phase
+from rigid_envs.kernels.layout import Buffer
+
+types: Any = numba.types  # untyped
+_cgutils: Any = cgutils
+Board = npt.NDArray[np.int64]
+
+__all__ = ["Board", "is_asleep", "lead", "new_board", "serve", "wake"]
+
+_LINE = 8  # integers in a cache line
+_NEXT, _AT_WORK, _SHARES = 0, _LINE, 2 * _LINE  # of share k: what it returned, whether k sleeps
+_PATIENCE = 4000  # looks for work before a thread sleeps, 0.1 to 0.2 ms
+
+
+def new_board(n_shares: int) -> Board:
+    """A board without work, all asleep."""
+    board = np.zeros(_SHARES + n_shares * _LINE, dtype=np.int64)
+    board[_NEXT] = n_shares
+    board[_SHARES + 1 :: _LINE] = 1
+    return board
+
+
+def is_asleep(board: Board, k: int) -> bool:
+    """Whether thread k sleeps, or is about to."""
+    return bool(board.item(_SHARES + k * _LINE + 1))
+
+
+def wake(board: Board, k: int) -> None:
+    """Note that thread k is being woken."""
+    board[_SHARES + k * _LINE + 1] = 0
+
+
+def _place(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Pointer to ``board[k]``."""
+    data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+    return builder.gep(data, [arguments[1]])
+
+
+@instruction
+def _read(_context: Any, board: Any, k: Any) -> tuple[Signature, Callable[..., Any]]:
+    """``board[k]``, as other threads have left it."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        place = _place(context, builder, signature, arguments)
+        return builder.load_atomic(place, "seq_cst", 8)
+
+    return types.int64(board, types.intp), generate
+
+
+@instruction
+def _write(_context: Any, board: Any, k: Any, value: Any) -> tuple[Signature, Callable[..., Any]]:
+    """Set ``board[k]``, after all that was written before."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        place = _place(context, builder, signature, arguments)
+        builder.store_atomic(arguments[2], place, "seq_cst", 8)
+        return context.get_dummy_value()
+
+    return types.void(board, types.intp, types.int64), generate
+
+
+@instruction
+def _add(_context: Any, board: Any, k: Any, value: Any) -> tuple[Signature, Callable[..., Any]]:
+    """Add to ``board[k]``; returns what it was."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        place = _place(context, builder, signature, arguments)
+        return builder.atomic_rmw("add", place, arguments[2], "seq_cst")
+
+    return types.int64(board, types.intp, types.int64), generate
+
+
+@instruction
+def _pause(_context: Any) -> tuple[Signature, Callable[..., Any]]:
+    """Tell an x86 processor that the thread waits for another, which may share its core."""
+
+    def generate(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+        if platform.machine() in ("x86_64", "AMD64"):
+            kind = ir.FunctionType(ir.VoidType(), [])
+            name = "llvm.x86.sse2.pause"
+            builder.call(_cgutils.get_or_insert_function(builder.module, kind, name), [])
+        return context.get_dummy_value()
+
+    return types.void(), generate
+
+
+@instruction
+def _call(
+    _context: Any, address: Any, buffer: Any, first: Any, last: Any
+) -> tuple[Signature, Callable[..., Any]]:
+    """Call the machine code of a step at an address; it raises nothing."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        result, given, convention = signature.return_type, signature.args[1:], context.call_conv
+        kind = convention.get_function_type(result, given).as_pointer()
+        function = builder.inttoptr(arguments[0], kind)
+        _, value = convention.call_function(builder, function, result, given, arguments[1:])
+        return value
+
+    return types.int64(types.int64, buffer, types.int64, types.int64), generate
+
+
+@phase
+def _take_shares(address: int, buffer: Buffer, n_blocks: int, board: Board, n_shares: int) -> None:
+    """Step shares that nobody has taken, until there is none."""
+    k = _add(board, _NEXT, 1)
+    while k < n_shares:
+        first, last = n_blocks * k // n_shares, n_blocks * (k + 1) // n_shares
+        board[_SHARES + k * _LINE] = _call(address, buffer, first, last)
+        k = _add(board, _NEXT, 1)
+
+
+@kernel
+def lead(address: int, buffer: Buffer, n_blocks: int, board: Board, n_shares: int) -> int:
+    """Step all blocks, with the threads that serve.
+
+    Args:
+        address: Of the machine code of ``step(buffer, first_block, last_block)``.
+        buffer: Data of the rows.
+        n_blocks: Number of blocks.
+        board: From `new_board`.
+        n_shares: Number of shares.
+
+    Returns:
+        The sum of what the shares returned; a negative one if there is one.
+    """
+    _write(board, _NEXT, 0)
+    _take_shares(address, buffer, n_blocks, board, n_shares)
+    while _read(board, _AT_WORK) > 0:
+        _pause()
+    total = 0
+    for k in range(n_shares):
+        result: int = board[_SHARES + k * _LINE]
+        if result < 0:
+            return result
+        total += result
+    return total
+
+
+@kernel
+def serve(
+    address: int, buffer: Buffer, n_blocks: int, board: Board, n_shares: int, me: int
+) -> None:
+    """Take shares of steps, until there has been none for some time.
+
+    Args:
+        address: As in `lead`; and so are the others.
+        buffer: Data of the rows.
+        n_blocks: Number of blocks.
+        board: From `new_board`.
+        n_shares: Number of shares.
+        me: Number of this thread.
+    """
+    n_looks = 0
+    while n_looks < _PATIENCE:
+        n_looks += 1
+        _pause()
+        if _read(board, _NEXT) < n_shares:
+            _add(board, _AT_WORK, 1)
+            _take_shares(address, buffer, n_blocks, board, n_shares)
+            _add(board, _AT_WORK, -1)
+            n_looks = 0
+    _write(board, _SHARES + me * _LINE + 1, 1)
