@@ -7,7 +7,7 @@ on which the compiled step and reset of the task work (`rigid_envs.kernels`).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -53,17 +53,31 @@ class Core:
         self.buffer, self._settings = new_buffer(task, n_rows, max_steps)
         self._make_views()
 
-    def step(self) -> int:
-        """Advance all rows by one control period under `actions`.
+    # Attributes that hold functions: to bind a method takes a part of the time of a few rows.
 
-        Returns:
-            0 if no flag of any row is set, a positive number if one is, at least `ENDED` if an
-            episode has ended; -1 - k if entry k of the (flat) actions is not finite: then no row
-            has changed.
+    @cached_property
+    def step(self) -> Callable[[], int]:
+        """Function that advances all rows by one control period under `actions`.
+
+        It returns 0 if no flag of any row is set, a positive number if one is, at least `ENDED` if
+        an episode has ended; -1 - k if entry k of the (flat) actions is not finite: then no row has
+        changed.
         """
         if self._n_threads > 1:
-            return self._workers.step()
-        return self.advance(self.buffer, 0, self._n_blocks)
+            return Workers(
+                self.task.compiled.step, self.buffer, self._n_blocks, self._n_threads
+            ).step
+        return partial(self.advance, self.buffer, 0, self._n_blocks)
+
+    @cached_property
+    def results(self) -> Callable[[], Array]:
+        """Function that copies last cost, reward terms and reward, shape (2 + n_terms, N)."""
+        return self._copier(self._results)
+
+    @cached_property
+    def flags(self) -> Callable[[], npt.NDArray[np.bool_]]:
+        """Function that copies the last flags in the order of `FLAGS`, shape (5, N)."""
+        return self._copier(self._flags)
 
     def reset(self, rows: Integers, start: Start = DRAWN) -> None:
         """Begin a new episode in the given rows and update their `observations`.
@@ -87,14 +101,6 @@ class Core:
         """Begin a new episode in the given rows; all results of their last step become zero."""
         self._begin(self.buffer, rows, BEGIN_UNSEEN)
 
-    def results(self) -> Array:
-        """Last cost, reward terms and reward, shape (2 + n_terms, N), a copy."""
-        return self._of_all_rows(self._results)
-
-    def flags(self) -> npt.NDArray[np.bool_]:
-        """Last flags in the order of `FLAGS`, shape (5, N), a copy."""
-        return self._of_all_rows(self._flags)
-
     def observe(self) -> None:
         """Recompute `observations` from the states of all rows."""
         self._begin(self.buffer, np.arange(self.n_rows), OBSERVE)
@@ -114,11 +120,6 @@ class Core:
     def _begin(self) -> Callable[[Array, Integers, int], None]:
         """Compiled ``reset(buffer, rows, mode)``: see `reset_loop.reset_rows`."""
         return compiled_for(self.task.compiled.reset, self.buffer, np.zeros(1, np.int64), 0)
-
-    @cached_property
-    def _workers(self) -> Workers:
-        """The threads that share a step."""
-        return Workers(self.task.compiled.step, self.buffer, self._n_blocks, self._n_threads)
 
     @property
     def y(self) -> Array:
@@ -241,19 +242,19 @@ class Core:
         flags = flags.reshape(self._n_blocks, -1, LANES).transpose(1, 0, 2)
         results = self._blocks[:, slots.results : slots.flags].transpose(1, 0, 2)
         self.result, self.flag = results[:, 0, 0], flags[:, 0, 0]
-        # of a single block (k, N), ready to be copied
-        self._results = results if self._n_blocks > 1 else results[:, 0, :n]
-        self._flags = flags if self._n_blocks > 1 else flags[:, 0, :n]
+        self._results, self._flags = results, flags
         self.actions = single[s.actions : s.actions + n * n_action].reshape(n, n_action)
         end = s.observations + n * s.n_observation
         self.observations = single[s.observations : end].reshape(n, s.n_observation)
         self.action, self.observation = self.actions[0], self.observations[0]
 
-    def _of_all_rows(self, blocks: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Values (k, N) in a new array, from (k, n_blocks, LANES), or from (k, N) of one block."""
-        if blocks.ndim == 2:
-            return blocks.copy()
-        return blocks.reshape(len(blocks), -1)[:, : self.n_rows]
+    def _copier(self, blocks: npt.NDArray[Any]) -> Callable[[], npt.NDArray[Any]]:
+        """Function that copies values (k, n_blocks, LANES) to an array (k, N)."""
+        if self._n_blocks == 1:
+            return blocks[:, 0, : self.n_rows].copy
+        if self.n_rows % LANES:
+            return lambda: blocks.reshape(len(blocks), -1)[:, : self.n_rows]
+        return partial(blocks.reshape, (len(blocks), self.n_rows))
 
     def _column(self, slot: int) -> Array:
         """One slot of all rows, shape (N,)."""

@@ -10,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from numpy import ndarray
 
 from rigid_envs.core import Core
 from rigid_envs.envs.arguments import FLOAT32, INTEGERS, actions_of, new_task, options_of
@@ -116,11 +117,7 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             self._allow_step()
         self._steps_left -= 1
         advance, buffer, row_action, observe, result, flag = self._row_of_core
-        if (
-            action.__class__ is np.ndarray
-            and action.dtype is FLOAT32
-            and action.shape == self._shape
-        ):
+        if action.__class__ is ndarray and action.dtype is FLOAT32 and action.shape == self._shape:
             row_action[...] = action
         elif action.__class__ in INTEGERS and 0 <= (choice := int(action)) < self._n_choices:
             row_action[0] = choice

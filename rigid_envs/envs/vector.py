@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
+from numpy import ndarray
 
 from rigid_envs.core import Core
 from rigid_envs.envs.arguments import (
@@ -27,7 +29,8 @@ from rigid_envs.envs.display import MODES, Shown, frames_per_second
 from rigid_envs.envs.durations import checked_steps, further_steps
 from rigid_envs.envs.infos import blank_infos, keep_final
 from rigid_envs.envs.streams import seeded_key, seeds_of
-from rigid_envs.envs.task_spaces import action_space, info_keys, observation_space
+from rigid_envs.envs.task_spaces import INFO_FLAGS, action_space, info_keys, observation_space
+from rigid_envs.kernels.layout import FLAGS
 from rigid_envs.kernels.step_loop import ENDED
 from rigid_envs.moment import Moment
 from rigid_envs.systems import System
@@ -41,6 +44,8 @@ Bools = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.int64]
 Observations = npt.NDArray[np.float32]
 
+# rows of an array: a third of the time that it takes to iterate over it
+_flags_by_row = itemgetter(*range(len(FLAGS)))
 _NO_ROWS: Rows = np.zeros(0, dtype=np.int64)
 
 
@@ -111,11 +116,15 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         everywhere = np.ones(self.num_envs, dtype=np.bool_)
         everywhere.flags.writeable = False
         self._masks: dict[str, Any] = {f"_{key}": everywhere for key in self._keys}
+        self._blank_infos = dict.fromkeys(self._keys) | self._masks
+        self._numbers = self._keys[: -len(INFO_FLAGS)]
+        self._results_by_row = itemgetter(*range(len(self._numbers) + 1))
         self._ended = self._rows  # rows without a running episode
         self._keyed = False  # whether the rows have random streams
         self._fresh = True
         self._checked_steps = checked_steps(self.task, max_episode_steps)
-        self._steps_left = math.inf if max_episode_steps else self._checked_steps
+        self._limited = max_episode_steps is not None
+        self._steps_left = 0.0  # before the next check of order and clocks
 
     def reset(
         self,
@@ -147,6 +156,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         self._core.reset(rows, start)
         self._ended = np.setdiff1d(self._ended, rows)
         self._fresh = self._fresh and self._ended.size > 0
+        self._steps_left = 0
         if self.render_mode == "human" and not self._fresh:
             self.render()
         return self._core.observations.copy(), {
@@ -171,14 +181,12 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             ConfigError: without a time limit, an episode is so long that the rates may leave the
                 stability envelope.
         """
-        if self._fresh or self.closed or self._ended.size:
-            self._check_order()
         if not self._steps_left:
             self._allow_steps()
         self._steps_left -= 1
         core = self._core
         if not (
-            actions.__class__ is np.ndarray
+            actions.__class__ is ndarray
             and actions.dtype is FLOAT32
             and actions.shape == self._shape
         ):
@@ -189,19 +197,27 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             actions_of(self.task, actions, (self.num_envs,), self._name)
         if self._ended.size and self.autoreset_mode is AutoresetMode.NEXT_STEP:
             core.reset_unseen(self._ended)  # rows that had ended are reset instead of stepped
-        *numbers, rewards = core.results()
-        terminated, truncated, *flags = core.flags()
-        infos = self._masks.copy()
-        infos.update(zip(self._keys, (*numbers, *flags)))  # noqa: B905 - strict costs time
+        numbers = self._results_by_row(core.results())  # the last one is the reward
+        terminated, truncated, success, clipped, error = _flags_by_row(core.flags())
+        infos = self._blank_infos.copy()
+        for key, number in zip(self._numbers, numbers):  # noqa: B905 - ends with the keys
+            infos[key] = number
+        infos["is_success"], infos["action_clipped"], infos["physics_error"] = (
+            success,
+            clipped,
+            error,
+        )
         self._ended = _NO_ROWS
         if raised >= ENDED:
             ended = terminated | truncated
-            self._ended = np.flatnonzero(ended)
+            self._ended = ended.nonzero()[0]
             if self.autoreset_mode is AutoresetMode.SAME_STEP:
                 self._begin_same(infos, ended)
+            elif self.autoreset_mode is AutoresetMode.DISABLED:
+                self._steps_left = 0
         if self.render_mode == "human":
             self.render()
-        return core.observations.copy(), rewards, terminated, truncated, infos
+        return core.observations.copy(), numbers[-1], terminated, truncated, infos
 
     def render(self) -> Any:
         """Pictures of the rows.
@@ -241,8 +257,9 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         return self._core.moment(row)
 
     def close_extras(self, **_: Any) -> None:
-        """Close the window."""
+        """Close the window; no step is allowed any more."""
         self._close_display()
+        self._steps_left = 0
 
     @property
     def systems(self) -> list[System]:
@@ -281,30 +298,30 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         self._core.set_state(state)
         self._ended = np.flatnonzero(~self._core.running)
         self._keyed, self._fresh = True, False
-        if self._steps_left != math.inf:
-            self._steps_left = 0  # the next step checks the clocks
+        self._steps_left = 0
 
     def _allow_steps(self) -> None:
-        """Set the number of steps until the next check of the envelope, without time limit.
+        """Check that all rows have an episode, and set the number of steps until the next check.
 
         Raises:
-            ConfigError: the rates may leave the stability envelope.
+            ResetNeeded, ClosedEnvironmentError: no step is allowed.
+            ConfigError: without a time limit, the rates may leave the stability envelope.
         """
-        elapsed = int(self._core.elapsed.max())
-        left = self._checked_steps - elapsed
-        self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)
-
-    def _check_order(self) -> None:
-        """Refuse a step before a reset, after `close`, or in DISABLED mode of a row that ended."""
         if self.closed:
             raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
         if self._fresh:
             raise ResetNeeded(f"{self._name}: step before the first reset; call reset first")
-        if self.autoreset_mode is AutoresetMode.DISABLED:
+        if self.autoreset_mode is AutoresetMode.DISABLED and self._ended.size:
             raise ResetNeeded(
                 f"{self._name}: row {self._ended[0]} has ended; in DISABLED mode reset it first, "
                 "with options={'reset_mask': ...}"
             )
+        if self._limited:
+            self._steps_left = math.inf
+            return
+        elapsed = int(self._core.elapsed.max())
+        left = self._checked_steps - elapsed
+        self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)
 
     def _begin_same(self, infos: dict[str, Any], ended: Bools) -> None:
         """SAME_STEP: rows that end now are reset; their last observation and info are kept."""
