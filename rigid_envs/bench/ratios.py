@@ -1,4 +1,4 @@
-"""Speed of the free body against peers in the same run."""
+"""Speed of some environments against peers in the same run."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,15 +11,26 @@ from rigid_envs.bench.mujoco_body import MujocoSetting
 __all__ = ["FREE_BODY", "Ratio", "ratios"]
 
 FREE_BODY = "IntermediateAxis-v0"
-"""The environment that is compared: the free body, which MuJoCo can simulate too."""
+"""The environment that is compared in all forms: the free body, which MuJoCo can simulate too."""
 
+_BALL, _TOP = "BallPark-v0", "SleepingTop-v0"
+_SINGLE, _ROWS = "CartPole-v1", "CartPole-v1, NumPy"
 _PEERS = (
-    ("made", "single, made", "CartPole-v1"),
-    ("bare", "single, bare", "CartPole-v1"),
-    ("16", "N = 16", "CartPole-v1, NumPy"),
-    ("256", "N = 256", "CartPole-v1, NumPy"),
-    ("4096", "N = 4096", "CartPole-v1, NumPy"),
+    (FREE_BODY, "made", _SINGLE, "made"),
+    (FREE_BODY, "bare", _SINGLE, "bare"),
+    (FREE_BODY, "16", _ROWS, "16"),
+    (FREE_BODY, "256", _ROWS, "256"),
+    *((name, "4096", _ROWS, "4096") for name in (FREE_BODY, _BALL, _TOP)),
+    *((name, "2 threads", name, "4096") for name in (FREE_BODY, _BALL, _TOP)),
 )
+_FORMS = {
+    "made": "single, made",
+    "bare": "single, bare",
+    "16": "N = 16",
+    "256": "N = 256",
+    "4096": "N = 4096",
+    "2 threads": "N = 4096, 2 threads",
+}
 
 
 @dataclass(frozen=True)
@@ -27,15 +38,15 @@ class Ratio:
     """Steps per second over those of a peer.
 
     Attributes:
-        column: form of the environment, see `workloads.COLUMNS`.
-        text: the same form in words.
-        peer: name of the peer.
+        name: of the environment.
+        form: of the environment, in words.
+        peer: name of the peer; itself in one thread, where its form is 2 threads.
         median: over the rounds.
         quartiles: first and third, over the rounds.
     """
 
-    column: str
-    text: str
+    name: str
+    form: str
     peer: str
     median: float
     quartiles: tuple[float, float]
@@ -46,14 +57,14 @@ def ratios(speeds: Sequence[Throughput], mujoco: Sequence[MujocoSetting]) -> lis
 
     Of MuJoCo's settings the last RK4 counts: it holds our energy error for longest.
     """
-    peers = list(_PEERS)
-    equal = [setting for setting in mujoco if setting.integrator == "RK4"]
-    peers += [("4096", "N = 4096, equal energy error", setting.name) for setting in equal[-1:]]
+    equal = [setting.name for setting in mujoco if setting.integrator == "RK4"][-1:]
+    peers = [*_PEERS, *((FREE_BODY, "4096", peer, "4096") for peer in equal)]
     found = {(speed.name, speed.column): speed for speed in speeds}
     made = []
-    for column, text, peer in peers:
-        ours, theirs = found.get((FREE_BODY, column)), found.get((peer, column))
+    for name, column, peer, peer_column in peers:
+        ours, theirs = found.get((name, column)), found.get((peer, peer_column))
         if ours and theirs:
             low, median, high = np.percentile(ours.ratio(theirs), (25, 50, 75)).tolist()
-            made.append(Ratio(column, text, peer, median, (low, high)))
+            form = _FORMS[column] + (", equal energy error" if peer in equal else "")
+            made.append(Ratio(name, form, peer, median, (low, high)))
     return made

@@ -7,7 +7,6 @@ from rigid_envs.bench import Figures
 from rigid_envs.bench.accuracy import FreeRun
 from rigid_envs.bench.costs import FORMS
 from rigid_envs.bench.interleaved import Throughput
-from rigid_envs.bench.ratios import FREE_BODY
 from rigid_envs.bench.workloads import COLUMNS
 from rigid_envs.pages.tables import paragraphs, table
 from rigid_envs.provenance import heading
@@ -73,11 +72,11 @@ def _costs(figures: Figures) -> str:
 
 def _ratios(figures: Figures) -> str:
     rows = [
-        (f"{r.text}, against {r.peer}", _times(r.median), " .. ".join(map(_times, r.quartiles)))
+        (r.name, r.form, r.peer, _times(r.median), " .. ".join(map(_times, r.quartiles)))
         for r in figures.ratios
     ]
-    header = (f"speed of {FREE_BODY}", "median", "quartiles")
-    return table(header, rows, "<>>", indent=0) if rows else ""
+    header = ("speed of", "form", "against", "median", "quartiles")
+    return table(header, rows, "<<<>>", indent=0) if rows else ""
 
 
 def _accuracy(runs: Sequence[FreeRun]) -> str:

@@ -18,11 +18,14 @@ def test_costs_are_compared_with_the_median_of_the_same_round() -> None:
 
 
 def test_ratios_are_of_the_same_round_and_to_the_peers_that_were_measured() -> None:
-    found = {(ratio.column, ratio.peer): ratio.median for ratio in FIGURES.ratios}
+    found = {(r.name, r.form, r.peer): r.median for r in FIGURES.ratios}
+    free_body, rows = "IntermediateAxis-v0", "CartPole-v1, NumPy"
     assert found == {
-        ("made", "CartPole-v1"): pytest.approx(4.75),
-        ("4096", "CartPole-v1, NumPy"): pytest.approx(32 / 24),
-        ("4096", "MuJoCo RK4 x 4"): pytest.approx(800.0),
+        (free_body, "single, made", "CartPole-v1"): pytest.approx(4.75),
+        (free_body, "N = 4096", rows): pytest.approx(32 / 24),
+        ("BallPark-v0", "N = 4096", rows): pytest.approx(6.5 / 24),
+        ("SleepingTop-v0", "N = 4096", rows): pytest.approx(22.5 / 24),
+        (free_body, "N = 4096, equal energy error", "MuJoCo RK4 x 4"): pytest.approx(800.0),
     }
 
 

@@ -13,20 +13,21 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import numba
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.bench.interleaved import Throughput, Workload, time_interleaved
+from rigid_envs.bench.interleaved import Workload, time_interleaved
 from rigid_envs.kernels.free_body import FREE_BODY
 from rigid_envs.kernels.rows import LANES, integrate
 from rigid_envs.pages.tables import table
 from rigid_envs.provenance import provenance
 from rigid_envs.systems import FreeBody
 
-__all__ = ["c_loops", "difference"]
+__all__ = ["Loops", "c_loops", "compare", "difference"]
 
 _FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC")
 _SOURCE = Path(__file__).with_name("free_body.c")
@@ -35,7 +36,7 @@ _H = 0.1  # [s]
 _STEP, _RESTORE, _WEIGHTS = FREE_BODY.step, FREE_BODY.restore, FREE_BODY.weights
 _PROTOTYPES = FREE_BODY.prototypes
 _STAGES = len(_WEIGHTS)
-_TARGET = 1.5
+_TARGET = 1.2
 
 Array = npt.NDArray[np.float64]
 Loop = Callable[[Array, int, float, int], None]
@@ -113,24 +114,45 @@ def _workload(name: str, loop: Loop) -> Workload:
     return Workload(name, "", run)
 
 
-def _report(results: list[Throughput], differences: dict[str, float]) -> str:
-    ours = results[0]
-    rows = []
+@dataclass(frozen=True)
+class Loops:
+    """A loop beside that of the kernels.
+
+    Attributes:
+        name: of the loop.
+        nanoseconds: of a step of a row.
+        ratio: its time over that of the kernels', median of the rounds.
+        quartiles: first and third.
+        difference: largest one of its numbers from the kernels' after 100 steps.
+    """
+
+    name: str
+    nanoseconds: float
+    ratio: float
+    quartiles: tuple[float, float]
+    difference: float
+
+
+def compare(rounds: int) -> list[Loops]:
+    """The kernels' loop, and those in C.
+
+    Args:
+        rounds: of interleaved timing.
+
+    Raises:
+        FileNotFoundError: gcc is not installed.
+    """
+    with c_loops() as loops:
+        differences = {f"C, {name}": difference(loop) for name, loop in loops.items()}
+        workloads = [_workload("rigid_envs.kernels", kernel_loop)]
+        workloads += [_workload(f"C, {name}", loop) for name, loop in loops.items()]
+        results = time_interleaved(workloads, rounds, 0.01)
+    compared = []
     for result in results:
-        step = 1e9 / result.median
-        low, ratio, high = np.percentile(result.ratio(ours), (25, 50, 75))
-        rows.append(
-            (
-                result.name,
-                f"{step:.1f}",
-                f"{step / _STAGES:.2f}",
-                f"{ratio:.2f}",
-                f"{low:.2f} .. {high:.2f}",
-                f"{differences[result.name]:.0e}" if result.name in differences else "",
-            )
-        )
-    header = ("loop", "ns per step", "ns per stage", "speed", "quartiles", "difference")
-    return table(header, rows, "<>>>>>", indent=0)
+        low, median, high = np.percentile(results[0].ratio(result), (25, 50, 75)).tolist()
+        apart = differences.get(result.name, 0.0)
+        compared.append(Loops(result.name, 1e9 / result.median, median, (low, high), apart))
+    return compared
 
 
 def main() -> int:
@@ -141,18 +163,24 @@ def main() -> int:
     if shutil.which("gcc") is None:
         print("gcc is not installed: nothing to compare with", file=sys.stderr)
         return 2
-    with c_loops() as loops:
-        differences = {f"C, {name}": difference(loop) for name, loop in loops.items()}
-        workloads = [_workload("rigid_envs.kernels", kernel_loop)]
-        workloads += [_workload(f"C, {name}", loop) for name, loop in loops.items()]
-        results = time_interleaved(workloads, options.rounds, 0.01)
-    where = provenance()
-    print(f"{where['cpu']}; gcc {' '.join(_FLAGS[:3])}; {_N} rows, {_STAGES} stages per step\n")
-    print(_report(results, differences))
-    ratio = float(np.median(results[1].ratio(results[0])))
+    found = compare(options.rounds)
+    rows = [
+        (
+            loop.name,
+            f"{loop.nanoseconds:.1f}",
+            f"{loop.ratio:.2f}",
+            " .. ".join(f"{end:.2f}" for end in loop.quartiles),
+            f"{loop.difference:.0e}",
+        )
+        for loop in found
+    ]
+    print(f"{provenance()['cpu']}; gcc {' '.join(_FLAGS[:3])}; {_N} rows, {_STAGES} stages\n")
+    header = ("loop", "ns per step of a row", "time", "quartiles", "difference")
+    print(table(header, rows, "<>>>>", indent=0))
+    ratio = 1.0 / min(loop.ratio for loop in found[1:])
     met = ratio <= _TARGET
     verdict = "met" if met else "not met"
-    print(f"\nThe kernel takes {ratio:.2f} x the time of the same loop in C; ", end="")
+    print(f"\nThe kernels take {ratio:.2f} x the time of the faster loop in C; ", end="")
     print(f"goal <= {_TARGET} x: {verdict}")
     return 0 if met else 1
 

@@ -1,0 +1,62 @@
+"""Measure speeds, and write them into docs/speed.json and docs/speed.md.
+
+    python -m tests.benchmarks [--quick] [--out FOLDER]
+
+On a machine with nothing else to do; with --quick in some minutes, for a first look.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.bench import bench
+from rigid_envs.catalogue import one_of_each
+from rigid_envs.cli.progress import tell
+from rigid_envs.files import lined_json, write_atomic
+from rigid_envs.provenance import provenance
+from tests.benchmarks.kernel_vs_c import compare
+from tests.benchmarks.page import markdown
+from tests.benchmarks.ppo_phases import IDS, PHASES, Phases, measure
+
+__all__ = ["DOCS", "main"]
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+_QUICK_STEPS = 50_000
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Measure, and write data and page."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="a first look, some minutes")
+    parser.add_argument("--out", type=Path, default=DOCS, metavar="FOLDER", help="(docs)")
+    options = parser.parse_args(argv)
+    figures = bench(list(ENVIRONMENTS), one_of_each(), options.quick, tell).as_json()
+    for speed in figures["steps_per_second"]:
+        del speed["samples"]
+    steps = _QUICK_STEPS if options.quick else None
+    data = {
+        "provenance": provenance(),
+        "bench": figures,
+        "loops": [asdict(loop) for loop in compare(20 if options.quick else 200)],
+        "training": [_training(measure(env_id, steps)) for env_id in IDS],
+    }
+    write_atomic(options.out / "speed.json", lined_json(data))
+    write_atomic(options.out / "speed.md", markdown(data))
+    return 0
+
+
+def _training(found: Phases) -> dict[str, Any]:
+    return {
+        "env_id": found.env_id,
+        "timesteps": found.timesteps,
+        "steps_per_second": found.steps_per_second,
+        "shares": dict(zip(PHASES, found.shares, strict=True)),
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,204 @@
+"""The page docs/speed.md, from docs/speed.json."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from rigid_envs.pages.markdown import table_lines
+from rigid_envs.pages.task_tables import Table
+
+__all__ = ["markdown"]
+
+_HEAD = """\
+<!-- Written by `python -m tests.benchmarks` from docs/speed.json. -->
+
+# Speed
+
+Figures of {cpu}, {cores} cores with nothing else to do, on {date}; Python {python}, Gymnasium
+{gymnasium}, numba {numba}, NumPy {numpy}. Everything is float64. What is compared was measured in
+one run, in turns: medians, and quartiles over {rounds} rounds.
+
+```bash
+rigid-envs bench                   # steps, peers, first use
+python -m tests.benchmarks         # those, C and trainings too, and this page; in a checkout
+python -m tests.benchmarks.targets # beside what this project aims at
+```"""
+_STEPS = """
+## A step
+
+Resets included: of a single environment without its wrappers, and of one row of a vector of 4096
+rows, in one thread. The dearest row costs {dearest:.1f} times as much as the median of all.
+"""
+_ROWS = """
+Time of a row by the number of rows, in one thread and in two:
+"""
+_RATIOS = """
+## Against others
+
+Steps per second over those of a peer: Gymnasium's CartPole, single and as its NumPy vector
+environment; MuJoCo's `rollout` of the same free body, physics only, in steps that keep the energy
+as well as ours do over 6000 s; two threads over one.
+"""
+_LOOPS = """
+## Against C
+
+The integration loop of the free body, and the same operations in C on vectors of eight doubles
+(`gcc -O3 -march=native`, `python tests/benchmarks/kernel_vs_c.py`):
+{c_text}.
+"""
+_TRAINING = """
+## Training
+
+Where the time of PPO goes, by the recipes for the reduced frame up to their first evaluation, on
+one torch thread: steps of the environment, actions of the policy; losses, gradients and Adam;
+evaluation on the starts of validation. `python -m tests.benchmarks.ppo_phases`.
+"""
+_FIRST = """
+## First use
+
+From the import to the first step in a new process, which compiles the environment if no process has
+before (`rigid-envs compile` does it beforehand):
+"""
+_N_COLUMNS = 2  # pairs of columns in the table of steps
+_SHOWN = ("IntermediateAxis-v0", "BallPark-v0", "SleepingTop-v0", "DiskRoll-v0", "Reorient-v0")
+_FORMS = ("N = 1", "16", "256", "4096", "2 threads")
+
+
+def markdown(data: Mapping[str, Any]) -> str:
+    """The page.
+
+    Args:
+        data: what `__main__` wrote into docs/speed.json.
+    """
+    where, bench = data["provenance"], data["bench"]
+    speeds = {
+        (speed["name"], speed["column"]): speed["median"] for speed in bench["steps_per_second"]
+    }
+    rows = [cost["ratio"] for cost in bench["costs"] if cost["column"] == "4096"]
+    head = _HEAD.format(
+        cpu=where["cpu"],
+        cores=where["cores"],
+        date=where["date"][:10],
+        rounds=bench["rounds"],
+        **where["versions"],
+    )
+    parts = [
+        head,
+        _STEPS.format(dearest=max(rows, default=1.0)),
+        _steps(speeds),
+        _ROWS,
+        _by_rows(speeds),
+        _RATIOS,
+        _ratios(bench["ratios"]),
+        _LOOPS.format(c_text=_in_words(data["loops"])),
+        _loops(data["loops"]),
+        _TRAINING,
+        _training(data["training"]),
+        _FIRST,
+        _first(bench["import_to_first_step"]),
+    ]
+    return "\n".join(parts) + "\n"
+
+
+def _steps(speeds: Mapping[tuple[str, str], float]) -> str:
+    ours = [name for name, column in speeds if column == "4096" and name.endswith("-v0")]
+    cells = [(f"`{_short(n)}`", *_times(speeds, (n, "bare"), (n, "4096"))) for n in ours]
+    peers = (("CartPole-v1", "CartPole-v1, NumPy", "4096"), ("Pendulum-v1", "", ""))
+    cells += [(single, *_times(speeds, (single, "bare"), rest)) for single, *rest in peers]
+    half = -(-len(cells) // _N_COLUMNS)
+    blank = ("",) * 3
+    lines = [
+        (*one, *other)
+        for one, other in zip(cells, [*cells[half:], *[blank] * half][:half], strict=False)
+    ]
+    return _table(("", "single", "row") * _N_COLUMNS, lines, "<>><>>")
+
+
+def _by_rows(speeds: Mapping[tuple[str, str], float]) -> str:
+    shown = [*_SHOWN, "CartPole-v1, NumPy"]
+    rows = [(_short(n), *_times(speeds, *((n, form) for form in _FORMS))) for n in shown]
+    return _table(("", "1", "16", "256", "4096", "4096, 2 threads"), rows, "<>>>>>")
+
+
+def _ratios(ratios: Iterable[Mapping[str, Any]]) -> str:
+    rows = [
+        (
+            f"`{_short(r['name'])}`",
+            r["form"],
+            "one thread" if r["peer"] == r["name"] else r["peer"],
+            _factor(r["median"]),
+            " .. ".join(map(_factor, r["quartiles"])),
+        )
+        for r in ratios
+    ]
+    return _table(("", "form", "against", "faster by", "quartiles"), rows, "<<<>>")
+
+
+def _loops(loops: Sequence[Mapping[str, Any]]) -> str:
+    rows = [
+        (
+            loop["name"],
+            f"{loop['nanoseconds']:.1f} ns",
+            f"{loop['ratio']:.2f}",
+            " .. ".join(f"{end:.2f}" for end in loop["quartiles"]),
+            f"{loop['difference']:.0e}" if loop["difference"] else "none",
+        )
+        for loop in loops
+    ]
+    head = ("loop", "step of a row", "time", "quartiles", "difference of results")
+    return _table(head, rows, "<>>>>")
+
+
+def _in_words(loops: Sequence[Mapping[str, Any]]) -> str:
+    least = min((loop["ratio"] for loop in loops[1:]), default=None)
+    if least is None:
+        return "not measured, there was no gcc"
+    return f"the kernels take {1.0 / least:.2f} times as long as the faster loop in C"
+
+
+def _training(trainings: Sequence[Mapping[str, Any]]) -> str:
+    rows = [
+        (
+            f"`{found['env_id']}`",
+            f"{found['steps_per_second']:,.0f}",
+            *(f"{100 * share:.1f} %" for share in found["shares"].values()),
+        )
+        for found in trainings
+    ]
+    phases = tuple(trainings[0]["shares"])
+    return _table(("", "steps/s", *phases), rows, "<" + ">" * (1 + len(phases)))
+
+
+def _first(startups: Iterable[Mapping[str, Any]]) -> str:
+    rows = [
+        (
+            f"`{_short(s['env_id'])}`",
+            f"{_median(s['cold']):.1f} s",
+            f"{_median(s['warm']):.2f} s",
+        )
+        for s in startups
+    ]
+    return _table(("", "compiled now", "compiled before"), rows, "<>>")
+
+
+def _times(speeds: Mapping[tuple[str, str], float], *keys: Any) -> tuple[str, ...]:
+    return tuple(_time(1.0 / speeds[key]) if (key := tuple(k)) in speeds else "" for k in keys)
+
+
+def _time(seconds: float) -> str:
+    return f"{1e6 * seconds:.2f} us" if seconds >= 1e-6 else f"{1e9 * seconds:.0f} ns"
+
+
+def _factor(ratio: float) -> str:
+    return f"{ratio:.0f} x" if ratio >= 100.0 else f"{ratio:.3g} x"
+
+
+def _median(values: Sequence[float]) -> float:
+    return sorted(values)[len(values) // 2]
+
+
+def _short(name: str) -> str:
+    return name.removeprefix("RigidEnvs/").removesuffix("-v0")
+
+
+def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], align: str) -> str:
+    return "\n".join(table_lines(Table(head, list(rows), align)))
