@@ -22,20 +22,22 @@ def test_a_reduced_recipe_is_what_its_environment_is_trained_with(path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("algo", "frame", "expected"),
+    ("env_id", "algo", "frame", "expected"),
     [
-        (None, None, ("ppo", "reduced")),
-        (None, "reduced", ("ppo", "reduced")),
-        (None, "world", ("ppo", None)),
-        ("ppo", None, ("ppo", "reduced")),
-        ("sac", None, ("sac", None)),
-        ("sac", "reduced", ("sac", "reduced")),
+        (BALL_PARK, None, None, ("ppo", "reduced")),
+        (BALL_PARK, None, "reduced", ("ppo", "reduced")),
+        (BALL_PARK, None, "world", ("ppo", None)),
+        (BALL_PARK, "ppo", None, ("ppo", "reduced")),
+        (BALL_PARK, "sac", None, ("sac", "reduced")),
+        (BALL_PARK, "sac", "world", ("sac", None)),
+        ("SleepingTop", "sac", None, ("sac", None)),  # has no config for SAC
+        ("SleepingTop", "sac", "reduced", ("sac", "reduced")),
     ],
 )
 def test_the_recipe_is_that_of_the_frame_and_the_algorithm(
-    algo: str | None, frame: str | None, expected: tuple[str, str | None]
+    env_id: str, algo: str | None, frame: str | None, expected: tuple[str, str | None]
 ) -> None:
-    values = recipe_for(BALL_PARK, algo, frame)
+    values = recipe_for(env_id, algo, frame)
     assert (values["algo"], values.get("env_kwargs", {}).get("frame")) == expected
 
 
