@@ -34,11 +34,10 @@ def stream_of(buffer: Buffer, clock: int, use: int) -> randoms.Stream:
 
 
 @scalar
-def noise(buffer: Buffer, clock: int, use: int, k: int) -> float:
-    """Standard normal number k of this row at this step (k below 256)."""
-    index = int(buffer[clock + CLOCK.elapsed * LANES]) * 128 + k // 2
-    pair = randoms.normal_pair(stream_of(buffer, clock, use), index)
-    return pair[k % 2]
+def _noise_pair(buffer: Buffer, clock: int, use: int, pair: int) -> tuple[float, float]:
+    """Standard normals 2 * pair and 2 * pair + 1 of this row at this step (pair below 128)."""
+    index = int(buffer[clock + CLOCK.elapsed * LANES]) * 128 + pair
+    return randoms.normal_pair(stream_of(buffer, clock, use), index)
 
 
 @phase
@@ -50,8 +49,12 @@ def add_action_noise(
     for i in range(n):
         clock = base + slots.clock * LANES + i
         sigma = buffer[base + (slots.channel + CHANNEL.action_noise) * LANES + i]
-        for k in range(len(prototypes.action)):
-            buffer[at + k * LANES + i] += sigma * noise(buffer, clock, DRAW_ACTION, k)
+        n_action = len(prototypes.action)
+        for pair in range((n_action + 1) // 2):
+            even, odd = _noise_pair(buffer, clock, DRAW_ACTION, pair)
+            buffer[at + 2 * pair * LANES + i] += sigma * even
+            if 2 * pair + 1 < n_action:
+                buffer[at + (2 * pair + 1) * LANES + i] += sigma * odd
         action, _ = clip(load(buffer, at + i, prototypes.action, LANES))
         store(buffer, at + i, action, LANES)
 
@@ -82,8 +85,10 @@ def add_observation_noise(
     for i in range(first, last):
         clock = base + slots.clock * LANES + i
         sigma = buffer[base + (slots.channel + CHANNEL.observation_noise) * LANES + i]
-        for k in range(s.n_exact, s.n_observation):
-            at = base + (slots.observation + k) * LANES + i
-            noisy = buffer[at] + sigma * noise(buffer, clock, DRAW_OBSERVATION, k)
-            low, high = buffer[s.bounds + 2 * k], buffer[s.bounds + 2 * k + 1]
-            buffer[at] = min(max(noisy, low), high)
+        for pair in range(s.n_exact // 2, (s.n_observation + 1) // 2):
+            values = _noise_pair(buffer, clock, DRAW_OBSERVATION, pair)
+            for k in range(max(2 * pair, s.n_exact), min(2 * pair + 2, s.n_observation)):
+                at = base + (slots.observation + k) * LANES + i
+                noisy = buffer[at] + sigma * values[k % 2]
+                low, high = buffer[s.bounds + 2 * k], buffer[s.bounds + 2 * k + 1]
+                buffer[at] = min(max(noisy, low), high)
