@@ -11,7 +11,13 @@ import numpy as np
 from rigid_envs.bench.interleaved import Workload
 from rigid_envs.kernels.layout import CLOCK
 
-__all__ = ["COLUMNS", "gymnasium_workloads", "our_workloads", "staggered"]
+__all__ = [
+    "COLUMNS",
+    "gymnasium_workloads",
+    "our_workloads",
+    "staggered",
+    "vector_workload",
+]
 
 COLUMNS = ("made", "bare", "N = 1", "16", "256", "4096", "2 threads")
 """Single as `gymnasium.make` gives it and without its wrappers; N rows; 4096 rows in 2 threads."""
@@ -27,8 +33,8 @@ def our_workloads(ids: Sequence[str]) -> list[Workload]:
         name = env_id.removeprefix("RigidEnvs/")
         workloads += _singles(env_id, name)
         for column, n in _ROWS.items():
-            workloads.append(Workload(name, column, _vector(staggered(env_id, n, 1))))
-        pair = _vector(staggered(env_id, 4096, 2))
+            workloads.append(Workload(name, column, vector_workload(staggered(env_id, n, 1))))
+        pair = vector_workload(staggered(env_id, 4096, 2))
         workloads.append(Workload(name, "2 threads", pair, time.perf_counter))
     return workloads
 
@@ -41,11 +47,11 @@ def gymnasium_workloads() -> list[Workload]:
         for column in ("16", "256"):
             sync = gymnasium.make_vec(env_id, _ROWS[column], "sync")
             sync.reset(seed=0)
-            workloads.append(Workload(f"{env_id}, sync", column, _vector(sync)))
+            workloads.append(Workload(f"{env_id}, sync", column, vector_workload(sync)))
     for column, n in _ROWS.items():
         native = gymnasium.make_vec("CartPole-v1", n, "vector_entry_point")
         native.reset(seed=0)
-        workloads.append(Workload("CartPole-v1, NumPy", column, _vector(native)))
+        workloads.append(Workload("CartPole-v1, NumPy", column, vector_workload(native)))
     return workloads
 
 
@@ -77,7 +83,7 @@ def _single(env: gymnasium.Env[Any, Any], env_id: str) -> Callable[[int], int]:
     return run
 
 
-def _vector(envs: Any) -> Callable[[int], int]:
+def vector_workload(envs: Any) -> Callable[[int], int]:
     """Runs steps of all rows; a step in which a row resets itself counts as one."""
     n_rows: int = envs.num_envs
     envs.action_space.seed(0)
@@ -92,10 +98,11 @@ def _vector(envs: Any) -> Callable[[int], int]:
     return run
 
 
-def staggered(env_id: str, n: int, n_threads: int) -> Any:
+def staggered(env_id: str, n: int, n_threads: int, **config: Any) -> Any:
     """A vector environment of n rows whose episodes end in different steps."""
     limit = gymnasium.spec(env_id).max_episode_steps or 1
-    envs: Any = gymnasium.make_vec(env_id, n, "vector_entry_point", num_threads=n_threads)
+    config |= {"num_threads": n_threads}
+    envs: Any = gymnasium.make_vec(env_id, n, "vector_entry_point", **config)
     envs.reset(seed=0)
     state = envs.get_state()
     state["clock"][:, CLOCK.elapsed] = np.arange(n) * limit // n

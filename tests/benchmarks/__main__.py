@@ -18,6 +18,7 @@ from rigid_envs.catalogue import one_of_each
 from rigid_envs.cli.progress import tell
 from rigid_envs.files import lined_json, write_atomic
 from rigid_envs.provenance import provenance
+from tests.benchmarks.growth import by_option, by_size
 from tests.benchmarks.kernel_vs_c import compare
 from tests.benchmarks.page import markdown
 from tests.benchmarks.ppo_phases import IDS, PHASES, Phases, measure
@@ -41,6 +42,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     data = {
         "provenance": provenance(),
         "bench": figures,
+        "sizes": [asdict(growth) for growth in by_size(5 if options.quick else 20)],
+        "options": [asdict(growth) for growth in by_option(5 if options.quick else 50)],
         "loops": [asdict(loop) for loop in compare(20 if options.quick else 200)],
         "training": [_training(measure(env_id, steps)) for env_id in IDS],
     }

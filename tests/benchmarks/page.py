@@ -31,6 +31,12 @@ rows, in one thread. The dearest row costs {dearest:.1f} times as much as the me
 _ROWS = """
 Time of a row by the number of rows, in one thread and in two:
 """
+_SIZES = """
+With more rows than the caches hold, a step waits for memory:
+"""
+_OPTIONS = """
+What options add to a row of `BallPark` (4096 rows, one thread), against none:
+"""
 _RATIOS = """
 ## Against others
 
@@ -87,6 +93,10 @@ def markdown(data: Mapping[str, Any]) -> str:
         _steps(speeds),
         _ROWS,
         _by_rows(speeds),
+        _SIZES,
+        _sizes(data["sizes"]),
+        _OPTIONS,
+        _options(data["options"]),
         _RATIOS,
         _ratios(bench["ratios"]),
         _LOOPS.format(c_text=_in_words(data["loops"])),
@@ -117,6 +127,30 @@ def _by_rows(speeds: Mapping[tuple[str, str], float]) -> str:
     shown = [*_SHOWN, "CartPole-v1, NumPy"]
     rows = [(_short(n), *_times(speeds, *((n, form) for form in _FORMS))) for n in shown]
     return _table(("", "1", "16", "256", "4096", "4096, 2 threads"), rows, "<>>>>>")
+
+
+def _sizes(sizes: Sequence[Mapping[str, Any]]) -> str:
+    forms = tuple(dict.fromkeys(growth["form"] for growth in sizes))
+    times = {(g["name"], g["form"]): _time(1e-9 * g["nanoseconds"]) for g in sizes}
+    rows = [
+        (f"`{name}`", *(times[name, form] for form in forms))
+        for name in dict.fromkeys(growth["name"] for growth in sizes)
+    ]
+    head = ("", *(f"{int(form):,}" for form in forms))
+    return _table(head, rows, "<" + ">" * len(forms))
+
+
+def _options(options: Iterable[Mapping[str, Any]]) -> str:
+    rows = [
+        (
+            growth["form"],
+            _time(1e-9 * growth["nanoseconds"]),
+            f"{growth['ratio']:.2f}",
+            " .. ".join(f"{end:.2f}" for end in growth["quartiles"]),
+        )
+        for growth in options
+    ]
+    return _table(("option", "row", "times", "quartiles"), rows, "<>>>")
 
 
 def _ratios(ratios: Iterable[Mapping[str, Any]]) -> str:

@@ -1,0 +1,100 @@
+"""How the time of a row grows: with the number of rows, and with options.
+
+Run from the checkout: ``python -m tests.benchmarks.growth``. All of a table take turns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigid_envs.bench.interleaved import Workload, time_interleaved
+from rigid_envs.bench.workloads import staggered, vector_workload
+from rigid_envs.pages.tables import table
+
+__all__ = ["OPTIONS", "SIZES", "Growth", "by_option", "by_size"]
+
+IDS = ("IntermediateAxis", "BallPark")
+SIZES = (1, 16, 256, 4096, 2**16, 2**20)
+OPTIONS: dict[str, dict[str, Any]] = {
+    "none": {},
+    "action noise": {"action_noise": 0.1},
+    "observation noise": {"observation_noise": 0.1},
+    "delay of 3 periods": {"action_delay": 3},
+    "random radius": {"radius": (0.8, 1.2)},
+    "random radius, observed": {"radius": (0.8, 1.2), "observe_params": True},
+    "reduced frame": {"frame": "reduced"},
+    "attitude as Euler angles": {"rotation": "euler"},
+    "attitude as a matrix": {"rotation": "matrix"},
+}
+"""Of `BallPark`, 4096 rows."""
+
+_TURN = 0.02  # [s]
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Time of a row in one of several forms.
+
+    Attributes:
+        name: of the environment.
+        form: number of rows, or options.
+        nanoseconds: median.
+        ratio: to the time in the first form, median over the rounds.
+        quartiles: first and third.
+    """
+
+    name: str
+    form: str
+    nanoseconds: float
+    ratio: float
+    quartiles: tuple[float, float]
+
+
+def by_size(rounds: int) -> list[Growth]:
+    """Every id with every number of rows, against one row.
+
+    Args:
+        rounds: of interleaved timing.
+    """
+    return [
+        growth
+        for name in IDS
+        for growth in _measured(name, {f"{n}": (n, {}) for n in SIZES}, rounds)
+    ]
+
+
+def by_option(rounds: int) -> list[Growth]:
+    """`BallPark` with options, against none.
+
+    Args:
+        rounds: of interleaved timing.
+    """
+    return _measured("BallPark", {text: (4096, given) for text, given in OPTIONS.items()}, rounds)
+
+
+def _measured(name: str, forms: dict[str, tuple[int, dict[str, Any]]], rounds: int) -> list[Growth]:
+    workloads = [
+        Workload(name, form, vector_workload(staggered(f"RigidEnvs/{name}-v0", n, 1, **given)))
+        for form, (n, given) in forms.items()
+    ]
+    results = time_interleaved(workloads, rounds, _TURN)
+    found = []
+    for result in results:
+        low, median, high = np.percentile(results[0].ratio(result), (25, 50, 75)).tolist()
+        time = 1e9 / result.median
+        found.append(Growth(name, result.column, time, median, (low, high)))
+    return found
+
+
+def main() -> None:
+    """Print both tables."""
+    for found in (by_size(20), by_option(50)):
+        rows = [(g.name, g.form, f"{g.nanoseconds:.1f} ns", f"{g.ratio:.2f}") for g in found]
+        print(table(("", "", "row", "against the first"), rows, "<<>>", indent=0) + "\n")
+
+
+if __name__ == "__main__":
+    main()
