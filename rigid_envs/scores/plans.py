@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import io
+import lzma
 import zipfile
 from pathlib import Path
 from typing import NamedTuple
@@ -53,16 +54,22 @@ def write_plans(file: Path, plans: StoredPlans) -> None:
     """Write a file, atomically.
 
     The first bytes of all numbers come first, then the second ones, and so on, each along the time:
-    compressed, they are a fifth smaller.
+    compressed, they are a fifth smaller. By LZMA, which `numpy.load` reads too, they are smaller by
+    another twentieth than from `numpy.savez_compressed`.
 
     Args:
         file: Its path.
         plans: The data.
     """
-    buffer = io.BytesIO()
     along = np.ascontiguousarray(plans.actions.transpose(1, 2, 0)[..., None])
     octets = np.moveaxis(along.astype("<f4").view(np.uint8), -1, 0)
-    np.savez_compressed(buffer, octets=octets, hold=np.array(plans.hold))
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_LZMA) as archive:
+        for name, part in {"octets": octets, "hold": np.array(plans.hold)}.items():
+            entry = zipfile.ZipInfo(f"{name}.npy")  # without the time: the same bytes every time
+            entry.compress_type = zipfile.ZIP_LZMA
+            with archive.open(entry, "w") as stream:
+                np.lib.format.write_array(stream, part, allow_pickle=False)
     write_atomic(file, buffer.getvalue())
 
 
@@ -83,5 +90,5 @@ def read_plans(file: Path) -> StoredPlans:
         along = np.ascontiguousarray(np.moveaxis(octets, 0, -1)).view("<f4")[..., 0]
         actions = np.ascontiguousarray(along.transpose(2, 0, 1), dtype=np.float32)
         return StoredPlans(actions, hold)
-    except (KeyError, EOFError, ValueError, zipfile.BadZipFile) as error:
+    except (KeyError, EOFError, ValueError, zipfile.BadZipFile, lzma.LZMAError) as error:
         raise DamagedFileError(f"{file}: {error}; write it anew: rigid-envs best --plan") from error
