@@ -18,9 +18,9 @@ Figures of {cpu}, {cores} cores with nothing else to do, on {date}; Python {pyth
 one run, in turns: medians, and quartiles over {rounds} rounds.
 
 ```bash
-rigid-envs bench                   # steps, peers, first use
-python -m tests.benchmarks         # those, C and trainings too, and this page; in a checkout
-python -m tests.benchmarks.targets # beside what this project aims at
+rigid-envs bench                    # steps, peers, first use
+python -m tests.benchmarks          # all of this page, in a checkout
+python -m tests.benchmarks.targets  # beside the aims of this project
 ```"""
 _STEPS = """
 ## A step
@@ -124,8 +124,8 @@ def _steps(speeds: Mapping[tuple[str, str], float]) -> str:
 
 
 def _by_rows(speeds: Mapping[tuple[str, str], float]) -> str:
-    shown = [*_SHOWN, "CartPole-v1, NumPy"]
-    rows = [(_short(n), *_times(speeds, *((n, form) for form in _FORMS))) for n in shown]
+    shown = {**{n: f"`{_short(n)}`" for n in _SHOWN}, "CartPole-v1, NumPy": "CartPole-v1, NumPy"}
+    rows = [(text, *_times(speeds, *((n, form) for form in _FORMS))) for n, text in shown.items()]
     return _table(("", "1", "16", "256", "4096", "4096, 2 threads"), rows, "<>>>>>")
 
 
