@@ -8,20 +8,18 @@ import numpy as np
 from rigid_envs.bench.interleaved import Throughput
 from rigid_envs.bench.mujoco_body import MujocoSetting
 
-__all__ = ["FREE_BODY", "Ratio", "ratios"]
+__all__ = ["Ratio", "ratios"]
 
-FREE_BODY = "IntermediateAxis-v0"
-"""The environment that is compared in all forms: the free body, which MuJoCo can simulate too."""
-
-_BALL, _TOP = "BallPark-v0", "SleepingTop-v0"
+# The first is compared in all forms: MuJoCo can simulate a free body too.
+_FREE_BODY, _BALL, _TOP = "IntermediateAxis-v0", "BallPark-v0", "SleepingTop-v0"
 _SINGLE, _ROWS = "CartPole-v1", "CartPole-v1, NumPy"
 _PEERS = (
-    (FREE_BODY, "made", _SINGLE, "made"),
-    (FREE_BODY, "bare", _SINGLE, "bare"),
-    (FREE_BODY, "16", _ROWS, "16"),
-    (FREE_BODY, "256", _ROWS, "256"),
-    *((name, "4096", _ROWS, "4096") for name in (FREE_BODY, _BALL, _TOP)),
-    *((name, "2 threads", name, "4096") for name in (FREE_BODY, _BALL, _TOP)),
+    (_FREE_BODY, "made", _SINGLE, "made"),
+    (_FREE_BODY, "bare", _SINGLE, "bare"),
+    (_FREE_BODY, "16", _ROWS, "16"),
+    (_FREE_BODY, "256", _ROWS, "256"),
+    *((name, "4096", _ROWS, "4096") for name in (_FREE_BODY, _BALL, _TOP)),
+    *((name, "2 threads", name, "4096") for name in (_FREE_BODY, _BALL, _TOP)),
 )
 _FORMS = {
     "made": "single, made",
@@ -58,7 +56,7 @@ def ratios(speeds: Sequence[Throughput], mujoco: Sequence[MujocoSetting]) -> lis
     Of MuJoCo's settings the last RK4 counts: it holds our energy error for longest.
     """
     equal = [setting.name for setting in mujoco if setting.integrator == "RK4"][-1:]
-    peers = [*_PEERS, *((FREE_BODY, "4096", peer, "4096") for peer in equal)]
+    peers = [*_PEERS, *((_FREE_BODY, "4096", peer, "4096") for peer in equal)]
     found = {(speed.name, speed.column): speed for speed in speeds}
     made = []
     for name, column, peer, peer_column in peers:

@@ -11,7 +11,7 @@ from rigid_envs.bench.workloads import COLUMNS
 from rigid_envs.pages.tables import paragraphs, table
 from rigid_envs.provenance import heading
 
-__all__ = ["as_text"]
+__all__ = ["as_factor", "as_text", "as_time"]
 
 
 def as_text(where: dict[str, Any], figures: Figures) -> str:
@@ -58,7 +58,7 @@ def _mujoco(figures: Figures) -> str:
 
 def _costs(figures: Figures) -> str:
     cells = {
-        (cost.name, cost.column): (_seconds(cost.seconds), f"{cost.ratio:.2f}")
+        (cost.name, cost.column): (as_time(cost.seconds), f"{cost.ratio:.2f}")
         for cost in figures.costs
     }
     names = dict.fromkeys(name for name, _ in cells)
@@ -72,7 +72,7 @@ def _costs(figures: Figures) -> str:
 
 def _ratios(figures: Figures) -> str:
     rows = [
-        (r.name, r.form, r.peer, _times(r.median), " .. ".join(map(_times, r.quartiles)))
+        (r.name, r.form, r.peer, as_factor(r.median), " .. ".join(map(as_factor, r.quartiles)))
         for r in figures.ratios
     ]
     header = ("speed of", "form", "against", "median", "quartiles")
@@ -108,9 +108,11 @@ def _steps(speed: float) -> str:
     return f"{speed / size:.3g}{unit}"
 
 
-def _seconds(time: float) -> str:
+def as_time(time: float) -> str:
+    """A time of a step [s]: ``1.23 us`` or ``45.6 ns``."""
     return f"{1e6 * time:.2f} us" if time >= 1e-6 else f"{1e9 * time:.1f} ns"
 
 
-def _times(ratio: float) -> str:
+def as_factor(ratio: float) -> str:
+    """A ratio: ``1.23 x``."""
     return f"{ratio:.3g} x" if ratio < 999.5 else f"{ratio:.0f} x"

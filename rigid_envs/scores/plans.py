@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import lzma
 import zipfile
+import zlib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,6 +27,17 @@ FOLDER = Path(__file__).with_name("plans")
 """The data."""
 
 _LIMIT = 2**22  # bytes
+# what zipfile raises where bytes are wrong, also those that name the kind of compression
+_DAMAGES = (
+    KeyError,
+    EOFError,
+    ValueError,
+    OSError,
+    NotImplementedError,
+    zipfile.BadZipFile,
+    lzma.LZMAError,
+    zlib.error,
+)
 
 
 class StoredPlans(NamedTuple):
@@ -82,13 +94,14 @@ def read_plans(file: Path) -> StoredPlans:
     Raises:
         DamagedFileError: It holds something else.
     """
+    content = read_bytes(file, _LIMIT)
     try:
-        with np.load(io.BytesIO(read_bytes(file, _LIMIT)), allow_pickle=False) as data:
+        with np.load(io.BytesIO(content), allow_pickle=False) as data:
             octets, hold = data["octets"], int(data["hold"])
         if octets.dtype != np.uint8 or octets.ndim != 4 or len(octets) != 4 or hold < 1:
             raise ValueError("expected bytes of shape (4, n, m, T), and hold from 1")
         along = np.ascontiguousarray(np.moveaxis(octets, 0, -1)).view("<f4")[..., 0]
         actions = np.ascontiguousarray(along.transpose(2, 0, 1), dtype=np.float32)
         return StoredPlans(actions, hold)
-    except (KeyError, EOFError, ValueError, zipfile.BadZipFile, lzma.LZMAError) as error:
+    except _DAMAGES as error:
         raise DamagedFileError(f"{file}: {error}; write it anew: rigid-envs best --plan") from error

@@ -6,6 +6,7 @@ On a machine with nothing else to do; with --quick in some minutes, for a first 
 """
 
 import argparse
+import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -35,6 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="a first look, some minutes")
     parser.add_argument("--out", type=Path, default=DOCS, metavar="FOLDER", help="(docs)")
     options = parser.parse_args(argv)
+    if shutil.which("gcc") is None:
+        parser.error("gcc is not installed, with which the kernels are compared")
     figures = bench(list(ENVIRONMENTS), one_of_each(), options.quick, tell).as_json()
     for speed in figures["steps_per_second"]:
         del speed["samples"]

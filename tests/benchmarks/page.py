@@ -1,8 +1,10 @@
 """The page docs/speed.md, from docs/speed.json."""
 
+import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from rigid_envs.cli.bench import as_factor, as_time
 from rigid_envs.pages.markdown import table_lines
 from rigid_envs.pages.task_tables import Table
 
@@ -131,7 +133,7 @@ def _by_rows(speeds: Mapping[tuple[str, str], float]) -> str:
 
 def _sizes(sizes: Sequence[Mapping[str, Any]]) -> str:
     forms = tuple(dict.fromkeys(growth["form"] for growth in sizes))
-    times = {(g["name"], g["form"]): _time(1e-9 * g["nanoseconds"]) for g in sizes}
+    times = {(g["name"], g["form"]): as_time(1e-9 * g["nanoseconds"]) for g in sizes}
     rows = [
         (f"`{name}`", *(times[name, form] for form in forms))
         for name in dict.fromkeys(growth["name"] for growth in sizes)
@@ -144,7 +146,7 @@ def _options(options: Iterable[Mapping[str, Any]]) -> str:
     rows = [
         (
             growth["form"],
-            _time(1e-9 * growth["nanoseconds"]),
+            as_time(1e-9 * growth["nanoseconds"]),
             f"{growth['ratio']:.2f}",
             " .. ".join(f"{end:.2f}" for end in growth["quartiles"]),
         )
@@ -159,8 +161,8 @@ def _ratios(ratios: Iterable[Mapping[str, Any]]) -> str:
             f"`{_short(r['name'])}`",
             r["form"],
             "one thread" if r["peer"] == r["name"] else r["peer"],
-            _factor(r["median"]),
-            " .. ".join(map(_factor, r["quartiles"])),
+            as_factor(r["median"]),
+            " .. ".join(map(as_factor, r["quartiles"])),
         )
         for r in ratios
     ]
@@ -183,9 +185,7 @@ def _loops(loops: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _in_words(loops: Sequence[Mapping[str, Any]]) -> str:
-    least = min((loop["ratio"] for loop in loops[1:]), default=None)
-    if least is None:
-        return "not measured, there was no gcc"
+    least = min(loop["ratio"] for loop in loops[1:])
     return f"the kernels take {1.0 / least:.2f} times as long as the faster loop in C"
 
 
@@ -206,8 +206,8 @@ def _first(startups: Iterable[Mapping[str, Any]]) -> str:
     rows = [
         (
             f"`{_short(s['env_id'])}`",
-            f"{_median(s['cold']):.1f} s",
-            f"{_median(s['warm']):.2f} s",
+            f"{statistics.median(s['cold']):.1f} s",
+            f"{statistics.median(s['warm']):.2f} s",
         )
         for s in startups
     ]
@@ -215,19 +215,7 @@ def _first(startups: Iterable[Mapping[str, Any]]) -> str:
 
 
 def _times(speeds: Mapping[tuple[str, str], float], *keys: Any) -> tuple[str, ...]:
-    return tuple(_time(1.0 / speeds[key]) if (key := tuple(k)) in speeds else "" for k in keys)
-
-
-def _time(seconds: float) -> str:
-    return f"{1e6 * seconds:.2f} us" if seconds >= 1e-6 else f"{1e9 * seconds:.0f} ns"
-
-
-def _factor(ratio: float) -> str:
-    return f"{ratio:.0f} x" if ratio >= 100.0 else f"{ratio:.3g} x"
-
-
-def _median(values: Sequence[float]) -> float:
-    return sorted(values)[len(values) // 2]
+    return tuple(as_time(1.0 / speeds[key]) if (key := tuple(k)) in speeds else "" for k in keys)
 
 
 def _short(name: str) -> str:

@@ -49,6 +49,23 @@ def test_plans_are_read_as_they_were_written_and_damaged_ones_are_refused(tmp_pa
         read_plans(file)
 
 
+def test_no_bit_of_a_file_can_be_wrong_unnoticed(tmp_path):
+    random, file = np.random.default_rng(0), tmp_path / "plans.npz"
+    plans = StoredPlans(random.normal(size=(5, 3, 2)).astype(np.float32), 4)
+    write(file, plans)
+    sound, n_refused = file.read_bytes(), 0
+    for k in random.integers(8 * len(sound), size=500).tolist():
+        content = bytearray(sound)
+        content[k // 8] ^= 1 << k % 8
+        file.write_bytes(content)
+        try:  # some bits say only when and where a file was packed
+            again = read_plans(file)
+            assert again.hold == 4 and np.array_equal(again.actions, plans.actions)
+        except DamagedFileError:
+            n_refused += 1
+    assert n_refused > 250
+
+
 def test_the_command_plans_and_says_who_found_it(tmp_path, capsys):
     env_id = "RigidEnvs/CoinPark-v0"
     assert main(["best", env_id, "--plan", "--starts", "3", "--out", str(tmp_path)]) == 0
