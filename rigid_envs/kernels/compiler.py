@@ -73,8 +73,12 @@ def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = 
         parts: Functions, classes and tuples of numbers in a closure.
     """
     label = label or f"{function.__module__}.{function.__name__}"
-    compiled = _numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
     folder, name = cache_directory(), cache_name(label, parts or (function,))
+    if name is not None:
+        # Numba counts the functions of a process in its names for them: the code of two loops that
+        # other processes have compiled could bear the same one, and be taken for each other
+        function.__qualname__ = name
+    compiled = _numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
     if folder is not None and name is not None:
         compiled._cache = KernelCache(function, folder, name)
     _labels[compiled] = label.removeprefix("rigid_envs.")

@@ -74,6 +74,38 @@ def test_without_a_place_to_keep_them_kernels_are_compiled_per_process(
     assert run(source, tmp_path / base)[:2] == (3.0, 0)
 
 
+PLACES = """
+import sys
+import numpy as np
+from rigid_envs.kernels import free_body, heavy_top, roller
+from rigid_envs.kernels.compiler import address_of, compiled_for
+
+rows = (np.ones((1, 1)), np.ones(1), np.ones((1, 1)))
+systems = {"body": free_body.FREE_BODY, "top": heavy_top.HEAVY_TOP, "roller": roller.ROLLER}
+kernels = [systems[name].measure_rows for name in sys.argv[1:]]
+for kernel in kernels:
+    compiled_for(kernel, *rows)
+print(len({address_of(kernel, *rows) for kernel in kernels}))
+"""
+
+
+def test_kernels_that_different_processes_have_compiled_are_not_mixed_up(tmp_path: Path) -> None:
+    def places(*names: str) -> int:
+        done = subprocess.run(
+            [sys.executable, "-c", PLACES, *names],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return int(done.stdout)
+
+    names = ("body", "top", "roller")
+    for name in names:  # each is the first function that its process compiles
+        assert places(name) == 1
+    assert places(*names) == len(names)
+
+
 RESET = "import gymnasium, rigid_envs; gymnasium.make('RigidEnvs/BallGrid-v0').reset(seed=0)"
 LOGGED = f"import logging; logging.basicConfig(level='INFO'); {RESET}"
 
