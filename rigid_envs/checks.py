@@ -25,6 +25,7 @@ __all__ = [
     "number",
     "positive",
     "positive_array",
+    "real_numbers",
     "require",
     "rotation_matrix",
     "unit_length",
@@ -59,6 +60,25 @@ def require(ok: bool | NDArray[np.bool_], value: Any, name: str, expected: str) 
     raise ValueError(f"{name}{index or ''} = {_text(shown)}; expected {expected}")
 
 
+def real_numbers(value: ArrayLike, name: str, entries: str = "") -> Array:
+    """Real numbers as float64, NaN and infinity among them.
+
+    Text would be parsed, and complex numbers would lose their imaginary part.
+
+    Raises:
+        ValueError: no real numbers.
+    """
+    try:
+        raw = np.asarray(value)
+    except (ValueError, OverflowError):  # nested sequences of different lengths
+        raw = np.asarray(None)
+    if raw.dtype.kind not in "iuf" or _holds_boolean(value):
+        raise ValueError(
+            f"{name} = {_text(value)}; expected real numbers" + (f" ({entries})" if entries else "")
+        )
+    return np.asarray(raw, dtype=np.float64)
+
+
 def array(value: ArrayLike, name: str, *shape: int, entries: str = "") -> Array:
     """Finite float64 numbers of shape (..., *shape).
 
@@ -71,7 +91,7 @@ def array(value: ArrayLike, name: str, *shape: int, entries: str = "") -> Array:
     Raises:
         ValueError: no real numbers, another shape, NaN or infinity.
     """
-    rows = _real(value, name, entries)
+    rows = real_numbers(value, name, entries)
     if shape and rows.shape[-len(shape) :] != shape:
         expected = ", ".join(["...", *map(str, shape)])
         layout = f": the last axis is ({entries})" if entries else ""
@@ -238,19 +258,6 @@ def rotation_matrix(value: ArrayLike, name: str) -> Array:
     handed = "a right-handed matrix, det = 1: this is a reflection, swap or negate an axis"
     require(np.linalg.det(rows) >= 0.0, rows, name, handed)
     return rows
-
-
-def _real(value: ArrayLike, name: str, entries: str) -> Array:
-    """Real numbers as float64: text would be parsed, complex numbers lose their imaginary part."""
-    try:
-        raw = np.asarray(value)
-    except (ValueError, OverflowError):  # nested sequences of different lengths
-        raw = np.asarray(None)
-    if raw.dtype.kind not in "iuf" or _holds_boolean(value):
-        raise ValueError(
-            f"{name} = {_text(value)}; expected real numbers" + (f" ({entries})" if entries else "")
-        )
-    return np.asarray(raw, dtype=np.float64)
 
 
 def _number(value: Any, name: str, expected: str) -> float:

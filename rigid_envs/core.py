@@ -18,6 +18,7 @@ from rigid_envs.kernels.layout import CLOCK, FLAGS
 from rigid_envs.kernels.reset_loop import BEGIN, BEGIN_UNSEEN, OBSERVE, PARAMETERS_GIVEN
 from rigid_envs.kernels.rows import LANES
 from rigid_envs.moment import Moment
+from rigid_envs.states import StateFormat
 from rigid_envs.tasks.base import Task
 from rigid_envs.tasks.buffer import new_buffer, parameter_slot, slots_for
 from rigid_envs.tasks.starts import Start
@@ -85,6 +86,10 @@ class Core:
         Args:
             rows: indices of the rows, int64, contiguous: compiled code takes them as they are.
             start: given states and parameters; the rest is drawn.
+
+        Raises:
+            ValueError: a given start is too fast for the step of the integrator; the rows have
+                changed.
         """
         self._begin(self.buffer, rows, BEGIN)
         if start.parameters:
@@ -95,15 +100,17 @@ class Core:
         if start.state:
             for k, value in start.state.items():
                 self._write(rows, self._slots.state + k, value)
-            self._begin(self.buffer, rows, OBSERVE)
+            outside = self._begin(self.buffer, rows, OBSERVE)
+            if outside >= 0:
+                raise ValueError(
+                    f"state = {self.y[outside].tolist()} of row {outside}; expected rates of at "
+                    f"most {self.task.fastest:.6g} rad/s, for which the integrator is accurate: "
+                    "take more n_substeps"
+                )
 
     def reset_unseen(self, rows: Integers) -> None:
         """Begin a new episode in the given rows; all results of their last step become zero."""
         self._begin(self.buffer, rows, BEGIN_UNSEEN)
-
-    def observe(self) -> None:
-        """Recompute `observations` from the states of all rows."""
-        self._begin(self.buffer, np.arange(self.n_rows), OBSERVE)
 
     def seed(self, rows: Integers, keys: npt.NDArray[np.uint64]) -> None:
         """Set new random streams of rows; their episode counters restart at 0."""
@@ -117,9 +124,13 @@ class Core:
         return compiled_for(self.task.compiled.step, self.buffer, 0, 0)
 
     @cached_property
-    def _begin(self) -> Callable[[Array, Integers, int], None]:
+    def _begin(self) -> Callable[[Array, Integers, int], int]:
         """Compiled ``reset(buffer, rows, mode)``: see `reset_loop.reset_rows`."""
         return compiled_for(self.task.compiled.reset, self.buffer, np.zeros(1, np.int64), 0)
+
+    @cached_property
+    def _format(self) -> StateFormat:
+        return StateFormat(self.task, self._slots)
 
     @property
     def y(self) -> Array:
@@ -191,29 +202,22 @@ class Core:
         )
 
     def get_state(self) -> dict[str, Array]:
-        """Complete state of the rows, by name, each part of shape (N, k)."""
-        return {name: self._columns(*ends) for name, ends in self._state_parts().items()}
+        """Complete state of the rows, by name, each part of shape (N, k): see `StateFormat`."""
+        parts = {name: self._columns(*ends) for name, ends in self._format.parts.items()}
+        return {"digest": np.full((self.n_rows, 1), self._format.digest), **parts}
 
     def set_state(self, state: Mapping[str, npt.ArrayLike]) -> None:
         """Restore the result of `get_state`; the continuation is bitwise the same.
 
         Raises:
-            ValueError: missing part or wrong shape; the state is unchanged.
+            ValueError: not a state of this task in this configuration, or a number that no row can
+                have; the state is unchanged.
         """
-        parts = self._state_parts()
-        if set(state) != set(parts):
-            raise ValueError(f"state has keys {sorted(state)}; expected {sorted(parts)}")
-        arrays = {name: np.asarray(state[name], dtype=np.float64) for name in parts}
-        for name, (first, last) in parts.items():
-            if arrays[name].shape != (self.n_rows, last - first):
-                raise ValueError(
-                    f"state[{name!r}] has shape {arrays[name].shape}; "
-                    f"expected {(self.n_rows, last - first)}"
-                )
+        arrays = self._format.checked(state, self.n_rows)
         blocks, lanes = np.divmod(np.arange(self.n_rows), LANES)
-        for name, (first, last) in parts.items():
+        for name, (first, last) in self._format.parts.items():
             self._blocks[blocks, first:last, lanes] = arrays[name]
-        self.observe()
+        self._begin(self.buffer, np.flatnonzero(self._format.begun(arrays)), OBSERVE)
 
     def __getstate__(self) -> dict[str, Any]:
         """All attributes except the views, which refer to the buffer."""
@@ -269,15 +273,3 @@ class Core:
         """Set one slot of some rows."""
         blocks, lanes = np.divmod(rows, LANES)
         self._blocks[blocks, slot, lanes] = value
-
-    def _state_parts(self) -> dict[str, tuple[int, int]]:
-        """First and last slot of every part of the complete state."""
-        s = self._slots
-        parts = {
-            "y": (s.state, s.inputs),
-            "parameters": (s.parameters, s.aux),
-            "aux": (s.aux, s.clock),
-            "clock": (s.clock, s.action),
-            "history": (s.history, s.total),
-        }
-        return {name: ends for name, ends in parts.items() if ends[0] < ends[1]}

@@ -16,11 +16,11 @@ from rigid_envs.core import Core
 from rigid_envs.envs.arguments import FLOAT32, INTEGERS, actions_of, new_task, options_of
 from rigid_envs.envs.display import MODES, Shown, frames_per_second
 from rigid_envs.envs.durations import checked_steps, further_steps
-from rigid_envs.envs.streams import python_seed, stream_key
+from rigid_envs.envs.streams import python_seed, stream_key, undone_if_refused
 from rigid_envs.envs.task_spaces import INFO_FLAGS, action_space, info_keys, observation_space
 from rigid_envs.moment import Moment
 from rigid_envs.systems import System
-from rigid_envs.tasks.starts import start_from
+from rigid_envs.tasks.starts import Start, start_from
 
 __all__ = ["RigidEnv"]
 
@@ -153,18 +153,19 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             Observation and info, with the keys and types that `step` gives.
 
         Raises:
-            ValueError: unknown option, wrong state or parameter; the state is unchanged.
+            ValueError: unknown option, wrong state or parameter, or a start that is too fast for
+                the step of the integrator; the state is unchanged.
             ClosedEnvironmentError: after `close`.
         """
         if self._status == _CLOSED:
             raise ClosedEnvironmentError(f"{self._name}: reset after close; make a new environment")
         given = options_of(options, ("state", "params"), self._name)
         start = start_from(self.task, 1, given.get("state"), given.get("params"))
-        super().reset(seed=python_seed(seed))
-        if self.np_random is not self._keyed_by:
-            self._core.seed(self._row, np.array([stream_key(self.np_random)]))
-            self._keyed_by = self.np_random
-        self._core.reset(self._row, start)
+        if seed is None and not given:
+            self._begin(None, start)
+        else:
+            with undone_if_refused(self):
+                self._begin(seed, start)
         self._status, self._steps_left = _RUNNING, self._checked_steps
         if self.render_mode == "human":
             self.render()
@@ -231,13 +232,23 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
         """Restore the result of `get_state`; the continuation is bitwise the same.
 
         Raises:
-            ValueError: missing part or wrong shape; the state is unchanged.
+            ValueError: not a state of this environment in this configuration, or a number that it
+                cannot have; the state is unchanged.
         """
-        self._core.set_state({name: np.asarray(part)[None] for name, part in state.items()})
+        rows: dict[str, Any] = {name: [part] for name, part in dict(state).items()}
+        self._core.set_state(rows)
         self._keyed_by = self.np_random  # keep the restored random stream
         if self._status != _CLOSED:
             self._status = _RUNNING if self._core.running[0] else _ENDED
             self._steps_left = 0  # the next step checks the clock
+
+    def _begin(self, seed: int | None, start: Start) -> None:
+        """Seed the random stream, where that is asked for, and begin an episode."""
+        super().reset(seed=python_seed(seed))
+        if self.np_random is not self._keyed_by:
+            self._core.seed(self._row, np.array([stream_key(self.np_random)]))
+            self._keyed_by = self.np_random
+        self._core.reset(self._row, start)
 
     def _allow_step(self) -> None:
         """Check that an episode runs, and set the number of steps until the next check.

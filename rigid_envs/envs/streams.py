@@ -1,12 +1,13 @@
 """Keys of the random streams of rows."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from gymnasium.utils import seeding
 
-__all__ = ["python_seed", "seeded_key", "seeds_of", "stream_key"]
+__all__ = ["python_seed", "seeded_key", "seeds_of", "stream_key", "undone_if_refused"]
 
 
 def stream_key(generator: np.random.Generator) -> np.uint64:
@@ -38,3 +39,20 @@ def seeds_of(seed: int | Sequence[int | None] | None, num_envs: int, env_id: str
             f"{env_id}: seed has {len(seeds)} entries; expected {num_envs}, one for each row"
         )
     return seeds
+
+
+@contextmanager
+def undone_if_refused(env: Any) -> Iterator[None]:
+    """A reset that is refused changes nothing: rows, random streams and generator are as before."""
+    attributes, rows = dict(env.__dict__), env._core.buffer.copy()
+    generator = env._np_random
+    drawn = None if generator is None else generator.bit_generator.state
+    try:
+        yield
+    except Exception:
+        env.__dict__.clear()
+        env.__dict__.update(attributes)
+        env._core.buffer[:] = rows
+        if generator is not None:
+            generator.bit_generator.state = drawn
+        raise

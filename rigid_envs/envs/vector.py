@@ -28,7 +28,7 @@ from rigid_envs.envs.arguments import (
 from rigid_envs.envs.display import MODES, Shown, frames_per_second
 from rigid_envs.envs.durations import checked_steps, further_steps
 from rigid_envs.envs.infos import blank_infos, keep_final
-from rigid_envs.envs.streams import seeded_key, seeds_of
+from rigid_envs.envs.streams import seeded_key, seeds_of, undone_if_refused
 from rigid_envs.envs.task_spaces import INFO_FLAGS, action_space, info_keys, observation_space
 from rigid_envs.kernels.layout import FLAGS
 from rigid_envs.kernels.step_loop import ENDED
@@ -145,7 +145,8 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             Observations (N, n) and infos, with the keys and types that `step` gives.
 
         Raises:
-            ValueError: unknown option, wrong mask, seed, state or parameter; no row has changed.
+            ValueError: unknown option, wrong mask, seed, state or parameter, or a start that is
+                too fast for the step of the integrator; no row has changed.
             ClosedEnvironmentError: after `close`.
         """
         if self.closed:
@@ -153,8 +154,9 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         given = options_of(options, ("state", "params", "reset_mask"), self._name)
         rows = rows_of(given.get("reset_mask"), self.num_envs, self._name)
         start = start_from(self.task, len(rows), given.get("state"), given.get("params"))
-        self._seed(seed, rows)
-        self._core.reset(rows, start)
+        with undone_if_refused(self):
+            self._seed(seed, rows)
+            self._core.reset(rows, start)
         self._ended = np.setdiff1d(self._ended, rows)
         self._fresh = self._fresh and self._ended.size > 0
         self._steps_left = 0
@@ -294,7 +296,8 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         """Restore the result of `get_state`; the continuation is bitwise the same.
 
         Raises:
-            ValueError: missing part or wrong shape; the state is unchanged.
+            ValueError: not a state of this environment in this configuration, or a number that it
+                cannot have; the state is unchanged.
         """
         self._core.set_state(state)
         self._ended = np.flatnonzero(~self._core.running)

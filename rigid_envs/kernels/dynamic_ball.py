@@ -15,7 +15,7 @@ from typing import NamedTuple
 from rigid_envs.kernels.algebra import Vector, attitude, compose, dot, normalize_near_unit
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.dynamics import Dynamics
-from rigid_envs.kernels.elementary import fma, sincos
+from rigid_envs.kernels.elementary import fma, sincos, sqrt
 from rigid_envs.kernels.turns import cayley, half_turn, tangent
 
 __all__ = ["DYNAMIC_BALL", "Input", "Invariants", "Parameters", "State", "level_step"]
@@ -276,6 +276,13 @@ def invariants(y: State, p: Parameters) -> Invariants:
     return Invariants(p.m * fma(p.g, height, 0.5 * square), y.spin)
 
 
+@scalar
+def rate(y: State, p: Parameters) -> float:
+    """Angular rate of the ball [rad/s]."""
+    omega = ball_rate(y, plate_rate(y), p)
+    return sqrt(dot(omega, omega))
+
+
 DYNAMIC_BALL = Dynamics(
-    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants
+    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants, rate=rate
 )

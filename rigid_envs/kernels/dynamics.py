@@ -9,14 +9,21 @@ from functools import cached_property
 from typing import Any
 
 from rigid_envs.kernels import batch
+from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.batch import Array
-from rigid_envs.kernels.compiler import kernel
+from rigid_envs.kernels.compiler import kernel, scalar
 from rigid_envs.kernels.composition import SUZUKI
 from rigid_envs.kernels.rows import Prototype, prototype
 
 __all__ = ["Dynamics"]
 
 Function = Callable[..., Any]
+
+
+@scalar
+def at_rest(_y: Row, _p: Row) -> float:
+    """Rate 0, of a system whose rates are those of its input."""
+    return 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +42,8 @@ class Dynamics:
         restore: ``restore(y) -> y`` with rounding drift removed (|q| = 1).
         invariants: ``invariants(y, p) -> Invariants``.
         weights: lengths of the stages that a step is composed of (`kernels.composition`).
+        rate: ``rate(y, p)``, largest rate [rad/s] of the motion and of the turns of a step; an
+            episode whose rate leaves the stability envelope ends. By default 0: nothing limits it.
 
     Raises:
         TypeError: `Parameters` do not begin with the arguments of `derive`.
@@ -50,6 +59,7 @@ class Dynamics:
     restore: Function
     invariants: Function
     weights: tuple[float, ...] = SUZUKI
+    rate: Function = at_rest
 
     def __post_init__(self) -> None:
         """Check the order of the parameters."""

@@ -113,18 +113,19 @@ class Episode:
         advance, restore = self.advance or self.dynamics.step, self.dynamics.restore
         stages, prototypes = self.dynamics.weights, self.prototypes
         clip, turn, actuate = self.clip, self.turn, self.actuate
-        outcome, observe = self.outcome, self.observe
+        outcome, rate, observe = self.outcome, self.dynamics.rate, self.observe
         step = step_loop.step_rows(
-            advance, restore, stages, clip, turn, actuate, outcome, observe, prototypes
+            advance, restore, stages, clip, turn, actuate, outcome, rate, observe, prototypes
         )
-        return self._kernel(step, advance, restore, clip, turn, actuate, outcome, observe)
+        return self._kernel(step, advance, restore, clip, turn, actuate, outcome, rate, observe)
 
     @cached_property
-    def reset(self) -> Callable[[Buffer, Array, int], None]:
-        """Compiled ``reset(buffer, rows, mode) -> None``; see `reset_loop.reset_rows`."""
-        derive, start, observe = self.derive or self.dynamics.derive, self.start, self.observe
-        reset = reset_loop.reset_rows(derive, start, observe, self.prototypes)
-        return self._kernel(reset, derive, start, observe)
+    def reset(self) -> Callable[[Buffer, Array, int], int]:
+        """Compiled ``reset(buffer, rows, mode) -> int``; see `reset_loop.reset_rows`."""
+        derive, start = self.derive or self.dynamics.derive, self.start
+        rate, observe = self.dynamics.rate, self.observe
+        reset = reset_loop.reset_rows(derive, start, rate, observe, self.prototypes)
+        return self._kernel(reset, derive, start, rate, observe)
 
     @cached_property
     def reward(self) -> Callable[[Array, Array, Array, Array, Array], None]:

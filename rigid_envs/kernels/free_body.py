@@ -5,13 +5,31 @@ State y = (q, omega): attitude (w, x, y, z) and angular velocity in body axes [r
 
 from typing import NamedTuple
 
-from rigid_envs.kernels.algebra import Quaternion, Row, Vector, attitude, compose, normalize, rotate
+from rigid_envs.kernels.algebra import (
+    Quaternion,
+    Row,
+    Vector,
+    attitude,
+    compose,
+    dot,
+    normalize,
+    rotate,
+)
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.dynamics import Dynamics
-from rigid_envs.kernels.elementary import fma
+from rigid_envs.kernels.elementary import fma, sqrt
 from rigid_envs.kernels.turns import cayley, tangent
 
-__all__ = ["FREE_BODY", "Input", "Invariants", "Parameters", "State", "free_rotation", "rotor"]
+__all__ = [
+    "FREE_BODY",
+    "Input",
+    "Invariants",
+    "Parameters",
+    "State",
+    "fastest_turn",
+    "free_rotation",
+    "rotor",
+]
 
 
 class State(NamedTuple):
@@ -117,6 +135,13 @@ def free_rotation(q: Quaternion, omega: Vector, ratios: Row, h: float) -> tuple[
 
 
 @scalar
+def fastest_turn(omega: Vector, r12: float, r32: float) -> float:
+    """Largest rate of the body and of the turns of `free_rotation` [rad/s]."""
+    momentum = (r12 * omega[0], omega[1], r32 * omega[2])
+    return sqrt(max(dot(omega, omega), dot(momentum, momentum)))
+
+
+@scalar
 def _turn_about_1(q: Quaternion, omega: Vector, a: float, r23: float, r32: float) -> Turned:
     m, s = cayley(a)
     turned = (fma(-a, q[1], q[0]), fma(a, q[0], q[1]), fma(a, q[3], q[2]), fma(-a, q[2], q[3]))
@@ -173,4 +198,12 @@ def invariants(y: State, p: Parameters) -> Invariants:
     return Invariants(energy, square, *rotate(attitude(y), L))
 
 
-FREE_BODY = Dynamics(State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants)
+@scalar
+def rate(y: State, p: Parameters) -> float:
+    """Larger one of norm(omega) and norm(L) / I2, the rate of the turn about L [rad/s]."""
+    return fastest_turn((y.omega1, y.omega2, y.omega3), p.r12, p.r32)
+
+
+FREE_BODY = Dynamics(
+    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants, rate=rate
+)

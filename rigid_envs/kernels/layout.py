@@ -89,6 +89,7 @@ class Settings(NamedTuple):
     rotation: int
     noisy_actions: int
     noisy_observations: int
+    fastest: float
     weights: int
     constants: int
     ranges: int
@@ -135,7 +136,7 @@ def read_settings(buffer: Buffer) -> Settings:
         int(buffer[8]),
         int(buffer[9]),
         int(buffer[10]),
-        int(buffer[11]),
+        buffer[11],
         int(buffer[12]),
         int(buffer[13]),
         int(buffer[14]),
@@ -143,6 +144,7 @@ def read_settings(buffer: Buffer) -> Settings:
         int(buffer[16]),
         int(buffer[17]),
         int(buffer[18]),
+        int(buffer[19]),
     )
 
 

@@ -32,20 +32,22 @@ Function = Callable[..., Any]
 
 
 def reset_rows(
-    derive: Function, start: Function, observe: Function, prototypes: Prototypes
-) -> Callable[[Buffer, Any, int], None]:
+    derive: Function, start: Function, rate: Function, observe: Function, prototypes: Prototypes
+) -> Callable[[Buffer, Any, int], int]:
     """Loop ``reset(buffer, rows, mode)`` of some functions.
 
     It begins a new episode in the given rows and writes their observations. `BEGIN` draws
     parameters and an initial state. `BEGIN_UNSEEN` does the same and sets the results of the last
     step to zero. `PARAMETERS_GIVEN`, after one of these, keeps the parameters and draws the initial
-    state again. `OBSERVE` draws nothing.
+    state again. `OBSERVE` draws nothing. It returns the last one of the rows whose rate is outside
+    the envelope of the integrator, or -1.
     """
 
-    def reset(buffer: Buffer, rows: Any, mode: int) -> None:
+    def reset(buffer: Buffer, rows: Any, mode: int) -> int:
         s = read_settings(buffer)
         slots = slots_of(prototypes, s.n_delays, s.n_observation)
         c = load(buffer, s.constants, prototypes.constants, 1)
+        outside = -1
         for row in rows:
             block, lane = row // LANES, row % LANES
             base = s.blocks + block * slots.total * LANES
@@ -54,10 +56,14 @@ def reset_rows(
             if mode <= BEGIN_UNSEEN:
                 _new_episode(prototypes, buffer, s, slots, base + lane)
                 _draw_parameters(prototypes, buffer, s, slots, base + lane)
+            _derive_parameters(derive, prototypes, buffer, slots, base + lane)
             if mode != OBSERVE:
-                _draw_start(derive, start, prototypes, buffer, slots, base + lane, c)
+                _draw_start(start, prototypes, buffer, slots, base + lane, c)
+            if _is_outside(rate, prototypes, buffer, s, slots, base + lane):
+                outside = row
             observe_rows(observe, prototypes, buffer, s, slots, base, lane, lane + 1, c)
             publish_rows(buffer, s, slots, base, block * LANES, lane, lane + 1)
+        return outside
 
     return reset
 
@@ -104,19 +110,29 @@ def _draw_parameters(
 
 
 @phase
-def _draw_start(
-    derive: Function,
-    start: Function,
-    prototypes: Prototypes,
-    buffer: Buffer,
-    slots: Slots,
-    at: int,
-    c: Row,
+def _derive_parameters(
+    derive: Function, prototypes: Prototypes, buffer: Buffer, slots: Slots, at: int
 ) -> None:
     parameters = at + slots.parameters * LANES
     p = derive(*load(buffer, parameters, prototypes.raw, LANES))
     store(buffer, parameters, p, LANES)
-    p = load(buffer, parameters, prototypes.parameters, LANES)
+
+
+@phase
+def _draw_start(
+    start: Function, prototypes: Prototypes, buffer: Buffer, slots: Slots, at: int, c: Row
+) -> None:
+    p = load(buffer, at + slots.parameters * LANES, prototypes.parameters, LANES)
     y, aux = start(stream_of(buffer, at + slots.clock * LANES, DRAW_START), p, c)
     store(buffer, at, y, LANES)
     store(buffer, at + slots.aux * LANES, aux, LANES)
+
+
+@phase
+def _is_outside(
+    rate: Function, prototypes: Prototypes, buffer: Buffer, s: Settings, slots: Slots, at: int
+) -> bool:
+    """Whether the rate of a row is outside the envelope of the integrator."""
+    y = load(buffer, at, prototypes.state, LANES)
+    p = load(buffer, at + slots.parameters * LANES, prototypes.parameters, LANES)
+    return not rate(y, p) <= s.fastest

@@ -106,4 +106,12 @@ def ratio(x: float) -> float:
     return sincos(x)[0] / x if x != 0.0 else 1.0
 
 
-ROLLER = Dynamics(State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants)
+@scalar
+def rate(y: State, p: Parameters) -> float:
+    """Rate at which the angle of descent changes, v curvature [rad/s]."""
+    return abs(y.v * p.curvature)
+
+
+ROLLER = Dynamics(
+    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants, rate=rate
+)

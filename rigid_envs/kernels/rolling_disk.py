@@ -256,6 +256,17 @@ def invariants(y: State, p: Parameters) -> Invariants:
     return Invariants(fma(p.m * p.g * p.radius, s, kinetic))
 
 
+@scalar
+def rate(y: State, p: Parameters) -> float:
+    """Sum of the rates of spin, of precession and fall, and of sqrt(g / radius) [rad/s].
+
+    Precession and fall count 1 / sin(theta) times: that is how fast heading and sin(theta) change.
+    """
+    _, _, s, _ = inclination(attitude(y))
+    across = sqrt(fma(y.omega1, y.omega1, y.omega2 * y.omega2))
+    return abs(y.omega3) + across / s + sqrt(p.g / p.radius)
+
+
 ROLLING_DISK = Dynamics(
-    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants
+    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants, rate=rate
 )

@@ -50,6 +50,7 @@ def step_rows(
     turn: Function,
     actuate: Function,
     outcome: Function,
+    rate: Function,
     observe: Function,
     prototypes: Prototypes,
 ) -> Callable[[Buffer, int, int], int]:
@@ -83,7 +84,7 @@ def step_rows(
             _actuate(actuate, prototypes, buffer, slots, base, n, c)
             h = s.dt / s.n_substeps
             integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
-            n_raised += _conclude(outcome, prototypes, buffer, s, slots, base, n, weights, c)
+            n_raised += _conclude(outcome, rate, prototypes, buffer, s, slots, base, n, weights, c)
             _pack_flags(buffer, slots, base)
             observe_rows(observe, prototypes, buffer, s, slots, base, 0, n, c)
             publish_rows(buffer, s, slots, base, row, 0, n)
@@ -176,6 +177,7 @@ def _actuate(
 @phase
 def _conclude(
     outcome: Function,
+    rate: Function,
     prototypes: Prototypes,
     buffer: Buffer,
     s: Settings,
@@ -187,11 +189,12 @@ def _conclude(
 ) -> int:
     """Write cost, reward terms, reward and flags, and advance the clock.
 
-    Returns how many rows have a flag, plus `ENDED` times how many episodes ended. A state that is
-    not finite or too large ends the episode; see `_mend`. Everything is written to the block, at
-    distances known when this is compiled: otherwise the loop would need a check at run time of each
-    pair of places for overlap, more than the compiler makes, and would not become vector
-    instructions.
+    Returns how many rows have a flag, plus `ENDED` times how many episodes ended. A physics error
+    ends the episode, see `_mend`: a state that is not finite or too large, or one with which it
+    would go on faster than the envelope of the integrator allows. Everything is written to the
+    block, at distances known when this is compiled: otherwise the loop would need a check at run
+    time of each pair of places for overlap, more than the compiler makes, and would not become
+    vector instructions.
     """
     elapsed = base + (slots.clock + CLOCK.elapsed) * LANES
     running = base + (slots.clock + CLOCK.running) * LANES
@@ -206,7 +209,8 @@ def _conclude(
         aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
         aux, terms, cost, success, done = outcome(y, u, aux, p, c, s.dt)
         store(buffer, base + slots.aux * LANES + i, aux, LANES)
-        broken, reward = _is_broken(y), weighted_sum(weights, terms)
+        broken = _is_broken(y) | ((rate(y, p) > s.fastest) & (not done))
+        reward = weighted_sum(weights, terms)
         store(buffer, results + i, (cost,), LANES)
         store(buffer, results + LANES + i, terms, LANES)
         store(buffer, reward_at + i, (reward,), LANES)

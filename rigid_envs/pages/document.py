@@ -48,8 +48,9 @@ _REWARD = (
     'without their weights are in `info["reward/<term>"]`.'
 )
 _PHYSICS_ERROR = (
-    'It also terminates, without reward and with `info["physics_error"]`, if a number of the state '
-    "is larger than 1e9."
+    'It also terminates, without reward and with `info["physics_error"]`, if the motion becomes '
+    "too fast for the integrator, which it cannot from a start that is drawn, or if a number "
+    "of the state is larger than 1e9."
 )
 _ARGUMENTS = (
     "Keyword arguments of `gym.make` and `gym.make_vec`. Unknown names and values that are not "

@@ -27,7 +27,7 @@ RANGE_NOTE = "~ or a pair `(low, high)`, from which every reset draws."
 _FLAGS = {
     "is_success": "the step is a success",
     "action_clipped": "the action was outside its space",
-    "physics_error": "a number of the state left all bounds, which ended the episode",
+    "physics_error": "the motion left what the integrator resolves, which ended the episode",
 }
 
 

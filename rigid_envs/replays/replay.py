@@ -24,7 +24,7 @@ from rigid_envs.tasks import Task
 
 __all__ = ["FORMAT", "VERSION", "Replay", "id_of", "load_replay"]
 
-FORMAT, VERSION = "rigid-envs replay", 1
+FORMAT, VERSION = "rigid-envs replay", 2
 _HEADER = "header"
 _KEYS = {"format", "version", "env_id", "config", "rows", "units", "episodes", "provenance"}
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
+from rigid_envs import checks
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_disk, single
 from rigid_envs.kernels.algebra import Row, attitude, matrix, matrix_product, unit_quaternion
@@ -293,6 +296,12 @@ class BallParkGoal(Task):
             *goal,
             Entry("X / radius", "1", "world", -FAR, FAR),
             Entry("Y / radius", "1", "world", -FAR, FAR),
+        )
+
+    def check_auxiliary(self, aux: Any) -> None:
+        """Refuse goals whose attitude is no unit quaternion."""
+        checks.unit_quaternion(
+            np.stack([aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z], -1), "goal"
         )
 
     def largest_rate(self, duration: float) -> float:

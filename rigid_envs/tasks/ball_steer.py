@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
+from rigid_envs.checks import unit_length, unit_quaternion
 from rigid_envs.kernels import randoms, rolling_ball
 from rigid_envs.kernels.actions import clip_to_disk, single
 from rigid_envs.kernels.algebra import Row, Vector, attitude, compose, log_rotation
@@ -312,6 +315,13 @@ class BallSteer(Task):
             Entry("curvature * radius", "1", "path", -_BENT, _BENT),
             *(Entry(f"force_{k} * radius^2", "1", "world", -_BENT, _BENT) for k in "XY"),
         )
+
+    def check_auxiliary(self, aux: Any) -> None:
+        """Refuse references whose attitude or heading has not the length 1."""
+        attitude = (aux.reference_w, aux.reference_x, aux.reference_y, aux.reference_z)
+        unit_quaternion(np.stack(attitude, -1), "reference")
+        X, Y = aux.heading_X, aux.heading_Y
+        unit_length(np.sqrt(X * X + Y * Y), np.stack([X, Y], -1), "heading")
 
     def largest_rate(self, duration: float) -> float:
         """Rolling rate at full speed."""

@@ -194,6 +194,16 @@ class Task(WithinEnvelope, Settings, abc.ABC):
         self.episode.reward(found, wanted, weights, constants, out)
         return out.reshape(pair[0].shape[:-1])
 
+    def check_auxiliary(self, aux: Any) -> None:
+        """Refuse auxiliary numbers that no episode has: all finite ones are taken by default.
+
+        Args:
+            aux: an `Auxiliary` of arrays, each of shape (N,).
+
+        Raises:
+            ValueError: for example, the attitude of a goal that is no unit quaternion.
+        """
+
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Range of every parameter drawn at reset: of the system, then of noise and delay."""
         system = {name: span(getattr(self, field)) for name, field in self._fields().items()}

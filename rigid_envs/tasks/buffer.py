@@ -51,6 +51,7 @@ def new_buffer(
         rotation=task.rotation_code,
         noisy_actions=int(noise > 0),
         noisy_observations=int(blur > 0),
+        fastest=task.fastest,
         weights=n_head,
         constants=n_head + len(weights),
         ranges=n_head + len(weights) + len(constants),

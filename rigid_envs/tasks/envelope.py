@@ -74,17 +74,21 @@ class WithinEnvelope(abc.ABC):
 
     def stable_steps(self) -> int:
         """Largest number of steps within the stability envelope; 2**31 at most."""
-        allowed = self.largest_turn * self.n_substeps / self.dt * (1.0 + _SLACK)
         low, high = 0, 2**31
-        if self.largest_rate(high * self.dt) <= allowed:
+        if self.largest_rate(high * self.dt) <= self.fastest:
             return high
         while high - low > 1:
             middle = (low + high) // 2
-            if self.largest_rate(middle * self.dt) <= allowed:
+            if self.largest_rate(middle * self.dt) <= self.fastest:
                 low = middle
             else:
                 high = middle
         return low
+
+    @property
+    def fastest(self) -> float:
+        """Largest rate at which the step of the integrator is within the envelope [rad/s]."""
+        return self.largest_turn * self.n_substeps / self.dt * (1.0 + _SLACK)
 
     @property
     def largest_turn(self) -> float:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
+from rigid_envs.checks import unit_quaternion
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_box
 from rigid_envs.kernels.algebra import Row
@@ -238,6 +241,10 @@ class Reorient(MiddleMoments, Task):
         turn = (Entry(f"R{i}{j}", "1", "body to world", -1.0, 1.0) for i in "123" for j in "123")
         goal = (*turn, *rates)
         return (*goal, *goal, *rates)
+
+    def check_auxiliary(self, aux: Any) -> None:
+        """Refuse goals whose attitude is no unit quaternion."""
+        unit_quaternion(np.stack([aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z], -1), "goal")
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque from rest."""

@@ -57,7 +57,7 @@ def point_of(envs: RigidVectorEnv, action: npt.NDArray[Any]) -> Point:
     """States, parameters and an action of all rows."""
     task, state = envs.task, envs.get_state()
     names = task.system_type.parameter_names()
-    raw = state["parameters"][:, : len(names)].T
+    raw = state["parameters"].T
     return Point(
         y=task.episode.dynamics.State(*state["y"].T),
         aux=task.episode.Auxiliary(*state["aux"].T) if "aux" in state else (),
@@ -72,10 +72,8 @@ def put(envs: RigidVectorEnv, point: Point) -> None:
     state["y"] = np.stack(point.y, axis=-1)
     if len(point.aux):
         state["aux"] = np.stack(point.aux, axis=-1)
-    derive = envs.task.episode.derive or envs.task.episode.dynamics.derive
     values = [point.parameters[name] for name in envs.task.system_type.parameter_names()]
-    rows = [derive(*row) for row in np.stack(values, axis=-1)]
-    state["parameters"][:, : len(rows[0])] = rows
+    state["parameters"] = np.stack(values, axis=-1)
     envs.set_state(state)
 
 

@@ -83,8 +83,9 @@ def test_beyond_the_envelope_of_the_system_the_energy_stays_bounded(name):
     task = envs.unwrapped.task
     rate = task.largest_turn / task.dt
     rng = np.random.default_rng(0)
-    axes = rng.normal(size=(64, 3))
-    omega = 0.9 * rate * axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    axes, moments = rng.normal(size=(64, 3)), envs.unwrapped.task.system().moments
+    turns = [np.linalg.norm(rates, axis=1) for rates in (axes, axes * moments / moments[1])]
+    omega = 0.8 * rate * axes / np.max(turns, axis=0)[:, None]  # drawn moments differ
     envs.reset(seed=0, options={"state": {"omega_body": omega}})
     systems = envs.unwrapped.systems
     states = []

@@ -162,7 +162,7 @@ CHANGES = {
     r"no header": lambda a: a.pop("header"),
     r"header is no JSON": lambda a: a.update(header=np.zeros(9, dtype=np.uint8)),
     r"another format": header_with(format="video"),
-    r"version = 99; expected 1": header_with(version=99),
+    r"version = 99; expected 2": header_with(version=99),
     r"did you mean 'RigidEnvs/BallPark-v0'": header_with(env_id="RigidEnvs/BallPork-v0"),
     r"env_id = 3; expected a str": header_with(env_id=3),
     r"config.radius: radius": header_with(config={"radius": "large"}),
