@@ -52,7 +52,7 @@ class TopBalance(abc.ABC):
         dt: control period [s].
 
     Raises:
-        ValueError: a top that is not symmetric, numbers that are not positive.
+        ValueError: a top that is not symmetric or cannot fall, numbers that are not positive.
     """
 
     top: HeavyTop
@@ -69,6 +69,8 @@ class TopBalance(abc.ABC):
     def __post_init__(self) -> None:
         """Check the symmetry of the top and the numbers."""
         require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
+        weighs = self.top.critical_spin > 0.0
+        require(weighs, self.top, "top", "a top that can fall, g and ell above 0")
         positive(self.limit, "limit", "N m or m/s^2")
         positive(self.dt, "dt", "s")
 
@@ -130,7 +132,7 @@ class UprightBalance(TopBalance):
         dt: control period [s].
 
     Raises:
-        ValueError: a top that is not symmetric, numbers that are not positive.
+        ValueError: a top that is not symmetric or cannot fall, numbers that are not positive.
 
     Source: Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7; Anderson & Moore, *Optimal
     Control: Linear Quadratic Methods*, section 3.3.
@@ -169,7 +171,7 @@ class PivotBalance(TopBalance):
         dt: control period [s].
 
     Raises:
-        ValueError: a top that is not symmetric, numbers that are not positive.
+        ValueError: a top that is not symmetric or cannot fall, numbers that are not positive.
 
     Source: Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7, in the accelerated frame
     of the pivot.

@@ -11,12 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.checks import positive
+from rigid_envs.checks import non_negative, positive
 from rigid_envs.kernels.heavy_top import HEAVY_TOP
 from rigid_envs.systems.accessors import ATTITUDE, gamma, quaternion
 from rigid_envs.systems.base import System
 from rigid_envs.systems.free_body import fastest_turn
-from rigid_envs.systems.inertia import principal_moments
+from rigid_envs.systems.inertia import pivot_distance, principal_moments
 
 __all__ = ["HeavyTop"]
 
@@ -39,16 +39,20 @@ class HeavyTop(System):
     The integrator is a symmetric splitting composed to fourth order: the vertical momentum and
     (I1 = I2) the spin momentum are kept to rounding, the energy error is bounded for ever.
 
+    Without weight, g = 0, it is a `FreeBody` that is held at the pivot; with ell = 0, held at its
+    centre of mass, also the acceleration of the pivot has no effect on the rotation.
+
     Attributes:
         I1: principal moment about e1, at the pivot [kg m^2].
         I2: principal moment about e2, at the pivot [kg m^2].
         I3: principal moment about e3 [kg m^2].
         m: mass [kg].
-        g: gravitational acceleration, along -z of the world [m/s^2].
-        ell: distance from the pivot to the centre of mass, along e3 [m].
+        g: gravitational acceleration, along -z of the world, or 0 [m/s^2].
+        ell: distance from the pivot to the centre of mass, along e3, or 0 [m].
 
     Raises:
-        ValueError: parameters that no body has.
+        ValueError: parameters that no body has: about the centre of mass the moments are
+            I1 - m ell^2, I2 - m ell^2 and I3.
 
     Source: Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7.
     """
@@ -72,8 +76,9 @@ class HeavyTop(System):
         """Check the parameters."""
         principal_moments(self.I1, self.I2, self.I3)
         positive(self.m, "m", "kg")
-        positive(self.g, "g", "m/s^2")
-        positive(self.ell, "ell", "m")
+        non_negative(self.g, "g", "m/s^2")
+        non_negative(self.ell, "ell", "m")
+        pivot_distance(self.I1, self.I2, self.I3, self.m, self.ell)
 
     @property
     def moments(self) -> Array:
@@ -83,6 +88,8 @@ class HeavyTop(System):
     @property
     def critical_spin(self) -> float:
         """Spin of the sleeping threshold, 2 sqrt(I1 m g ell) / I3 [rad/s] (symmetric top).
+
+        It is 0 without weight.
 
         Source: Goldstein, Poole & Safko, section 5.7, equation (5.80).
         """

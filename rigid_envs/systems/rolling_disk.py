@@ -15,7 +15,7 @@ from rigid_envs.checks import positive, require
 from rigid_envs.kernels.rolling_disk import ROLLING_DISK
 from rigid_envs.systems.accessors import ATTITUDE, gamma, quaternion
 from rigid_envs.systems.adaptive import AdaptiveStepSystem
-from rigid_envs.systems.inertia import principal_moments
+from rigid_envs.systems.inertia import axial_moment, principal_moments
 
 __all__ = ["RollingDisk"]
 
@@ -45,7 +45,7 @@ class RollingDisk(AdaptiveStepSystem):
         m: mass [kg].
         radius: radius of the rim [m].
         I1: moment of inertia about a diameter, at the centre [kg m^2].
-        I3: moment of inertia about the axis [kg m^2].
+        I3: moment of inertia about the axis, at most m radius^2 [kg m^2].
         g: gravitational acceleration, along -z of the world [m/s^2].
 
     Raises:
@@ -75,6 +75,7 @@ class RollingDisk(AdaptiveStepSystem):
         positive(self.m, "m", "kg")
         positive(self.radius, "radius", "m")
         principal_moments(self.I1, self.I1, self.I3)
+        axial_moment(self.I3, self.m, self.radius)
         positive(self.g, "g", "m/s^2")
 
     @classmethod

@@ -40,7 +40,8 @@ class UprightCoin(AdaptiveStepSystem):
         m: mass [kg].
         radius: radius of the rim [m].
         I1: moment of inertia about a diameter [kg m^2].
-        I3: moment of inertia about the axis [kg m^2]; may be 0.
+        I3: moment of inertia about the axis, may be 0 [kg m^2]. What rolls on its rim alone has
+            m radius^2 at most; more is accepted, as of what turns with the coin on its holder.
         g: gravitational acceleration [m/s^2].
         slope: angle by which the plane descends along x [rad].
 

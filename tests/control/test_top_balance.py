@@ -151,9 +151,12 @@ def test_the_pivot_brings_back_a_tilt_within_five_metres():
     np.testing.assert_allclose(found, 0.16, atol=1e-9)
 
 
-def test_tops_without_symmetry_and_limits_that_are_none_are_refused():
+def test_tops_without_symmetry_or_weight_and_limits_that_are_none_are_refused():
     with pytest.raises(ValueError, match="expected a symmetric top, I1 = I2"):
         UprightBalance(HeavyTop(1.0, 1.1, 0.5), 0.3, DT)
+    for law, top in ((UprightBalance, HeavyTop(g=0.0)), (PivotBalance, HeavyTop(ell=0.0))):
+        with pytest.raises(ValueError, match=r"^top = HeavyTop\(.*; expected a top that can fall"):
+            law(top, 0.3, DT)
     with pytest.raises(ValueError, match=r"^limit = 0\.0; expected a positive finite number"):
         PivotBalance(TOP, 0.0, DT)
     with pytest.raises(ValueError, match=r"^dt = 0; expected a positive finite number \[s\]"):

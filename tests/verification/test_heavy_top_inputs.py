@@ -88,7 +88,7 @@ def test_a_steady_pivot_velocity_changes_nothing():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_without_weight_a_body_torque_drives_the_free_body(seed):
-    weightless = HeavyTop(1.3, 1.1, 0.6, m=1e-12, g=1e-12, ell=1e-12)
+    weightless = HeavyTop(1.3, 1.1, 0.6, g=0.0, ell=0.0)
     body, y, tau = FreeBody(1.3, 1.1, 0.6), start(weightless, seed), np.array([0.3, -0.2, 0.1])
     u = np.concatenate([tau, np.zeros(5)])
     top = weightless.simulate(y, T, u, max_step=0.01)

@@ -76,7 +76,9 @@ def random_top(rng, symmetric):
     moments = random_moments(rng)
     if symmetric:
         moments[1], moments[2] = moments[0], min(moments[2], 2.0 * moments[0])
-    return HeavyTop(*moments, m=rng.uniform(0.5, 2.0), ell=rng.uniform(0.05, 0.5))
+    m, (I1, I2, I3) = rng.uniform(0.5, 2.0), moments
+    longest = math.sqrt((I1 + I2 - I3) / (2.0 * m))  # m ell^2 is part of I1 and I2
+    return HeavyTop(I1, I2, I3, m, ell=min(rng.uniform(0.05, 0.5), longest))
 
 
 def check_random_top(seed, symmetric):

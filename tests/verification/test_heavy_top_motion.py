@@ -62,7 +62,7 @@ def test_the_heavy_top_agrees_with_the_reference(case):
 @pytest.mark.parametrize("case", cases("driven_space"), ids=itemgetter("id"))
 def test_a_torque_fixed_in_space_agrees_with_the_reference(case):
     given_ = case["in"]
-    top = HeavyTop(*given_["I"], m=1e-12, g=1e-12, ell=1e-12)  # next to no weight
+    top = HeavyTop(*given_["I"], g=0.0, ell=0.0)
     y = top.state(q=given_["q0"], omega_body=given_["w0"])
     u = (0.0, 0.0, 0.0, *given_["N"], 0.0, 0.0)
     trajectory = top.simulate(y, np.concatenate([[0.0], case["t"]]), u)

@@ -122,7 +122,7 @@ def test_any_symmetric_top_follows_its_closed_form_for_a_hundred_periods(
     body = {"i_perp": i_perp, "i3": aspect * i_perp, "mgl": mgl}
     omega0 = (*omega, spin * heavy_top.sleeping_threshold(**body))
     q0 = np.array(q) / np.linalg.norm(q)
-    top = HeavyTop(i_perp, i_perp, body["i3"], m=mgl, g=1.0, ell=1.0)
+    top = HeavyTop(i_perp, i_perp, body["i3"], m=0.125, g=64.0 * mgl, ell=0.125)
     y = top.state(q=q0, omega_body=omega0)
     swing = heavy_top.nutation(omega0, q0, **body)
     assume(swing.m1 > 0.01)  # the way to upright is infinitely long
@@ -137,7 +137,7 @@ def test_over_a_hundred_periods_the_error_is_of_fourth_order_and_grows_with_the_
         period, y = free_body.polhode(body.moments, omega0).period, body.state(omega_body=omega0)
         solve, constants = free, body.moments
     else:
-        omega0, body = np.array([0.3, -0.2, 5.0]), HeavyTop(m=1.0, g=1.0, ell=1.0)
+        omega0, body = np.array([0.3, -0.2, 5.0]), HeavyTop(g=8.0, ell=0.125)
         plain = {"i_perp": 1.0, "i3": 0.5, "mgl": 1.0}
         y = body.state(q=leaning(0.8), omega_body=omega0)
         period = heavy_top.nutation(omega0, y[:4], **plain).period
@@ -169,7 +169,7 @@ def oscillator(weights, angle):
 
 
 def test_a_small_swing_is_late_by_what_the_composition_does_to_an_oscillator():
-    top, per_radian, periods = HeavyTop(m=1.0, g=1.0, ell=1.0), 8.0, 500  # swings at 1 rad/s
+    top, per_radian, periods = HeavyTop(g=8.0, ell=0.125), 8.0, 500  # swings at 1 rad/s
     y = top.state(q=leaning(math.pi - 1e-5))
     t = 2.0 * math.pi * periods + np.linspace(0.0, 6.0, 25)
     R = top.simulate(y, np.append(0.0, t), max_step=1.0 / per_radian)["R"][1:]

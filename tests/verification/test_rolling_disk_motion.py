@@ -243,10 +243,17 @@ def test_a_disk_let_go_at_rest_falls_in_its_plane_and_ends_when_it_lies_flat(lea
     np.testing.assert_allclose(motion.invariants["energy"], disk.energy(y), rtol=1e-12)
 
 
+class AnyRatio(RollingDisk):
+    """The equations beyond the bodies that there are: moments may be large for mass and radius."""
+
+    def __post_init__(self):
+        pass
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_without_mass_the_disk_turns_like_a_free_body(seed):
     rng = np.random.default_rng([32, seed])
-    disk = RollingDisk(m=1e-13, radius=0.5, I1=1.1, I3=0.7, g=1.0)
+    disk = AnyRatio(m=1e-13, radius=0.5, I1=1.1, I3=0.7, g=1.0)
     # Precessing about a momentum that is nearly level it never lies flat.
     q = rotations.quaternion_from_euler((0.3, 0.5 * np.pi - 0.1, 0.7))
     omega = np.array([*rng.uniform(-0.4, 0.4, 2), 2.0])
