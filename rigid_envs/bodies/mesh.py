@@ -19,8 +19,11 @@ def from_mesh(vertices: ArrayLike, faces: ArrayLike, density: float) -> Body:
     V = a . (b x c) / 6 and int r r^T dV = V / 20 (a a^T + b b^T + c c^T + s s^T), s = a + b + c.
     A cavity is a surface inside the other that looks inwards.
 
+    What several surfaces enclose is counted for each of them: parts that overlap count twice where
+    they do, which is not detected. Unite them first, or `compose` bodies that do not overlap.
+
     Args:
-        vertices: corners [m], (n, 3).
+        vertices: corners [m], (n, 3); those that no face has do not count.
         faces: rows of three indices of vertices, counter-clockwise seen from outside, (k, 3).
         density: of the solid [kg/m^3].
 
@@ -39,7 +42,7 @@ def from_mesh(vertices: ArrayLike, faces: ArrayLike, density: float) -> Body:
     x = exact_array(vertices, "vertices", "n", 3)
     triangles = _triangles(faces, len(x))
     _check_closed(triangles)
-    middle = x.mean(axis=0)  # tetrahedra of the size of the body, wherever it is
+    middle = x[np.unique(triangles)].mean(axis=0)  # tetrahedra as large as the body, wherever it is
     corners = x[triangles] - middle
     volumes = _volumes(corners)
     volume = float(volumes.sum())

@@ -129,6 +129,22 @@ def test_a_mesh_far_away_keeps_its_inertia():
     assert_same_body(far, bodies.box(6.0, 1.0, 1.0, 1.0).translated([2.0**20] * 3))
 
 
+@pytest.mark.parametrize("stray", [1e5, -1e12, 1e300])
+def test_a_vertex_that_no_face_has_does_not_count(stray):
+    # Its mean with the others as origin would lose 10 digits of the inertia at 1e5.
+    vertices = np.vstack([[stray, 0.3, -stray], CORNERS])
+    found = bodies.from_mesh(vertices, CUBE + 1, 6.0)
+    assert_same_body(found, bodies.box(6.0, 1.0, 1.0, 1.0))
+
+
+def test_parts_that_overlap_count_for_each_of_them():
+    vertices = np.vstack([CORNERS, CORNERS + 0.5 * np.eye(3)[0]])
+    found = bodies.from_mesh(vertices, np.vstack([CUBE, CUBE + 8]), 1.0)
+    part = bodies.box(1.0, 1.0, 1.0, 1.0)
+    pair = bodies.compose([(part, np.eye(3), [x, 0.0, 0.0]) for x in (0.0, 0.5)])
+    assert_same_body(found, pair)
+
+
 def test_the_order_of_faces_and_where_each_begins_do_not_matter():
     rng = np.random.default_rng(0)
     mixed = [np.roll(face, rng.integers(3)) for face in rng.permutation(CUBE)]
