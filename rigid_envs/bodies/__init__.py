@@ -1,4 +1,4 @@
-"""Mass properties of rigid bodies: solids, laminae, points, meshes, composition, principal axes.
+"""Mass properties of rigid bodies: solids, laminae, points, meshes, densities, compositions.
 
 Conventions. SI units. A `Body` has a mass [kg], a centre of mass [m] and an inertia tensor about
 it [kg m^2], I_ij = sum m (r^2 d_ij - r_i r_j), all in the axes in which it was constructed; these
@@ -12,6 +12,7 @@ in the plane z = 0, dome above). Bad input is refused with a `ValueError`.
 """
 
 from rigid_envs.bodies.body import Body
+from rigid_envs.bodies.density import from_density
 from rigid_envs.bodies.laminae import (
     annulus,
     disk,
@@ -32,6 +33,7 @@ from rigid_envs.bodies.named import (
 )
 from rigid_envs.bodies.points import compose, point_masses, tetrahedron
 from rigid_envs.bodies.principal import InertiaEllipsoid, Kind, PrincipalAxes
+from rigid_envs.bodies.regions import Region
 from rigid_envs.bodies.solids import (
     box,
     capsule,
@@ -51,6 +53,7 @@ __all__ = [
     "InertiaEllipsoid",
     "Kind",
     "PrincipalAxes",
+    "Region",
     "american_football",
     "annulus",
     "book",
@@ -66,6 +69,7 @@ __all__ = [
     "ellipsoid",
     "elliptic_lamina",
     "frisbee",
+    "from_density",
     "from_mesh",
     "hemisphere",
     "hollow_cylinder",

@@ -173,7 +173,7 @@ REFUSALS = [
 
 def test_the_table_has_every_constructor_that_takes_numbers():
     mine = {*OF_NUMBERS, "Body", "InertiaEllipsoid", "Kind", "PrincipalAxes"}
-    mine |= {"compose", "from_mesh", "perpendicular_axis", "point_masses"}
+    mine |= {"Region", "compose", "from_density", "from_mesh", "perpendicular_axis", "point_masses"}
     mine |= {"tetrahedron", "triangular_lamina"}
     mine |= {"american_football", "book", "coin", "earth", "frisbee", "tennis_racket"}
     assert mine == set(bodies.__all__)
