@@ -214,11 +214,12 @@ def integer(value: float, name: str, least: int) -> int:
     """An integer of at least `least`; 2.0 is one, as NumPy yields it.
 
     Raises:
-        ValueError: a boolean, no integer, or one that is too small.
+        ValueError: a boolean, no integer, one that is too small, or one beyond those of doubles.
     """
     expected = f"an integer of at least {least}"
     checked = _number(value, name, expected)
     require(checked.is_integer() and checked >= least, value, name, expected)
+    require(checked < 2.0**53, value, name, f"{expected}, and below 2^53")
     return int(value)
 
 

@@ -298,3 +298,23 @@ def test_controllers_refuse_what_is_no_number(law):
     for parameter in good:
         for bad in [*NO_SCALARS, -1.0]:
             assert refusal(make, *first, **{**good, parameter: bad}).startswith(f"{parameter} = ")
+
+
+EMPTY = [[], (), np.array([]), np.ones(2)]
+SCALARS = {
+    "tilt", "turntable_rate", "spin", "slope", "v0", "speed", "theta"
+}  # fmt: skip
+ONE_NUMBER = [
+    (room, function, name)
+    for room, function in CLOSED_FORMS
+    for name, parameter in inspect.signature(getattr(room, function)).parameters.items()
+    if parameter.annotation in ("float", float) and name in SCALARS
+]
+
+
+@pytest.mark.parametrize(("room", "function", "name"), ONE_NUMBER)
+def test_a_sequence_is_no_number(room, function, name):
+    call = getattr(room, function)
+    good = {key: good_value(room, function, key) for key in inspect.signature(call).parameters}
+    for bad in EMPTY:
+        assert refusal(call, **{**good, name: bad}).startswith(f"{name} = ")

@@ -204,10 +204,10 @@ def steer_on_incline(
     """
     all_non_negative(beta=beta, g=g)
     times = array(t, "t")
-    angle = array(steering_rate, "steering_rate") * times
-    pull = g * np.sin(array(slope, "slope")) / (1.0 + beta)
-    way = times * np.exp(1j * array(heading, "heading")) * phi1(angle)
-    z = array(speed, "speed") * way + 0.5 * pull * (0.5 * way**2 + times**2 * phi2(angle))
+    angle = number(steering_rate, "steering_rate") * times
+    pull = g * np.sin(number(slope, "slope")) / (1.0 + beta)
+    way = times * np.exp(1j * number(heading, "heading")) * phi1(angle)
+    z = number(speed, "speed") * way + 0.5 * pull * (0.5 * way**2 + times**2 * phi2(angle))
     place = np.stack([z.real, z.imag], axis=-1)
     return InclineMotion(place, speed + pull * way.real, heading + angle)
 
@@ -232,7 +232,7 @@ def drift_across_slope(*, slope: float, beta: float, g: float, steering_rate: fl
     rate = number(steering_rate, "steering_rate")
     expected = "a rate other than 0 [rad/s]: unsteered it runs downhill"
     require(rate != 0.0, steering_rate, "steering_rate", expected)
-    return 0.5 * g * math.sin(array(slope, "slope")) / (rate * (1.0 + beta))
+    return 0.5 * g * math.sin(number(slope, "slope")) / (rate * (1.0 + beta))
 
 
 def _coin(z: ArrayLike, phi: Array, psi: Array) -> CoinMotion:

@@ -6,13 +6,30 @@ from numpy.typing import ArrayLike
 from rigid_envs import checks
 from rigid_envs.rotations import matrix_from_quaternion
 
-__all__ = ["attitude_matrix", "hollow"]
+__all__ = ["attitude_matrix", "distance", "extent", "hollow"]
+
+_LONGEST = 1e100  # [m]; the fourth power would leave double precision
+
+
+def extent(value: float, name: str, thin: str) -> float:
+    """Positive length of a solid; the refusal names the body that is left where it is 0."""
+    try:
+        return distance(value, name)
+    except ValueError as error:
+        raise ValueError(f"{error}, or for 0 {thin}") from None
+
+
+def distance(value: float, name: str) -> float:
+    """Positive length whose square double precision has."""
+    checked = checks.positive(value, name, "m")
+    checks.require(checked <= _LONGEST, value, name, f"a length of at most {_LONGEST:g} m")
+    return checked
 
 
 def hollow(inner_radius: float, outer_radius: float) -> tuple[float, float]:
     """Radii of a hollow body, 0 <= inner <= outer: from solid to a thin shell."""
     inner = checks.non_negative(inner_radius, "inner_radius", "m")
-    outer = checks.positive(outer_radius, "outer_radius", "m")
+    outer = distance(outer_radius, "outer_radius")
     expected = f"from 0 to outer_radius = {outer} [m]: check their order and units"
     checks.require(inner <= outer, inner, "inner_radius", expected)
     return inner, outer

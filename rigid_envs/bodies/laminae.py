@@ -6,7 +6,7 @@ orthogonal axes in its plane.
 
 from numpy.typing import ArrayLike
 
-from rigid_envs.bodies._arguments import hollow
+from rigid_envs.bodies._arguments import distance, hollow
 from rigid_envs.bodies.body import Body, aligned
 from rigid_envs.bodies.points import simplex
 from rigid_envs.checks import positive
@@ -37,7 +37,7 @@ def disk(mass: float, radius: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2c, height 0.
     """
-    return annulus(mass, 0.0, positive(radius, "radius", "m"))
+    return annulus(mass, 0.0, distance(radius, "radius"))
 
 
 def annulus(mass: float, inner_radius: float, outer_radius: float) -> Body:
@@ -80,7 +80,7 @@ def rectangular_lamina(mass: float, lx: float, ly: float) -> Body:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2d, one side 0.
     """
     m = positive(mass, "mass", "kg") / 12.0
-    x, y = m * positive(ly, "ly", "m") ** 2, m * positive(lx, "lx", "m") ** 2
+    x, y = m * distance(ly, "ly") ** 2, m * distance(lx, "lx") ** 2
     return aligned(mass, x, y, x + y)
 
 
@@ -102,7 +102,7 @@ def elliptic_lamina(mass: float, a: float, b: float) -> Body:
         A round disk, stretched along its axes.
     """
     m = positive(mass, "mass", "kg") / 4.0
-    x, y = m * positive(b, "b", "m") ** 2, m * positive(a, "a", "m") ** 2
+    x, y = m * distance(b, "b") ** 2, m * distance(a, "a") ** 2
     return aligned(mass, x, y, x + y)
 
 

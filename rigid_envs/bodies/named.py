@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from rigid_envs.bodies._arguments import distance
 from rigid_envs.bodies.body import Body, aligned
 from rigid_envs.bodies.points import compose
 from rigid_envs.bodies.solids import box, solid_cylinder
@@ -53,10 +54,10 @@ def t_handle(
         ValueError: if a number is not positive.
     """
     r1, h1 = (
-        positive(crossbar_radius, "crossbar_radius", "m"),
-        positive(crossbar_length, "crossbar_length", "m"),
+        distance(crossbar_radius, "crossbar_radius"),
+        distance(crossbar_length, "crossbar_length"),
     )
-    r2, h2 = positive(stem_radius, "stem_radius", "m"), positive(stem_length, "stem_length", "m")
+    r2, h2 = distance(stem_radius, "stem_radius"), distance(stem_length, "stem_length")
     rho = positive(density, "density", "kg/m^3")
     crossbar = solid_cylinder(rho * math.pi * r1**2 * h1, r1, h1)
     stem = solid_cylinder(rho * math.pi * r2**2 * h2, r2, h2)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigid_envs.bodies._arguments import hollow
-from rigid_envs.checks import Array, positive, require
+from rigid_envs.bodies._arguments import distance, hollow
+from rigid_envs.checks import Array, require
 
 __all__ = ["Region"]
 
@@ -41,9 +41,7 @@ class Region:
         Raises:
             ValueError: if a number is not positive.
         """
-        x, y, z = (
-            0.5 * positive(s, f"l{k}", "m") for k, s in zip("xyz", (lx, ly, lz), strict=True)
-        )
+        x, y, z = (0.5 * distance(s, f"l{k}") for k, s in zip("xyz", (lx, ly, lz), strict=True))
         return cls(((-x, x), (-y, y), (-z, z)), _cartesian)
 
     @classmethod
@@ -53,7 +51,7 @@ class Region:
         Raises:
             ValueError: if a number is not positive.
         """
-        x, y, z = positive(a, "a", "m"), positive(b, "b", "m"), positive(c, "c", "m")
+        x, y, z = distance(a, "a"), distance(b, "b"), distance(c, "c")
         return cls(((0.0, 1.0), (0.0, math.pi), _TURN), _spherical(x, y, z))
 
     @classmethod
@@ -72,7 +70,7 @@ class Region:
         Raises:
             ValueError: if the radius is not positive.
         """
-        r = positive(radius, "radius", "m")
+        r = distance(radius, "radius")
         return cls(((0.0, r), (0.0, 0.5 * math.pi), _TURN), _spherical(1, 1, 1))
 
     @classmethod
@@ -82,7 +80,7 @@ class Region:
         Raises:
             ValueError: if outer radius or height is not positive, or the inner radius not below.
         """
-        half = 0.5 * positive(height, "height", "m")
+        half = 0.5 * distance(height, "height")
         return cls((_thick(inner_radius, outer_radius), _TURN, (-half, half)), _cylindrical)
 
     @classmethod
@@ -92,7 +90,7 @@ class Region:
         Raises:
             ValueError: if a number is not positive.
         """
-        slope = positive(radius, "radius", "m") / positive(height, "height", "m")
+        slope = distance(radius, "radius") / distance(height, "height")
         return cls(((0.0, slope), _TURN, (0.0, float(height))), _conical)
 
     @classmethod
@@ -102,8 +100,8 @@ class Region:
         Raises:
             ValueError: if a number is not positive, or the minor radius above the major one.
         """
-        R = positive(major_radius, "major_radius", "m")
-        r = positive(minor_radius, "minor_radius", "m")
+        R = distance(major_radius, "major_radius")
+        r = distance(minor_radius, "minor_radius")
         require(r <= R, r, "minor_radius", f"at most major_radius = {R} [m]: swap them")
         return cls(((0.0, r), _TURN, _TURN), _toroidal(R))
 

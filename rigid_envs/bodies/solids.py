@@ -1,6 +1,6 @@
 """Homogeneous solids of a given mass, their special axis along z."""
 
-from rigid_envs.bodies._arguments import hollow
+from rigid_envs.bodies._arguments import distance, extent, hollow
 from rigid_envs.bodies.body import Body, aligned
 from rigid_envs.checks import positive, require
 
@@ -37,7 +37,8 @@ def box(mass: float, lx: float, ly: float, lz: float) -> Body:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2d.
     """
     m = positive(mass, "mass", "kg") / 12.0
-    x, y, z = positive(lx, "lx", "m"), positive(ly, "ly", "m"), positive(lz, "lz", "m")
+    sides = {"lx": lx, "ly": ly, "lz": lz}
+    x, y, z = (extent(side, name, "a rectangular_lamina") for name, side in sides.items())
     return aligned(mass, m * (y**2 + z**2), m * (z**2 + x**2), m * (x**2 + y**2))
 
 
@@ -57,7 +58,7 @@ def solid_sphere(mass: float, radius: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2b.
     """
-    return thick_shell(mass, 0.0, positive(radius, "radius", "m"))
+    return thick_shell(mass, 0.0, distance(radius, "radius"))
 
 
 def thick_shell(mass: float, inner_radius: float, outer_radius: float) -> Body:
@@ -103,7 +104,7 @@ def solid_cylinder(mass: float, radius: float, height: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2c.
     """
-    return hollow_cylinder(mass, 0.0, positive(radius, "radius", "m"), height)
+    return hollow_cylinder(mass, 0.0, extent(radius, "radius", "a rod"), height)
 
 
 def hollow_cylinder(mass: float, inner_radius: float, outer_radius: float, height: float) -> Body:
@@ -127,7 +128,7 @@ def hollow_cylinder(mass: float, inner_radius: float, outer_radius: float, heigh
     """
     m, (a, b) = positive(mass, "mass", "kg"), hollow(inner_radius, outer_radius)
     axial = m * (a**2 + b**2) / 2.0
-    across = axial / 2.0 + m * positive(height, "height", "m") ** 2 / 12.0
+    across = axial / 2.0 + m * extent(height, "height", "a disk or annulus") ** 2 / 12.0
     return aligned(mass, across, across, axial)
 
 
@@ -150,8 +151,8 @@ def cone(mass: float, radius: float, height: float) -> Body:
     """
     m, r, h = (
         positive(mass, "mass", "kg"),
-        positive(radius, "radius", "m"),
-        positive(height, "height", "m"),
+        distance(radius, "radius"),
+        distance(height, "height"),
     )
     across = 0.15 * m * (r**2 + h**2 / 4.0)
     return aligned(m, across, across, 0.3 * m * r**2, 0.75 * h)
@@ -173,7 +174,7 @@ def hemisphere(mass: float, radius: float) -> Body:
     Source:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
-    r = positive(radius, "radius", "m")
+    r = distance(radius, "radius")
     square = positive(mass, "mass", "kg") * r**2
     return aligned(mass, 83 / 320 * square, 83 / 320 * square, 0.4 * square, 0.375 * r)
 
@@ -197,7 +198,7 @@ def ellipsoid(mass: float, a: float, b: float, c: float) -> Body:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2f.
     """
     m = positive(mass, "mass", "kg") / 5.0
-    x, y, z = positive(a, "a", "m"), positive(b, "b", "m"), positive(c, "c", "m")
+    x, y, z = distance(a, "a"), distance(b, "b"), distance(c, "c")
     return aligned(mass, m * (y**2 + z**2), m * (z**2 + x**2), m * (x**2 + y**2))
 
 
@@ -219,7 +220,7 @@ def torus(mass: float, major_radius: float, minor_radius: float) -> Body:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
     m = positive(mass, "mass", "kg")
-    R, r = positive(major_radius, "major_radius", "m"), positive(minor_radius, "minor_radius", "m")
+    R, r = distance(major_radius, "major_radius"), extent(minor_radius, "minor_radius", "a hoop")
     require(r <= R, r, "minor_radius", f"at most major_radius = {R} [m]: swap them")
     across = m * (R**2 / 2.0 + 0.625 * r**2)
     return aligned(m, across, across, m * (R**2 + 0.75 * r**2))
@@ -248,8 +249,8 @@ def capsule(mass: float, radius: float, length: float) -> Body:
     """
     m, r, ell = (
         positive(mass, "mass", "kg"),
-        positive(radius, "radius", "m"),
-        positive(length, "length", "m"),
+        distance(radius, "radius"),
+        extent(length, "length", "a solid_sphere"),
     )
     c, b = m * 3.0 * ell / (3.0 * ell + 4.0 * r), m * 4.0 * r / (3.0 * ell + 4.0 * r)
     axial = (c / 2.0 + 0.4 * b) * r**2

@@ -1,5 +1,6 @@
 """Homogeneous thin bodies of a given mass: rod, hoop and shells."""
 
+from rigid_envs.bodies._arguments import distance
 from rigid_envs.bodies.body import Body, aligned
 from rigid_envs.bodies.solids import hollow_cylinder, thick_shell
 from rigid_envs.checks import positive
@@ -23,7 +24,7 @@ def rod(mass: float, length: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2a.
     """
-    across = positive(mass, "mass", "kg") * positive(length, "length", "m") ** 2 / 12.0
+    across = positive(mass, "mass", "kg") * distance(length, "length") ** 2 / 12.0
     return aligned(mass, across, across, 0.0)
 
 
@@ -43,7 +44,7 @@ def hoop(mass: float, radius: float) -> Body:
     Source:
         All mass is at the distance r, and the perpendicular-axis theorem.
     """
-    axial = positive(mass, "mass", "kg") * positive(radius, "radius", "m") ** 2
+    axial = positive(mass, "mass", "kg") * distance(radius, "radius") ** 2
     return aligned(mass, axial / 2.0, axial / 2.0, axial)
 
 
@@ -63,7 +64,7 @@ def hollow_sphere(mass: float, radius: float) -> Body:
     Source:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
-    r = positive(radius, "radius", "m")
+    r = distance(radius, "radius")
     return thick_shell(mass, r, r)
 
 
@@ -84,7 +85,7 @@ def cylindrical_shell(mass: float, radius: float, height: float) -> Body:
     Source:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
-    r = positive(radius, "radius", "m")
+    r = distance(radius, "radius")
     return hollow_cylinder(mass, r, r, height)
 
 
@@ -107,8 +108,8 @@ def conical_shell(mass: float, radius: float, height: float) -> Body:
     """
     m, r, h = (
         positive(mass, "mass", "kg"),
-        positive(radius, "radius", "m"),
-        positive(height, "height", "m"),
+        distance(radius, "radius"),
+        distance(height, "height"),
     )
     across = m * (r**2 / 4.0 + h**2 / 18.0)
     return aligned(m, across, across, m * r**2 / 2.0, 2.0 * h / 3.0)

@@ -79,6 +79,7 @@ class DynamicBall(AdaptiveStepSystem):
         ball_ratio(self.beta)
         positive(self.g, "g", "m/s^2")
         number(self.turntable_rate, "turntable_rate", "rad/s")
+        super().__post_init__()
 
     def position(self, y: npt.ArrayLike) -> Array:
         """Centre (X, Y) in plate axes, from O [m], shape (..., 2)."""

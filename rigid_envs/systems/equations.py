@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.checks import array, require, unit_quaternion
+from rigid_envs.checks import array, number, require, unit_quaternion
 from rigid_envs.kernels.dynamics import Dynamics
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["Equations"]
 
 Array = npt.NDArray[np.float64]
+_LARGEST = 1e50  # of a parameter or an entry: products of six stay in double precision
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,17 @@ class Equations(abc.ABC):
                 f"{cls.__name__} has fields {names}; "
                 f"expected the arguments of its derive, {cls.dynamics.raw_names}"
             )
+
+    def __post_init__(self) -> None:
+        """Refuse parameters whose products and quotients would leave double precision.
+
+        Raises:
+            ValueError: one that is no number, or whose size is neither 0 nor from 1e-50 to 1e50.
+        """
+        expected = f"a size from {1.0 / _LARGEST:g} to {_LARGEST:g}, or 0: choose other units"
+        for name in self.parameter_names():
+            size = abs(number(getattr(self, name), name))
+            require(size == 0.0 or 1.0 / _LARGEST <= size <= _LARGEST, size, name, expected)
 
     @property
     def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
@@ -178,40 +190,43 @@ class Equations(abc.ABC):
         """The state y as float64 of shape (..., n_state): one that a motion may begin with.
 
         Raises:
-            ValueError: wrong last axis, NaN or inf, or a quaternion that is not a unit one.
+            ValueError: wrong last axis, NaN or more than 1e50, or a quaternion that is not unit.
         """
         rows = cls._finite(y)
         if "q" in cls.components:
             unit_quaternion(rows[..., :4], "q")
-        return rows
+        return _moderate(rows, "y")
 
     @classmethod
     def checked_argument(cls, y: npt.ArrayLike) -> Array:
         """The argument y of `rhs`, shape (..., n_state): a state, or what an integrator tries.
 
         Raises:
-            ValueError: wrong last axis, NaN or inf, or a quaternion that is zero.
+            ValueError: wrong last axis, NaN or more than 1e50, or a quaternion that is zero.
         """
         rows = cls._finite(y)
         if "q" in cls.components:
             q = rows[..., :4]
             expected = "a quaternion that is not zero: (1, 0, 0, 0) is no rotation"
             require(np.any(q != 0.0, axis=-1), q, "q", expected)
-        return rows
+        return _moderate(rows, "y")
 
     @classmethod
     def _finite(cls, y: npt.ArrayLike) -> Array:
-        return array(y, "y", len(cls.state_entries), entries=", ".join(cls.state_entries))
+        n, layout = len(cls.state_entries), ", ".join(cls.state_entries)
+        return array(y, "y", n, entries=layout)
 
     @classmethod
     def checked_input(cls, u: npt.ArrayLike | None) -> Array:
         """The input u as float64 of shape (..., n_input); zeros for None.
 
         Raises:
-            ValueError: wrong last axis, NaN or inf.
+            ValueError: wrong last axis, NaN or more than 1e50.
         """
         n = len(cls.input_entries)
-        return np.zeros(n) if u is None else array(u, "u", n, entries=", ".join(cls.input_entries))
+        if u is None:
+            return np.zeros(n)
+        return _moderate(array(u, "u", n, entries=", ".join(cls.input_entries)), "u")
 
     @staticmethod
     def _broadcast(y: Array, u: Array) -> tuple[Array, Array]:
@@ -227,6 +242,12 @@ class Equations(abc.ABC):
         out = np.empty_like(y_rows)
         self.dynamics.evaluate_rows(y_rows, u_rows, self.parameters.astype(dtype), out)
         return out.reshape(y.shape)
+
+
+def _moderate(rows: Array, name: str) -> Array:
+    """Rows, refused where products of their entries would overflow."""
+    require(np.abs(rows) <= _LARGEST, rows, name, f"numbers up to {_LARGEST:g} in size")
+    return rows
 
 
 def _component(part: slice, y: npt.ArrayLike) -> Array:

@@ -65,6 +65,7 @@ class FreeBody(System):
     def __post_init__(self) -> None:
         """Check the moments."""
         principal_moments(self.I1, self.I2, self.I3)
+        super().__post_init__()
 
     @property
     def moments(self) -> Array:

@@ -79,6 +79,7 @@ class HeavyTop(System):
         non_negative(self.g, "g", "m/s^2")
         non_negative(self.ell, "ell", "m")
         pivot_distance(self.I1, self.I2, self.I3, self.m, self.ell)
+        super().__post_init__()
 
     @property
     def moments(self) -> Array:

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import require
 from rigid_envs.systems.schedule import SLACK, RateBounded, Schedule, step_schedule
 
 __all__ = ["Input", "Integrable", "integrate", "integrate_interval"]
@@ -71,6 +72,8 @@ def _interval(
         span = end - now
         if max_step is None:
             span = math.copysign(min(abs(span), system.horizon(y, largest)), span)
+        expected = "longer: the rates of the motion grow faster than time is resolved there"
+        require(bool(now + span != now), span, f"span [s] from t = {now:.6g} s on", expected)
         plan = step_schedule(system, y, largest, np.array([span]), max_step, limit)
         if limit < math.inf:
             plan = plan.sampled()
@@ -148,8 +151,22 @@ def _aligned(y: Array, u: Array) -> tuple[Array, Array]:
 
 
 def _sampled(system: Integrable, u: Callable[[float], npt.ArrayLike]) -> InputsAt:
-    """Inputs at given times, shape (len(times), ..., n_input)."""
-    return lambda _, times: np.stack([system.checked_input(u(float(s))) for s in times])
+    """Inputs at given times, shape (len(times), ..., n_input).
+
+    Raises:
+        ValueError: the function returns no inputs, or not always of one shape.
+    """
+
+    def inputs_at(_: int, times: Array) -> Array:
+        values = [u(float(s)) for s in times]
+        for s, value in zip(times, values, strict=True):
+            require(value is not None, None, f"u({s:.6g})", "an input: return zeros for none")
+        rows = [system.checked_input(value) for value in values]
+        first, *others = {row.shape for row in rows}
+        require(not others, [first, *others], "shapes of u(t)", "one shape for all times")
+        return np.stack(rows)
+
+    return inputs_at
 
 
 def _held(system: Integrable, u: npt.ArrayLike, n_intervals: int) -> InputsAt:

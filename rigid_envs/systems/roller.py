@@ -76,6 +76,7 @@ class Roller(System):
         number(self.slope, "slope", "rad")
         number(self.curvature, "curvature", "1/m")
         non_negative(self.mu, "mu", "1")
+        super().__post_init__()
 
     @classmethod
     def checked_input(cls, u: npt.ArrayLike | None) -> Array:

@@ -51,6 +51,7 @@ class RollingBall(System):
     def __post_init__(self) -> None:
         """Check the radius."""
         positive(self.radius, "radius", "m")
+        super().__post_init__()
 
     def position(self, y: npt.ArrayLike) -> Array:
         """Position of the centre (X, Y) on the plane [m], shape (..., 2)."""

@@ -77,6 +77,7 @@ class RollingDisk(AdaptiveStepSystem):
         principal_moments(self.I1, self.I1, self.I3)
         axial_moment(self.I3, self.m, self.radius)
         positive(self.g, "g", "m/s^2")
+        super().__post_init__()
 
     @classmethod
     def uniform(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:

@@ -83,24 +83,30 @@ def step_schedule(
         limit: largest step [s] where `max_step` is None.
 
     Raises:
-        ValueError: `max_step` is not positive, or outside the stability envelope.
+        ValueError: `max_step` is not positive, or outside the stability envelope; more steps than
+            can be counted.
     """
     rate = system.rate_bound(y, u, float(np.max(np.abs(dt), initial=0.0)))
     if max_step is None:
         largest = min(limit, system.default_step_angle / rate if rate > 0 else math.inf)
     else:
         largest = _checked_step(system, max_step, rate)
-    n = np.maximum(1, np.ceil(np.abs(dt) / largest * (1.0 - SLACK))).astype(np.int64)
-    return Schedule(dt / n, n, np.array(system.weights))
+    with np.errstate(over="ignore"):
+        n = np.maximum(1.0, np.ceil(np.abs(dt) / largest * (1.0 - SLACK)))
+    expected = f"less than 2^53 in an interval, at {rate:.6g} rad/s"
+    require(n < 2.0**53, n, "number of steps", expected)
+    return Schedule(dt / n, n.astype(np.int64), np.array(system.weights))
 
 
 def intervals(t: Array) -> Array:
     """Differences of times, shape (M - 1,).
 
     Raises:
-        ValueError: the times are no sequence, or not strictly monotone.
+        ValueError: the times are no sequence, not strictly monotone, or infinitely far apart.
     """
-    dt = np.diff(exact_array(t, "t", "M"))
+    with np.errstate(over="ignore"):
+        dt = np.diff(exact_array(t, "t", "M"))
+    require(bool(np.all(np.isfinite(dt))), t, "t", "times whose differences are finite [s]")
     expected = "strictly increasing or decreasing times [s]"
     require(bool(np.all(dt > 0) or np.all(dt < 0)), t, "t", expected)
     return dt

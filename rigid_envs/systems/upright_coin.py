@@ -77,6 +77,7 @@ class UprightCoin(AdaptiveStepSystem):
         rest = 2.0 * self.I1
         expected = f"I3 <= 2 I1 = {rest:.9g}: no rigid body has such principal moments"
         require(bool(self.I3 <= rest * (1.0 + 1e-9)), self.I3, "I3", expected)
+        super().__post_init__()
 
     @classmethod
     def attitude(cls, heading: npt.ArrayLike, phase: npt.ArrayLike) -> Array:

@@ -249,3 +249,30 @@ def test_times_of_any_shape_are_taken(shape):
 def test_bad_input_is_refused_by_name(arguments, message):
     with pytest.raises(ValueError, match=message):
         free_body.attitude(*arguments)
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-200, 1e-155, 1e155, 1e200, 1e300])
+@pytest.mark.parametrize("heft", [1e-5, 1.0, 1e5])
+@pytest.mark.parametrize("moments", [BODY, (1.0, 1.0, 2.0), (2.0, 2.0, 2.0)])
+def test_slow_and_fast_motions_are_one_motion_in_other_units_of_time(moments, heft, size):
+    omega0, q0 = np.array([0.3, 0.5, 0.2]), np.array([0.5, 0.5, -0.5, 0.5])
+    inertia, t = heft * np.array(moments), np.linspace(0.0, 3.0, 4)
+    expected = free_body.attitude(t, moments, omega0, q0)
+    found = free_body.attitude(t / size, inertia, size * omega0, q0)
+    # The units are no powers of two: some roundings of a phase of 3 radians.
+    np.testing.assert_allclose(found, expected, rtol=0, atol=64 * EPS)
+    rates = free_body.omega(t / size, inertia, size * omega0) / size
+    np.testing.assert_allclose(rates, free_body.omega(t, moments, omega0), rtol=0, atol=64 * EPS)
+    radius, angle = free_body.herpolhode(t / size, inertia, size * omega0)
+    other = free_body.herpolhode(t, moments, omega0)
+    np.testing.assert_allclose(radius / size, other[0], rtol=0, atol=64 * EPS)
+    if other[0].max() > 64 * EPS:  # else it is a point, which has no angle
+        np.testing.assert_allclose(angle, other[1], rtol=0, atol=256 * EPS)
+
+
+def test_angular_momenta_and_phases_beyond_double_precision_are_refused():
+    for inertia, rate in ((1e-200, 1e-200), (1e200, 1e200), (1.0, 1e-310)):
+        with pytest.raises(ValueError, match=r"^omega0 = .*; expected an angular momentum within"):
+            free_body.polhode(np.array(BODY) * inertia, (0.3 * rate, 0.5 * rate, 0.0))
+    with pytest.raises(ValueError, match=r"^t = .*; expected times with a finite phase"):
+        free_body.omega(1e200, BODY, (1e200, 0.5e200, 0.0))

@@ -207,3 +207,25 @@ def test_times_of_any_shape_are_taken():
     t = np.zeros((2, 3))
     assert heavy_top.tilt(t, (0.0, 0.0, 1.0), leaning(0.1), **TOP).shape == (2, 3)
     assert heavy_top.homoclinic_tilt(t, 1.0, **TOP).shape == (2, 3)
+
+
+def test_the_potential_of_the_sleeping_top_is_its_weight_upright():
+    # Its limit: ((p_phi - p_psi cos theta) / sin theta)^2 -> (p_psi theta / 2)^2 for p_phi = p_psi
+    theta, p = np.array([0.0, 1e-300, 1e-8, 1e-3]), 1.7
+    found = heavy_top.effective_potential(theta, p, p, i_perp=1.3, mgl=0.9)
+    assert found[0] == 0.9
+    expected = 0.9 + (p**2 / 8.0 / 1.3 - 0.45) * theta**2
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)  # theta^4 is left out
+    hanging = heavy_top.effective_potential(np.pi, -p, p, i_perp=1.3, mgl=0.9)
+    np.testing.assert_allclose(hanging, -0.9, rtol=1e-15)
+    assert heavy_top.effective_potential(0.0, p, 1.6, i_perp=1.3, mgl=0.9) == np.inf
+
+
+def test_starts_whose_ratios_leave_double_precision_are_refused():
+    body = {"i_perp": 1.0, "i3": 0.5, "mgl": 1.0}
+    for omega, changed in (((0.0, 1e100, 0.0), {}), ((0.1, 0.2, 0.3), {"mgl": 1e-310})):
+        with pytest.raises(ValueError, match=r"^omega0 = .*; expected rates, moments and weight"):
+            heavy_top.tilt(1.0, omega, (0.8, 0.6, 0.0, 0.0), **{**body, **changed})
+    for bad in (None, "fast", 1j, True, 10**400):
+        with pytest.raises(ValueError, match=r"^precession = "):
+            heavy_top.nutation_frequency(0.3, bad, 2.0, i_perp=1.0, i3=0.5)

@@ -196,3 +196,27 @@ def test_radii_in_the_wrong_order_are_refused():
         bodies.hollow_cylinder(1.0, 2.0, 1.0, 3.0)
     with pytest.raises(ValueError, match=r"^minor_radius = 2.0; .*major_radius = 1.0 \[m\]: swap"):
         bodies.torus(1.0, 1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: bodies.box(1.0, 1.0, 2.0, 0.0), "lz = 0.0; .* or for 0 a rectangular_lamina"),
+        (lambda: bodies.solid_cylinder(1.0, 0.0, 1.0), "radius = 0.0; .* or for 0 a rod"),
+        (lambda: bodies.solid_cylinder(1.0, 1.0, 0.0), "height = 0.0; .* or for 0 a disk"),
+        (lambda: bodies.capsule(1.0, 1.0, 0.0), "length = 0.0; .* or for 0 a solid_sphere"),
+        (lambda: bodies.torus(1.0, 1.0, 0.0), "minor_radius = 0.0; .* or for 0 a hoop"),
+    ],
+)
+def test_a_length_of_0_is_refused_by_the_name_of_the_body_that_is_left(make, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        make()
+
+
+@pytest.mark.parametrize("size", [1.1e100, 1e200, 1e308])
+def test_lengths_whose_squares_overflow_are_refused(size):
+    for name, good in OF_NUMBERS.items():
+        for i, parameter in enumerate(inspect.signature(getattr(bodies, name)).parameters):
+            if parameter not in {"mass", "density"}:
+                with pytest.raises(ValueError, match=r"^\w+ = .*; expected"):
+                    getattr(bodies, name)(*good[:i], size, *good[i + 1 :])

@@ -88,6 +88,6 @@ def stand_in_space(
     Source: Weltner (1979).
     """
     positive(radius, "radius")
-    x, y = array(turntable_rate, "turntable_rate") / radius * exact_array(place, "place", 2)
-    omega = np.array([x, y, array(spin, "spin")])
+    x, y = number(turntable_rate, "turntable_rate") / radius * exact_array(place, "place", 2)
+    omega = np.array([x, y, number(spin, "spin")])
     return omega, _quaternion.from_rotation_vector(array(t, "t")[..., np.newaxis] * omega)

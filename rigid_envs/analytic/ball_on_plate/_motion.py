@@ -35,7 +35,7 @@ def with_normal(along: Array, normal: float) -> Array:
     return np.concatenate([along, np.full_like(along[..., :1], normal)], axis=-1)
 
 
-def about_x(vectors: Array, angle: Array) -> Array:
+def about_x(vectors: Array, angle: float | Array) -> Array:
     """Turn vectors, shape (..., 3), about x by the angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = np.moveaxis(vectors, -1, 0)

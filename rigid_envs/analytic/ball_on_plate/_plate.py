@@ -75,7 +75,7 @@ def roll_on_plate(
     all_positive(beta=beta, radius=radius)
     non_negative(g, "g")
     times = array(t, "t")
-    lean, table = array(tilt, "tilt"), array(turntable_rate, "turntable_rate")
+    lean, table = number(tilt, "tilt"), number(turntable_rate, "turntable_rate")
     start, spin = (
         complex(*exact_array(place, "place", 2)),
         about_x(exact_array(omega, "omega", 3), -lean),
@@ -139,7 +139,7 @@ def drift_across_slope(*, beta: float, turntable_rate: float, tilt: float, g: fl
     """
     positive(beta, "beta")
     non_negative(g, "g")
-    return g * math.sin(array(tilt, "tilt")) / (beta * _moving(turntable_rate))
+    return g * math.sin(number(tilt, "tilt")) / (beta * _moving(turntable_rate))
 
 
 def _moving(turntable_rate: float) -> float:

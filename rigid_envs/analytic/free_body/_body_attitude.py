@@ -56,7 +56,8 @@ def _from_momentum(path: Polhode, t: ArrayLike) -> Array:
     """Quaternion from the normal frame to a space frame with z along L, shape t.shape + (4,)."""
     u = path.argument(t)
     sn, cn, dn = elliptic.jacobi(u, path.m1)
-    momentum = np.stack([cn, sn, dn], axis=-1) * np.array(path.amplitudes) * np.array(path.moments)
+    shares = np.array(path.amplitudes) / (path.momentum or 1.0)  # squares of slow rates underflow
+    momentum = np.stack([cn, sn, dn], axis=-1) * shares * np.array(path.moments)
     if path.momentum == 0.0:
         momentum[..., 2] = 1.0  # at rest any direction will do
     momentum /= np.linalg.norm(momentum, axis=-1, keepdims=True)
@@ -80,7 +81,7 @@ def precession(path: Polhode, u: Array, t: ArrayLike) -> Array:
     steady = path.momentum / j2 * np.asarray(t, dtype=np.float64)
     if path.rate == 0.0 or j1 == j2:
         return steady
-    factor = path.momentum * (j2 - j1) / (j1 * j2 * path.rate)
+    factor = path.momentum / j2 / path.rate * ((j2 - j1) / j1)
     return steady + factor * elliptic.cn2_integral(u, _characteristic(path), path.m1)
 
 
@@ -95,4 +96,4 @@ def _spin(path: Polhode, u: Array) -> Array:
 def _characteristic(path: Polhode) -> float:
     """Return nu of the precession, minus the characteristic of Legendre's Pi."""
     j1, j2, j3 = path.moments
-    return j3 * (j2 - j1) / (j1 * (j3 - j2)) if j3 != j2 else 0.0
+    return j3 / j1 * ((j2 - j1) / (j3 - j2)) if j3 != j2 else 0.0

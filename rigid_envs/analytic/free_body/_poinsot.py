@@ -71,7 +71,7 @@ def poinsot(moments: ArrayLike, omega0: ArrayLike) -> Poinsot:
     """
     path = polhode(moments, omega0)
     (j1, j2, j3), (a1, a2, _) = path.moments, path.amplitudes
-    momentum, share = path.momentum, _shares(path)[1]
+    momentum, share = path.momentum, _shares(path)[2]
     rates = exact_array(omega0, "omega0", 3)
     distance = float(rates @ _direction(path, exact_array(moments, "moments", 3) * rates))
     return Poinsot(
@@ -79,8 +79,8 @@ def poinsot(moments: ArrayLike, omega0: ArrayLike) -> Poinsot:
         energy=0.5 * momentum * distance,
         distance=distance,
         ellipsoid_distance=math.sqrt(distance / momentum if momentum else 1.0 / j3),
-        radius_min=abs(j3 - j2) * a2 * math.sqrt(path.m1) * share,
-        radius_max=abs(j3 - j1) * a1 * share if math.isfinite(path.start) else 0.0,
+        radius_min=a2 * math.sqrt(path.m1) * (abs(j3 - j2) * share),
+        radius_max=a1 * (abs(j3 - j1) * share) if math.isfinite(path.start) else 0.0,
         period=path.period,
         advance=_advance(path),
     )
@@ -159,25 +159,25 @@ def _advance(path: Polhode) -> float:
 def _radius(path: Polhode, u: Array) -> Array:
     """Distance of the contact from the foot of L, norm(omega x L) / L [rad/s]."""
     (j1, j2, j3), (a1, a2, _) = path.moments, path.amplitudes
-    share1, share3 = _shares(path)
+    share1, _, share3 = _shares(path)
     sn, cn, dn = elliptic.jacobi(u, path.m1)
     cross = (
-        (j3 - j2) * a2 * share3 * sn * dn,
-        (j3 - j1) * a1 * share3 * cn * dn,
-        (j2 - j1) * a2 * share1 * sn * cn,
+        a2 * ((j3 - j2) * share3) * sn * dn,
+        a1 * ((j3 - j1) * share3) * cn * dn,
+        a2 * ((j2 - j1) * share1) * sn * cn,
     )
-    return np.asarray(np.linalg.norm(cross, axis=0))
+    return np.hypot(np.hypot(cross[0], cross[1]), cross[2])
 
 
 def _lead(path: Polhode, u: Array) -> Array:
     """Angle about L from the third axis of the normal frame, or its opposite, to omega [rad]."""
-    (j1, j2, j3), (a1, a2, _) = path.moments, path.amplitudes
+    (j1, j2, j3), (share1, share2, share3) = path.moments, _shares(path)
     sn, cn, dn = elliptic.jacobi(u, path.m1)
-    across = math.copysign(1.0, j1 - j3) * (j2 - j1) * a2 * sn * cn
-    return np.asarray(np.arctan2(across, abs(j1 - j3) * j1 * a1 * _shares(path)[1] * dn))
+    across = math.copysign(1.0, j1 - j3) * (j2 - j1) * share2 * sn * cn
+    return np.asarray(np.arctan2(across, (abs(j1 - j3) * share1) * (j1 * share3) * dn))
 
 
-def _shares(path: Polhode) -> tuple[float, float]:
-    """a1 / L and a3 / L, which do not underflow where products of two rates would; 0 at rest."""
-    a1, _, a3 = path.amplitudes
-    return (a1 / path.momentum, a3 / path.momentum) if path.momentum else (0.0, 0.0)
+def _shares(path: Polhode) -> tuple[float, float, float]:
+    """a1 / L, a2 / L and a3 / L, for products that neither under- nor overflow; 0 at rest."""
+    a1, a2, a3 = (a / (path.momentum or 1.0) for a in path.amplitudes)
+    return a1, a2, a3

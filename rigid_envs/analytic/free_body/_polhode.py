@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import elliptic
-from rigid_envs.checks import Array, array, exact_array, positive_array
+from rigid_envs.checks import Array, array, exact_array, positive_array, require
 
 __all__ = ["Polhode", "omega", "polhode"]
 
@@ -79,7 +79,12 @@ class Polhode:
 
     def argument(self, t: ArrayLike) -> Array:
         """Argument u of the elliptic functions at the times t [s], of the shape of t."""
-        return self.start + self.rate * array(t, "t")
+        times = array(t, "t")
+        with np.errstate(over="ignore"):
+            turned = self.rate * times
+        expected = f"times with a finite phase at {self.rate:.9g} rad/s [s]"
+        require(np.isfinite(turned), times, "t", expected)
+        return self.start + turned
 
     def to_body(self, normal: Array) -> Array:
         """Components in the principal body axes of vectors in the normal frame, shape (..., 3)."""
@@ -101,16 +106,17 @@ def polhode(moments: ArrayLike, omega0: ArrayLike) -> Polhode:
         omega0: angular velocity at t = 0, shape (3,) [rad/s], principal body axes.
 
     Raises:
-        ValueError: a wrong shape, a moment that is not positive, or a number that is not finite.
+        ValueError: a wrong shape, a moment that is not positive, a number that is not finite, or
+            an angular momentum that double precision has not.
 
     Source: Landau & Lifshitz, par. 37.
     """
     inertia = positive_array(moments, "moments", "kg m^2", 3)
     rates = exact_array(omega0, "omega0", 3)
-    # Squares of rates must not underflow; a power of two changes no digit.
-    size = 2.0 ** (math.frexp(float(np.max(np.abs(rates))))[1] - 1)
-    axes, signs, gap = _normal_frame(inertia, rates / size)
-    j1, j2, j3 = (float(x) for x in inertia[axes])
+    heft, size = _power_of_two(inertia), _power_of_two(rates)
+    momentum = _momentum(inertia, rates, heft, size)
+    axes, signs, gap = _normal_frame(inertia / heft, rates / size)
+    j1, j2, j3 = (float(x) for x in inertia[axes] / heft)
     w1, w2, w3 = (float(x) for x in signs * rates[axes] / size)
     a1, a2, a3 = _amplitudes((j1, j2, j3), (w1, w2, w3))
     scale = abs(j3 * (j3 - j2)) * a3 * a3
@@ -121,9 +127,9 @@ def polhode(moments: ArrayLike, omega0: ArrayLike) -> Polhode:
         m1=min(m1, 1.0) if m1 > elliptic.SMALLEST else 0.0,
         rate=math.copysign(size * a3 * math.sqrt((j3 - j2) * (j3 - j1) / (j1 * j2)), j3 - j2),
         start=float(elliptic.argument(sn, cn, dn)),
-        momentum=size * float(np.linalg.norm(inertia * (rates / size))),
+        momentum=momentum,
         amplitudes=(size * a1, size * a2, size * a3),
-        moments=(j1, j2, j3),
+        moments=(heft * j1, heft * j2, heft * j3),
         axes=(axes[0], axes[1], axes[2]),
         signs=(float(signs[0]), float(signs[1]), float(signs[2])),
     )
@@ -148,6 +154,20 @@ def omega(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike) -> Array:
     path = polhode(moments, omega0)
     sn, cn, dn = elliptic.jacobi(path.argument(t), path.m1)
     return path.to_body(np.stack([cn, sn, dn], axis=-1) * np.array(path.amplitudes))
+
+
+def _power_of_two(values: Array) -> float:
+    """The size of the largest: divided by it squares stay in range, and no digit changes."""
+    return 2.0 ** (math.frexp(float(np.max(np.abs(values))))[1] - 1)
+
+
+def _momentum(inertia: Array, rates: Array, heft: float, size: float) -> float:
+    """Magnitude of the angular momentum [kg m^2/s], refused where it is no normal number."""
+    momentum = heft * (size * float(np.linalg.norm((inertia / heft) * (rates / size))))
+    normal = not np.any(rates) or np.finfo(np.float64).tiny <= momentum < math.inf
+    expected = "an angular momentum within double precision: choose other units"
+    require(bool(normal), rates, "omega0", expected)
+    return momentum
 
 
 def _normal_frame(inertia: Array, rates: Array) -> tuple[list[int], Array, float]:

@@ -24,7 +24,7 @@ def growth_rate(moments: ArrayLike, spin: float) -> float:
     Source: Goldstein, sec. 5.6; Landau & Lifshitz, par. 37, problem 1.
     """
     a, b, c = _ascending(moments)
-    return abs(number(spin, "spin")) * math.sqrt((b - a) * (c - b) / (a * c))
+    return abs(number(spin, "spin")) * math.sqrt((b - a) / a * ((c - b) / c))
 
 
 def oscillation_rates(moments: ArrayLike, spin: float) -> tuple[float, float]:
@@ -47,7 +47,7 @@ def oscillation_rates(moments: ArrayLike, spin: float) -> tuple[float, float]:
     """
     a, b, c = _ascending(moments)
     size = abs(number(spin, "spin"))
-    smallest, largest = (b - a) * (c - a) / (b * c), (c - a) * (c - b) / (a * b)
+    smallest, largest = (b - a) / b * ((c - a) / c), (c - a) / a * ((c - b) / b)
     return size * math.sqrt(smallest), size * math.sqrt(largest)
 
 

@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.checks import (
@@ -110,8 +109,9 @@ def symmetric_rates(moments: ArrayLike, omega0: ArrayLike) -> tuple[float, float
     """
     inertia, rates, axis = _symmetric(moments, omega0)
     axial, transverse = float(inertia[axis]), float(inertia[axis - 1])
-    momentum = float(np.linalg.norm(inertia * rates))
-    return (axial - transverse) / transverse * float(rates[axis]), momentum / transverse
+    across = math.hypot(rates[axis - 1], rates[axis - 2])
+    space_rate = math.hypot(across, axial / transverse * float(rates[axis]))
+    return (axial - transverse) / transverse * float(rates[axis]), space_rate
 
 
 def chandler_period(omega3: float, *, i_perp: float, i3: float) -> float:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic import _quaternion
-from rigid_envs.checks import all_positive, exact_array
+from rigid_envs.checks import all_positive, exact_array, require
 
 __all__ = ["Invariants", "Pole", "Start", "invariants", "start_of"]
 
@@ -94,7 +94,22 @@ def start_of(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl:
             shape, or a number that is not finite.
     """
     all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    rates = exact_array(omega0, "omega0", 3).tolist()
+    rates = exact_array(omega0, "omega0", 3)
+    expected = (
+        "rates, moments and weight whose ratios double precision has: I omega^2 / mgl and "
+        "(I3 omega3)^2 / (I mgl) below 1e100"
+    )
+    try:
+        start = _start(rates.tolist(), q0, i_perp, i3, mgl)
+    except OverflowError:
+        raise ValueError(f"omega0 = {rates.tolist()}; expected {expected}") from None
+    largest = max(map(abs, start.upright.cubic + start.hanging.cubic))
+    require(largest < 1e100, rates, "omega0", expected)
+    return start
+
+
+def _start(rates: list[float], q0: ArrayLike, i_perp: float, i3: float, mgl: float) -> Start:
+    """Constants of the motion of a start whose numbers are checked, but for the quaternion."""
     unit = _quaternion.normalized(q0, "q0").tolist()
     swing = math.sqrt(mgl / i_perp)
     w1, w2, w3 = _exact(rates[0], swing), _exact(rates[1], swing), Fraction(rates[2])

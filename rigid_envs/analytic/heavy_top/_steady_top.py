@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.checks import Array, all_finite, all_positive, array
+from rigid_envs.checks import Array, all_finite, all_positive, array, real_numbers
 
 __all__ = [
     "effective_potential",
@@ -18,7 +18,9 @@ def effective_potential(
 ) -> Array:
     """Potential in which the tilt moves, I theta'^2 / 2 + V(theta) = E - p_psi^2 / (2 I3).
 
-    V = (p_phi - p_psi cos theta)^2 / (2 I sin^2 theta) + mgl cos theta.
+    V = (p_phi - p_psi cos theta)^2 / (2 I sin^2 theta) + mgl cos theta. The quotient is taken as
+    ((p_phi - p_psi) cot(theta / 2) + (p_phi + p_psi) tan(theta / 2))^2 / (8 I), in which nothing
+    cancels: a top that sleeps, p_phi = p_psi, has the potential mgl at theta = 0.
 
     Args:
         theta: tilt, any shape [rad].
@@ -28,16 +30,19 @@ def effective_potential(
         mgl: weight times distance of the centre of mass [N m].
 
     Returns:
-        V, of the shape of theta [J]; infinite or NaN at theta = 0.
+        V, of the shape of theta [J]; infinite at theta = 0 unless p_phi = p_psi.
 
     Source: Goldstein, sec. 5.7.
     """
     all_positive(i_perp=i_perp, mgl=mgl)
     all_finite(p_phi=p_phi, p_psi=p_psi)
-    theta = array(theta, "theta")
-    with np.errstate(divide="ignore", invalid="ignore"):
-        centrifugal = (p_phi - p_psi * np.cos(theta)) ** 2 / (2.0 * i_perp * np.sin(theta) ** 2)
-    return np.asarray(centrifugal + mgl * np.cos(theta), dtype=np.float64)
+    tilt = array(theta, "theta")
+    sin, cos = np.sin(0.5 * tilt), np.cos(0.5 * tilt)
+    with np.errstate(divide="ignore", over="ignore"):
+        above = (p_phi - p_psi) * cos / sin if p_phi != p_psi else 0.0
+        rate = (above + (p_phi + p_psi) * sin / cos) / i_perp
+        centrifugal = 0.125 * i_perp * rate * rate
+    return np.asarray(centrifugal + mgl * np.cos(tilt), dtype=np.float64)
 
 
 def steady_precession(
@@ -92,7 +97,7 @@ def nutation_frequency(
     Source: Whittaker, ch. VI.
     """
     all_positive(i_perp=i_perp, i3=i3)
-    theta, rate = array(theta, "theta"), np.asarray(precession, dtype=np.float64)
+    theta, rate = array(theta, "theta"), real_numbers(precession, "precession")
     spin = i3 / i_perp * array(omega3, "omega3")
     frequency = np.hypot(rate * np.sin(theta), spin - 2.0 * rate * np.cos(theta))
     return np.asarray(frequency, dtype=np.float64)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from rigid_envs.checks import all_positive, between, non_negative
+from rigid_envs.checks import all_positive, between, non_negative, number
 
 __all__ = ["Descent", "descend"]
 
@@ -52,7 +52,7 @@ def descend(height: float, *, slope: float, beta: float, radius: float, g: float
     """
     all_positive(height=height, radius=radius, g=g)
     non_negative(beta, "beta")
-    between(slope, "slope", 0.0, 0.5 * math.pi)
+    between(number(slope, "slope"), "slope", 0.0, 0.5 * math.pi)
     acceleration = g * math.sin(slope) / (1.0 + beta)
     distance = height / math.sin(slope)
     speed = math.sqrt(2.0 * g * height / (1.0 + beta))

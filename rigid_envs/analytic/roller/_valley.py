@@ -60,7 +60,7 @@ def swing(s0: float, v0: float, *, curvature: float, beta: float, g: float) -> S
     all_positive(curvature=curvature, g=g)
     non_negative(beta, "beta")
     slow = math.sqrt(g * curvature / (1.0 + beta))
-    angle, sense = number(s0, "s0") * curvature, math.copysign(1.0, array(v0, "v0"))
+    angle, sense = number(s0, "s0") * curvature, math.copysign(1.0, number(v0, "v0"))
     rounds = round(angle / (2.0 * math.pi))
     half = sense * (0.5 * angle - math.pi * rounds)
     sine, cosine = math.sin(half), max(math.cos(half), 0.0)

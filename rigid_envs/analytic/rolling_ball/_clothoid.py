@@ -33,7 +33,7 @@ def clothoid_path(t: ArrayLike, *, speed: float, heading_acceleration: float) ->
 
     Source: DLMF 7.2(iii), 7.20(ii).
     """
-    k, v = number(heading_acceleration, "heading_acceleration"), array(speed, "speed")
+    k, v = number(heading_acceleration, "heading_acceleration"), number(speed, "speed")
     expected = "a number other than 0 [rad/s^2]: use roll_straight instead"
     require(k != 0.0, heading_acceleration, "heading_acceleration", expected)
     scale = math.sqrt(math.pi / abs(k))

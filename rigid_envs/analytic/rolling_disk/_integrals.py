@@ -48,7 +48,7 @@ def legendre_constants(
         doi:10.1070/RD2003v008n02ABEH000237.
     """
     disk = Disk(m, radius, i_perp, i3)
-    between(theta, "theta", 0.0, math.pi)
+    between(number(theta, "theta"), "theta", 0.0, math.pi)
     spin = number(phi_rate, "phi_rate") * math.sin(theta)
     axial, across = _basis(np.asarray(theta), disk)
     c1, c2 = np.linalg.solve(np.stack([axial, across]), [number(omega3, "omega3"), spin])

@@ -142,7 +142,7 @@ def stationary_centre_precession(
     Source: Moffatt (2000), Nature 404:833, doi:10.1038/35009017.
     """
     all_positive(m=m, radius=radius, i_perp=i_perp, g=g)
-    between(theta, "theta", 0.0, math.pi)
+    between(number(theta, "theta"), "theta", 0.0, math.pi)
     return math.sqrt(m * g * radius / (i_perp * math.sin(theta)))
 
 
@@ -185,7 +185,7 @@ def lean_frequency_squared(
 def _checked(theta: float, m: float, radius: float, i_perp: float, i3: float, g: float) -> Disk:
     """The disk, after lean and gravity are checked, too."""
     positive(g, "g")
-    between(theta, "theta", 0.0, math.pi)
+    between(number(theta, "theta"), "theta", 0.0, math.pi)
     return Disk(m, radius, i_perp, i3)
 
 
