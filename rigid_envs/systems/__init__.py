@@ -5,6 +5,7 @@ Each system is a frozen dataclass of physical parameters. All of them share the 
 """
 
 from rigid_envs.systems.base import System
+from rigid_envs.systems.contact import RollingContact
 from rigid_envs.systems.dynamic_ball import DynamicBall
 from rigid_envs.systems.free_body import FreeBody
 from rigid_envs.systems.heavy_top import HeavyTop
@@ -20,6 +21,7 @@ __all__ = [
     "HeavyTop",
     "Roller",
     "RollingBall",
+    "RollingContact",
     "RollingDisk",
     "System",
     "Trajectory",

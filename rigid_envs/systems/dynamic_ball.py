@@ -14,6 +14,7 @@ from rigid_envs.checks import number, positive
 from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL
 from rigid_envs.systems.accessors import ATTITUDE
 from rigid_envs.systems.adaptive import AdaptiveStepSystem
+from rigid_envs.systems.contact import RollingContact
 from rigid_envs.systems.inertia import ball_ratio
 
 __all__ = ["DynamicBall"]
@@ -23,7 +24,7 @@ Rows = npt.NDArray[Any]  # complex where an accessor is differentiated
 
 
 @dataclass(frozen=True)
-class DynamicBall(AdaptiveStepSystem):
+class DynamicBall(RollingContact, AdaptiveStepSystem):
     """Ball that rolls without slipping on a plate, pushed by gravity, a force and the plate.
 
     The plate turns about the point O of its surface: plate axes are P = Rx(alpha_x) Ry(alpha_y) of
@@ -131,8 +132,8 @@ class DynamicBall(AdaptiveStepSystem):
     def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
         """Force of the plate on the ball, m a - m g - F, in *plate* axes [N], shape (..., 3).
 
-        Its third entry is the normal force: where that is negative the ball would lift off; the
-        others are friction, which needs a coefficient of ``hypot(C_1, C_2) / C_3``.
+        Its third entry is the normal force, the others are friction: see `normal_force`,
+        `needed_friction` and `slips`.
         """
         rows, inputs = self._broadcast(self.checked_state(y), self.checked_input(u))
         tiny = 1e-100  # the velocity is differentiated along the motion by complex step
@@ -165,6 +166,8 @@ class DynamicBall(AdaptiveStepSystem):
             "omega_plate": self.omega_plate,
             "omega_world": self.omega_world,
             "contact_force": self.contact_force,
+            "normal_force": self.normal_force,
+            "needed_friction": self.needed_friction,
             "energy": self.energy,
         }
 

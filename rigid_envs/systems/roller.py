@@ -13,6 +13,7 @@ import numpy.typing as npt
 from rigid_envs.checks import non_negative, number, positive, require
 from rigid_envs.kernels.roller import ROLLER
 from rigid_envs.systems.base import System
+from rigid_envs.systems.contact import RollingContact
 
 __all__ = ["Roller"]
 
@@ -21,7 +22,7 @@ _DIFFERENCE = 1e-4  # by which differences and optimisers step below the least i
 
 
 @dataclass(frozen=True)
-class Roller(System):
+class Roller(RollingContact, System):
     """Round body that rolls without slipping along a path in a vertical plane.
 
     The path of its centre descends by the angle ``slope - curvature s`` after an arc length s: an
@@ -131,16 +132,17 @@ class Roller(System):
         normal = self.m * self.g * np.cos(self.descent(y)) + bend
         return np.stack(np.broadcast_arrays(friction, normal), axis=-1)
 
-    def needed_friction(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
-        """Least coefficient of friction without slip, shape (...); infinite without contact."""
-        friction, normal = np.moveaxis(self.contact_force(y, u), -1, 0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.abs(friction) / np.maximum(normal, 0.0)
-        return np.asarray(np.where(normal > 0.0, ratio, np.inf))
+    def slips(
+        self, y: npt.ArrayLike, u: npt.ArrayLike | None = None, *, mu: float | None = None
+    ) -> npt.NDArray[np.bool_]:
+        """Whether rolling would need more friction than `mu` gives, shape (...).
 
-    def slips(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> npt.NDArray[np.bool_]:
-        """Whether rolling would need more friction than `mu` gives, shape (...)."""
-        return np.asarray(self.needed_friction(y, u) > self.mu)
+        Args:
+            y: state, shape (..., 2).
+            u: input, shape (..., 2).
+            mu: coefficient of friction; that of the system if left out.
+        """
+        return super().slips(y, u, mu=self.mu if mu is None else mu)
 
     @property
     def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
@@ -153,6 +155,7 @@ class Roller(System):
             "place": self.place,
             "energy": self.energy,
             "contact_force": self.contact_force,
+            "normal_force": self.normal_force,
             "needed_friction": self.needed_friction,
         }
 

@@ -27,6 +27,9 @@ class RollingBall(System):
     velocity: ``omega_world = (-VY / radius, VX / radius, spin)``. Then ``q' = (0, omega_world) q
     / 2``, ``X' = VX``, ``Y' = VY``: five dimensions, of which two controls reach all.
 
+    Contact forces are those of its acceleration, which neither state nor input says: take
+    `DynamicBall` for them.
+
     State y = (w, x, y, z, X, Y): attitude, body to world, and position of the centre [m].
     Input u = (VX, VY, spin): velocity of the centre [m/s], angular velocity about the vertical
     [rad/s]; held over a step, the step is the exact rotation.

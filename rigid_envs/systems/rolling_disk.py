@@ -15,6 +15,7 @@ from rigid_envs.checks import positive, require
 from rigid_envs.kernels.rolling_disk import ROLLING_DISK
 from rigid_envs.systems.accessors import ATTITUDE, gamma, quaternion
 from rigid_envs.systems.adaptive import AdaptiveStepSystem
+from rigid_envs.systems.contact import RollingContact
 from rigid_envs.systems.inertia import axial_moment, principal_moments
 
 __all__ = ["RollingDisk"]
@@ -24,7 +25,7 @@ _FLAT = 1e-6  # sin(theta) below which the point of contact is lost in rounding
 
 
 @dataclass(frozen=True)
-class RollingDisk(AdaptiveStepSystem):
+class RollingDisk(RollingContact, AdaptiveStepSystem):
     """Axisymmetric disk with a thin rim that rolls without slipping on the plane z = 0.
 
     Newton's and Euler's laws with the contact force F at -radius n, n the radius that points up:
@@ -161,8 +162,8 @@ class RollingDisk(AdaptiveStepSystem):
     def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
         """Force of the plane on the disk, m (v' + g e_z), in world axes [N], shape (..., 3).
 
-        Its third entry is the normal force: where that is negative the disk would lift off; the
-        others are friction, which needs a coefficient of ``hypot(F_x, F_y) / F_z``.
+        Its third entry is the normal force, the others are friction: see `normal_force`,
+        `needed_friction` and `slips`.
         """
         rates = self.rhs(self.checked_state(y), u)
         omega, n = self.omega_world(y), self.radius_up(y)
@@ -187,6 +188,8 @@ class RollingDisk(AdaptiveStepSystem):
             "centre": self.centre,
             "velocity": self.velocity,
             "contact_force": self.contact_force,
+            "normal_force": self.normal_force,
+            "needed_friction": self.needed_friction,
             "energy": self.energy,
         }
 

@@ -15,6 +15,7 @@ from rigid_envs.checks import non_negative, number, positive, require
 from rigid_envs.kernels.upright_coin import UPRIGHT_COIN
 from rigid_envs.systems.accessors import ATTITUDE, gamma, quaternion
 from rigid_envs.systems.adaptive import AdaptiveStepSystem
+from rigid_envs.systems.contact import RollingContact
 
 __all__ = ["UprightCoin"]
 
@@ -22,7 +23,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class UprightCoin(AdaptiveStepSystem):
+class UprightCoin(RollingContact, AdaptiveStepSystem):
     """Coin or knife edge that is held upright, rolls without slipping and is steered.
 
     ``R = Rz(phi) Rx(pi/2) Rz(psi)``: heading phi, roll phase psi. ``I1 phi'' = tau_steer``,
@@ -145,7 +146,10 @@ class UprightCoin(AdaptiveStepSystem):
         return np.asarray(kinetic - pull * self.contact(y)[..., 0])
 
     def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
-        """Force of the plane on the coin, m v' - m g, in world axes [N], shape (..., 3)."""
+        """Force of the plane on the coin, m v' - m g, in world axes [N], shape (..., 3).
+
+        World z is the normal of the plane, so that the third entry is the normal force.
+        """
         rates, along = self.rhs(self.checked_state(y), u), self.direction(y)
         across = np.stack([-along[..., 1], along[..., 0]], axis=-1)  # l' = phi' e_z x l
         bend = (self.steer_rate(y) * self.roll_rate(y))[..., None] * across
@@ -178,6 +182,8 @@ class UprightCoin(AdaptiveStepSystem):
             "velocity": self.velocity,
             "omega_world": self.omega_world,
             "contact_force": self.contact_force,
+            "normal_force": self.normal_force,
+            "needed_friction": self.needed_friction,
             "upright_torque": self.upright_torque,
             "energy": self.energy,
         }
