@@ -56,7 +56,7 @@ def parse_yaml(text: str) -> Any:
     try:
         return _Loader(text).get_single_data()
     except (yaml.YAMLError, RecursionError, ValueError) as error:
-        why = str(error) or "nested too deeply"
+        why = " ".join(str(error).split()) or "nested too deeply"  # in one line
         raise ConfigError(f"not readable as YAML: {why:.300}") from None
 
 

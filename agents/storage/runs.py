@@ -1,7 +1,7 @@
 """Run folders, in the layout that SB3 and rl_zoo3 users know; one process at a time in each.
 
 logs/<algo>/<environment>_<n>/
-    config.yaml             all entries, defaults included
+    config.yaml             all entries, defaults included, with their digest
     progress.csv            one row per update          (times.csv: the clock, kept apart)
     monitor.csv             one row per episode, as SB3's Monitor writes it
     evaluations.npz         as SB3's EvalCallback writes it
@@ -23,10 +23,10 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from rigid_envs.files import canonical_json, read_bytes, sync_folder, write_atomic
+from rigid_envs.files import canonical_json, read_bytes, sync_folder
 
-from ..config.by_algorithm import Config, config_from, config_to_dict
-from ..config.yaml_data import dump_yaml, read_yaml
+from ..config.by_algorithm import Config
+from .run_config import read_config, write_config
 
 __all__ = ["Run", "RunInUseError", "create_run", "find_run", "is_in_use", "open_run"]
 
@@ -57,8 +57,12 @@ class Run:
         return self.folder / name
 
     def config(self) -> Config:
-        """The config that the run is, or was, started with."""
-        return self.new or config_from(read_yaml(self / "config.yaml"))
+        """The config that the run is, or was, started with.
+
+        Raises:
+            ConfigError: `config.yaml` is no longer that.
+        """
+        return self.new or read_config(self / "config.yaml")
 
     def begin(self) -> None:
         """Delete what an earlier run left, and write `config.yaml`; nothing if not new."""
@@ -69,7 +73,7 @@ class Run:
                 shutil.rmtree(path)
             else:
                 path.unlink()
-        write_atomic(self / "config.yaml", dump_yaml(config_to_dict(self.new)))
+        write_config(self / "config.yaml", self.new)
 
     def discard(self) -> None:
         """Remove the folder of a new run, if nothing is in it."""

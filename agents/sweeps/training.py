@@ -73,11 +73,10 @@ class Training:
         Raises:
             ConfigError: There is one; names what differs.
         """
-        places = [(self.file, self._changed_record())]
-        if (self.folder / "config.yaml").is_file():
-            before = config_to_dict(find_run(self.folder).config())
-            places.append((self.folder, differences(before, config_to_dict(self.config))))
-        for place, changed in places:
+        for place, changed in (
+            (self.file, self._changed_record()),
+            (self.folder, self._changed_run()),
+        ):
             if changed:
                 raise ConfigError(
                     f"{place} is of another config ({'; '.join(changed)}); --overwrite trains it "
@@ -117,12 +116,20 @@ class Training:
 
     def _open(self) -> Run:
         """Its run: new, as it was left, or anew if it was of another config."""
-        if not (self.folder / "config.yaml").is_file():
+        changed = self._changed_run()
+        if changed is None:
             return create_run(self.config)
-        before = config_to_dict(find_run(self.folder).config())
-        if differences(before, config_to_dict(self.config)):
-            return create_run(self.config, overwrite=True)
-        return open_run(self.folder)
+        return create_run(self.config, overwrite=True) if changed else open_run(self.folder)
+
+    def _changed_run(self) -> list[str] | None:
+        """What differs between the config and that of the run; None without a run."""
+        if not (self.folder / "config.yaml").is_file():
+            return None
+        try:
+            before = find_run(self.folder).config()
+        except ConfigError as error:
+            return [str(error)]
+        return differences(config_to_dict(before), config_to_dict(self.config))
 
     def _changed_record(self) -> list[str] | None:
         """What differs between the config and that of the record; None without a record."""

@@ -1,0 +1,114 @@
+"""The config of a run is what it was started with, or refused; any config starts a new run."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents.cli.command_line import main
+from agents.config.by_algorithm import Config, config_from, config_to_dict
+from agents.config.yaml_data import dump_yaml, parse_yaml
+from agents.storage.run_config import read_config, write_config
+from agents.storage.runs import create_run
+from rigid_envs.errors import ConfigError
+
+VALUES = {
+    "learning_rate": [1e-3, 1e-4],
+    "env_kwargs": {"frame": "reduced", "radius": [0.9, 1.1], "action_delay": 2},
+    "cost_price": [0.0, 3e-7],
+    "target_kl": 0.02,
+}
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Config:
+    return config_from({**VALUES, "log_dir": str(tmp_path), "run_name": "r"})
+
+
+def assert_refused_or_same(path: Path, config: Config) -> None:
+    """The file is refused by name, or it says what it said before."""
+    try:
+        assert read_config(path) == config
+    except ConfigError as error:
+        assert str(path) in str(error)
+
+
+def test_no_flipped_bit_changes_the_config_of_a_run(tmp_path: Path, config: Config) -> None:
+    path = tmp_path / "config.yaml"
+    write_config(path, config)
+    whole, rng = path.read_bytes(), np.random.default_rng(0)
+    for k in rng.choice(8 * len(whole), 600, replace=False):
+        data = bytearray(whole)
+        data[k // 8] ^= 1 << (k % 8)
+        path.write_bytes(data)
+        assert_refused_or_same(path, config)
+
+
+def test_no_truncation_changes_the_config_of_a_run(tmp_path: Path, config: Config) -> None:
+    path = tmp_path / "config.yaml"
+    write_config(path, config)
+    whole = path.read_bytes()
+    for k in range(0, len(whole) - 1, 7):
+        path.write_bytes(whole[:k])
+        assert_refused_or_same(path, config)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("gamma: 0.99", "gamma: 0.9"),
+        ("seed: 0", "seed: 1"),
+        ("radius: [0.9, 1.1]", "radius: [0.9, 1.5]"),
+        ("run_name: r\n", "run_name: s\n"),
+        ("target_kl: 0.02\n", ""),
+        ("target_kl: 0.02\n", "target_kl: .nan\n"),
+        ("target_kl: 0.02\n", "target_kl: 2026-01-01\n"),
+    ],
+)
+def test_a_changed_entry_is_refused_before_the_first_checkpoint(
+    config: Config, capsys: pytest.CaptureFixture[str], old: str, new: str
+) -> None:
+    run = create_run(config)
+    run.begin()
+    run.close()
+    path = run / "config.yaml"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    assert main(["train", "--resume", str(run.folder)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"error: {path}: its entries do not match") and said.count("\n") == 1
+    assert f"python -m agents train --config {path}" in said
+    assert sorted(each.name for each in run.folder.iterdir()) == ["config.yaml", "run.lock"]
+
+
+def test_a_changed_config_of_a_run_starts_a_new_one(
+    config: Config, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = create_run(config)
+    run.begin()
+    run.close()
+    text = (run / "config.yaml").read_text().replace("gamma: 0.99", "gamma: 0.9")
+    (run / "config.yaml").write_text(text)
+    words = ["train", "--config", str(run / "config.yaml"), "--run_name", "s", "--print_config"]
+    assert main(words) == 0
+    expected = {**config_to_dict(config), "gamma": 0.9, "run_name": "s"}
+    assert parse_yaml(capsys.readouterr().out) == expected
+
+
+def test_order_notes_and_spelling_are_free(tmp_path: Path, config: Config) -> None:
+    path = tmp_path / "config.yaml"
+    write_config(path, config)
+    head, _, text = path.read_text().partition("\n")
+    turned = dump_yaml(dict(reversed(parse_yaml(text).items())))
+    assert "3.0e-07" in turned and turned != text
+    path.write_text(f"{head}\n# a note\n{turned.replace('3.0e-07', '0.0000003')}")
+    assert read_config(path) == config
+
+
+def test_a_run_of_an_older_version_has_no_digest_and_is_read(
+    tmp_path: Path, config: Config
+) -> None:
+    path = tmp_path / "config.yaml"
+    path.write_text(dump_yaml(config_to_dict(config)))
+    assert read_config(path) == config
