@@ -84,9 +84,10 @@ def load_tensors(path: Path, limit: int) -> tuple[dict[str, NDArray[Any]], dict[
         entry = json.loads(header.pop("__metadata__")[_ENTRY])
         document, digest = entry["document"], entry["sha256"]
         arrays = _arrays(header, numbers)
+        whole = isinstance(document, dict) and digest == _digest(arrays, document)
     except (AttributeError, LookupError, TypeError, ValueError, RecursionError) as error:
         raise DamagedFileError(f"{path}: not a file of this program: {error!r:.200}") from error
-    if not isinstance(document, dict) or digest != _digest(arrays, document):
+    if not whole:
         raise DamagedFileError(f"{path}: content does not match its checksum; the file is damaged")
     return arrays, document
 

@@ -1,5 +1,6 @@
 """Tensor files are whole or not there; what is damaged is said to be, and never runs."""
 
+import re
 import sys
 import time
 from pathlib import Path
@@ -134,6 +135,17 @@ def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
     with pytest.raises(DamagedFileError, match="hostile"):
         load_tensors(path, 10**6)
     assert time.perf_counter() - begin < 1
+
+
+def test_a_number_that_json_does_not_have_is_damage(tmp_path: Path) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    whole = path.read_bytes()
+    assert b"0.3333333333333333" in whole
+    for text in (b"1" + 14 * b"0" + b"e99", b"NaN".rjust(18), b"-Infinity".rjust(18)):
+        path.write_bytes(whole.replace(b"0.3333333333333333", text.ljust(18, b"9")))
+        with pytest.raises(DamagedFileError, match=re.escape(str(path))):
+            load_tensors(path, 10**6)
 
 
 def test_loading_imports_and_executes_nothing(tmp_path: Path) -> None:

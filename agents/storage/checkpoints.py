@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from rigid_envs.tensorfile import load_tensors, save_tensors
 __all__ = ["load_newest", "save_newest"]
 
 Arrays = dict[str, NDArray[Any]]
+Check = Callable[[Arrays, dict[str, Any]], None]
 _SIZE_LIMIT = 64 * 2**30
 _KEPT = 2
 
@@ -32,11 +34,12 @@ def save_newest(folder: Path, timesteps: int, arrays: Arrays, document: dict[str
         old.unlink()
 
 
-def load_newest(folder: Path) -> tuple[Arrays, dict[str, Any], list[str]] | None:
-    """Read the newest checkpoint that is whole.
+def load_newest(folder: Path, check: Check) -> tuple[Arrays, dict[str, Any], list[str]] | None:
+    """Read the newest checkpoint that is whole and good.
 
     Args:
         folder: Folder of checkpoints.
+        check: Raises a DamagedFileError for arrays and a document that no run can have written.
 
     Returns:
         Arrays, document, and a line about each newer one that is damaged; None if there is none.
@@ -47,7 +50,7 @@ def load_newest(folder: Path) -> tuple[Arrays, dict[str, Any], list[str]] | None
     damaged: list[str] = []
     for path in sorted(folder.glob("*.safetensors"), reverse=True):
         try:
-            arrays, document = load_tensors(path, _SIZE_LIMIT)
+            arrays, document = _load(path, check)
         except DamagedFileError as error:
             damaged.append(str(error))
         else:
@@ -55,3 +58,12 @@ def load_newest(folder: Path) -> tuple[Arrays, dict[str, Any], list[str]] | None
     if damaged:
         raise DamagedFileError("; ".join(damaged))
     return None
+
+
+def _load(path: Path, check: Check) -> tuple[Arrays, dict[str, Any]]:
+    arrays, document = load_tensors(path, _SIZE_LIMIT)
+    try:
+        check(arrays, document)
+    except DamagedFileError as error:
+        raise DamagedFileError(f"{path}: {error}") from None
+    return arrays, document

@@ -12,7 +12,36 @@ from torch.utils.tensorboard import SummaryWriter
 
 from rigid_envs.files import DamagedFileError
 
-__all__ = ["CsvLog", "ProgressLog", "TensorBoardLog"]
+__all__ = ["CsvLog", "ProgressLog", "TensorBoardLog", "check_position"]
+
+_LONGEST = 2**16  # bytes of a row
+
+
+def check_position(path: Path, position: int, begin: str = "") -> None:
+    """Refuse a position in a CSV file that is not behind a row of it.
+
+    Args:
+        path: The file.
+        position: Length to cut it back to [bytes].
+        begin: How the last row before it begins.
+
+    Raises:
+        DamagedFileError: It is not that; names the file.
+    """
+    try:
+        with open(path, "rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            if not 0 < position <= size:
+                raise DamagedFileError(f"{path}: {size} bytes; the checkpoint knows of {position}")
+            start = file.seek(max(position - _LONGEST, 0))
+            rows = file.read(position - start)
+    except OSError as error:
+        raise DamagedFileError(f"{path}: {error.strerror}; the checkpoint knows of it") from None
+    last = rows.removesuffix(b"\n").rpartition(b"\n")[2]
+    if not (rows.endswith(b"\n") and last.startswith(begin.encode())):
+        raise DamagedFileError(
+            f"{path}: byte {position} is not behind a row `{begin}...`, as the checkpoint has it"
+        )
 
 
 class CsvLog:
@@ -38,16 +67,13 @@ class CsvLog:
             position: Length to cut an existing file back to [bytes]; None starts a new one.
 
         Raises:
-            DamagedFileError: The file is shorter than that.
+            FileNotFoundError: There is no file to cut back.
         """
         self.columns = tuple(columns)
         if position is None:
             self._file = open(path, "wb")
             self._file.write((preamble + ",".join(self.columns) + "\n").encode())
             return
-        size = path.stat().st_size
-        if size < position:
-            raise DamagedFileError(f"{path}: {size} bytes; the checkpoint knows of {position}")
         os.truncate(path, position)
         self._file = open(path, "ab")
 

@@ -10,14 +10,15 @@ from stable_baselines3.common.logger import Logger
 
 from ..config.by_algorithm import Config
 from ..environments.training_rows import EpisodeEnds
-from ..storage.logs import CsvLog, ProgressLog, TensorBoardLog
+from ..storage.logs import CsvLog, ProgressLog, TensorBoardLog, check_position
 from ..storage.runs import Run
 from .algorithms import progress_columns
 from .clock import Spent
 
 __all__ = ["Records"]
 
-_STEPS = "time/total_timesteps"
+_LOGS = ("progress", "monitor", "times")
+_STEPS = "time/total_timesteps"  # the first column of the first and of the last
 
 
 class Records:
@@ -26,6 +27,9 @@ class Records:
     Attributes:
         logger: SB3's logger, which writes `progress.csv` and TensorBoard events.
     """
+
+    START: Mapping[str, Any] = {**dict.fromkeys(_LOGS, 0), "timesteps": 0, "seconds": 0.0}
+    """What `sync` gives for a run that has not begun, without headers."""
 
     def __init__(self, run: Run, config: Config, positions: Mapping[str, Any] | None) -> None:
         """Start the logs, or cut them back to a checkpoint.
@@ -56,6 +60,21 @@ class Records:
         self.logger = Logger(
             str(run.folder), [ProgressLog(self._csv["progress"]), self._tensorboard]
         )
+
+    @staticmethod
+    def check(run: Run, positions: Mapping[str, Any]) -> None:
+        """Refuse positions to which the logs cannot be cut back.
+
+        Args:
+            run: Run folder of the files.
+            positions: From `sync`.
+
+        Raises:
+            DamagedFileError: A log is not there, or has no row that ends there; names it.
+        """
+        begin = f"{positions['timesteps']}," if positions["timesteps"] else ""
+        for name in _LOGS:
+            check_position(run / f"{name}.csv", positions[name], "" if name == "monitor" else begin)
 
     def write(
         self,

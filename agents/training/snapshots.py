@@ -6,9 +6,8 @@ environment's and that of its actions), running episodes, and statistics.
 
 from __future__ import annotations
 
-import random
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,9 +20,11 @@ from torch.optim import Optimizer
 
 from ..environments.training_rows import TrainingRows
 from .algorithms import algorithm_of
+from .array_check import check_arrays
+from .random_streams import capture_random, check_random, restore_random
 from .replay_buffer import buffer_arrays, restore_buffer
 
-__all__ = ["capture", "restore"]
+__all__ = ["capture", "check", "restore"]
 
 Arrays = dict[str, NDArray[Any]]
 _COUNTERS = ("num_timesteps", "_n_updates", "_episode_num", "_current_progress_remaining")
@@ -42,7 +43,7 @@ def capture(model: BaseAlgorithm, adapter: TrainingRows) -> tuple[Arrays, dict[s
     """
     algorithm = algorithm_of(model)
     weights, optimizers = algorithm.parts(model)
-    streams, counters = _capture_random()
+    streams, states = capture_random(_action_stream(model))
     buffer = getattr(model, "replay_buffer", None)
     arrays = {
         **_prefixed("weights", {name: tensor.numpy() for name, tensor in weights.items()}),
@@ -61,9 +62,32 @@ def capture(model: BaseAlgorithm, adapter: TrainingRows) -> tuple[Arrays, dict[s
             name: [group["lr"] for group in optimizer.param_groups]
             for name, optimizer in optimizers.items()
         },
-        "random": {**counters, "actions": _action_stream(model).state},
+        "random": states,
     }
     return arrays, document
+
+
+def check(
+    model: BaseAlgorithm,
+    fresh: Arrays,
+    arrays: Arrays,
+    document: Mapping[str, Any],
+    evaluations: Sequence[int],
+) -> None:
+    """Refuse what `restore` could not, or should not, bring a model to.
+
+    Args:
+        model: A model of the same config, set up to learn.
+        fresh: Arrays of a checkpoint of it as it is.
+        arrays: Arrays of a checkpoint.
+        document: Its document, checked.
+        evaluations: Ages at which the run has been evaluated [steps].
+
+    Raises:
+        ValueError: "member = value; expected ...".
+    """
+    check_arrays(arrays, fresh, model, document["counters"], evaluations)
+    check_random(_action_stream(model), _under("random", arrays), document["random"])
 
 
 def restore(
@@ -93,8 +117,7 @@ def restore(
     model._last_episode_starts = arrays["last_episode_starts"]
     for name, value in document["counters"].items():
         setattr(model, name, value)
-    _restore_random(_under("random", arrays), document["random"])
-    _action_stream(model).state = document["random"]["actions"]
+    restore_random(_action_stream(model), _under("random", arrays), document["random"])
 
 
 def _moments(optimizers: Mapping[str, Optimizer]) -> Arrays:
@@ -180,29 +203,7 @@ def _restore_window(model: BaseAlgorithm, arrays: Arrays) -> None:
 
 
 def _action_stream(model: BaseAlgorithm) -> np.random.BitGenerator:
-    """Random stream of the first, random actions and of DQN's exploration."""
     return model.action_space.np_random.bit_generator
-
-
-def _capture_random() -> tuple[Arrays, dict[str, Any]]:
-    """The global streams: SB3 permutes batches with NumPy's and explores with torch's."""
-    version, words, next_gauss = random.getstate()
-    kind, key, position, has_gauss, gauss = np.random.get_state()  # noqa: NPY002
-    arrays = {
-        "python": np.array(words, dtype=np.uint64),
-        "numpy": np.asarray(key),
-        "torch": torch.get_rng_state().numpy(),
-    }
-    document = {"python": [version, next_gauss], "numpy": [kind, position, has_gauss, gauss]}
-    return arrays, document
-
-
-def _restore_random(arrays: Arrays, document: Mapping[str, Any]) -> None:
-    version, next_gauss = document["python"]
-    random.setstate((version, tuple(arrays["python"].tolist()), next_gauss))
-    kind, position, has_gauss, gauss = document["numpy"]
-    np.random.set_state((kind, arrays["numpy"], position, has_gauss, gauss))  # noqa: NPY002
-    torch.set_rng_state(torch.tensor(arrays["torch"]))
 
 
 def _prefixed(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:

@@ -3,37 +3,37 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
-from gymnasium.spaces import Box
-from gymnasium.vector import VectorEnv
+from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.utils import safe_mean
-from stable_baselines3.common.vec_env import VecEnv, VecExtractDictObs, VecNormalize
 
 from rigid_envs.errors import ConfigError
-from rigid_envs.files import sweep
+from rigid_envs.files import DamagedFileError, sweep
 from rigid_envs.sb3.finite import NonFiniteError
 from rigid_envs.scores.starts import row_seeds
-from rigid_envs.settings import refusal
 
 from ..config.by_algorithm import Config, config_to_dict
-from ..environments.factory import make, part_for
+from ..environments.factory import make
 from ..environments.training_rows import TrainingRows
 from ..policies.mlp import Policy
 from ..policies.policy_file import save_policy
 from ..storage.checkpoints import load_newest, save_newest
 from ..storage.manifest import differences, manifest
 from ..storage.runs import Run, create_run, open_run
-from .algorithms import build_model, check_fit, iterate
+from .algorithms import build_model, iterate
 from .clock import Clock, Spent
+from .document_check import check_document
+from .environment import checked_environment, wrapped
 from .exporting import export_policy, with_gain
 from .progress_bar import Progress
 from .records import Records
 from .signals import StopSignals
-from .snapshots import capture, restore
+from .snapshots import capture, check, restore
 from .validation import Validation
 
 __all__ = ["Outcome", "train", "train_in"]
@@ -108,7 +108,7 @@ def train_in(run: Run, quiet: bool = False) -> Outcome:
         f"starts; writes to {run.folder}"
     )
     try:
-        venv = _checked(config)
+        venv = checked_environment(config)
     except ConfigError:
         run.discard()
         raise
@@ -153,18 +153,19 @@ class Trainer:
         self._run, self._config, self._progress = run, config, progress
         self._adapter = TrainingRows(make(config.env_id, config.training_kwargs, config.n_envs))
         self._adapter.bonus = config.success_bonus
-        self.model = build_model(config, _wrapped(self._adapter, config))
+        self.model = build_model(config, wrapped(self._adapter, config))
         self._adapter.seed(row_seeds(config.seed, config.n_envs, "train"))
         self._validation = Validation(config)
         self._iterations = 0
         self._clock = Clock()
         self._saved_at, self._save_took = time.perf_counter(), 0.0
-        arrays, document, damaged = load_newest(run / "checkpoints") or ({}, {}, [])
+        self.model.set_logger(Logger(None, []))  # a checkpoint is checked before logs are touched
+        _, self._callback = self.model._setup_learn(config.total_timesteps)
+        arrays, document, damaged = load_newest(run / "checkpoints", self._check) or ({}, {}, [])
         for line in damaged:
             progress.say(f"damaged, taking the one before: {line}")
         self._records = Records(run, config, document.get("logs"))
         self.model.set_logger(self._records.logger)
-        _, self._callback = self.model._setup_learn(config.total_timesteps)
         if document:
             self._restore(arrays, document)
         update = config.steps_per_update  # the last one is made in full
@@ -203,15 +204,7 @@ class Trainer:
         """Write the policy of now and a checkpoint."""
         begin = time.perf_counter()
         save_policy(self._policy(), self._run / "last_model")
-        arrays, document = capture(self.model, self._adapter)
-        arrays |= {f"validation/{k}": v for k, v in self._validation.arrays().items()}
-        document |= {
-            "config": config_to_dict(self._config),
-            "manifest": manifest(),
-            "iterations": self._iterations,
-            "spent": list(self._clock.spent()),
-            "logs": self._records.sync(self.model.num_timesteps),
-        }
+        arrays, document = self._state(self._records.sync(self.model.num_timesteps))
         save_newest(self._run / "checkpoints", self.model.num_timesteps, arrays, document)
         self._saved_at = time.perf_counter()
         self._save_took = self._saved_at - begin
@@ -223,13 +216,42 @@ class Trainer:
         self._validation.close()
         self._adapter.close()
 
-    def _restore(self, arrays: dict[str, Any], document: dict[str, Any]) -> None:
-        changed = differences(document["config"], config_to_dict(self._config))
-        if changed:
+    def _state(self, logs: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Arrays and document of a checkpoint, given the positions in the logs."""
+        arrays, document = capture(self.model, self._adapter)
+        arrays |= {f"validation/{k}": v for k, v in self._validation.arrays().items()}
+        document |= {
+            "config": config_to_dict(self._config),
+            "manifest": manifest(),
+            "iterations": self._iterations,
+            "spent": list(self._clock.spent()),
+            "logs": logs,
+        }
+        return arrays, document
+
+    def _check(self, arrays: dict[str, Any], document: dict[str, Any]) -> None:
+        """Refuse what this run cannot have written; nothing has been restored yet.
+
+        Raises:
+            DamagedFileError: "member = value; expected ...".
+            ConfigError: It is of another config.
+        """
+        before, config = document.get("config"), self._config
+        if isinstance(before, dict) and (changed := differences(before, config_to_dict(config))):
             raise ConfigError(
                 f"{self._run / 'config.yaml'} is not what the run was started with "
                 f"({'; '.join(changed)}); put it back, or start a new run"
             )
+        fresh_arrays, fresh_document = self._state(Records.START)
+        try:
+            check_document(document, fresh_document, config)
+            ages = self._validation.ages(document["iterations"], config)
+            check(self.model, fresh_arrays, arrays, document, ages)
+        except ValueError as error:
+            raise DamagedFileError(str(error)) from None
+        Records.check(self._run, document["logs"])
+
+    def _restore(self, arrays: dict[str, Any], document: dict[str, Any]) -> None:
         for line in differences(document["manifest"], manifest()):
             self._progress.say(f"not the machine or versions of before, so not its bits: {line}")
         restore(self.model, self._adapter, arrays, document)
@@ -265,47 +287,3 @@ class Trainer:
             "eval/mean_ep_length": episodes.lengths.mean(),
             "eval/mean_cost": episodes.costs.mean(),
         }
-
-
-def _checked(config: Config) -> VectorEnv[Any, Any, Any]:
-    """The environment of the training; one that the algorithm is not for is refused.
-
-    So is one whose spaces differ from those of the evaluations.
-    """
-    tested = make(config.env_id, config.env_kwargs, 1)
-    trained = make(config.env_id, config.training_kwargs, 1, "train_kwargs")
-    check_fit(config, trained)
-    for key, entry in (("cost_price", "cost"), ("success_bonus", "is_success")):
-        if (value := getattr(config, key)) and entry not in trained.reset()[1]:
-            raise refusal(key, value, f"0: {config.env_id} reports no {entry}")
-    if config.policy_gain != 1.0 and not _is_gaussian(config, trained):
-        raise refusal("policy_gain", config.policy_gain, "1: not for this algorithm and id")
-    spaces = [
-        (venv.single_observation_space, venv.single_action_space) for venv in (tested, trained)
-    ]
-    tested.close()
-    if spaces[0] != spaces[1]:
-        raise refusal(
-            "train_kwargs",
-            dict(config.train_kwargs),
-            "what leaves the spaces of observations and actions as they are with env_kwargs alone",
-        )
-    return trained
-
-
-def _is_gaussian(config: Config, venv: VectorEnv[Any, Any, Any]) -> bool:
-    return config.algo == "ppo" and isinstance(venv.single_action_space, Box)
-
-
-def _wrapped(adapter: TrainingRows, config: Config) -> VecEnv:
-    """What the model sees: the part that networks read, normalised as the config says."""
-    part = part_for(config.env_kwargs, adapter.observation_space)
-    seen = adapter if part is None else VecExtractDictObs(adapter, part)
-    if not (config.normalize_observation or config.normalize_reward):
-        return seen
-    return VecNormalize(
-        seen,
-        norm_obs=config.normalize_observation,
-        norm_reward=config.normalize_reward,
-        gamma=config.gamma,
-    )

@@ -21,6 +21,8 @@ __all__ = ["VALIDATION_SEED", "Validation"]
 VALIDATION_SEED = 271828
 """Seed of the starts of the evaluations during training, which choose the best policy."""
 
+_TYPES = {"results": np.float64, "ep_lengths": np.int64, "successes": bool, "costs": np.float64}
+
 
 class Validation:
     """The evaluations of a run so far.
@@ -41,12 +43,7 @@ class Validation:
         self._seeds = row_seeds(VALIDATION_SEED, config.eval_episodes, "validation")
         self._every = config.eval_every
         self._price = config.price_at(config.total_timesteps)
-        self._columns: dict[str, list[NDArray[Any]]] = {
-            "results": [],
-            "ep_lengths": [],
-            "successes": [],
-            "costs": [],
-        }
+        self._columns: dict[str, list[NDArray[Any]]] = {name: [] for name in _TYPES}
         self.timesteps: list[int] = []
         self.best: tuple[float, float] | None = None
 
@@ -59,6 +56,17 @@ class Validation:
             total: Age at the end, where there always is one.
         """
         return now // self._every > before // self._every or now >= total
+
+    def ages(self, updates: int, config: Config) -> list[int]:
+        """Ages of a run at all its evaluations [steps].
+
+        Args:
+            updates: Updates that it has made.
+            config: Its config.
+        """
+        update, total = config.steps_per_update, config.total_timesteps
+        ages = range(update, updates * update + 1, update)
+        return [age for age in ages if self.is_due(age - update, age, total)]
 
     def run(self, policy: SupportsPredict, timesteps: int) -> tuple[Episodes, bool]:
         """Evaluate a policy.
@@ -83,7 +91,9 @@ class Validation:
     def arrays(self) -> dict[str, NDArray[Any]]:
         """All evaluations, one row each, under the names of SB3's `evaluations.npz`."""
         n = len(self._seeds)
-        stacked = {k: np.array(v).reshape(len(v), n) for k, v in self._columns.items()}
+        stacked = {
+            k: np.array(v, dtype=_TYPES[k]).reshape(len(v), n) for k, v in self._columns.items()
+        }
         return {"timesteps": np.array(self.timesteps, dtype=np.int64), **stacked}
 
     def restore(self, arrays: dict[str, NDArray[Any]]) -> None:

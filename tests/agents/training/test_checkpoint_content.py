@@ -1,0 +1,315 @@
+"""A checkpoint that is whole, but holds what no run can have written, is refused by name."""
+
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tests.agents.drift  # noqa: F401, registers the environment
+from agents.cli.command_line import main
+from agents.config.by_algorithm import config_from
+from agents.training.trainer import train
+from rigid_envs.tensorfile import load_tensors, save_tensors
+from tests.agents.training.test_resume import VARIANTS, assert_same, base, newest
+
+Arrays = dict[str, Any]
+Change = Callable[[Arrays, dict[str, Any]], None]
+UPDATES = 12
+
+
+def run_of(folder: Path, variant: str, updates: int = UPDATES) -> Path:
+    values = base(VARIANTS[variant]) | {"total_timesteps": 512 * updates, "checkpoint_every": 4}
+    values |= {"log_dir": str(folder), "run_name": "r"}
+    return train(config_from(values), quiet=True).folder
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A complete run of each algorithm, with its newest checkpoint alone."""
+    runs = {}
+    for algo, variant in (
+        ("ppo", "normalized"),
+        ("sac", "sac, hindsight, normalized, overflowing"),
+        ("dqn", "dqn"),
+    ):
+        runs[algo] = run_of(tmp_path_factory.mktemp(algo), variant)
+        for path in sorted((runs[algo] / "checkpoints").iterdir())[:-1]:
+            path.unlink()
+    return runs
+
+
+def content(run: Path) -> dict[str, bytes]:
+    """Every file of a run, but that of its lock, which names the process."""
+    files = (path for path in run.rglob("*") if path.is_file() and path.name != "run.lock")
+    return {str(path.relative_to(run)): path.read_bytes() for path in files}
+
+
+def damage(run: Path, change: Change) -> None:
+    """Change the newest checkpoint of a run, with a checksum that is right."""
+    path = newest(run)
+    arrays, document = load_tensors(path, 10**9)
+    change(arrays, document)
+    save_tensors(path, arrays, document)
+
+
+def put(member: str, value: float, place: Any = ...) -> Change:
+    """Put a value into an array."""
+
+    def change(arrays: Arrays, _: dict[str, Any]) -> None:
+        arrays[member][place] = value
+
+    return change
+
+
+def shape(member: str, *sizes: int) -> Change:
+    """Cut an array to a shape, which numbers of the old shape may broadcast to."""
+
+    def change(arrays: Arrays, _: dict[str, Any]) -> None:
+        arrays[member] = np.resize(arrays[member], sizes)
+
+    return change
+
+
+def cast(member: str, kind: str) -> Change:
+    """Give an array another type."""
+
+    def change(arrays: Arrays, _: dict[str, Any]) -> None:
+        arrays[member] = arrays[member].astype(kind)
+
+    return change
+
+
+def drop(member: str) -> Change:
+    """Leave an array out."""
+
+    def change(arrays: Arrays, _: dict[str, Any]) -> None:
+        del arrays[member]
+
+    return change
+
+
+def add(member: str) -> Change:
+    """Add an array."""
+
+    def change(arrays: Arrays, _: dict[str, Any]) -> None:
+        arrays[member] = np.zeros(3)
+
+    return change
+
+
+def say(place: str, value: Any) -> Change:
+    """Put a value into the document; a function is given the old one."""
+
+    def change(_: Arrays, document: dict[str, Any]) -> None:
+        *path, last = (int(key) if key.isdecimal() else key for key in place.split("."))
+        inner: Any = document
+        for key in path:
+            inner = inner[key]
+        inner[last] = value(inner[last]) if callable(value) else value
+
+    return change
+
+
+def forget(place: str) -> Change:
+    """Leave an entry of the document out."""
+
+    def change(_: Arrays, document: dict[str, Any]) -> None:
+        *path, last = place.split(".")
+        inner = document
+        for key in path:
+            inner = inner[key]
+        del inner[last]
+
+    return change
+
+
+def both(*changes: Change) -> Change:
+    """Make several changes."""
+
+    def change(arrays: Arrays, document: dict[str, Any]) -> None:
+        for each in changes:
+            each(arrays, document)
+
+    return change
+
+
+NAN, INF = float("nan"), float("inf")
+WEIGHT, BIAS = "weights/action_net.weight", "weights/value_net.bias"
+MOMENT = "optimizer/policy/1/exp_avg"
+KINDS: list[tuple[str, Change, str]] = [
+    # weights and optimiser
+    ("ppo", put(WEIGHT, NAN, (0, 3)), rf"{WEIGHT}\[0, 3\] = nan; expected finite"),
+    ("ppo", put(BIAS, INF), rf"{BIAS}\[0\] = inf; expected finite"),
+    ("ppo", shape(WEIGHT, 1, 16), rf"{WEIGHT} is float32 of shape \(1, 16\); expected .*\(2, 16\)"),
+    ("ppo", shape(WEIGHT), rf"{WEIGHT} is float32 of shape \(\); expected .*\(2, 16\)"),
+    ("ppo", shape(WEIGHT, 16, 2), rf"{WEIGHT} is float32 of shape \(16, 2\)"),
+    ("ppo", cast(WEIGHT, "float64"), rf"{WEIGHT} is float64 .*; expected float32"),
+    ("ppo", cast(WEIGHT, "int32"), rf"{WEIGHT} is int32 .*; expected float32"),
+    ("ppo", drop(WEIGHT), rf"{WEIGHT} is missing; expected float32 of shape \(2, 16\)"),
+    ("ppo", add("weights/more"), "weights/more is there; expected no such array"),
+    ("ppo", put(MOMENT, NAN, (0, 0)), rf"{MOMENT}\[0, 0\] = nan; expected finite"),
+    ("ppo", shape(MOMENT, 1, 2), rf"{MOMENT} is float32 of shape \(1, 2\)"),
+    ("ppo", put(f"{MOMENT}_sq", -0.5, (1, 1)), rf"{MOMENT}_sq\[1, 1\] = -0.5; expected .*\[0"),
+    ("ppo", put("optimizer/policy/2/step", -3), r"optimizer/policy/2/step = -3.0; expected .*\[1"),
+    ("ppo", put("optimizer/policy/2/step", 2.5), "step = 2.5; expected a whole number"),
+    ("ppo", drop("optimizer/policy/2/step"), "optimizer/policy/2/step is missing"),
+    ("ppo", add("optimizer/policy/99/step"), "optimizer/policy/99/step is there"),
+    ("ppo", say("learning_rates.policy.0", -1e-3), "learning_rates.policy = -0.001; expected"),
+    ("ppo", say("learning_rates.policy", []), r"learning_rates.policy = \[\]; expected a list"),
+    ("sac", put("weights/log_ent_coef", NAN), "weights/log_ent_coef.* = nan"),
+    ("sac", shape("weights/critic.qf0.0.weight", 1, 35), r"critic.qf0.0.weight is .*\(1, 35\)"),
+    ("sac", forget("learning_rates.ent_coef"), r"learning_rates = \['actor', 'critic'\]"),
+    # counters and clock
+    ("ppo", say("counters.num_timesteps", -512), "counters.num_timesteps = -512; expected 6144"),
+    ("ppo", say("counters.num_timesteps", 6144.0), r"num_timesteps = 6144.0; expected an integer"),
+    ("ppo", say("counters.num_timesteps", "6144"), "num_timesteps = '6144'; expected an integer"),
+    ("ppo", say("counters.num_timesteps", True), "num_timesteps = True; expected an integer"),
+    ("ppo", say("counters.num_timesteps", 6656), "num_timesteps = 6656; expected 6144 after 12"),
+    ("ppo", say("counters._n_updates", -1), "counters._n_updates = -1; expected"),
+    ("ppo", say("counters._current_progress_remaining", 2.0), "remaining = 2.0; expected 0.0"),
+    ("ppo", say("counters._current_progress_remaining", None), "remaining = None; expected a fin"),
+    ("ppo", forget("counters._episode_num"), r"document.counters = .*; expected entries"),
+    ("ppo", say("counters", []), r"document.counters = \[\]; expected a mapping"),
+    ("ppo", say("iterations", -12), "iterations = -12; expected"),
+    (
+        "ppo",
+        both(say("iterations", 10**15), say("counters.num_timesteps", 512 * 10**15)),
+        r"iterations = 1000000000000000; expected an integer in \[0, 12\]",
+    ),
+    ("ppo", say("iterations", 11), "num_timesteps = 6144; expected 5632 after 11 updates"),
+    ("ppo", say("spent", [-1.0, 0.0]), r"spent\[0\] = -1.0; expected a number of at least 0"),
+    ("ppo", say("spent", [1.0]), r"spent = \[1.0\]; expected a list of 2"),
+    ("ppo", say("config", None), "document.config = None; expected a mapping"),
+    ("ppo", forget("logs"), "document = .*; expected entries"),
+    ("dqn", say("counters.exploration_rate", 1.5), "exploration_rate = 1.5; expected"),
+    ("dqn", say("counters._n_calls", 0.5), "_n_calls = 0.5; expected an integer"),
+    # positions in the logs
+    ("ppo", say("logs.progress", 10**6), r"progress.csv: \d+ bytes; the .* knows of 1000000"),
+    ("ppo", say("logs.progress", -1), "progress.csv: .* knows of -1"),
+    ("ppo", say("logs.progress", 0), "progress.csv: .* knows of 0"),
+    ("ppo", say("logs.progress", lambda n: n - 1), "progress.csv: byte .* is not behind a row"),
+    ("ppo", say("logs.monitor", lambda n: n - 2), "monitor.csv: byte .* is not behind a row"),
+    ("ppo", say("logs.times", 1.5), "logs.times = 1.5; expected an integer"),
+    ("ppo", say("logs.times", 57), r"times.csv: byte 57 is not behind a row"),
+    ("ppo", say("logs.timesteps", 512), "logs.timesteps = 512; expected 6144"),
+    ("ppo", say("logs.seconds", -2.0), "logs.seconds = -2.0; expected"),
+    # random streams
+    ("ppo", put("random/python", 700, 624), "random/python = .*; expected a state"),
+    ("ppo", put("random/python", 2**40, 5), "random/python = .*; expected a state"),
+    ("ppo", say("random.python", [4, None]), "random/python = .*; expected a state"),
+    ("ppo", say("random.numpy.1", 700), "random.numpy = .*700.*; expected a position"),
+    ("ppo", say("random.numpy.0", "PCG64"), r"random.numpy\[0\] = 'PCG64'; expected 'MT19937'"),
+    ("ppo", shape("random/numpy", 1), r"random/numpy is uint32 of shape \(1,\)"),
+    ("ppo", put("random/torch", 255), "random/torch = .*; expected a state"),
+    ("ppo", say("random.actions.state.state", -5), "random/actions = .*; expected a state"),
+    ("ppo", say("random.actions.bit_generator", "MT19937"), "bit_generator = 'MT19937'; expected"),
+    ("ppo", say("random.actions", 3), "random.actions = 3; expected a mapping"),
+    # statistics of VecNormalize, last observations, episodes
+    ("ppo", put("normalize/observation.var", -1.0), "normalize/observation.var.* = -1.0; expected"),
+    ("ppo", put("normalize/observation.mean", NAN), "normalize/observation.mean.* = nan; expected"),
+    ("ppo", put("normalize/reward.count", 0.0), "normalize/reward.count = 0.0; expected"),
+    ("ppo", shape("normalize/returns", 1), r"normalize/returns is float64 of shape \(1,\)"),
+    ("ppo", drop("normalize/reward.var"), "normalize/reward.var is missing"),
+    ("ppo", put("_last_obs", NAN, (3, 1)), r"_last_obs\[3, 1\] = nan; expected finite"),
+    ("ppo", shape("_last_obs", 1, 2), r"_last_obs is float32 of shape \(1, 2\)"),
+    ("ppo", drop("_last_original_obs"), "_last_original_obs is missing"),
+    ("ppo", cast("last_episode_starts", "float32"), "last_episode_starts is float32 .*; expected"),
+    ("sac", drop("_last_obs/desired_goal"), "_last_obs/desired_goal is missing"),
+    ("ppo", put("window/returns", INF, 0), r"window/returns\[0\] = inf; expected finite"),
+    ("ppo", put("window/lengths", 0, 0), r"window/lengths\[0\] = 0; expected"),
+    ("ppo", shape("window/lengths", 7), "window/lengths"),
+    ("ppo", shape("window/returns"), r"window/returns is float64 of shape \(\)"),
+    # evaluations
+    ("ppo", put("validation/timesteps", 1, 0), r"validation/timesteps = .*; expected \[2560, 5120"),
+    ("ppo", shape("validation/costs", 1, 8), r"validation/costs is float64 of shape \(1, 8\)"),
+    ("ppo", put("validation/results", NAN, (0, 0)), r"validation/results\[0, 0\] = nan"),
+    ("ppo", put("validation/ep_lengths", -4, (0, 0)), r"validation/ep_lengths\[0, 0\] = -4"),
+    # the environment
+    ("ppo", put("adapter/env/x", NAN, (2, 0)), r"adapter/env/x\[2, 0\] = nan; expected finite"),
+    ("ppo", shape("adapter/env/x", 1, 2), r"adapter/env/x is float64 of shape \(1, 2\)"),
+    ("ppo", drop("adapter/env/draws"), "adapter/env/draws is missing"),
+    ("ppo", put("adapter/steps", -1), "adapter/steps = -1; expected 384"),
+    ("ppo", put("adapter/lengths", -1, 4), r"adapter/lengths\[4\] = -1; expected"),
+    ("sac", put("adapter/env/y", INF, (0, 0)), r"adapter/env/y\[0, 0\] = inf; expected finite"),
+    ("sac", shape("adapter/env/clock", 16, 1), r"adapter/env/clock is float64 of shape \(16, 1\)"),
+    # the replay buffer
+    ("sac", put("memory/place", -3, 0), r"memory/place = \[-3, 0\]; expected \[384, 0\]"),
+    ("sac", put("memory/place", 10**6, 0), "memory/place = .*; expected"),
+    ("sac", put("memory/place", 1, 1), "memory/place = .*; expected"),
+    ("sac", shape("memory/place"), r"memory/place is int64 of shape \(\)"),
+    ("sac", put("memory/rewards", NAN, (5, 2)), r"memory/rewards\[5, 2\] = nan; expected finite"),
+    ("sac", shape("memory/rewards", 384, 1), r"memory/rewards is float32 of shape \(384, 1\)"),
+    ("sac", shape("memory/actions", 1, 16, 2), r"memory/actions is float32 of shape \(1, 16, 2\)"),
+    ("sac", put("memory/dones", 0.5, (0, 0)), r"memory/dones\[0, 0\] = 0.5; expected"),
+    ("sac", put("memory/ep_start", 10**6, (0, 0)), r"memory/ep_start\[0, 0\] = 1000000; expected"),
+    ("sac", put("memory/ep_length", -2, (0, 0)), r"memory/ep_length\[0, 0\] = -2; expected"),
+    ("sac", put("memory/current_start", -1, 0), r"memory/current_start\[0\] = -1; expected"),
+    ("sac", drop("memory/next_observations/observation"), "observations/observation is missing"),
+    ("dqn", put("memory/actions", 99, (0, 0, 0)), r"memory/actions\[0, 0, 0\] = 99; expected"),
+]  # fmt: skip
+
+
+def _id(part: object) -> str:
+    return re.sub(r"[^\w/.-]+", " ", part)[:50] if isinstance(part, str) else ""
+
+
+@pytest.mark.parametrize(("algo", "change", "message"), KINDS, ids=_id)
+def test_bad_content_is_refused_by_name_and_no_file_changes(
+    runs: dict[str, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    algo: str,
+    change: Change,
+    message: str,
+) -> None:
+    run = Path(shutil.copytree(runs[algo], tmp_path / "run"))
+    damage(run, change)
+    before = content(run)
+    assert main(["train", "--resume", str(run), "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"error: {newest(run)}: ") and said.count("\n") == 1
+    assert re.search(message, said), said
+    assert content(run) == before
+
+
+def test_of_two_checkpoints_a_bad_one_is_passed_over_and_the_run_ends_as_it_would(
+    runs: dict[str, Path], tmp_path: Path
+) -> None:
+    run = run_of(tmp_path, "normalized")
+    damage(run, put(WEIGHT, NAN, (0, 3)))
+    assert len(list((run / "checkpoints").iterdir())) == 2
+    train(resume=run, quiet=True)
+    assert_same(runs["ppo"], run)
+
+
+def test_bad_content_in_both_checkpoints_is_told_of_both(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = run_of(tmp_path, "plain", updates=8)
+    arrays, document = load_tensors(newest(run), 10**9)
+    for path in (run / "checkpoints").iterdir():
+        save_tensors(path, arrays | {BIAS: np.array([NAN], dtype=np.float32)}, document)
+    before = content(run)
+    assert main(["train", "--resume", str(run), "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert said.count(f"{BIAS}[0] = nan") == 2 and said.count("\n") == 1
+    assert content(run) == before
+
+
+@pytest.mark.parametrize("name", ["progress", "monitor", "times"])
+def test_a_log_that_is_gone_or_cut_is_named_and_no_file_changes(
+    runs: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    run = Path(shutil.copytree(runs["ppo"], tmp_path / "run"))
+    log = run / f"{name}.csv"
+    for spoil in (lambda: log.write_bytes(log.read_bytes()[:-9]), log.unlink, log.mkdir):
+        spoil()
+        before = content(run)
+        assert main(["train", "--resume", str(run), "--quiet"]) == 2
+        said = capsys.readouterr().err
+        assert f"{log}: " in said and "the checkpoint knows of" in said and said.count("\n") == 1
+        assert content(run) == before
