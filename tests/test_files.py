@@ -43,6 +43,29 @@ def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path: 
     assert [file.name for file in tmp_path.iterdir()] == ["a"]
 
 
+def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[tuple[object, ...]] = []
+
+    def fsync(descriptor: int) -> None:
+        status = os.fstat(descriptor)
+        calls.append(("fsync", status.st_ino, status.st_size))
+
+    def replace(old: Path, new: Path) -> None:
+        calls.append(("replace", old.stat().st_ino, new))
+        rename(old, new)
+
+    rename = os.replace
+    monkeypatch.setattr(os, "fsync", fsync)
+    monkeypatch.setattr(os, "replace", replace)
+    path = tmp_path / "a"
+    write_atomic(path, b"x" * 5000)
+    inode = path.stat().st_ino
+    assert calls[:2] == [("fsync", inode, 5000), ("replace", inode, path)]
+    assert [call[:2] for call in calls[2:]] == [("fsync", tmp_path.stat().st_ino)]
+
+
 def test_json_has_one_spelling_and_no_nan() -> None:
     a, b = {"x": 1, "y": [0.1, "é"]}, {"y": [0.1, "é"], "x": 1}
     assert canonical_json(a) == canonical_json(b) == '{"x":1,"y":[0.1,"\\u00e9"]}'

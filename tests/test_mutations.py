@@ -1,11 +1,14 @@
 """The mutation test: which wrong signs are planted, where, and that one is noticed."""
 
+import ast
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from tests.mutations.__main__ import SOURCES, main
+from tests.mutations.application import Checkout
+from tests.mutations.bugs import BUGS, Bug
 from tests.mutations.equivalents import EQUIVALENTS
 from tests.mutations.mutants import mutants_of
 from tests.mutations.trials import ROOT, PackageCopy
@@ -104,6 +107,27 @@ def test_a_wrong_sign_in_a_copy_is_noticed_and_the_checkout_stays_as_it_was() ->
     finally:
         copy.close()
     assert {path: path.read_bytes() for path in before} == before
+
+
+@pytest.mark.parametrize("bug", BUGS, ids=lambda bug: bug.what)
+def test_a_bug_to_plant_has_its_place_and_its_tests(bug: Bug) -> None:
+    source = (ROOT / bug.file).read_text(encoding="utf-8")
+    ast.parse(bug.planted(source))
+    for test in bug.tests:
+        path, _, name = test.partition("::")
+        assert f"def {name}" in (ROOT / path).read_text() if name else (ROOT / path).exists()
+
+
+def test_a_bug_in_a_copy_of_the_checkout_is_noticed_and_one_that_changes_nothing_is_not() -> None:
+    copy = Checkout()
+    try:
+        source = "rigid_envs/files.py"
+        bug = Bug("", source, "sort_keys=True", "sort_keys=False", ("tests/test_files.py",))
+        assert copy.trial(bug) == "test_json_has_one_spelling_and_no_nan"
+        assert copy.trial(bug._replace(new="sort_keys=bool(1)")) == ""
+        assert (copy.folder / source).read_bytes() == (ROOT / source).read_bytes()
+    finally:
+        copy.close()
 
 
 @pytest.mark.long

@@ -137,6 +137,33 @@ def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
     assert time.perf_counter() - begin < 1
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"shape":[4,3]', '"shape":[3,4]'),
+        ('"shape":[4,3]', '"shape":[12] '),
+        ('"shape":[2]', '"shape":[1,2]'),
+        ('"F32"', '"I32"'),
+        ('"U64","shape":[]', '"I64","shape":[]'),
+        ('"BOOL"', '"U8"'),
+        ('"mask"', '"task"'),
+    ],
+)
+def test_shapes_types_and_names_are_part_of_the_checksum(
+    tmp_path: Path, old: str, new: str
+) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    data = path.read_bytes()
+    size = int.from_bytes(data[:8], "little")
+    header = data[8 : 8 + size].decode()
+    assert old in header
+    changed = header.replace(old, new).encode()  # the same numbers, read as something else
+    path.write_bytes(len(changed).to_bytes(8, "little") + changed + data[8 + size :])
+    with pytest.raises(DamagedFileError, match="does not match its checksum"):
+        load_tensors(path, 10**6)
+
+
 def test_a_number_that_json_does_not_have_is_damage(tmp_path: Path) -> None:
     path = tmp_path / "a.safetensors"
     save_tensors(path, ARRAYS, DOCUMENT)

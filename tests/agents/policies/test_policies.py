@@ -5,6 +5,7 @@ In torch bit by bit; compiled, without torch, to the rounding of float32.
 
 import functools
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -116,6 +117,28 @@ def test_a_loaded_policy_acts_as_the_model_bit_by_bit(
     expected = acted(model, first(seen), True)
     np.testing.assert_array_equal(single, expected)
     assert np.shape(single) == np.shape(expected)
+
+
+@pytest.mark.parametrize("log_std", [-30.0, -20.0, -9.0, -2.0, 0.5, 1.9, 2.0, 5.0])
+def test_draws_of_a_squashed_gaussian_are_as_wide_as_those_of_the_model(log_std: float) -> None:
+    env = GymnasiumVecEnv(make("Drift-v0", {}, 4))
+    config = config_from({"env_id": "Drift-v0", "algo": "sac", "n_envs": 4, **MEMORY})
+    model = build_model(config, env)
+    with torch.no_grad():
+        model.actor.log_std.weight.zero_()
+        model.actor.log_std.bias.fill_(log_std)
+    policy = export_policy(model, config)
+    obs = np.zeros((4000, 2), dtype=np.float32)
+    torch.manual_seed(0)
+    expected = model.predict(obs)[0]
+    torch.manual_seed(0)
+    np.testing.assert_array_equal(policy.predict(obs, deterministic=False)[0], expected)
+    spread = math.exp(min(max(log_std, -20.0), 2.0))  # the bounds that SB3 has
+    middle = policy.predict(obs)[0]
+    drawn = np.arctanh(np.clip(expected, -1 + 1e-7, 1 - 1e-7)) - np.arctanh(middle)
+    if -9.0 <= log_std <= 0.5:  # beyond, float32 has no place for it
+        # the standard deviation of 4000 draws, within 5 standard errors
+        np.testing.assert_allclose(drawn.std(axis=0), spread, rtol=5 / math.sqrt(2 * 4000))
 
 
 @pytest.mark.parametrize("name", ["Reorient", "BallParkGoal"])

@@ -1,0 +1,44 @@
+"""The last two checkpoints are kept, and the newest good one is read."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agents.storage.checkpoints import load_newest, save_newest
+from rigid_envs.files import DamagedFileError
+
+
+def save(folder: Path, *ages: int) -> None:
+    for age in ages:
+        save_newest(folder, age, {"a": np.full(3, age)}, {"age": age})
+
+
+def good(arrays: Any, document: Any) -> None:
+    """Nothing is wrong."""
+
+
+def test_the_last_two_are_kept_and_the_newest_is_read(tmp_path: Path) -> None:
+    folder = tmp_path / "checkpoints"
+    assert load_newest(folder, good) is None
+    save(folder, 5, 40, 300, 2000)
+    assert [int(path.stem) for path in sorted(folder.iterdir())] == [300, 2000]
+    found = load_newest(folder, good)
+    assert found is not None
+    assert found[1] == {"age": 2000} and found[0]["a"].tolist() == [2000] * 3 and found[2] == []
+
+
+def test_one_that_is_not_good_is_named_and_passed_over(tmp_path: Path) -> None:
+    def old(arrays: Any, document: dict[str, Any]) -> None:
+        if document["age"] > limit:
+            raise DamagedFileError(f"age = {document['age']}; expected less")
+
+    save(tmp_path, 300, 2000)
+    limit = 1000
+    found = load_newest(tmp_path, old)
+    assert found is not None and found[1] == {"age": 300}
+    assert found[2] == [f"{tmp_path / '000000000002000.safetensors'}: age = 2000; expected less"]
+    limit = 100
+    with pytest.raises(DamagedFileError, match=r"2000\.safetensors: age .*300\.safetensors: age"):
+        load_newest(tmp_path, old)

@@ -1,0 +1,120 @@
+"""Every entry of a config reaches the model of its algorithm."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from torch.nn import Linear, SiLU, Tanh
+
+import tests.agents.drift  # noqa: F401, registers the environment
+from agents.config.by_algorithm import Config, config_from
+from agents.environments.factory import make
+from agents.environments.training_rows import TrainingRows
+from agents.training.algorithms import algorithm_of, build_model
+from agents.training.trainer import train
+
+GRID, GOAL = "RigidEnvs/BallGrid-v0", "RigidEnvs/BallParkGoal-v0"
+COMMON = {"n_envs": 4, "gamma": 0.7, "learning_rate": 3e-5, "net_arch": [5, 3],
+          "activation": "silu"}  # fmt: skip
+MEMORY = {"buffer_size": 4000, "learning_starts": 77, "batch_size": 33, "tau": 0.11}
+ENTRIES: dict[str, dict[str, Any]] = {
+    "ppo": {"n_steps": 24, "batch_size": 48, "n_epochs": 3, "gae_lambda": 0.81, "clip_range": 0.33,
+            "ent_coef": 0.02, "vf_coef": 0.63, "max_grad_norm": 0.37, "target_kl": 0.05,
+            "log_std_init": -1.25},
+    "sac": {**MEMORY, "ent_coef": 0.07, "gradient_steps": 3, "train_freq": 2},
+    "tqc": {**MEMORY, "ent_coef": 0.07, "n_quantiles": 13, "n_dropped": 4},
+    "dqn": {**MEMORY, "env_id": GRID, "target_update_interval": 500, "exploration_fraction": 0.21,
+            "exploration_initial_eps": 0.9, "exploration_final_eps": 0.13, "max_grad_norm": 3.0},
+}  # fmt: skip
+OF_SB3 = {  # names that differ
+    "buffer_size": ("replay_buffer.buffer_size", lambda value: value // 4),
+    "n_dropped": ("top_quantiles_to_drop_per_net", lambda value: value),
+    "n_quantiles": ("critic.n_quantiles", lambda value: value),
+    "train_freq": ("train_freq.frequency", lambda value: value),
+    "log_std_init": ("policy.log_std_init", lambda value: value),
+}
+
+
+def config_of(algo: str, **entries: Any) -> Config:
+    return config_from({"env_id": "Drift-v0", **COMMON, **ENTRIES[algo], "algo": algo, **entries})
+
+
+def model_of(config: Config) -> Any:
+    return build_model(config, TrainingRows(make(config.env_id, config.env_kwargs, config.n_envs)))
+
+
+@pytest.mark.parametrize("algo", ENTRIES)
+def test_every_entry_of_an_algorithm_is_told_to_its_model(algo: str) -> None:
+    config = config_of(algo)
+    model = model_of(config)
+    own = {key: value for key, value in ENTRIES[algo].items() if key != "env_id"}
+    for key, value in (own | {"gamma": 0.7}).items():
+        name, convert = OF_SB3.get(key, (key, lambda value: value))
+        found = model
+        for part in name.split("."):
+            found = getattr(found, part)
+        assert (found(1.0) if callable(found) else found) == convert(value), key
+    for optimizer in algorithm_of(model).parts(model).optimizers.values():
+        assert {group["lr"] for group in optimizer.param_groups} == {3e-5}
+        # what SB3 has where nobody says otherwise
+        assert {group["eps"] for group in optimizer.param_groups} == {
+            1e-5 if algo == "ppo" else 1e-8
+        }
+    widths = [m.out_features for m in model.policy.modules() if isinstance(m, Linear)]
+    assert widths[:2] == [5, 3]
+    kinds = {type(m) for m in model.policy.modules() if isinstance(m, SiLU | Tanh)}
+    assert kinds == {SiLU}
+
+
+def test_goals_of_hindsight_are_as_many_as_said() -> None:
+    for n in (0, 2, 7):
+        model = model_of(config_of("sac", env_id=GOAL, n_sampled_goal=n, buffer_size=40_000))
+        assert getattr(model.replay_buffer, "n_sampled_goal", 0) == n
+
+
+@pytest.mark.parametrize("algo", ENTRIES)
+def test_weights_are_those_of_the_seed(algo: str) -> None:
+    def weights(seed: int) -> bytes:
+        model = model_of(config_of(algo, seed=seed))
+        return b"".join(p.detach().numpy().tobytes() for p in model.policy.parameters())
+
+    assert weights(1) == weights(1)
+    assert len({weights(seed) for seed in (0, 1, 2**32, 2**32 + 1)}) == 4
+
+
+@pytest.mark.parametrize("algo", ENTRIES)
+def test_the_learning_rate_falls_along_a_line_and_ends_at_its_end(
+    tmp_path: Path, algo: str
+) -> None:
+    """The last update lies beyond the end: 4 of 400 steps where there are 1500."""
+    memory = {"log_every": 400, "learning_starts": 0, "train_freq": 1, "gradient_steps": 1}
+    own = {"n_steps": 100, "batch_size": 100, "target_kl": None} if algo == "ppo" else memory
+    config = config_of(algo, **own, learning_rate=[1e-3, 0.0], total_timesteps=1500,
+                       eval_episodes=2, log_dir=str(tmp_path))  # fmt: skip
+    run = train(config, quiet=True).folder
+    with (run / "progress.csv").open() as file:
+        table = np.genfromtxt(file, delimiter=",", names=True, deletechars="")
+    expected = 1e-3 * np.maximum(1 - np.array([400, 800, 1200, 1600]) / 1500, 0.0)
+    np.testing.assert_allclose(table["train/learning_rate"], expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("algo", ["sac", "tqc", "dqn"])
+def test_a_round_has_its_gradient_steps_once_learning_has_started(
+    tmp_path: Path, algo: str
+) -> None:
+    own = {"log_every": 40, "learning_starts": 100, "train_freq": 2, "gradient_steps": 3}
+    config = config_of(algo, **own, total_timesteps=200, eval_episodes=2, log_dir=str(tmp_path))
+    run = train(config, quiet=True).folder
+    with (run / "progress.csv").open() as file:
+        table = np.genfromtxt(file, delimiter=",", names=True, deletechars="")
+    # a round is 8 steps, an update 5 rounds; the first one with gradient steps ends at 104 steps
+    assert table["time/total_timesteps"].tolist() == [40, 80, 120, 160, 200]
+    assert table["train/n_updates"][2:].tolist() == [9, 24, 39]
+    assert np.isnan(table["train/n_updates"][:2]).all()
+
+
+def test_a_spread_on_a_schedule_is_not_learnt() -> None:
+    config = config_of("ppo", action_std=[0.5, 0.5])
+    assert not model_of(config).policy.log_std.requires_grad
+    assert model_of(config_of("ppo")).policy.log_std.requires_grad

@@ -1,0 +1,193 @@
+"""A training saves when it is due, keeps the best policy, and logs what it says."""
+
+import csv
+import itertools
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+import tests.agents.drift  # noqa: F401, registers the environment
+from agents.config.by_algorithm import config_from
+from agents.policies.policy_file import load_policy
+from agents.storage.runs import create_run
+from agents.training import clock, trainer
+from agents.training.clock import Clock, Spent
+from agents.training.progress_bar import Progress
+from agents.training.trainer import Trainer, train
+from tests.agents.sessions import SMALL
+
+
+def begun(folder: Path, **entries: Any) -> Trainer:
+    run = create_run(config_from({**SMALL, "log_dir": str(folder), "run_name": "r", **entries}))
+    run.begin()
+    return Trainer(run, run.config(), Progress(True))
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open() as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def test_without_a_number_checkpoints_are_due_as_often_as_they_cost_two_hundredths(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = [100.0]
+    monkeypatch.setattr(trainer, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+    training = begun(tmp_path, checkpoint_every=None)
+
+    def due_after(seconds: float) -> bool:
+        before, now[0] = now[0], now[0] + seconds
+        is_due = training.checkpoint_is_due()
+        now[0] = before
+        return is_due
+
+    assert [due_after(each) for each in (0.0, 1.0, 1.9, 2.1, 100.0)] == [False] * 3 + [True] * 2
+    write = trainer.save_newest
+
+    def slow(*arguments: Any) -> None:
+        write(*arguments)
+        now[0] += 3.0
+
+    monkeypatch.setattr(trainer, "save_newest", slow)
+    training.save()
+    assert [due_after(each) for each in (3.0, 149.0, 151.0)] == [False, False, True]
+    training.close()
+
+
+def test_with_a_number_checkpoints_are_due_after_so_many_updates(tmp_path: Path) -> None:
+    training = begun(tmp_path, checkpoint_every=3)
+    due = []
+    for _ in range(7):
+        training.iterate()
+        due.append(training.checkpoint_is_due())
+    training.close()
+    assert due == [False, False, True, False, False, True, False]
+
+
+def test_a_default_run_that_is_killed_has_a_checkpoint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ticks = itertools.count(step=0.5)
+    monkeypatch.setattr(trainer, "time", SimpleNamespace(perf_counter=lambda: next(ticks)))
+    monkeypatch.setattr(trainer, "_SHARE", 1.0)
+    iterate, made = Trainer.iterate, []
+
+    def killed(self: Trainer) -> None:
+        if len(made) == 20:
+            raise KeyboardInterrupt
+        made.append(self)
+        iterate(self)
+
+    monkeypatch.setattr(Trainer, "iterate", killed)
+    config = {**SMALL, "checkpoint_every": None, "log_dir": str(tmp_path), "run_name": "r"}
+    with pytest.raises(KeyboardInterrupt):
+        train(config_from(config), quiet=True)
+    assert len(list((tmp_path / "ppo" / "r" / "checkpoints").iterdir())) == 2
+
+
+def test_the_best_policy_is_the_first_of_the_best_evaluation(tmp_path: Path) -> None:
+    config = {**SMALL, "total_timesteps": 512 * 20, "eval_every": 512, "learning_rate": 3e-3}
+    run = train(config_from({**config, "log_dir": str(tmp_path)}), quiet=True).folder
+    with np.load(run / "evaluations.npz") as file:
+        scores = zip(file["successes"].mean(axis=1), file["results"].mean(axis=1), strict=True)
+        ages = file["timesteps"].tolist()
+    ranked = [tuple(map(float, score)) for score in scores]
+    first = ages[ranked.index(max(ranked))]
+    assert load_policy(run / "best_model").document["timesteps"] == first
+    assert load_policy(run / "last_model").document["timesteps"] == 512 * 20
+
+
+def test_logged_evaluations_are_those_of_the_file(tmp_path: Path) -> None:
+    config = {**SMALL, "total_timesteps": 512 * 6, "eval_every": 512, "seed": 5}
+    run = train(config_from({**config, "log_dir": str(tmp_path)}), quiet=True).folder
+    logged = rows(run / "progress.csv")
+    names = {"eval/success_rate": "successes", "eval/mean_reward": "results",
+             "eval/mean_ep_length": "ep_lengths", "eval/mean_cost": "costs"}  # fmt: skip
+    with np.load(run / "evaluations.npz") as file:
+        for column, key in names.items():
+            np.testing.assert_allclose([float(r[column]) for r in logged], file[key].mean(axis=1))
+    assert load_policy(run / "best_model").document["seed"] == 5
+
+
+def test_episodes_are_logged_at_the_age_of_all_rows_together(tmp_path: Path) -> None:
+    config = {**SMALL, "total_timesteps": 512 * 4, "env_kwargs": {"max_episode_steps": 10}}
+    run = train(config_from({**config, "log_dir": str(tmp_path)}), quiet=True).folder
+    episodes = rows(run / "monitor.csv")
+    ages = [int(row["t"]) for row in episodes]
+    assert ages == sorted(ages) and all(age % 16 == 0 for age in ages) and ages[-1] > 512 * 3
+    # of each row the lengths of all episodes fill the run, but for the one that goes on
+    total = sum(int(row["l"]) for row in episodes)
+    assert 512 * 4 - 16 * 10 < total <= 512 * 4
+    assert {row["is_success"] for row in episodes} <= {"0", "1"}
+
+
+def test_bonus_and_price_are_those_of_the_age(tmp_path: Path) -> None:
+    training = begun(tmp_path, success_bonus=3.0, cost_price=[0.0, 2.0], total_timesteps=512 * 4)
+    prices = []
+    for _ in range(4):
+        training.iterate()
+        prices.append(training._adapter.price)
+    training.close()
+    assert prices == [0.0, 0.5, 1.0, 1.5]
+    assert training._adapter.bonus == 3.0
+
+
+def test_threads_of_torch_are_as_said(tmp_path: Path) -> None:
+    try:
+        begun(tmp_path, torch_threads=2).close()
+        assert torch.get_num_threads() == 2
+    finally:
+        torch.set_num_threads(1)
+
+
+def test_leftovers_of_writes_are_swept_when_a_run_goes_on(tmp_path: Path) -> None:
+    config = {**SMALL, "total_timesteps": 1024, "log_dir": str(tmp_path), "run_name": "r"}
+    run = train(config_from(config), quiet=True).folder
+    leftover = run / "checkpoints" / ".000000000001536.safetensors.77.tmp"
+    leftover.touch()
+    train(resume=run, quiet=True)
+    assert not leftover.exists()
+
+
+def test_time_and_processor_time_of_all_sessions_are_added(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    wall, processor = [100.0], [7.0]
+    fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: processor[0])
+    monkeypatch.setattr(clock, "time", fake)
+    running = Clock(Spent(1000.0, 500.0))
+    wall[0], processor[0] = 130.0, 9.0
+    assert running.spent() == Spent(1030.0, 502.0)
+
+
+def test_speed_is_that_of_each_update(tmp_path: Path) -> None:
+    training = begun(tmp_path)
+    for _ in range(3):
+        training.iterate()
+    training.close()
+    seconds, steps = [0.0], [0]
+    for row in rows(tmp_path / "ppo" / "r" / "times.csv"):
+        seconds.append(float(row["seconds"]))
+        steps.append(int(row["time/total_timesteps"]))
+        speed = (steps[-1] - steps[-2]) / max(seconds[-1] - seconds[-2], 1e-9)
+        # the seconds of the file have three digits
+        error = 2e-3 / max(seconds[-1] - seconds[-2], 1e-9)
+        assert float(row["steps_per_second"]) == pytest.approx(speed, rel=error + 1e-2)
+
+
+def test_another_machine_is_told_of_when_a_run_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = {**SMALL, "total_timesteps": 1024, "log_dir": str(tmp_path), "run_name": "r"}
+    run = train(config_from(config), quiet=True).folder
+    capsys.readouterr()
+    train(resume=run)
+    assert "not the machine" not in capsys.readouterr().err
+    other = trainer.manifest() | {"machine": "pdp11"}
+    monkeypatch.setattr(trainer, "manifest", lambda: other)
+    train(resume=run)
+    assert "not its bits: machine: " in capsys.readouterr().err
