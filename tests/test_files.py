@@ -60,9 +60,9 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_en
     monkeypatch.setattr(os, "fsync", fsync)
     monkeypatch.setattr(os, "replace", replace)
     path = tmp_path / "a"
-    write_atomic(path, b"x" * 5000)
+    write_atomic(path, b"x" * 50)  # less than the buffer of a file
     inode = path.stat().st_ino
-    assert calls[:2] == [("fsync", inode, 5000), ("replace", inode, path)]
+    assert calls[:2] == [("fsync", inode, 50), ("replace", inode, path)]
     assert [call[:2] for call in calls[2:]] == [("fsync", tmp_path.stat().st_ino)]
 
 

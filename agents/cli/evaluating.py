@@ -116,9 +116,9 @@ def _evaluate_controller(options: argparse.Namespace) -> int:
             f"--controller: controller = {options.controller!r}; expected one that some id has"
         )
     for env_id, name, policy in chosen:
-        figures, episodes = report_controller(name, env_id, options.episodes, options.seed)
         folder = (options.out or _RESULTS) / env_id.split("/")[-1] / name
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)  # before anything is played for nothing
+        figures, episodes = report_controller(name, env_id, options.episodes, options.seed)
         write_report(folder, figures, episodes)
         print(json.dumps(figures, indent=1) if options.json else table(figures))
         _note(options, f"written to {folder}: results.json, episodes.csv\n")

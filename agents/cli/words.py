@@ -118,9 +118,19 @@ def policy_file(path: Path, which: str) -> Path:
     Args:
         path: Of `add_policy_options`.
         which: Of `add_policy_options`.
+
+    Raises:
+        FileNotFoundError: The run has no such policy yet.
     """
     if is_run(path):
-        path = path / f"{which}_model"
+        file = path / f"{which}_model" / "policy.safetensors"
+        if not file.exists():
+            raise FileNotFoundError(
+                f"{path}: no {which} policy yet ({file} is not there); a run writes the best at "
+                "each evaluation and the last with each checkpoint: go on with it, "
+                f"python -m agents train --resume {path}"
+            )
+        return file
     return path / "policy.safetensors" if path.is_dir() else path
 
 

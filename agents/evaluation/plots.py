@@ -18,6 +18,7 @@ from rigid_envs.files import write_atomic
 from rigid_envs.leaderboard.style import INK, MUTED, dress
 from rigid_envs.scores.intervals import wilson_interval
 
+from ..storage.evaluations import read_evaluations
 from ..storage.runs import Run
 
 __all__ = ["draw_learning_curve", "short_number"]
@@ -36,8 +37,7 @@ def draw_learning_curve(run: Run) -> Path:
     """
     with open(run / "progress.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    with np.load(run / "evaluations.npz", allow_pickle=False) as file:
-        held_out = dict(file)
+    held_out = read_evaluations(run / "evaluations.npz")
     config = run.config()
     figure = Figure(figsize=(8.0, 6.4), dpi=150, layout="constrained", facecolor="white")
     top, bottom = figure.subplots(2, 1, sharex=True)

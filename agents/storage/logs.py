@@ -143,4 +143,4 @@ def _cell(value: Any) -> str:
     if value is None:
         return ""
     item = value.item() if hasattr(value, "item") else value
-    return str(int(item)) if isinstance(item, bool) else str(item)
+    return str(item)

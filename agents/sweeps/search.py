@@ -30,6 +30,7 @@ from ..config.by_algorithm import config_to_dict
 from ..config.search import FIGURES, Range, Search
 from ..config.yaml_data import dump_yaml
 from ..environments.registering import import_allowed
+from ..storage.evaluations import read_evaluations
 from ..storage.runs import Run, create_run, open_run
 from ..training.recording import is_complete
 from ..training.trainer import train_in
@@ -154,8 +155,8 @@ def _train(search: Search, values: Mapping[str, Any], folder: Path, seed: int) -
 
 def _figures(run: Run) -> dict[str, float]:
     """Figures of the last evaluation."""
-    with np.load(run / "evaluations.npz", allow_pickle=False) as held_out:
-        last = {key: float(held_out[key][-1].mean()) for key in ("successes", "results", "costs")}
+    held_out = read_evaluations(run / "evaluations.npz")
+    last = {key: float(held_out[key][-1].mean()) for key in ("successes", "results", "costs")}
     return dict(zip(FIGURES, last.values(), strict=True))
 
 

@@ -7,8 +7,6 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from rigid_envs import ENVIRONMENTS, load
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import write_atomic
@@ -19,6 +17,7 @@ from rigid_envs.scores.starts import N_STARTS
 
 from ..config.by_algorithm import Config, config_to_dict
 from ..evaluation.evaluate import evaluate
+from ..storage.evaluations import read_evaluations
 from ..storage.manifest import manifest
 from ..storage.runs import Run
 
@@ -114,8 +113,7 @@ def _times(run: Run) -> dict[str, str]:
 
 def _curve(run: Run) -> dict[str, list[Any]]:
     """Rate of success, mean return and mean cost of the successes, of the held-out starts."""
-    with np.load(run / "evaluations.npz", allow_pickle=False) as file:
-        held_out = dict(file)
+    held_out = read_evaluations(run / "evaluations.npz")
     won, costs = held_out["successes"].astype(bool), held_out["costs"]
     means = [float(row[own].mean()) if own.any() else None
              for row, own in zip(costs, won, strict=True)]  # fmt: skip

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_envs.files import write_atomic
 from rigid_envs.scores.starts import row_seeds
 
 from ..config.by_algorithm import Config
 from ..environments.factory import make
 from ..evaluation.evaluate import Episodes, SupportsPredict, play
+from ..storage.evaluations import write_evaluations
 
 __all__ = ["VALIDATION_SEED", "Validation"]
 
@@ -110,9 +109,7 @@ class Validation:
         Args:
             path: Where to write.
         """
-        buffer = io.BytesIO()
-        np.savez(buffer, **self.arrays())  # type: ignore[arg-type]
-        write_atomic(path, buffer.getvalue())
+        write_evaluations(path, self.arrays())
 
     def _score(
         self, won: NDArray[Any], returns: NDArray[Any], costs: NDArray[Any]

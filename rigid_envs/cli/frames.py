@@ -46,6 +46,7 @@ def _frames(options: argparse.Namespace, rest: list[str]) -> None:
     from rigid_envs.bench.frames import frame_times, installed_size  # draws: only here
 
     ids = [checked_id(name) for name in options.ids or ENVIRONMENTS]
+    page = "" if options.page is None else options.page.read_text(encoding="utf-8")
     data = {
         "provenance": provenance(),
         "frames": [asdict(times) for times in frame_times(ids, report=tell)],
@@ -54,6 +55,6 @@ def _frames(options: argparse.Namespace, rest: list[str]) -> None:
     if options.page is None:
         print(as_text(data))
         return
-    text = with_table(options.page.read_text(encoding="utf-8"), data)
+    text = with_table(page, data)
     write_atomic(options.page.with_suffix(".json"), json.dumps(data, indent=1) + "\n")
     write_atomic(options.page, text)

@@ -15,7 +15,7 @@ from agents.config.by_algorithm import config_from
 from agents.training.trainer import Trainer, train
 from tests.agents.training.test_resume import VARIANTS, assert_same, base
 
-UPDATES = 12
+UPDATES = 18
 
 
 class PowerCutError(Exception):
@@ -57,8 +57,8 @@ def test_a_run_that_goes_on_is_bitwise_the_one_that_never_stopped(
     tmp_path: Path, variant: str
 ) -> None:
     reference = cut(tmp_path, variant, UPDATES)
-    # before the first gradient step of those with a memory, which is after 2000 steps, and behind
-    for after in (3, 9):
+    # with a memory: before its first gradient step, and when its first steps are overwritten
+    for after in (3, 17):
         run = cut(tmp_path, variant, after)
         stir()
         outcome = train(resume=run, quiet=True)

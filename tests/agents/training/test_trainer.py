@@ -2,6 +2,7 @@
 
 import csv
 import itertools
+import os
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -87,6 +88,40 @@ def test_a_default_run_that_is_killed_has_a_checkpoint(
     with pytest.raises(KeyboardInterrupt):
         train(config_from(config), quiet=True)
     assert len(list((tmp_path / "ppo" / "r" / "checkpoints").iterdir())) == 2
+
+
+def test_the_best_policy_stays_until_there_is_a_better_one(tmp_path: Path) -> None:
+    frozen = {"learning_rate": [0.0, 0.0], "total_timesteps": 512 * 4, "eval_every": 512}
+    config = config_from({**SMALL, **frozen, "log_dir": str(tmp_path)})
+    run = train(config, quiet=True).folder
+    assert load_policy(run / "best_model").document["timesteps"] == 512
+    assert load_policy(run / "last_model").document["timesteps"] == 512 * 4
+
+
+def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[Any] = []
+
+    def fsync(descriptor: int) -> None:
+        status = os.fstat(descriptor)
+        calls.append((status.st_ino, status.st_size))
+
+    def replace(old: Path, new: Path) -> None:
+        calls.append(new.parent.name)
+        rename(old, new)
+
+    rename = os.replace
+    training = begun(tmp_path)
+    training.iterate()
+    monkeypatch.setattr(os, "fsync", fsync)
+    monkeypatch.setattr(os, "replace", replace)
+    training.save()
+    training.close()
+    before = calls[: calls.index("checkpoints")]
+    for name in ("progress", "monitor", "times"):
+        status = (tmp_path / "ppo" / "r" / f"{name}.csv").stat()
+        assert (status.st_ino, status.st_size) in before
 
 
 def test_the_best_policy_is_the_first_of_the_best_evaluation(tmp_path: Path) -> None:

@@ -1,0 +1,226 @@
+"""Whatever a path is, a command ends in one line that names it, with its exit status, and no trace.
+
+`rigid-envs` has the same promise: see `tests/cli/test_mistakes.py`.
+"""
+
+import errno
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import agents.training.trainer as trainer_module
+import tests.agents.drift  # noqa: F401, registers the environment
+from agents.cli.command_line import main
+from agents.config.by_algorithm import config_from
+from agents.storage.runs import create_run
+from agents.training.trainer import Trainer, train
+from tests.agents.sessions import SMALL
+from tests.paths import NOT_A_FILE, NOT_A_FOLDER, PATHS
+
+READ = [
+    ["train", "--config", "PATH"],
+    ["train", "--resume", "PATH"],
+    ["train", "--resume", "PATH", "--print_config"],
+    ["evaluate", "PATH"],
+    ["evaluate", "PATH", "--which", "last"],
+    ["enjoy", "PATH", "--table"],
+    ["enjoy", "PATH", "--random", "--table"],
+    ["leaderboard", "PATH"],
+    ["search", "PATH"],
+    ["baselines", "PATH"],
+    ["publish", "PATH"],
+]
+WRITTEN = [
+    ["train", "--quiet", "--total_timesteps", "1", "--log_dir", "PATH"],
+    ["zoo", "PATH"],
+    ["evaluate", "--controller", "zero", "--ids", "BallPark", "--episodes", "1", "--out", "PATH"],
+]
+
+
+@pytest.mark.parametrize("kind", NOT_A_FILE)
+@pytest.mark.parametrize("words", READ, ids=" ".join)
+def test_what_is_not_there_or_not_what_it_should_be_is_named_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], kind: str
+) -> None:
+    path = PATHS[kind](tmp_path)
+    said = refused([str(path) if word == "PATH" else word for word in words], capsys)
+    assert str(path) in said
+
+
+@pytest.mark.parametrize("kind", NOT_A_FOLDER)
+@pytest.mark.parametrize("words", WRITTEN, ids=" ".join)
+def test_what_cannot_be_a_folder_is_named_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], kind: str
+) -> None:
+    path = PATHS[kind](tmp_path)
+    before = path.read_bytes() if path.is_file() else None
+    said = refused([str(path) if word == "PATH" else word for word in words], capsys)
+    assert str(path) in said
+    assert before is None or path.read_bytes() == before
+
+
+def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """What a command says that is refused, in one line."""
+    capsys.readouterr()
+    assert main(words) in (1, 2)
+    said = capsys.readouterr().err
+    assert said.startswith("error: ") and said.count("\n") == 1, said
+    return said
+
+
+@pytest.fixture(scope="module")
+def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    values = {**SMALL, "total_timesteps": 1024, "run_name": "r"}
+    folder = tmp_path_factory.mktemp("logs")
+    return train(config_from({**values, "log_dir": str(folder)}), quiet=True).folder
+
+
+@pytest.mark.parametrize("verb", ["evaluate", "enjoy"])
+@pytest.mark.parametrize("which", ["best", "last"])
+def test_a_run_without_a_policy_yet_says_when_there_is_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], verb: str, which: str
+) -> None:
+    run = create_run(config_from({**SMALL, "log_dir": str(tmp_path), "run_name": "r"}))
+    run.begin()
+    run.close()
+    said = refused([verb, str(run.folder), "--which", which], capsys)
+    assert f"{run.folder}: no {which} policy yet" in said and f"--resume {run.folder}" in said
+
+
+def garbage(path: Path) -> None:
+    path.write_bytes(np.random.default_rng(0).bytes(300))
+
+
+def emptied(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+def swapped(path: Path) -> None:
+    """A folder for a file, a file for a folder."""
+    if path.is_dir():
+        shutil.rmtree(path)
+        path.touch()
+    else:
+        path.unlink()
+        path.mkdir()
+
+
+POLICY = "best_model/policy.safetensors"
+RUIN: list[tuple[str, Callable[[Path], None], list[str]]] = [
+    (POLICY, garbage, ["evaluate", "enjoy", "train --quiet --resume"]),
+    (POLICY, emptied, ["evaluate", "enjoy", "train --quiet --resume"]),
+    (POLICY, swapped, ["evaluate", "enjoy", "train --quiet --resume"]),
+    (POLICY, Path.unlink, ["evaluate", "enjoy", "train --quiet --resume"]),
+    ("best_model", swapped, ["train --quiet --resume"]),
+    ("config.yaml", garbage, ["publish", "train --resume"]),
+    ("config.yaml", emptied, ["publish", "train --resume"]),
+    ("config.yaml", swapped, ["publish", "train --resume"]),
+    ("evaluations.npz", garbage, ["train --quiet --resume"]),
+    ("evaluations.npz", emptied, ["train --quiet --resume"]),
+    ("evaluations.npz", swapped, ["train --quiet --resume"]),
+    ("evaluations.npz", Path.unlink, ["train --quiet --resume"]),
+    ("checkpoints/000000000001024.safetensors", swapped, ["train --quiet --resume"]),
+    ("last_model", swapped, ["train --quiet --resume"]),
+    ("tensorboard", swapped, ["train --quiet --resume"]),
+    ("progress.csv", swapped, ["train --quiet --resume"]),
+    ("run.lock", swapped, ["train --resume"]),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "ruin", "verb"),
+    [(name, ruin, verb) for name, ruin, verbs in RUIN for verb in verbs],
+)
+def test_a_spoilt_file_of_a_run_is_named_in_one_line(
+    complete: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    name: str,
+    ruin: Callable[[Path], None],
+    verb: str,
+) -> None:
+    run = Path(shutil.copytree(complete, tmp_path / "run"))
+    ruin(run / name)
+    said = refused([*verb.split(), str(run)], capsys)
+    assert str(run / name) in said or (name == "config.yaml" and f"{run}: no run here" in said)
+
+
+# The thread of TensorBoard has a file of its own in there, and a word of its own to say.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_run_folder_that_is_deleted_while_it_is_trained_ends_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = []
+
+    def iterate(self: Trainer) -> None:
+        made.append(self)
+        if len(made) == 4:
+            shutil.rmtree(tmp_path / "ppo" / "r")
+        original(self)
+
+    original = Trainer.iterate
+    monkeypatch.setattr(Trainer, "iterate", iterate)
+    words = [word for key, value in SMALL.items() for word in (f"--{key}", str(value))]
+    words += ["--log_dir", str(tmp_path), "--run_name", "r", "--quiet"]
+    assert str(tmp_path / "ppo" / "r") in refused(["train", *words], capsys)
+    assert len(made) < 10
+
+
+@pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS, errno.ENOSPC, errno.EIO])
+@pytest.mark.parametrize("name", ["checkpoints", "last_model", "best_model"])
+def test_what_may_not_be_written_ends_a_training_in_one_line(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    name: str,
+    code: int,
+) -> None:
+    def replace(old: Path, new: Path) -> None:
+        if new.parent.name == name:
+            raise OSError(code, os.strerror(code), str(new))
+        rename(old, new)
+
+    rename = os.replace
+    monkeypatch.setattr(os, "replace", replace)
+    words = [word for key, value in SMALL.items() for word in (f"--{key}", str(value))]
+    words += ["--log_dir", str(tmp_path), "--run_name", "r", "--quiet"]
+    said = refused(["train", *words], capsys)
+    assert str(tmp_path / "ppo" / "r" / name) in said and os.strerror(code) in said
+    assert list((tmp_path / "ppo" / "r").rglob("*.tmp")) == []
+
+
+@pytest.mark.parametrize("words", [["train", "--config"], ["evaluate"], ["train", "--resume"]])
+def test_what_may_not_be_read_is_named_in_one_line(
+    complete: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+) -> None:
+    run = Path(shutil.copytree(complete, tmp_path / "run"))
+    name = {"evaluate": POLICY}.get(words[0], "config.yaml")
+    path = run / name if "--config" in words else run
+
+    def read(self: Path) -> bytes:
+        if self == run / name:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(self))
+        return original(self)
+
+    original = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", read)
+    assert str(run / name) in refused([*words, str(path)], capsys)
+
+
+def test_a_bug_is_not_dressed_up_as_a_mistake(
+    complete: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise KeyError("a bug")
+
+    monkeypatch.setattr(trainer_module, "sweep", broken)
+    with pytest.raises(KeyError, match="a bug"):
+        main(["train", "--resume", str(complete), "--quiet"])
