@@ -15,6 +15,7 @@ from rigid_envs.kernels.free_body import FREE_BODY
 from rigid_envs.systems.accessors import ATTITUDE, quaternion
 from rigid_envs.systems.base import System
 from rigid_envs.systems.inertia import principal_moments
+from rigid_envs.systems.schedule import Schedule
 
 __all__ = ["FreeBody", "fastest_turn"]
 
@@ -42,7 +43,9 @@ class FreeBody(System):
     in body axes [rad/s]. Input u = (tau1, tau2, tau3): torque in body axes [N m].
 
     The integrator is a symmetric splitting into exact rotations, composed to fourth order: the
-    size of L and L in space are kept to rounding, the energy error is bounded for ever.
+    size of L and L in space are kept to rounding, the energy error is bounded for ever. It splits
+    off the turn about L that a sphere of the middle moment would make: which axis has which moment
+    does not matter.
 
     Attributes:
         I1: principal moment about e1 [kg m^2].
@@ -104,6 +107,26 @@ class FreeBody(System):
             "kinetic_energy": self.kinetic_energy,
         }
 
+    def run(self, y0: Array, u: Array, plan: Schedule) -> Array:
+        """All states of a schedule, with the axes renamed so that e2 has the middle moment.
+
+        The compiled step splits off the turn about L at the rate norm(L) / I2, and turns about e1
+        and e3 that are the slower the closer their moments are to I2.
+        """
+        middle = int(np.argsort(self.moments, kind="stable")[1])
+        if self.moments[1] == self.moments[middle]:
+            return super().run(y0, u, plan)
+        order = [(middle + shift) % 3 for shift in (2, 0, 1)]  # axes that become e1, e2, e3
+        sense = 1.0 if middle == 2 else -1.0
+        turn = 0.5 * np.array([1.0, sense, sense, sense])  # that brings e1, e2, e3 to them
+        begin = np.concatenate([rotations.multiply(y0[..., :4], turn), y0[..., 4:][..., order]], -1)
+        twin = FreeBody(*self.moments[order].tolist())
+        y = twin.run(begin, np.ascontiguousarray(u[..., order]), plan)
+        q = rotations.multiply(y[..., :4], rotations.conjugate(turn))
+        y = np.concatenate([q, y[..., 4:][..., np.argsort(order)]], axis=-1)
+        y[0] = y0
+        return y
+
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
         """Bound on the angular rate and on the rates of the turns that a step is made of [rad/s].
 
@@ -112,4 +135,4 @@ class FreeBody(System):
         torque = float(np.max(np.linalg.norm(u, axis=-1), initial=0.0))
         energy = float(np.max(self.kinetic_energy(y), initial=0.0))
         grown = torque * duration / math.sqrt(self.moments.min())
-        return (math.sqrt(2.0 * energy) + grown) * fastest_turn(self.moments)
+        return (math.sqrt(2.0 * energy) + grown) * fastest_turn(np.sort(self.moments))

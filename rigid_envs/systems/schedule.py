@@ -16,6 +16,7 @@ __all__ = ["SLACK", "RateBounded", "Schedule", "intervals", "step_schedule"]
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+_MOST = 1e9  # steps
 SLACK = 1e-9  # differences of times are rounded: no second step for an excess this small
 
 
@@ -93,8 +94,11 @@ def step_schedule(
         largest = _checked_step(system, max_step, rate)
     with np.errstate(over="ignore"):
         n = np.maximum(1.0, np.ceil(np.abs(dt) / largest * (1.0 - SLACK)))
-    expected = f"less than 2^53 in an interval, at {rate:.6g} rad/s"
-    require(n < 2.0**53, n, "number of steps", expected)
+    expected = (
+        f"at most {_MOST:g}, which take minutes, at rates up to {rate:.6g} rad/s: "
+        "take a shorter time, or a larger max_step"
+    )
+    require(bool(np.sum(n) <= _MOST), float(np.sum(n)), "number of steps", expected)
     return Schedule(dt / n, n.astype(np.int64), np.array(system.weights))
 
 
