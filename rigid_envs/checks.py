@@ -6,6 +6,7 @@ expected (..., 4)``, followed where useful by ``: how to mend it``. Booleans are
 
 import math
 import sys
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -18,16 +19,19 @@ __all__ = [
     "all_non_negative",
     "all_positive",
     "array",
+    "as_array",
     "between",
     "exact_array",
     "integer",
     "non_negative",
     "number",
+    "one_of",
     "positive",
     "positive_array",
     "real_numbers",
     "require",
     "rotation_matrix",
+    "shown",
     "unit_length",
     "unit_quaternion",
 ]
@@ -38,6 +42,23 @@ TOLERANCE = 1e-6
 """Of unit quaternions and rotation matrices: rounding to float32 passes, no other error does."""
 
 _LONGEST = 300  # characters of a value that a message shows
+
+
+def shown(value: Any) -> str:
+    """How a message shows a value: plain numbers, and no more of it than fits a line or two."""
+    try:
+        text = repr(value.tolist() if isinstance(value, np.generic | np.ndarray) else value)
+    except Exception:  # of an object whose own code fails
+        text = object.__repr__(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
+
+
+def as_array(value: Any) -> NDArray[Any]:
+    """The value as NumPy makes an array of it; of objects where it cannot."""
+    try:
+        return np.asarray(value)
+    except Exception:  # sequences of different lengths, objects whose own code fails
+        return np.asarray(None)
 
 
 def require(ok: bool | NDArray[np.bool_], value: Any, name: str, expected: str) -> None:
@@ -56,8 +77,8 @@ def require(ok: bool | NDArray[np.bool_], value: Any, name: str, expected: str) 
     if ok is True or np.all(ok):
         return
     index = np.argwhere(~np.asarray(ok))[0].tolist()
-    shown = np.asarray(value)[tuple(index)] if index else value
-    raise ValueError(f"{name}{index or ''} = {_text(shown)}; expected {expected}")
+    entry = np.asarray(value)[tuple(index)] if index else value
+    raise ValueError(f"{name}{index or ''} = {shown(entry)}; expected {expected}")
 
 
 def real_numbers(value: ArrayLike, name: str, entries: str = "") -> Array:
@@ -68,13 +89,10 @@ def real_numbers(value: ArrayLike, name: str, entries: str = "") -> Array:
     Raises:
         ValueError: no real numbers.
     """
-    try:
-        raw = np.asarray(value)
-    except (ValueError, OverflowError):  # nested sequences of different lengths
-        raw = np.asarray(None)
+    raw = as_array(value)
     if raw.dtype.kind not in "iuf" or _holds_boolean(value):
         raise ValueError(
-            f"{name} = {_text(value)}; expected real numbers" + (f" ({entries})" if entries else "")
+            f"{name} = {shown(value)}; expected real numbers" + (f" ({entries})" if entries else "")
         )
     return np.asarray(raw, dtype=np.float64)
 
@@ -210,6 +228,17 @@ def all_non_negative(**values: float) -> None:
         non_negative(value, name)
 
 
+def one_of(value: Any, known: Collection[str], name: str) -> str:
+    """One of some names.
+
+    Raises:
+        ValueError: something else.
+    """
+    if not isinstance(value, str) or value not in known:
+        raise ValueError(f"{name} = {shown(value)}; expected one of {list(known)}")
+    return value
+
+
 def integer(value: float, name: str, least: int) -> int:
     """An integer of at least `least`; 2.0 is one, as NumPy yields it.
 
@@ -280,9 +309,3 @@ def _holds_boolean(value: Any) -> bool:
 
 def _in(unit: str) -> str:
     return f" [{unit}]" if unit else ""
-
-
-def _text(value: Any) -> str:
-    """How a message shows a value: plain numbers, and no more of it than fits a line or two."""
-    text = repr(value.tolist() if isinstance(value, np.generic | np.ndarray) else value)
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import one_of, require
 from rigid_envs.kernels.compiler import COMPILES, compiled_for
 from rigid_envs.kernels.layout import CLOCK, FLAGS
 from rigid_envs.kernels.reset_loop import BEGIN, BEGIN_UNSEEN, OBSERVE, PARAMETERS_GIVEN
@@ -169,8 +170,7 @@ class Core:
             ValueError: unknown name.
         """
         for name in names:
-            if name not in self.task.aux_names:
-                raise ValueError(f"name = {name!r}; expected some of {self.task.aux_names}")
+            one_of(name, self.task.aux_names, "name")
         columns = [
             self._column(self._slots.aux + self.task.aux_names.index(name)) for name in names
         ]
@@ -213,6 +213,7 @@ class Core:
             ValueError: not a state of this task in this configuration, or a number that no row can
                 have; the state is unchanged.
         """
+        require(isinstance(state, Mapping), state, "state", "what get_state has given")
         arrays = self._format.checked(state, self.n_rows)
         blocks, lanes = np.divmod(np.arange(self.n_rows), LANES)
         for name, (first, last) in self._format.parts.items():

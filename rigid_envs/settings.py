@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar, get_origin
 
+from rigid_envs.checks import shown
 from rigid_envs.errors import ConfigError, UnknownKeywordError
 from rigid_envs.rules import Rule
 
@@ -97,7 +98,8 @@ def refusal(key: str, value: Any, expected: str) -> ConfigError:
         value: What it was given.
         expected: The allowed values in words, and where useful how to mend it.
     """
-    return ConfigError(f"config.{key}: {key.split('.')[-1]} = {value!r:.100}; expected {expected}")
+    given = shown(value)[:100]
+    return ConfigError(f"config.{key}: {key.split('.')[-1]} = {given}; expected {expected}")
 
 
 def unknown_key(key: str, known: Iterable[str]) -> UnknownKeywordError:

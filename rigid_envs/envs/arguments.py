@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
+from rigid_envs.checks import as_array, one_of, shown
 from rigid_envs.settings import from_config, refusal
 from rigid_envs.tasks import Task
 
@@ -26,6 +27,7 @@ __all__ = [
 
 FLOAT32 = np.dtype(np.float32)
 INTEGERS = (int, np.int64)
+_MOST = 2**31 - 1
 
 
 def new_task(task: str, config: Mapping[str, Any]) -> Task:
@@ -35,10 +37,14 @@ def new_task(task: str, config: Mapping[str, Any]) -> Task:
         UnknownKeywordError: unknown key; suggests the most similar one.
         ConfigError: wrong value; names the key and the allowed values.
     """
-    module, name = task.split(":")
-    made = from_config(getattr(importlib.import_module(module), name), config)
-    if not isinstance(made, Task):
+    try:
+        module, name = task.split(":")
+        kind = getattr(importlib.import_module(module), name)
+    except (AttributeError, ImportError, TypeError, ValueError):
+        kind = None
+    if not (isinstance(kind, type) and issubclass(kind, Task)):
         raise refusal("task", task, "'module:Class' of a rigid_envs.tasks.Task")
+    made: Task = from_config(kind, config)
     return made
 
 
@@ -52,8 +58,9 @@ def check_counts(num_envs: Any, num_threads: Any, max_episode_steps: Any) -> Non
     if max_episode_steps is not None:
         counts["max_episode_steps"] = max_episode_steps
     for name, value in counts.items():
-        if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-            raise refusal(name, value, "an integer from 1")
+        whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+        if not (whole and 1 <= value <= _MOST):
+            raise refusal(name, value, f"an integer from 1 to {_MOST}")
 
 
 def autoreset_of(mode: Any) -> AutoresetMode:
@@ -64,7 +71,7 @@ def autoreset_of(mode: Any) -> AutoresetMode:
     """
     try:
         return AutoresetMode(mode)
-    except ValueError:
+    except Exception:  # also of an object that cannot be compared or shown
         modes = [known.value for known in AutoresetMode]
         raise refusal("autoreset_mode", mode, f"one of {modes}") from None
 
@@ -88,13 +95,10 @@ def actions_of(
 
 
 def _action(value: Any, shape: tuple[int, ...], env_id: str, name: str) -> npt.NDArray[np.float32]:
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        array = np.asarray(None)
+    array = as_array(value)
     if array.dtype.kind not in "fiu":
         raise ValueError(
-            f"{env_id}: {name} = {value!r}; expected real numbers in [-1, 1] in shape {shape}"
+            f"{env_id}: {name} = {shown(value)}; expected real numbers in [-1, 1] in shape {shape}"
         )
     if array.shape != shape:
         raise ValueError(f"{env_id}: {name} has shape {array.shape}; expected {shape}")
@@ -112,12 +116,9 @@ def _choice(
     n: int, value: Any, shape: tuple[int, ...], env_id: str, name: str
 ) -> npt.NDArray[np.float32]:
     expected = f"expected an integer from 0 to {n - 1}" + (f" in shape {shape}" if shape else "")
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        array = np.asarray(None)
+    array = as_array(value)
     if array.dtype.kind not in "iu":
-        raise ValueError(f"{env_id}: {name} = {value!r}; {expected}")
+        raise ValueError(f"{env_id}: {name} = {shown(value)}; {expected}")
     if array.shape != shape:
         raise ValueError(f"{env_id}: {name} has shape {array.shape}; {expected}")
     outside = (array < 0) | (array >= n)
@@ -136,10 +137,13 @@ def options_of(
     Raises:
         ValueError: names the key and the known ones.
     """
-    for key in options or {}:
-        if key not in known:
-            raise ValueError(f"{env_id}: options has key {key!r}; expected some of {known}")
-    return options or {}
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping):
+        raise ValueError(f"{env_id}: options = {shown(options)}; expected a dict or None")
+    for key in options:
+        one_of(key, known, f"{env_id}: key of options")
+    return options
 
 
 def rows_of(mask: Any, num_envs: int, env_id: str) -> npt.NDArray[np.int64]:
@@ -152,7 +156,7 @@ def rows_of(mask: Any, num_envs: int, env_id: str) -> npt.NDArray[np.int64]:
         return np.arange(num_envs)
     if not (isinstance(mask, np.ndarray) and mask.dtype == bool and mask.shape == (num_envs,)):
         raise ValueError(
-            f"{env_id}: options['reset_mask'] = {mask!r}; "
+            f"{env_id}: options['reset_mask'] = {shown(mask)}; "
             f"expected a bool array of shape ({num_envs},)"
         )
     if not mask.any():
@@ -170,10 +174,7 @@ def shown_rows(rows: Any, num_envs: int) -> tuple[int, ...]:
     """
     if rows is None:
         return tuple(range(num_envs))
-    try:
-        given = np.asarray(rows)
-    except ValueError:
-        given = np.asarray(None)
+    given = as_array(rows)
     inside = given.dtype.kind in "iu" and ((given >= 0) & (given < num_envs)).all()
     if given.ndim != 1 or not given.size or not inside:
         raise refusal(

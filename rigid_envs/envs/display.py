@@ -47,10 +47,10 @@ class Shown:
     _core: Core
 
     def _set_look(
-        self, mode: str | None, width: Any, height: Any, camera: Mapping[str, Any] | None
+        self, mode: Any, width: Any, height: Any, camera: Mapping[str, Any] | None
     ) -> None:
         """Check and keep the arguments that concern pictures."""
-        if mode is not None and mode not in MODES:
+        if mode is not None and not (isinstance(mode, str) and mode in MODES):
             raise refusal("render_mode", mode, f"None or one of {list(MODES)}")
         sizes = {
             name: _checked(name, n, _SIZE) for name, n in (("width", width), ("height", height))

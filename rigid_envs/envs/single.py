@@ -12,6 +12,7 @@ import numpy.typing as npt
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy import ndarray
 
+from rigid_envs.checks import require
 from rigid_envs.core import Core
 from rigid_envs.envs.arguments import FLOAT32, INTEGERS, actions_of, new_task, options_of
 from rigid_envs.envs.display import MODES, Shown, frames_per_second
@@ -235,7 +236,8 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             ValueError: not a state of this environment in this configuration, or a number that it
                 cannot have; the state is unchanged.
         """
-        rows: dict[str, Any] = {name: [part] for name, part in dict(state).items()}
+        require(isinstance(state, Mapping), state, "state", "what get_state has given")
+        rows: dict[str, Any] = {name: [part] for name, part in state.items()}
         self._core.set_state(rows)
         self._keyed_by = self.np_random  # keep the restored random stream
         if self._status != _CLOSED:

@@ -1,11 +1,14 @@
 """Keys of the random streams of rows."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+from gymnasium.error import Error
 from gymnasium.utils import seeding
+
+from rigid_envs.checks import shown
 
 __all__ = ["python_seed", "seeded_key", "seeds_of", "stream_key", "undone_if_refused"]
 
@@ -21,24 +24,34 @@ def seeded_key(seed: int) -> np.uint64:
 
 
 def python_seed(seed: Any) -> Any:
-    """Convert a NumPy integer to a Python one; Gymnasium refuses other types."""
-    return int(seed) if isinstance(seed, np.integer) else seed
+    """A seed as a Python integer, which is what Gymnasium takes, or None.
+
+    Raises:
+        gymnasium.error.Error: no integer of at least 0.
+    """
+    whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
+    if seed is None or (whole and seed >= 0):
+        return seed if seed is None else int(seed)
+    raise Error(f"Seed = {shown(seed)}; expected an integer of at least 0, or None")
 
 
-def seeds_of(seed: int | Sequence[int | None] | None, num_envs: int, env_id: str) -> list[Any]:
+def seeds_of(seed: Any, num_envs: int, env_id: str) -> list[Any]:
     """Seed of each row: s + i for row i of one seed s; None where there is none.
 
     Raises:
+        gymnasium.error.Error: no integer of at least 0, and no sequence of such or None.
         ValueError: another number of seeds than rows.
     """
-    if isinstance(seed, int | np.integer):
-        return [int(seed) + i for i in range(num_envs)]
-    seeds = [None] * num_envs if seed is None else list(seed)
-    if len(seeds) != num_envs:
+    if isinstance(seed, np.ndarray) and seed.ndim == 1:
+        seed = list(seed)
+    if not isinstance(seed, list | tuple):
+        first = python_seed(seed)
+        return [None if first is None else first + i for i in range(num_envs)]
+    if len(seed) != num_envs:
         raise ValueError(
-            f"{env_id}: seed has {len(seeds)} entries; expected {num_envs}, one for each row"
+            f"{env_id}: seed has {len(seed)} entries; expected {num_envs}, one for each row"
         )
-    return seeds
+    return [python_seed(each) for each in seed]
 
 
 @contextmanager

@@ -335,9 +335,9 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
 
     def _seed(self, seed: int | Sequence[int | None] | None, rows: Rows) -> None:
         """Set the random stream of each row, from its seed or else from entropy."""
+        seeds = seeds_of(seed, self.num_envs, self._name)
         if isinstance(seed, int | np.integer):
             super().reset(seed=int(seed))
-        seeds = seeds_of(seed, self.num_envs, self._name)
         if not self._keyed:
             keys = self.np_random.integers(0, 2**64, self.num_envs, dtype=np.uint64)
             self._core.seed(self._rows, keys)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import real_numbers, require, shown
 from rigid_envs.tasks.base import Array, Task
 from rigid_envs.tasks.fields import span
 
@@ -57,6 +58,9 @@ def _state(
 ) -> dict[int, Array]:
     system = task.system_type
     if isinstance(state, Mapping):
+        known = f"some of {list(system.components)}"
+        for name in state:
+            require(isinstance(name, str), name, "component of the state", known)
         y = system.state(**state)
         columns = [k for name in state for k in range(y.shape[-1])[system.components[name]]]
     else:
@@ -74,15 +78,12 @@ def _state(
 
 def _parameters(task: Task, n: int, params: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
     if not isinstance(params, Mapping):
-        raise ValueError(f"params = {params!r}; expected numbers by name")
+        raise ValueError(f"params = {shown(params)}; expected numbers by name")
     known, values = task.physical_parameters(), {}
     for name, value in params.items():
         if name not in known:
-            raise ValueError(f"params has key {name!r}; expected some of {list(known)}")
-        try:
-            values[name] = np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise ValueError(f"params[{name!r}] = {value!r}; expected a number") from None
+            raise ValueError(f"params has key {shown(name)}; expected some of {list(known)}")
+        values[name] = real_numbers(value, f"params[{name!r}]")
         if values[name].shape not in ((), (n,)):
             raise ValueError(
                 f"params[{name!r}] has shape {values[name].shape}; expected () or ({n},)"
