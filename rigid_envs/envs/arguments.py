@@ -27,7 +27,7 @@ __all__ = [
 
 FLOAT32 = np.dtype(np.float32)
 INTEGERS = (int, np.int64)
-_MOST = 2**31 - 1
+_MOST = 2**53
 
 
 def new_task(task: str, config: Mapping[str, Any]) -> Task:

@@ -35,7 +35,7 @@ class NoMapping(dict[Any, Any]):
 
 def things() -> list[Any]:
     """One of each kind, made anew: some can be used only once."""
-    numbers = [7, -1, True, 1.5, np.nan, np.inf, 10**400, -(10**400), 2**31, 2**63, 2**64, 1j]
+    numbers = [7, -1, True, 1.5, np.nan, np.inf, 10**400, -(10**400), 2**63, 2**64, 1j]
     kinds = [np.float64(2.5), np.int8(3), np.uint64(2**64 - 1), np.bool_(True), np.longdouble(1)]
     dates = [np.datetime64("2020-01-01"), datetime.date(2020, 1, 1), np.array([1], dtype="M8[s]")]
     texts = ["text", "7", "", "\u00e9\x00", "a" * 10_000, b"bytes", bytearray(b"x"), "os:path"]
