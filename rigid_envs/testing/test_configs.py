@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from rigid_envs.tasks import ConfigError, Task
@@ -98,11 +98,22 @@ def two_moments(draw: st.DrawFn, across: str) -> dict[str, Any]:
 
 @st.composite
 def weights(draw: st.DrawFn, moments: st.SearchStrategy[dict[str, Any]]) -> dict[str, Any]:
-    """Moments, and a weight that sets a moderate rate."""
+    """Moments, and a weight that sets a moderate rate, not too far out for the moments."""
     config = draw(moments)
-    g, ell = draw(st.floats(0.1, 100.0)), draw(st.floats(0.01, 1.0))
+    g, share = draw(st.floats(0.1, 100.0)), draw(st.floats(0.01, 1.0))
+    ell = share * min(1.0, 0.02 * g)  # 2 m ell^2 is at most 0.04 of the least moment
     m = min(span(value)[0] for value in config.values()) / (g * ell)
     return config | {"m": max(1e-9, min(1e6, m)), "g": g, "ell": ell}
+
+
+@st.composite
+def wheels(draw: st.DrawFn, moments: st.SearchStrategy[dict[str, Any]]) -> dict[str, Any]:
+    """Moments, and a mass and radius that leave no mass beyond the rim."""
+    config = draw(moments)
+    radius, heft = draw(st.floats(0.1, 10.0)), draw(st.floats(1.0, 3.0))
+    m = heft * span(config["I3"])[1] / radius**2
+    assume(1e-9 <= m <= 1e6)
+    return config | {"m": m, "radius": radius}
 
 
 @st.composite
@@ -122,6 +133,8 @@ def together(env_id: str) -> st.SearchStrategy[dict[str, Any]]:
         parts.append(two_moments(across))
     if len(parts) > 1 and {"m", "g", "ell"} <= set(names):
         parts.append(weights(parts.pop()))
+    elif len(parts) > 1 and {"m", "radius"} <= set(names):
+        parts.append(wheels(parts.pop()))
     for low in (name for name in names if name.endswith("_low")):
         high = low.removesuffix("low") + "high"
         if high in names:
