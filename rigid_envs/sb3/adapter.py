@@ -106,8 +106,13 @@ class GymnasiumVecEnv(VecEnv):
 
         Args:
             actions: One action per row, shape (N, ...).
+
+        Raises:
+            NonFiniteError: An action is NaN or infinite.
         """
         self._actions = actions
+        if not all_finite(actions):
+            raise self._not_finite("action", bad_row(actions), "", 1)
 
     def step_wait(self) -> VecEnvStepReturn:
         """Advance every row by one step.
@@ -117,7 +122,8 @@ class GymnasiumVecEnv(VecEnv):
             bool, and one dictionary per row.
 
         Raises:
-            NonFiniteError: A reward or an observation is NaN or infinite.
+            NonFiniteError: A reward or an observation, also the last one of an episode, is NaN or
+                infinite.
         """
         obs, rewards, terminated, truncated, infos = self.venv.step(self._actions)
         self.vector_infos = infos
@@ -127,7 +133,7 @@ class GymnasiumVecEnv(VecEnv):
         self._returns += rewards
         self._lengths += 1
         if not (all_finite(self._returns) and all_finite(obs)):
-            raise NonFiniteError(self._what_is_not_finite(obs, rewards))
+            raise self._what_is_not_finite(obs, rewards)
         row_infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         rows = np.flatnonzero(dones)
         if rows.size:
@@ -205,6 +211,9 @@ class GymnasiumVecEnv(VecEnv):
     ) -> None:
         details = split(infos.get("final_info", {}), rows)
         last_obs = rows_of(infos["final_obs"], rows)
+        for row, last in zip(rows.tolist(), last_obs, strict=True):
+            if not all_finite(last if isinstance(last, dict | tuple) else np.asarray(last)):
+                raise self._not_finite("last observation", row)
         returns, lengths = self._returns[rows], self._lengths[rows]
         columns = zip(
             rows.tolist(), details, last_obs, truncated[rows].tolist(), returns.tolist(),
@@ -218,16 +227,24 @@ class GymnasiumVecEnv(VecEnv):
         self._returns[rows] = 0.0
         self._lengths[rows] = 0
 
-    def _what_is_not_finite(self, obs: VecEnvObs, rewards: NDArray[Any]) -> str:
+    def _what_is_not_finite(self, obs: VecEnvObs, rewards: NDArray[Any]) -> NonFiniteError:
         what, row = "reward", bad_row(rewards)
         if row is None:
             what, row = "observation", bad_row(obs)
         if row is None:
-            return f"the sum of rewards of an episode overflowed at step {self._steps} of the run"
-        action = None if self._actions is None else np.asarray(self._actions[row]).tolist()
-        return (
-            f"{what} of row {row} is not finite at step {self._lengths[row]} of its episode, "
-            f"step {self._steps} of the run; reward {rewards[row]}, action {action}"
+            return NonFiniteError(
+                f"the sum of rewards of an episode overflowed at step {self._steps} of the run"
+            )
+        return self._not_finite(what, row, f"reward {rewards[row]}, ")
+
+    def _not_finite(
+        self, what: str, row: int | None, also: str = "", ahead: int = 0
+    ) -> NonFiniteError:
+        assert row is not None and self._actions is not None
+        return NonFiniteError(
+            f"{what} of row {row} is not finite at step {self._lengths[row] + ahead} of its "
+            f"episode, step {self._steps + ahead} of the run; "
+            f"{also}action {np.asarray(self._actions[row]).tolist()}"
         )
 
     def _find(self, name: str) -> Any:

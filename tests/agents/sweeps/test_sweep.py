@@ -70,6 +70,47 @@ def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path: Pa
         assert not (run / "checkpoints").exists()
 
 
+def test_a_record_has_the_age_of_its_policy_and_the_costs_of_successes(tmp_path: Path) -> None:
+    frozen = training(tmp_path, learning_rate=[0.0, 0.0])  # the first policy stays the best
+    assert sweep(frozen) == 0
+    record, run = read_record(place(tmp_path)), tmp_path / "ppo" / "a"
+    assert record.training["timesteps"] == 512 * 6
+    assert record.training["policy_timesteps"] == record.curve["timesteps"][0] == 2560
+    assert load_policy(run / "best_model").document["timesteps"] == 2560
+    with np.load(run / "evaluations.npz") as held_out:
+        won, costs = held_out["successes"].astype(bool), held_out["costs"]
+    assert 0 < won[0].sum() < won.shape[1]
+    means = [row[own].mean() for row, own in zip(costs, won, strict=True)]
+    np.testing.assert_allclose(record.curve["cost_mean"], means, rtol=1e-5)
+    np.testing.assert_allclose(record.curve["success_rate"], won.mean(axis=1), rtol=1e-5)
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from tests.agents.sweeps.test_sweep import sweep, training
+if __name__ == "__main__":
+    sweep(training(Path(sys.argv[1]), total_timesteps=10**8))
+"""
+
+
+def test_a_killed_sweep_leaves_no_process_behind_and_its_run_saved(tmp_path: Path) -> None:
+    (tmp_path / "killed.py").write_text(KILLED)
+    command = [sys.executable, str(tmp_path / "killed.py"), str(tmp_path)]
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    process = subprocess.Popen(command, env=environment, start_new_session=True)
+    run = tmp_path / "ppo" / "a"
+    try:
+        wait_for(lambda: (run / "progress.csv").is_file())
+        pid = json.loads((run / "run.lock").read_bytes())["pid"]
+        assert Path(f"/proc/{pid}").exists()
+    finally:
+        process.kill()
+        process.wait()
+    wait_for(lambda: not Path(f"/proc/{pid}").exists())
+    assert list((run / "checkpoints").iterdir())
+
+
 def test_the_same_again_trains_nothing_anew(tmp_path: Path) -> None:
     sweep(training(tmp_path))
     before = place(tmp_path).read_bytes()

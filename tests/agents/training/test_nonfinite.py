@@ -1,5 +1,7 @@
 """A NaN ends the run before it reaches the weights, and says where it came up."""
 
+import itertools
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +11,10 @@ import torch
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.by_algorithm import config_from
+from agents.training import trainer
 from agents.training.gradients import guard_optimizer
 from agents.training.trainer import Trainer, train
+from rigid_envs.sb3 import GymnasiumVecEnv
 from rigid_envs.sb3.finite import NonFiniteError, all_finite, bad_row
 from rigid_envs.tensorfile import load_tensors
 from tests.agents.sessions import SMALL
@@ -44,6 +48,80 @@ def test_a_nan_reward_stops_the_run_and_leaves_good_checkpoints(tmp_path: Path) 
         arrays, _ = load_tensors(path, 10**8)
         assert all(np.isfinite(array).all() for array in arrays.values())
     assert (run / "progress.csv").read_text().count("\n") == 1 + 9
+
+
+def spoiled(venv: Any, what: str, value: float, at: int) -> Any:
+    """The environment, which gives or is given one bad number, in a row of its step `at` or later.
+
+    Drift has 16 rows; the others here do not begin with a row that ends.
+    """
+    taken, done = itertools.count(1), []
+
+    def step(actions: Any) -> Any:
+        obs, rewards, terminated, truncated, infos = original(actions)
+        ends = np.flatnonzero(terminated | truncated)
+        if not done and next(taken) >= at and (what != "last observation" or ends.size):
+            done.append(True)
+            if what == "reward":
+                rewards = rewards.copy()
+                rewards[5] = value
+            elif what == "observation":
+                obs = obs.copy()
+                obs[5, 0] = value
+            else:
+                infos["final_obs"] = infos["final_obs"].copy()
+                infos["final_obs"][ends[0], 0] = value
+        return obs, rewards, terminated, truncated, infos
+
+    original, venv.step = venv.step, step
+    return venv
+
+
+D7 = [
+    (algo, what, value)
+    for algo in ("ppo", "sac", "tqc", "dqn")
+    for what in ("reward", "observation", "last observation", "action")
+    for value in (float("nan"), float("inf"))
+    if (algo, what) != ("dqn", "action")  # choices are integers
+]
+
+
+@pytest.mark.parametrize(("algo", "what", "value"), D7)
+def test_one_bad_number_stops_any_algorithm_and_every_checkpoint_is_finite(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, algo: str, what: str, value: float
+) -> None:
+    at = int(np.random.default_rng([len(algo), len(what), value > 0]).integers(70, 120))
+    memory = {**MEMORY, "algo": algo, "log_every": 160, "buffer_size": 4000, "gradient_steps": 1}
+    own = {**SMALL, "n_steps": 10, "batch_size": 160} if algo == "ppo" else memory
+    env = {"env_id": "RigidEnvs/BallGrid-v0"} if algo == "dqn" else {}
+    config = config_from(
+        {**own, **env, "seed": 11, "net_arch": [8], "checkpoint_every": 1, "eval_episodes": 2,
+         "eval_every": 10**6, "total_timesteps": 10**4, "log_dir": str(tmp_path), "run_name": "r"}
+    )  # fmt: skip
+    if what == "action":
+        taken, original = itertools.count(1), GymnasiumVecEnv.step_async
+
+        def step_async(self: GymnasiumVecEnv, actions: Any) -> None:
+            if next(taken) == at:
+                actions = actions.copy()
+                actions[5, 1] = value
+            original(self, actions)
+
+        monkeypatch.setattr(GymnasiumVecEnv, "step_async", step_async)
+    else:
+        make = trainer.make
+        monkeypatch.setattr(trainer, "make", lambda *a: spoiled(make(*a), what, value, at))
+    with pytest.raises(NonFiniteError) as stop:
+        train(config, quiet=True)
+    said = str(stop.value)
+    assert re.match(rf"{what} of row \d+ is not finite at step \d+ of its episode, step \d+", said)
+    assert int(re.findall(r"step (\d+) of the run", said)[0]) >= at
+    assert re.search(r"action (\[.*\]|\d); seed 11\. .*checkpoints is of before, and good", said)
+    paths = list((tmp_path / algo / "r" / "checkpoints").iterdir())
+    assert paths
+    for path in paths:
+        arrays, _ = load_tensors(path, 10**8)
+        assert all(np.isfinite(array).all() for array in arrays.values())
 
 
 @pytest.mark.parametrize(
