@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_envs.files import DamagedFileError, read_bytes, write_atomic
+from rigid_envs.files import DamagedFileError, write_atomic
+from rigid_envs.replays.archive import read_arrays
 
 __all__ = ["read_evaluations", "write_evaluations"]
 
 _NAMES = {"timesteps", "results", "ep_lengths", "successes", "costs"}
-_LIMIT = 2**32
 
 
 def write_evaluations(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -42,10 +40,7 @@ def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
         DamagedFileError: Anything but that; names the file.
         FileNotFoundError: There is no such file.
     """
-    data = read_bytes(path, _LIMIT)
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            arrays = {name: file[name] for name in _NAMES}
-    except (ValueError, LookupError, EOFError, OSError, zipfile.BadZipFile, zlib.error) as error:
-        raise DamagedFileError(f"{path}: no evaluations of a training: {error!r:.200}") from None
+    arrays = read_arrays(path)
+    if missing := sorted(_NAMES - arrays.keys()):
+        raise DamagedFileError(f"{path}: no evaluations of a training: no {', '.join(missing)}")
     return arrays

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -69,7 +70,7 @@ class CsvLog:
         Raises:
             FileNotFoundError: There is no file to cut back.
         """
-        self.columns = tuple(columns)
+        self.columns, self._path = tuple(columns), path
         if position is None:
             self._file = open(path, "wb")
             self._file.write((preamble + ",".join(self.columns) + "\n").encode())
@@ -82,10 +83,16 @@ class CsvLog:
 
         Args:
             rows: Values by column; a column that is missing or None stays empty.
+
+        Raises:
+            OSError: The disk is full, or gone; names the file.
         """
         lines = (",".join(_cell(row.get(key)) for key in self.columns) for row in rows)
-        self._file.write("".join(f"{line}\n" for line in lines).encode())
-        self._file.flush()
+        try:
+            self._file.write("".join(f"{line}\n" for line in lines).encode())
+            self._file.flush()
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self._path)) from error
 
     def sync(self) -> int:
         """Bring the file to the disk.
@@ -98,8 +105,9 @@ class CsvLog:
         return self._file.tell()
 
     def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+        """Close the file; what could not be written has been told of."""
+        with contextlib.suppress(OSError):
+            self._file.close()
 
 
 class ProgressLog(KVWriter):
@@ -136,7 +144,23 @@ class TensorBoardLog(TensorBoardOutputFormat):
             purge_step: First step whose earlier events are void; None if there are none.
         """
         self.writer = SummaryWriter(log_dir=str(folder), purge_step=purge_step)
-        self._is_closed = False
+        self._is_closed, self._folder = False, folder
+
+    def write(  # noqa: D102
+        self,
+        key_values: dict[str, Any],
+        key_excluded: dict[str, tuple[str, ...]],
+        step: int = 0,
+    ) -> None:
+        try:
+            super().write(key_values, key_excluded, step)
+        except OSError as error:  # of its thread, which names nothing
+            raise OSError(error.errno, error.strerror, str(self._folder)) from error
+
+    def close(self) -> None:
+        """Close the file; what could not be written has been told of."""
+        with contextlib.suppress(OSError):
+            super().close()
 
 
 def _cell(value: Any) -> str:

@@ -94,7 +94,24 @@ if __name__ == "__main__":
 """
 
 
-def test_a_killed_sweep_leaves_no_process_behind_and_its_run_saved(tmp_path: Path) -> None:
+def listening(session: int) -> list[str]:
+    """TCP sockets on which a process of a session listens."""
+    tables = [Path(f"/proc/net/{name}").read_text().splitlines()[1:] for name in ("tcp", "tcp6")]
+    inodes = {line.split()[9] for table in tables for line in table if line.split()[3] == "0A"}
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            own = int((folder / "stat").read_text().rpartition(")")[2].split()[3]) == session
+            links = [os.readlink(link) for link in (folder / "fd").iterdir()] if own else []
+        except OSError:  # it has ended
+            continue
+        found += [link for link in links if link.removeprefix("socket:[")[:-1] in inodes]
+    return found
+
+
+def test_a_sweep_listens_nowhere_and_killed_leaves_no_process_and_its_run_saved(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "killed.py").write_text(KILLED)
     command = [sys.executable, str(tmp_path / "killed.py"), str(tmp_path)]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
@@ -104,6 +121,7 @@ def test_a_killed_sweep_leaves_no_process_behind_and_its_run_saved(tmp_path: Pat
         wait_for(lambda: (run / "progress.csv").is_file())
         pid = json.loads((run / "run.lock").read_bytes())["pid"]
         assert Path(f"/proc/{pid}").exists()
+        assert listening(process.pid) == []
     finally:
         process.kill()
         process.wait()

@@ -2,7 +2,10 @@
 
 import csv
 import os
+import re
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -186,6 +189,40 @@ def test_a_damaged_checkpoint_is_passed_over_for_the_one_before(tmp_path: Path) 
     newest(run).write_bytes(data)
     assert finish(start(None, run)) == 0
     assert_same(reference, run)
+
+
+LIMITED = """
+import resource, sys
+import tests.agents.drift
+from agents.cli.command_line import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
+sys.exit(main(["train", *sys.argv[2:]]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("every", "updates", "limit", "name"),
+    [
+        (3, 20, 16_000, "checkpoints"),
+        (1000, 20, 6_000, ""),  # monitor.csv or tensorboard, before there is a checkpoint
+        (1000, 2, 2_000, "checkpoints"),
+    ],
+)
+def test_a_run_on_a_full_disk_says_so_and_goes_on_when_there_is_room(
+    tmp_path: Path, every: int, updates: int, limit: int, name: str
+) -> None:
+    values = base({"checkpoint_every": every, "total_timesteps": 512 * updates})
+    run = tmp_path / "ppo" / "full"
+    options = values | {"log_dir": str(tmp_path), "run_name": "full"}
+    words = [word for key, value in options.items() for word in (f"--{key}", str(value))]
+    command = [sys.executable, "-c", LIMITED, str(limit), *words, "--quiet"]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert ended.returncode == 1, ended.stderr
+    (said,) = re.findall(r"^error: .*$", ended.stderr, flags=re.MULTILINE)
+    assert str(run / name) in said and "File too large" in said
+    assert list(run.rglob("*.tmp")) == []
+    assert finish(start(None, run)) == 0
+    assert_same(whole(tmp_path, **values), run)
 
 
 def test_a_finished_run_stays_as_it_is(tmp_path: Path) -> None:
