@@ -2,9 +2,7 @@
 
 import re
 import shutil
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,10 +12,9 @@ from agents.cli.command_line import main
 from agents.config.by_algorithm import config_from
 from agents.training.trainer import train
 from rigid_envs.tensorfile import load_tensors, save_tensors
+from tests.agents.training.changes import Change, add, both, cast, drop, forget, put, say, shape
 from tests.agents.training.test_resume import VARIANTS, assert_same, base, newest
 
-Arrays = dict[str, Any]
-Change = Callable[[Arrays, dict[str, Any]], None]
 UPDATES = 12
 
 
@@ -54,87 +51,6 @@ def damage(run: Path, change: Change) -> None:
     arrays, document = load_tensors(path, 10**9)
     change(arrays, document)
     save_tensors(path, arrays, document)
-
-
-def put(member: str, value: float, place: Any = ...) -> Change:
-    """Put a value into an array."""
-
-    def change(arrays: Arrays, _: dict[str, Any]) -> None:
-        arrays[member][place] = value
-
-    return change
-
-
-def shape(member: str, *sizes: int) -> Change:
-    """Cut an array to a shape, which numbers of the old shape may broadcast to."""
-
-    def change(arrays: Arrays, _: dict[str, Any]) -> None:
-        arrays[member] = np.resize(arrays[member], sizes)
-
-    return change
-
-
-def cast(member: str, kind: str) -> Change:
-    """Give an array another type."""
-
-    def change(arrays: Arrays, _: dict[str, Any]) -> None:
-        arrays[member] = arrays[member].astype(kind)
-
-    return change
-
-
-def drop(member: str) -> Change:
-    """Leave an array out."""
-
-    def change(arrays: Arrays, _: dict[str, Any]) -> None:
-        del arrays[member]
-
-    return change
-
-
-def add(member: str) -> Change:
-    """Add an array."""
-
-    def change(arrays: Arrays, _: dict[str, Any]) -> None:
-        arrays[member] = np.zeros(3)
-
-    return change
-
-
-def say(place: str, value: Any) -> Change:
-    """Put a value into the document; a function is given the old one."""
-
-    def change(_: Arrays, document: dict[str, Any]) -> None:
-        *path, last = (int(key) if key.isdecimal() else key for key in place.split("."))
-        inner: Any = document
-        for key in path:
-            inner = inner[key]
-        inner[last] = value(inner[last]) if callable(value) else value
-
-    return change
-
-
-def forget(place: str) -> Change:
-    """Leave an entry of the document out."""
-
-    def change(_: Arrays, document: dict[str, Any]) -> None:
-        *path, last = place.split(".")
-        inner = document
-        for key in path:
-            inner = inner[key]
-        del inner[last]
-
-    return change
-
-
-def both(*changes: Change) -> Change:
-    """Make several changes."""
-
-    def change(arrays: Arrays, document: dict[str, Any]) -> None:
-        for each in changes:
-            each(arrays, document)
-
-    return change
 
 
 NAN, INF = float("nan"), float("inf")
