@@ -13,13 +13,17 @@ import numpy.typing as npt
 from rigid_envs.checks import require
 from rigid_envs.systems.schedule import SLACK, RateBounded, Schedule, step_schedule
 
-__all__ = ["Input", "Integrable", "integrate", "integrate_interval"]
+__all__ = ["Input", "Integrable", "MotionEnds", "integrate", "integrate_interval"]
 
 Array = npt.NDArray[np.float64]
 Input = npt.ArrayLike | Callable[[float], npt.ArrayLike]
 InputsAt = Callable[[int, Array], Array]  # of an interval, at times in it
 _CHUNK = 4096  # states that are kept at once, to be checked
 _SAMPLES = 2000  # steps over the whole time span, at least, where the input is a function of time
+
+
+class MotionEnds(ValueError):
+    """The motion reaches a state that is none: a disk that lies flat."""
 
 
 class Integrable(RateBounded, Protocol):
@@ -39,15 +43,28 @@ class Integrable(RateBounded, Protocol):
 
 
 def integrate(
-    system: Integrable, start: Array, t: Array, u: Input, max_step: float | None
+    system: Integrable,
+    start: Array,
+    t: Array,
+    u: Input | None,
+    max_step: float | None,
+    span: float | None = None,
 ) -> Array:
     """States at the times t, shape (M, ..., n_state), stepped as `System.simulate` says.
+
+    Args:
+        system: physical system.
+        start: state at ``t[0]``.
+        t: times [s].
+        u: input.
+        max_step: largest step [s].
+        span: time span [s] that a function u is sampled over, if t is only part of it.
 
     Raises:
         ValueError: see `System.simulate`; also if the motion reaches a state that is none.
     """
     inputs_at = _sampled(system, u) if callable(u) else _held(system, u, len(t) - 1)
-    limit = abs(t[-1] - t[0]) / _SAMPLES if callable(u) else math.inf
+    limit = abs(span or t[-1] - t[0]) / _SAMPLES if callable(u) else math.inf
     y = [start]
     for m in range(len(t) - 1):
         y.append(_interval(system, y[-1], t[m : m + 2], inputs_at, m, max_step, limit))
@@ -131,7 +148,7 @@ def _check_steps(system: Integrable, states: Array, u: Array, h: float, start: f
         try:
             rate = system.rate_bound(system.checked_state(y), u, 0.0)
         except ValueError as error:
-            raise ValueError(f"at t = {now:.6g} s the motion ends: {error}") from None
+            raise MotionEnds(f"at t = {now:.6g} s the motion ends: {error}") from None
         if rate * abs(h) > limit:
             raise ValueError(
                 f"from t = {now:.6g} s on: step = {abs(h):.6g}; expected at most "
@@ -169,7 +186,7 @@ def _sampled(system: Integrable, u: Callable[[float], npt.ArrayLike]) -> InputsA
     return inputs_at
 
 
-def _held(system: Integrable, u: npt.ArrayLike, n_intervals: int) -> InputsAt:
+def _held(system: Integrable, u: npt.ArrayLike | None, n_intervals: int) -> InputsAt:
     """The one input of an interval, shape (1, ..., n_input).
 
     Raises:
