@@ -64,6 +64,7 @@ def simulate_with_events(
     require(y0.ndim == 1, list(y0.shape), "shape of y0", "one state, where there are events")
     recorder = Recorder(checked_events(events))
     times, states, status, message = [float(t[0])], [y0], 0, "the end of the times was reached"
+    last = times[0], y0
     try:
         for node, reached, end in _nodes(system, y0, t, u, max_step, recorder):
             if reached or end:
@@ -73,8 +74,9 @@ def simulate_with_events(
                 break
             last = node
     except MotionEnds as error:
-        times, states = [*times, last[0]], [*states, last[1]]
         status, message = -1, str(error)
+        if last[0] != times[-1]:
+            times, states = [*times, last[0]], [*states, last[1]]
     t_events, y_events = recorder.arrays(len(y0))
     return Trajectory(
         system, np.array(times), np.stack(states), u, max_step, t_events, y_events, status, message

@@ -151,6 +151,14 @@ def test_a_motion_that_ends_by_itself_is_returned_where_there_are_events_and_ref
         disk.simulate(disk.state(q=q), [0.0, 0.05, 1.0])
 
 
+def test_a_motion_that_ends_before_its_first_node_is_its_beginning():
+    disk, q = tipping(1.0001e-6)
+    motion = disk.simulate(disk.state(q=q), [0.0, 1.0], events=lambda t, y: t - 0.5)
+    assert motion.status == -1
+    assert motion.t.tolist() == sorted(set(motion.t.tolist()))
+    np.testing.assert_array_equal(motion.y[0], disk.state(q=q))
+
+
 def test_a_ball_leaves_a_plate_that_is_jerked_when_the_normal_force_ends():
     # The plate turns ever faster, downwards at the ball: it slips, then the plate falls away.
     ball, u = DynamicBall(), lambda t: (0.0, 0.0, 8.0 * t, 0.0)
