@@ -248,7 +248,7 @@ class Task(WithinEnvelope, Settings, abc.ABC):
 
     def _check_parameters(self) -> None:
         ends = {name: set(span(getattr(self, name))) for name in self.physical_parameters()}
-        # a system's conditions are linear in its parameters: valid corners imply a valid range
+        # each condition is monotone in every parameter: valid corners imply a valid range
         for corner in itertools.product(*ends.values()):
             values = dict(zip(ends, corner, strict=True))
             try:
