@@ -7,8 +7,10 @@ source file that can be compiled into it: all kernels and tasks of this package,
 any other package from which one of the functions comes.
 """
 
+import contextlib
 import functools
 import hashlib
+import logging
 import os
 import stat
 import sys
@@ -23,6 +25,8 @@ __all__ = ["KernelCache", "cache_directory", "kernel_hash"]
 
 _INDEX: Any = caching.IndexDataCacheFile  # untyped
 _PACKAGE = Path(__file__).resolve().parent.parent
+_log = logging.getLogger(__name__)
+_said: set[tuple[str, str]] = set()
 
 
 class _Place(caching._CacheLocator):
@@ -66,9 +70,37 @@ class KernelCache(caching.FunctionCache):
         self._cache_file = _INDEX(self._cache_path, name, name)
         self._enabled = True
 
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled code from its file; None where there is none, or it cannot be read."""
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception as error:  # whatever a damaged file makes of unpickling
+            _say_once("read", self._cache_path, error)
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep compiled code in a file; where that fails the process goes on without."""
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:  # a full disk, a limit of size, a folder that is gone
+            _say_once("kept", self._cache_path, error)
+
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         """Argument types and processor; the file name identifies the functions inside."""
         return sig, codegen.magic_tuple()
+
+
+def _say_once(deed: str, folder: str, error: Exception) -> None:
+    """Log that files of a folder cannot be used, once in a process."""
+    if (deed, folder) not in _said:
+        _said.add((deed, folder))
+        _log.warning(
+            "compiled code cannot be %s in %s (%s): this process compiles it; where that goes on, "
+            "make room, or set NUMBA_CACHE_DIR",
+            *(deed, folder, error),
+        )
 
 
 def cache_name(label: str, parts: Iterable[Any]) -> str | None:
@@ -131,21 +163,49 @@ def _hash_files(digest: Any, base: Path, paths: Iterable[Path]) -> None:
 def cache_directory() -> Path | None:
     """Private folder for compiled code of exactly these sources; None if it cannot be made.
 
-    It lies below ``NUMBA_CACHE_DIR``, else below ``XDG_CACHE_HOME``, else below ``~/.cache``. A
-    folder with another owner, or writable by others, is never read.
+    It lies below ``NUMBA_CACHE_DIR``, else below ``XDG_CACHE_HOME``, else below ``~/.cache``. What
+    lies in it is run. A folder with another owner or writable by others is never read, nor one
+    below a folder in which others could put their own in its place: see `_is_safe`.
     """
     base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    folder = Path(base).expanduser() / "rigid-envs" / kernel_hash()
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        usable = os.access(folder, os.W_OK) and _is_private(folder)
+        folder = Path(base).expanduser().absolute() / "rigid-envs" / kernel_hash()
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        usable = os.access(folder, os.W_OK) and _is_private(folder) and _is_safe(folder.resolve())
     except (OSError, RuntimeError):  # RuntimeError: no home directory to expand
-        return None
-    return folder if usable else None
+        usable = False
+    if usable:
+        return folder
+    _log.warning(
+        "compiled code is not kept: no folder below %s that only this user can change; every "
+        "process compiles it: set NUMBA_CACHE_DIR to one",
+        base,
+    )
+    return None
 
 
 def _is_private(folder: Path) -> bool:
+    """Whether the folder belongs to the user, and no other may write to it."""
     if not hasattr(os, "getuid"):
         return True
     status = folder.stat()
     return status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _is_safe(folder: Path) -> bool:
+    """Whether no other user can rename the folder or one above it.
+
+    Each of these belongs to the user or to the system, and is closed to all others, or open as
+    ``/tmp`` is, where nobody renames what belongs to another. The user's own group is trusted: many
+    systems give each user one.
+    """
+    if not hasattr(os, "getuid"):
+        return True
+    for above in folder.parents:
+        status = above.stat()
+        group = 0 if status.st_gid == os.getgid() else stat.S_IWGRP
+        is_open = status.st_mode & (group | stat.S_IWOTH) and not status.st_mode & stat.S_ISVTX
+        if is_open or status.st_uid not in (0, os.getuid()):
+            return False
+    return True

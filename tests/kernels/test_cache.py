@@ -1,11 +1,14 @@
 """Compiled code is kept in a private folder of its own sources, and is never stale."""
 
 import os
+import resource
 import shutil
 import stat
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numba
 import pytest
@@ -31,19 +34,31 @@ def rotate(q, v):
 """
 
 
-def run(source: Path, cache: Path) -> tuple[float, int, str]:
-    """Momentum, number of kernels loaded from the cache, and where that is."""
+def report(cache: Path, source: Path | None = None, **more: Any) -> Any:
+    """The finished program REPORT, with a cache folder, of a copy of the package."""
+    where = {"PYTHONPATH": str(source)} if source else {}
     done = subprocess.run(
         [sys.executable, "-c", REPORT],
         cwd=source,
-        env=os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(source)},
+        env=os.environ | {"NUMBA_CACHE_DIR": str(cache)} | where | more.pop("env", {}),
         capture_output=True,
         text=True,
         check=False,
+        **more,
     )
     assert done.returncode == 0, done.stderr
+    return done
+
+
+def found(done: Any) -> tuple[float, int, str]:
+    """Momentum, number of kernels loaded from the cache, and where that is."""
     momentum, hits, path = done.stdout.split(maxsplit=2)
     return float(momentum), int(hits), path.strip()
+
+
+def run(source: Path, cache: Path) -> tuple[float, int, str]:
+    """What REPORT says of a copy of the package."""
+    return found(report(cache, source))
 
 
 @pytest.fixture
@@ -72,6 +87,58 @@ def test_without_a_place_to_keep_them_kernels_are_compiled_per_process(
 ) -> None:
     (tmp_path / "file").touch()  # where a folder is needed: unwritable even for root
     assert run(source, tmp_path / base)[:2] == (3.0, 0)
+
+
+def small_files() -> None:
+    """No file of this process grows beyond a KiB: a full disk, but for the errno."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024))
+
+
+def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
+    done = report(tmp_path, preexec_fn=small_files)
+    assert found(done)[:2] == (3.0, 0)
+    assert "compiled code cannot be kept in" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert found(report(tmp_path))[:2] == (3.0, 0)  # nothing half-written was left
+    assert found(report(tmp_path))[:2] == (3.0, 1)
+
+
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+@pytest.mark.parametrize("size", [0, 300])
+def test_a_damaged_file_is_compiled_anew(tmp_path: Path, kind: str, size: int) -> None:
+    report(tmp_path)
+    for path in tmp_path.rglob(f"*.{kind}"):
+        path.write_bytes(path.read_bytes()[:size])
+    done = report(tmp_path)
+    assert found(done)[:2] == (3.0, 0)
+    assert "compiled code cannot be read in" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert found(report(tmp_path))[:2] == (3.0, 1)
+
+
+def test_a_process_that_died_between_two_files_costs_a_compilation(tmp_path: Path) -> None:
+    report(tmp_path)
+    for path in tmp_path.rglob("*.nbc"):
+        path.unlink()
+    done = report(tmp_path)
+    assert (found(done)[:2], done.stderr) == ((3.0, 0), "")
+    assert found(report(tmp_path))[:2] == (3.0, 1)
+
+
+def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda _: report(tmp_path), range(4)))
+    assert {found(done)[0] for done in together} == {3.0}
+    assert {done.stderr for done in together} == {""}
+    assert found(report(tmp_path))[:2] == (3.0, 1)
+    assert not list(tmp_path.rglob("*.tmp.*"))
+
+
+def test_two_processors_share_a_home(tmp_path: Path) -> None:
+    old = {"NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": ""}
+    for hits in (0, 1):
+        assert found(report(tmp_path))[:2] == (3.0, hits)
+        assert found(report(tmp_path, env=old))[:2] == (3.0, hits)
 
 
 PLACES = """
@@ -144,6 +211,14 @@ def test_a_cache_folder_that_others_may_write_to_is_not_used(tmp_path, monkeypat
     found = folder(tmp_path, monkeypatch)
     found.chmod(mode)
     assert folder(tmp_path, monkeypatch) is None
+
+
+@pytest.mark.parametrize(("mode", "used"), [(0o755, True), (0o777, False), (0o1777, True)])
+def test_nor_is_one_below_a_folder_in_which_others_rename(tmp_path, monkeypatch, mode, used):
+    above = tmp_path / "shared"
+    above.mkdir()
+    above.chmod(mode)
+    assert (folder(above / "mine", monkeypatch) is not None) == used
 
 
 def test_a_cache_folder_of_somebody_else_is_not_used(tmp_path, monkeypatch):
