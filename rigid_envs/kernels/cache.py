@@ -72,18 +72,20 @@ class KernelCache(caching.FunctionCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled code from its file; None where there is none, or it cannot be read."""
+        files: Any = super()
         try:
-            return super().load_overload(sig, target_context)
+            return files.load_overload(sig, target_context)
         except Exception as error:  # whatever a damaged file makes of unpickling
             _say_once("read", self._cache_path, error)
             with contextlib.suppress(OSError):
-                self.flush()
+                files.flush()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep compiled code in a file; where that fails the process goes on without."""
+        files: Any = super()
         try:
-            super().save_overload(sig, data)
+            files.save_overload(sig, data)
         except OSError as error:  # a full disk, a limit of size, a folder that is gone
             _say_once("kept", self._cache_path, error)
 

@@ -1,0 +1,1 @@
+"""Environments made, used and dropped for a long time: nothing may grow."""
