@@ -54,6 +54,7 @@ def cycle(k: int) -> None:
     env.reset(seed=k)
     env.step(batches[0][0])
     for other in (copy.deepcopy(env), pickle.loads(pickle.dumps(env))):
+        other.reset(seed=k)
         other.step(batches[1][0])
     try:
         env.reset(options={"state": np.nan})
