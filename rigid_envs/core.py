@@ -255,11 +255,12 @@ class Core:
 
     def _copier(self, blocks: npt.NDArray[Any]) -> Callable[[], npt.NDArray[Any]]:
         """Function that copies values (k, n_blocks, LANES) to an array (k, N)."""
+        n = self.n_rows  # the function must not hold this object, which holds the function
         if self._n_blocks == 1:
-            return blocks[:, 0, : self.n_rows].copy
-        if self.n_rows % LANES:
-            return lambda: blocks.reshape(len(blocks), -1)[:, : self.n_rows]
-        return partial(blocks.reshape, (len(blocks), self.n_rows))
+            return blocks[:, 0, :n].copy
+        if n % LANES:
+            return lambda: blocks.reshape(len(blocks), -1)[:, :n]
+        return partial(blocks.reshape, (len(blocks), n))
 
     def _column(self, slot: int) -> Array:
         """One slot of all rows, shape (N,)."""
