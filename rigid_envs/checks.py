@@ -31,7 +31,7 @@ __all__ = [
     "real_numbers",
     "require",
     "rotation_matrix",
-    "shown",
+    "safe_repr",
     "unit_length",
     "unit_quaternion",
 ]
@@ -44,10 +44,10 @@ TOLERANCE = 1e-6
 _LONGEST = 300  # characters of a value that a message shows
 
 
-def shown(value: Any) -> str:
-    """How a message shows a value: plain numbers, and no more of it than fits a line or two."""
+def safe_repr(value: Any) -> str:
+    """The `repr` of anything, no more of it than fits a line or two."""
     try:
-        text = repr(value.tolist() if isinstance(value, np.generic | np.ndarray) else value)
+        text = repr(value)
     except Exception:  # of an object whose own code fails
         text = object.__repr__(value)
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
@@ -78,7 +78,7 @@ def require(ok: bool | NDArray[np.bool_], value: Any, name: str, expected: str) 
         return
     index = np.argwhere(~np.asarray(ok))[0].tolist()
     entry = np.asarray(value)[tuple(index)] if index else value
-    raise ValueError(f"{name}{index or ''} = {shown(entry)}; expected {expected}")
+    raise ValueError(f"{name}{index or ''} = {_text(entry)}; expected {expected}")
 
 
 def real_numbers(value: ArrayLike, name: str, entries: str = "") -> Array:
@@ -92,7 +92,7 @@ def real_numbers(value: ArrayLike, name: str, entries: str = "") -> Array:
     raw = as_array(value)
     if raw.dtype.kind not in "iuf" or _holds_boolean(value):
         raise ValueError(
-            f"{name} = {shown(value)}; expected real numbers" + (f" ({entries})" if entries else "")
+            f"{name} = {_text(value)}; expected real numbers" + (f" ({entries})" if entries else "")
         )
     return np.asarray(raw, dtype=np.float64)
 
@@ -235,7 +235,7 @@ def one_of(value: Any, known: Collection[str], name: str) -> str:
         ValueError: something else.
     """
     if not isinstance(value, str) or value not in known:
-        raise ValueError(f"{name} = {shown(value)}; expected one of {list(known)}")
+        raise ValueError(f"{name} = {safe_repr(value)}; expected one of {list(known)}")
     return value
 
 
@@ -309,3 +309,8 @@ def _holds_boolean(value: Any) -> bool:
 
 def _in(unit: str) -> str:
     return f" [{unit}]" if unit else ""
+
+
+def _text(value: Any) -> str:
+    """How a message shows a value: numbers of NumPy as plain ones."""
+    return safe_repr(value.tolist() if isinstance(value, np.generic | np.ndarray) else value)

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar, get_origin
 
-from rigid_envs.checks import shown
+from rigid_envs.checks import safe_repr
 from rigid_envs.errors import ConfigError, UnknownKeywordError
 from rigid_envs.rules import Rule
 
@@ -98,7 +98,7 @@ def refusal(key: str, value: Any, expected: str) -> ConfigError:
         value: What it was given.
         expected: The allowed values in words, and where useful how to mend it.
     """
-    given = shown(value)[:100]
+    given = safe_repr(value)[:100]
     return ConfigError(f"config.{key}: {key.split('.')[-1]} = {given}; expected {expected}")
 
 

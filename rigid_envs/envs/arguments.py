@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
-from rigid_envs.checks import as_array, one_of, shown
+from rigid_envs.checks import as_array, one_of, safe_repr
 from rigid_envs.settings import from_config, refusal
 from rigid_envs.tasks import Task
 
@@ -98,7 +98,8 @@ def _action(value: Any, shape: tuple[int, ...], env_id: str, name: str) -> npt.N
     array = as_array(value)
     if array.dtype.kind not in "fiu":
         raise ValueError(
-            f"{env_id}: {name} = {shown(value)}; expected real numbers in [-1, 1] in shape {shape}"
+            f"{env_id}: {name} = {safe_repr(value)}; "
+            f"expected real numbers in [-1, 1] in shape {shape}"
         )
     if array.shape != shape:
         raise ValueError(f"{env_id}: {name} has shape {array.shape}; expected {shape}")
@@ -118,7 +119,7 @@ def _choice(
     expected = f"expected an integer from 0 to {n - 1}" + (f" in shape {shape}" if shape else "")
     array = as_array(value)
     if array.dtype.kind not in "iu":
-        raise ValueError(f"{env_id}: {name} = {shown(value)}; {expected}")
+        raise ValueError(f"{env_id}: {name} = {safe_repr(value)}; {expected}")
     if array.shape != shape:
         raise ValueError(f"{env_id}: {name} has shape {array.shape}; {expected}")
     outside = (array < 0) | (array >= n)
@@ -140,7 +141,7 @@ def options_of(
     if options is None:
         return {}
     if not isinstance(options, Mapping):
-        raise ValueError(f"{env_id}: options = {shown(options)}; expected a dict or None")
+        raise ValueError(f"{env_id}: options = {safe_repr(options)}; expected a dict or None")
     for key in options:
         one_of(key, known, f"{env_id}: key of options")
     return options
@@ -156,7 +157,7 @@ def rows_of(mask: Any, num_envs: int, env_id: str) -> npt.NDArray[np.int64]:
         return np.arange(num_envs)
     if not (isinstance(mask, np.ndarray) and mask.dtype == bool and mask.shape == (num_envs,)):
         raise ValueError(
-            f"{env_id}: options['reset_mask'] = {shown(mask)}; "
+            f"{env_id}: options['reset_mask'] = {safe_repr(mask)}; "
             f"expected a bool array of shape ({num_envs},)"
         )
     if not mask.any():

@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium.error import Error
 from gymnasium.utils import seeding
 
-from rigid_envs.checks import shown
+from rigid_envs.checks import safe_repr
 
 __all__ = ["python_seed", "seeded_key", "seeds_of", "stream_key", "undone_if_refused"]
 
@@ -32,7 +32,7 @@ def python_seed(seed: Any) -> Any:
     whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
     if seed is None or (whole and seed >= 0):
         return seed if seed is None else int(seed)
-    raise Error(f"Seed = {shown(seed)}; expected an integer of at least 0, or None")
+    raise Error(f"Seed = {safe_repr(seed)}; expected an integer of at least 0, or None")
 
 
 def seeds_of(seed: Any, num_envs: int, env_id: str) -> list[Any]:

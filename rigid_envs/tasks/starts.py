@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.checks import real_numbers, require, shown
+from rigid_envs.checks import real_numbers, require, safe_repr
 from rigid_envs.tasks.base import Array, Task
 from rigid_envs.tasks.fields import span
 
@@ -78,11 +78,11 @@ def _state(
 
 def _parameters(task: Task, n: int, params: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
     if not isinstance(params, Mapping):
-        raise ValueError(f"params = {shown(params)}; expected numbers by name")
+        raise ValueError(f"params = {safe_repr(params)}; expected numbers by name")
     known, values = task.physical_parameters(), {}
     for name, value in params.items():
         if name not in known:
-            raise ValueError(f"params has key {shown(name)}; expected some of {list(known)}")
+            raise ValueError(f"params has key {safe_repr(name)}; expected some of {list(known)}")
         values[name] = real_numbers(value, f"params[{name!r}]")
         if values[name].shape not in ((), (n,)):
             raise ValueError(

@@ -254,11 +254,16 @@ def test_no_rate_of_a_roller_exceeds_its_bound_before_the_horizon_however_the_ra
 
 
 def test_the_rate_bound_knows_the_turns_that_a_step_is_made_of():
-    # A rod along e2: the turn about L goes at norm(L) / I2, far above norm(omega).
-    rod = FreeBody(1.0, 0.1, 1.0)
-    assert rod.rate_bound(rod.state(omega_body=(2.0, 0.0, 0.0)), np.zeros(3), 0.0) == 20.0
+    # A rod along e2 of a top: the turn about L goes at norm(L) / I2, far above norm(omega). A free
+    # body is split about its middle moment, whatever its axis is called.
+    top = HeavyTop(1.0, 0.1, 1.0, m=1e-9, g=1e-9, ell=1e-9)
+    start = top.state(omega_body=(2.0, 0.0, 0.0))
+    assert top.rate_bound(start, np.zeros(8), 0.0) == pytest.approx(20.0)
     with pytest.raises(ValueError, match="take n_substeps >= 4"):
-        rod.advance(rod.state(omega_body=(2.0, 0.0, 0.0)), None, 0.1)
+        top.advance(start, None, 0.1)
+    rod = FreeBody(1.0, 0.1, 1.0)
+    bound = rod.rate_bound(rod.state(omega_body=(2.0, 0.0, 0.0)), np.zeros(3), 0.0)
+    assert bound == pytest.approx(2.0 / np.sqrt(0.1))
 
 
 def test_the_rate_bound_is_attained():

@@ -51,9 +51,9 @@ def test_substeps_that_cannot_be_counted_are_refused(system, n_substeps):
         system.advance(system.state(), None, 0.1, n_substeps)
 
 
-@pytest.mark.parametrize("max_step", [1e-320, 1e-17])
-def test_more_steps_than_can_be_counted_are_refused(max_step):
-    with pytest.raises(ValueError, match=r"^number of steps\[0\] = .*; expected less than 2\^53"):
+@pytest.mark.parametrize("max_step", [1e-320, 1e-17, 9e-10])
+def test_more_steps_than_anybody_waits_for_are_refused(max_step):
+    with pytest.raises(ValueError, match=r"^number of steps = .*; expected at most 1e\+09"):
         BODY.simulate(Y, [0.0, 1.0], max_step=max_step)
 
 

@@ -52,7 +52,13 @@ def cut(folder: Path, variant: str, after: int) -> Path:
     return folder / str(values.get("algo", "ppo")) / str(after)
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize(
+    "variant",
+    [
+        name if name == "normalized" else pytest.param(name, marks=pytest.mark.long)
+        for name in VARIANTS
+    ],
+)
 def test_a_run_that_goes_on_is_bitwise_the_one_that_never_stopped(
     tmp_path: Path, variant: str
 ) -> None:

@@ -203,8 +203,9 @@ sys.exit(main(["train", *sys.argv[2:]]))
 @pytest.mark.parametrize(
     ("every", "updates", "limit", "name"),
     [
-        (3, 20, 16_000, "checkpoints"),
-        (1000, 20, 6_000, ""),  # monitor.csv or tensorboard, before there is a checkpoint
+        pytest.param(3, 20, 16_000, "checkpoints", marks=pytest.mark.long),
+        # monitor.csv or tensorboard, before there is a checkpoint
+        pytest.param(1000, 20, 6_000, "", marks=pytest.mark.long),
         (1000, 2, 2_000, "checkpoints"),
     ],
 )
