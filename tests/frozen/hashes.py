@@ -1,0 +1,30 @@
+"""Hashes of the published ids, as they are stored and as they are now."""
+
+import json
+from pathlib import Path
+
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.catalogue import task_of
+from rigid_envs.testing import fingerprint
+
+__all__ = ["CASES", "FILE", "computed", "stored"]
+
+FILE = Path(__file__).parents[1] / "data" / "frozen.json"
+
+
+def _frames(env_id: str) -> tuple[str, ...]:
+    return ("world",) if task_of(env_id).reduction is None else ("world", "reduced")
+
+
+CASES = [(env_id, frame) for env_id in ENVIRONMENTS for frame in _frames(env_id)]
+"""Every id in every frame that it has."""
+
+
+def computed(env_id: str, frame: str) -> str:
+    """Hash of what an id does now; "world" is the default."""
+    return fingerprint(env_id, **({} if frame == "world" else {"frame": frame}))
+
+
+def stored() -> dict[str, dict[str, str]]:
+    """Hashes by id and frame, as they were when each was published."""
+    return json.loads(FILE.read_text(encoding="utf-8")) if FILE.is_file() else {}

@@ -1,0 +1,60 @@
+"""A published id keeps its bits."""
+
+import gymnasium as gym
+import pytest
+from gymnasium import spaces
+
+from rigid_envs.testing import fingerprint
+from tests.frozen.hashes import CASES, computed, stored
+
+MEND = (
+    "a change of dynamics, spaces, reward or starts is a new id -v1 beside this one; "
+    "if none was meant, find what changed it"
+)
+
+
+@pytest.mark.parametrize(("env_id", "frame"), CASES)
+def test_a_published_id_keeps_its_bits(env_id: str, frame: str) -> None:
+    frozen = stored().get(env_id, {}).get(frame)
+    assert frozen, f"{env_id}, {frame}: not frozen yet; run python -m tests.frozen"
+    assert computed(env_id, frame) == frozen, f"{env_id}, frame {frame}, is another: {MEND}"
+
+
+def test_no_published_id_has_gone() -> None:
+    assert {(env_id, frame) for env_id, frames in stored().items() for frame in frames} == {*CASES}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"weight_position": 0.010000001},
+        {"roll_per_step": 0.39269908},
+        {"position_tolerance": 0.9, "angle_tolerance": 1.5},
+        {"rotation": "quat"},
+    ],
+)
+def test_a_change_of_reward_dynamics_end_or_space_is_noticed(change: dict[str, float]) -> None:
+    assert fingerprint("RigidEnvs/BallPark-v0", **change) != computed(
+        "RigidEnvs/BallPark-v0", "world"
+    )
+
+
+def test_environments_of_others_have_one_too() -> None:
+    first, *others = (fingerprint("Pendulum-v1", **gravity) for gravity in ({}, {}, {"g": 9.81}))
+    assert [found == first for found in others] == [True, False]
+
+
+def test_actions_without_bounds_are_refused() -> None:
+    class Unbounded(gym.Env):
+        observation_space = spaces.Discrete(2)
+        action_space = spaces.Box(-float("inf"), float("inf"), (1,))
+
+        def reset(self, *, seed=None, options=None):
+            return 0, {}
+
+    gym.register("Planted/Unbounded-v0", Unbounded)
+    try:
+        with pytest.raises(ValueError, match=r"action_space = .*expected a bounded Box"):
+            fingerprint("Planted/Unbounded-v0")
+    finally:
+        del gym.registry["Planted/Unbounded-v0"]
