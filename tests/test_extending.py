@@ -13,6 +13,7 @@ ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs/extending.md").read_text(encoding="utf-8")
 FILES = re.findall(r"^`(\S+\.py)`:\n\n```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 (SCRIPT,) = re.findall(r"^From now on:\n\n```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+(CHECKS,) = re.findall(r"^## Checks of any environment\n(.*?)^## ", PAGE, re.MULTILINE | re.DOTALL)
 BASH = re.findall(r"^```bash\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 DESCRIBE, DOCS, CONTRACTS = (line for block in BASH for line in block.splitlines())
 SWING_UP = "wheel_pendulum:WheelPendulum/SwingUp-v0"
@@ -110,6 +111,11 @@ def test_the_page_is_a_whole_package() -> None:
 def test_the_script_of_the_page_runs(package: Package) -> None:
     tail = "env.reset(seed=0)\nprint(envs.reset(seed=0)[0].shape)\n"
     assert package.output("-c", SCRIPT + tail) == "(256, 4)\n"
+
+
+def test_the_checks_of_the_page_run(package: Package) -> None:
+    blocks = re.findall(r"^```python\n(.*?)^```$", CHECKS, re.MULTILINE | re.DOTALL)
+    assert package.output("-c", "\n".join(blocks)) == "same_seed_again\n"
 
 
 def test_it_is_seen_by_its_own_view(package: Package) -> None:

@@ -8,9 +8,10 @@ registers it::
 Other arguments are those of pytest (``-x``, ``-k``, ``-n 2``). They need the packages of the extra
 ``test``; importing `rigid_envs` imports none of them.
 
-`fingerprint` is for any Gymnasium environment, and needs no extra.
+`deep_check` and `fingerprint` are for any Gymnasium environment, and need no extra.
 """
 
+from rigid_envs.testing.deep import DeepCheckError, deep_check
 from rigid_envs.testing.hashing import fingerprint
 
-__all__ = ["fingerprint"]
+__all__ = ["DeepCheckError", "deep_check", "fingerprint"]
