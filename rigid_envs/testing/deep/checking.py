@@ -73,25 +73,23 @@ def deep_check(
 
     Raises:
         DeepCheckError: with all findings, each a sentence.
+        Exception: whatever making an environment raises.
     """
     subject = Subject(env_id, kwargs, seed, options or {})
     with _generators_kept():
+        is_random = subject.spec is not None and bool(subject.spec.nondeterministic)
         findings = list(_attempt(_first_episode, subject))
         if not findings:
-            checks = CHECKS + (() if _is_random(subject) else REPRODUCIBLE) + STRICT * strict
+            checks = CHECKS + (() if is_random else REPRODUCIBLE) + STRICT * strict
             findings = [told for check in checks for told in _attempt(check, subject)]
     if findings:
         raise DeepCheckError(findings)
 
 
 def _first_episode(subject: Subject) -> Iterator[str]:
-    """It can be made, reset, and stepped with actions of its space; else no check has a sense."""
+    """It can be reset, and stepped with actions of its space; else no check has a sense."""
     assert subject.reference
     yield from ()
-
-
-def _is_random(subject: Subject) -> bool:
-    return subject.spec is not None and bool(subject.spec.nondeterministic)
 
 
 def _attempt(check: Check, subject: Subject) -> Iterator[str]:

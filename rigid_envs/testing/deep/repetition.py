@@ -23,6 +23,7 @@ from rigid_envs.testing.deep.subject import (
 __all__ = ["CHECKS"]
 
 N_SEEDS = 20
+STRANGE = 3_141_592_653  # a seed for what is not the environment's, which nobody gives to it
 ENOUGH = 15  # of 20 starts among as many as 20 draws do not repeat; one of 10 seeds gives 10
 
 
@@ -71,7 +72,7 @@ def same_seed_after_an_end(subject: Subject) -> Iterator[str]:
 
 def global_generators_are_not_used(subject: Subject) -> Iterator[str]:
     """The state of the global generators does not change an episode."""
-    for state in (1, 2):
+    for state in (STRANGE, STRANGE + 1):
         _seed_global(state)
         with subject.open() as env:
             found = play(env, subject.seed, subject.actions)
@@ -82,11 +83,11 @@ def global_generators_are_not_used(subject: Subject) -> Iterator[str]:
 def global_generators_are_not_touched(subject: Subject) -> Iterator[str]:
     """Reset and step leave the global generators as they are."""
     with subject.open() as env:
-        _seed_global(3)
+        _seed_global(STRANGE)
         before = _global_states()
         begin(env, subject.seed)
         yield from _touched(before, "reset(seed)")
-        _seed_global(3)
+        _seed_global(STRANGE)
         proceed(env, subject.actions)
         yield from _touched(before, "steps and resets without a seed")
 
@@ -119,10 +120,10 @@ def seed_alone_decides_when_the_action_space_is_seeded(subject: Subject) -> Iter
     """The environment does not draw from its action space."""
     with subject.open() as env, subject.open() as other:
         for each in (env, other):
-            each.action_space.seed(5)
+            each.action_space.seed(STRANGE)
         found = play(env, subject.seed, subject.actions)
         drawn, expected = ([each.action_space.sample() for _ in range(3)] for each in (env, other))
-    yield from mismatch(found, subject.reference, "with the action space seeded 5")
+    yield from mismatch(found, subject.reference, "with the action space seeded another way")
     if told := difference(drawn, expected, "action_space.sample()"):
         yield f"after the same seed of the action space and an episode: {told}"
 
