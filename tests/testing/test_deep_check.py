@@ -15,7 +15,7 @@ from gymnasium.wrappers import RecordEpisodeStatistics, TimeLimit
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
 from rigid_envs.testing import DeepCheckError, deep_check
-from tests.testing import improper, unrepeatable
+from tests.testing import copied, improper, unrepeatable  # noqa: F401 - their bugs
 from tests.testing.slider import LIMIT, PLANTED, Planted, Slider
 
 STOCK = (
