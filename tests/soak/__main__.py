@@ -34,12 +34,17 @@ def verdict(found: list[tuple[float, Usage]]) -> int:
     """Print how much grew, and return the exit status."""
     hours, usages = zip(*found, strict=True)
     slope = np.polyfit(hours, [usage.memory for usage in usages], 1)[0]
-    first, last = usages[0], usages[-1]
-    print(
-        f"memory: {slope:+.2f} MiB an hour; threads: {first.threads} to {last.threads}; "
-        f"files: {first.files} to {last.files}"
+    half = len(usages) // 2
+    # the least of each half: a thread of an environment just dropped may still be ending
+    threads, files = (
+        [min(getattr(usage, name) for usage in part) for part in (usages[:half], usages[half:])]
+        for name in ("threads", "files")
     )
-    return int(slope > LIMIT or last.threads > first.threads or last.files > first.files)
+    print(
+        f"memory: {slope:+.2f} MiB an hour; threads: {threads[0]}, then {threads[1]}; "
+        f"files: {files[0]}, then {files[1]}"
+    )
+    return int(slope > LIMIT or threads[1] > threads[0] or files[1] > files[0])
 
 
 if __name__ == "__main__":
