@@ -32,6 +32,7 @@ def python(*words: str, cache: Path) -> str:
     return done.stdout + done.stderr
 
 
+@pytest.mark.long
 def test_later_processes_find_what_was_compiled(tmp_path: Path) -> None:
     command = ("-m", "rigid_envs.cli", "compile", "BallGrid", "--frame", "world", "--jobs", "2")
     assert python(*command, cache=tmp_path).startswith("2 kernels compiled in ")

@@ -104,7 +104,7 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
-@pytest.mark.parametrize("size", [0, 300])
+@pytest.mark.parametrize("size", [300, pytest.param(0, marks=pytest.mark.long)])
 def test_a_damaged_file_is_compiled_anew(tmp_path: Path, kind: str, size: int) -> None:
     report(tmp_path)
     for path in tmp_path.rglob(f"*.{kind}"):
@@ -134,6 +134,7 @@ def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path: Path) 
     assert not list(tmp_path.rglob("*.tmp.*"))
 
 
+@pytest.mark.long
 def test_two_processors_share_a_home(tmp_path: Path) -> None:
     old = {"NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": ""}
     for hits in (0, 1):

@@ -31,7 +31,9 @@ def check_state(trajectory):
     np.testing.assert_allclose(height, np.sin(trajectory["tilt"]), rtol=0, atol=1e-15)
 
 
-@pytest.mark.parametrize(("dt", "bound"), [(0.04, 3e-7), (0.02, 2e-8)])
+@pytest.mark.parametrize(
+    ("dt", "bound"), [(0.04, 3e-7), pytest.param(0.02, 2e-8, marks=pytest.mark.long)]
+)
 def test_a_million_steps_bound_the_energy(dt, bound):
     # Found: 1.1e-7 and 7.1e-9, the fourth power of the step.
     trajectory = run(DISC, SWINGING, dt)
@@ -83,7 +85,7 @@ def check_random_disk(seed):
     check_state(trajectory)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
 def test_random_disks_at_any_rate_in_the_envelope_keep_their_energy(seed):
     check_random_disk(seed)
 

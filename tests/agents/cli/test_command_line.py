@@ -99,6 +99,7 @@ def test_enjoy_prints_one_line_per_step(finished: tuple[Path, str]) -> None:
     assert {len(line) for line in steps if "is_success" not in line} == {len(names)}
 
 
+@pytest.mark.long
 def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
     words = ["train", *ENV, *SMALL, "--total_timesteps", "1e7", "--log_dir", str(tmp_path)]
     command = [sys.executable, "-m", "agents", *words]

@@ -109,6 +109,7 @@ def listening(session: int) -> list[str]:
     return found
 
 
+@pytest.mark.long
 def test_a_sweep_listens_nowhere_and_killed_leaves_no_process_and_its_run_saved(
     tmp_path: Path,
 ) -> None:
@@ -166,6 +167,7 @@ def test_a_training_that_fails_leaves_no_record_and_lets_others_be(
     assert [path.stem for path in tmp_path.glob("records/Drift-v0/*")] == ["ppo_world_0"]
 
 
+@pytest.mark.long
 def test_a_training_that_dies_five_times_at_the_same_place_is_given_up(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
