@@ -68,10 +68,11 @@ def check_arrays(
     exact: dict[str, Any] = {"adapter/steps": steps, "validation/timesteps": evaluations}
     if capacity:
         exact["memory/place"] = [steps % capacity, int(steps >= capacity)]
-    exact["window/lengths.shape"] = found["window/returns"].shape
     for name, expected in exact.items():
-        value = found["window/lengths"].shape if name.endswith(".shape") else found[name]
+        value = found[name]
         require(np.array_equal(value, expected), value, name, f"{expected}, from the age")
+    lengths, returns = len(found["window/lengths"]), len(found["window/returns"])
+    require(lengths == returns, lengths, "len(window/lengths)", f"{returns}, as of the returns")
 
 
 def _with_rows(name: str, part: _Part, rows: Mapping[str, int]) -> _Part:
@@ -98,10 +99,10 @@ def _moments(model: BaseAlgorithm) -> dict[str, _Part]:
 
 def _check_parts(found: Arrays, parts: Mapping[str, _Part]) -> None:
     for name in sorted(found.keys() ^ parts.keys()):
-        there = name in found
-        raise ValueError(f"{name} is {'there' if there else 'missing'}; expected " + (
-            "no such array" if there else f"{parts[name].dtype} of shape {parts[name].shape}"
-        ))  # fmt: skip
+        if name in found:
+            raise ValueError(f"{name} is there; expected no such array")
+        part = parts[name]
+        raise ValueError(f"{name} is missing; expected {part.dtype} of shape {part.shape}")
     for name, part in parts.items():
         array = found[name]
         if (array.dtype, array.shape) != part:

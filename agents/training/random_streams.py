@@ -73,17 +73,33 @@ def check_random(actions: Stream, arrays: Arrays, document: Mapping[str, Any]) -
     """
     python, numpy = random.Random(), np.random.RandomState()
     generator, other = torch.Generator(), type(actions)()
-    _check("python", lambda: python.setstate(_python(arrays, document)),
-           lambda: python.getstate() == _python(arrays, document))  # fmt: skip
-    _check("numpy", lambda: numpy.set_state(_numpy(arrays, document)),
-           lambda: _equal(numpy.get_state(), _numpy(arrays, document)))  # fmt: skip
+    _check(
+        "python",
+        lambda: python.setstate(_python(arrays, document)),
+        lambda: python.getstate() == _python(arrays, document),
+    )
+    _check(
+        "numpy",
+        lambda: numpy.set_state(_numpy(arrays, document)),
+        lambda: _equal(numpy.get_state(), _numpy(arrays, document)),
+    )
     position, has_gauss = document["numpy"][1:3]  # which NumPy does not check
-    require(0 <= position <= len(arrays["numpy"]) and has_gauss in (0, 1), document["numpy"],
-            "random.numpy", "a position in [0, 624], and whether a number is kept")  # fmt: skip
-    _check("torch", lambda: generator.set_state(torch.tensor(arrays["torch"])),
-           lambda: np.array_equal(generator.get_state().numpy(), arrays["torch"]))  # fmt: skip
-    _check("actions", lambda: setattr(other, "state", document["actions"]),
-           lambda: other.state == document["actions"])  # fmt: skip
+    require(
+        0 <= position <= len(arrays["numpy"]) and has_gauss in (0, 1),
+        document["numpy"],
+        "random.numpy",
+        "a position in [0, 624], and whether a number is kept",
+    )
+    _check(
+        "torch",
+        lambda: generator.set_state(torch.tensor(arrays["torch"])),
+        lambda: np.array_equal(generator.get_state().numpy(), arrays["torch"]),
+    )
+    _check(
+        "actions",
+        lambda: setattr(other, "state", document["actions"]),
+        lambda: other.state == document["actions"],
+    )
 
 
 def _check(name: str, give: Callable[[], object], is_back: Callable[[], bool]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from functools import cached_property
 from typing import Any
 
@@ -162,11 +163,8 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             raise ClosedEnvironmentError(f"{self._name}: reset after close; make a new environment")
         given = options_of(options, ("state", "params"), self._name)
         start = start_from(self.task, 1, given.get("state"), given.get("params"))
-        if seed is None and not given:
-            self._begin(None, start)
-        else:
-            with undone_if_refused(self):
-                self._begin(seed, start)
+        with undone_if_refused(self) if start.state else nullcontext():
+            self._begin(seed, start)
         self._status, self._steps_left = _RUNNING, self._checked_steps
         if self.render_mode == "human":
             self.render()

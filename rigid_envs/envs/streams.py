@@ -56,7 +56,10 @@ def seeds_of(seed: Any, num_envs: int, env_id: str) -> list[Any]:
 
 @contextmanager
 def undone_if_refused(env: Any) -> Iterator[None]:
-    """A reset that is refused changes nothing: rows, random streams and generator are as before."""
+    """A reset to a given start that is refused, as it may be after all has been drawn: undo it.
+
+    Rows, random streams and generator are then as before.
+    """
     attributes, rows = dict(env.__dict__), env._core.buffer.copy()
     generator = env._np_random
     drawn = None if generator is None else generator.bit_generator.state

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from operator import itemgetter
 from typing import Any
 
@@ -154,7 +155,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         given = options_of(options, ("state", "params", "reset_mask"), self._name)
         rows = rows_of(given.get("reset_mask"), self.num_envs, self._name)
         start = start_from(self.task, len(rows), given.get("state"), given.get("params"))
-        with undone_if_refused(self):
+        with undone_if_refused(self) if start.state else nullcontext():
             self._seed(seed, rows)
             self._core.reset(rows, start)
         self._ended = np.setdiff1d(self._ended, rows)

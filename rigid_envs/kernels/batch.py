@@ -10,7 +10,7 @@ from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.rows import LANES, Restore, Step, advance_rows, load, restore_rows, store
 
-__all__ = ["evaluate", "measure", "simulate"]
+__all__ = ["evaluate", "measure", "rates", "simulate"]
 
 Array = npt.NDArray[Any]
 Function = Callable[..., Row]
@@ -39,6 +39,17 @@ def measure(
     for i in range(y.shape[0]):
         values = invariants(load(y, i * len(state), state, 1), p_row)
         store(out, i * len(values), values, 1)
+
+
+@scalar
+def rates(
+    rate: Callable[..., float], prototypes: tuple[Row, Row, Row], y: Array, p: Array, out: Array
+) -> None:
+    """``out[i] = rate(y[i], p)``."""
+    state, _, parameters = prototypes
+    p_row = load(p, 0, parameters, 1)
+    for i in range(y.shape[0]):
+        out[i] = rate(load(y, i * len(state), state, 1), p_row)
 
 
 @scalar

@@ -101,6 +101,16 @@ class Dynamics:
         return self._kernel(measure_rows)
 
     @cached_property
+    def rate_rows(self) -> Callable[[Array, Array, Array], None]:
+        """Compiled ``out[i] = rate(y[i], p)``."""
+        rate, prototypes = self.rate, self.prototypes
+
+        def rate_rows(y: Array, p: Array, out: Array) -> None:
+            batch.rates(rate, prototypes, y, p, out)
+
+        return self._kernel(rate_rows)
+
+    @cached_property
     def simulate_rows(self) -> Callable[..., None]:
         """Compiled `batch.simulate` of this system."""
         step, restore, prototypes = self.step, self.restore, self.prototypes
@@ -120,7 +130,7 @@ class Dynamics:
 
     def _kernel(self, loop: Function) -> Function:
         label = f"{self.step.__module__}.{loop.__name__}"
-        return kernel(loop, label, (self.rhs, self.invariants, *self.parts))
+        return kernel(loop, label, (self.rhs, self.invariants, self.rate, *self.parts))
 
 
 def argument_names(function: Function) -> tuple[str, ...]:

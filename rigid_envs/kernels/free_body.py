@@ -3,7 +3,7 @@
 State y = (q, omega): attitude (w, x, y, z) and angular velocity in body axes [rad/s].
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rigid_envs.kernels.algebra import (
     Quaternion,
@@ -26,8 +26,8 @@ __all__ = [
     "Invariants",
     "Parameters",
     "State",
-    "fastest_turn",
     "free_rotation",
+    "rate",
     "rotor",
 ]
 
@@ -135,13 +135,6 @@ def free_rotation(q: Quaternion, omega: Vector, ratios: Row, h: float) -> tuple[
 
 
 @scalar
-def fastest_turn(omega: Vector, r12: float, r32: float) -> float:
-    """Largest rate of the body and of the turns of `free_rotation` [rad/s]."""
-    momentum = (r12 * omega[0], omega[1], r32 * omega[2])
-    return sqrt(max(dot(omega, omega), dot(momentum, momentum)))
-
-
-@scalar
 def _turn_about_1(q: Quaternion, omega: Vector, a: float, r23: float, r32: float) -> Turned:
     m, s = cayley(a)
     turned = (fma(-a, q[1], q[0]), fma(a, q[0], q[1]), fma(a, q[3], q[2]), fma(-a, q[2], q[3]))
@@ -199,9 +192,14 @@ def invariants(y: State, p: Parameters) -> Invariants:
 
 
 @scalar
-def rate(y: State, p: Parameters) -> float:
-    """Larger one of norm(omega) and norm(L) / I2, the rate of the turn about L [rad/s]."""
-    return fastest_turn((y.omega1, y.omega2, y.omega3), p.r12, p.r32)
+def rate(y: Any, p: Any) -> float:
+    """Larger one of norm(omega) and norm(L) / I2, the rate of the turn about L [rad/s].
+
+    It is that of every body whose step contains `free_rotation`.
+    """
+    omega = (y.omega1, y.omega2, y.omega3)
+    momentum = (p.r12 * y.omega1, y.omega2, p.r32 * y.omega3)
+    return sqrt(max(dot(omega, omega), dot(momentum, momentum)))
 
 
 FREE_BODY = Dynamics(

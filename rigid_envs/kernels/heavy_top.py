@@ -19,7 +19,7 @@ from rigid_envs.kernels.algebra import (
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma
-from rigid_envs.kernels.free_body import fastest_turn, free_rotation, rotor
+from rigid_envs.kernels.free_body import free_rotation, rate, rotor
 
 __all__ = ["HEAVY_TOP", "Input", "Invariants", "Parameters", "State", "derive"]
 
@@ -175,12 +175,6 @@ def invariants(y: State, p: Parameters) -> Invariants:
     kinetic = 0.5 * fma(L[0], omega[0], fma(L[1], omega[1], L[2] * omega[2]))
     energy = fma(p.m * p.g * p.ell, vertical(q)[2], kinetic)
     return Invariants(energy, rotate(q, L)[2], L[2], y.VX, y.VY)
-
-
-@scalar
-def rate(y: State, p: Parameters) -> float:
-    """Larger one of norm(omega) and norm(L) / I2, the rate of the turn about L [rad/s]."""
-    return fastest_turn((y.omega1, y.omega2, y.omega3), p.r12, p.r32)
 
 
 HEAVY_TOP = Dynamics(

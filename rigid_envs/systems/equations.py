@@ -168,6 +168,18 @@ class Equations(abc.ABC):
         self.dynamics.measure_rows(flat, self.parameters, out)
         return {name: out[:, k].reshape(rows.shape[:-1]) for k, name in enumerate(names)}
 
+    def rate(self, y: npt.ArrayLike) -> Array:
+        """Largest rate of the motion and of the turns of a step [rad/s], shape (...).
+
+        Times the step it must stay within the stability envelope. It is 0 where the input alone
+        sets the rates.
+        """
+        rows = self.checked_state(y)
+        flat = np.ascontiguousarray(rows.reshape(-1, rows.shape[-1]))
+        out = np.empty(len(flat))
+        self.dynamics.rate_rows(flat, self.parameters, out)
+        return out.reshape(rows.shape[:-1])
+
     def symbolic(self, free: Sequence[str] = ()) -> SymbolicModel:
         """The same equations, integrator step and invariants as functions of CasADi.
 

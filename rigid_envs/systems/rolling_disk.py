@@ -194,22 +194,17 @@ class RollingDisk(RollingContact, AdaptiveStepSystem):
         }
 
     def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
-        """Sum of the rates of spin, precession, fall and sqrt(g / radius), and its growth.
-
-        Precession and fall, wn and wl, count 1 / sin(theta) times: that is how fast the heading
-        and sin(theta) itself change.
-        """
+        """The largest `rate`, and its growth."""
         rows, inputs = self._broadcast(y, u)
         omega, s = self.omega_body(rows), _sine(rows)
         across = np.linalg.norm(omega[..., :2], axis=-1)
-        rate = np.abs(omega[..., 2]) + across / s
         fall = np.abs(np.sum(self.omega_world(rows) * self.radius_up(rows), axis=-1))
         fall = np.sqrt(np.maximum(across**2 - fall**2, 0.0))
         grown = np.linalg.norm(self.rhs(rows, inputs)[..., 4:7], axis=-1)
         gain = (grown + across * fall / s) / s
         natural = self.g / self.radius
         return (
-            float(np.max(rate, initial=0.0)) + math.sqrt(natural),
+            float(np.max(self.rate(rows), initial=math.sqrt(natural))),
             float(np.max(gain, initial=0.0)) + natural,
         )
 

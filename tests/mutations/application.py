@@ -7,9 +7,7 @@ or if one that is argued away no longer survives.
 """
 
 import argparse
-import os
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -18,6 +16,7 @@ from pathlib import Path
 from queue import SimpleQueue
 
 from tests.mutations.bugs import BUGS, Bug
+from tests.mutations.process import run_copy
 
 __all__ = ["Checkout", "main"]
 
@@ -55,23 +54,9 @@ class Checkout:
 
     def _failing(self, tests: Sequence[str]) -> str:
         """The first test that fails; empty if none does."""
-        environment = {
-            **os.environ,
-            "PYTHONPATH": str(self.folder),
-            "PYTHONDONTWRITEBYTECODE": "1",  # a bug can have the size and the second of another
-        }
         words = ["-x", "-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", *tests]
-        try:
-            done = subprocess.run(
-                [sys.executable, "-m", "pytest", *words],
-                cwd=self.folder,
-                env=environment,
-                capture_output=True,
-                text=True,
-                timeout=_LIMIT,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
+        done = run_copy(self.folder, ["-m", "pytest", *words], _LIMIT)
+        if done is None:
             return f"none: {_LIMIT:g} s are up"
         if done.returncode == _PASSED:
             return ""

@@ -1,15 +1,13 @@
 """Mutants in a copy of the package, and the laws checked against it."""
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 from tests.mutations.mutants import Mutant
+from tests.mutations.process import run_copy
 
 __all__ = ["PackageCopy", "Trial"]
 
@@ -104,29 +102,18 @@ class PackageCopy:
     ) -> tuple[str, str]:
         """Check the first laws of subjects in a new process."""
         cache = self._folder / "cache"
-        environment = {
-            **os.environ,
-            "PYTHONPATH": str(self._folder),
-            "PYTHONDONTWRITEBYTECODE": "1",  # a mutant can have the size and the second of another
+        settings |= {
             "NUMBA_CACHE_DIR": str(cache),
             "NUMBA_OPT": "0",  # the same numbers, compiled in less time
             "OMP_NUM_THREADS": "1",
-            **settings,
         }
+        words = ["-P", "-c", _PROGRAM, str(count), *subjects]
         try:
-            done = subprocess.run(
-                [sys.executable, "-P", "-c", _PROGRAM, str(count), *subjects],
-                cwd=self._folder,
-                env=environment,
-                capture_output=True,
-                text=True,
-                timeout=_LIMIT,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            return "none: the time is up", f"{_LIMIT:g} s"
+            done = run_copy(self._folder, words, _LIMIT, **settings)
         finally:
             shutil.rmtree(cache, ignore_errors=True)
+        if done is None:
+            return "none: the time is up", f"{_LIMIT:g} s"
         if done.returncode != 0:
             raise RuntimeError(f"the laws could not be checked: {done.stderr[-2000:]}")
         return self._failed_law(done.stdout)

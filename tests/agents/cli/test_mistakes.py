@@ -7,6 +7,7 @@ import errno
 import os
 import shutil
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -41,19 +42,13 @@ WRITTEN = [
 ]
 
 
-@pytest.mark.parametrize("kind", NOT_A_FILE)
-@pytest.mark.parametrize("words", READ, ids=" ".join)
-def test_what_is_not_there_or_not_what_it_should_be_is_named_in_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], kind: str
-) -> None:
-    path = PATHS[kind](tmp_path)
-    said = refused([str(path) if word == "PATH" else word for word in words], capsys)
-    assert str(path) in said
+CASES = [*product(READ, NOT_A_FILE), *product(WRITTEN, NOT_A_FOLDER)]
 
 
-@pytest.mark.parametrize("kind", NOT_A_FOLDER)
-@pytest.mark.parametrize("words", WRITTEN, ids=" ".join)
-def test_what_cannot_be_a_folder_is_named_in_one_line(
+@pytest.mark.parametrize(
+    ("words", "kind"), CASES, ids=[f"{' '.join(words)}-{kind}" for words, kind in CASES]
+)
+def test_what_is_not_what_it_should_be_is_named_in_one_line_and_left_as_it_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], kind: str
 ) -> None:
     path = PATHS[kind](tmp_path)
