@@ -73,12 +73,12 @@ class Core:
 
     @cached_property
     def results(self) -> Callable[[], Array]:
-        """Function that copies last cost, reward terms and reward, shape (2 + n_terms, N)."""
+        """Function that copies last cost, reward terms, grip and reward, shape (n, N)."""
         return self._copier(self._results)
 
     @cached_property
     def flags(self) -> Callable[[], npt.NDArray[np.bool_]]:
-        """Function that copies the last flags in the order of `FLAGS`, shape (5, N)."""
+        """Function that copies the last flags in the order of `FLAGS`, shape (6, N)."""
         return self._copier(self._flags)
 
     def reset(self, rows: Integers, start: Start = DRAWN) -> None:

@@ -26,14 +26,16 @@ from rigid_envs.kernels.algebra import (
 )
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.composition import EXACT, SUZUKI
+from rigid_envs.kernels.contact import Grip, grip_of, on_ground
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import atan2, cbrt, fma, log, select, sincos, sqrt
 from rigid_envs.kernels.episode import Episode, NoAuxiliary, NoConstants
 from rigid_envs.kernels.turns import cayley, half_turn, tangent
-from rigid_envs.systems import System
+from rigid_envs.systems import RollingContact, System
 from rigid_envs.systems.accessors import ATTITUDE
 from rigid_envs.tasks.base import ROTATION, Entry, Task
 from rigid_envs.tasks.fields import Choice, Flag, Integer, Number, Range, physical, setting, span
+from rigid_envs.tasks.ground import Rolling
 
 __all__ = [
     "ATTITUDE",
@@ -45,11 +47,14 @@ __all__ = [
     "Entry",
     "Episode",
     "Flag",
+    "Grip",
     "Integer",
     "NoAuxiliary",
     "NoConstants",
     "Number",
     "Range",
+    "Rolling",
+    "RollingContact",
     "System",
     "Task",
     "atan2",
@@ -65,6 +70,7 @@ __all__ = [
     "cross",
     "dot",
     "fma",
+    "grip_of",
     "half_turn",
     "keep",
     "log",
@@ -73,6 +79,7 @@ __all__ = [
     "normalize",
     "normalize_near_unit",
     "number",
+    "on_ground",
     "physical",
     "positive",
     "randoms",

@@ -59,7 +59,8 @@ def test_every_part_has_an_entry_for_every_row_and_no_more(task, n):
     assert core.actions.shape == (n, len(task.actions()))
     assert core.observations.shape == (n, len(task.observations()))
     assert core.y.shape == (n, len(task.system_type.state_entries))
-    assert core.results().shape == (2 + len(task.terms), n)
+    n_results = 2 + len(task.terms) + len(task.episode.ground.names)
+    assert core.results().shape == (n_results, n)
     assert core.flags().shape == (len(FLAGS), n)
     assert core.elapsed.tolist() == [1.0] * n
     assert core.running.all()

@@ -21,7 +21,7 @@ from rigid_envs.cli.gallery import add_gallery
 from rigid_envs.cli.playing import add_play
 from rigid_envs.cli.progress import tell
 from rigid_envs.cli.ranking import add_leaderboard
-from rigid_envs.cli.rechecking import verify_policies
+from rigid_envs.cli.rechecking import verify_policies, verify_results
 from rigid_envs.cli.replaying import add_replay
 from rigid_envs.cli.scoring import add_best, add_evaluate, verify_scores
 from rigid_envs.cli.words import config_of, refuse, refuse_missing_folder
@@ -145,7 +145,13 @@ def _add_verify(verbs: Any) -> None:
         "time, a few seconds later.",
         allow_abbrev=False,
     )
-    verifying.add_argument("subjects", nargs="*", metavar="SUBJECT", help="only these subjects")
+    verifying.add_argument(
+        "subjects",
+        nargs="*",
+        metavar="SUBJECT|FILE.json",
+        help="only these subjects; or instead results of `rigid-envs evaluate --out`, whose "
+        "episodes are played again and compared to the last digit",
+    )
     verifying.add_argument(
         "--json",
         nargs="?",
@@ -168,6 +174,12 @@ def _add_verify(verbs: Any) -> None:
     )
     verifying.add_argument(
         "--seed", type=int, help="with --policies: other starts than the published ones"
+    )
+    verifying.add_argument(
+        "--policy",
+        metavar="NAME|FILE",
+        help="with FILE.json: the policy it is of, as of `rigid-envs evaluate`; not needed for "
+        "controllers and published policies, which the file names",
     )
     verifying.set_defaults(act=_verify)
 
@@ -218,6 +230,13 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     refuse(rest)
     if options.seed is not None and options.policies is None:
         raise ValueError(f"--seed = {options.seed}; expected --policies beside it")
+    results = [name for name in options.subjects if name.endswith(".json")]
+    if options.policy is not None and not results:
+        raise ValueError(f"--policy = {options.policy}; expected a FILE.json beside it")
+    if results:
+        if results != options.subjects or options.json or options.scores or options.policies:
+            raise ValueError(f"{results[0]}: expected nothing beside results but --policy")
+        return 0 if verify_results(results, options.policy) else 1
     if options.policies is not None:
         if options.json or options.scores or options.subjects:
             raise ValueError("--policies: expected no subject, no --json and no --scores beside it")

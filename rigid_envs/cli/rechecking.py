@@ -1,4 +1,4 @@
-"""`rigid-envs verify --policies`: published policies evaluated again, as a table."""
+"""Evaluated again: `rigid-envs verify --policies` and `rigid-envs verify FILE.json`."""
 
 from __future__ import annotations
 
@@ -9,9 +9,40 @@ from rigid_envs.cli.progress import tell
 from rigid_envs.pages.tables import table
 from rigid_envs.provenance import heading, provenance
 
-__all__ = ["verify_policies"]
+__all__ = ["verify_policies", "verify_results"]
 
 _HEADER = ("policy", "acts as", "success", "published", "efficiency", "published", "seconds", "")
+
+
+def verify_results(files: Sequence[str], policy: str | None) -> bool:
+    """Play the episodes of results again.
+
+    Args:
+        files: From `rigid-envs evaluate --out`.
+        policy: Name or file of the policy; None takes the one that each result names.
+
+    Returns:
+        Whether every number of every start is hit to the last digit.
+    """
+    from rigid_envs.scores import repeat
+
+    print(heading(provenance()), end="\n\n")
+    holds = True
+    for file in files:
+        tell(file)
+        again = repeat(file, policy)
+        tell("")
+        then, n = again.then, again.then.n
+        print(f"{file}: {then.env_id}, {then.policy}, {n} starts of seed {then.seed}")
+        for line in again.differences:
+            print(f"FAILS: {line}")
+        if again.differences:
+            rates = (f"{100 * each.success.mean:.1f} %" for each in (then, again.now))
+            print("success {} then, {} now".format(*rates))
+        else:
+            print("every number of every start is the same, to the last digit")
+        holds &= not again.differences
+    return holds
 
 
 def verify_policies(names: Sequence[str], seed: int | None) -> bool:

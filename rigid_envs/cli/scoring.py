@@ -97,8 +97,8 @@ def add_best(verbs: Any) -> None:
 
 
 def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
-    from rigid_envs import load
     from rigid_envs.scores import N_STARTS, evaluate
+    from rigid_envs.scores.repeating import policy_named
 
     env_id, config = catalogue.checked_id(options.id), config_of(rest)
     refuse_missing_folder("--out", options.out)
@@ -108,10 +108,9 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
         if config or options.starts is not None:
             raise ValueError(f"--policy = {policy}; expected no other option: a replay has its own")
         found = _again(Path(policy), env_id)
-    elif policy.endswith(".safetensors") or catalogue.full_id(policy) in ENVIRONMENTS:
-        found = evaluate(env_id, load(policy), n=n, config=config or None, progress=tell)
     else:
-        found = evaluate(env_id, policy, n=n, config=config, progress=tell)
+        chosen = policy_named(policy)
+        found = evaluate(env_id, chosen, n=n, config=config or None, progress=tell)
     tell("")
     found = found if options.name is None else replace(found, policy=options.name)
     file = found.save(options.out) if options.out else None

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.envs.task_spaces import info_keys
+from rigid_envs.envs.task_spaces import info_keys, info_numbers
 from rigid_envs.tasks import Task
 
 __all__ = ["blank_infos", "keep_final"]
@@ -14,10 +14,10 @@ __all__ = ["blank_infos", "keep_final"]
 
 def blank_infos(task: Task, num_envs: int) -> dict[str, Any]:
     """Infos of a reset: zeros, of the types that a step gives."""
-    n_numbers = 1 + len(task.terms)
+    numbers = info_numbers(task)
     return {
-        key: np.zeros(num_envs, dtype=np.float64 if k < n_numbers else np.bool_)
-        for k, key in enumerate(info_keys(task))
+        key: np.zeros(num_envs, dtype=np.float64 if key in numbers else np.bool_)
+        for key in info_keys(task)
     }
 
 

@@ -19,7 +19,7 @@ from rigid_envs.envs.arguments import FLOAT32, INTEGERS, actions_of, new_task, o
 from rigid_envs.envs.display import MODES, Shown, frames_per_second
 from rigid_envs.envs.durations import checked_steps, further_steps
 from rigid_envs.envs.streams import python_seed, stream_key, undone_if_refused
-from rigid_envs.envs.task_spaces import INFO_FLAGS, action_space, info_keys, observation_space
+from rigid_envs.envs.task_spaces import action_space, info_flags, info_numbers, observation_space
 from rigid_envs.moment import Moment
 from rigid_envs.systems import System
 from rigid_envs.tasks.starts import Start, start_from
@@ -66,9 +66,8 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
         self.observation_space = observation_space(self.task)
         self._core = Core(self.task, 1)
         self._row = np.zeros(1, dtype=np.int64)
-        keys = info_keys(self.task)
-        self._numbers = keys[: -len(INFO_FLAGS)]
-        self._blank_info = {key: 0.0 if key in self._numbers else False for key in keys}
+        self._numbers, self._flags = info_numbers(self.task), info_flags(self.task)
+        self._blank_info = dict.fromkeys(self._numbers, 0.0) | dict.fromkeys(self._flags, False)
         # shape of actions that need no further check than finiteness; None for discrete ones
         self._shape = None if self.task.n_choices else (len(self.task.actions()),)
         self._n_choices = self.task.n_choices
@@ -131,7 +130,8 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             if raised < 0:
                 actions_of(self.task, action, (), self._name)  # says which entry is not finite
             terminated, _, *flags = flag.tolist()
-            info["is_success"], info["action_clipped"], info["physics_error"] = flags
+            for key, flag in zip(self._flags, flags):  # noqa: B905 - ends with the keys
+                info[key] = flag
             if terminated:
                 self._status, self._steps_left = _ENDED, 0
         numbers = result.tolist()  # the last one is the reward, which has no key

@@ -7,11 +7,17 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
+from rigid_envs.kernels.layout import FLAGS
 from rigid_envs.tasks import Entry, Task
 
-__all__ = ["INFO_FLAGS", "action_space", "goal_parts", "info_keys", "observation_space"]
-
-INFO_FLAGS = ("is_success", "action_clipped", "physics_error")
+__all__ = [
+    "action_space",
+    "goal_parts",
+    "info_flags",
+    "info_keys",
+    "info_numbers",
+    "observation_space",
+]
 
 
 def action_space(task: Task) -> spaces.Space[Any]:
@@ -50,5 +56,15 @@ def _box(entries: Sequence[Entry]) -> spaces.Box:
 
 
 def info_keys(task: Task) -> tuple[str, ...]:
-    """Keys of every info: cost, unweighted reward terms, flags."""
-    return ("cost", *(f"reward/{term}" for term in task.terms), *INFO_FLAGS)
+    """Keys of every info: numbers, then flags."""
+    return (*info_numbers(task), *info_flags(task))
+
+
+def info_numbers(task: Task) -> tuple[str, ...]:
+    """Cost, unweighted reward terms, and what a contact with the ground bears."""
+    return ("cost", *(f"reward/{term}" for term in task.terms), *task.episode.ground.names)
+
+
+def info_flags(task: Task) -> tuple[str, ...]:
+    """Flags of every info, in the order of those of a row after its two ends."""
+    return FLAGS._fields[2:] if task.episode.ground.names else FLAGS._fields[2:-1]

@@ -18,15 +18,16 @@ Function = Callable[..., Row]
 
 @scalar
 def evaluate(
-    rhs: Function, prototypes: tuple[Row, Row, Row], y: Array, u: Array, p: Array, out: Array
+    function: Function, prototypes: tuple[Row, Row, Row], y: Array, u: Array, p: Array, out: Array
 ) -> None:
-    """``out[i] = rhs(y[i], u[i], p)``; real or complex."""
+    """``out[i] = function(y[i], u[i], p)``; real or complex."""
     state, inputs, parameters = prototypes
     p_row = load(p, 0, parameters, 1)
     for i in range(y.shape[0]):
         y_row = load(y, i * len(state), state, 1)
         u_row = load(u, i * len(inputs), inputs, 1)
-        store(out, i * len(state), rhs(y_row, u_row, p_row), 1)
+        values = function(y_row, u_row, p_row)
+        store(out, i * len(values), values, 1)
 
 
 @scalar

@@ -14,11 +14,20 @@ from typing import NamedTuple
 
 from rigid_envs.kernels.algebra import Vector, attitude, compose, dot, normalize_near_unit
 from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.contact import Grip, grip_of, on_ground
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma, sincos, sqrt
 from rigid_envs.kernels.turns import cayley, half_turn, tangent
 
-__all__ = ["DYNAMIC_BALL", "Input", "Invariants", "Parameters", "State", "level_step"]
+__all__ = [
+    "DYNAMIC_BALL",
+    "LEVEL",
+    "Input",
+    "Invariants",
+    "Parameters",
+    "State",
+    "level_step",
+]
 
 
 Pair = tuple[float, float]
@@ -52,13 +61,14 @@ class Input(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """m [kg], radius [m], beta, g [m/s^2], Omega [rad/s]; 1 / m, 1 / radius, 1 / (1 + beta)."""
+    """m [kg], radius [m], beta, g [m/s^2], Omega [rad/s], mu; 1 / m, 1 / radius, 1 / (1 + beta)."""
 
     m: float
     radius: float
     beta: float
     g: float
     turntable_rate: float
+    mu: float
     inverse_m: float
     inverse_radius: float
     share: float
@@ -72,10 +82,12 @@ class Invariants(NamedTuple):
 
 
 @scalar
-def derive(m: float, radius: float, beta: float, g: float, turntable_rate: float) -> Parameters:
+def derive(
+    m: float, radius: float, beta: float, g: float, turntable_rate: float, mu: float
+) -> Parameters:
     """Parameter row of the physical parameters."""
     inverses = (1.0 / m, 1.0 / radius, 1.0 / (1.0 + beta))
-    return Parameters(m, radius, beta, g, turntable_rate, *inverses)
+    return Parameters(m, radius, beta, g, turntable_rate, mu, *inverses)
 
 
 @scalar
@@ -83,6 +95,26 @@ def plate_rate(y: State) -> Vector:
     """Angular velocity of the plate in its own axes."""
     s, c = sincos(y.alpha_y)
     return (y.rate_x * c, y.rate_y, y.rate_x * s)
+
+
+@scalar
+def plate_growth(y: State, u: Input, turn: Pair) -> Vector:
+    """Its rate of change w' in plate axes, with sine and cosine of alpha_y [rad/s^2]."""
+    s, c = turn
+    gyroscopic = y.rate_x * y.rate_y
+    return (u.a_x * c - gyroscopic * s, u.a_y, u.a_x * s + gyroscopic * c)
+
+
+@scalar
+def swing(y: State, w: Vector, grown: Vector, p: Parameters) -> Vector:
+    """Acceleration of the point of the plate's frame where the centre is, in its axes [m/s^2]."""
+    rho = (y.X, y.Y, p.radius)
+    along, square = dot(w, rho), dot(w, w)
+    return (
+        grown[1] * p.radius - grown[2] * rho[1] + w[0] * along - square * rho[0],
+        grown[2] * rho[0] - grown[0] * p.radius + w[1] * along - square * rho[1],
+        grown[0] * rho[1] - grown[1] * rho[0] + w[2] * along - square * p.radius,
+    )
 
 
 @scalar
@@ -121,10 +153,8 @@ def push(y: State, u: Input, w: Vector, p: Parameters) -> Pair:
     sx, cx = sincos(y.alpha_x)
     radius, beta, table = p.radius, p.beta, p.turntable_rate
     rho = (y.X, y.Y, radius)
-    grown = (u.a_x * c - y.rate_x * y.rate_y * s, u.a_y, u.a_x * s + y.rate_x * y.rate_y * c)  # w'
-    along, square = dot(w, rho), dot(w, w)
-    swing_x = grown[1] * radius - grown[2] * rho[1] + w[0] * along - square * rho[0]
-    swing_y = grown[2] * rho[0] - grown[0] * radius + w[1] * along - square * rho[1]
+    grown = plate_growth(y, u, (s, c))
+    swing_x, swing_y, _ = swing(y, w, grown, p)
     # omega at zero velocity, and the gyroscopic terms of it
     rest_x = w[0] + table * rho[0] * p.inverse_radius
     rest_y = w[1] + table * rho[1] * p.inverse_radius
@@ -283,6 +313,59 @@ def rate(y: State, p: Parameters) -> float:
     return sqrt(dot(omega, omega))
 
 
+@scalar
+def ground_force(y: State, u: Input, p: Parameters) -> Vector:
+    """Force of the plate, m a - m g - F, in plate axes [N].
+
+    The absolute acceleration a is that relative to the plate, `swing`, and Coriolis' 2 w x v.
+    """
+    w = plate_rate(y)
+    s, c = sincos(y.alpha_y)
+    sx, cx = sincos(y.alpha_x)
+    kappa = gyration(w, p)
+    ax, ay = push(y, u, w, p)
+    moved = swing(y, w, plate_growth(y, u, (s, c)), p)
+    turn = 2.0 * w[2]
+    x = ax - (kappa + turn) * y.VY + moved[0] - p.g * cx * s
+    y_ = ay + (kappa + turn) * y.VX + moved[1] + p.g * sx
+    z = 2.0 * (w[0] * y.VY - w[1] * y.VX) + moved[2] + p.g * cx * c
+    return (p.m * x - u.FX, p.m * y_ - u.FY, p.m * z)
+
+
+@scalar
+def grip(y: State, u: Input, p: Parameters) -> Grip:
+    """Normal force and the friction that rolling needs."""
+    return grip_of(ground_force(y, u, p))
+
+
+@scalar
+def level_ground_force(y: State, u: Input, p: Parameters) -> Vector:
+    """Same as `ground_force` on a plate that is level and at rest."""
+    kappa = p.beta * p.turntable_rate * p.share
+    x = p.share * (u.FX * p.inverse_m) - kappa * y.VY
+    y_ = p.share * (u.FY * p.inverse_m) + kappa * y.VX
+    return (p.m * x - u.FX, p.m * y_ - u.FY, p.m * p.g)
+
+
+@scalar
+def level_grip(y: State, u: Input, p: Parameters) -> Grip:
+    """Normal force and the friction that rolling needs on a plate that is level and at rest."""
+    return grip_of(level_ground_force(y, u, p))
+
+
+LEVEL = on_ground(level_ground_force, level_grip, 3)
+"""Contact with a plate that is level and at rest: a fraction of the work."""
+
 DYNAMIC_BALL = Dynamics(
-    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants, rate=rate
+    State,
+    Input,
+    Parameters,
+    Invariants,
+    derive,
+    rhs,
+    step,
+    restore,
+    invariants,
+    rate=rate,
+    contact=on_ground(ground_force, grip, 3),
 )

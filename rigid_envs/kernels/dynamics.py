@@ -13,6 +13,7 @@ from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.batch import Array
 from rigid_envs.kernels.compiler import kernel, scalar
 from rigid_envs.kernels.composition import SUZUKI
+from rigid_envs.kernels.contact import NO_CONTACT, Contact
 from rigid_envs.kernels.rows import Prototype, prototype
 
 __all__ = ["Dynamics"]
@@ -44,6 +45,7 @@ class Dynamics:
         weights: lengths of the stages that a step is composed of (`kernels.composition`).
         rate: ``rate(y, p)``, largest rate [rad/s] of the motion and of the turns of a step; an
             episode whose rate leaves the stability envelope ends. By default 0: nothing limits it.
+        contact: force of the ground and the friction that rolling needs; by default none.
 
     Raises:
         TypeError: `Parameters` do not begin with the arguments of `derive`.
@@ -60,6 +62,7 @@ class Dynamics:
     invariants: Function
     weights: tuple[float, ...] = SUZUKI
     rate: Function = at_rest
+    contact: Contact = NO_CONTACT
 
     def __post_init__(self) -> None:
         """Check the order of the parameters."""
@@ -89,6 +92,16 @@ class Dynamics:
             batch.evaluate(rhs, prototypes, y, u, p, out)
 
         return self._kernel(evaluate_rows)
+
+    @cached_property
+    def force_rows(self) -> Callable[[Array, Array, Array, Array], None]:
+        """Compiled ``out[i] = contact.force(y[i], u[i], p)``."""
+        force, prototypes = self.contact.force, self.prototypes
+
+        def force_rows(y: Array, u: Array, p: Array, out: Array) -> None:
+            batch.evaluate(force, prototypes, y, u, p, out)
+
+        return self._kernel(force_rows)
 
     @cached_property
     def measure_rows(self) -> Callable[[Array, Array, Array], None]:
@@ -130,7 +143,8 @@ class Dynamics:
 
     def _kernel(self, loop: Function) -> Function:
         label = f"{self.step.__module__}.{loop.__name__}"
-        return kernel(loop, label, (self.rhs, self.invariants, self.rate, *self.parts))
+        others = (self.rhs, self.invariants, self.rate, self.contact.force)
+        return kernel(loop, label, (*others, *self.parts))
 
 
 def argument_names(function: Function) -> tuple[str, ...]:

@@ -27,6 +27,7 @@ from typing import Any, NamedTuple
 from rigid_envs.kernels import goals, reset_loop, step_loop
 from rigid_envs.kernels.actions import as_given
 from rigid_envs.kernels.compiler import kernel
+from rigid_envs.kernels.contact import Contact
 from rigid_envs.kernels.dynamics import Dynamics, check_derive
 from rigid_envs.kernels.goals import Array
 from rigid_envs.kernels.layout import Buffer, Prototypes
@@ -62,6 +63,7 @@ class Episode:
         start, clip, actuate, outcome, observe: see the table of the module.
         turn: see the table; by default actions are given in the frame of `actuate`.
         advance: one step of the integrator, by default that of the system.
+        contact: contact with the ground, by default that of the system.
         derive: parameters from the physical ones, by default that of the system.
         Goal: `NamedTuple` of a goal, in a goal task.
         judge: ``judge(achieved, desired, c) -> (terms, reached)``, in a goal task: what `outcome`
@@ -83,6 +85,7 @@ class Episode:
     Constants: type[Any] = NoConstants
     Auxiliary: type[Any] = NoAuxiliary
     advance: Function | None = None
+    contact: Contact | None = None
     derive: Function | None = None
     Goal: type[Any] = NoGoal
     judge: Function | None = None
@@ -104,8 +107,14 @@ class Episode:
             aux=prototype(self.Auxiliary),
             action=prototype(self.Action),
             terms=prototype(self.Terms),
+            grip=(1.0,) * len(self.ground.names),
             constants=prototype(self.Constants),
         )
+
+    @property
+    def ground(self) -> Contact:
+        """Contact with the ground."""
+        return self.contact or self.dynamics.contact
 
     @cached_property
     def step(self) -> Callable[[Buffer, int, int], int]:
@@ -114,10 +123,10 @@ class Episode:
         stages, prototypes = self.dynamics.weights, self.prototypes
         clip, turn, actuate = self.clip, self.turn, self.actuate
         outcome, rate, observe = self.outcome, self.dynamics.rate, self.observe
-        step = step_loop.step_rows(
-            advance, restore, stages, clip, turn, actuate, outcome, rate, observe, prototypes
-        )
-        return self._kernel(step, advance, restore, clip, turn, actuate, outcome, rate, observe)
+        grip, slips = self.ground.grip, self.ground.slips
+        functions = (clip, turn, actuate, outcome, grip, slips, rate, observe)
+        step = step_loop.step_rows(advance, restore, stages, *functions, prototypes)
+        return self._kernel(step, advance, restore, *functions)
 
     @cached_property
     def reset(self) -> Callable[[Buffer, Array, int], int]:

@@ -57,6 +57,7 @@ class Flags(NamedTuple):
     is_success: int = 2
     action_clipped: int = 3
     physics_error: int = 4
+    slips: int = 5
 
 
 CHANNEL, CLOCK, FLAGS = Channel(), Clock(), Flags()
@@ -72,6 +73,7 @@ class Prototypes(NamedTuple):
     aux: Row
     action: Row
     terms: Row
+    grip: Row
     constants: Row
 
 
@@ -90,6 +92,8 @@ class Settings(NamedTuple):
     noisy_actions: int
     noisy_observations: int
     fastest: float
+    ends_on_slip: int
+    slip_penalty: float
     weights: int
     constants: int
     ranges: int
@@ -101,7 +105,7 @@ class Settings(NamedTuple):
 
 
 class Slots(NamedTuple):
-    """First slot of every part of a row; results are cost, reward terms and reward.
+    """First slot of every part of a row; results are cost, reward terms, grip and reward.
 
     `packed` holds the flags again, as bytes: flag k of row i is byte ``k * LANES + i`` of the slot.
     """
@@ -138,13 +142,15 @@ def read_settings(buffer: Buffer) -> Settings:
         int(buffer[10]),
         buffer[11],
         int(buffer[12]),
-        int(buffer[13]),
+        buffer[13],
         int(buffer[14]),
         int(buffer[15]),
         int(buffer[16]),
         int(buffer[17]),
         int(buffer[18]),
         int(buffer[19]),
+        int(buffer[20]),
+        int(buffer[21]),
     )
 
 
@@ -160,7 +166,7 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
     clock = aux + len(prototypes.aux)
     action = clock + len(CLOCK)
     results = action + len(prototypes.action)
-    flags = results + 2 + len(prototypes.terms)
+    flags = results + 2 + len(prototypes.terms) + len(prototypes.grip)
     packed = flags + len(FLAGS)
     observation = packed + 1
     history = observation + n_observation

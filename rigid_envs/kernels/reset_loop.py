@@ -85,7 +85,7 @@ def _new_episode(
 def _clear_results(
     prototypes: Prototypes, buffer: Buffer, slots: Slots, base: int, lane: int
 ) -> None:
-    for k in range(2 + len(prototypes.terms)):
+    for k in range(slots.flags - slots.results):
         buffer[base + (slots.results + k) * LANES + lane] = 0.0
     for k in range(len(FLAGS)):
         store_byte(buffer, 8 * (base + slots.packed * LANES) + k * LANES + lane, (False,), 1)

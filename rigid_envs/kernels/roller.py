@@ -8,6 +8,7 @@ or a circular arc. The motion does not depend on mu, the coefficient of friction
 from typing import NamedTuple
 
 from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.contact import Grip, grip_of, on_ground
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma, sincos
 
@@ -112,6 +113,33 @@ def rate(y: State, p: Parameters) -> float:
     return abs(y.v * p.curvature)
 
 
+@scalar
+def ground_force(y: State, u: Input, p: Parameters) -> tuple[float, float]:
+    """Friction along the path, which turns the body, and normal force, which bends the path [N].
+
+    ``-(beta + beta_change) m v'`` and ``m g cos(slope - curvature s) + m v^2 curvature``.
+    """
+    c = sincos(fma(-p.curvature, y.s, p.slope))[1]
+    friction = -(p.beta + u.beta_change) * p.m * acceleration(y.s, u, p)
+    return (friction, p.m * fma(p.g, c, p.curvature * y.v * y.v))
+
+
+@scalar
+def grip(y: State, u: Input, p: Parameters) -> Grip:
+    """Normal force and the friction that rolling needs."""
+    return grip_of(ground_force(y, u, p))
+
+
 ROLLER = Dynamics(
-    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants, rate=rate
+    State,
+    Input,
+    Parameters,
+    Invariants,
+    derive,
+    rhs,
+    step,
+    restore,
+    invariants,
+    rate=rate,
+    contact=on_ground(ground_force, grip, 2),
 )

@@ -12,8 +12,9 @@ contact: sin(theta) = 0 is not a state of this system.
 
 from typing import NamedTuple
 
-from rigid_envs.kernels.algebra import Quaternion, Row, attitude, normalize, vertical
+from rigid_envs.kernels.algebra import Quaternion, Row, Vector, attitude, normalize, vertical
 from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.contact import Grip, grip_of, on_ground
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma, sqrt
 from rigid_envs.kernels.turns import cayley, tangent
@@ -44,13 +45,14 @@ class Input(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2], and derived quantities; see `derive`."""
+    """m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2], mu, and derived quantities; see `derive`."""
 
     m: float
     radius: float
     I1: float
     I3: float
     g: float
+    mu: float
     I1_contact: float
     I3_contact: float
     inverse1: float
@@ -68,15 +70,15 @@ class Invariants(NamedTuple):
 
 
 @scalar
-def derive(m: float, radius: float, I1: float, I3: float, g: float) -> Parameters:
-    """Parameter row of m [kg], radius [m], I1, I3 [kg m^2] and g [m/s^2].
+def derive(m: float, radius: float, I1: float, I3: float, g: float, mu: float) -> Parameters:
+    """Parameter row of m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2] and mu.
 
     It adds: moments I1 + m r^2 and I3 + m r^2 about the contact, their inverses and that of I1, the
     ratios I3 / I1 and m r^2 / (I3 + m r^2), and m g r.
     """
     rim = m * radius * radius
     return Parameters(
-        *(m, radius, I1, I3, g),
+        *(m, radius, I1, I3, g, mu),
         I1 + rim,
         I3 + rim,
         1.0 / I1,
@@ -267,6 +269,43 @@ def rate(y: State, p: Parameters) -> float:
     return abs(y.omega3) + across / s + sqrt(p.g / p.radius)
 
 
+@scalar
+def ground_force(y: State, u: Input, p: Parameters) -> Vector:
+    """Force of the plane, m (v' + g e_z), in world axes [N].
+
+    Along n, l, e3 the acceleration of the centre, ``v = radius omega x n``, is ``radius (-wl^2 - wn
+    w3 cot(theta), w3' + wn wl, wn^2 cot(theta) - wl')``, where the rates of omega are those in body
+    axes. Horizontal are l and ``h = cos(theta) n - sin(theta) e3``.
+    """
+    n1, n2, s, c = inclination(attitude(y))
+    rates = rhs(y, u, p)
+    wn, wl = n1 * y.omega1 + n2 * y.omega2, n1 * y.omega2 - n2 * y.omega1
+    wl_rate = n1 * rates.omega2 - n2 * rates.omega1
+    push = p.m * p.radius
+    along_n = -push * (wl * wl + wn * y.omega3 * (c / s))
+    along_3 = push * (wn * wn * (c / s) - wl_rate)
+    ahead, aside = push * (rates.omega3 + wn * wl), c * along_n - s * along_3
+    lx, ly = heading(attitude(y), s)
+    normal = s * along_n + c * along_3 + p.m * p.g
+    return (ahead * lx + aside * ly, ahead * ly - aside * lx, normal)
+
+
+@scalar
+def grip(y: State, u: Input, p: Parameters) -> Grip:
+    """Normal force and the friction that rolling needs."""
+    return grip_of(ground_force(y, u, p))
+
+
 ROLLING_DISK = Dynamics(
-    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants, rate=rate
+    State,
+    Input,
+    Parameters,
+    Invariants,
+    derive,
+    rhs,
+    step,
+    restore,
+    invariants,
+    rate=rate,
+    contact=on_ground(ground_force, grip, 3),
 )

@@ -50,6 +50,8 @@ def step_rows(
     turn: Function,
     actuate: Function,
     outcome: Function,
+    grip: Function,
+    slips: Function,
     rate: Function,
     observe: Function,
     prototypes: Prototypes,
@@ -84,7 +86,9 @@ def step_rows(
             _actuate(actuate, prototypes, buffer, slots, base, n, c)
             h = s.dt / s.n_substeps
             integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
-            n_raised += _conclude(outcome, rate, prototypes, buffer, s, slots, base, n, weights, c)
+            n_raised += _conclude(
+                outcome, grip, slips, rate, prototypes, buffer, s, slots, base, n, weights, c
+            )
             _pack_flags(buffer, slots, base)
             observe_rows(observe, prototypes, buffer, s, slots, base, 0, n, c)
             publish_rows(buffer, s, slots, base, row, 0, n)
@@ -177,6 +181,8 @@ def _actuate(
 @phase
 def _conclude(
     outcome: Function,
+    grip: Function,
+    slips: Function,
     rate: Function,
     prototypes: Prototypes,
     buffer: Buffer,
@@ -187,11 +193,12 @@ def _conclude(
     weights: Row,
     c: Row,
 ) -> int:
-    """Write cost, reward terms, reward and flags, and advance the clock.
+    """Write cost, reward terms, grip, reward and flags, and advance the clock.
 
     Returns how many rows have a flag, plus `ENDED` times how many episodes ended. A physics error
     ends the episode, see `_mend`: a state that is not finite or too large, or one with which it
-    would go on faster than the envelope of the integrator allows. Everything is written to the
+    would go on faster than the envelope of the integrator allows. Slip ends it where the task says
+    so, and then it is no success. Everything is written to the
     block, at distances known when this is compiled: otherwise the loop would need a check at run
     time of each pair of places for overlap, more than the compiler makes, and would not become
     vector instructions.
@@ -199,7 +206,8 @@ def _conclude(
     elapsed = base + (slots.clock + CLOCK.elapsed) * LANES
     running = base + (slots.clock + CLOCK.running) * LANES
     results, flags = base + slots.results * LANES, base + slots.flags * LANES
-    reward_at = results + (1 + len(prototypes.terms)) * LANES
+    grip_at = results + (1 + len(prototypes.terms)) * LANES
+    reward_at = grip_at + len(prototypes.grip) * LANES
     broken_flag = flags + FLAGS.physics_error * LANES
     n_broken, n_raised, n_ended = 0, 0, 0
     for i in range(n):
@@ -209,19 +217,24 @@ def _conclude(
         aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
         aux, terms, cost, success, done = outcome(y, u, aux, p, c, s.dt)
         store(buffer, base + slots.aux * LANES + i, aux, LANES)
+        held = grip(y, u, p)
+        slipping = slips(held, p)
+        lost = slipping & (s.ends_on_slip > 0)
+        success, done = success & (not lost), done | lost
         broken = _is_broken(y) | ((rate(y, p) > s.fastest) & (not done))
-        reward = weighted_sum(weights, terms)
+        reward = weighted_sum(weights, terms) - select(lost, s.slip_penalty, 0.0)
         store(buffer, results + i, (cost,), LANES)
         store(buffer, results + LANES + i, terms, LANES)
+        store(buffer, grip_at + i, held, LANES)
         store(buffer, reward_at + i, (reward,), LANES)
         steps = load(buffer, elapsed + i, _ONE, 1)[0] + 1.0
         store(buffer, elapsed + i, (steps,), 1)
         over, late = done | (broken != 0), steps >= s.max_steps
         store(buffer, running + i, (select(over | late, 0.0, 1.0),), 1)
-        n_raised += over | late | success
+        n_raised += over | late | success | slipping
         n_ended += over | late
         store(buffer, flags + i, (_number(over), _number(late), _number(success)), LANES)
-        store(buffer, broken_flag + i, (float(broken),), 1)
+        store(buffer, broken_flag + i, (float(broken), _number(slipping)), LANES)
         n_broken += broken
     if n_broken:
         _mend(prototypes, buffer, slots, base, n)
@@ -262,7 +275,8 @@ def _mend(
             store(buffer, base + i, prototypes.state, LANES)
             store(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
             buffer[flags + FLAGS.is_success * LANES + i] = 0.0
-            for k in range(2 + len(prototypes.terms)):
+            buffer[flags + FLAGS.slips * LANES + i] = 0.0
+            for k in range(slots.flags - slots.results):
                 buffer[base + (slots.results + k) * LANES + i] = 0.0
 
 

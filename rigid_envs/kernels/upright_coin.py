@@ -6,8 +6,9 @@ plane; gravity is g (sin(slope), 0, -cos(slope)), so that x points downhill.
 
 from typing import NamedTuple
 
-from rigid_envs.kernels.algebra import Quaternion, attitude, compose, normalize
+from rigid_envs.kernels.algebra import Quaternion, Vector, attitude, compose, normalize
 from rigid_envs.kernels.compiler import scalar
+from rigid_envs.kernels.contact import Grip, grip_of, on_ground
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma, sincos
 from rigid_envs.kernels.turns import cayley, tangent
@@ -36,7 +37,7 @@ class Input(NamedTuple):
 
 
 class Parameters(NamedTuple):
-    """m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2], slope [rad]; see `derive`."""
+    """m [kg], radius [m], I1, I3 [kg m^2], g [m/s^2], slope [rad], mu; see `derive`."""
 
     m: float
     radius: float
@@ -44,6 +45,7 @@ class Parameters(NamedTuple):
     I3: float
     g: float
     slope: float
+    mu: float
     inverse1: float
     inverse_contact: float
     pull: float
@@ -57,14 +59,16 @@ class Invariants(NamedTuple):
 
 
 @scalar
-def derive(m: float, radius: float, I1: float, I3: float, g: float, slope: float) -> Parameters:
+def derive(
+    m: float, radius: float, I1: float, I3: float, g: float, slope: float, mu: float
+) -> Parameters:
     """Parameter row: physical, 1 / I1, 1 / (I3 + m r^2), m g sin(slope) r / (I3 + m r^2).
 
     The moment about the contact is I3 + m r^2.
     """
     inertia = I3 + m * radius * radius
     pull = m * g * sincos(slope)[0] * radius / inertia
-    return Parameters(m, radius, I1, I3, g, slope, 1.0 / I1, 1.0 / inertia, pull)
+    return Parameters(m, radius, I1, I3, g, slope, mu, 1.0 / I1, 1.0 / inertia, pull)
 
 
 @scalar
@@ -135,6 +139,35 @@ def invariants(y: State, p: Parameters) -> Invariants:
     return Invariants(fma(-p.pull * inertia / p.radius, y.X, kinetic), y.steer_rate)
 
 
+@scalar
+def ground_force(y: State, u: Input, p: Parameters) -> Vector:
+    """Force of the plane, m v' - m g, in world axes [N]; v' = radius (psi'' l + phi' psi' e_z x l).
+
+    The normal force is constant, as the centre stays at the same height.
+    """
+    lx, ly = heading(attitude(y))
+    push = p.m * p.radius
+    ahead, aside = push * rhs(y, u, p).roll_rate, push * y.steer_rate * y.roll_rate
+    s, c = sincos(p.slope)
+    weight = p.m * p.g
+    return (ahead * lx - aside * ly - weight * s, ahead * ly + aside * lx, weight * c)
+
+
+@scalar
+def grip(y: State, u: Input, p: Parameters) -> Grip:
+    """Normal force and the friction that rolling needs."""
+    return grip_of(ground_force(y, u, p))
+
+
 UPRIGHT_COIN = Dynamics(
-    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants
+    State,
+    Input,
+    Parameters,
+    Invariants,
+    derive,
+    rhs,
+    step,
+    restore,
+    invariants,
+    contact=on_ground(ground_force, grip, 3),
 )

@@ -30,6 +30,7 @@ from rigid_envs.pages.task_tables import (
 )
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.tasks import Task
+from rigid_envs.tasks.ground import Rolling
 
 __all__ = ["Code", "Section", "document", "observed", "short"]
 
@@ -51,6 +52,12 @@ _PHYSICS_ERROR = (
     'It also terminates, without reward and with `info["physics_error"]`, if the motion becomes '
     "too fast for the integrator, which it cannot from a start that is drawn, or if a number "
     "of the state is larger than 1e9."
+)
+_SLIP = (
+    "The motion is that of rolling, whatever friction it needs: `info` says which. With "
+    "`end_on_slip=True` an episode terminates, without success and with `slip_penalty` taken off "
+    "the reward, in a step at whose end rolling needs more friction than the coefficient `mu` "
+    'gives, or the body would leave its ground (`info["slips"]`).'
 )
 _ARGUMENTS = (
     "Keyword arguments of `gym.make` and `gym.make_vec`. Unknown names and values that are not "
@@ -205,8 +212,9 @@ def _episode_end(env_id: str, task: Task, docstring: TaskDocstring) -> Section:
     limit = (
         f"After {time_limit(env_id, task)}; `gym.make(..., max_episode_steps=N)` says otherwise."
     )
+    slip = [_SLIP] if isinstance(task, Rolling) else []
     parts = [
-        Section("Termination", [*docstring.sections["Episode End"], _PHYSICS_ERROR]),
+        Section("Termination", [*docstring.sections["Episode End"], _PHYSICS_ERROR, *slip]),
         Section("Truncation", [limit]),
     ]
     return Section("Episode End", [], parts)

@@ -6,9 +6,10 @@ from typing import Any
 
 from gymnasium import spaces
 
-from rigid_envs.envs.task_spaces import action_space
+from rigid_envs.envs.task_spaces import action_space, info_flags
 from rigid_envs.tasks import Entry, Task
 from rigid_envs.tasks.fields import Choice, Flag, Integer, Number
+from rigid_envs.tasks.ground import Rolling
 
 __all__ = [
     "RANGE_NOTE",
@@ -28,6 +29,11 @@ _FLAGS = {
     "is_success": "the step is a success",
     "action_clipped": "the action was outside its space",
     "physics_error": "the motion left what the integrator resolves, which ended the episode",
+    "slips": "needed_friction is larger than mu",
+}
+_GRIP = {
+    "normal_force": "force of the ground along its normal [N]; the body would lift off below 0",
+    "needed_friction": "least coefficient of friction without slip; infinite without contact",
 }
 
 
@@ -105,7 +111,8 @@ def info_table(task: Task) -> Table:
             (f"reward/{term}", "float", f"the term {term} without its weight")
             for term in task.terms
         ),
-        *((key, "bool", meaning) for key, meaning in _FLAGS.items()),
+        *((key, "float", _GRIP[key]) for key in task.episode.ground.names),
+        *((key, "bool", _FLAGS[key]) for key in info_flags(task)),
     ]
     return Table(("Key", "Type", "Meaning"), rows, "==<")
 
@@ -132,8 +139,10 @@ def _bounds(entry: Entry) -> tuple[str, str]:
 
 
 def _ordered(task: Task) -> list[Field[Any]]:
-    common = {field.name for field in fields(Task)}
-    return sorted(fields(task), key=lambda field: field.name in common)
+    common = {
+        field.name: rank for rank, kind in ((1, Rolling), (2, Task)) for field in fields(kind)
+    }
+    return sorted(fields(task), key=lambda field: common.get(field.name, 0))
 
 
 def _written(value: Any) -> str:

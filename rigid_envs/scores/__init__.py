@@ -35,6 +35,7 @@ from rigid_envs.scores.policies import (
 )
 from rigid_envs.scores.random_policy import RandomPolicy
 from rigid_envs.scores.reading import read_evaluation
+from rigid_envs.scores.repeating import Repeat, repeat
 from rigid_envs.scores.result import Estimate, Evaluation
 from rigid_envs.scores.starts import N_STARTS, evaluation_seeds
 
@@ -52,6 +53,7 @@ __all__ = [
     "Metric",
     "PolicyFactory",
     "RandomPolicy",
+    "Repeat",
     "States",
     "SupportsPredict",
     "best_known",
@@ -72,6 +74,7 @@ __all__ = [
     "read_evaluation",
     "recorded",
     "reference_controllers",
+    "repeat",
     "stratified_band",
     "stratified_bootstrap",
     "uniform",

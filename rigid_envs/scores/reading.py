@@ -13,7 +13,7 @@ import numpy.typing as npt
 from rigid_envs.files import DamagedFileError, read_bytes
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.efficiency import Cost
-from rigid_envs.scores.result import FORMAT, Evaluation
+from rigid_envs.scores.result import FORMAT, Evaluation, digest
 from rigid_envs.scores.starts import TEST_SEED, VERSION
 
 __all__ = ["evaluation_of", "read_evaluation", "up_to_date"]
@@ -33,7 +33,8 @@ def read_evaluation(path: str | Path, *, anew: bool = False) -> Evaluation:
         anew: Set it beside what is best known now, not what was then.
 
     Raises:
-        DamagedFileError: Another format, or figures that do not follow from the starts.
+        DamagedFileError: Another format, other numbers than were written, or figures that do not
+            follow from the starts.
         FileNotFoundError: No such file.
     """
     file = Path(path)
@@ -52,13 +53,16 @@ def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
         row: JSON values.
 
     Raises:
-        ValueError: Another format, or figures that do not follow from the starts.
+        ValueError: Another format, other numbers than were written (a row of before digests has
+            none), or figures that do not follow from the starts.
     """
     if row.get("format") != FORMAT or row.get("evaluation_version") != VERSION:
         raise ValueError(
             f"format = {row.get('format')!r}, evaluation_version = "
             f"{row.get('evaluation_version')!r}; expected {FORMAT!r}, {VERSION}"
         )
+    if (written := row.get("sha256")) is not None and written != (now := digest(row)):
+        raise ValueError(f"sha256 = {written!r}; expected {now!r}: numbers were changed")
     starts = {name: None if each is None else _array(each) for name, each in row["starts"].items()}
     best, bounds = starts.pop("best"), starts.pop("bound")
     known = {name: values for name, values in starts.items() if values is not None}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,11 +18,12 @@ from rigid_envs.scores.intervals import mean_interval, wilson_interval
 from rigid_envs.scores.metrics import METRICS
 from rigid_envs.scores.starts import VERSION, row_seeds
 
-__all__ = ["FORMAT", "Estimate", "Evaluation"]
+__all__ = ["FORMAT", "Estimate", "Evaluation", "digest"]
 
 Array = npt.NDArray[np.float64]
 
 FORMAT = "rigid-envs result 2"
+_CLAIM = ("format", "env_id", "config", "evaluation_version", "test_seed", "cost", "starts")
 
 
 class Estimate(NamedTuple):
@@ -151,9 +154,9 @@ class Evaluation:
         return _plain(float(values.mean()) if whole else self.mean(values))
 
     def row(self) -> dict[str, Any]:
-        """A row of the leaderboard, as JSON values, with every start."""
+        """A row of the leaderboard, as JSON values, with every start and a `digest`."""
         starts = {"best": self.best, "bound": self.bounds, **self.values}
-        return {
+        row = {
             "format": FORMAT,
             "env_id": self.env_id,
             "algo": self.policy,
@@ -168,6 +171,7 @@ class Evaluation:
                 for name, values in starts.items()
             },
         }
+        return {**row, "sha256": digest(row)}
 
     def save(self, path: str | Path) -> Path:
         """Write the row, atomically; `rigid_envs.scores.read_evaluation` reads it.
@@ -204,6 +208,21 @@ class Evaluation:
         if n := int(self.records.sum()):
             lines.append(f"better than the best known from {n} starts: keep it by rigid-envs best")
         return "\n".join(lines)
+
+
+def digest(row: Mapping[str, Any]) -> str:
+    """SHA-256 of what a row claims: the episodes, and which task they are of.
+
+    It is that of JSON in ASCII without spaces, keys in order, numbers as Python writes them: the
+    shortest digits that give the same float. The order of keys in a file has no effect.
+
+    Args:
+        row: JSON values; entries of provenance have no effect.
+    """
+    claim = {key: row[key] for key in _CLAIM}
+    return hashlib.sha256(
+        json.dumps(claim, sort_keys=True, separators=(",", ":")).encode()
+    ).hexdigest()
 
 
 def _plain(value: float) -> float | None:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.checks import number, positive
+from rigid_envs.checks import non_negative, number, positive
 from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL
 from rigid_envs.systems.accessors import ATTITUDE
 from rigid_envs.systems.adaptive import AdaptiveStepSystem
@@ -49,6 +49,7 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
         beta: inertia ratio I / (m radius^2): 2/5 for a solid, 2/3 for a hollow sphere.
         g: gravitational acceleration, along -z of the world [m/s^2].
         turntable_rate: Omega, rate of the surface about its normal [rad/s].
+        mu: coefficient of static friction, by which `slips` judges; without effect on the motion.
 
     Raises:
         ValueError: parameters that no ball has.
@@ -62,6 +63,7 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
     beta: float = 0.4
     g: float = 9.81
     turntable_rate: float = 0.0
+    mu: float = 1.0
 
     dynamics: ClassVar = DYNAMIC_BALL
     components: ClassVar[Mapping[str, slice]] = {
@@ -80,6 +82,7 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
         ball_ratio(self.beta)
         positive(self.g, "g", "m/s^2")
         number(self.turntable_rate, "turntable_rate", "rad/s")
+        non_negative(self.mu, "mu", "1")
         super().__post_init__()
 
     def position(self, y: npt.ArrayLike) -> Array:
@@ -128,20 +131,6 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
         """Angular velocity of the ball in world axes [rad/s], shape (..., 3)."""
         rows = np.asarray(y, dtype=np.float64)
         return np.asarray(_to_world(rows, self.omega_plate(rows)))
-
-    def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
-        """Force of the plate on the ball, m a - m g - F, in *plate* axes [N], shape (..., 3).
-
-        Its third entry is the normal force, the others are friction: see `normal_force`,
-        `needed_friction` and `slips`.
-        """
-        rows, inputs = self._broadcast(self.checked_state(y), self.checked_input(u))
-        tiny = 1e-100  # the velocity is differentiated along the motion by complex step
-        moved = self._velocity(rows + 1j * tiny * self.rhs(rows, inputs)).imag / tiny
-        weight = np.array([0.0, 0.0, self.m * self.g])
-        force = np.einsum("...ij,...i->...j", _plate(rows), self.m * moved + weight)
-        force[..., :2] -= inputs[..., :2]
-        return np.asarray(force)
 
     def energy(self, y: npt.ArrayLike) -> Array:
         """Kinetic energy of motion and rotation plus m g times the height of the centre [J]."""

@@ -120,30 +120,6 @@ class Roller(RollingContact, System):
         kinetic = 0.5 * (1.0 + self.beta) * self.m * self.velocity(y) ** 2
         return np.asarray(kinetic + self.m * self.g * self.place(y)[..., 1])
 
-    def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
-        """Friction along the path and normal force of the ground [N], shape (..., 2).
-
-        Friction turns the body, ``-(beta + beta_change) m s''``; the normal force carries the
-        weight and bends the path, ``m g cos(descent) + m v^2 curvature``.
-        """
-        ratio = self.beta + self.checked_input(u)[..., 1]
-        friction = -ratio * self.m * self.rhs(y, u)[..., 1]
-        bend = self.m * self.curvature * self.velocity(y) ** 2
-        normal = self.m * self.g * np.cos(self.descent(y)) + bend
-        return np.stack(np.broadcast_arrays(friction, normal), axis=-1)
-
-    def slips(
-        self, y: npt.ArrayLike, u: npt.ArrayLike | None = None, *, mu: float | None = None
-    ) -> npt.NDArray[np.bool_]:
-        """Whether rolling would need more friction than `mu` gives, shape (...).
-
-        Args:
-            y: state, shape (..., 2).
-            u: input, shape (..., 2).
-            mu: coefficient of friction; that of the system if left out.
-        """
-        return super().slips(y, u, mu=self.mu if mu is None else mu)
-
     @property
     def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
         """Named quantities of a state."""

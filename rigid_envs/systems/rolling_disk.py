@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import rotations
-from rigid_envs.checks import positive, require
+from rigid_envs.checks import non_negative, positive, require
 from rigid_envs.kernels.rolling_disk import ROLLING_DISK
 from rigid_envs.systems.accessors import ATTITUDE, gamma, quaternion
 from rigid_envs.systems.adaptive import AdaptiveStepSystem
@@ -48,6 +48,7 @@ class RollingDisk(RollingContact, AdaptiveStepSystem):
         I1: moment of inertia about a diameter, at the centre [kg m^2].
         I3: moment of inertia about the axis, at most m radius^2 [kg m^2].
         g: gravitational acceleration, along -z of the world [m/s^2].
+        mu: coefficient of static friction, by which `slips` judges; without effect on the motion.
 
     Raises:
         ValueError: parameters that no body has.
@@ -61,6 +62,7 @@ class RollingDisk(RollingContact, AdaptiveStepSystem):
     I1: float = 0.25
     I3: float = 0.5
     g: float = 9.81
+    mu: float = 1.0
 
     dynamics: ClassVar = ROLLING_DISK
     components: ClassVar[Mapping[str, slice]] = {
@@ -78,6 +80,7 @@ class RollingDisk(RollingContact, AdaptiveStepSystem):
         principal_moments(self.I1, self.I1, self.I3)
         axial_moment(self.I3, self.m, self.radius)
         positive(self.g, "g", "m/s^2")
+        non_negative(self.mu, "mu", "1")
         super().__post_init__()
 
     @classmethod
@@ -158,23 +161,6 @@ class RollingDisk(RollingContact, AdaptiveStepSystem):
         speed = np.sum(self.velocity(y) ** 2, axis=-1)
         height = self.centre(y)[..., 2]
         return np.asarray(0.5 * (spin + self.m * speed) + self.m * self.g * height)
-
-    def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
-        """Force of the plane on the disk, m (v' + g e_z), in world axes [N], shape (..., 3).
-
-        Its third entry is the normal force, the others are friction: see `normal_force`,
-        `needed_friction` and `slips`.
-        """
-        rates = self.rhs(self.checked_state(y), u)
-        omega, n = self.omega_world(y), self.radius_up(y)
-        turned = rotations.rotate(quaternion(y), rates[..., 4:7])  # omega_world' = R omega_body'
-        precession = np.sum(omega * n, axis=-1) / _sine(y)
-        frame = omega.copy()  # n turns with omega, less the spin psi' about e3
-        axis = rotations.rotate(quaternion(y), np.array([0.0, 0.0, 1.0]))
-        frame -= (self.omega_body(y)[..., 2] - precession * gamma(y)[..., 2])[..., None] * axis
-        acceleration = np.cross(turned, n) + np.cross(omega, np.cross(frame, n))
-        weight = np.array([0.0, 0.0, self.m * self.g])
-        return np.asarray(self.m * self.radius * acceleration + weight)
 
     @property
     def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:

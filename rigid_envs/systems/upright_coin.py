@@ -45,6 +45,7 @@ class UprightCoin(RollingContact, AdaptiveStepSystem):
             m radius^2 at most; more is accepted, as of what turns with the coin on its holder.
         g: gravitational acceleration [m/s^2].
         slope: angle by which the plane descends along x [rad].
+        mu: coefficient of static friction, by which `slips` judges; without effect on the motion.
 
     Raises:
         ValueError: parameters that no coin has.
@@ -58,6 +59,7 @@ class UprightCoin(RollingContact, AdaptiveStepSystem):
     I3: float = 0.5
     g: float = 9.81
     slope: float = 0.0
+    mu: float = 1.0
 
     dynamics: ClassVar = UPRIGHT_COIN
     components: ClassVar[Mapping[str, slice]] = {
@@ -75,6 +77,7 @@ class UprightCoin(RollingContact, AdaptiveStepSystem):
         non_negative(self.I3, "I3", "kg m^2")
         positive(self.g, "g", "m/s^2")
         number(self.slope, "slope", "rad")
+        non_negative(self.mu, "mu", "1")
         rest = 2.0 * self.I1
         expected = f"I3 <= 2 I1 = {rest:.9g}: no rigid body has such principal moments"
         require(bool(self.I3 <= rest * (1.0 + 1e-9)), self.I3, "I3", expected)
@@ -144,19 +147,6 @@ class UprightCoin(RollingContact, AdaptiveStepSystem):
         kinetic = 0.5 * (turn + self.m * np.sum(self.velocity(y) ** 2, axis=-1))
         pull = self.m * self.g * math.sin(self.slope)
         return np.asarray(kinetic - pull * self.contact(y)[..., 0])
-
-    def contact_force(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
-        """Force of the plane on the coin, m v' - m g, in world axes [N], shape (..., 3).
-
-        World z is the normal of the plane, so that the third entry is the normal force.
-        """
-        rates, along = self.rhs(self.checked_state(y), u), self.direction(y)
-        across = np.stack([-along[..., 1], along[..., 0]], axis=-1)  # l' = phi' e_z x l
-        bend = (self.steer_rate(y) * self.roll_rate(y))[..., None] * across
-        push = self.m * self.radius * (rates[..., 7:8] * along + bend)
-        normal = np.full_like(push[..., :1], self.m * self.g * math.cos(self.slope))
-        push[..., 0] -= self.m * self.g * math.sin(self.slope)
-        return np.concatenate([push, normal], axis=-1)
 
     def upright_torque(self, y: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Array:
         """Torque about l that holds the coin upright [N m], shape (...).

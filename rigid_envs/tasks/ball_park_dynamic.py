@@ -9,13 +9,21 @@ from typing import ClassVar, NamedTuple
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_disk
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL, Input, Parameters, State, level_step
+from rigid_envs.kernels.dynamic_ball import (
+    DYNAMIC_BALL,
+    LEVEL,
+    Input,
+    Parameters,
+    State,
+    level_step,
+)
 from rigid_envs.kernels.elementary import cbrt, select
 from rigid_envs.kernels.episode import Episode, NoAuxiliary
 from rigid_envs.systems import DynamicBall
 from rigid_envs.tasks.ball_park import FAR, misplacement
-from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.base import Entry
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
+from rigid_envs.tasks.ground import Rolling
 from rigid_envs.tasks.reduced.ball_dynamic import DYNAMIC_POSE
 
 __all__ = ["BallParkDynamic", "speed_bound"]
@@ -125,7 +133,7 @@ def speed_bound(push: float, reach: float, gyration: float = 0.0) -> float:
 
 
 @dataclass(frozen=True)
-class BallParkDynamic(Task):
+class BallParkDynamic(Rolling):
     """Park a ball that has inertia: a force drives it, and it must come to rest at the goal.
 
     A horizontal force at the centre rolls the ball on a level plate without slipping. Position and
@@ -139,7 +147,8 @@ class BallParkDynamic(Task):
         The rotational inertia adds to the mass, ``m (1 + beta) v' = F`` with beta = I / (m
         radius^2), so that a solid sphere accelerates at 5/7 of F / m. Without force it rolls on
         along a straight line: its velocity, its energy and its spin about the vertical, which is 0,
-        are conserved. On a level plate g has no effect. On a turntable (`turntable_rate` Omega) the
+        are conserved. On a level plate g has no effect on the motion, which needs the coefficient
+        of friction ``beta / (1 + beta) |F| / (m g)``. On a turntable (`turntable_rate` Omega) the
         velocity also turns, at the rate ``beta / (1 + beta) Omega``.
 
         The attitude follows by rolling, ``v = omega x radius e_z``: growth vector (2, 3, 5) of the
@@ -218,6 +227,7 @@ class BallParkDynamic(Task):
         outcome=outcome,
         observe=observe,
         advance=level_step,
+        contact=LEVEL,
     )
     reduction: ClassVar = DYNAMIC_POSE
     cost_unit: ClassVar = "impulse of the force [N s]"

@@ -15,8 +15,9 @@ from rigid_envs.kernels.elementary import select
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.systems import DynamicBall
 from rigid_envs.tasks.ball_park_dynamic import speed_bound
-from rigid_envs.tasks.base import ROTATION, Entry, Task
+from rigid_envs.tasks.base import ROTATION, Entry
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
+from rigid_envs.tasks.ground import Rolling
 from rigid_envs.tasks.reduced.ball_plate import TABLE
 
 __all__ = ["BallPlate"]
@@ -134,7 +135,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class BallPlate(Task):
+class BallPlate(Rolling):
     """Hold a ball at a commanded point of a table, drawn in every episode, by tilting the table.
 
     The ball rolls without slipping on a table that turns about the point O of its surface by the
@@ -148,8 +149,8 @@ class BallPlate(Task):
         Near level, in the axes of the table and with beta = I / (m radius^2), ``X'' = g alpha_y /
         (1 + beta) - radius alpha_y''`` and ``Y'' = -g alpha_x / (1 + beta) + radius alpha_x''``.
         The full equations are simulated, with centrifugal and gyroscopic terms. The mass has no
-        effect. The motor changes the rates of the angles linearly to the commanded ones within the
-        control period, and brakes in time to stop at `tilt_limit`.
+        effect on the motion. The motor changes the rates of the angles linearly to the commanded
+        ones within the control period, and brakes in time to stop at `tilt_limit`.
 
         Tilting moves the centre of the ball in the wrong direction by radius times angle: a zero of
         the transfer function in the right half-plane, at ``sqrt(g / ((1 + beta) radius))``. On a
@@ -189,7 +190,7 @@ class BallPlate(Task):
 
     n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
     rotation: str = setting("none", ROTATION)
-    m: Range = physical(1.0, "mass, without effect", "kg")
+    m: Range = physical(1.0, "mass, without effect on the motion", "kg")
     radius: Range = physical(1.0, "radius of the ball", "m")
     beta: Range = setting(
         0.4, Number("inertia ratio I / (m radius^2)", "1", 1e-3, 2.0 / 3.0, drawn=True)

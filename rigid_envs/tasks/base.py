@@ -147,6 +147,11 @@ class Task(WithinEnvelope, Settings, abc.ABC):
         """Number of entries of a goal; `features` then begins with achieved and desired goal."""
         return len(self.episode.Goal._fields)
 
+    @property
+    def slip_rule(self) -> tuple[bool, float]:
+        """Whether slip ends an episode, and what it takes off the reward."""
+        return False, 0.0
+
     def weights(self) -> Any:
         """Weights of the reward terms, by name."""
         Terms = self.episode.Terms
@@ -206,7 +211,9 @@ class Task(WithinEnvelope, Settings, abc.ABC):
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Range of every parameter drawn at reset: of the system, then of noise and delay."""
-        system = {name: span(getattr(self, field)) for name, field in self._fields().items()}
+        fixed = {field.name: field.default for field in fields(self.system_type)}
+        given = {name: getattr(self, field) for name, field in self._fields().items()}
+        system = {name: span(value) for name, value in {**fixed, **given}.items()}
         return {**system, **{name: span(getattr(self, name)) for name in CHANNEL._fields}}
 
     def physical_parameters(self) -> tuple[str, ...]:
@@ -216,7 +223,9 @@ class Task(WithinEnvelope, Settings, abc.ABC):
     def parameter_positions(self) -> dict[str, tuple[int, ...]]:
         """Positions of the value of each field in `ranges`."""
         positions: dict[str, tuple[int, ...]] = {}
-        for k, name in enumerate((*self._fields().values(), *CHANNEL._fields)):
+        known = self._fields()
+        names = (known.get(name, name) for name in self.system_type.parameter_names())
+        for k, name in enumerate((*names, *CHANNEL._fields)):
             positions[name] = (*positions.get(name, ()), k)
         return positions
 
@@ -224,7 +233,8 @@ class Task(WithinEnvelope, Settings, abc.ABC):
         """Fields that are drawn from a range and appended to the observation."""
         if not self.observe_params:
             return ()
-        spans = {name: span(getattr(self, name)) for name in self.parameter_positions()}
+        drawn = (*self.physical_parameters(), *CHANNEL._fields)
+        spans = {name: span(getattr(self, name)) for name in drawn}
         return tuple(name for name, (low, high) in spans.items() if low < high)
 
     @property
@@ -240,11 +250,14 @@ class Task(WithinEnvelope, Settings, abc.ABC):
         """The physical system, with the given parameters or the middle of each range."""
         if parameters is None:
             parameters = {name: 0.5 * (low + high) for name, (low, high) in self.ranges().items()}
-        return self.system_type(**{name: parameters[name] for name in self._fields()})
+        names = self.system_type.parameter_names()
+        return self.system_type(**{name: parameters[name] for name in names})
 
     def _fields(self) -> dict[str, str]:
-        """Field of the task for each parameter of the system."""
-        return {name: self.aliases.get(name, name) for name in self.system_type.parameter_names()}
+        """Field of the task for each parameter of the system; those without one are fixed."""
+        names = self.system_type.parameter_names()
+        named = {name: self.aliases.get(name, name) for name in names}
+        return {name: field for name, field in named.items() if hasattr(self, field)}
 
     def _check_parameters(self) -> None:
         ends = {name: set(span(getattr(self, name))) for name in self.physical_parameters()}

@@ -34,6 +34,7 @@ def new_buffer(
     bounds = [end for entry in task.observations() for end in (entry.low, entry.high)]
     weights, constants = task.weights(), task.constants()
     tail = [*weights, *constants, *(end for ends in ranges for end in ends), *observed, *bounds]
+    ends_on_slip, slip_penalty = task.slip_rule
     noise, blur, delay = (high for _, high in ranges[-len(CHANNEL) :])
     n_head = len(Settings._fields)
     blocks = _blocks_up(n_head + len(tail))
@@ -52,6 +53,8 @@ def new_buffer(
         noisy_actions=int(noise > 0),
         noisy_observations=int(blur > 0),
         fastest=task.fastest,
+        ends_on_slip=int(ends_on_slip),
+        slip_penalty=slip_penalty,
         weights=n_head,
         constants=n_head + len(weights),
         ranges=n_head + len(weights) + len(constants),

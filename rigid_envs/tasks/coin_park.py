@@ -16,9 +16,10 @@ from rigid_envs.kernels.elementary import atan2, cbrt, select
 from rigid_envs.kernels.episode import Episode, NoAuxiliary
 from rigid_envs.kernels.upright_coin import UPRIGHT_COIN, Input, Parameters, State
 from rigid_envs.systems import UprightCoin
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Array, Entry
 from rigid_envs.tasks.coins import FAR, wrapped
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
+from rigid_envs.tasks.ground import Rolling
 from rigid_envs.tasks.reduced.coin_park import COIN_POSE
 
 __all__ = ["CoinPark"]
@@ -106,7 +107,7 @@ def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[fl
 
 
 @dataclass(frozen=True)
-class CoinPark(Task):
+class CoinPark(Rolling):
     """Park an upright coin: position at the origin, heading and roll phase 0.
 
     Four dimensions, two controls: the coin rolls and is steered, also on the spot, but it cannot
@@ -119,7 +120,8 @@ class CoinPark(Task):
     Physics:
         ``(X', Y') = -radius psi' (cos phi, sin phi)`` with the heading phi and the roll phase psi.
         Both rates are set at once, so each step is an exact arc. Mass, moments and g have no
-        effect, as the rates are given.
+        effect on the motion, as the rates are given. On the arc the coin needs the coefficient of
+        friction ``radius |phi' psi'| / g``; what the jumps of the rates would need is not counted.
 
         The two control vector fields and their Lie brackets span 2, 3 and 4 dimensions (growth
         vector (2, 3, 4)). At the goal steering and rolling are directly controlled, the lateral

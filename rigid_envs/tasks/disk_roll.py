@@ -14,9 +14,10 @@ from rigid_envs.kernels.elementary import atan2, fma, select, sincos
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.rolling_disk import ROLLING_DISK, Input, Parameters, State
 from rigid_envs.systems import RollingDisk
-from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.base import Entry
 from rigid_envs.tasks.disks import TIGHT, fastest_disk, rolling
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
+from rigid_envs.tasks.ground import Rolling
 from rigid_envs.tasks.reduced.disk_roll import CIRCLE
 
 __all__ = ["DiskRoll", "DiskRollRandom"]
@@ -123,7 +124,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class DiskRoll(Task):
+class DiskRoll(Rolling):
     """Keep a disk rolling below its stable speed, on a circle of commanded curvature.
 
     A disk rolls at 0.5 to 0.95 of the speed above which upright rolling is stable. It is to roll on

@@ -16,8 +16,9 @@ from rigid_envs.kernels.elementary import select, sincos
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.roller import ROLLER, Input, Parameters, State
 from rigid_envs.systems import Roller
-from rigid_envs.tasks.base import Array, Entry, Task
+from rigid_envs.tasks.base import Array, Entry
 from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, span
+from rigid_envs.tasks.ground import Rolling
 from rigid_envs.tasks.reduced.roll_pump import SWING
 
 __all__ = ["RollPump"]
@@ -102,7 +103,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
 
 
 @dataclass(frozen=True)
-class RollPump(Task):
+class RollPump(Rolling):
     """Roll out of a valley without external force, by changing the inertia ratio.
 
     A roller in a circular valley changes its ratio beta = I / (m r^2) between that of a solid
@@ -161,7 +162,6 @@ class RollPump(Task):
     g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
     slope: float = setting(0.0, Number("angle at s = 0: the bottom", "rad", 0.0, 0.0))
     curvature: Range = physical(0.2, "curvature of the path of the centre", "1/m")
-    mu: Range = physical(1.0, "coefficient of static friction", "1")
     beta_change: float = setting(0.6, Number("largest addition to the ratio", "1", 1e-3, 1e3))
     rim: float = setting(1.2, Number("angle of the rim", "rad", 1e-2, 3.1))
     start_part: float = setting(0.3, Number("largest start / rim", "1", 1e-3, 0.99))

@@ -15,6 +15,7 @@ import pytest
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
+from rigid_envs.systems import RollingContact
 from rigid_envs.tasks import ConfigError, Task
 from rigid_envs.tasks.fields import span
 from rigid_envs.testing.selection import OWN, chosen
@@ -48,6 +49,7 @@ def task_of(env_id: str) -> Task:
 DISCRETE = tuple(env_id for env_id in IDS if task_of(env_id).n_choices)
 CONTINUOUS = tuple(env_id for env_id in IDS if not task_of(env_id).n_choices)
 GOALS = tuple(env_id for env_id in IDS if task_of(env_id).n_goal)
+ROLLING = tuple(env_id for env_id in IDS if issubclass(task_of(env_id).system_type, RollingContact))
 ATTITUDES = tuple(env_id for env_id in IDS if "q" in task_of(env_id).system_type.components)
 
 

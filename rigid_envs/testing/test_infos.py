@@ -6,6 +6,7 @@ import pytest
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.testing.environments import (
+    ROLLING,
     actions,
     flat,
     rich,
@@ -21,7 +22,9 @@ FLAGS = {"is_success", "action_clipped", "physics_error"}
 
 def expected_types(env_id):
     terms = {f"reward/{term}": float for term in task_of(env_id).terms}
-    return {"cost": float, **terms, **dict.fromkeys(FLAGS, bool)}
+    grip = {"normal_force": float, "needed_friction": float, "slips": bool}
+    kinds = {"cost": float, **terms, **dict.fromkeys(FLAGS, bool)}
+    return kinds | grip if env_id in ROLLING else kinds
 
 
 def test_info_has_the_same_keys_and_types_at_reset_and_at_every_step(env_id):

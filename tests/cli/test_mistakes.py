@@ -16,6 +16,7 @@ READ = [
     ["dataset", "--check", "PATH"],
     ["dataset", "BallPark", "--policy", "PATH", "--episodes", "1"],
     ["verify", "--policies", "PATH"],
+    ["verify", "PATH/row.json"],
     ["describe", "PATH"],
     ["compile", "PATH"],
     ["play", "PATH"],

@@ -1,5 +1,6 @@
 """Normal force and friction against Newton's law on simulated motion, and closed values."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from rigid_envs import rotations
 from rigid_envs.analytic import rolling_disk
+from rigid_envs.kernels import dynamic_ball
 from rigid_envs.systems import DynamicBall, Roller, RollingBall, RollingDisk, UprightCoin
 from tests.systems.examples import COIN, DISK, PLATE, ROLLER, inputs, name_of, states
 
@@ -47,6 +49,55 @@ def test_the_forces_are_what_newtons_law_lacks_along_a_simulated_motion(system, 
         assert needed == pytest.approx(friction / pushed[2], rel=1e-4 * size / pushed[2])
         assert system.slips(y, u, mu=0.99 * needed)
         assert not system.slips(y, u, mu=1.01 * needed)
+
+
+def acceleration(system, y, u):
+    """Derivative of the velocity of the centre along the motion: differences of sixth order."""
+    h, rates = 2e-3, system.rhs(y, u)
+    velocity = system.velocity_world if system is PLATE else system.velocity
+    rows = y + h * np.arange(-3, 4)[:, None] * rates
+    rows[:, :4] /= np.linalg.norm(rows[:, :4], axis=-1, keepdims=True)  # q' is perpendicular to q
+    v = velocity(rows)
+    weights = (-1.0 / 60, 3.0 / 20, -3.0 / 4, 0.0, 3.0 / 4, -3.0 / 20, 1.0 / 60)
+    found = np.array(weights) @ v / h
+    return np.append(found, 0.0) if system is COIN else found
+
+
+@pytest.mark.parametrize("system", [DISK, PLATE, COIN], ids=name_of)
+@pytest.mark.parametrize("seed", range(6))
+def test_the_force_is_what_newtons_law_lacks_of_the_rates_of_velocity(system, seed):
+    rng = np.random.default_rng([74, seed])
+    y, u = states(system, rng), inputs(system, rng)
+    force = system.m * acceleration(system, y, u) - heights(system, y)[1]
+    if system is PLATE:
+        force = system.plate(y).T @ force - np.append(u[:2], 0.0)
+    # h^6 / 140 of the seventh derivative at rates near 10 rad/s, and rounding of eps |v| / h
+    np.testing.assert_allclose(system.contact_force(y, u), force, rtol=0, atol=1e-8)
+
+
+def test_the_force_of_a_level_plate_is_that_of_any_plate():
+    rng = np.random.default_rng(75)
+    y, u = states(PLATE, rng, 50), inputs(PLATE, rng, 50)
+    y[:, 9:], u[:, 2:] = 0.0, 0.0
+    p = PLATE.parameters
+    for row, force, expected in zip(y, u, PLATE.contact_force(y, u), strict=True):
+        kinds = (dynamic_ball.State(*row), dynamic_ball.Input(*force), dynamic_ball.Parameters(*p))
+        found = dynamic_ball.LEVEL.force(*kinds)
+        np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize("system", ROLLING, ids=name_of)
+def test_slip_is_judged_by_the_coefficient_of_the_system(system):
+    rng = np.random.default_rng(76)
+    y, u = states(system, rng, 20), inputs(system, rng, 20)
+    held = np.isfinite(system.needed_friction(y, u))
+    y, u = y[held][0], u[held][0]
+    needed = float(system.needed_friction(y, u))
+    assert not dataclasses.replace(system, mu=1.001 * needed).slips(y, u)
+    assert dataclasses.replace(system, mu=0.999 * needed).slips(y, u)
+    assert not dataclasses.replace(system, mu=0.0).slips(y, u, mu=2.0 * needed)
+    with pytest.raises(ValueError, match=r"^mu = -0\.1; expected a finite number of at least 0"):
+        dataclasses.replace(system, mu=-0.1)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -28,7 +28,8 @@ REST = BODY.state()
 each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
 each_type = pytest.mark.parametrize("system_type", [type(system) for system in SYSTEMS])
 NO_NUMBERS = [np.nan, np.inf, "1", None, True, [1.0], 1j]
-FROM_ZERO = {(UprightCoin, "I3"), (Roller, "beta"), (Roller, "mu")}
+FROM_ZERO = {(UprightCoin, "I3"), (Roller, "beta")}
+FROM_ZERO |= {(kind, "mu") for kind in (DynamicBall, RollingDisk, Roller, UprightCoin)}
 FROM_ZERO |= {(HeavyTop, "g"), (HeavyTop, "ell")}
 ANY_SIGN = {(DynamicBall, "turntable_rate"), (UprightCoin, "slope"), (Roller, "slope")}
 ANY_SIGN |= {(Roller, "curvature")}

@@ -87,7 +87,8 @@ def compiled(
 
 
 RIM = m * r**2
-DISK = (m, r, I1, I3, g, I1 + RIM, I3 + RIM, 1 / I1, 1 / (I1 + RIM), 1 / (I3 + RIM))
+MU = sp.Symbol("mu")  # without effect on the motion
+DISK = (m, r, I1, I3, g, MU, I1 + RIM, I3 + RIM, 1 / I1, 1 / (I1 + RIM), 1 / (I3 + RIM))
 STATE = sp.symbols("y0:9")
 
 
@@ -170,7 +171,7 @@ def test_the_upright_coin_obeys_lagranges_equations_on_a_slope(place):
     slope, steer, drive, phi_t, psi_t = sp.symbols("slope tau_phi tau_psi phi_t psi_t")
     where = PLACES[place] | {sp.sin(B): sp.sqrt(2) / 2, sp.cos(B): sp.sqrt(2) / 2}
     inertia = I3 + RIM
-    p = (m, r, I1, I3, g, slope, 1 / I1, 1 / inertia, m * g * sp.sin(slope) * r / inertia)
+    p = (m, r, I1, I3, g, slope, MU, 1 / I1, 1 / inertia, m * g * sp.sin(slope) * r / inertia)
     y = sp.symbols("y0:8")
     rates = compiled(symbols.rates, UPRIGHT_COIN, {}, y, (steer, drive), p)
     upright = {RATES[1]: 0, RATES[0]: phi_t, RATES[2]: psi_t}
@@ -218,7 +219,7 @@ def test_the_ball_on_its_plate_obeys_newtons_and_eulers_laws():
     motion = sp.symbols("X Y VX VY spin ax ay rate_x rate_y")
     u = sp.symbols("FX FY a_x a_y")
     (X, Y), spin, (ax, ay), (FX, FY) = motion[:2], motion[4], motion[5:7], u[:2]
-    p = (m, r, beta, g, table, 1 / m, 1 / r, 1 / (1 + beta))
+    p = (m, r, beta, g, table, MU, 1 / m, 1 / r, 1 / (1 + beta))
     rates = compiled(symbols.rates, DYNAMIC_BALL, {}, (*q, *motion), u, p)
 
     def in_time(vector):

@@ -1,0 +1,104 @@
+"""A result in a file can be played again, and tells when a number in it was changed."""
+
+import json
+import locale
+import shutil
+
+import pytest
+
+from rigid_envs import load
+from rigid_envs.cli import main
+from rigid_envs.files import DamagedFileError
+from rigid_envs.policies.loading import file_of
+from rigid_envs.scores import evaluate, read_evaluation, repeat
+from rigid_envs.scores.result import digest
+
+ID = "RigidEnvs/Detumble-v0"
+N = 6
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """A result of a trained policy in another task than the registered one, from other starts."""
+    file = tmp_path_factory.mktemp("result") / "mine.json"
+    config = {"frame": "reduced", "dt": 0.09, "observation_noise": 0.01}
+    evaluate(ID, load("Detumble"), n=N, config=config, seed=7).save(file)
+    return file
+
+
+def changed(file, folder, change):
+    row = json.loads(file.read_text())
+    change(row)
+    other = folder / "other.json"
+    other.write_text(json.dumps(row))
+    return other
+
+
+def test_the_same_policy_gives_the_same_numbers(saved):
+    again = repeat(saved, "Detumble")
+    assert not again.differences
+    assert again.now.values["cost"].tobytes() == again.then.values["cost"].tobytes()
+    assert again.now.config == again.then.config
+
+
+def test_another_policy_is_told_by_the_numbers_that_differ(saved):
+    differences = repeat(saved, "zero").differences
+    assert any(
+        line.startswith(f"return: {N} of {N} starts differ, start 0 first") for line in differences
+    )
+
+
+@pytest.mark.parametrize("policy", ["brake", "zero", "random"])
+def test_what_a_result_names_need_not_be_told(policy, tmp_path):
+    file = evaluate(ID, policy, n=N).save(tmp_path / "row.json")
+    assert not repeat(file).differences
+
+
+def test_a_published_policy_is_known_by_its_record(tmp_path):
+    file = evaluate(ID, load("Detumble"), n=N).save(tmp_path / "row.json")
+    assert not repeat(file).differences
+    with pytest.raises(ValueError, match=r"algo = 'mine'; expected a controller of .*or its file"):
+        repeat(changed(file, tmp_path, lambda row: row.update(algo="mine")))
+
+
+def test_a_number_that_was_changed_is_noticed(saved, tmp_path):
+    def better(row):
+        row["starts"]["cost"][3] *= 0.99  # of which no other figure is made
+
+    other = changed(saved, tmp_path, better)
+    with pytest.raises(DamagedFileError, match=r"sha256 = .*: numbers were changed"):
+        read_evaluation(other)
+    with pytest.raises(DamagedFileError, match="numbers were changed"):
+        read_evaluation(changed(saved, tmp_path, lambda row: row["config"].update(dt=0.1)))
+
+
+def test_the_digest_does_not_depend_on_the_order_of_keys_or_on_the_locale(saved, tmp_path):
+    row = json.loads(saved.read_text())
+    backwards = dict(reversed([(k, v) for k, v in row.items()]))
+    backwards["starts"] = dict(reversed(row["starts"].items()))
+    assert digest(backwards) == row["sha256"]
+    before = locale.setlocale(locale.LC_ALL)
+    try:
+        locale.setlocale(locale.LC_ALL, "C")
+        assert digest(row) == row["sha256"]
+    finally:
+        locale.setlocale(locale.LC_ALL, before)
+    row["machine"], row["cpu"] = "elsewhere", "another"
+    assert digest(row) == row["sha256"]
+    assert read_evaluation(changed(saved, tmp_path, lambda r: r.update(cpu="another"))).n == N
+
+
+def test_the_command_plays_results_again(saved, tmp_path, capsys):
+    policy = shutil.copy(file_of("Detumble"), tmp_path / "policy.safetensors")
+    assert main(["verify", str(saved), "--policy", str(policy)]) == 0
+    assert "every number of every start is the same, to the last digit" in capsys.readouterr().out
+    assert main(["verify", str(saved), "--policy", "zero"]) == 1
+    assert "FAILS: return" in capsys.readouterr().out
+    for words, said in (
+        ([str(saved), "rotations"], "expected nothing beside results but --policy"),
+        (["--policy", "zero"], "expected a FILE.json beside it"),
+    ):
+        assert main(["verify", *words]) == 2
+        assert said in capsys.readouterr().err
+    assert main(["verify", "none.json"]) == 1
+    assert "none.json" in capsys.readouterr().err
