@@ -205,7 +205,7 @@ def _acquire(folder: Path) -> int:
 
 def _owner(path: Path) -> str:
     try:
-        owner = json.loads(read_bytes(path, 4096))
+        owner = json.loads(read_bytes(path, 4096).decode())
         return f"process {owner['pid']} on {owner['host']}"
     except (OSError, ValueError, LookupError, TypeError):
         return "another process"

@@ -81,7 +81,7 @@ def read_results(folder: Path) -> list[Evaluation]:
     found = []
     for path in sorted(folder.rglob("*.json")):
         try:
-            row = json.loads(read_bytes(path, _LIMIT))
+            row = json.loads(read_bytes(path, _LIMIT).decode())
             if isinstance(row, dict) and row.get("format") == FORMAT:
                 if row["env_id"] in ENVIRONMENTS:
                     found.append(up_to_date(evaluation_of(row)))

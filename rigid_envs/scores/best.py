@@ -105,7 +105,7 @@ def read_best(file: Path) -> Best:
         DamagedFileError: Of another format or evaluation set, or not complete.
     """
     try:
-        data = json.loads(read_bytes(file, _LIMIT))
+        data = json.loads(read_bytes(file, _LIMIT).decode())
         evaluation_set = {"version": VERSION, "seed": TEST_SEED, "starts": len(data["costs"])}
         if (data["format"], data["evaluation_set"]) != (FORMAT, evaluation_set):
             raise ValueError(

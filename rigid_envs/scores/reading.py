@@ -39,7 +39,7 @@ def read_evaluation(path: str | Path, *, anew: bool = False) -> Evaluation:
     """
     file = Path(path)
     try:
-        found = evaluation_of(json.loads(read_bytes(file, _LIMIT)))
+        found = evaluation_of(json.loads(read_bytes(file, _LIMIT).decode()))
     except (KeyError, TypeError, ValueError) as error:
         why = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise DamagedFileError(f"{file}: {why}; write it anew: Evaluation.save") from error

@@ -179,7 +179,7 @@ def read_record(file: Path) -> Record:
         FileNotFoundError: No such file.
     """
     try:
-        data = json.loads(read_bytes(file, _LIMIT))
+        data = json.loads(read_bytes(file, _LIMIT).decode())
         about = data["evaluation"]
         kind = (data["format"], about["version"], about["seed"])
         if kind != (FORMAT, VERSION, TEST_SEED):

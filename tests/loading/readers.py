@@ -1,0 +1,83 @@
+"""Every kind of file that is read: how a good one is written, and the function that reads it."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import gymnasium as gym
+import numpy as np
+
+from agents.config.yaml_data import read_yaml
+from agents.storage.checkpoints import load_newest, save_newest
+from agents.storage.evaluations import read_evaluations, write_evaluations
+from rigid_envs import load
+from rigid_envs.policies.loading import file_of as file_of_policy
+from rigid_envs.replays import RecordReplay, load_replay
+from rigid_envs.scores import evaluate, read_evaluation
+from rigid_envs.scores.best import file_of as file_of_best
+from rigid_envs.scores.best import read_best
+from rigid_envs.scores.plans import file_of_plans, read_plans
+from rigid_envs.scores.records import read_record
+
+__all__ = ["READERS", "Reader"]
+
+ID = "RigidEnvs/Detumble-v0"
+PLANNED = "RigidEnvs/PivotTop-v0"
+_EVALUATIONS = ("timesteps", "results", "ep_lengths", "successes", "costs")
+
+
+class Reader(NamedTuple):
+    """A kind of file.
+
+    Attributes:
+        name: of the file.
+        write: puts a good one at a path.
+        read: reads the one at a path.
+    """
+
+    name: str
+    write: Callable[[Path], Any]
+    read: Callable[[Path], Any]
+
+
+def _copy_of(file: Path) -> Callable[[Path], Any]:
+    return lambda path: path.write_bytes(file.read_bytes())
+
+
+def _replay(path: Path) -> None:
+    env = RecordReplay(gym.make(ID), path)
+    env.reset(seed=0)
+    for _ in range(3):
+        env.step(np.zeros(3, dtype=np.float32))
+    env.close()
+
+
+def _checkpoint(path: Path) -> None:
+    save_newest(path.parent, 1, {"weights": np.arange(6.0)}, {"age": 1})
+
+
+READERS = {
+    "policy": Reader("policy.safetensors", _copy_of(file_of_policy("Detumble")), load),
+    "checkpoint": Reader(
+        "000000000000001.safetensors",
+        _checkpoint,
+        lambda path: load_newest(path.parent, lambda arrays, document: None),
+    ),
+    "replay": Reader("replay.npz", _replay, load_replay),
+    "plans": Reader("plans.npz", _copy_of(file_of_plans(PLANNED)), read_plans),
+    "evaluations": Reader(
+        "evaluations.npz",
+        lambda path: write_evaluations(path, dict.fromkeys(_EVALUATIONS, np.zeros((3, 2)))),
+        read_evaluations,
+    ),
+    "best": Reader("best.json", _copy_of(file_of_best(ID)), read_best),
+    "record": Reader(
+        "record.json", _copy_of(file_of_policy("Detumble").with_suffix(".json")), read_record
+    ),
+    "result": Reader(
+        "result.json", lambda path: evaluate(ID, "zero", n=2).save(path), read_evaluation
+    ),
+    "config": Reader(
+        "config.yaml", lambda path: path.write_text("env_id: Detumble\nseed: 1\n"), read_yaml
+    ),
+}
