@@ -15,6 +15,7 @@ __all__ = [
     "canonical_json",
     "lined_json",
     "read_bytes",
+    "read_json",
     "sweep",
     "sync_folder",
     "write_atomic",
@@ -94,6 +95,25 @@ def read_bytes(path: Path, limit: int) -> bytes:
     if status.st_size > limit:
         raise DamagedFileError(f"{path}: {status.st_size} bytes; expected at most {limit}")
     return path.read_bytes()
+
+
+def read_json(path: Path, limit: int) -> Any:
+    """The value of a JSON file of bounded size.
+
+    Args:
+        path: Its path.
+        limit: Largest size that makes sense [bytes].
+
+    Raises:
+        DamagedFileError: As `read_bytes`.
+        FileNotFoundError: No file.
+        ValueError: No JSON in UTF-8, or lists in lists without end.
+    """
+    text = read_bytes(path, limit).decode()
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("lists or objects are nested too deeply") from None
 
 
 def canonical_json(value: Mapping[str, Any], indent: int | None = None) -> str:

@@ -15,7 +15,6 @@ logs/<algo>/<environment>_<n>/
 from __future__ import annotations
 
 import fcntl
-import json
 import os
 import platform
 import re
@@ -23,7 +22,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from rigid_envs.files import canonical_json, read_bytes, sync_folder
+from rigid_envs.files import canonical_json, read_json, sync_folder
 
 from ..config.by_algorithm import Config
 from .run_config import read_config, write_config
@@ -205,7 +204,7 @@ def _acquire(folder: Path) -> int:
 
 def _owner(path: Path) -> str:
     try:
-        owner = json.loads(read_bytes(path, 4096).decode())
+        owner = read_json(path, 4096)
         return f"process {owner['pid']} on {owner['host']}"
     except (OSError, ValueError, LookupError, TypeError):
         return "another process"

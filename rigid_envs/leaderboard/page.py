@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
-from rigid_envs.files import DamagedFileError, read_bytes, write_atomic
+from rigid_envs.files import DamagedFileError, read_json, write_atomic
 from rigid_envs.leaderboard.drawing import draw, require_matplotlib
 from rigid_envs.leaderboard.rows import Row, kind_of, packaged_rows, row_of, sorted_rows
 from rigid_envs.scores.aggregates import interquartile_mean, stratified_bootstrap
@@ -81,7 +80,7 @@ def read_results(folder: Path) -> list[Evaluation]:
     found = []
     for path in sorted(folder.rglob("*.json")):
         try:
-            row = json.loads(read_bytes(path, _LIMIT).decode())
+            row = read_json(path, _LIMIT)
             if isinstance(row, dict) and row.get("format") == FORMAT:
                 if row["env_id"] in ENVIRONMENTS:
                     found.append(up_to_date(evaluation_of(row)))

@@ -22,6 +22,8 @@ from rigid_envs.files import DamagedFileError, read_bytes, write_atomic
 __all__ = ["read_arrays", "write_arrays"]
 
 _LIMIT = 256 * 2**20  # bytes of a file, and of what is in it
+_MOST = 50_000  # arrays in a file: to list many more takes seconds
+_ENTRY = b"PK\x01\x02"  # how each one of them is listed
 _SUFFIX = ".npy"
 
 
@@ -49,6 +51,8 @@ def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
         FileNotFoundError: There is no such file.
     """
     data = read_bytes(path, _LIMIT)
+    if data.count(_ENTRY) > _MOST:
+        raise DamagedFileError(f"{path}: more than {_MOST} arrays")
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             size = sum(member.file_size for member in archive.infolist())

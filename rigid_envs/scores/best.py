@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -16,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.catalogue import full_id
-from rigid_envs.files import DamagedFileError, lined_json, read_bytes, write_atomic
+from rigid_envs.files import DamagedFileError, lined_json, read_json, write_atomic
 from rigid_envs.scores.starts import TEST_SEED, VERSION
 
 __all__ = ["FOLDER", "FORMAT", "Best", "best_known", "file_of", "read_best", "write_best"]
@@ -105,7 +104,7 @@ def read_best(file: Path) -> Best:
         DamagedFileError: Of another format or evaluation set, or not complete.
     """
     try:
-        data = json.loads(read_bytes(file, _LIMIT).decode())
+        data = read_json(file, _LIMIT)
         evaluation_set = {"version": VERSION, "seed": TEST_SEED, "starts": len(data["costs"])}
         if (data["format"], data["evaluation_set"]) != (FORMAT, evaluation_set):
             raise ValueError(

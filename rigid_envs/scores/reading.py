@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.files import DamagedFileError, read_bytes
+from rigid_envs.files import DamagedFileError, read_json
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.efficiency import Cost
 from rigid_envs.scores.result import FORMAT, Evaluation, digest
@@ -39,7 +39,7 @@ def read_evaluation(path: str | Path, *, anew: bool = False) -> Evaluation:
     """
     file = Path(path)
     try:
-        found = evaluation_of(json.loads(read_bytes(file, _LIMIT).decode()))
+        found = evaluation_of(read_json(file, _LIMIT))
     except (KeyError, TypeError, ValueError) as error:
         why = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise DamagedFileError(f"{file}: {why}; write it anew: Evaluation.save") from error

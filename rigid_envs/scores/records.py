@@ -7,7 +7,6 @@ where it is shown, against the best that is known then.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.catalogue import task_of
-from rigid_envs.files import DamagedFileError, lined_json, read_bytes, write_atomic
+from rigid_envs.files import DamagedFileError, lined_json, read_json, write_atomic
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.efficiency import cost_of, efficiencies
@@ -179,7 +178,7 @@ def read_record(file: Path) -> Record:
         FileNotFoundError: No such file.
     """
     try:
-        data = json.loads(read_bytes(file, _LIMIT).decode())
+        data = read_json(file, _LIMIT)
         about = data["evaluation"]
         kind = (data["format"], about["version"], about["seed"])
         if kind != (FORMAT, VERSION, TEST_SEED):

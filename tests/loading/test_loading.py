@@ -8,19 +8,25 @@ from pathlib import Path
 
 import pytest
 
+from tests.loading.bombs import BOMBS
 from tests.loading.payloads import changed, harmful
 from tests.loading.readers import READERS
 
 N = 112  # changed files of each kind: more than 1000 together
 
 
-@pytest.fixture(scope="module")
-def audited():
-    words = [sys.executable, "-m", "tests.loading.audited", str(N)]
+def said_by(module, *words):
+    """The JSON that a module prints, as a process of its own."""
     root = Path(__file__).parents[2]
-    done = subprocess.run(words, cwd=root, capture_output=True, text=True, check=False)
+    program = [sys.executable, "-W", "ignore", "-m", module, *words]
+    done = subprocess.run(program, cwd=root, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-3000:]
     return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.fixture(scope="module")
+def audited():
+    return said_by("tests.loading.audited", str(N))
 
 
 @pytest.mark.parametrize("kind", READERS)
@@ -46,3 +52,12 @@ def test_payloads_do_run_where_a_reader_lets_them(tmp_path):
             pickle.loads(data)
             assert (tmp_path / "mark").exists()
     assert len({*changed(b"0123456789" * 20, N, 0)}) > 0.95 * N
+
+
+def test_bombs_are_refused_before_they_take_memory_or_time():
+    found = said_by("tests.loading.bombs")
+    assert len(found) == len(READERS) * len(BOMBS)
+    for name, (end, seconds, grown) in found.items():
+        assert end != "read", name
+        assert seconds < 5.0, (name, seconds)  # 0.3 s; this machine may do other things beside
+        assert grown < 256.0, (name, grown)
