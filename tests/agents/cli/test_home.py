@@ -1,0 +1,73 @@
+"""What a command writes lies in the folder that it was given, or in the cache of kernels."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from rigid_envs.kernels.cache import cache_directory
+
+ROOT = Path(__file__).parents[3]
+# Runs a module and prints which files were opened to write, and which were made or renamed.
+PROGRAM = """
+import json, os, runpy, sys
+WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+found = set()
+
+def hook(event, arguments):
+    if event == "open" and isinstance(arguments[2], int) and arguments[2] & WRITING:
+        found.add(arguments[0])
+    elif event in ("os.mkdir", "os.rename", "os.symlink", "os.link"):
+        found.update(arguments[:2])
+
+sys.addaudithook(hook)
+del sys.argv[0]
+try:
+    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+finally:
+    named = (each for each in found if isinstance(each, (str, bytes, os.PathLike)))
+    print(json.dumps([os.path.realpath(os.fsdecode(each)) for each in named]))
+"""
+TRAIN = ["--n_envs", "16", "--total_timesteps", "8192", "--eval_every", "4096", "--quiet"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["agents", "train", "--env_id", "Detumble", *TRAIN, "--log_dir", "HERE"],
+        ["rigid_envs.cli", "evaluate", "Detumble", "--policy", "brake", "--out", "HERE/row.json"],
+        ["rigid_envs.cli", "verify", "rotations", "--json", "HERE/laws.json"],
+    ],
+    ids=lambda words: words[1],
+)
+def test_nothing_is_written_elsewhere(tmp_path, words):
+    here, elsewhere = tmp_path / "here", tmp_path / "elsewhere"
+    here.mkdir()
+    elsewhere.mkdir()
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, *(word.replace("HERE", str(here)) for word in words)],
+        cwd=elsewhere,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    written = [Path(each) for each in json.loads(done.stdout.splitlines()[-1])]
+    allowed = [here.resolve(), Path("/dev"), Path(os.environ.get("HOME", "/"), ".cache")]
+    allowed += [folder.resolve() for folder in (cache_directory(),) if folder is not None]
+    scratch = Path(tempfile.gettempdir()).resolve()
+    strays = [
+        path
+        for path in written
+        if not any(path.is_relative_to(folder) for folder in allowed)
+        and not (path.parent == scratch and not path.exists())  # made and removed
+        and not path.name.startswith(("matplotlib", "torchinductor"))  # of other packages
+    ]
+    assert not strays
+    assert any(path.is_relative_to(here.resolve()) for path in written)
+    assert not [*elsewhere.iterdir()]
