@@ -1,0 +1,188 @@
+"""Balls rebuilt from their pages do what the environments do."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.from_pages import balls
+from tests.from_pages.quaternions import of_rotation_vector, rotation_vector
+from tests.from_pages.rolling import Model
+from tests.from_pages.rolling_play import (
+    actions,
+    alike,
+    begin,
+    drawn,
+    environment,
+    play,
+    same_distribution,
+)
+
+# Both sides are closed forms in float64: errors of some 1e-16 per step, which the roots, rounded
+# off at 0.001, magnify to at most 30 times as much.
+EXACT = 1e-12
+
+# The reduced features have roots that are not rounded off: from errors of 1e-15 near 0 come 3e-8.
+ROOTS = 1e-7
+
+# The desired goal is known as it is observed, in float32, and its errors of 1e-7 are magnified by
+# the roots of components that may be as small as 0.01.
+ROUNDED_GOAL = 2e-6
+
+PARKING: list[tuple[str, dict[str, Any]]] = [
+    *((name, {}) for name in ("BallPark", "BallParkRandom", "BallReorient")),
+    *(("BallPark", {"rotation": way}) for way in ("rot6d", "quat", "euler", "none")),
+    ("BallPark", {"weight_angle": 0.3, "weight_twist": -0.5, "weight_position": 0.2}),
+    ("BallPark", {"dt": 0.04, "roll_per_step": 0.7, "radius": 0.3, "n_substeps": 3}),
+    ("BallPark", {"radius": 0.02}),  # 50 radii and more from the goal
+    ("BallPark", {"action_delay": 2}),
+    ("BallParkRandom", {"observe_params": True, "radius": (0.1, 5.0)}),
+]
+
+
+def model_of(name: str, **settings: Any) -> Model:
+    made = getattr(balls, name)(**settings)
+    assert isinstance(made, Model)
+    return made
+
+
+@pytest.mark.parametrize(("name", "settings"), PARKING)
+def test_a_ball_that_parks_does_what_its_page_says(name: str, settings: dict[str, Any]) -> None:
+    rng = np.random.default_rng(1)
+    env, model = environment(name, **settings), model_of(name, **settings)
+    for _ in range(3):
+        seen = begin(env, model, model.draw(rng), model.draw_params(rng))
+        alike(seen, model.observe(), EXACT)
+        play(env, model, actions(rng, 40, 2), EXACT)
+
+
+@pytest.mark.parametrize("name", ["BallPark", "BallParkRandom", "BallReorient"])
+def test_the_reduced_frame_of_parking_is_that_of_the_page(name: str) -> None:
+    settings = {"frame": "reduced", "action_delay": 1}
+    rng = np.random.default_rng(2)
+    env, model = environment(name, **settings), model_of(name, **settings)
+    for _ in range(4):
+        seen = begin(env, model, model.draw(rng), model.draw_params(rng))
+        alike(seen, model.observe(), ROOTS)
+        play(env, model, actions(rng, 40, 2), ROOTS)
+
+
+@pytest.mark.parametrize(
+    ("q", "position"),
+    [
+        ((1.0, 0.0, 0.0, 0.0), (0.0, 0.0)),
+        ((1.0, 0.0, 0.0, 0.0), (0.3, -0.4)),
+        ((0.8, 0.0, 0.0, -0.6), (0.0, 0.0)),
+        ((-0.8, 0.0, 0.6, 0.0), (0.0, 0.0)),
+    ],
+)
+def test_the_reduced_frame_has_a_direction_where_there_is_no_offset(
+    q: tuple[float, ...], position: tuple[float, ...]
+) -> None:
+    settings = {"frame": "reduced", "position_tolerance": 1e-6}
+    env, model = environment("BallPark", **settings), model_of("BallPark", **settings)
+    begin(env, model, {"q": q, "position": position})
+    play(env, model, [np.array([0.7, 0.2], dtype=np.float32)], ROOTS)
+
+
+@pytest.mark.parametrize("name", ["BallPark", "BallParkRandom", "BallReorient"])
+def test_a_ball_is_parked_within_both_tolerances_and_not_beside_them(name: str) -> None:
+    settings = {"position_tolerance": 0.2, "angle_tolerance": 0.3}
+    env, model = environment(name, **settings), model_of(name, **settings)
+    rng, successes = np.random.default_rng(3), 0
+    for _ in range(60):
+        offset, theta = rng.uniform(-0.25, 0.25, 2), rng.uniform(-0.25, 0.25, 3)
+        state = {"q": of_rotation_vector(theta), "position": offset}
+        begin(env, model, state, model.draw_params(rng))
+        successes += play(env, model, 0.1 * actions(rng, 20, 2), EXACT)
+    assert 20 <= successes <= 58
+
+
+@pytest.mark.parametrize("settings", [{}, {"weight_distance": 0.7, "radius": (0.5, 0.9)}])
+def test_a_ball_with_a_goal_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    rng = np.random.default_rng(4)
+    env, model = environment("BallParkGoal", **settings), model_of("BallParkGoal", **settings)
+    for seed in range(3):
+        state = model.draw(rng)
+        del state["goal"]
+        params = model.draw_params(rng)
+        seen = begin(env, model, state, params, seed)
+        model.begin(params, **state, goal=seen["desired_goal"])
+        alike(seen, model.observe(), EXACT)
+        play(env, model, actions(rng, 100, 2), EXACT)
+
+
+def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less() -> None:
+    settings = {"frame": "reduced", "position_tolerance": 0.5, "angle_tolerance": 0.5}
+    env, model = environment("BallParkGoal", **settings), model_of("BallParkGoal", **settings)
+    rng, successes = np.random.default_rng(5), 0
+    for seed in range(8):
+        seen, _ = env.reset(seed=seed)
+        goal = np.asarray(seen["desired_goal"], dtype=float)
+        q = balls.compose(
+            of_rotation_vector(rng.uniform(-0.4, 0.4, 3)),
+            balls.of_matrix(goal[2:].reshape(3, 3)),
+        )
+        state = {"q": q, "position": goal[:2] + rng.uniform(-0.4, 0.4, 2)}
+        begin(env, model, state, seed=seed, goal=goal)
+        successes += play(env, model, actions(rng, 30, 2), ROUNDED_GOAL)
+    assert successes >= 2
+
+
+def test_rewards_of_goals_are_computed_anew_as_the_page_says() -> None:
+    settings = {"weight_distance": 0.5, "angle_tolerance": 1.5, "position_tolerance": 2.0}
+    env, model = environment("BallParkGoal", **settings), model_of("BallParkGoal", **settings)
+    assert isinstance(model, balls.BallParkGoal)
+    rng = np.random.default_rng(6)
+    pairs = [(model.draw(rng)["goal"], model.draw(rng)["goal"]) for _ in range(300)]
+    expected = []
+    for achieved, desired in pairs:
+        terms = model.judge(achieved, desired)
+        expected.append(terms["reached"] + 0.5 * terms["distance"])
+    assert 0 < sum(reward == 0.0 for reward in expected) < 300
+    sides = (np.array(side, dtype=np.float32) for side in zip(*pairs, strict=True))
+    rewards = env.unwrapped.compute_reward(*sides, {})  # type: ignore[attr-defined]
+    np.testing.assert_allclose(rewards, expected, rtol=0.0, atol=EXACT)
+
+
+def starts_of(y: Any) -> dict[str, Any]:
+    """Quantities of poses (q, X, Y) whose distributions determine that of the start."""
+    theta = np.array([rotation_vector(q) for q in y[:, :4]])
+    return {
+        "X": y[:, 4],
+        "Y": y[:, 5],
+        "angle": np.linalg.norm(theta, axis=1),
+        **{f"axis {k}": theta[:, k] / np.linalg.norm(theta, axis=1) for k in range(3)},
+    }
+
+
+@pytest.mark.parametrize("name", ["BallPark", "BallParkRandom", "BallReorient", "BallParkGoal"])
+def test_balls_that_park_start_as_the_page_says(name: str) -> None:
+    y, seen, _ = drawn(name)
+    model, rng = model_of(name), np.random.default_rng(7)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    same_distribution(starts_of(y), starts_of(np.array([[*s["q"], *s["position"]] for s in ours])))
+    assert np.abs(y[:, 4:6]).max() <= model.s.start_half_width
+    if name == "BallParkGoal":
+        theirs, goals = seen["desired_goal"], np.array([s["goal"] for s in ours])
+        same_distribution(
+            {str(k): theirs[:, k] for k in range(11)}, {str(k): goals[:, k] for k in range(11)}
+        )
+
+
+def test_the_radius_of_a_ball_is_drawn_uniformly() -> None:
+    _, seen, _ = drawn("BallParkRandom", observe_params=True)
+    radii, model = seen[:, -1], model_of("BallParkRandom")
+    ours = [model.draw_params(np.random.default_rng(k))["radius"] for k in range(len(radii))]
+    same_distribution({"radius": radii}, {"radius": np.array(ours)})
+    assert 0.5 <= radii.min() and radii.max() <= 2.0
+
+
+def test_balls_at_the_bounds_of_an_action_are_not_clipped() -> None:
+    env = environment("BallPark")
+    env.reset(seed=0)
+    for heading in np.linspace(0.0, 6.0, 50):
+        action = np.array([math.cos(heading), math.sin(heading)], dtype=np.float32)
+        assert not env.step(action)[-1]["action_clipped"]
+    assert env.step(np.array([1.0, 0.001], dtype=np.float32))[-1]["action_clipped"]
