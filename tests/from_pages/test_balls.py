@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.from_pages import balls
+from tests.from_pages.ball_on_grid import BallGrid
 from tests.from_pages.quaternions import of_rotation_vector, rotation_vector
 from tests.from_pages.rolling import Model
 from tests.from_pages.rolling_play import (
@@ -186,3 +187,47 @@ def test_balls_at_the_bounds_of_an_action_are_not_clipped() -> None:
         action = np.array([math.cos(heading), math.sin(heading)], dtype=np.float32)
         assert not env.step(action)[-1]["action_clipped"]
     assert env.step(np.array([1.0, 0.001], dtype=np.float32))[-1]["action_clipped"]
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"radius": 0.3, "start_cells": 1, "weight_moves": 0.2, "action_delay": 2},
+        {"frame": "reduced", "start_cells": 1},
+        {"frame": "reduced", "start_cells": 6},
+        {"rotation": "rot6d", "start_cells": 0},  # w may be 0, where the sign of q is not defined
+    ],
+)
+def test_a_ball_on_a_grid_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    env, model = environment("BallGrid", **settings), BallGrid(**settings)
+    rng, successes = np.random.default_rng(8), 0
+    for _ in range(20):
+        seen = begin(env, model, model.draw(rng))
+        alike(seen, model.observe(), EXACT)
+        # the next choice is often the opposite of the last: so home is reached, from home at once
+        choices = np.cumsum(rng.choice([0, 1, 2, 2], 30)) % 4
+        successes += play(env, model, choices, EXACT)
+    assert successes or settings.get("start_cells", 4) > 1
+
+
+def test_balls_on_a_grid_start_as_the_page_says() -> None:
+    y, _, _ = drawn("BallGrid", n=4000)
+    model, rng = BallGrid(), np.random.default_rng(9)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    theirs = [{"q": row[:4], "position": row[4:]} for row in y]
+    kinds = []
+    for starts in (ours, theirs):
+        cells = np.array([np.round(s["position"] / (math.pi / 2)) for s in starts])
+        attitudes = [
+            _which(model, s["q"], int(cell.sum())) for s, cell in zip(starts, cells, strict=True)
+        ]
+        kinds.append({"i": cells[:, 0], "j": cells[:, 1], "attitude": np.array(attitudes)})
+    same_distribution(*kinds)
+    assert np.abs(kinds[1]["i"]).max() == 4.0
+
+
+def _which(model: BallGrid, q: Any, parity: int) -> float:
+    """Number of the attitude among those that are solvable in a cell of this parity."""
+    (found,) = np.flatnonzero([abs(q @ known) > 0.99 for known in model.SOLVABLE[parity % 2]])
+    return float(found)

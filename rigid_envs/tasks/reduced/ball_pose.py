@@ -69,12 +69,12 @@ POSE = (
 """Entries of `pose_seen`: offset r, rotation vector theta, mismatch m = (theta_x, theta_y - r)."""
 
 POSE_FORMULAS = """
-    With p the offset and theta the rotation vector of Rewards, the frame has the x-axis ``(c, s) = p /
-    |p|``. Where p is 0 it is along ``(theta_y, -theta_x)``, and where that is 0 too along the x-axis
-    of the world; lengths below 1e-9 are 0. The side k is -1 where theta_z < 0, else 1. A horizontal
-    vector (v_x, v_y) is seen as ``(c v_x + s v_y, k (c v_y - s v_x))``, and theta as ``(k (c theta_x
-    + s theta_y), c theta_y - s theta_x, k theta_z)``. An action (a, b) in the frame is ``(c a - s k
-    b, s a + c k b)`` in the world, rounded to float32.
+    With p the offset and theta the rotation vector of Rewards, the frame has the x-axis ``(c, s) =
+    p / |p|``. Where p is 0 it is along ``(theta_y, -theta_x)``, and where that is 0 too along the
+    x-axis of the world; lengths below 1e-9 are 0. The side k is -1 where theta_z < 0, else 1. A
+    horizontal vector (v_x, v_y) is seen as ``(c v_x + s v_y, k (c v_y - s v_x))``, and theta as
+    ``(k (c theta_x + s theta_y), c theta_y - s theta_x, k theta_z)``. An action (a, b) in the frame
+    is ``(c a - s k b, s a + c k b)`` in the world, rounded to float32.
 
     r is ``min(|p|, 50)``, and ``m = (theta_x, theta_y - r)`` in the frame, with signed roots
     ``sign(m_x) sqrt(|m_x|)``, which are not rounded off.
