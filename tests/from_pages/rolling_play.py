@@ -11,7 +11,16 @@ from scipy import stats
 import rigid_envs  # noqa: F401 - registers the ids
 from tests.from_pages.rolling import Model
 
-__all__ = ["actions", "alike", "begin", "drawn", "environment", "play", "same_distribution"]
+__all__ = [
+    "actions",
+    "alike",
+    "begin",
+    "drawn",
+    "environment",
+    "hidden",
+    "play",
+    "same_distribution",
+]
 
 Array = npt.NDArray[np.float64]
 
@@ -38,6 +47,12 @@ def begin(
     assert not any(info.values())
     model.begin(params, **state, **hidden)
     return observation
+
+
+def hidden(env: gym.Env[Any, Any]) -> Array:
+    """What the task keeps beside the state of the body, in the order of its page."""
+    aux = env.unwrapped.get_state()["aux"]  # type: ignore[attr-defined]
+    return np.asarray(aux, dtype=float)
 
 
 def actions(rng: np.random.Generator, n: int, size: int, largest: float = 1.3) -> Array:

@@ -8,6 +8,7 @@ import pytest
 
 from tests.from_pages import balls
 from tests.from_pages.ball_on_grid import BallGrid
+from tests.from_pages.ball_that_follows import BallSteer
 from tests.from_pages.quaternions import of_rotation_vector, rotation_vector
 from tests.from_pages.rolling import Model
 from tests.from_pages.rolling_play import (
@@ -16,6 +17,7 @@ from tests.from_pages.rolling_play import (
     begin,
     drawn,
     environment,
+    hidden,
     play,
     same_distribution,
 )
@@ -231,3 +233,64 @@ def _which(model: BallGrid, q: Any, parity: int) -> float:
     """Number of the attitude among those that are solvable in a cell of this parity."""
     (found,) = np.flatnonzero([abs(q @ known) > 0.99 for known in model.SOLVABLE[parity % 2]])
     return float(found)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"path": "eight", "weight_close": 0.3, "dt": 0.07},
+        {"path": "elastica", "radius": 0.4, "wavenumber": 0.9, "reference_speed": 0.8},
+        {"radius": (0.5, 1.5), "observe_params": True, "rotation": "euler", "action_delay": 1},
+        {"frame": "reduced", "action_delay": 2, "roll_per_step": 0.2, "n_substeps": 4},
+    ],
+)
+def test_a_ball_that_follows_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    env, model = environment("BallSteer", **settings), BallSteer(**settings)
+    rng = np.random.default_rng(10)
+    for seed in range(3):
+        state, params = model.draw(rng), model.draw_params(rng)
+        del state["aux"]
+        seen, _ = env.reset(seed=seed, options={"state": state, "params": params})
+        model.begin(params, **state, aux=hidden(env))
+        alike(seen, model.observe(), EXACT)
+        play(env, model, actions(rng, 100, 2), EXACT)
+
+
+def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound() -> None:
+    settings = {"start_offset": 0.1, "start_angle": 0.2, "bound": 0.3}
+    env, model = environment("BallSteer", **settings), BallSteer(**settings)
+    outcomes = []
+    for seed in range(6):
+        seen, _ = env.reset(seed=seed)
+        y, aux = env.unwrapped.y, hidden(env)  # type: ignore[attr-defined]
+        model.begin(q=y[:4], position=y[4:], aux=aux)
+        alike(seen, model.observe(), EXACT)
+        copied = (model.leading() + 0.02 * (seed - 2) for _ in range(300))
+        outcomes.append(play(env, model, copied, 1e-11))  # roundings of 300 steps
+    assert len(set(outcomes)) == 2
+
+
+def test_balls_that_follow_start_as_the_page_says() -> None:
+    y, _, envs = drawn("BallSteer")
+    aux = np.array(envs.unwrapped.get_state()["aux"], dtype=float)
+    model, rng = BallSteer(), np.random.default_rng(11)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    kinds = []
+    for poses, beside in (
+        (np.array([[*s["q"], *s["position"]] for s in ours]), np.array([s["aux"] for s in ours])),
+        (y, aux),
+    ):
+        np.testing.assert_array_equal(beside[:, :6], np.tile([1.0, 0, 0, 0, 0, 0], (len(y), 1)))
+        np.testing.assert_allclose(beside[:, 9:11], 0.36 * beside[:, 6:8], rtol=1e-14)
+        assert not beside[:, 11:].any()
+        kinds.append(
+            {
+                **starts_of(poses),
+                "distance": np.hypot(poses[:, 4], poses[:, 5]),
+                "heading": np.arctan2(beside[:, 7], beside[:, 6]),
+                "curvature": beside[:, 8].round(12),  # half of them are figures eight, to rounding
+            }
+        )
+    same_distribution(*kinds)
+    assert kinds[1]["distance"].max() <= 1.0 and kinds[1]["angle"].max() <= 1.0
