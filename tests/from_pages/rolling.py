@@ -18,6 +18,7 @@ from tests.from_pages import quaternions
 
 __all__ = [
     "Frame",
+    "Held",
     "Judged",
     "Model",
     "Settings",
@@ -144,6 +145,19 @@ class Model(ABC):
         judged = self.move(self.late.pop(0))
         reward = sum(getattr(self.s, f"weight_{k}") * v for k, v in judged.terms.items())
         return Step(**vars(judged), observation=self.observe(), reward=reward, clipped=clipped)
+
+
+class Held:
+    """Whether a condition has been true throughout the last seconds."""
+
+    def __init__(self, seconds: float, dt: float) -> None:
+        self.needed = math.ceil(seconds / dt * (1.0 - 1e-9))
+        self.steps = 0
+
+    def after(self, true: bool) -> bool:
+        """After a step, in which the condition is true or not."""
+        self.steps = self.steps + 1 if true else 0
+        return self.steps >= self.needed
 
 
 def in_box(action: Array) -> tuple[Array, bool]:

@@ -8,6 +8,7 @@ import pytest
 
 from tests.from_pages import balls
 from tests.from_pages.ball_on_grid import BallGrid
+from tests.from_pages.ball_on_table import BallPlate
 from tests.from_pages.ball_that_follows import BallSteer
 from tests.from_pages.ball_with_inertia import BallParkDynamic
 from tests.from_pages.quaternions import of_rotation_vector, rotation_vector
@@ -39,6 +40,10 @@ ROUNDED_GOAL = 2e-6
 # constants are below 1. Here with the default number of substeps and with many.
 COARSE, FINE = 6, 96
 INTEGRATED = {n: (4.0 * 0.2 / n) ** 4 for n in (COARSE, FINE)}  # 3e-4 and 5e-9
+
+# On the table, as above, balls turn at up to 5 rad/s in 0.1 s.
+ROUGH, SMOOTH = 2, 40
+TABLE_ERROR = {n: (5.0 * 0.1 / n) ** 4 for n in (ROUGH, SMOOTH)}  # 4e-3 and 2e-8
 
 PARKING: list[tuple[str, dict[str, Any]]] = [
     *((name, {}) for name in ("BallPark", "BallParkRandom", "BallReorient")),
@@ -371,3 +376,96 @@ def test_balls_with_inertia_start_as_the_page_says() -> None:
     same_distribution(starts_of(y), starts_of(np.array([[*s["q"], *s["position"]] for s in ours])))
     assert np.abs(y[:, 4:6]).max() <= 2.0
     assert not y[:, 6:].any()
+
+
+def on_table(
+    env: Any, model: BallPlate, rng: np.random.Generator, seed: int, **more: Any
+) -> tuple[Any, dict[str, Any]]:
+    """An observation of a new episode with a start of ours and a point of theirs."""
+    state, params = {**model.draw(rng), **more}, model.draw_params(rng)
+    del state["point"]
+    seen, _ = env.reset(seed=seed, options={"state": state, "params": params})
+    model.begin(params, **state, point=hidden(env)[:2])
+    return seen, state
+
+
+TABLES: list[dict[str, Any]] = [
+    {},
+    {"n_substeps": ROUGH},
+    {"turntable_rate": 1.5, "rotation": "matrix", "radius": 0.7},
+    {"tilt_limit": 0.4, "tilt_rate": 2.0, "margin": 8.0, "g": 5.0, "rotation": "quat"},
+    {"frame": "reduced", "action_delay": 1},
+    {"frame": "reduced", "turntable_rate": -1.0, "beta": (0.3, 0.6), "radius": (0.6, 1.1)},
+    {"weight_effort": 2.0, "weight_near": 0.3, "m": (1.0, 2.0), "observe_params": True},
+]
+
+
+@pytest.mark.parametrize("settings", TABLES)
+def test_a_ball_on_a_table_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    settings = {"n_substeps": SMOOTH, **settings}
+    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    rng = np.random.default_rng(17)
+    tolerance = TABLE_ERROR[settings["n_substeps"]]
+    for seed in range(2):
+        seen, _ = on_table(env, model, rng, seed)
+        alike(seen, model.observe(), EXACT)
+        play(env, model, actions(rng, 40, 2), tolerance)
+
+
+def test_a_table_that_starts_tilted_and_turning_stops_within_its_limit() -> None:
+    settings = {"n_substeps": SMOOTH}
+    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    rng = np.random.default_rng(18)
+    for seed in range(4):
+        tilted = {"tilt": rng.uniform(-0.15, 0.15, 2), "tilt_rate": rng.uniform(-0.5, 0.5, 2)}
+        on_table(env, model, rng, seed, **tilted, spin=rng.uniform(-2.0, 2.0))
+        play(env, model, np.ones((30, 2), dtype=np.float32), TABLE_ERROR[SMOOTH])
+
+
+@pytest.mark.parametrize("hold", [0.0, 0.3, 0.35, 2.0])
+def test_a_ball_is_held_for_the_time_that_the_page_says(hold: float) -> None:
+    settings = {"hold": hold, "tolerance": 0.1, "n_substeps": SMOOTH}
+    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    rng, successes = np.random.default_rng(19), 0
+    for seed in range(6):
+        env.reset(seed=seed)
+        near = {"position": hidden(env)[:2] + np.array([0.05, 0.0])}
+        near["velocity"] = rng.uniform(-0.05, 0.05, 2)
+        on_table(env, model, rng, seed, **near)
+        successes += play(env, model, np.zeros((30, 2), dtype=np.float32), TABLE_ERROR[SMOOTH])
+    assert successes > 0
+
+
+def test_a_ball_falls_off_the_table_at_its_edge() -> None:
+    settings = {"start_radius": 1.0, "margin": 0.3, "tilt_limit": 0.3, "n_substeps": SMOOTH}
+    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    rng = np.random.default_rng(20)
+    for seed in range(3):
+        on_table(env, model, rng, seed)
+        assert not play(
+            env, model, np.tile([1.0, -0.5], (200, 1)), 100.0 * TABLE_ERROR[SMOOTH]
+        )  # 7 s
+        assert math.hypot(*model.y[4:6]) > 1.3
+
+
+def test_balls_on_a_table_start_as_the_page_says() -> None:
+    y, _, envs = drawn("BallPlate")
+    points = np.array(envs.unwrapped.get_state()["aux"], dtype=float)[:, :2]
+    model, rng = BallPlate(), np.random.default_rng(21)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    kinds = []
+    for q, *planes in (
+        [np.array([s[k] for s in ours]) for k in ("q", "position", "velocity", "point")],
+        [y[:, :4], y[:, 4:6], y[:, 6:8], points],
+    ):
+        kinds.append(
+            {
+                **starts_of(np.concatenate([q, planes[0]], axis=1)),
+                **{f"distance {k}": np.hypot(*plane.T) for k, plane in enumerate(planes)},
+                **{f"angle {k}": np.arctan2(*plane.T) for k, plane in enumerate(planes)},
+            }
+        )
+    same_distribution(*kinds)
+    assert kinds[1]["distance 0"].max() <= 2.0 and kinds[1]["distance 1"].max() <= 0.5
+    assert kinds[1]["distance 2"].max() <= 2.0
+    assert not y[:, 8:].any()
