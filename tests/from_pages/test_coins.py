@@ -1,0 +1,140 @@
+"""Disks, a coin and a roller rebuilt from their pages do what the environments do."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.from_pages import disk_that_rolls
+from tests.from_pages.disk_that_rolls import DiskRoll, seen
+from tests.from_pages.rolling_play import (
+    actions,
+    alike,
+    drawn,
+    environment,
+    hidden,
+    play,
+    same_distribution,
+)
+
+# Closed forms in float64 on both sides.
+EXACT = 1e-12
+
+# Ours integrates with errors of 1e-11 per control period, theirs to fourth order: it errs by less
+# than the fourth power of what turns in a step, at 5 rad/s in 0.05 s. The relative error of a
+# curvature of 0.1, by a tolerance of 0.05, magnifies that by 200.
+FEW, MANY = 4, 32
+DISK_ERROR = {n: 200.0 * (5.0 * 0.05 / n) ** 4 for n in (FEW, MANY)}  # 3e-3 and 8e-7
+
+
+def disk_of(name: str, **settings: Any) -> DiskRoll:
+    made = getattr(disk_that_rolls, name)(**settings)
+    assert isinstance(made, DiskRoll)
+    return made
+
+
+def on_rim(env: Any, model: DiskRoll, rng: np.random.Generator, seed: int, **more: Any) -> None:
+    """Begin an episode with a start of ours and a goal of theirs."""
+    params = model.draw_params(rng)
+    state = {**model.draw_with(rng, params), **more}
+    del state["goal"]
+    observed, _ = env.reset(seed=seed, options={"state": state, "params": params})
+    model.begin(params, **state, goal=hidden(env)[1])
+    alike(observed, model.observe(), EXACT)
+
+
+DISKS: list[tuple[str, dict[str, Any]]] = [
+    ("DiskRoll", {}),
+    ("DiskRollRandom", {}),
+    ("DiskRoll", {"n_substeps": FEW}),
+    ("DiskRoll", {"rotation": "rot6d", "m": 2.0, "radius": 0.7, "I1": 0.4, "I3": 0.7}),
+    ("DiskRoll", {"rotation": "euler", "dt": 0.03, "torque": 5.0, "g": 6.0}),
+    ("DiskRoll", {"weight_circle": 2.0, "weight_effort": -0.5, "action_delay": 2}),
+    ("DiskRollRandom", {"observe_params": True, "rotation": "quat"}),
+    ("DiskRoll", {"frame": "reduced", "action_delay": 1}),
+    ("DiskRollRandom", {"frame": "reduced", "observe_params": True, "tolerance": 0.1}),
+]
+
+
+@pytest.mark.parametrize(("name", "settings"), DISKS)
+def test_a_disk_does_what_its_page_says(name: str, settings: dict[str, Any]) -> None:
+    settings = {"n_substeps": MANY, **settings}
+    env, model = environment(name, **settings), disk_of(name, **settings)
+    rng = np.random.default_rng(1)
+    for seed in range(3):
+        on_rim(env, model, rng, seed)
+        play(env, model, actions(rng, 35, 1), DISK_ERROR[settings["n_substeps"]])
+
+
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_a_disk_that_rolls_backwards_or_spins_on_the_spot_does_what_its_page_says(
+    frame: str,
+) -> None:
+    settings = {"n_substeps": MANY, "frame": frame}
+    env, model = environment("DiskRoll", **settings), disk_of("DiskRoll", **settings)
+    rng = np.random.default_rng(2)
+    for omega in ([0.1, 0.2, -1.5], [1.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1e-6]):
+        on_rim(env, model, rng, 0, omega_body=omega)
+    on_rim(env, model, rng, 1, omega_body=[0.1, 0.2, -1.5])
+    play(env, model, actions(rng, 20, 1), DISK_ERROR[MANY])
+
+
+def test_a_disk_has_fallen_at_60_degrees() -> None:
+    settings = {"n_substeps": MANY, "hold": 0.0}
+    env, model = environment("DiskRoll", **settings), disk_of("DiskRoll", **settings)
+    rng = np.random.default_rng(3)
+    for seed in range(2):
+        on_rim(env, model, rng, seed, omega_body=[0.0, 0.0, 0.0])
+        # with `hold` = 0 every step is a success, but not that of the fall
+        torque = np.full((200, 1), 0.6 * seed - 0.3, dtype=np.float32)
+        assert not play(env, model, torque, DISK_ERROR[MANY])
+        assert abs(seen(model.y).lean) > np.pi / 3
+
+
+@pytest.mark.parametrize("hold", [0.0, 0.1, 0.12])
+def test_a_disk_holds_its_circle_for_the_time_that_the_page_says(hold: float) -> None:
+    settings = {"n_substeps": MANY, "hold": hold, "tolerance": 0.9}
+    env, model = environment("DiskRoll", **settings), disk_of("DiskRoll", **settings)
+    rng, successes = np.random.default_rng(4), 0
+    for seed in range(5):
+        on_rim(env, model, rng, seed)
+        successes += play(env, model, actions(rng, 12, 1), DISK_ERROR[MANY])
+    assert successes >= 1
+
+
+@pytest.mark.parametrize("name", ["DiskRoll", "DiskRollRandom"])
+def test_disks_start_as_the_page_says(name: str) -> None:
+    y, observed, envs = drawn(name, observe_params=True)
+    goals = np.array(envs.unwrapped.get_state()["aux"], dtype=float)[:, 1]
+    model, rng = disk_of(name), np.random.default_rng(5)
+    params = [model.draw_params(rng) for _ in range(len(y))]
+    ours = [model.draw_with(rng, each) for each in params]
+    kinds = []
+    for states, curvatures in (
+        (
+            np.array([[*s["q"], *s["omega_body"]] for s in ours]),
+            np.array([s["goal"] for s in ours]),
+        ),
+        (y[:, :7], goals),
+    ):
+        found = [seen(state) for state in states]
+        turns = np.array([disk_that_rolls.matrix(state[:4]) for state in states])
+        kinds.append(
+            {
+                "lean": np.array([s.lean for s in found]),
+                "lean rate": np.array([s.theta_rate for s in found]),
+                "turn rate": np.array([s.wn for s in found]),
+                "roll rate": np.array([s.w3 for s in found]),
+                "heading": np.arctan2(turns[:, 1, 2], turns[:, 0, 2]),
+                "phase": np.arctan2(turns[:, 2, 1], turns[:, 2, 0]),
+                "goal": curvatures,
+            }
+        )
+    for k, parameter in enumerate(model.ranges):
+        kinds[0][parameter] = np.array([each[parameter] for each in params])
+        kinds[1][parameter] = observed[:, 15 + k]
+    same_distribution(*kinds)
+    assert np.abs(kinds[1]["lean"]).max() <= 0.1
+    assert np.abs(kinds[1]["turn rate"]).max() <= 0.1
+    assert 0.1 <= np.abs(goals).min() and np.abs(goals).max() <= 0.25
+    assert not y[:, 7:].any()
