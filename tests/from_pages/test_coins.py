@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from tests.from_pages import disk_that_rolls
+from tests.from_pages.coin_that_parks import CoinPark, angles_of, attitude_of
 from tests.from_pages.disk_that_rolls import DiskRoll, seen
 from tests.from_pages.rolling_play import (
     actions,
     alike,
+    begin,
     drawn,
     environment,
     hidden,
@@ -138,3 +140,65 @@ def test_disks_start_as_the_page_says(name: str) -> None:
     assert np.abs(kinds[1]["turn rate"]).max() <= 0.1
     assert 0.1 <= np.abs(goals).min() and np.abs(goals).max() <= 0.25
     assert not y[:, 7:].any()
+
+
+# Arcs are exact to a 1e-16th in integrator steps below 0.2 rad, as those of four in a period are;
+# to 3e-12 rad in one of pi / 8, in each of 50 steps. Roots, rounded off, magnify by 30.
+SPLIT = 4
+ARCS = 50 * 30 * 3e-12
+
+# The reduced features of the coin have roots and a quotient that are not rounded off: what is as
+# small as 1e-4 is magnified by 50 and more, for errors of 1e-15 per step.
+SHARP = 1e-10
+
+COINS: list[dict[str, Any]] = [
+    {},
+    {"n_substeps": 1},
+    *({"rotation": way} for way in ("rot6d", "none")),
+    {"radius": 0.4, "dt": 0.05, "roll_per_step": 0.5, "steer_per_step": 0.3},
+    {"radius": 0.015, "weight_mismatch": 0.7, "weight_side": -0.2},  # beyond 50 radii
+    {"radius": (0.5, 1.5), "observe_params": True, "action_delay": 2},
+    {"frame": "reduced", "action_delay": 1},
+    {"frame": "reduced", "radius": 0.02, "start_half_width": 3.0},
+]
+
+
+@pytest.mark.parametrize("settings", COINS)
+def test_a_coin_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    settings = {"n_substeps": SPLIT, **settings}
+    env, model = environment("CoinPark", **settings), CoinPark(**settings)
+    rng = np.random.default_rng(6)
+    exact = EXACT if settings["n_substeps"] == SPLIT else ARCS
+    tolerance = SHARP if "frame" in settings else exact
+    for _ in range(4):
+        observed = begin(env, model, model.draw(rng), model.draw_params(rng))
+        alike(observed, model.observe(), tolerance)
+        play(env, model, actions(rng, 50, 2), tolerance)
+
+
+@pytest.mark.parametrize("rates", [{}, {"steer_rate": 2.0, "roll_rate": -3.0}])
+def test_a_coin_is_parked_within_its_tolerances_and_not_beside_them(
+    rates: dict[str, float],
+) -> None:
+    env, model = environment("CoinPark"), CoinPark()
+    rng, successes = np.random.default_rng(7), 0
+    for _ in range(60):
+        q = attitude_of(rng.uniform(-0.12, 0.12), rng.uniform(-0.18, 0.18))
+        begin(env, model, {"q": q, "contact": rng.uniform(-0.1, 0.1, 2), **rates})
+        successes += play(env, model, 0.05 * actions(rng, 9, 2), EXACT)
+    assert 20 <= successes <= 58
+
+
+def test_coins_start_as_the_page_says() -> None:
+    y, _, _ = drawn("CoinPark")
+    model, rng = CoinPark(), np.random.default_rng(8)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    kinds = []
+    for attitudes, contacts in (
+        ([s["q"] for s in ours], np.array([s["contact"] for s in ours])),
+        (y[:, :4], y[:, 4:6]),
+    ):
+        heading, phase = np.array([angles_of(q) for q in attitudes]).T
+        kinds.append({"heading": heading, "phase": phase, "X": contacts[:, 0], "Y": contacts[:, 1]})
+    same_distribution(*kinds)
+    assert np.abs(y[:, 4:6]).max() <= 2.0
