@@ -8,6 +8,7 @@ import pytest
 from tests.from_pages import disk_that_rolls
 from tests.from_pages.coin_that_parks import CoinPark, angles_of, attitude_of
 from tests.from_pages.disk_that_rolls import DiskRoll, seen
+from tests.from_pages.roller_that_pumps import RollPump
 from tests.from_pages.rolling_play import (
     actions,
     alike,
@@ -202,3 +203,53 @@ def test_coins_start_as_the_page_says() -> None:
         kinds.append({"heading": heading, "phase": phase, "X": contacts[:, 0], "Y": contacts[:, 1]})
     same_distribution(*kinds)
     assert np.abs(y[:, 4:6]).max() <= 2.0
+
+
+# As for disks; a roller swings at 1.7 rad/s, for up to 40 s, and its energy decides.
+ROUGH, FINE = 1, 16
+ROLLER_ERROR = {n: 40.0 * 1.7 * (1.7 * 0.1 / n) ** 4 for n in (ROUGH, FINE)}  # 6e-2 and 9e-7
+
+ROLLERS: list[dict[str, Any]] = [
+    {},
+    {"n_substeps": ROUGH},
+    {"action_delay": 3, "weight_shortfall": 0.5},
+    {"beta": (0.3, 0.7), "curvature": (0.1, 0.4), "g": 3.0, "observe_params": True},
+    {"beta_change": 2.0, "rim": 0.7, "start_part": 0.6, "dt": 0.07},
+    {"frame": "reduced", "action_delay": 1},
+    {"frame": "reduced", "beta": (0.3, 0.7), "curvature": (0.1, 0.4)},
+]
+
+
+@pytest.mark.parametrize("settings", ROLLERS)
+def test_a_roller_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    settings = {"n_substeps": FINE, **settings}
+    env, model = environment("RollPump", **settings), RollPump(**settings)
+    rng = np.random.default_rng(9)
+    for _ in range(3):
+        params = model.draw_params(rng)
+        observed = begin(env, model, model.draw_with(rng, params), params)
+        alike(observed, model.observe(), EXACT)
+        play(env, model, actions(rng, 60, 1), ROLLER_ERROR[settings["n_substeps"]])
+
+
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_a_roller_that_pumps_passes_the_rim(frame: str) -> None:
+    settings = {"n_substeps": FINE, "start_part": 0.8, "frame": frame}
+    env, model = environment("RollPump", **settings), RollPump(**settings)
+    rng, successes = np.random.default_rng(10), 0
+    for velocity in (0.0, 3.0, -5.0):
+        begin(env, model, {**model.draw(rng), "velocity": velocity})
+        # large during descent, small during ascent
+        pump = ([-np.sign(model.y[0] * model.y[1])] for _ in range(400))
+        successes += play(env, model, pump, ROLLER_ERROR[FINE])
+    assert successes == 3
+
+
+def test_rollers_start_as_the_page_says() -> None:
+    y, _, _ = drawn("RollPump")
+    model, rng = RollPump(), np.random.default_rng(11)
+    ours = np.array([model.draw(rng)["arc_length"] for _ in range(len(y))])
+    same_distribution({"arc length": ours}, {"arc length": y[:, 0]})
+    angles = 0.2 * np.abs(y[:, 0])
+    assert 0.18 <= angles.min() and angles.max() <= 0.36
+    assert not y[:, 1].any()
