@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from tests.from_pages.pushed_ball import Ball, moved
+from tests.from_pages.pushed_ball import Ball, ball_rate, moved
 from tests.from_pages.quaternions import draw
 from tests.from_pages.rolling import Array, Held, Judged, Model, Settings, in_box, limited
 
@@ -66,6 +66,10 @@ class BallPlate(Model):
     def offset(self) -> Array:
         """From the point to the ball [m]."""
         return np.asarray(self.y[4:6] - self.point)
+
+    @property
+    def rate(self) -> float:
+        return float(np.linalg.norm(ball_rate(self.y, self.ball)))
 
     def features(self) -> Array:
         tilt = np.concatenate([self.y[9:11] / self.s.tilt_limit, self.y[11:] / self.s.tilt_rate])

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from tests.from_pages.balls import pose_features, pose_frame, pose_terms
-from tests.from_pages.pushed_ball import Ball, moved
+from tests.from_pages.pushed_ball import Ball, ball_rate, moved
 from tests.from_pages.quaternions import angle, compose, draw, of_rotation_vector, rotation_vector
 from tests.from_pages.rolling import Array, Frame, Judged, Model, Settings, in_disk, limited
 
@@ -59,6 +59,10 @@ class BallParkDynamic(Model):
     def velocity(self) -> Array:
         """Velocity [m/s]."""
         return self.y[6:8]
+
+    @property
+    def rate(self) -> float:
+        return float(np.linalg.norm(ball_rate(self.y, self.ball)))
 
     def features(self) -> Array:
         return np.asarray(limited(self.y[4:8] / self.p.radius, 50.0))

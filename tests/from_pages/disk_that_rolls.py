@@ -151,6 +151,11 @@ class DiskRoll(Model):
         psi = state.psi_rate
         return float(limited(state.phi_rate * psi / max(psi * psi, 1e-9), 10.0))
 
+    @property
+    def rate(self) -> float:
+        across = math.hypot(self.y[4], self.y[5]) / math.cos(seen(self.y).lean)
+        return float(abs(self.y[6]) + across + math.sqrt(self.disk.g / self.disk.radius))
+
     def features(self) -> Array:
         state = seen(self.y)
         rates = limited([state.theta_rate, state.wn, state.w3], 50.0)

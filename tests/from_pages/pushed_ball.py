@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from tests.from_pages.quaternions import compose
 from tests.from_pages.rolling import Array
 
-__all__ = ["Ball", "moved"]
+__all__ = ["Ball", "ball_rate", "moved"]
 
 
 @dataclass(frozen=True)
@@ -35,16 +35,26 @@ def plate_axes(alpha_x: float, alpha_y: float) -> Array:
     return np.array([[1.0, 0, 0], [0, a, -b], [0, b, a]]) @ [[c, 0, d], [0, 1.0, 0], [-d, 0, c]]
 
 
+def ball_rate(y: Array, ball: Ball) -> Array:
+    """Angular velocity of the ball in plate axes, from rolling.
+
+    ``V = (omega - w) x radius n + turn n x (X, Y)`` with the rate w of the plate.
+    """
+    X, Y, VX, VY, spin, _, alpha_y, rate_x, rate_y = y[4:]
+    r, turn = ball.radius, ball.turntable_rate
+    w_x, w_y = rate_x * math.cos(alpha_y), rate_y
+    return np.array([w_x - (VY - turn * X) / r, w_y + (VX + turn * Y) / r, spin])
+
+
 def rate_of_change(y: Array, u: Array, ball: Ball) -> Array:
     """y' of the state y and the input u = (FX, FY, a_x, a_y)."""
-    X, Y, VX, VY, spin, alpha_x, alpha_y, rate_x, rate_y = y[4:]
+    X, Y, VX, VY, _, alpha_x, alpha_y, rate_x, rate_y = y[4:]
     r, turn = ball.radius, ball.turntable_rate
     P = plate_axes(alpha_x, alpha_y)
     c, s = math.cos(alpha_y), math.sin(alpha_y)
     w = np.array([rate_x * c, rate_y, rate_x * s])
     dw = np.array([u[2] * c - rate_x * rate_y * s, u[3], u[2] * s + rate_x * rate_y * c])
-    # no slip: V = (omega - w) x radius n + turn n x (X, Y)
-    omega = np.array([w[0] - (VY - turn * X) / r, w[1] + (VX + turn * Y) / r, spin])
+    omega = ball_rate(y, ball)
     V, place = np.array([VX, VY, 0.0]), np.array([X, Y, r])
     # the acceleration without V', less gravity
     A = 2 * np.cross(w, V) + np.cross(dw, place) + np.cross(w, np.cross(w, place)) + ball.g * P[2]

@@ -54,6 +54,10 @@ class RollPump(Model):
         """From the bottom [rad]."""
         return float(self.p.curvature * self.y[0])
 
+    @property
+    def rate(self) -> float:
+        return float(abs(self.p.curvature * self.y[1]))
+
     def features(self) -> Array:
         speed = self.y[1] * math.sqrt(self.p.curvature / self.p.g)
         added = self.added / self.s.beta_change

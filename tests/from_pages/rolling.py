@@ -51,6 +51,7 @@ class Step(Judged):
     observation: Any
     reward: float
     clipped: bool
+    broken: bool
 
 
 class Model(ABC):
@@ -70,6 +71,7 @@ class Model(ABC):
         "action_delay": 0,
         "frame": "world",
     }
+    ACCEPTED: ClassVar[float] = 0.5  # rad in a step of the integrator
     SETTINGS: ClassVar[Settings]
     clip: ClassVar[Callable[[Array], tuple[Array, bool]]]
     q: Array
@@ -139,12 +141,27 @@ class Model(ABC):
         return np.concatenate(parts)
 
     def step(self, action: npt.ArrayLike) -> Step:
-        """Clip, turn, delay, move, judge, observe."""
+        """Clip, turn, delay, move, judge, observe; a motion that is too fast ends the episode."""
         inside, clipped = type(self).clip(np.asarray(action, dtype=np.float32).astype(float))
         self.late.append(self.turn(inside) if self.s.frame == "reduced" else inside)
         judged = self.move(self.late.pop(0))
+        turned = self.rate * self.s.dt / self.s.n_substeps
+        broken = turned > self.ACCEPTED and not judged.terminated
+        if broken:
+            judged = Judged(dict.fromkeys(judged.terms, 0.0), 0.0, False, True)
         reward = sum(getattr(self.s, f"weight_{k}") * v for k, v in judged.terms.items())
-        return Step(**vars(judged), observation=self.observe(), reward=reward, clipped=clipped)
+        return Step(
+            **vars(judged),
+            observation=self.observe(),
+            reward=reward,
+            clipped=clipped,
+            broken=broken,
+        )
+
+    @property
+    def rate(self) -> float:
+        """The rate that limits the step of the integrator [rad/s]; 0 where none does."""
+        return 0.0
 
 
 class Held:

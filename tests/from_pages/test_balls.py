@@ -469,3 +469,44 @@ def test_balls_on_a_table_start_as_the_page_says() -> None:
     assert kinds[1]["distance 0"].max() <= 2.0 and kinds[1]["distance 1"].max() <= 0.5
     assert kinds[1]["distance 2"].max() <= 2.0
     assert not y[:, 8:].any()
+
+
+def test_a_ball_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
+    env, model = environment("BallParkDynamic"), BallParkDynamic(n_substeps=COARSE)
+    rng, ended = np.random.default_rng(22), 0
+    for speed in np.linspace(14.0, 14.95, 12):
+        begin(env, model, {**model.draw(rng), "velocity": [speed, 0.0]})
+        play(env, model, [[1.0, 0.0]], 50.0 * INTEGRATED[COARSE])  # 15 rad/s, not 4
+        if model.rate > 15.0:
+            ended += 1
+            assert env.unwrapped.y.tolist() == [1.0] + 12 * [0.0]  # type: ignore[attr-defined]
+    assert 0 < ended < 12
+    with pytest.raises(ValueError, match="rates of at most 15"):
+        env.reset(options={"state": {"velocity": [15.1, 0.0]}})
+
+
+def test_a_number_above_1e9_ends_the_episode_without_reward() -> None:
+    env = environment("BallPark", radius=100.0)
+    env.reset(seed=0, options={"state": {"position": [1e9 - 10.0, 0.0]}})
+    _, reward, terminated, _, info = env.step(np.array([1.0, 0.0], dtype=np.float32))
+    assert terminated and info["physics_error"] and reward == 0.0 and info["cost"] == 0.0
+
+
+def test_noise_of_action_and_observation_is_what_the_pages_say() -> None:
+    n, sigma = 2000, 0.2
+    _, _, envs = drawn("BallPark", n=n, action_noise=sigma, action_delay=1, start_half_width=0.0)
+    before = np.asarray(envs.unwrapped.y)
+    envs.step(np.zeros((n, 2), dtype=np.float32))
+    assert not np.asarray(envs.unwrapped.y)[:, 4:].any()  # noise is late as the action is
+    envs.step(np.zeros((n, 2), dtype=np.float32))
+    moved = (np.asarray(envs.unwrapped.y) - before)[:, 4:] / (math.pi / 8)
+    rng = np.random.default_rng(23)
+    ours = np.array([balls.in_disk(a)[0] for a in sigma * rng.normal(size=(n, 2))])
+    same_distribution(dict(enumerate(ours.T)), dict(enumerate(moved.T)))  # type: ignore[arg-type]
+
+    y, seen, _ = drawn("BallPark", n=n, observation_noise=0.1)
+    noise = (seen[:, :2] - y[:, 4:]) / 0.1
+    same_distribution(
+        {"X": rng.normal(size=n), "Y": rng.normal(size=n)}, {"X": noise[:, 0], "Y": noise[:, 1]}
+    )
+    assert np.abs(seen[:, 2:]).max() == 1.0  # limited to the bounds

@@ -253,3 +253,23 @@ def test_rollers_start_as_the_page_says() -> None:
     angles = 0.2 * np.abs(y[:, 0])
     assert 0.18 <= angles.min() and angles.max() <= 0.36
     assert not y[:, 1].any()
+
+
+def test_a_disk_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
+    env, model = environment("DiskRoll"), disk_of("DiskRoll")
+    rng, ended = np.random.default_rng(12), 0
+    for k, spin in enumerate(np.linspace(26.0, 26.8, 12)):
+        on_rim(env, model, rng, k, omega_body=[0.0, 0.0, spin])
+        # 10 times as fast as the disks above, and 3 substeps
+        ended += not play(env, model, [[1.0]], 1e4 * DISK_ERROR[FEW]) and model.rate > 30.0
+    assert 0 < ended < 12
+
+
+def test_a_roller_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
+    env, model = environment("RollPump"), RollPump()
+    ended = 0
+    for speed in np.linspace(24.6, 24.99, 8):
+        begin(env, model, {"arc_length": -3.0, "velocity": speed})
+        play(env, model, [[-1.0]], 10.0 * ROLLER_ERROR[ROUGH])
+        ended += model.rate > 5.0
+    assert 0 < ended < 8
