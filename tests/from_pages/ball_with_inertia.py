@@ -25,6 +25,7 @@ class BallParkDynamic(Model):
         "turntable_rate": 0.0,
         "force": 4.0,
         "dt": 0.2,
+        "n_substeps": 6,
         "start_half_width": 2.0,
         "margin": 7.0,
         "position_tolerance": 0.1,
