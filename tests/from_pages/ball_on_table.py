@@ -60,7 +60,7 @@ class BallPlate(Model):
         self.held = Held(self.s.hold, self.s.dt)
 
     @property
-    def q(self) -> Array:  # type: ignore[override]
+    def q(self) -> Array:
         return self.y[:4]
 
     def offset(self) -> Array:

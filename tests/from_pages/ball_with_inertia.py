@@ -48,7 +48,7 @@ class BallParkDynamic(Model):
         self.ball = Ball(*(getattr(self.p, k) for k in Ball.__dataclass_fields__))
 
     @property
-    def q(self) -> Array:  # type: ignore[override]
+    def q(self) -> Array:
         return self.y[:4]
 
     @property

@@ -71,7 +71,7 @@ class CoinPark(Model):
         self.contact = np.array(contact, dtype=float)
 
     @property
-    def q(self) -> Array:  # type: ignore[override]
+    def q(self) -> Array:
         return attitude_of(self.heading, self.phase)
 
     def features(self) -> Array:

@@ -142,7 +142,7 @@ class DiskRoll(Model):
         self.held = Held(self.s.hold, self.s.dt)
 
     @property
-    def q(self) -> Array:  # type: ignore[override]
+    def q(self) -> Array:
         return self.y[:4]
 
     def curvature(self) -> float:

@@ -51,7 +51,7 @@ def begin(
 
 def hidden(env: gym.Env[Any, Any]) -> Array:
     """What the task keeps beside the state of the body, in the order of its page."""
-    aux = env.unwrapped.get_state()["aux"]  # type: ignore[attr-defined]
+    aux = env.unwrapped.get_state()["aux"]
     return np.asarray(aux, dtype=float)
 
 
@@ -114,7 +114,7 @@ def drawn(name: str, n: int = 2000, seed: int = 5, **settings: Any) -> tuple[Arr
         **settings,
     )
     observations, _ = envs.reset(seed=seed)
-    return np.asarray(envs.unwrapped.y), observations, envs  # type: ignore[attr-defined]
+    return np.asarray(envs.unwrapped.y), observations, envs
 
 
 def same_distribution(ours: Mapping[str, Array], theirs: Mapping[str, Array]) -> None:

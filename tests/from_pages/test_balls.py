@@ -11,8 +11,8 @@ from tests.from_pages.ball_on_grid import BallGrid
 from tests.from_pages.ball_on_table import BallPlate
 from tests.from_pages.ball_that_follows import BallSteer
 from tests.from_pages.ball_with_inertia import BallParkDynamic
-from tests.from_pages.quaternions import of_rotation_vector, rotation_vector
-from tests.from_pages.rolling import Model
+from tests.from_pages.quaternions import compose, of_matrix, of_rotation_vector, rotation_vector
+from tests.from_pages.rolling import Model, in_disk
 from tests.from_pages.rolling_play import (
     actions,
     alike,
@@ -135,9 +135,9 @@ def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less() 
     for seed in range(8):
         seen, _ = env.reset(seed=seed)
         goal = np.asarray(seen["desired_goal"], dtype=float)
-        q = balls.compose(
+        q = compose(
             of_rotation_vector(rng.uniform(-0.4, 0.4, 3)),
-            balls.of_matrix(goal[2:].reshape(3, 3)),
+            of_matrix(goal[2:].reshape(3, 3)),
         )
         state = {"q": q, "position": goal[:2] + rng.uniform(-0.4, 0.4, 2)}
         begin(env, model, state, seed=seed, goal=goal)
@@ -157,7 +157,7 @@ def test_rewards_of_goals_are_computed_anew_as_the_page_says() -> None:
         expected.append(terms["reached"] + 0.5 * terms["distance"])
     assert 0 < sum(reward == 0.0 for reward in expected) < 300
     sides = (np.array(side, dtype=np.float32) for side in zip(*pairs, strict=True))
-    rewards = env.unwrapped.compute_reward(*sides, {})  # type: ignore[attr-defined]
+    rewards = env.unwrapped.compute_reward(*sides, {})
     np.testing.assert_allclose(rewards, expected, rtol=0.0, atol=EXACT)
 
 
@@ -201,6 +201,20 @@ def test_balls_at_the_bounds_of_an_action_are_not_clipped() -> None:
         action = np.array([math.cos(heading), math.sin(heading)], dtype=np.float32)
         assert not env.step(action)[-1]["action_clipped"]
     assert env.step(np.array([1.0, 0.001], dtype=np.float32))[-1]["action_clipped"]
+
+
+def test_actions_of_other_types_are_rounded_to_float32() -> None:
+    env, model = environment("BallPark"), model_of("BallPark")
+    begin(env, model, model.draw(np.random.default_rng(24)))
+    play(env, model, [[0.3, 0.1], (1.2, 0.7), np.array([1 / 3, 0.1]), np.array([1, -1])], EXACT)
+
+
+@pytest.mark.parametrize(("X", "parked"), [(0.5, True), (math.nextafter(0.5, 1.0), False)])
+def test_a_ball_at_the_edge_of_the_tolerance_is_parked(X: float, parked: bool) -> None:
+    settings = {"position_tolerance": 0.5}
+    env, model = environment("BallPark", **settings), model_of("BallPark", **settings)
+    begin(env, model, {"q": [1.0, 0.0, 0.0, 0.0], "position": [X, 0.0]})
+    assert play(env, model, [[0.0, 0.0]], EXACT) == parked
 
 
 @pytest.mark.parametrize(
@@ -275,7 +289,7 @@ def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound() -> None:
     outcomes = []
     for seed in range(6):
         seen, _ = env.reset(seed=seed)
-        y, aux = env.unwrapped.y, hidden(env)  # type: ignore[attr-defined]
+        y, aux = env.unwrapped.y, hidden(env)
         model.begin(q=y[:4], position=y[4:], aux=aux)
         alike(seen, model.observe(), EXACT)
         copied = (model.leading() + 0.02 * (seed - 2) for _ in range(300))
@@ -436,6 +450,15 @@ def test_a_ball_is_held_for_the_time_that_the_page_says(hold: float) -> None:
     assert successes > 0
 
 
+@pytest.mark.parametrize(("X", "near"), [(0.0625, False), (math.nextafter(0.0625, 0.0), True)])
+def test_a_ball_at_the_edge_of_the_tolerance_is_not_near_its_point(X: float, near: bool) -> None:
+    settings = {"start_radius": 0.0, "tolerance": 0.0625, "hold": 0.1}
+    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    at_rest = {"position": [X, 0.0], "velocity": [0.0, 0.0]}
+    on_table(env, model, np.random.default_rng(25), 0, **at_rest)
+    assert play(env, model, [[0.0, 0.0]], EXACT) == near
+
+
 def test_a_ball_falls_off_the_table_at_its_edge() -> None:
     settings = {"start_radius": 1.0, "margin": 0.3, "tilt_limit": 0.3, "n_substeps": SMOOTH}
     env, model = environment("BallPlate", **settings), BallPlate(**settings)
@@ -479,7 +502,7 @@ def test_a_ball_that_is_too_fast_for_the_integrator_ends_the_episode_without_rew
         play(env, model, [[1.0, 0.0]], 50.0 * INTEGRATED[COARSE])  # 15 rad/s, not 4
         if model.rate > 15.0:
             ended += 1
-            assert env.unwrapped.y.tolist() == [1.0] + 12 * [0.0]  # type: ignore[attr-defined]
+            assert env.unwrapped.y.tolist() == [1.0] + 12 * [0.0]
     assert 0 < ended < 12
     with pytest.raises(ValueError, match="rates of at most 15"):
         env.reset(options={"state": {"velocity": [15.1, 0.0]}})
@@ -501,8 +524,8 @@ def test_noise_of_action_and_observation_is_what_the_pages_say() -> None:
     envs.step(np.zeros((n, 2), dtype=np.float32))
     moved = (np.asarray(envs.unwrapped.y) - before)[:, 4:] / (math.pi / 8)
     rng = np.random.default_rng(23)
-    ours = np.array([balls.in_disk(a)[0] for a in sigma * rng.normal(size=(n, 2))])
-    same_distribution(dict(enumerate(ours.T)), dict(enumerate(moved.T)))  # type: ignore[arg-type]
+    ours = np.array([in_disk(a)[0] for a in sigma * rng.normal(size=(n, 2))])
+    same_distribution(dict(enumerate(ours.T)), dict(enumerate(moved.T)))
 
     y, seen, _ = drawn("BallPark", n=n, observation_noise=0.1)
     noise = (seen[:, :2] - y[:, 4:]) / 0.1

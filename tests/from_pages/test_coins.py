@@ -8,6 +8,7 @@ import pytest
 from tests.from_pages import disk_that_rolls
 from tests.from_pages.coin_that_parks import CoinPark, angles_of, attitude_of
 from tests.from_pages.disk_that_rolls import DiskRoll, seen
+from tests.from_pages.quaternions import matrix
 from tests.from_pages.roller_that_pumps import RollPump
 from tests.from_pages.rolling_play import (
     actions,
@@ -121,7 +122,7 @@ def test_disks_start_as_the_page_says(name: str) -> None:
         (y[:, :7], goals),
     ):
         found = [seen(state) for state in states]
-        turns = np.array([disk_that_rolls.matrix(state[:4]) for state in states])
+        turns = np.array([matrix(state[:4]) for state in states])
         kinds.append(
             {
                 "lean": np.array([s.lean for s in found]),
@@ -188,6 +189,14 @@ def test_a_coin_is_parked_within_its_tolerances_and_not_beside_them(
         begin(env, model, {"q": q, "contact": rng.uniform(-0.1, 0.1, 2), **rates})
         successes += play(env, model, 0.05 * actions(rng, 9, 2), EXACT)
     assert 20 <= successes <= 58
+
+
+def test_a_coin_at_the_edge_of_the_tolerance_is_parked() -> None:
+    settings = {"position_tolerance": 0.5, "heading_tolerance": 0.3, "phase_tolerance": 0.3}
+    env, model = environment("CoinPark", **settings), CoinPark(**settings)
+    for y, parked in ((0.5, True), (-0.5, True), (np.nextafter(0.5, 1.0), False)):
+        begin(env, model, {"q": attitude_of(0.1, -0.2), "contact": [0.0, y]})
+        assert play(env, model, [[0.0, 0.0]], EXACT) == parked
 
 
 def test_coins_start_as_the_page_says() -> None:
