@@ -51,6 +51,9 @@ class BallPlate(Model):
             "point": in_disk(self.s.start_radius),
         }
 
+    def beside(self, aux: Array) -> dict[str, Any]:
+        return {"point": aux[:2]}
+
     def place(self, point: Any, **state: Any) -> None:
         """Take a start; the point is beside the state."""
         names = ("q", "position", "velocity", "spin", "tilt", "tilt_rate")

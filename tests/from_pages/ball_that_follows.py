@@ -56,6 +56,9 @@ class BallSteer(RolledBall):
             ],
         }
 
+    def beside(self, aux: Array) -> dict[str, Any]:
+        return {"aux": aux}
+
     def place(self, q: Any, position: Any, aux: Any) -> None:
         """Take a start; `aux` is what the task keeps beside the state."""
         super().place(q, position)

@@ -151,6 +151,9 @@ class BallParkGoal(RolledBall):
         there = {"q": draw(rng), "position": rng.uniform(-half, half, 2)}
         return {**there, "goal": self.goal(draw(rng), rng.uniform(-half, half, 2))}
 
+    def beside(self, aux: Array) -> dict[str, Any]:
+        return {"goal": self.goal(aux[:4], aux[4:6])}
+
     def place(self, q: Any, position: Any, goal: Any = None) -> None:
         """Take a start; the goal is an observed one."""
         super().place(q, position)

@@ -135,6 +135,9 @@ class DiskRoll(Model):
     def draw(self, rng: np.random.Generator) -> dict[str, Any]:
         return self.draw_with(rng, {})
 
+    def beside(self, aux: Array) -> dict[str, Any]:
+        return {"goal": aux[1]}
+
     def place(self, q: Any, omega_body: Any, contact: Any, goal: float) -> None:
         self.y = np.array([*q, *omega_body, *contact], dtype=float)
         self.goal = float(goal)

@@ -108,6 +108,14 @@ class Model(ABC):
     def draw(self, rng: np.random.Generator) -> dict[str, Any]:
         """A start, by names of the components of the state."""
 
+    def draw_with(self, rng: np.random.Generator, params: Mapping[str, float]) -> dict[str, Any]:
+        """A start with these parameters."""
+        return self.draw(rng)
+
+    def beside(self, aux: Array) -> dict[str, Any]:
+        """What belongs to a start beside the state, of what the environment has drawn."""
+        return {}
+
     @abstractmethod
     def place(self, **state: Any) -> None:
         """Take a start."""

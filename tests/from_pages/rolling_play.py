@@ -19,7 +19,9 @@ __all__ = [
     "environment",
     "hidden",
     "play",
+    "play_many",
     "same_distribution",
+    "started",
 ]
 
 Array = npt.NDArray[np.float64]
@@ -47,6 +49,19 @@ def begin(
     observation, info = env.reset(seed=seed, options=options)
     assert not any(value for key, value in info.items() if key in _OF_A_STEP or "/" in key)
     model.begin(params, **state, **hidden)
+    return observation
+
+
+def started(
+    env: gym.Env[Any, Any], model: Model, rng: np.random.Generator, seed: int, **more: Any
+) -> Any:
+    """Begin an episode of both: state of the model, and what is beside it of the environment."""
+    params = model.draw_params(rng)
+    state = {**model.draw_with(rng, params), **more}
+    for name in model.beside(np.zeros(20)):
+        del state[name]
+    observation, _ = env.reset(seed=seed, options={"state": state, "params": params})
+    model.begin(params, **state, **model.beside(hidden(env)))
     return observation
 
 
@@ -104,6 +119,16 @@ def play(env: gym.Env[Any, Any], model: Model, choices: Iterable[Any], tolerance
         if terminated or truncated:
             break
     return success
+
+
+def play_many(
+    name: str, kind: type[Model], steps: int, tolerance: float, n: int = 40, **settings: Any
+) -> None:
+    """Play n episodes of random actions."""
+    env, model, rng = environment(name, **settings), kind(**settings), np.random.default_rng(99)
+    for seed in range(n):
+        alike(started(env, model, rng, seed), model.observe(), tolerance)
+        play(env, model, actions(rng, steps, model.n_action), tolerance)
 
 
 def drawn(name: str, n: int = 2000, seed: int = 5, **settings: Any) -> tuple[Array, Any, Any]:

@@ -21,7 +21,9 @@ from tests.from_pages.rolling_play import (
     environment,
     hidden,
     play,
+    play_many,
     same_distribution,
+    started,
 )
 
 # Both sides are closed forms in float64: errors of some 1e-16 per step, which the roots, rounded
@@ -119,11 +121,7 @@ def test_a_ball_with_a_goal_does_what_its_page_says(settings: dict[str, Any]) ->
     rng = np.random.default_rng(4)
     env, model = environment("BallParkGoal", **settings), model_of("BallParkGoal", **settings)
     for seed in range(3):
-        state = model.draw(rng)
-        del state["goal"]
-        params = model.draw_params(rng)
-        seen = begin(env, model, state, params, seed)
-        model.begin(params, **state, goal=seen["desired_goal"])
+        seen = started(env, model, rng, seed)
         alike(seen, model.observe(), EXACT)
         play(env, model, actions(rng, 100, 2), EXACT)
 
@@ -275,10 +273,7 @@ def test_a_ball_that_follows_does_what_its_page_says(settings: dict[str, Any]) -
     env, model = environment("BallSteer", **settings), BallSteer(**settings)
     rng = np.random.default_rng(10)
     for seed in range(3):
-        state, params = model.draw(rng), model.draw_params(rng)
-        del state["aux"]
-        seen, _ = env.reset(seed=seed, options={"state": state, "params": params})
-        model.begin(params, **state, aux=hidden(env))
+        seen = started(env, model, rng, seed)
         alike(seen, model.observe(), EXACT)
         play(env, model, actions(rng, 100, 2), EXACT)
 
@@ -392,17 +387,6 @@ def test_balls_with_inertia_start_as_the_page_says() -> None:
     assert not y[:, 6:].any()
 
 
-def on_table(
-    env: Any, model: BallPlate, rng: np.random.Generator, seed: int, **more: Any
-) -> tuple[Any, dict[str, Any]]:
-    """An observation of a new episode with a start of ours and a point of theirs."""
-    state, params = {**model.draw(rng), **more}, model.draw_params(rng)
-    del state["point"]
-    seen, _ = env.reset(seed=seed, options={"state": state, "params": params})
-    model.begin(params, **state, point=hidden(env)[:2])
-    return seen, state
-
-
 TABLES: list[dict[str, Any]] = [
     {},
     {"n_substeps": ROUGH},
@@ -421,7 +405,7 @@ def test_a_ball_on_a_table_does_what_its_page_says(settings: dict[str, Any]) -> 
     rng = np.random.default_rng(17)
     tolerance = TABLE_ERROR[settings["n_substeps"]]
     for seed in range(2):
-        seen, _ = on_table(env, model, rng, seed)
+        seen = started(env, model, rng, seed)
         alike(seen, model.observe(), EXACT)
         play(env, model, actions(rng, 40, 2), tolerance)
 
@@ -432,7 +416,7 @@ def test_a_table_that_starts_tilted_and_turning_stops_within_its_limit() -> None
     rng = np.random.default_rng(18)
     for seed in range(4):
         tilted = {"tilt": rng.uniform(-0.15, 0.15, 2), "tilt_rate": rng.uniform(-0.5, 0.5, 2)}
-        on_table(env, model, rng, seed, **tilted, spin=rng.uniform(-2.0, 2.0))
+        started(env, model, rng, seed, **tilted, spin=rng.uniform(-2.0, 2.0))
         play(env, model, np.ones((30, 2), dtype=np.float32), TABLE_ERROR[SMOOTH])
 
 
@@ -445,7 +429,7 @@ def test_a_ball_is_held_for_the_time_that_the_page_says(hold: float) -> None:
         env.reset(seed=seed)
         near = {"position": hidden(env)[:2] + np.array([0.05, 0.0])}
         near["velocity"] = rng.uniform(-0.05, 0.05, 2)
-        on_table(env, model, rng, seed, **near)
+        started(env, model, rng, seed, **near)
         successes += play(env, model, np.zeros((30, 2), dtype=np.float32), TABLE_ERROR[SMOOTH])
     assert successes > 0
 
@@ -455,7 +439,7 @@ def test_a_ball_at_the_edge_of_the_tolerance_is_not_near_its_point(X: float, nea
     settings = {"start_radius": 0.0, "tolerance": 0.0625, "hold": 0.1}
     env, model = environment("BallPlate", **settings), BallPlate(**settings)
     at_rest = {"position": [X, 0.0], "velocity": [0.0, 0.0]}
-    on_table(env, model, np.random.default_rng(25), 0, **at_rest)
+    started(env, model, np.random.default_rng(25), 0, **at_rest)
     assert play(env, model, [[0.0, 0.0]], EXACT) == near
 
 
@@ -464,7 +448,7 @@ def test_a_ball_falls_off_the_table_at_its_edge() -> None:
     env, model = environment("BallPlate", **settings), BallPlate(**settings)
     rng = np.random.default_rng(20)
     for seed in range(3):
-        on_table(env, model, rng, seed)
+        started(env, model, rng, seed)
         assert not play(
             env, model, np.tile([1.0, -0.5], (200, 1)), 100.0 * TABLE_ERROR[SMOOTH]
         )  # 7 s
@@ -533,3 +517,25 @@ def test_noise_of_action_and_observation_is_what_the_pages_say() -> None:
         {"X": rng.normal(size=n), "Y": rng.normal(size=n)}, {"X": noise[:, 0], "Y": noise[:, 1]}
     )
     assert np.abs(seen[:, 2:]).max() == 1.0  # limited to the bounds
+
+
+# As above. Roots of components of 1e-6, which are not rounded off, magnify by 500; roundings add up
+# over 300 steps; on the table, errors of a velocity add up to those of a position for 20 s.
+WIDE: list[tuple[type[Model], int, int, float]] = [
+    *((kind, 1, 100, EXACT) for kind in (balls.BallPark, balls.BallParkRandom)),
+    *((kind, 1, 100, EXACT) for kind in (balls.BallReorient, balls.BallParkGoal)),
+    (BallSteer, 1, 300, 10.0 * EXACT),
+    (BallParkDynamic, FINE, 100, INTEGRATED[FINE]),
+    (BallPlate, SMOOTH, 200, 100.0 * TABLE_ERROR[SMOOTH]),
+]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+@pytest.mark.parametrize(("kind", "n_substeps", "steps", "tolerance"), WIDE)
+def test_many_episodes_of_a_ball_are_what_its_page_says(
+    kind: type[Model], n_substeps: int, steps: int, tolerance: float, frame: str
+) -> None:
+    if frame == "reduced":
+        tolerance = 500.0 * max(tolerance, ROUNDED_GOAL if kind is balls.BallParkGoal else ROOTS)
+    play_many(kind.__name__, kind, steps, tolerance, n_substeps=n_substeps, frame=frame)

@@ -10,15 +10,17 @@ from tests.from_pages.coin_that_parks import CoinPark, angles_of, attitude_of
 from tests.from_pages.disk_that_rolls import DiskRoll, seen
 from tests.from_pages.quaternions import matrix
 from tests.from_pages.roller_that_pumps import RollPump
+from tests.from_pages.rolling import Model
 from tests.from_pages.rolling_play import (
     actions,
     alike,
     begin,
     drawn,
     environment,
-    hidden,
     play,
+    play_many,
     same_distribution,
+    started,
 )
 
 # Closed forms in float64 on both sides.
@@ -39,11 +41,7 @@ def disk_of(name: str, **settings: Any) -> DiskRoll:
 
 def on_rim(env: Any, model: DiskRoll, rng: np.random.Generator, seed: int, **more: Any) -> None:
     """Begin an episode with a start of ours and a goal of theirs."""
-    params = model.draw_params(rng)
-    state = {**model.draw_with(rng, params), **more}
-    del state["goal"]
-    observed, _ = env.reset(seed=seed, options={"state": state, "params": params})
-    model.begin(params, **state, goal=hidden(env)[1])
+    observed = started(env, model, rng, seed, **more)
     alike(observed, model.observe(), EXACT)
 
 
@@ -282,3 +280,23 @@ def test_a_roller_that_is_too_fast_for_the_integrator_ends_the_episode_without_r
         play(env, model, [[-1.0]], 10.0 * ROLLER_ERROR[ROUGH])
         ended += model.rate > 5.0
     assert 0 < ended < 8
+
+
+# As above; a disk that falls turns at up to 10 rad/s, not 5.
+WIDE: list[tuple[str, type[Model], int, int, float]] = [
+    ("DiskRoll", DiskRoll, MANY, 60, 16.0 * DISK_ERROR[MANY]),
+    ("DiskRollRandom", disk_that_rolls.DiskRollRandom, MANY, 60, 16.0 * DISK_ERROR[MANY]),
+    ("CoinPark", CoinPark, SPLIT, 100, SHARP),
+    ("RollPump", RollPump, FINE, 400, ROLLER_ERROR[FINE]),
+]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+@pytest.mark.parametrize(("name", "kind", "n_substeps", "steps", "tolerance"), WIDE)
+def test_many_episodes_are_what_the_page_says(
+    name: str, kind: type[Model], n_substeps: int, steps: int, tolerance: float, frame: str
+) -> None:
+    # roots of the coin that are not rounded off, of 1e-8
+    tolerance *= 1e4 if kind is CoinPark and frame == "reduced" else 1.0
+    play_many(name, kind, steps, tolerance, n_substeps=n_substeps, frame=frame)
