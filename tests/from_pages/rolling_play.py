@@ -42,13 +42,13 @@ def begin(
     state: Mapping[str, Any],
     params: Mapping[str, float] | None = None,
     seed: int | None = None,
-    **hidden: Any,
+    **beside: Any,
 ) -> Any:
-    """Begin an episode of both in the same state; `hidden` is known to the model alone."""
+    """Begin an episode of both in the same state; `beside` is known to the model alone."""
     options = {"state": dict(state), "params": dict(params or {})}
     observation, info = env.reset(seed=seed, options=options)
     assert not any(value for key, value in info.items() if key in _OF_A_STEP or "/" in key)
-    model.begin(params, **state, **hidden)
+    model.begin(params, **state, **beside)
     return observation
 
 
@@ -66,8 +66,8 @@ def started(
 
 
 def hidden(env: gym.Env[Any, Any]) -> Array:
-    """What the task keeps beside the state of the body, in the order of its page."""
-    aux = env.unwrapped.get_state()["aux"]
+    """What the task keeps beside the state of the body, in the order of its page, if anything."""
+    aux = env.unwrapped.get_state().get("aux", [])
     return np.asarray(aux, dtype=float)
 
 
