@@ -41,7 +41,7 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
     alpha_x and alpha_y [rad/s^2]. A plate that is shaken with acceleration A pushes like F = -m A.
 
     The integrator is a symmetric splitting composed to fourth order. On a turntable it keeps the
-    speed to rounding.
+    speed to rounding. The rate that limits its step is |omega|.
 
     Attributes:
         m: mass [kg].

@@ -39,7 +39,8 @@ class Roller(RollingContact, System):
     Rolling needs friction. `contact_force` says how much, `needed_friction` which coefficient, and
     `slips` whether that exceeds `mu`; the motion itself is that without slip.
 
-    The integrator is symplectic, composed to fourth order, and exact on an incline.
+    The integrator is symplectic, composed to fourth order, and exact on an incline. The rate that
+    limits its step is ``|v curvature|``.
 
     Attributes:
         m: mass [kg].

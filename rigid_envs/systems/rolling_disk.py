@@ -40,7 +40,8 @@ class RollingDisk(RollingContact, AdaptiveStepSystem):
     direction of travel l = e3 x n, and about the axis e3.
 
     The integrator is a symmetric splitting composed to fourth order: time-reversible, so that the
-    energy error is bounded, and exact on the steady circles.
+    energy error is bounded, and exact on the steady circles. The rate that limits its step is
+    ``|omega3| + |(omega1, omega2)| / sin(theta) + sqrt(g / radius)``, theta from e3 to e_z.
 
     Attributes:
         m: mass [kg].

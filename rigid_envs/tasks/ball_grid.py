@@ -111,7 +111,8 @@ class BallGrid(Task):
         A quarter roll, ``v = omega x radius e_z`` held for a quarter turn, is an odd permutation of
         the four diagonals of a cube: after an even number of moves the attitude is one of the 12
         even ones, after an odd number one of the 12 odd ones. The other 12 of the 24 attitudes
-        cannot be reached in that cell. The opposite move undoes a move.
+        cannot be reached in that cell. The opposite move undoes a move. A move to +x turns by pi /
+        2 about +y, a move to +y about -x.
 
     Rewards:
         ``moves`` = -1 in every step, ``home`` = 1 in the step that reaches home: the shortest path
@@ -122,7 +123,8 @@ class BallGrid(Task):
         home can be reached, all equally likely. Home itself is among them.
 
     Episode End:
-        The episode terminates at home, which is the success (`info["is_success"]`).
+        The episode terminates at home, which is the success (`info["is_success"]`): ``|(X, Y)| <
+        radius / 2`` and ``w^2 > 0.95`` after a step.
 
     Reference:
         `breadth_first` is breadth-first search from home, which is exact. From home itself the

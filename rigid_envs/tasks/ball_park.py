@@ -126,7 +126,8 @@ class BallPark(Task):
     Physics:
         Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
         ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
-        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
+        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``. An action of length 1
+        rolls a ball of any radius by `roll_per_step`.
 
         The two control vector fields and their Lie brackets span 2, 3 and 5 dimensions (growth
         vector (2, 3, 5)). A small counter-clockwise loop of area A turns the ball by ``-A /
@@ -138,9 +139,10 @@ class BallPark(Task):
         The cost is a homogeneous distance: each direction has the root of the order, 1, 2 or 3, of
         the Lie bracket that generates it. With p the offset in radii, theta = log R the rotation
         vector in world axes and ``m = (theta_x + p_y, theta_y - p_x)`` the mismatch between
-        rotation and rolled offset, ``position`` = ``-|p|``, ``twist`` = ``-sqrt(|theta_z|)`` and
-        ``mismatch`` = ``-cbrt(|m|)``; the roots are smoothed within 0.001 of 0, and lengths are
-        limited to 50. ``parked`` = 1 in the step that parks the ball.
+        rotation and rolled offset, ``position`` = ``-min(|p|, 50)``, ``twist`` = ``-sqrt(t)`` and
+        ``mismatch`` = ``-cbrt(min(s, 50))``, where ``t = sqrt(theta_z^2 + 0.001^2)`` and ``s =
+        sqrt(|m|^2 + 0.001^2)`` round the roots off at 0. ``parked`` = 1 in the step that parks the
+        ball.
 
         The obvious alternative, negative distance, uses `weight_position` and `weight_angle` (of
         ``angle`` = ``-|theta|``) in place of `weight_twist` and `weight_mismatch`, as in

@@ -155,23 +155,21 @@ class BallParkDynamic(Rolling):
         velocity fields, with one integrator between force and velocity.
 
     Rewards:
-        The cost of `BallPark`, with the orders of the Lie brackets. With p the offset in radii,
-        theta = log R the rotation vector in world axes and ``m = (theta_x + p_y, theta_y - p_x)``
-        the mismatch between rotation and rolled offset, ``position`` = ``-|p|``, ``twist`` =
-        ``-sqrt(|theta_z|)``, ``mismatch`` = ``-cbrt(|m|)``, and ``angle`` = ``-|theta|``, whose
-        default weight is 0. ``parked`` = 1 in the step that parks the ball, and ``off`` = -1 in the
-        step that leaves the plate, which costs more than resting anywhere on it for the whole
-        episode.
+        The cost of `BallPark`, with the orders of the Lie brackets: its terms ``position``,
+        ``twist``, ``mismatch`` and ``angle``, whose default weight is 0. ``parked`` = 1 in the step
+        that parks the ball, and ``off`` = -1 in the step that leaves the plate, which costs more
+        than resting anywhere on it for the whole episode.
 
     Starting State:
         At rest: position uniform in the square ``|X|, |Y| <= start_half_width``, attitude uniform
-        on SO(3).
+        on SO(3). The plate is level: tilt and its rate are 0, and no others are taken.
 
     Episode End:
         The episode terminates when the ball is parked: its offset is at most `position_tolerance`,
         the angle of its attitude at most `angle_tolerance` and its speed at most `speed_tolerance`.
         That step is the success (`info["is_success"]`). It also terminates when the ball leaves the
-        plate, a disk whose edge is `margin` beyond the corners of the start square.
+        plate: its distance from the origin is more than ``sqrt(2) start_half_width + margin``,
+        which is `margin` beyond the corners of the start square.
 
     Reference:
         `three_rolls` plans three straight rolls, each with full force forward and then backward

@@ -184,7 +184,8 @@ class BallParkGoal(Task):
     Physics:
         Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
         ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
-        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
+        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``. An action of length 1
+        rolls a ball of any radius by `roll_per_step`.
 
         Rolling is invariant under translation and under the choice of body axes. So the motion from
         pose to goal depends on their difference only: the displacement, and the rotation from one
@@ -196,9 +197,14 @@ class BallParkGoal(Task):
         steps away from the goal. The observed (float32) goals are compared, so recomputed rewards
         equal those of `step` bit for bit.
 
+        With R of the achieved and R* of the desired goal, the angle is compared as ``tr(R R*^T) >=
+        1 + 2 cos(min(angle_tolerance, pi))``.
+
         ``distance`` = 0 there too, else minus the homogeneous distance of `BallPark` from the goal,
-        the sum of ``|p|``, ``sqrt(|theta_z|)`` and ``cbrt(|m|)``, is a dense term of the default
-        weight 0. Of balls of several radii it is that of the middle one.
+        the sum of its terms position, twist and mismatch, is a dense term of the default weight 0.
+        Of balls of several radii it is that of the middle of their range. As rounded matrices are
+        not quite orthogonal, theta is that of the longest row of ``4 q q^T``, whose entries are
+        sums of those of ``R R*^T``, as a unit quaternion.
 
     Starting State:
         Positions of ball and goal uniform in the square ``|X|, |Y| <= start_half_width``, both
@@ -222,7 +228,8 @@ class BallParkGoal(Task):
     Source:
         Jurdjevic 1993, "The geometry of the plate-ball problem", doi:10.1007/BF00375605; three
         rolls: Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79; hindsight
-        experience replay: Andrychowicz et al. 2017, arXiv:1707.01495.
+        experience replay: Andrychowicz et al. 2017, arXiv:1707.01495; quaternion of a matrix:
+        Shepperd 1978, doi:10.2514/3.55767b.
     """
 
     radius: Range = physical(1.0, "radius of the ball", "m")

@@ -150,7 +150,10 @@ class BallPlate(Rolling):
         (1 + beta) - radius alpha_y''`` and ``Y'' = -g alpha_x / (1 + beta) + radius alpha_x''``.
         The full equations are simulated, with centrifugal and gyroscopic terms. The mass has no
         effect on the motion. The motor changes the rates of the angles linearly to the commanded
-        ones within the control period, and brakes in time to stop at `tilt_limit`.
+        ones within the control period, and brakes in time to stop at `tilt_limit`: for each angle,
+        with the rate omega at the beginning, the commanded rate is limited to ``(+-tilt_limit -
+        alpha) / dt - omega / 2``, then to +-`tilt_rate`, and the acceleration is (commanded rate -
+        omega) / dt.
 
         Tilting moves the centre of the ball in the wrong direction by radius times angle: a zero of
         the transfer function in the right half-plane, at ``sqrt(g / ((1 + beta) radius))``. On a
@@ -160,7 +163,8 @@ class BallPlate(Rolling):
 
     Rewards:
         ``near`` = ``1 / (1 + 5 distance)`` with the distance to the point [m], and ``effort`` =
-        ``-|rates|^2 / (2 tilt_rate^2)`` of the angles, which penalises unnecessary tilting.
+        ``-min(|rates|^2 / (2 tilt_rate^2), 1)`` of the angles, which penalises unnecessary tilting.
+        The rates are those at the end of the step; the cost is ``dt |rates|``.
 
     Starting State:
         The table is level and at rest. Ball and point are uniform in a disk of `start_radius`, the
@@ -169,8 +173,9 @@ class BallPlate(Rolling):
 
     Episode End:
         Success (`info["is_success"]`): the distance to the point has been below `tolerance`
-        throughout the last `hold` seconds. The episode terminates when the ball passes the edge of
-        the table, `margin` beyond the disk of starts and points.
+        throughout the last `hold` seconds: n steps in succession, where ``n dt >= hold``. The
+        episode terminates when the ball passes the edge of the table: it is more than
+        ``start_radius + margin`` from O.
 
     Reference:
         `lqr` is the linear-quadratic regulator ``rates = -K (offset, velocity, tilt, tilt rates)``

@@ -219,14 +219,20 @@ class BallSteer(Task):
     Physics:
         Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
         ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
-        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``.
+        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``. An action of length 1
+        rolls a ball of any radius by `roll_per_step`.
 
         The paths are Euler's elasticae, ``heading'' = -w^2 sin(heading - axis)`` in arc length,
-        with the `wavenumber` w; the shortest paths of a rolling ball between poses are elasticae.
-        One is the closed elastica, a figure eight (modulus 0.909), which is ``9.28 / w`` radii
-        long; the others have a modulus of 0.6 to 1.2, and above 1 their heading turns in one sense
-        only. The reference rolls them as polygons, one side in each control period, at
-        `reference_speed` of the largest speed.
+        with the `wavenumber` w per radius; the shortest paths of a rolling ball between poses are
+        elasticae. One is the closed elastica, a figure eight (modulus 0.909), which is ``9.28 / w``
+        radii long; the others have a modulus of 0.6 to 1.2, and above 1 their heading turns in one
+        sense only. The reference rolls them as polygons, one side of length ``l = reference_speed
+        roll_per_step radius`` in each control period. It has a heading h, a unit vector; the
+        curvature kappa of its path; and the constant force F of its path, ``(wavenumber /
+        radius)^2`` along the axis. In a period it rolls like the ball by its action,
+        ``reference_speed h`` rounded to float32, while kappa grows by ``l / 2 (h x F)``, h then
+        turns by ``l kappa``, and kappa grows by ``l / 2 (h x F)`` of the new h. Observed are its
+        action in the coming period, and kappa and F.
 
     Rewards:
         ``close`` = ``1 / (1 + 5 error)``, with the pose error ``sqrt(|p|^2 + |theta|^2)``: p the
@@ -235,13 +241,15 @@ class BallSteer(Task):
 
     Starting State:
         The reference is at the origin, upright, at the largest curvature of its path, with uniform
-        heading and either sense of curvature; `path` is "eight", "elastica" (modulus uniform), or
-        "both", each in half of the episodes. The offset of the ball from it is uniform in a disk of
-        `start_offset` radii, its relative rotation vector uniform in a ball of `start_angle`.
+        heading h and either sense of curvature: F along h, and ``kappa = +-2 k wavenumber /
+        radius`` with the modulus k. `path` is "eight", k = 0.9089085575485415, "elastica", k
+        uniform, or "both", each in half of the episodes. The offset of the ball from it is uniform
+        in a disk of `start_offset` radii, its relative rotation vector uniform in a ball of
+        `start_angle`.
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): the mean pose error
-        since the start is at most `bound`.
+        of all steps so far, without that of the start, is at most `bound`.
 
     Reference:
         `lqr` is the linear-quadratic regulator along the elastica of the reference, which uses its

@@ -119,9 +119,11 @@ class CoinPark(Rolling):
 
     Physics:
         ``(X', Y') = -radius psi' (cos phi, sin phi)`` with the heading phi and the roll phase psi.
-        Both rates are set at once, so each step is an exact arc. Mass, moments and g have no
-        effect on the motion, as the rates are given. On the arc the coin needs the coefficient of
-        friction ``radius |phi' psi'| / g``; what the jumps of the rates would need is not counted.
+        Both rates are set at once, so each step is an arc, exact to 4e-11 rad, and those of the
+        start do not matter. Mass, moments and g have no effect on the motion, as the rates are
+        given. phi and psi are within half a turn. Actions of 1 roll by `roll_per_step` and turn by
+        `steer_per_step`. On the arc the coin needs the coefficient of friction ``radius |phi' psi'|
+        / g``; what the jumps of the rates would need is not counted.
 
         The two control vector fields and their Lie brackets span 2, 3 and 4 dimensions (growth
         vector (2, 3, 4)). At the goal steering and rolling are directly controlled, the lateral
@@ -132,8 +134,9 @@ class CoinPark(Rolling):
     Rewards:
         Each direction has the root of the order of the bracket that generates it. With p = (x, y)
         the offset in radii and m = x + psi within half a turn, ``position`` = ``-|p|``, ``heading``
-        = ``-|phi|``, ``side`` = ``-sqrt(|y|)`` and ``mismatch`` = ``-cbrt(|m|)``: orders 1, 1, 2
-        and 3. The roots are smoothed within 0.001 of 0, and |p|, |x| and |y| are limited to 50.
+        = ``-|phi|``, ``side`` = ``-sqrt(s)`` and ``mismatch`` = ``-cbrt(t)``: orders 1, 1, 2 and 3,
+        where ``s = sqrt(y^2 + 0.001^2)`` and ``t = sqrt(m^2 + 0.001^2)`` round the roots off at 0.
+        |p|, |x| and |y| are limited to 50 in all of them.
         ``parked`` = 1 in the step that parks the coin.
 
     Starting State:

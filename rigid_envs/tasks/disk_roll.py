@@ -145,16 +145,24 @@ class DiskRoll(Rolling):
         / (3 r)``, a hoop above ``g / (4 r)``. Below, a small lean grows, and without control the
         disk falls or reels.
 
+        theta is the angle between e3 and the vertical e_z, n = (e_z - cos(theta) e3) / sin(theta)
+        and l = e3 x n; so ``wn = n . omega``, ``theta' = -l . omega``, ``w3 = e3 . omega``. The
+        contact moves along l at r psi', ``psi' = w3 + wn tan(lean)``, and its path turns at ``phi'
+        = wn / cos(lean)``. Its curvature times the radius is ``phi' psi' / max(psi'^2, 1e-9)``,
+        limited to +-10: positive where the centre of the circle is to the left of l, and 0 where
+        the disk spins on the spot.
+
     Rewards:
         ``circle`` = ``1 / (1 + 10 e)`` with e the relative error of the curvature of the contact's
-        path, ``upright`` = ``cos(lean)``, the reward for not falling, and ``effort`` = ``-(tau /
-        torque)^2``.
+        path, ``e = |k - k*| / |k*|`` with the commanded k*, ``upright`` = ``cos(lean)``, the reward
+        for not falling, and ``effort`` = ``-(tau / torque)^2``.
 
     Starting State:
         Lean uniform within `start_lean`, turn rate and lean rate each within `start_rate`, the roll
         rate between `start_speed` and `start_speed` + `start_spread` of the threshold. The
         commanded curvature times radius has either sign and a magnitude between `goal_curvature`
-        and `goal_curvature` + `goal_spread`. Heading and phase are uniform.
+        and `goal_curvature` + `goal_spread`. Heading and phase are uniform, and
+        the contact is at the origin.
 
     Episode End:
         Success (`info["is_success"]`): e has been at most `tolerance` throughout the last `hold`

@@ -115,8 +115,9 @@ class RollPump(Rolling):
 
     Physics:
         ``(1 + beta) s'' = -g sin(curvature s)``, s along the path of the centre, 0 at the bottom.
-        Masses move instantaneously and conserve the momentum about the contact, ``P = (1 + beta)
-        v``: a smaller ratio at full speed adds energy, by the work done on the masses; a larger
+        Masses move instantaneously, at the beginning of a control period, and conserve the momentum
+        about the contact, ``P = (1 + beta) v``, here and below with what is added in beta: a
+        smaller ratio at full speed adds energy, by the work done on the masses; a larger
         ratio at rest changes no energy. Energy is conserved while the ratio is constant. The motion
         has no slip for any `mu`.
 
@@ -126,9 +127,9 @@ class RollPump(Rolling):
         small during ascent.
 
     Rewards:
-        ``shortfall`` = ``E / E_rim - 1``, from -1 to 0, with E the energy above the bottom and
-        E_rim that of rest on the rim, so that a step costs less at a higher energy; and ``over`` =
-        1 in the step that passes the rim.
+        ``shortfall`` = ``E / E_rim - 1``, limited to -1 .. 0, with ``E = g (1 - cos(curvature s)) /
+        curvature + (1 + beta) v^2 / 2`` after the step and E_rim that of rest on the rim, so that a
+        step costs less at a higher energy; and ``over`` = 1 in the step that passes the rim.
 
     Starting State:
         At rest on either side, with the smallest ratio. The angle from the bottom, as a fraction of

@@ -16,6 +16,12 @@ __all__ = ["goal_pose", "pose_from_goal"]
 
 _INSIDE = 1.0 - 1e-6  # of the tolerances: there the rounded goals are reached too
 
+_FORMULAS = """
+    Frame, entries and actions are those of `BallPark`, with p the offset from the goal in radii and
+    theta the rotation vector from the attitude of the goal to that of the ball, of its exact pose.
+    The ball rests where distance and angle are at most 1 - 1e-6 of their tolerances.
+"""
+
 
 @scalar
 def _from_goal(y: Any, aux: Any, p: Any) -> tuple[float, float, Quaternion]:
@@ -55,4 +61,5 @@ def goal_pose(observe: Any) -> Reduction:
         features=POSE,
         observe=observe,
         turn=turn,
+        formulas=_FORMULAS,
     )

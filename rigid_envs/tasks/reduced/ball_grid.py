@@ -133,5 +133,13 @@ CELL = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas="""
+        An image is that by a symmetry S of the square, one of ``diag(+-1, +-1)`` with or without
+        exchange of x and y: the cell ``S (i, j)``, the attitude ``S R S^T`` with S on the first two
+        axes, and a direction d of a roll becomes ``S d``. The image has the largest i, then the
+        largest j, then of R the largest R12, R11, R22, R13, R31, R23, R32, R21, compared in this
+        order. If several images are equal, any of them is taken. Cell and R are rounded to whole
+        numbers.
+    """,
 )
 """Reduction of `BallGrid`: D4, quarter turns about the vertical through home and reflections."""

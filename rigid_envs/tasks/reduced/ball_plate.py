@@ -126,5 +126,16 @@ TABLE = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas="""
+        The sign of X is -1 where ``X - X* < 0``, that of Y where ``Y - Y* < 0``, else 1; on a
+        turntable both are that of the sum. X, VX, alpha_y and alpha_y' have the sign of X; Y, VY,
+        alpha_x, alpha_x' that of Y; the spin their product. The action is multiplied by (sign of Y,
+        sign of X).
+
+        With the offset d, ``a = g / (1 + beta)`` and ``T = 3.5 sqrt(radius / a)``, predicted is ``d
+        / max(|d|, 1) + T (VX + radius alpha_y', VY - radius alpha_x') + T^2 a / 2 (alpha_y + dt
+        alpha_y' / 2, -alpha_x - dt alpha_x' / 2)``, with radius, beta and g of the episode. The
+        logarithm is that of an offset limited to 20.
+    """,
 )
 """Reduction of `BallPlate`: reflections in both axes; half a turn where the table turns."""

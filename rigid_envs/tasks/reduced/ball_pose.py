@@ -12,7 +12,7 @@ from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced.planar import Frame, axial_seen, frame_along, polar_seen, turned_back
 from rigid_envs.tasks.reduction import Reduction
 
-__all__ = ["BALL_POSE", "POSE", "pose_frame", "pose_seen"]
+__all__ = ["BALL_POSE", "POSE", "POSE_FORMULAS", "pose_frame", "pose_seen"]
 
 _FAR = 50.0  # radii; bound of observed offsets
 
@@ -68,6 +68,19 @@ POSE = (
 )
 """Entries of `pose_seen`: offset r, rotation vector theta, mismatch m = (theta_x, theta_y - r)."""
 
+POSE_FORMULAS = """
+    With p the offset and theta the rotation vector of Rewards, the frame has the x-axis ``(c, s) =
+    p / |p|``. Where p is 0 it is along ``(theta_y, -theta_x)``, and where that is 0 too along the
+    x-axis of the world; lengths below 1e-9 are 0. The side k is -1 where theta_z < 0, else 1. A
+    horizontal vector (v_x, v_y) is seen as ``(c v_x + s v_y, k (c v_y - s v_x))``, and theta as
+    ``(k (c theta_x + s theta_y), c theta_y - s theta_x, k theta_z)``. An action (a, b) in the frame
+    is ``(c a - s k b, s a + c k b)`` in the world, rounded to float32.
+
+    r is ``min(|p|, 50)``, and ``m = (theta_x, theta_y - r)`` in the frame, with signed roots
+    ``sign(m_x) sqrt(|m_x|)``, which are not rounded off.
+"""
+"""The frame of a pose and the entries of `POSE`, in words."""
+
 
 @scalar
 def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
@@ -90,5 +103,6 @@ BALL_POSE = Reduction(
     features=POSE,
     observe=observe,
     turn=turn,
+    formulas=POSE_FORMULAS,
 )
 """Reduction of `BallPark`: O(2), turns about the vertical through the goal and reflections."""

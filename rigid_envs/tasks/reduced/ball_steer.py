@@ -65,5 +65,10 @@ ALONG_PATH = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas="""
+        The frame is as in `BallPark`, with ``(c, s)`` the heading of the reference and the side k
+        -1 where the curvature is negative, else 1: offset and force are seen as horizontal vectors,
+        theta as there, and the curvature as its magnitude.
+    """,
 )
 """Reduction of `BallSteer`: only the error and the shape of the path ahead matter."""

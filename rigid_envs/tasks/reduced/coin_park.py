@@ -113,5 +113,15 @@ COIN_POSE = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas="""
+        With x and y the offset in radii, limited to +-50, and m = x + psi within half a turn: a is
+        -1 where m < 0, b where y < 0, else 1. x, psi, m and the roll rate are multiplied by a; y by
+        b; phi and the steer rate by a b.
+
+        Of what is multiplied: ahead is ``x cos phi + y sin phi``, aside ``y cos phi - x sin phi``,
+        and ``D^2 = x^2 + y^2``. With ``h = -psi - ahead`` and ``e = psi^2 - D^2``, the signed root
+        is ``sign(e) sqrt(|e|)`` and the first roll ``e h / (2 max(h^2, 0.0001))``, each within its
+        bounds.
+    """,
 )
 """Reduction of `CoinPark`: reflections in the plane of the coin at the goal, and across it."""

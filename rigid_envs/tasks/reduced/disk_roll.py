@@ -96,5 +96,16 @@ CIRCLE = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas="""
+        With s = -1 where the commanded curvature is negative, else 1, and t = -s where w3 is
+        negative, else s: lean, theta', both curvatures and the action are multiplied by s, wn and
+        w3 by t. Of what is multiplied, with lean x, curvature k and its goal k*: ``e = (k - k*) /
+        k*``, and the logarithm is that of |e| <= 20.
+
+        With ``a = 2 w3 + wn tan x`` and ``b = 2 wn / 3``, the changes of wn and w3 with the lean of
+        a uniform disk, ``psi' = w3 + wn tan x``, and ``c = (a / cos x - k (b + a tan x + wn /
+        cos^2 x)) / max(psi', 0.1) + k tan x``: the missing lean is ``d = (k* - k) / max(c, 0.5)``
+        within +-0.5, the steady lean ``x + d``, and the steady wn w3 ``(wn + a d) (w3 + b d)``.
+    """,
 )
 """Reduction of `DiskRoll`: motions of the plane, turns of the disk, two reflections."""

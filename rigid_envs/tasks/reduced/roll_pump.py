@@ -55,5 +55,12 @@ SWING = Reduction(
     ),
     observe=observe,
     turn=as_given,
+    formulas="""
+        With the angle x = curvature s, the momentum P = (1 + beta + addition) v and the least ratio
+        beta of the episode: ``a = sin(x / 2) / sin(rim / 2)`` and ``b = P sqrt(curvature / (g (1 +
+        beta))) / (2 sin(rim / 2))``; ``E / E_rim = a^2 + b^2``, at least 1e-12 where it divides,
+        ``cos 2 phase = (a^2 - b^2) / (a^2 + b^2)`` and ``sin 2 phase = 2 a b / (a^2 + b^2)``, each
+        limited to its bounds.
+    """,
 )
 """Reduction of `RollPump`: the reflection; the action has no direction."""

@@ -1,0 +1,104 @@
+"""Attitudes as unit quaternions (w, x, y, z), body to world, in plain NumPy."""
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "angle",
+    "compose",
+    "draw",
+    "inverse",
+    "matrix",
+    "of_matrix",
+    "of_rotation_vector",
+    "rotation_vector",
+    "shown",
+]
+
+Array = npt.NDArray[np.float64]
+
+
+def compose(p: npt.ArrayLike, q: npt.ArrayLike) -> Array:
+    """The rotation q, then p, both in world axes."""
+    (a, *u), (b, *v) = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
+    vector = a * np.array(v) + b * np.array(u) + np.cross(u, v)
+    return np.array([a * b - np.dot(u, v), *vector])
+
+
+def inverse(q: npt.ArrayLike) -> Array:
+    """The rotation back."""
+    return np.asarray(q, dtype=float) * [1.0, -1.0, -1.0, -1.0]
+
+
+def matrix(q: npt.ArrayLike) -> Array:
+    """The rotation matrix R."""
+    w, x, y, z = np.asarray(q, dtype=float)
+    return np.array(
+        [
+            [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
+        ]
+    )
+
+
+def of_matrix(R: Array) -> Array:
+    """The longest row of 4 q q^T, whose entries are those of R, at length 1 (Shepperd 1978)."""
+    (a, b, c), (d, e, f), (g, h, k) = R
+    rows = np.array(
+        [
+            [1 + a + e + k, h - f, c - g, d - b],
+            [h - f, 1 + a - e - k, b + d, c + g],
+            [c - g, b + d, 1 - a + e - k, f + h],
+            [d - b, c + g, f + h, 1 - a - e + k],
+        ]
+    )
+    row = rows[np.argmax(np.diag(rows))]
+    return np.asarray(row / np.linalg.norm(row))
+
+
+def of_rotation_vector(theta: npt.ArrayLike) -> Array:
+    """exp of a rotation vector."""
+    theta = np.asarray(theta, dtype=float)
+    half = 0.5 * float(np.linalg.norm(theta))
+    return np.array([math.cos(half), *(0.5 * np.sinc(half / math.pi) * theta)])
+
+
+def rotation_vector(q: npt.ArrayLike) -> Array:
+    """log R in world axes, with an angle from 0 to pi."""
+    q = np.asarray(q, dtype=float)
+    w, *v = q if q[0] >= 0.0 else -q
+    sine = float(np.linalg.norm(v))
+    return np.array(v) * (2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 2.0)
+
+
+def angle(q: npt.ArrayLike) -> float:
+    """Angle of the rotation, from 0 to pi."""
+    return float(np.linalg.norm(rotation_vector(q)))
+
+
+def draw(rng: np.random.Generator) -> Array:
+    """Uniform on SO(3)."""
+    q = rng.normal(size=4)
+    return np.asarray(q / np.linalg.norm(q))
+
+
+def shown(q: npt.ArrayLike, rotation: str) -> Array:
+    """The entries of an observation that ``rotation`` asks for."""
+    R = matrix(q)
+    w, x, y, z = np.asarray(q, dtype=float)
+    ways: dict[str, Any] = {
+        "none": [],
+        "matrix": R.ravel(),
+        "rot6d": R[:, :2].T.ravel(),
+        "quat": np.array([w, x, y, z]) * (1.0 if w >= 0.0 else -1.0),
+        "euler": [
+            math.atan2(R[0, 2], -R[1, 2]),
+            math.atan2(math.hypot(R[0, 2], R[1, 2]), R[2, 2]),
+            math.atan2(R[2, 0], R[2, 1]),
+        ],
+    }
+    return np.asarray(ways[rotation], dtype=float)

@@ -1,0 +1,245 @@
+"""What tasks of rolling bodies have in common, from their pages and the page of all environments.
+
+A model is one episode in plain NumPy: `begin` with a state, `observe`, `step`. It shares nothing
+with `rigid_envs`.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from tests.from_pages import quaternions
+
+__all__ = [
+    "Frame",
+    "Held",
+    "Judged",
+    "Model",
+    "Settings",
+    "Step",
+    "in_box",
+    "in_disk",
+    "limited",
+    "root",
+    "smooth",
+]
+
+Array = npt.NDArray[np.float64]
+Settings = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What a task says of a step: reward terms, cost, success, end."""
+
+    terms: Mapping[str, float]
+    cost: float
+    success: bool
+    terminated: bool
+
+
+@dataclass(frozen=True)
+class Step(Judged):
+    """A step as the environment returns it."""
+
+    observation: Any
+    reward: float
+    clipped: bool
+    broken: bool
+
+
+class Model(ABC):
+    """One episode of a task.
+
+    Attributes:
+        SETTINGS: arguments of the task with their defaults, as on its page.
+        clip: what makes an action one of the space, and says whether it was outside.
+        ranges: the arguments that are given as a pair, from which a start draws.
+    """
+
+    COMMON: ClassVar[Settings] = {
+        "dt": 0.1,
+        "n_substeps": 1,
+        "rotation": "matrix",
+        "observe_params": False,
+        "action_delay": 0,
+        "frame": "world",
+    }
+    ACCEPTED: ClassVar[float] = 0.5  # rad in a step of the integrator
+    SETTINGS: ClassVar[Settings]
+    clip: ClassVar[Callable[[Array], tuple[Array, bool]]]
+    q: Array
+
+    def __init__(self, **settings: Any) -> None:
+        known = {**self.COMMON, **self.SETTINGS}
+        assert settings.keys() <= known.keys()
+        self.s = SimpleNamespace(**{**known, **settings})
+        self.ranges = {name: v for name, v in vars(self.s).items() if isinstance(v, tuple)}
+        self.p = self.s
+
+    def begin(self, params: Mapping[str, float] | None = None, **state: Any) -> None:
+        """Begin an episode in a state, with values of the parameters that have ranges."""
+        self.p = SimpleNamespace(**{**vars(self.s), **(params or {})})
+        self.late = [np.zeros(self.n_action)] * int(self.p.action_delay)
+        self.place(**state)
+
+    @property
+    def largest_weight(self) -> float:
+        """Sum of the sizes of the weights: what an error of all terms is multiplied by."""
+        weights = (v for name, v in vars(self.s).items() if name.startswith("weight_"))
+        return sum(map(abs, weights), 1.0)
+
+    @property
+    def n_action(self) -> int:
+        """Number of entries of an action."""
+        return 2
+
+    def draw_params(self, rng: np.random.Generator) -> dict[str, float]:
+        """Values of the parameters that are given as ranges."""
+        return {name: rng.uniform(*ends) for name, ends in self.ranges.items()}
+
+    @abstractmethod
+    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+        """A start, by names of the components of the state."""
+
+    def draw_with(self, rng: np.random.Generator, params: Mapping[str, float]) -> dict[str, Any]:
+        """A start with these parameters."""
+        return self.draw(rng)
+
+    def beside(self, aux: Array) -> dict[str, Any]:
+        """What belongs to a start beside the state, of what the environment has drawn."""
+        return {}
+
+    @abstractmethod
+    def place(self, **state: Any) -> None:
+        """Take a start."""
+
+    @abstractmethod
+    def features(self) -> Array:
+        """Entries of the observation before the attitude."""
+
+    def reduced(self) -> Array:
+        """Entries of the observation in the reduced frame."""
+        raise NotImplementedError
+
+    def turn(self, action: Array) -> Array:
+        """The action in the frame of the world, of one in the reduced frame."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def move(self, action: Array) -> Judged:
+        """One control period."""
+
+    def observe(self) -> Any:
+        """The observation, before it is rounded to float32."""
+        if self.s.frame == "reduced":
+            parts = [self.reduced()]
+        else:
+            parts = [self.features()]
+            if self.s.rotation != "none":
+                parts.append(quaternions.shown(self.q, self.s.rotation))
+        if self.s.observe_params:
+            parts.append(np.array([getattr(self.p, name) for name in self.ranges]))
+        return np.concatenate(parts)
+
+    def step(self, action: npt.ArrayLike) -> Step:
+        """Clip, turn, delay, move, judge, observe; a motion that is too fast ends the episode."""
+        inside, clipped = type(self).clip(np.asarray(action, dtype=np.float32).astype(float))
+        self.late.append(self.turn(inside) if self.s.frame == "reduced" else inside)
+        judged = self.move(self.late.pop(0))
+        turned = self.rate * self.s.dt / self.s.n_substeps
+        broken = turned > self.ACCEPTED and not judged.terminated
+        if broken:
+            judged = Judged(dict.fromkeys(judged.terms, 0.0), 0.0, False, True)
+        reward = sum(getattr(self.s, f"weight_{k}") * v for k, v in judged.terms.items())
+        return Step(
+            **vars(judged),
+            observation=self.observe(),
+            reward=reward,
+            clipped=clipped,
+            broken=broken,
+        )
+
+    @property
+    def rate(self) -> float:
+        """The rate that limits the step of the integrator [rad/s]; 0 where none does."""
+        return 0.0
+
+
+class Held:
+    """Whether a condition has been true throughout the last seconds."""
+
+    def __init__(self, seconds: float, dt: float) -> None:
+        self.needed = math.ceil(seconds / dt * (1.0 - 1e-9))
+        self.steps = 0
+
+    def after(self, true: bool) -> bool:
+        """After a step, in which the condition is true or not."""
+        self.steps = self.steps + 1 if true else 0
+        return self.steps >= self.needed
+
+
+def in_box(action: Array) -> tuple[Array, bool]:
+    """Each entry in [-1, 1]."""
+    inside = np.clip(action, -1.0, 1.0)
+    return inside, bool(np.any(inside != action))
+
+
+def in_disk(action: Array) -> tuple[Array, bool]:
+    """In the unit disk, rounded to float32; a length that rounding may have made is inside."""
+    square = float(action @ action)
+    outside = square > 1.0 + 2.0**-22
+    return single(action / math.sqrt(square) if outside else action), outside
+
+
+def single(x: npt.ArrayLike) -> Array:
+    """The nearest float32."""
+    return np.asarray(x, dtype=np.float32).astype(float)
+
+
+def limited(x: Any, largest: float) -> Any:
+    """x between -largest and largest."""
+    return np.clip(x, -largest, largest)
+
+
+def smooth(x: float) -> float:
+    """The length of x, rounded off within 0.001 of 0."""
+    return math.hypot(x, 0.001)
+
+
+def root(x: float) -> float:
+    """Root of the magnitude, with the sign."""
+    return math.copysign(math.sqrt(abs(x)), x)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A moving frame in the plane: its x-axis, and -1 where y points to the right of it."""
+
+    cosine: float = 1.0
+    sine: float = 0.0
+    side: float = 1.0
+
+    def seen(self, x: float, y: float) -> Array:
+        """Components of an offset, a velocity or a force."""
+        return np.array(
+            [self.cosine * x + self.sine * y, self.side * (self.cosine * y - self.sine * x)]
+        )
+
+    def axial(self, v: Array) -> Array:
+        """Components of a rotation vector, which a reflection reverses in its plane."""
+        along, left = self.seen(v[0], v[1])
+        return np.array([self.side * along, self.side * left, self.side * v[2]])
+
+    def back(self, action: Array) -> Array:
+        """World components of an action, rounded to float32."""
+        along, left = action[0], self.side * action[1]
+        return single(
+            [self.cosine * along - self.sine * left, self.sine * along + self.cosine * left]
+        )

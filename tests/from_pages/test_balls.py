@@ -1,0 +1,541 @@
+"""Balls rebuilt from their pages do what the environments do."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.from_pages import balls
+from tests.from_pages.ball_on_grid import BallGrid
+from tests.from_pages.ball_on_table import BallPlate
+from tests.from_pages.ball_that_follows import BallSteer
+from tests.from_pages.ball_with_inertia import BallParkDynamic
+from tests.from_pages.quaternions import compose, of_matrix, of_rotation_vector, rotation_vector
+from tests.from_pages.rolling import Model, in_disk
+from tests.from_pages.rolling_play import (
+    actions,
+    alike,
+    begin,
+    drawn,
+    environment,
+    hidden,
+    play,
+    play_many,
+    same_distribution,
+    started,
+)
+
+# Both sides are closed forms in float64: errors of some 1e-16 per step, which the roots, rounded
+# off at 0.001, magnify to at most 30 times as much.
+EXACT = 1e-12
+
+# The reduced features have roots that are not rounded off: from errors of 1e-15 near 0 come 3e-8.
+ROOTS = 1e-7
+
+# The desired goal is known as it is observed, in float32, and its errors of 1e-7 are magnified by
+# the roots of components that may be as small as 0.01.
+ROUNDED_GOAL = 2e-6
+
+# Where the motion is integrated, ours has errors of 1e-11 per control period. Theirs is of fourth
+# order: it errs by less than the fourth power of what turns in a step, at 4 rad/s in 0.2 s, for its
+# constants are below 1. Here with the default number of substeps and with many.
+COARSE, FINE = 6, 96
+INTEGRATED = {n: (4.0 * 0.2 / n) ** 4 for n in (COARSE, FINE)}  # 3e-4 and 5e-9
+
+# On the table, as above, balls turn at up to 5 rad/s in 0.1 s.
+ROUGH, SMOOTH = 2, 40
+TABLE_ERROR = {n: (5.0 * 0.1 / n) ** 4 for n in (ROUGH, SMOOTH)}  # 4e-3 and 2e-8
+
+PARKING: list[tuple[str, dict[str, Any]]] = [
+    *((name, {}) for name in ("BallPark", "BallParkRandom", "BallReorient")),
+    *(("BallPark", {"rotation": way}) for way in ("rot6d", "quat", "euler", "none")),
+    ("BallPark", {"weight_angle": 0.3, "weight_twist": -0.5, "weight_position": 0.2}),
+    ("BallPark", {"dt": 0.04, "roll_per_step": 0.7, "radius": 0.3, "n_substeps": 3}),
+    ("BallPark", {"radius": 0.02}),  # 50 radii and more from the goal
+    ("BallPark", {"action_delay": 2}),
+    ("BallParkRandom", {"observe_params": True, "radius": (0.1, 5.0)}),
+]
+
+
+def model_of(name: str, **settings: Any) -> Model:
+    made = getattr(balls, name)(**settings)
+    assert isinstance(made, Model)
+    return made
+
+
+@pytest.mark.parametrize(("name", "settings"), PARKING)
+def test_a_ball_that_parks_does_what_its_page_says(name: str, settings: dict[str, Any]) -> None:
+    rng = np.random.default_rng(1)
+    env, model = environment(name, **settings), model_of(name, **settings)
+    for _ in range(3):
+        seen = begin(env, model, model.draw(rng), model.draw_params(rng))
+        alike(seen, model.observe(), EXACT)
+        play(env, model, actions(rng, 40, 2), EXACT)
+
+
+@pytest.mark.parametrize("name", ["BallPark", "BallParkRandom", "BallReorient"])
+def test_the_reduced_frame_of_parking_is_that_of_the_page(name: str) -> None:
+    settings = {"frame": "reduced", "action_delay": 1}
+    rng = np.random.default_rng(2)
+    env, model = environment(name, **settings), model_of(name, **settings)
+    for _ in range(4):
+        seen = begin(env, model, model.draw(rng), model.draw_params(rng))
+        alike(seen, model.observe(), ROOTS)
+        play(env, model, actions(rng, 40, 2), ROOTS)
+
+
+@pytest.mark.parametrize(
+    ("q", "position"),
+    [
+        ((1.0, 0.0, 0.0, 0.0), (0.0, 0.0)),
+        ((1.0, 0.0, 0.0, 0.0), (0.3, -0.4)),
+        ((0.8, 0.0, 0.0, -0.6), (0.0, 0.0)),
+        ((-0.8, 0.0, 0.6, 0.0), (0.0, 0.0)),
+    ],
+)
+def test_the_reduced_frame_has_a_direction_where_there_is_no_offset(
+    q: tuple[float, ...], position: tuple[float, ...]
+) -> None:
+    settings = {"frame": "reduced", "position_tolerance": 1e-6}
+    env, model = environment("BallPark", **settings), model_of("BallPark", **settings)
+    begin(env, model, {"q": q, "position": position})
+    play(env, model, [np.array([0.7, 0.2], dtype=np.float32)], ROOTS)
+
+
+@pytest.mark.parametrize("name", ["BallPark", "BallParkRandom", "BallReorient"])
+def test_a_ball_is_parked_within_both_tolerances_and_not_beside_them(name: str) -> None:
+    settings = {"position_tolerance": 0.2, "angle_tolerance": 0.3}
+    env, model = environment(name, **settings), model_of(name, **settings)
+    rng, successes = np.random.default_rng(3), 0
+    for _ in range(60):
+        offset, theta = rng.uniform(-0.25, 0.25, 2), rng.uniform(-0.25, 0.25, 3)
+        state = {"q": of_rotation_vector(theta), "position": offset}
+        begin(env, model, state, model.draw_params(rng))
+        successes += play(env, model, 0.1 * actions(rng, 20, 2), EXACT)
+    assert 20 <= successes <= 58
+
+
+@pytest.mark.parametrize("settings", [{}, {"weight_distance": 0.7, "radius": (0.5, 0.9)}])
+def test_a_ball_with_a_goal_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    rng = np.random.default_rng(4)
+    env, model = environment("BallParkGoal", **settings), model_of("BallParkGoal", **settings)
+    for seed in range(3):
+        seen = started(env, model, rng, seed)
+        alike(seen, model.observe(), EXACT)
+        play(env, model, actions(rng, 100, 2), EXACT)
+
+
+def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less() -> None:
+    settings = {"frame": "reduced", "position_tolerance": 0.5, "angle_tolerance": 0.5}
+    env, model = environment("BallParkGoal", **settings), model_of("BallParkGoal", **settings)
+    rng, successes = np.random.default_rng(5), 0
+    for seed in range(8):
+        seen, _ = env.reset(seed=seed)
+        goal = np.asarray(seen["desired_goal"], dtype=float)
+        q = compose(
+            of_rotation_vector(rng.uniform(-0.4, 0.4, 3)),
+            of_matrix(goal[2:].reshape(3, 3)),
+        )
+        state = {"q": q, "position": goal[:2] + rng.uniform(-0.4, 0.4, 2)}
+        begin(env, model, state, seed=seed, goal=goal)
+        successes += play(env, model, actions(rng, 30, 2), ROUNDED_GOAL)
+    assert successes >= 2
+
+
+def test_rewards_of_goals_are_computed_anew_as_the_page_says() -> None:
+    settings = {"weight_distance": 0.5, "angle_tolerance": 1.5, "position_tolerance": 2.0}
+    env, model = environment("BallParkGoal", **settings), model_of("BallParkGoal", **settings)
+    assert isinstance(model, balls.BallParkGoal)
+    rng = np.random.default_rng(6)
+    pairs = [(model.draw(rng)["goal"], model.draw(rng)["goal"]) for _ in range(300)]
+    expected = []
+    for achieved, desired in pairs:
+        terms = model.judge(achieved, desired)
+        expected.append(terms["reached"] + 0.5 * terms["distance"])
+    assert 0 < sum(reward == 0.0 for reward in expected) < 300
+    sides = (np.array(side, dtype=np.float32) for side in zip(*pairs, strict=True))
+    rewards = env.unwrapped.compute_reward(*sides, {})
+    np.testing.assert_allclose(rewards, expected, rtol=0.0, atol=EXACT)
+
+
+def starts_of(y: Any) -> dict[str, Any]:
+    """Quantities of poses (q, X, Y) whose distributions determine that of the start."""
+    theta = np.array([rotation_vector(q) for q in y[:, :4]])
+    return {
+        "X": y[:, 4],
+        "Y": y[:, 5],
+        "angle": np.linalg.norm(theta, axis=1),
+        **{f"axis {k}": theta[:, k] / np.linalg.norm(theta, axis=1) for k in range(3)},
+    }
+
+
+@pytest.mark.parametrize("name", ["BallPark", "BallParkRandom", "BallReorient", "BallParkGoal"])
+def test_balls_that_park_start_as_the_page_says(name: str) -> None:
+    y, seen, _ = drawn(name)
+    model, rng = model_of(name), np.random.default_rng(7)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    same_distribution(starts_of(y), starts_of(np.array([[*s["q"], *s["position"]] for s in ours])))
+    assert np.abs(y[:, 4:6]).max() <= model.s.start_half_width
+    if name == "BallParkGoal":
+        theirs, goals = seen["desired_goal"], np.array([s["goal"] for s in ours])
+        same_distribution(
+            {str(k): theirs[:, k] for k in range(11)}, {str(k): goals[:, k] for k in range(11)}
+        )
+
+
+def test_the_radius_of_a_ball_is_drawn_uniformly() -> None:
+    _, seen, _ = drawn("BallParkRandom", observe_params=True)
+    radii, model = seen[:, -1], model_of("BallParkRandom")
+    ours = [model.draw_params(np.random.default_rng(k))["radius"] for k in range(len(radii))]
+    same_distribution({"radius": radii}, {"radius": np.array(ours)})
+    assert 0.5 <= radii.min() and radii.max() <= 2.0
+
+
+def test_balls_at_the_bounds_of_an_action_are_not_clipped() -> None:
+    env = environment("BallPark")
+    env.reset(seed=0)
+    for heading in np.linspace(0.0, 6.0, 50):
+        action = np.array([math.cos(heading), math.sin(heading)], dtype=np.float32)
+        assert not env.step(action)[-1]["action_clipped"]
+    assert env.step(np.array([1.0, 0.001], dtype=np.float32))[-1]["action_clipped"]
+
+
+def test_actions_of_other_types_are_rounded_to_float32() -> None:
+    env, model = environment("BallPark"), model_of("BallPark")
+    begin(env, model, model.draw(np.random.default_rng(24)))
+    play(env, model, [[0.3, 0.1], (1.2, 0.7), np.array([1 / 3, 0.1]), np.array([1, -1])], EXACT)
+
+
+@pytest.mark.parametrize(("X", "parked"), [(0.5, True), (math.nextafter(0.5, 1.0), False)])
+def test_a_ball_at_the_edge_of_the_tolerance_is_parked(X: float, parked: bool) -> None:
+    settings = {"position_tolerance": 0.5}
+    env, model = environment("BallPark", **settings), model_of("BallPark", **settings)
+    begin(env, model, {"q": [1.0, 0.0, 0.0, 0.0], "position": [X, 0.0]})
+    assert play(env, model, [[0.0, 0.0]], EXACT) == parked
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"radius": 0.3, "start_cells": 1, "weight_moves": 0.2, "action_delay": 2},
+        {"frame": "reduced", "start_cells": 1},
+        {"frame": "reduced", "start_cells": 6},
+        {"rotation": "rot6d", "start_cells": 0},  # w may be 0, where the sign of q is not defined
+    ],
+)
+def test_a_ball_on_a_grid_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    env, model = environment("BallGrid", **settings), BallGrid(**settings)
+    rng, successes = np.random.default_rng(8), 0
+    for _ in range(20):
+        seen = begin(env, model, model.draw(rng))
+        alike(seen, model.observe(), EXACT)
+        # the next choice is often the opposite of the last: so home is reached, from home at once
+        choices = np.cumsum(rng.choice([0, 1, 2, 2], 30)) % 4
+        successes += play(env, model, choices, EXACT)
+    assert successes or settings.get("start_cells", 4) > 1
+
+
+def test_balls_on_a_grid_start_as_the_page_says() -> None:
+    y, _, _ = drawn("BallGrid", n=4000)
+    model, rng = BallGrid(), np.random.default_rng(9)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    theirs = [{"q": row[:4], "position": row[4:]} for row in y]
+    kinds = []
+    for starts in (ours, theirs):
+        cells = np.array([np.round(s["position"] / (math.pi / 2)) for s in starts])
+        attitudes = [
+            _which(model, s["q"], int(cell.sum())) for s, cell in zip(starts, cells, strict=True)
+        ]
+        kinds.append({"i": cells[:, 0], "j": cells[:, 1], "attitude": np.array(attitudes)})
+    same_distribution(*kinds)
+    assert np.abs(kinds[1]["i"]).max() == 4.0
+
+
+def _which(model: BallGrid, q: Any, parity: int) -> float:
+    """Number of the attitude among those that are solvable in a cell of this parity."""
+    (found,) = np.flatnonzero([abs(q @ known) > 0.99 for known in model.SOLVABLE[parity % 2]])
+    return float(found)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"path": "eight", "weight_close": 0.3, "dt": 0.07},
+        {"path": "elastica", "radius": 0.4, "wavenumber": 0.9, "reference_speed": 0.8},
+        {"radius": (0.5, 1.5), "observe_params": True, "rotation": "euler", "action_delay": 1},
+        {"frame": "reduced", "action_delay": 2, "roll_per_step": 0.2, "n_substeps": 4},
+    ],
+)
+def test_a_ball_that_follows_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    env, model = environment("BallSteer", **settings), BallSteer(**settings)
+    rng = np.random.default_rng(10)
+    for seed in range(3):
+        seen = started(env, model, rng, seed)
+        alike(seen, model.observe(), EXACT)
+        play(env, model, actions(rng, 100, 2), EXACT)
+
+
+def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound() -> None:
+    settings = {"start_offset": 0.1, "start_angle": 0.2, "bound": 0.3}
+    env, model = environment("BallSteer", **settings), BallSteer(**settings)
+    outcomes = []
+    for seed in range(6):
+        seen, _ = env.reset(seed=seed)
+        y, aux = env.unwrapped.y, hidden(env)
+        model.begin(q=y[:4], position=y[4:], aux=aux)
+        alike(seen, model.observe(), EXACT)
+        copied = (model.leading() + 0.02 * (seed - 2) for _ in range(300))
+        outcomes.append(play(env, model, copied, 1e-11))  # roundings of 300 steps
+    assert len(set(outcomes)) == 2
+
+
+def test_balls_that_follow_start_as_the_page_says() -> None:
+    y, _, envs = drawn("BallSteer")
+    aux = np.array(envs.unwrapped.get_state()["aux"], dtype=float)
+    model, rng = BallSteer(), np.random.default_rng(11)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    kinds = []
+    for poses, beside in (
+        (np.array([[*s["q"], *s["position"]] for s in ours]), np.array([s["aux"] for s in ours])),
+        (y, aux),
+    ):
+        np.testing.assert_array_equal(beside[:, :6], np.tile([1.0, 0, 0, 0, 0, 0], (len(y), 1)))
+        np.testing.assert_allclose(beside[:, 9:11], 0.36 * beside[:, 6:8], rtol=1e-14)
+        assert not beside[:, 11:].any()
+        kinds.append(
+            {
+                **starts_of(poses),
+                "distance": np.hypot(poses[:, 4], poses[:, 5]),
+                "heading": np.arctan2(beside[:, 7], beside[:, 6]),
+                "curvature": beside[:, 8].round(12),  # half of them are figures eight, to rounding
+            }
+        )
+    same_distribution(*kinds)
+    assert kinds[1]["distance"].max() <= 1.0 and kinds[1]["angle"].max() <= 1.0
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"n_substeps": COARSE},
+        {"turntable_rate": 0.8, "rotation": "rot6d", "action_delay": 1},
+        {"m": 2.0, "radius": 0.5, "beta": 2 / 3, "force": 5.0, "dt": 0.1},
+        {"m": (0.8, 1.5), "beta": (0.2, 0.5), "observe_params": True, "weight_angle": 0.1},
+    ],
+)
+def test_a_ball_with_inertia_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    settings = {"n_substeps": FINE, **settings}
+    env, model = environment("BallParkDynamic", **settings), BallParkDynamic(**settings)
+    rng = np.random.default_rng(12)
+    for _ in range(2):
+        seen = begin(env, model, model.draw(rng), model.draw_params(rng))
+        alike(seen, model.observe(), EXACT)
+        play(env, model, actions(rng, 40, 2), INTEGRATED[settings["n_substeps"]])
+
+
+@pytest.mark.parametrize("turntable_rate", [0.0, -0.6])
+def test_the_reduced_frame_of_a_ball_with_inertia_is_that_of_the_page(
+    turntable_rate: float,
+) -> None:
+    settings = {"frame": "reduced", "turntable_rate": turntable_rate, "action_delay": 1}
+    settings |= {"n_substeps": FINE, "m": (0.5, 2.0), "beta": (0.3, 0.6)}
+    env, model = environment("BallParkDynamic", **settings), BallParkDynamic(**settings)
+    rng = np.random.default_rng(13)
+    for _ in range(3):
+        start = {**model.draw(rng), "velocity": rng.uniform(-1.0, 1.0, 2)}
+        seen = begin(env, model, start, model.draw_params(rng))
+        alike(seen, model.observe(), ROOTS)
+        # the roots of components that may be as small as 1e-4 magnify by 50
+        play(env, model, actions(rng, 30, 2), 50.0 * INTEGRATED[FINE])
+
+
+def test_a_ball_with_inertia_is_parked_at_rest_and_not_beside_its_tolerances() -> None:
+    settings = {"position_tolerance": 0.2, "angle_tolerance": 0.3, "speed_tolerance": 0.2}
+    env, model = environment("BallParkDynamic", **settings), BallParkDynamic(**settings)
+    rng, successes = np.random.default_rng(14), 0
+    for _ in range(30):
+        theta, offset = rng.uniform(-0.2, 0.2, 3), rng.uniform(-0.2, 0.2, 2)
+        velocity = rng.uniform(-0.3, 0.3, 2)
+        state = {"q": of_rotation_vector(theta), "position": offset, "velocity": velocity}
+        begin(env, model, state)
+        successes += play(env, model, 0.1 * actions(rng, 5, 2), INTEGRATED[COARSE])
+    assert 5 <= successes <= 28
+
+
+def test_a_ball_with_inertia_falls_off_the_plate_at_its_edge() -> None:
+    settings = {"start_half_width": 1.0, "margin": 0.5}
+    env, model = environment("BallParkDynamic", **settings), BallParkDynamic(**settings)
+    rng = np.random.default_rng(15)
+    for _ in range(5):
+        begin(env, model, model.draw(rng))
+        heading = rng.uniform(0.0, 2.0 * math.pi)
+        action = np.array([math.cos(heading), math.sin(heading)])
+        assert not play(env, model, [action] * 100, INTEGRATED[COARSE])
+        assert math.hypot(*model.position) > math.sqrt(2.0) + 0.5
+
+
+def test_balls_with_inertia_start_as_the_page_says() -> None:
+    y, _, _ = drawn("BallParkDynamic")
+    model, rng = BallParkDynamic(), np.random.default_rng(16)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    same_distribution(starts_of(y), starts_of(np.array([[*s["q"], *s["position"]] for s in ours])))
+    assert np.abs(y[:, 4:6]).max() <= 2.0
+    assert not y[:, 6:].any()
+
+
+TABLES: list[dict[str, Any]] = [
+    {},
+    {"n_substeps": ROUGH},
+    {"turntable_rate": 1.5, "rotation": "matrix", "radius": 0.7},
+    {"tilt_limit": 0.4, "tilt_rate": 2.0, "margin": 8.0, "g": 5.0, "rotation": "quat"},
+    {"frame": "reduced", "action_delay": 1},
+    {"frame": "reduced", "turntable_rate": -1.0, "beta": (0.3, 0.6), "radius": (0.6, 1.1)},
+    {"weight_effort": 2.0, "weight_near": 0.3, "m": (1.0, 2.0), "observe_params": True},
+]
+
+
+@pytest.mark.parametrize("settings", TABLES)
+def test_a_ball_on_a_table_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    settings = {"n_substeps": SMOOTH, **settings}
+    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    rng = np.random.default_rng(17)
+    tolerance = TABLE_ERROR[settings["n_substeps"]]
+    for seed in range(2):
+        seen = started(env, model, rng, seed)
+        alike(seen, model.observe(), EXACT)
+        play(env, model, actions(rng, 40, 2), tolerance)
+
+
+def test_a_table_that_starts_tilted_and_turning_stops_within_its_limit() -> None:
+    settings = {"n_substeps": SMOOTH}
+    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    rng = np.random.default_rng(18)
+    for seed in range(4):
+        tilted = {"tilt": rng.uniform(-0.15, 0.15, 2), "tilt_rate": rng.uniform(-0.5, 0.5, 2)}
+        started(env, model, rng, seed, **tilted, spin=rng.uniform(-2.0, 2.0))
+        play(env, model, np.ones((30, 2), dtype=np.float32), TABLE_ERROR[SMOOTH])
+
+
+@pytest.mark.parametrize("hold", [0.0, 0.3, 0.35, 2.0])
+def test_a_ball_is_held_for_the_time_that_the_page_says(hold: float) -> None:
+    settings = {"hold": hold, "tolerance": 0.1, "n_substeps": SMOOTH}
+    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    rng, successes = np.random.default_rng(19), 0
+    for seed in range(6):
+        env.reset(seed=seed)
+        near = {"position": hidden(env)[:2] + np.array([0.05, 0.0])}
+        near["velocity"] = rng.uniform(-0.05, 0.05, 2)
+        started(env, model, rng, seed, **near)
+        successes += play(env, model, np.zeros((30, 2), dtype=np.float32), TABLE_ERROR[SMOOTH])
+    assert successes > 0
+
+
+@pytest.mark.parametrize(("X", "near"), [(0.0625, False), (math.nextafter(0.0625, 0.0), True)])
+def test_a_ball_at_the_edge_of_the_tolerance_is_not_near_its_point(X: float, near: bool) -> None:
+    settings = {"start_radius": 0.0, "tolerance": 0.0625, "hold": 0.1}
+    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    at_rest = {"position": [X, 0.0], "velocity": [0.0, 0.0]}
+    started(env, model, np.random.default_rng(25), 0, **at_rest)
+    assert play(env, model, [[0.0, 0.0]], EXACT) == near
+
+
+def test_a_ball_falls_off_the_table_at_its_edge() -> None:
+    settings = {"start_radius": 1.0, "margin": 0.3, "tilt_limit": 0.3, "n_substeps": SMOOTH}
+    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    rng = np.random.default_rng(20)
+    for seed in range(3):
+        started(env, model, rng, seed)
+        assert not play(
+            env, model, np.tile([1.0, -0.5], (200, 1)), 100.0 * TABLE_ERROR[SMOOTH]
+        )  # 7 s
+        assert math.hypot(*model.y[4:6]) > 1.3
+
+
+def test_balls_on_a_table_start_as_the_page_says() -> None:
+    y, _, envs = drawn("BallPlate")
+    points = np.array(envs.unwrapped.get_state()["aux"], dtype=float)[:, :2]
+    model, rng = BallPlate(), np.random.default_rng(21)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    kinds = []
+    for q, *planes in (
+        [np.array([s[k] for s in ours]) for k in ("q", "position", "velocity", "point")],
+        [y[:, :4], y[:, 4:6], y[:, 6:8], points],
+    ):
+        kinds.append(
+            {
+                **starts_of(np.concatenate([q, planes[0]], axis=1)),
+                **{f"distance {k}": np.hypot(*plane.T) for k, plane in enumerate(planes)},
+                **{f"angle {k}": np.arctan2(*plane.T) for k, plane in enumerate(planes)},
+            }
+        )
+    same_distribution(*kinds)
+    assert kinds[1]["distance 0"].max() <= 2.0 and kinds[1]["distance 1"].max() <= 0.5
+    assert kinds[1]["distance 2"].max() <= 2.0
+    assert not y[:, 8:].any()
+
+
+def test_a_ball_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
+    env, model = environment("BallParkDynamic"), BallParkDynamic(n_substeps=COARSE)
+    rng, ended = np.random.default_rng(22), 0
+    for speed in np.linspace(14.0, 14.95, 12):
+        begin(env, model, {**model.draw(rng), "velocity": [speed, 0.0]})
+        play(env, model, [[1.0, 0.0]], 50.0 * INTEGRATED[COARSE])  # 15 rad/s, not 4
+        if model.rate > 15.0:
+            ended += 1
+            assert env.unwrapped.y.tolist() == [1.0] + 12 * [0.0]
+    assert 0 < ended < 12
+    with pytest.raises(ValueError, match="rates of at most 15"):
+        env.reset(options={"state": {"velocity": [15.1, 0.0]}})
+
+
+def test_a_number_above_1e9_ends_the_episode_without_reward() -> None:
+    env = environment("BallPark", radius=100.0)
+    env.reset(seed=0, options={"state": {"position": [1e9 - 10.0, 0.0]}})
+    _, reward, terminated, _, info = env.step(np.array([1.0, 0.0], dtype=np.float32))
+    assert terminated and info["physics_error"] and reward == 0.0 and info["cost"] == 0.0
+
+
+def test_noise_of_action_and_observation_is_what_the_pages_say() -> None:
+    n, sigma = 2000, 0.2
+    _, _, envs = drawn("BallPark", n=n, action_noise=sigma, action_delay=1, start_half_width=0.0)
+    before = np.asarray(envs.unwrapped.y)
+    envs.step(np.zeros((n, 2), dtype=np.float32))
+    assert not np.asarray(envs.unwrapped.y)[:, 4:].any()  # noise is late as the action is
+    envs.step(np.zeros((n, 2), dtype=np.float32))
+    moved = (np.asarray(envs.unwrapped.y) - before)[:, 4:] / (math.pi / 8)
+    rng = np.random.default_rng(23)
+    ours = np.array([in_disk(a)[0] for a in sigma * rng.normal(size=(n, 2))])
+    same_distribution(dict(enumerate(ours.T)), dict(enumerate(moved.T)))
+
+    y, seen, _ = drawn("BallPark", n=n, observation_noise=0.1)
+    noise = (seen[:, :2] - y[:, 4:]) / 0.1
+    same_distribution(
+        {"X": rng.normal(size=n), "Y": rng.normal(size=n)}, {"X": noise[:, 0], "Y": noise[:, 1]}
+    )
+    assert np.abs(seen[:, 2:]).max() == 1.0  # limited to the bounds
+
+
+# As above. Roots of components of 1e-6, which are not rounded off, magnify by 500; roundings add up
+# over 300 steps; on the table, errors of a velocity add up to those of a position for 20 s.
+WIDE: list[tuple[type[Model], int, int, float]] = [
+    *((kind, 1, 100, EXACT) for kind in (balls.BallPark, balls.BallParkRandom)),
+    *((kind, 1, 100, EXACT) for kind in (balls.BallReorient, balls.BallParkGoal)),
+    (BallSteer, 1, 300, 10.0 * EXACT),
+    (BallParkDynamic, FINE, 100, INTEGRATED[FINE]),
+    (BallPlate, SMOOTH, 200, 100.0 * TABLE_ERROR[SMOOTH]),
+]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+@pytest.mark.parametrize(("kind", "n_substeps", "steps", "tolerance"), WIDE)
+def test_many_episodes_of_a_ball_are_what_its_page_says(
+    kind: type[Model], n_substeps: int, steps: int, tolerance: float, frame: str
+) -> None:
+    if frame == "reduced":
+        tolerance = 500.0 * max(tolerance, ROUNDED_GOAL if kind is balls.BallParkGoal else ROOTS)
+    play_many(kind.__name__, kind, steps, tolerance, n_substeps=n_substeps, frame=frame)

@@ -1,0 +1,302 @@
+"""Disks, a coin and a roller rebuilt from their pages do what the environments do."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.from_pages import disk_that_rolls
+from tests.from_pages.coin_that_parks import CoinPark, angles_of, attitude_of
+from tests.from_pages.disk_that_rolls import DiskRoll, seen
+from tests.from_pages.quaternions import matrix
+from tests.from_pages.roller_that_pumps import RollPump
+from tests.from_pages.rolling import Model
+from tests.from_pages.rolling_play import (
+    actions,
+    alike,
+    begin,
+    drawn,
+    environment,
+    play,
+    play_many,
+    same_distribution,
+    started,
+)
+
+# Closed forms in float64 on both sides.
+EXACT = 1e-12
+
+# Ours integrates with errors of 1e-11 per control period, theirs to fourth order: it errs by less
+# than the fourth power of what turns in a step, at 5 rad/s in 0.05 s. The relative error of a
+# curvature of 0.1, by a tolerance of 0.05, magnifies that by 200.
+FEW, MANY = 4, 32
+DISK_ERROR = {n: 200.0 * (5.0 * 0.05 / n) ** 4 for n in (FEW, MANY)}  # 3e-3 and 8e-7
+
+
+def disk_of(name: str, **settings: Any) -> DiskRoll:
+    made = getattr(disk_that_rolls, name)(**settings)
+    assert isinstance(made, DiskRoll)
+    return made
+
+
+def on_rim(env: Any, model: DiskRoll, rng: np.random.Generator, seed: int, **more: Any) -> None:
+    """Begin an episode with a start of ours and a goal of theirs."""
+    observed = started(env, model, rng, seed, **more)
+    alike(observed, model.observe(), EXACT)
+
+
+DISKS: list[tuple[str, dict[str, Any]]] = [
+    ("DiskRoll", {}),
+    ("DiskRollRandom", {}),
+    ("DiskRoll", {"n_substeps": FEW}),
+    ("DiskRoll", {"rotation": "rot6d", "m": 2.0, "radius": 0.7, "I1": 0.4, "I3": 0.7}),
+    ("DiskRoll", {"rotation": "euler", "dt": 0.03, "torque": 5.0, "g": 6.0}),
+    ("DiskRoll", {"weight_circle": 2.0, "weight_effort": -0.5, "action_delay": 2}),
+    ("DiskRollRandom", {"observe_params": True, "rotation": "quat"}),
+    ("DiskRoll", {"frame": "reduced", "action_delay": 1}),
+    ("DiskRollRandom", {"frame": "reduced", "observe_params": True, "tolerance": 0.1}),
+]
+
+
+@pytest.mark.parametrize(("name", "settings"), DISKS)
+def test_a_disk_does_what_its_page_says(name: str, settings: dict[str, Any]) -> None:
+    settings = {"n_substeps": MANY, **settings}
+    env, model = environment(name, **settings), disk_of(name, **settings)
+    rng = np.random.default_rng(1)
+    for seed in range(3):
+        on_rim(env, model, rng, seed)
+        play(env, model, actions(rng, 35, 1), DISK_ERROR[settings["n_substeps"]])
+
+
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_a_disk_that_rolls_backwards_or_spins_on_the_spot_does_what_its_page_says(
+    frame: str,
+) -> None:
+    settings = {"n_substeps": MANY, "frame": frame}
+    env, model = environment("DiskRoll", **settings), disk_of("DiskRoll", **settings)
+    rng = np.random.default_rng(2)
+    for omega in ([0.1, 0.2, -1.5], [1.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1e-6]):
+        on_rim(env, model, rng, 0, omega_body=omega)
+    on_rim(env, model, rng, 1, omega_body=[0.1, 0.2, -1.5])
+    play(env, model, actions(rng, 20, 1), DISK_ERROR[MANY])
+
+
+def test_a_disk_has_fallen_at_60_degrees() -> None:
+    settings = {"n_substeps": MANY, "hold": 0.0}
+    env, model = environment("DiskRoll", **settings), disk_of("DiskRoll", **settings)
+    rng = np.random.default_rng(3)
+    for seed in range(2):
+        on_rim(env, model, rng, seed, omega_body=[0.0, 0.0, 0.0])
+        # with `hold` = 0 every step is a success, but not that of the fall
+        torque = np.full((200, 1), 0.6 * seed - 0.3, dtype=np.float32)
+        assert not play(env, model, torque, DISK_ERROR[MANY])
+        assert abs(seen(model.y).lean) > np.pi / 3
+
+
+@pytest.mark.parametrize("hold", [0.0, 0.1, 0.12])
+def test_a_disk_holds_its_circle_for_the_time_that_the_page_says(hold: float) -> None:
+    settings = {"n_substeps": MANY, "hold": hold, "tolerance": 0.9}
+    env, model = environment("DiskRoll", **settings), disk_of("DiskRoll", **settings)
+    rng, successes = np.random.default_rng(4), 0
+    for seed in range(5):
+        on_rim(env, model, rng, seed)
+        successes += play(env, model, actions(rng, 12, 1), DISK_ERROR[MANY])
+    assert successes >= 1
+
+
+@pytest.mark.parametrize("name", ["DiskRoll", "DiskRollRandom"])
+def test_disks_start_as_the_page_says(name: str) -> None:
+    y, observed, envs = drawn(name, observe_params=True)
+    goals = np.array(envs.unwrapped.get_state()["aux"], dtype=float)[:, 1]
+    model, rng = disk_of(name), np.random.default_rng(5)
+    params = [model.draw_params(rng) for _ in range(len(y))]
+    ours = [model.draw_with(rng, each) for each in params]
+    kinds = []
+    for states, curvatures in (
+        (
+            np.array([[*s["q"], *s["omega_body"]] for s in ours]),
+            np.array([s["goal"] for s in ours]),
+        ),
+        (y[:, :7], goals),
+    ):
+        found = [seen(state) for state in states]
+        turns = np.array([matrix(state[:4]) for state in states])
+        kinds.append(
+            {
+                "lean": np.array([s.lean for s in found]),
+                "lean rate": np.array([s.theta_rate for s in found]),
+                "turn rate": np.array([s.wn for s in found]),
+                "roll rate": np.array([s.w3 for s in found]),
+                "heading": np.arctan2(turns[:, 1, 2], turns[:, 0, 2]),
+                "phase": np.arctan2(turns[:, 2, 1], turns[:, 2, 0]),
+                "goal": curvatures,
+            }
+        )
+    for k, parameter in enumerate(model.ranges):
+        kinds[0][parameter] = np.array([each[parameter] for each in params])
+        kinds[1][parameter] = observed[:, 15 + k]
+    same_distribution(*kinds)
+    assert np.abs(kinds[1]["lean"]).max() <= 0.1
+    assert np.abs(kinds[1]["turn rate"]).max() <= 0.1
+    assert 0.1 <= np.abs(goals).min() and np.abs(goals).max() <= 0.25
+    assert not y[:, 7:].any()
+
+
+# Arcs are exact to a 1e-16th in integrator steps below 0.2 rad, as those of four in a period are;
+# to 3e-12 rad in one of pi / 8, in each of 50 steps. Roots, rounded off, magnify by 30.
+SPLIT = 4
+ARCS = 50 * 30 * 3e-12
+
+# The reduced features of the coin have roots and a quotient that are not rounded off: what is as
+# small as 1e-4 is magnified by 50 and more, for errors of 1e-15 per step.
+SHARP = 1e-10
+
+COINS: list[dict[str, Any]] = [
+    {},
+    {"n_substeps": 1},
+    *({"rotation": way} for way in ("rot6d", "none")),
+    {"radius": 0.4, "dt": 0.05, "roll_per_step": 0.5, "steer_per_step": 0.3},
+    {"radius": 0.015, "weight_mismatch": 0.7, "weight_side": -0.2},  # beyond 50 radii
+    {"radius": (0.5, 1.5), "observe_params": True, "action_delay": 2},
+    {"frame": "reduced", "action_delay": 1},
+    {"frame": "reduced", "radius": 0.02, "start_half_width": 3.0},
+]
+
+
+@pytest.mark.parametrize("settings", COINS)
+def test_a_coin_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    settings = {"n_substeps": SPLIT, **settings}
+    env, model = environment("CoinPark", **settings), CoinPark(**settings)
+    rng = np.random.default_rng(6)
+    exact = EXACT if settings["n_substeps"] == SPLIT else ARCS
+    tolerance = SHARP if "frame" in settings else exact
+    for _ in range(4):
+        observed = begin(env, model, model.draw(rng), model.draw_params(rng))
+        alike(observed, model.observe(), tolerance)
+        play(env, model, actions(rng, 50, 2), tolerance)
+
+
+@pytest.mark.parametrize("rates", [{}, {"steer_rate": 2.0, "roll_rate": -3.0}])
+def test_a_coin_is_parked_within_its_tolerances_and_not_beside_them(
+    rates: dict[str, float],
+) -> None:
+    env, model = environment("CoinPark"), CoinPark()
+    rng, successes = np.random.default_rng(7), 0
+    for _ in range(60):
+        q = attitude_of(rng.uniform(-0.12, 0.12), rng.uniform(-0.18, 0.18))
+        begin(env, model, {"q": q, "contact": rng.uniform(-0.1, 0.1, 2), **rates})
+        successes += play(env, model, 0.05 * actions(rng, 9, 2), EXACT)
+    assert 20 <= successes <= 58
+
+
+def test_a_coin_at_the_edge_of_the_tolerance_is_parked() -> None:
+    settings = {"position_tolerance": 0.5, "heading_tolerance": 0.3, "phase_tolerance": 0.3}
+    env, model = environment("CoinPark", **settings), CoinPark(**settings)
+    for y, parked in ((0.5, True), (-0.5, True), (np.nextafter(0.5, 1.0), False)):
+        begin(env, model, {"q": attitude_of(0.1, -0.2), "contact": [0.0, y]})
+        assert play(env, model, [[0.0, 0.0]], EXACT) == parked
+
+
+def test_coins_start_as_the_page_says() -> None:
+    y, _, _ = drawn("CoinPark")
+    model, rng = CoinPark(), np.random.default_rng(8)
+    ours = [model.draw(rng) for _ in range(len(y))]
+    kinds = []
+    for attitudes, contacts in (
+        ([s["q"] for s in ours], np.array([s["contact"] for s in ours])),
+        (y[:, :4], y[:, 4:6]),
+    ):
+        heading, phase = np.array([angles_of(q) for q in attitudes]).T
+        kinds.append({"heading": heading, "phase": phase, "X": contacts[:, 0], "Y": contacts[:, 1]})
+    same_distribution(*kinds)
+    assert np.abs(y[:, 4:6]).max() <= 2.0
+
+
+# As for disks; a roller swings at 1.7 rad/s, for up to 40 s, and its energy decides.
+ROUGH, FINE = 1, 16
+ROLLER_ERROR = {n: 40.0 * 1.7 * (1.7 * 0.1 / n) ** 4 for n in (ROUGH, FINE)}  # 6e-2 and 9e-7
+
+ROLLERS: list[dict[str, Any]] = [
+    {},
+    {"n_substeps": ROUGH},
+    {"action_delay": 3, "weight_shortfall": 0.5},
+    {"beta": (0.3, 0.7), "curvature": (0.1, 0.4), "g": 3.0, "observe_params": True},
+    {"beta_change": 2.0, "rim": 0.7, "start_part": 0.6, "dt": 0.07},
+    {"frame": "reduced", "action_delay": 1},
+    {"frame": "reduced", "beta": (0.3, 0.7), "curvature": (0.1, 0.4)},
+]
+
+
+@pytest.mark.parametrize("settings", ROLLERS)
+def test_a_roller_does_what_its_page_says(settings: dict[str, Any]) -> None:
+    settings = {"n_substeps": FINE, **settings}
+    env, model = environment("RollPump", **settings), RollPump(**settings)
+    rng = np.random.default_rng(9)
+    for _ in range(3):
+        params = model.draw_params(rng)
+        observed = begin(env, model, model.draw_with(rng, params), params)
+        alike(observed, model.observe(), EXACT)
+        play(env, model, actions(rng, 60, 1), ROLLER_ERROR[settings["n_substeps"]])
+
+
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_a_roller_that_pumps_passes_the_rim(frame: str) -> None:
+    settings = {"n_substeps": FINE, "start_part": 0.8, "frame": frame}
+    env, model = environment("RollPump", **settings), RollPump(**settings)
+    rng, successes = np.random.default_rng(10), 0
+    for velocity in (0.0, 3.0, -5.0):
+        begin(env, model, {**model.draw(rng), "velocity": velocity})
+        # large during descent, small during ascent
+        pump = ([-np.sign(model.y[0] * model.y[1])] for _ in range(400))
+        successes += play(env, model, pump, ROLLER_ERROR[FINE])
+    assert successes == 3
+
+
+def test_rollers_start_as_the_page_says() -> None:
+    y, _, _ = drawn("RollPump")
+    model, rng = RollPump(), np.random.default_rng(11)
+    ours = np.array([model.draw(rng)["arc_length"] for _ in range(len(y))])
+    same_distribution({"arc length": ours}, {"arc length": y[:, 0]})
+    angles = 0.2 * np.abs(y[:, 0])
+    assert 0.18 <= angles.min() and angles.max() <= 0.36
+    assert not y[:, 1].any()
+
+
+def test_a_disk_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
+    env, model = environment("DiskRoll"), disk_of("DiskRoll")
+    rng, ended = np.random.default_rng(12), 0
+    for k, spin in enumerate(np.linspace(26.0, 26.8, 12)):
+        on_rim(env, model, rng, k, omega_body=[0.0, 0.0, spin])
+        # 10 times as fast as the disks above, and 3 substeps
+        ended += not play(env, model, [[1.0]], 1e4 * DISK_ERROR[FEW]) and model.rate > 30.0
+    assert 0 < ended < 12
+
+
+def test_a_roller_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
+    env, model = environment("RollPump"), RollPump()
+    ended = 0
+    for speed in np.linspace(24.6, 24.99, 8):
+        begin(env, model, {"arc_length": -3.0, "velocity": speed})
+        play(env, model, [[-1.0]], 10.0 * ROLLER_ERROR[ROUGH])
+        ended += model.rate > 5.0
+    assert 0 < ended < 8
+
+
+# As above; a disk that falls turns at up to 10 rad/s, not 5.
+WIDE: list[tuple[str, type[Model], int, int, float]] = [
+    ("DiskRoll", DiskRoll, MANY, 60, 16.0 * DISK_ERROR[MANY]),
+    ("DiskRollRandom", disk_that_rolls.DiskRollRandom, MANY, 60, 16.0 * DISK_ERROR[MANY]),
+    ("CoinPark", CoinPark, SPLIT, 100, SHARP),
+    ("RollPump", RollPump, FINE, 400, ROLLER_ERROR[FINE]),
+]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+@pytest.mark.parametrize(("name", "kind", "n_substeps", "steps", "tolerance"), WIDE)
+def test_many_episodes_are_what_the_page_says(
+    name: str, kind: type[Model], n_substeps: int, steps: int, tolerance: float, frame: str
+) -> None:
+    # roots of the coin that are not rounded off, of 1e-8
+    tolerance *= 1e4 if kind is CoinPark and frame == "reduced" else 1.0
+    play_many(name, kind, steps, tolerance, n_substeps=n_substeps, frame=frame)
