@@ -15,7 +15,7 @@ from gymnasium import spaces
 from rigid_envs.envs.task_spaces import action_space
 from rigid_envs.pages.listing import time_limit
 from rigid_envs.pages.reference import reference_section
-from rigid_envs.pages.sections import TaskDocstring, docstring_of, text_of
+from rigid_envs.pages.sections import TaskDocstring, blocks, docstring_of, text_of
 from rigid_envs.pages.task_tables import (
     RANGE_NOTE,
     Table,
@@ -188,16 +188,19 @@ def _reduced_frame(env_id: str, task: Task) -> list[Section]:
         f"The frame: {reduction.frame}"
     )
     after = f"An array of shape ({len(reduction.features)},) and type float32.{goals}"
-    return [Section("Reduced Frame", [lead, after, reduced_table(task)])]
+    formulas = blocks(inspect.cleandoc(reduction.formulas)) if reduction.formulas else []
+    return [Section("Reduced Frame", [lead, after, reduced_table(task), *formulas])]
 
 
 def _options(task: Task) -> str:
     names = ", ".join(f"`{name}`" for name in task.system_type.components)
     parameters = ", ".join(f"`{name}`" for name in task.physical_parameters())
+    aux = ", ".join(f"`{name}`" for name in task.aux_names)
+    beside = f" Beside the state the task keeps {aux}." if aux else ""
     return (
         f'`reset(options={{"state": {{...}}}})` starts from a state of your own, given by '
         f"components ({names}), or by some of them while the others are drawn; "
-        f'`"params"` does so for parameters ({parameters}).'
+        f'`"params"` does so for parameters ({parameters}).{beside}'
     )
 
 

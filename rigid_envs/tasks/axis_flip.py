@@ -135,9 +135,10 @@ class AxisFlip(MiddleMoments, Task):
 
     Rewards:
         ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega + Omega e2| / Omega`` from the
-        commanded time on, and 0 before: the motion until then is not rewarded. ``impulse`` =
-        ``-|tau| / (sqrt(3) torque)``, not squared, so that its sum is proportional to the impulse
-        to be minimised.
+        commanded time T on, and 0 before: the motion until then is not rewarded. From T on is from
+        the first step n on with ``n dt >= T``. The time left is ``max(T - n dt, 0)``, observed over
+        the largest of `flip_time`. ``impulse`` = ``-|tau| / (sqrt(3) torque)``, not squared, so
+        that its sum is proportional to the impulse to be minimised.
 
     Starting State:
         omega is ``Omega e2`` (`spin_rate`) plus a perturbation uniform in a ball of radius
@@ -146,7 +147,7 @@ class AxisFlip(MiddleMoments, Task):
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): the error has been
-        below `tolerance` from the commanded time on.
+        below `tolerance` from the commanded time on, in every step up to this one.
 
     Reference:
         `timed` tracks the free motion that flips at the commanded time,

@@ -35,6 +35,8 @@ class Reduction:
         observe: ``observe(y, aux, p, c) -> features``, compiled; in a goal task, after both goals.
         turn: ``turn(action, y, aux, p, c) -> action``, compiled: from the reduced frame to that of
             the task.
+        formulas: of the frame, the entries and the action, for the page; paragraphs are separated
+            by empty lines.
     """
 
     group: str
@@ -43,6 +45,7 @@ class Reduction:
     features: tuple[Entry, ...]
     observe: Callable[..., Any]
     turn: Callable[..., Any]
+    formulas: str = ""
 
 
 @cache
