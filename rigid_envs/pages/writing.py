@@ -13,7 +13,7 @@ from rigid_envs.envs.task_spaces import action_space, observation_space
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.best_known import best_costs
-from rigid_envs.pages.common import COMMON, COMMON_TITLE
+from rigid_envs.pages.common import COMMON
 from rigid_envs.pages.document import document, observed, short
 from rigid_envs.pages.listing import size_of, time_limit
 from rigid_envs.pages.markdown import markdown, table_lines
@@ -119,8 +119,7 @@ def index(ids: Iterable[str]) -> str:
     parts = [_NOTE, "# Environments", _INTRODUCTION]
     for family, members in families(ids).items():
         parts += [f"## {family}", "\n".join(table_lines(_family(members)))]
-    parts += [f"## {COMMON_TITLE}", COMMON]
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join([*parts, markdown([COMMON])]) + "\n"
 
 
 def overview(folder: str = "docs/environments") -> str:
@@ -199,7 +198,7 @@ def _name(env_id: str) -> str:
 
 def _family_of(env_id: str) -> str:
     family = ENVIRONMENTS[env_id].family
-    common = f"[{COMMON_TITLE}]({_place(COMMON_TITLE)}) is said once for all."
+    common = f"[{COMMON.title}]({_place(COMMON.title)}) is said once for all."
     return f"One of the [{family}]({_place(family)}) environments. {common}"
 
 
