@@ -42,7 +42,8 @@ step is a success, whatever its error.
 
 A motion is too fast for the integrator if the rate that the page names, times the integrator step,
 is more than the page accepts, and the episode does not end by itself. Reward, terms and cost are
-then 0, and the state is set to attitude 1 and zeros.
+then 0. The state, and what the task keeps beside it, is set to attitudes 1 and zeros (a heading to
+(1, 0), a curvature to 1), which is observed.
 """
 _ATTITUDE = """
 The state has the unit quaternion q = (w, x, y, z), body to world, its matrix is R. `rot6d` is R11,

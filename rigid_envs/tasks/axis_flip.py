@@ -135,9 +135,9 @@ class AxisFlip(MiddleMoments, Task):
 
     Rewards:
         ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega + Omega e2| / Omega`` from the
-        commanded time T on, and 0 before: the motion until then is not rewarded. From T on is from
-        the first step n on with ``n dt >= T``. The time left is ``max(T - n dt, 0)``, observed over
-        the largest of `flip_time`. ``impulse`` = ``-|tau| / (sqrt(3) torque)``, not squared, so
+        commanded time T on, and 0 before: the motion until then is not rewarded. The time left is T
+        at the start, and every step subtracts `dt`; observed is ``max(time left, 0)`` over the
+        largest of `flip_time`. From T on is when less than ``1e-9 dt`` is left. ``impulse`` = ``-|tau| / (sqrt(3) torque)``, not squared, so
         that its sum is proportional to the impulse to be minimised.
 
     Starting State:
