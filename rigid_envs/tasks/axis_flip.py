@@ -137,8 +137,9 @@ class AxisFlip(MiddleMoments, Task):
         ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega + Omega e2| / Omega`` from the
         commanded time T on, and 0 before: the motion until then is not rewarded. The time left is T
         at the start, and every step subtracts `dt`; observed is ``max(time left, 0)`` over the
-        largest of `flip_time`. From T on is when less than ``1e-9 dt`` is left. ``impulse`` = ``-|tau| / (sqrt(3) torque)``, not squared, so
-        that its sum is proportional to the impulse to be minimised.
+        largest of `flip_time`. From T on is when less than ``1e-9 dt`` is left. ``impulse`` =
+        ``-|tau| / (sqrt(3) torque)``, not squared, so that its sum is proportional to the impulse
+        to be minimised.
 
     Starting State:
         omega is ``Omega e2`` (`spin_rate`) plus a perturbation uniform in a ball of radius

@@ -13,7 +13,7 @@ from tests.from_pages.attitudes import (
     random_quaternion,
     rotation_vector,
 )
-from tests.from_pages.episodes import Page, in_ball, near, uniform
+from tests.from_pages.episodes import Page, in_ball, near, single, uniform
 
 __all__ = [
     "AxisFlip",
@@ -450,7 +450,7 @@ class Detumble(FreeBody):
             b = np.array([1 - S * n[0] ** 2 / (S + n[2]), -S * n[0] * n[1] / (S + n[2]), -S * n[0]])
         b = b / np.linalg.norm(b)
         impulse = -action[0] * n + action[1] * b + action[2] * np.cross(n, b)
-        return impulse.astype(np.float32).astype(float)
+        return single(impulse)
 
     def draw_omega(self, rng: np.random.Generator) -> Array:
         """The angular momentum is in a ball."""

@@ -13,7 +13,17 @@ from scipy.integrate import solve_ivp
 
 from tests.from_pages.attitudes import Array, shown
 
-__all__ = ["Outcome", "Page", "Start", "in_ball", "near", "share", "uniform"]
+__all__ = [
+    "Outcome",
+    "Page",
+    "Start",
+    "in_ball",
+    "near",
+    "share",
+    "shortened",
+    "single",
+    "uniform",
+]
 
 
 @dataclass
@@ -55,6 +65,17 @@ def share(v: complex, half: float) -> list[float]:
     """`v / (|v| + half)` of a vector in the plane."""
     part = v / (abs(v) + half)
     return [part.real, part.imag]
+
+
+def shortened(action: Array) -> Array:
+    """An action in the unit disk or ball."""
+    square = action @ action
+    return single(action / np.sqrt(square) if square > 1 + 2.0**-22 else action)
+
+
+def single(numbers: Any) -> Array:
+    """Numbers that were rounded to float32."""
+    return np.array(numbers, dtype=np.float32).astype(float)
 
 
 class Page:
@@ -103,7 +124,7 @@ class Page:
 
     def step(self, action: Array) -> Outcome:
         """One control period."""
-        given = np.asarray(action, dtype=np.float32).astype(float)
+        given = single(action)
         inside = self.clipped(given)
         self.late.append(self.turned(inside) if self.frame == "reduced" else inside)
         u = self.input_of(self.late.popleft())
@@ -135,11 +156,7 @@ class Page:
 
     def clipped(self, action: Array) -> Array:
         """The action in its space."""
-        if not self.round:
-            return np.clip(action, -1.0, 1.0)
-        square = action @ action
-        shorter = action / np.sqrt(square) if square > 1 + 2.0**-22 else action
-        return shorter.astype(np.float32).astype(float)
+        return shortened(action) if self.round else np.clip(action, -1.0, 1.0)
 
     def moved(self, u: Array) -> Array:
         """The state after a control period with a constant input."""

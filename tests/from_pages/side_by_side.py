@@ -124,7 +124,8 @@ def same_distribution(
     envs.reset(seed=11)
     state = envs.unwrapped.get_state()
     names = kind.physical
-    columns = [list(envs.unwrapped.task.ranges()).index(name) for name in names]
+    held = list(envs.unwrapped.task.ranges())  # the parameters of the system, then others
+    columns = [held.index({"I_perp": "I1"}.get(name, name)) for name in names]
     given = [
         Start(
             state["y"][k],
