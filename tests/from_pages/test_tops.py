@@ -230,4 +230,5 @@ def test_a_motion_that_becomes_too_fast_ends(kind: type[Page]) -> None:
 def test_an_upright_top_has_a_frame(kind: type[Page], spin: float) -> None:
     rng, pair = np.random.default_rng(12), Pair(kind, frame="reduced")
     pair.reset(rng, top(0.0, (0.0, 0.0, spin)))
-    pair.run(lambda page, k: noise(rng, page), 5)
+    # without spin, rounding of omega3 decides on the side of y after the first step
+    pair.run(lambda page, k: noise(rng, page), 5 if spin else 1)
