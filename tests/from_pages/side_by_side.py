@@ -1,6 +1,7 @@
 """An environment of `gym.make` beside the same one rebuilt from its page."""
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import gymnasium as gym
@@ -11,7 +12,9 @@ import rigid_envs  # noqa: F401  (registers the ids)
 from tests.from_pages.attitudes import Array, matrix
 from tests.from_pages.episodes import Outcome, Page, Start
 
-__all__ = ["FINE", "Pair", "same_distribution", "same_observation"]
+__all__ = ["Pair", "drawn", "is_uniform", "same_distribution", "same_observation"]
+
+STARTS = 2000
 
 FINE = 64  # substeps with which the integrator's error is negligible, see `TOLERANCE`
 # The integrator is of fourth order. With 64 substeps a step of it turns the body by less than
@@ -108,39 +111,39 @@ def same_observation(seen: Any, expected: Any, tolerance: float) -> None:
     assert np.all(away <= allowed), (seen, expected)
 
 
-def same_distribution(
-    kind: type[Page], n: int = 2000, **arguments: Any
-) -> tuple[list[Start], list[Start]]:
-    """Starts of both, of which every quantity passes the test of Kolmogorov and Smirnov.
-
-    Quantities are R, omega in body and world axes and its norm, what else is in the state, the
-    parameters and what is kept. The bound 1e-4 on the probability lets one in some hundred tests
-    of equal distributions fail; which seeds pass is fixed.
-    """
-    page = kind(**arguments)
-    rng = np.random.default_rng(7)
-    drawn = [page.draw(rng) for _ in range(n)]
-    envs = gym.make_vec(f"RigidEnvs/{kind.__name__}-v0", num_envs=n, **arguments)
+@cache
+def drawn(kind: type[Page]) -> list[Start]:
+    """Starts of the environment, always the same ones."""
+    envs = gym.make_vec(f"RigidEnvs/{kind.__name__}-v0", num_envs=STARTS)
     envs.reset(seed=11)
     state = envs.unwrapped.get_state()
-    names = kind.physical
     held = list(envs.unwrapped.task.ranges())  # the parameters of the system, then others
-    columns = [held.index({"I_perp": "I1"}.get(name, name)) for name in names]
-    given = [
-        Start(
-            state["y"][k],
-            dict(zip(names, state["parameters"][k][columns], strict=True)),
-            state["aux"][k] if "aux" in state else np.empty(0),
-        )
-        for k in range(n)
-    ]
-    ours, theirs = (np.array([_quantities(start) for start in both]) for both in (drawn, given))
-    for k, (a, b) in enumerate(zip(ours.T, theirs.T, strict=True)):
+    columns = [held.index({"I_perp": "I1"}.get(name, name)) for name in kind.physical]
+    starts = []
+    for k in range(STARTS):
+        parameters = dict(zip(kind.physical, state["parameters"][k][columns], strict=True))
+        aux = state["aux"][k] if "aux" in state else np.empty(0)
+        starts.append(Start(state["y"][k], parameters, aux))
+    return starts
+
+
+def same_distribution(kind: type[Page], given: list[Start]) -> None:
+    """Every quantity of such starts passes the test of Kolmogorov and Smirnov beside the page.
+
+    Quantities are R, omega in body and world axes and its norm, what else is in the state, the
+    parameters and what is kept. Of equal distributions one in ten thousand fails; the seeds are
+    fixed, so that these pass for good.
+    """
+    page = kind()
+    rng = np.random.default_rng(7)
+    expected = np.array([_quantities(page.draw(rng)) for _ in given]).T
+    for k, (a, b) in enumerate(
+        zip(expected, np.array(list(map(_quantities, given))).T, strict=True)
+    ):
         if np.ptp(a) < 1e-12:  # constant, as a parameter without range, or 0
             assert np.allclose(b, a[0], rtol=0, atol=1e-12), k
         else:
             assert ks_2samp(a, b).pvalue > 1e-4, k
-    return drawn, given
 
 
 def is_uniform(values: Array, low: float, high: float) -> None:

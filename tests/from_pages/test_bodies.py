@@ -7,7 +7,7 @@ from scipy.stats import kstest, norm
 
 from tests.from_pages import bodies
 from tests.from_pages.episodes import Page
-from tests.from_pages.side_by_side import Pair, is_uniform, same_distribution
+from tests.from_pages.side_by_side import Pair, drawn, is_uniform, same_distribution
 
 KINDS = [
     bodies.IntermediateAxis,
@@ -90,7 +90,7 @@ def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
 
 @each
 def test_starts_are_drawn_alike(kind: type[Page]) -> None:
-    same_distribution(kind)
+    same_distribution(kind, drawn(kind))
 
 
 @each
@@ -108,27 +108,27 @@ def test_episodes_end_when_the_page_says(kind: type[Page]) -> None:
 
 
 def test_perturbations_are_in_their_ball() -> None:
-    for kind, spread in ((bodies.IntermediateAxis, 0.25), (bodies.IntermediateAxisSingle, 0.2)):
-        _, given = same_distribution(kind)
-        off = np.array([np.linalg.norm(start.y[4:7] - [0, 1, 0]) for start in given]) / spread
-        is_uniform(off**3, 0.0, 1.0)
+    for kind in (bodies.IntermediateAxis, bodies.IntermediateAxisSingle, bodies.AxisFlip):
+        given, page = drawn(kind), kind()
+        off = np.array([np.linalg.norm(start.y[4:7] - [0, page.spin_rate, 0]) for start in given])
+        is_uniform((off / page.start_spread) ** 3, 0.0, 1.0)
 
 
 def test_moments_are_in_their_ranges() -> None:
-    _, given = same_distribution(bodies.IntermediateAxisRandom)
+    given = drawn(bodies.IntermediateAxisRandom)
     for name in ("I1", "I2", "I3"):
         values = np.array([start.parameters[name] for start in given])
         is_uniform(values, *bodies.IntermediateAxisRandom.arguments[name])
 
 
 def test_rates_momenta_and_times_are_in_their_ranges() -> None:
-    _, given = same_distribution(bodies.SpinCapture)
-    is_uniform(np.array([np.linalg.norm(start.y[4:7]) for start in given]), 0.5, 1.5)
-    _, given = same_distribution(bodies.Detumble)
-    momenta = np.array([np.linalg.norm(start.y[4:7] * [1, 2, 3]) for start in given])
-    is_uniform((momenta / 3.0) ** 3, 0.0, 1.0)
-    _, given = same_distribution(bodies.AxisFlip)
-    is_uniform(np.array([start.aux[0] for start in given]), 12.0, 20.0)
+    rates = np.array([np.linalg.norm(start.y[4:7]) for start in drawn(bodies.SpinCapture)])
+    is_uniform(rates, *bodies.SpinCapture().start_rate)
+    page = bodies.Detumble()
+    momenta = np.array([page.moments * start.y[4:7] for start in drawn(bodies.Detumble)])
+    is_uniform((np.linalg.norm(momenta, axis=1) / page.start_momentum) ** 3, 0.0, 1.0)
+    times = np.array([start.aux[0] for start in drawn(bodies.AxisFlip)])
+    is_uniform(times, *bodies.AxisFlip().flip_time)
 
 
 # -- ends

@@ -6,7 +6,7 @@ import pytest
 
 from tests.from_pages import tops
 from tests.from_pages.episodes import Page
-from tests.from_pages.side_by_side import Pair, is_uniform, same_distribution
+from tests.from_pages.side_by_side import Pair, drawn, is_uniform, same_distribution
 
 KINDS = [
     tops.SleepingTop,
@@ -105,39 +105,41 @@ def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
 
 @each
 def test_starts_are_drawn_alike(kind: type[Page]) -> None:
-    _, given = same_distribution(kind)
+    given, page = drawn(kind), kind()
+    same_distribution(kind, given)
     tilts = np.array([np.arccos(1 - 2 * (s.y[1] ** 2 + s.y[2] ** 2)) for s in given])
-    low, high = {"PivotTop": (0.05, 0.15), "TopPrecession": (0.0, 1.2)}.get(
-        kind.__name__, (0.0, 0.2)
-    )
-    is_uniform(tilts, low - 1e-7, high + 1e-7)  # arccos doubles rounding near 1
+    low = page.start_tilt / 3 if kind is tops.PivotTop else 0.0
+    is_uniform(tilts, low - 1e-7, page.start_tilt + 1e-7)  # arccos doubles rounding near 1
     for name, values in kind.arguments.items():
         if isinstance(values, tuple):
             is_uniform(np.array([start.parameters[name] for start in given]), *values)
 
 
-def test_spins_and_rates_are_in_their_ranges() -> None:
-    spins = {
-        tops.SleepingTop: (0.3, 0.95),
-        tops.SleepingTopRandom: (0.3, 0.95),
-        tops.PivotTop: (0.285, 0.95),
-        tops.TopPrecession: (1.2, 2.0),
-    }
-    for kind, (low, high) in spins.items():
-        page = kind()
-        _, given = same_distribution(kind)
-        shares = []
-        for start in given:
-            page.parameters = start.parameters
-            shares.append(start.y[6] / page.critical())
-        is_uniform(np.array(shares), low - 1e-12, high + 1e-12)
-    for kind, radius in ((tops.TopPrecession, 1.0), (tops.TopRandom, 0.05)):
-        _, given = same_distribution(kind)
-        across = np.array([np.hypot(*start.y[4:6]) for start in given])
-        is_uniform((across / radius) ** 2, 0.0, 1.0)
-    is_uniform(np.array([start.y[6] for start in given]), -2.0, 2.0)
-    _, given = same_distribution(tops.TopPrecession)
-    is_uniform(np.array([start.aux[1] for start in given]), 0.3, 0.9)
+@pytest.mark.parametrize("kind", [k for k in KINDS if k is not tops.TopRandom])
+def test_spins_are_in_their_ranges(kind: type[Page]) -> None:
+    page, shares = kind(), []
+    for start in drawn(kind):
+        page.parameters = start.parameters
+        shares.append(start.y[6] / page.critical())
+    if kind is tops.PivotTop:
+        low, high = 0.3 * page.start_spin, page.start_spin
+    elif kind is tops.TopPrecession:
+        low, high = page.start_spin, page.start_spin + page.start_spread
+    else:
+        low, high = page.start_spin_low, page.start_spin_high
+    is_uniform(np.array(shares), low - 1e-12, high + 1e-12)
+
+
+def test_rates_and_goals_are_in_their_ranges() -> None:
+    for kind in (tops.TopPrecession, tops.TopRandom):
+        across = np.array([np.hypot(*start.y[4:6]) for start in drawn(kind)])
+        is_uniform((across / kind().start_rate) ** 2, 0.0, 1.0)
+    page = tops.TopRandom()
+    spins = np.array([start.y[6] for start in drawn(tops.TopRandom)])
+    is_uniform(spins, -page.start_spin, page.start_spin)
+    page = tops.TopPrecession()
+    goals = np.array([start.aux[1] for start in drawn(tops.TopPrecession)])
+    is_uniform(goals, page.goal_tilt, page.goal_tilt + page.goal_spread)
 
 
 # -- ends
