@@ -92,19 +92,20 @@ class Spinning(FreeBody):
         r = np.sqrt(I3 * (I3 - I2) / (I1 * (I2 - I1)))
         return float(r), float(np.sqrt((I2 - I1) * (I3 - I2) / (I1 * I3)))
 
-    def split(self) -> tuple[Array, float, float]:
+    def split(self, limit: float = 20.0) -> tuple[Array, float, float]:
         """w, and its parts d and s."""
-        w, (r, _) = Spinning.features(self), self.saddle()
+        w, (r, _) = np.clip(self.omega / self.spin_rate, -limit, limit), self.saddle()
         return w, w[0] - r * w[2], w[0] + r * w[2]
 
-    def sign(self) -> float:
+    def sign(self, limit: float = 20.0) -> float:
         """The sign S of *Reduced Frame*: of d."""
-        _, d, _ = self.split()
+        _, d, _ = self.split(limit)
         return -1.0 if d < 0 else 1.0
 
     def turned(self, action: Array) -> Array:
         """By the half turn about e2."""
-        return action * [self.sign(), 1.0, self.sign()]
+        S = self.sign(np.inf)
+        return action * [S, 1.0, S]
 
 
 class IntermediateAxis(Spinning):
@@ -204,7 +205,7 @@ class IntermediateAxisSingle(Spinning):
 
     def turned(self, action: Array) -> Array:
         """By the half turn about e2."""
-        return self.sign() * action
+        return self.sign(np.inf) * action
 
 
 class Flipping(Spinning):
@@ -215,9 +216,9 @@ class Flipping(Spinning):
         I1, I2, I3 = self.middle_moments
         return float(I1 * (I3 - I1) / (4 * I2 * (I3 - I2)))
 
-    def sign(self) -> float:
+    def sign(self, limit: float = 20.0) -> float:
         """The sign S: of what grows, d at e2 and s at -e2."""
-        w, d, s = self.split()
+        w, d, s = self.split(limit)
         return -1.0 if w[1] * (d - s) + d + s < 0 else 1.0
 
 
@@ -519,8 +520,9 @@ class Reorient(FreeBody):
 
     def reduced(self) -> Any:
         """Section *Reduced Frame*."""
-        theta, spare, S = self.turn_left()
-        omega, angle, rate = self.features(), np.linalg.norm(theta), np.linalg.norm(self.omega)
+        theta, _, S = self.turn_left()
+        omega, angle = self.features(), float(np.linalg.norm(theta))
+        spare = theta - self.middle_moments * omega * np.abs(omega) / (2 * self.torque)
         gyro = np.cross(self.middle_moments * omega, omega) / (2 * self.torque)
         return [
             *(S * theta),
@@ -529,7 +531,7 @@ class Reorient(FreeBody):
             *np.clip(S * gyro, -10, 10),
             angle,
             near(angle, min(self.angle_tolerance, np.pi)),
-            near(rate, self.rate_tolerance),
+            near(float(np.linalg.norm(omega)), self.rate_tolerance),
         ]
 
     def turned(self, action: Array) -> Array:

@@ -54,6 +54,19 @@ def test_default_substeps_do_nearly_the_same(kind: type[Page]) -> None:
 
 
 @each
+def test_defaults_are_those_of_the_page(kind: type[Page]) -> None:
+    name, ours = f"RigidEnvs/{kind.__name__}-v0", kind.arguments
+    envs = [gym.make(name), gym.make(name, **ours)]
+    for env in envs:
+        env.reset(seed=21)
+    for _ in range(10):
+        action = np.full(kind.controls, 0.5, np.float32)
+        rewards = [env.step(action)[1] for env in envs]
+        assert rewards[0] == rewards[1]
+        assert np.array_equal(*(env.unwrapped.y for env in envs))  # to the bit
+
+
+@each
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -102,6 +115,32 @@ def test_episodes_end_when_the_page_says(kind: type[Page]) -> None:
     ends = [env.step(np.zeros(kind.controls, np.float32))[2:4] for _ in range(n)]
     assert not any(any(end) for end in ends[:-1])
     assert ends[-1] == (False, True)
+
+
+@each
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
+    rng, pair = np.random.default_rng(19), Pair(kind, frame=frame)
+    for omega in (
+        (25.0, 30.0, -22.0),
+        (-25.0, -30.0, 22.0),
+        (0.0, -30.0, 0.01),
+        (20.5, 0.0, -21.0),
+    ):
+        pair.reset(rng, spinning(pair.page, omega))  # too fast to step with this accuracy
+    for axis in np.vstack([np.zeros(3), np.eye(3), -np.eye(3)]):
+        pair.reset(rng, spinning(pair.page, tuple(axis)))
+        pair.step(noise(rng, pair.page))
+        pair.reset(rng, spinning(pair.page, (1e-10 * rng.normal(size=3) + axis).tolist()))
+        pair.step(noise(rng, pair.page))
+
+
+@pytest.mark.parametrize("time", [-3.0, 0.0, 0.5, 60.0, 9000.0])
+def test_any_time_that_is_left_is_alike(time: float) -> None:
+    rng, pair = np.random.default_rng(20), Pair(bodies.AxisFlip, frame="reduced")
+    for omega in ((0.1, 1.0, 0.05), (0.1, -1.0, 0.05), (0.0, 1.0, 0.0)):
+        pair.reset(rng, spinning(pair.page, omega), aux=np.array([time, 1.0]))
+        pair.step(np.zeros(3))
 
 
 # -- starts
@@ -344,3 +383,17 @@ def test_noise_on_the_observation_is_normal_and_not_rewarded() -> None:
         assert kstest((seen[:, k] - [0, 1, 0][k]) / size, "norm").pvalue > 1e-4
     _, rewards, *_ = envs.step(np.zeros((n, 3), np.float32))
     assert np.allclose(rewards, 1.0)  # exactly at e2
+
+
+# -- the wider variant
+
+
+@pytest.mark.long
+@each
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_longer_episodes_do_the_same(kind: type[Page], frame: str) -> None:
+    pair = Pair(kind, frame=frame)
+    for seed in range(10):
+        rng = np.random.default_rng(100 + seed)
+        pair.reset(rng)
+        pair.run(lambda page, k, rng=rng: noise(rng, page), 100)

@@ -68,6 +68,33 @@ def test_default_substeps_do_nearly_the_same(kind: type[Page]) -> None:
 
 
 @each
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
+    rng, pair = np.random.default_rng(13), Pair(kind, frame=frame)
+    fast = ((33.0, -35.0, 32.0), (-33.0, 35.0, -32.0), (1.0, 0.0, 34.0))
+    for tilt in (0.0, 1e-7, 0.3, 1.6, np.pi):
+        for omega in fast:  # too fast to step with this accuracy
+            pair.reset(rng, top(tilt, omega, 12.0, -20.0, 25.0, -21.0))
+            pair.reset(rng, top(tilt, omega, -12.0, 20.0, -25.0, 21.0))
+    for omega in ((0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (1e-10, 0.0, -2.0), (0.3, -0.2, 5.0)):
+        pair.reset(rng, top(0.3, omega))
+        pair.step(noise(rng, pair.page))
+
+
+@each
+def test_defaults_are_those_of_the_page(kind: type[Page]) -> None:
+    name, ours = f"RigidEnvs/{kind.__name__}-v0", kind.arguments
+    envs = [gym.make(name), gym.make(name, **ours)]
+    for env in envs:
+        env.reset(seed=21)
+    for _ in range(10):
+        action = np.full(kind.controls, 0.5, np.float32)
+        rewards = [env.step(action)[1] for env in envs]
+        assert rewards[0] == rewards[1]
+        assert np.array_equal(*(env.unwrapped.y for env in envs))  # to the bit
+
+
+@each
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -234,3 +261,17 @@ def test_an_upright_top_has_a_frame(kind: type[Page], spin: float) -> None:
     pair.reset(rng, top(0.0, (0.0, 0.0, spin)))
     # without spin, rounding of omega3 decides on the side of y after the first step
     pair.run(lambda page, k: noise(rng, page), 5 if spin else 1)
+
+
+# -- the wider variant
+
+
+@pytest.mark.long
+@each
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_longer_episodes_do_the_same(kind: type[Page], frame: str) -> None:
+    pair = Pair(kind, frame=frame)
+    for seed in range(10):
+        rng = np.random.default_rng(100 + seed)
+        pair.reset(rng)
+        pair.run(lambda page, k, rng=rng: noise(rng, page), 100)

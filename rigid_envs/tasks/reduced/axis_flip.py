@@ -102,10 +102,10 @@ FLIP = Reduction(
     observe=observe,
     turn=turn_to_growing,
     formulas="""
-    With w = omega / Omega, `r = sqrt(I3 (I3 - I2) / (I1 (I2 - I1)))`, `growth = sqrt((I2 - I1)(I3 -
-    I2) / (I1 I3))`, `k = I1 (I3 - I1) / (4 I2 (I3 - I2))`: `d = w1 - r w3`, `s = w1 + r w3`, and
-    the sign S is -1 where `w2 (d - s) + d + s` < 0, else 1. From here on w1, w3, d and s are those
-    times S.
+    With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
+    I1)))`, `growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))`, `k = I1 (I3 - I1) / (4 I2 (I3 - I2))`: `d
+    = w1 - r w3`, `s = w1 + r w3`, and the sign S is -1 where `w2 (d - s) + d + s` < 0, else 1. From
+    here on w1, w3, d and s are those times S.
 
     The motion that arrives at T, within 0.6 of `tolerance`, is `w2 = tanh(W)`, `d = D = +-1 /
     (sqrt(k) cosh(W))` with the sign of d, and s = 0, where the wanted time is `W = Omega growth

@@ -83,9 +83,9 @@ def turn_single(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float]:
 
 
 _SHAPE = """\
-    With w = omega / Omega, `r = sqrt(I3 (I3 - I2) / (I1 (I2 - I1)))` and `growth = sqrt((I2 - I1)
-    (I3 - I2) / (I1 I3))`: `d = w1 - r w3`, `s = w1 + r w3`, and the sign S is -1 where d < 0, else
-    1. Entries: S w1, w2, S w3, k |d|, S k s"""
+    With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
+    I1)))` and `growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))`: `d = w1 - r w3`, `s = w1 + r w3`, and
+    the sign S is -1 where d < 0, else 1. Entries: S w1, w2, S w3, k |d|, S k s"""
 _RATES = tuple(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3))
 _SADDLE = (
     Entry("d / held", "1", "reduced", 0.0, FASTEST),
