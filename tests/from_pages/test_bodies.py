@@ -264,6 +264,15 @@ def test_impulses_against_the_momentum_end_it() -> None:
         assert outcomes[-1].info["is_success"] and not outcomes[0].info["is_success"]
 
 
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_the_terms_and_entries_of_a_large_momentum_are_limited(frame: str) -> None:
+    rng, pair = np.random.default_rng(22), Pair(bodies.Detumble, start_momentum=0.01, frame=frame)
+    pair.reset(rng, spinning(pair.page, (1.0, 0.5, -0.3)))
+    outcome, _ = pair.step(np.zeros(3))
+    assert outcome.info["reward/momentum"] == -100.0
+    assert frame == "world" or outcome.observation[0] == 100.0
+
+
 @pytest.mark.parametrize("size", [1.0 - 1e-7, 1.0 + 1e-7, 1.0 + 3e-7])
 def test_a_direction_that_was_rounded_is_not_clipped(size: float) -> None:
     rng, pair = np.random.default_rng(12), Pair(bodies.Detumble)
