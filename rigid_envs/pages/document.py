@@ -202,10 +202,12 @@ def _reduced_frame(env_id: str, task: Task) -> list[Section]:
 def _options(task: Task) -> str:
     names = ", ".join(f"`{name}`" for name in task.system_type.components)
     parameters = ", ".join(f"`{name}`" for name in task.physical_parameters())
+    aux = ", ".join(f"`{name}`" for name in task.aux_names)
+    beside = f" Beside the state the task keeps {aux}." if aux else ""
     return (
         f'`reset(options={{"state": {{...}}}})` starts from a state of your own, given by '
         f"components ({names}), or by some of them while the others are drawn; "
-        f'`"params"` does so for parameters ({parameters}).'
+        f'`"params"` does so for parameters ({parameters}).{beside}'
     )
 
 

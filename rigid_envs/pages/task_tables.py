@@ -148,7 +148,10 @@ def _ordered(task: Task) -> list[Field[Any]]:
 def _written(value: Any) -> str:
     if isinstance(value, tuple):
         return f"({', '.join(map(_written, value))})"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    if not isinstance(value, float):
+        return str(value)
+    short = f"{value:.6g}"
+    return short if float(short) == value else repr(value)
 
 
 def _allowed(rule: Number | Integer | Choice | Flag) -> str:

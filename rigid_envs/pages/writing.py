@@ -13,6 +13,7 @@ from rigid_envs.envs.task_spaces import action_space, observation_space
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import write_atomic
 from rigid_envs.pages.best_known import best_costs
+from rigid_envs.pages.common import COMMON
 from rigid_envs.pages.document import document, observed, short
 from rigid_envs.pages.listing import size_of, time_limit
 from rigid_envs.pages.markdown import markdown, table_lines
@@ -118,7 +119,7 @@ def index(ids: Iterable[str]) -> str:
     parts = [_NOTE, "# Environments", _INTRODUCTION]
     for family, members in families(ids).items():
         parts += [f"## {family}", "\n".join(table_lines(_family(members)))]
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join([*parts, markdown([COMMON])]) + "\n"
 
 
 def overview(folder: str = "docs/environments") -> str:
@@ -197,7 +198,13 @@ def _name(env_id: str) -> str:
 
 def _family_of(env_id: str) -> str:
     family = ENVIRONMENTS[env_id].family
-    return f"One of the [{family}]({INDEX}#{family.lower().replace(' ', '-')}) environments."
+    common = f"[{COMMON.title}]({_place(COMMON.title)}) is said once for all."
+    return f"One of the [{family}]({_place(family)}) environments. {common}"
+
+
+def _place(heading: str) -> str:
+    """Link to a heading of the index."""
+    return f"{INDEX}#{heading.lower().replace(' ', '-')}"
 
 
 def _glance(env_id: str, task: Task) -> Table:

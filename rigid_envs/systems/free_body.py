@@ -45,7 +45,7 @@ class FreeBody(System):
     The integrator is a symmetric splitting into exact rotations, composed to fourth order: the
     size of L and L in space are kept to rounding, the energy error is bounded for ever. It splits
     off the turn about L that a sphere of the middle moment would make: which axis has which moment
-    does not matter.
+    does not matter. The rate that limits its step is the larger one of |omega| and |L| / I2.
 
     Attributes:
         I1: principal moment about e1 [kg m^2].

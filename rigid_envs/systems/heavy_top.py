@@ -37,7 +37,8 @@ class HeavyTop(System):
     world axes [N m], horizontal acceleration of the pivot [m/s^2].
 
     The integrator is a symmetric splitting composed to fourth order: the vertical momentum and
-    (I1 = I2) the spin momentum are kept to rounding, the energy error is bounded for ever.
+    (I1 = I2) the spin momentum are kept to rounding, the energy error is bounded for ever. The rate
+    that limits its step is the larger one of |omega| and |I omega| / I2.
 
     Without weight, g = 0, it is a `FreeBody` that is held at the pivot; with ell = 0, held at its
     centre of mass, also the acceleration of the pivot has no effect on the rotation.

@@ -135,7 +135,9 @@ class AxisFlip(MiddleMoments, Task):
 
     Rewards:
         ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega + Omega e2| / Omega`` from the
-        commanded time on, and 0 before: the motion until then is not rewarded. ``impulse`` =
+        commanded time T on, and 0 before: the motion until then is not rewarded. The time left is T
+        at the start, and every step subtracts `dt`; observed is ``max(time left, 0)`` over the
+        largest of `flip_time`. From T on is when less than ``1e-9 dt`` is left. ``impulse`` =
         ``-|tau| / (sqrt(3) torque)``, not squared, so that its sum is proportional to the impulse
         to be minimised.
 
@@ -146,7 +148,7 @@ class AxisFlip(MiddleMoments, Task):
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): the error has been
-        below `tolerance` from the commanded time on.
+        below `tolerance` from the commanded time on, in every step up to this one.
 
     Reference:
         `timed` tracks the free motion that flips at the commanded time,

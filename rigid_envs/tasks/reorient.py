@@ -165,15 +165,17 @@ class Reorient(MiddleMoments, Task):
         ``reached`` = 0 where angle and rate are within tolerance, else -1: the return is minus the
         number of steps away from the goal. Two dense terms have the default weight 0: ``angle`` =
         minus the angle to the goal [rad], and ``rate`` = minus the difference of the angular
-        velocities [rad/s]. `compute_reward` gives the same for any pair of goals.
+        velocities [rad/s]. `compute_reward` gives the same for any pair of goals. All are computed
+        from the goals as they are observed, in float32: the angle is ``2 asin(c / sqrt(8))`` with
+        the norm c of the difference of the matrices, at most ``sqrt(8)``.
 
     Starting State:
         At rest; the attitudes of body and goal are uniform on SO(3) and independent.
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): the angle to the
-        goal is at most `angle_tolerance`, and the difference of the angular velocities at most
-        `rate_tolerance`.
+        goal is at most `angle_tolerance`, as ``tr(R^T R_goal) >= 1 + 2 cos(angle_tolerance)``, and
+        the difference of the angular velocities at most `rate_tolerance`.
 
     Reference:
         `quaternion_pd` is quaternion feedback, ``tau = -I (2 k vec(e) + 2 sqrt(k) omega)`` with ``k

@@ -170,6 +170,13 @@ class TopPrecession(TopTask):
         relative error e of the precession rate phi': their slopes are largest at the goal and
         nowhere zero. ``effort`` = ``-|tau|^2 / (2 torque^2)`` has a small weight.
 
+        ``e = |phi' - goal| / |goal|`` with ``phi' = (omega1 R31 + omega2 R32) / max(R31^2 + R32^2,
+        1e-12)``; both rates are limited to +-30 rad/s. With the present omega3, ``a = I1
+        cos(theta)`` at the goal, ``b = I3 omega3``, ``c = m g ell`` and ``n = b +- sqrt(max(b^2 - 4
+        a c, 0))``, the sign that of b, the goal is ``2 c / n`` (slow) or ``n / (2 a)`` (fast), also
+        where a given spin is too slow for a root; |n| below 1e-9 counts as 1e-9 in ``2 c / n``.
+        Where the goal is 0, the fast one without spin, e and its term are no numbers.
+
     Starting State:
         The commanded tilt is uniform from `goal_tilt` up to `goal_spread` above it. The tilt is
         uniform up to `start_tilt`; the spin, as a fraction of the critical one, uniform from
@@ -178,8 +185,8 @@ class TopPrecession(TopTask):
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): tilt and precession
-        rate have been within `tolerance` of their goals, relatively, throughout the last `hold`
-        seconds.
+        rate have been at most `tolerance` off their goals, relatively, throughout the last `hold`
+        seconds: ``|theta - goal| <= tolerance goal`` and ``e <= tolerance``.
 
     Reference:
         `lqr` is the linear-quadratic regulator of the steady precession, linear in (theta - goal,

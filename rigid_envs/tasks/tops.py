@@ -97,7 +97,7 @@ def precession(y: State) -> tuple[float, float]:
 def steady(tilt: float, spin: float, p: Parameters, fast_branch: float) -> float:
     """Rate of steady precession: a root of I1 cos(theta) x^2 - I3 omega3 x + m g ell = 0.
 
-    Without a real root (a slow spin, given from outside) both branches take the double root.
+    Without a real root (a slow spin, given from outside) the discriminant counts as 0.
     """
     _, cosine = sincos(tilt)
     L, mgl, level = p.I3 * spin, p.m * p.g * p.ell, p.I1 * cosine

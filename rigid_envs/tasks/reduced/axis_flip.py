@@ -101,5 +101,23 @@ FLIP = Reduction(
     ),
     observe=observe,
     turn=turn_to_growing,
+    formulas="""
+    With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
+    I1)))`, `growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))`, `k = I1 (I3 - I1) / (4 I2 (I3 - I2))`: `d
+    = w1 - r w3`, `s = w1 + r w3`, and the sign S is -1 where `w2 (d - s) + d + s` < 0, else 1. From
+    here on w1, w3, d and s are those times S.
+
+    The motion that arrives at T, within 0.6 of `tolerance`, is `w2 = tanh(W)`, `d = D = +-1 /
+    (sqrt(k) cosh(W))` with the sign of d, and s = 0, where the wanted time is `W = Omega growth
+    left - log(max(2 / (l sqrt(k)), 1))`, `l = 1.2 tolerance / sqrt(1 + 1 / r^2)` and left is the
+    time left, at least 0. With `n = sqrt(w2^2 + k (d^2 + s^2))` the flip is to come at `C =
+    +-log((n + |w2|) / (sqrt(k) |d|))` with the sign of w2; numerator over sqrt(k) and |d| are at
+    least 1e-9.
+
+    Entries: w1, w2, w3, left / longest, `W / log(10)`, `(C - W) / log(10)`, and `x / (|x| +
+    tolerance)` of `w1 - D / 2`, `w2 - tanh(W)`, `w3 + D / (2 r)`. When no time is left, the sixth
+    is 0, D is d, and tanh(W) is replaced by `-sqrt(max(1 - k d^2, 0))`. |W| counts as at most 16 in
+    tanh and cosh, whose error is below 1e-5. The action a acts as (S a1, a2, S a3).
+    """,
 )
 """Reduction of `AxisFlip`: SO(3), turns in space, times the half turn about e2."""

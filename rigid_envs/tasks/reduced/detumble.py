@@ -91,6 +91,15 @@ MOMENTUM = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas="""
+    With `L = I omega`, in the entries of omega limited to +-20, and n = L / |L|, e3 where |L| <
+    1e-9 start_momentum. Entries: |L| / start_momentum, |L| / impulse up to 1 and up to 100, `log(1
+    + |L| / (tolerance start_momentum))` with an argument up to 1e8, |n1|, |n2|, |n3|, and `3
+    sqrt(3) n1 n2 n3`.
+
+    The action a acts as `-a1 n + a2 b + a3 n x b` with b along `n x omega`. Where `|n x omega| <
+    1e-9`, `b = (1 - S n1^2 / (S + n3), -S n1 n2 / (S + n3), -S n1)`, S = -1 where n3 < 0, else 1.
+    """,
 )
 """Reduction of `Detumble`: SO(3), turns in space, times the half turns about the three axes.
 

@@ -82,6 +82,10 @@ def turn_single(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float]:
     return (side(saddle(y.omega1, y.omega3, c)) * a[0],)
 
 
+_SHAPE = """\
+    With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
+    I1)))` and `growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))`: `d = w1 - r w3`, `s = w1 + r w3`, and
+    the sign S is -1 where d < 0, else 1. Entries: S w1, w2, S w3, k |d|, S k s"""
 _RATES = tuple(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3))
 _SADDLE = (
     Entry("d / held", "1", "reduced", 0.0, FASTEST),
@@ -100,6 +104,8 @@ HOLDING = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas=f"""{_SHAPE} with `k = Omega^2 growth / (torque (1 / I1 + r / I3))`, and `x / (|x| +
+    tolerance)` of |d|, S s and w2 - 1. The action a acts as (S a1, a2, S a3).""",
 )
 """Reduction of `IntermediateAxis`: SO(3), turns in space, times the half turn about e2."""
 POINTING = Reduction(
@@ -109,5 +115,7 @@ POINTING = Reduction(
     features=(*_RATES, *_SADDLE),
     observe=observe_direction,
     turn=turn_single,
+    formulas=f"""{_SHAPE} with `k = Omega^2 growth I3 / (torque r)`, and `x / (|x| + tolerance)` of
+    |d| and S s. The action a acts as S a.""",
 )
 """Reduction of `IntermediateAxisSingle`, whose goal is the direction e2: the same group."""

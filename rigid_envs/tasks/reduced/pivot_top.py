@@ -10,7 +10,15 @@ from rigid_envs.kernels.elementary import fma
 from rigid_envs.symmetries.tops import PHASE, REFLECTION, TURN
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced.planar import Frame, frame_along, polar_seen, turned_back
-from rigid_envs.tasks.reduced.tops import Lean, length, share, shares, world_lean
+from rigid_envs.tasks.reduced.tops import (
+    FRAME_FORMULAS,
+    LEAN_FORMULAS,
+    Lean,
+    length,
+    share,
+    shares,
+    world_lean,
+)
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["PIVOT_TOP"]
@@ -106,5 +114,13 @@ PIVOT_TOP = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas=f"""{LEAN_FORMULAS} w, along u where w is 0, and that of the world where both are 0;
+    {FRAME_FORMULAS} Here `e = R13 + i R23`. With `k = 0.35 sqrt(fall)` the pivot X + i Y returns
+    at the lean `l = k (k (X + i Y) + 2 (VX + i VY)) / g`; `w = u + (growth - i kappa / 2) l`.
+
+    Entries: `min(3 |w|, 3)`, the shares of |w|, s and e with their halves, the pivot, entry by
+    entry up to 5, its share, its velocity likewise, R33 and `min(|kappa| / (2 sqrt(fall)), 4)`. The
+    action, in world axes, is rounded to float32.
+    """,
 )
 """Reduction of `PivotTop`: O(2), turns about the vertical and reflections, and the phase."""

@@ -98,5 +98,12 @@ TURNING = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas="""
+    theta is the rotation vector of `q^-1 q_goal`, at most pi long; `spare_k = theta_k - Ik omega_k
+    |omega_k| / (2 torque)`; gyro is `(I omega) x omega`; in the entries omega is limited to +-20.
+    The signs S1, S2 are -1 where spare1, spare2 < 0, else 1, and S3 = S1 S2; with them the vectors
+    are multiplied. The last entries are |theta|, `|theta| / (|theta| + min(angle_tolerance, pi))`
+    and `|omega| / (|omega| + rate_tolerance)`. The action a acts as (S1 a1, S2 a2, S3 a3).
+    """,
 )
 """Reduction of `Reorient`: SO(3), turns in space, times the half turns about the three axes."""

@@ -7,7 +7,16 @@ from rigid_envs.kernels.algebra import Row, attitude, vertical
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.symmetries.tops import PHASE, REFLECTION, TURN
 from rigid_envs.tasks.reduced.planar import turned_back
-from rigid_envs.tasks.reduced.tops import UPRIGHT, Lean, lean_frame, upright_seen, world_lean
+from rigid_envs.tasks.reduced.tops import (
+    FRAME_FORMULAS,
+    LEAN_FORMULAS,
+    UPRIGHT,
+    UPRIGHT_FORMULAS,
+    Lean,
+    lean_frame,
+    upright_seen,
+    world_lean,
+)
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["SLEEPING_TOP"]
@@ -44,5 +53,10 @@ SLEEPING_TOP = Reduction(
     features=UPRIGHT,
     observe=observe,
     turn=turn,
+    formulas=f"""{LEAN_FORMULAS} u, along s where u is 0, and that of the world where both are 0;
+    {FRAME_FORMULAS} Here `e = R13 + i R23`.
+
+    {UPRIGHT_FORMULAS} The action, as p in world axes, acts as (-p_y, p_x), rounded to float32.
+    """,
 )
 """Reduction of `SleepingTop`: O(2), turns about the vertical and reflections, and the phase."""

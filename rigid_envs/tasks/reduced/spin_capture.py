@@ -65,5 +65,13 @@ CAPTURE = Reduction(
     ),
     observe=observe,
     turn=turn_to_growing,
+    formulas="""
+    With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
+    I1)))` and `k = I1 (I3 - I1) / (4 I2 (I3 - I2))`: `d = w1 - r w3`, `s = w1 + r w3`, and the sign
+    S is -1 where `w2 (d - s) + d + s` < 0, else 1. Entries: S w1, w2, S w3, `p = s d`, `E = w2^2 +
+    k (d^2 + s^2) - 1`, then `x / (|x| + 0.1)` of the slopes `2 S w1 (2 k E + p)`, `2 w2 E` and `2 S
+    r^2 w3 (2 k E - p)`, and `x / (|x| + tolerance)` of S d, S s and w2 - 1. The action a acts as (S
+    a1, a2, S a3).
+    """,
 )
 """Reduction of `SpinCapture`: SO(3), turns in space, times the half turn about e2."""

@@ -10,7 +10,7 @@ from rigid_envs.kernels.elementary import fma, sincos
 from rigid_envs.symmetries.tops import PHASE, REFLECTION, TURN
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced.planar import Frame, axial_seen, frame_along, turned_back
-from rigid_envs.tasks.reduced.tops import shares
+from rigid_envs.tasks.reduced.tops import FRAME_FORMULAS, shares
 from rigid_envs.tasks.reduction import Reduction
 from rigid_envs.tasks.tops import FAST, precession, steady
 
@@ -113,6 +113,21 @@ TOP_PRECESSION = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas=f"""
+    The x-axis of the frame, in the plane of e1 and e2, is along (R31, R32), along (-omega2, omega1)
+    where that is 0, and along e1 where both are 0; {FRAME_FORMULAS} S is -1 where omega3 < 0, else
+    1; (c, s) is the x-axis, theta* the goal.
+
+    Rates: `phi' sin(theta)` stands for `v = S (c omega1 + s omega2)`, `theta' = s omega1 - c
+    omega2`, phi' is that of *Rewards* times S, as is its goal f, with the drawn parameters. With
+    `fall = m g ell / I1` and `M = I3 |omega3| / I1`: `d = sin(theta) v - sin(theta*)^2 f + M
+    (cos(theta) - cos(theta*))`, `theta'' = v (phi' cos(theta) - M) + fall sin(theta)`, `Omega^2 =
+    (M - 2 f cos(theta*))^2 + (f sin(theta*))^2`, Omega at least 1e-3. The third entry is
+    `min(|omega3|, 30) / 5`; the shares are those of the vectors (theta - theta*, v - f sin(theta)),
+    (theta', theta'' / Omega) and of d.
+
+    The action, clipped to the disk and then as p along e1 and e2, acts as S p, rounded to float32.
+    """,
 )
 """Reduction of `TopPrecession`: turns about the vertical, phase and reflections.
 

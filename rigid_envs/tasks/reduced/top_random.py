@@ -10,7 +10,10 @@ from rigid_envs.symmetries.tops import HALF_TURN, REFLECTION, TURN
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced.planar import turned_back
 from rigid_envs.tasks.reduced.tops import (
+    FRAME_FORMULAS,
+    LEAN_FORMULAS,
     UPRIGHT,
+    UPRIGHT_FORMULAS,
     Lean,
     lean_frame,
     length,
@@ -67,6 +70,14 @@ TOP_RANDOM = Reduction(
     ),
     observe=observe,
     turn=turn,
+    formulas=f"""{LEAN_FORMULAS} u, along s where u is 0, and along e1 where both are 0;
+    {FRAME_FORMULAS} Here `e = -(R31 + i R32)`, in body axes, and e' stands for `omega2 - i omega1`.
+
+    {UPRIGHT_FORMULAS} Then `w / (w + 1)` with `w = |(omega1, omega2)|`, `cos(2 alpha)` and `S
+    sin(2 alpha)` with the angle alpha from e1 to the x-axis; S is -1 where omega3 < 0, else 1. The
+    first two entries of the action, clipped to the disk and then as p along e1 and e2, act as
+    (-p_2, p_1), rounded to float32, and the third as S a3.
+    """,
 )
 """Reduction of `TopRandom`: turns about the vertical, half turn and reflections of the body.
 

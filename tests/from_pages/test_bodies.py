@@ -1,0 +1,408 @@
+"""The pages of the free body are enough to rebuild their environments."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from scipy.stats import kstest, norm
+
+from tests.from_pages import bodies
+from tests.from_pages.episodes import Page
+from tests.from_pages.side_by_side import Pair, drawn, is_uniform, same_distribution
+
+KINDS = [
+    bodies.IntermediateAxis,
+    bodies.IntermediateAxisRandom,
+    bodies.IntermediateAxisSingle,
+    bodies.SpinCapture,
+    bodies.AxisFlip,
+    bodies.Detumble,
+    bodies.Reorient,
+]
+each = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+RANGES = {"I1": (0.9, 1.1), "I2": (1.5, 1.7), "I3": (2.1, 2.3)}
+Rng = np.random.Generator
+
+
+def noise(rng: Rng, page: Page, size: float = 1.5) -> np.ndarray:
+    """An action that is outside its space now and then."""
+    return rng.uniform(-size, size, page.controls)
+
+
+def spinning(page: Page, omega: tuple[float, float, float]) -> np.ndarray:
+    return np.array([0.6, 0.0, -0.8, 0.0, *omega])
+
+
+@each
+@pytest.mark.parametrize("seed", [0, 1])
+def test_random_actions_do_the_same(kind: type[Page], seed: int) -> None:
+    rng, pair = np.random.default_rng(seed), Pair(kind)
+    pair.reset(rng)
+    outcomes = pair.run(lambda page, k: noise(rng, page), 40)
+    clipped = [outcome.info["action_clipped"] for outcome in outcomes]
+    assert any(clipped) and not all(clipped)
+
+
+@each
+def test_default_substeps_do_nearly_the_same(kind: type[Page]) -> None:
+    rng = np.random.default_rng(2)
+    page = kind()
+    # Fourth order: (rate times step)^4 per radian that the body turns, for rates up to 4 rad/s.
+    step = 4.0 * page.dt / page.n_substeps
+    pair = Pair(kind, within=step**4 * 4.0 * 30 * page.dt, n_substeps=page.n_substeps)
+    pair.reset(rng)
+    pair.run(lambda page, k: noise(rng, page), 30)
+
+
+@each
+def test_defaults_are_those_of_the_page(kind: type[Page]) -> None:
+    name, ours = f"RigidEnvs/{kind.__name__}-v0", kind.arguments
+    envs = [gym.make(name), gym.make(name, **ours)]
+    for env in envs:
+        env.reset(seed=21)
+    for _ in range(10):
+        action = np.full(kind.controls, 0.5, np.float32)
+        rewards = [env.step(action)[1] for env in envs]
+        assert rewards[0] == rewards[1]
+        assert np.array_equal(*(env.unwrapped.y for env in envs))  # to the bit
+
+
+@each
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"rotation": "rot6d", "dt": 0.04},
+        {"rotation": "quat", "action_delay": 3},
+        {"rotation": "euler", "observe_params": True, **RANGES},
+        {"rotation": "matrix", "I1": 1.3, "I2": 1.8},
+        {"frame": "reduced", "observe_params": True, **RANGES},
+        {"frame": "reduced", "action_delay": 1, "rotation": "quat"},
+    ],
+    ids=["rot6d", "quat", "euler", "matrix", "reduced", "reduced_late"],
+)
+def test_arguments_do_the_same(kind: type[Page], arguments: dict) -> None:
+    rng, pair = np.random.default_rng(3), Pair(kind, **arguments)
+    for _ in range(2):
+        pair.reset(rng)
+        pair.run(lambda page, k: noise(rng, page), 15)
+
+
+@each
+def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
+    rng = np.random.default_rng(4)
+    names = kind.arguments
+    weights = {f"weight_{term}": float(k) - 0.5 for k, term in enumerate(kind.terms)}
+    wide = {name: 3.0 if "angle" in name else 0.9 for name in names if "tolerance" in name}
+    short = {"hold": 0.7} if "hold" in names else {}
+    time = {"flip_time": (1.0, 1.5)} if "flip_time" in names else {}
+    pair = Pair(kind, **weights, **wide, **short, **time)
+    y = spinning(pair.page, (0.1, -1.0 if kind is bodies.AxisFlip else 1.0, 0.1))
+    pair.reset(rng, y if issubclass(kind, bodies.Spinning) else None)
+    outcomes = pair.run(lambda page, k: noise(rng, page), 30)
+    assert any(outcome.info["is_success"] for outcome in outcomes)
+
+
+@each
+def test_starts_are_drawn_alike(kind: type[Page]) -> None:
+    same_distribution(kind, drawn(kind))
+
+
+@each
+def test_episodes_end_when_the_page_says(kind: type[Page]) -> None:
+    named = {"SpinCapture": 600, "AxisFlip": 250, "Detumble": 50, "Reorient": 100}
+    n = named.get(kind.__name__, 300)
+    env = gym.make(f"RigidEnvs/{kind.__name__}-v0")
+    env.reset(seed=5)
+    ends = [env.step(np.zeros(kind.controls, np.float32))[2:4] for _ in range(n)]
+    assert not any(any(end) for end in ends[:-1])
+    assert ends[-1] == (False, True)
+
+
+@each
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
+    rng, pair = np.random.default_rng(19), Pair(kind, frame=frame)
+    for omega in (
+        (25.0, 30.0, -22.0),
+        (-25.0, -30.0, 22.0),
+        (0.0, -30.0, 0.01),
+        (20.5, 0.0, -21.0),
+    ):
+        pair.reset(rng, spinning(pair.page, omega))  # too fast to step with this accuracy
+    for axis in np.vstack([np.zeros(3), np.eye(3), -np.eye(3)]):
+        pair.reset(rng, spinning(pair.page, tuple(axis)))
+        pair.step(noise(rng, pair.page))
+        pair.reset(rng, spinning(pair.page, (1e-10 * rng.normal(size=3) + axis).tolist()))
+        pair.step(noise(rng, pair.page))
+
+
+@pytest.mark.parametrize("time", [-3.0, 0.0, 0.5, 60.0, 9000.0])
+def test_any_time_that_is_left_is_alike(time: float) -> None:
+    rng, pair = np.random.default_rng(20), Pair(bodies.AxisFlip, frame="reduced")
+    for omega in ((0.1, 1.0, 0.05), (0.1, -1.0, 0.05), (0.0, 1.0, 0.0)):
+        pair.reset(rng, spinning(pair.page, omega), aux=np.array([time, 1.0]))
+        pair.step(np.zeros(3))
+
+
+# -- starts
+
+
+def test_perturbations_are_in_their_ball() -> None:
+    for kind in (bodies.IntermediateAxis, bodies.IntermediateAxisSingle, bodies.AxisFlip):
+        given, page = drawn(kind), kind()
+        off = np.array([np.linalg.norm(start.y[4:7] - [0, page.spin_rate, 0]) for start in given])
+        is_uniform((off / page.start_spread) ** 3, 0.0, 1.0)
+
+
+def test_moments_are_in_their_ranges() -> None:
+    given = drawn(bodies.IntermediateAxisRandom)
+    for name in ("I1", "I2", "I3"):
+        values = np.array([start.parameters[name] for start in given])
+        is_uniform(values, *bodies.IntermediateAxisRandom.arguments[name])
+
+
+def test_rates_momenta_and_times_are_in_their_ranges() -> None:
+    rates = np.array([np.linalg.norm(start.y[4:7]) for start in drawn(bodies.SpinCapture)])
+    is_uniform(rates, *bodies.SpinCapture().start_rate)
+    page = bodies.Detumble()
+    momenta = np.array([page.moments * start.y[4:7] for start in drawn(bodies.Detumble)])
+    is_uniform((np.linalg.norm(momenta, axis=1) / page.start_momentum) ** 3, 0.0, 1.0)
+    times = np.array([start.aux[0] for start in drawn(bodies.AxisFlip)])
+    is_uniform(times, *bodies.AxisFlip().flip_time)
+
+
+# -- ends
+
+
+def casimir(page: Page, k: int) -> np.ndarray:
+    """`energy_casimir` of the page, for the middle body."""
+    (I1, I2, I3), Omega, w = page.middle_moments, page.spin_rate, page.omega
+    k1, k2, k3 = 5 / 3 * Omega * np.array([I1, I2, I3])
+    eps = 3 * (I2 - I1)
+    tau = -np.array([k1 * w[0], k2 * (w[1] - Omega), k3 * w[2] - eps * w[0] * w[1]])
+    return tau / page.torque
+
+
+@pytest.mark.parametrize(
+    "kind", [bodies.IntermediateAxis, bodies.IntermediateAxisRandom, bodies.SpinCapture]
+)
+def test_a_held_spin_is_a_success_after_the_hold_time(kind: type[Page]) -> None:
+    rng, pair = np.random.default_rng(6), Pair(kind, max_episode_steps=110)
+    pair.reset(rng, spinning(pair.page, (0.03, 0.99, 0.02)))
+    outcomes = pair.run(casimir)
+    successes = [outcome.info["is_success"] for outcome in outcomes]
+    assert len(successes) == 110
+    # within tolerance from the first step on: the 50th is the first success
+    assert successes.index(True) == 49 and all(successes[49:])
+
+
+@pytest.mark.parametrize("kind", KINDS[:4], ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("hold", [0.0, 0.05, 0.3, 0.7])
+def test_successes_are_counted_alike(kind: type[Page], hold: float) -> None:
+    rng, pair = np.random.default_rng(7), Pair(kind, hold=hold, tolerance=0.03, torque=0.4)
+    pair.reset(rng, spinning(pair.page, (0.005, 1.0, 0.005)))
+
+    def policy(page: Page, k: int) -> np.ndarray:
+        push = {9: 1.0, 10: 1.0, 12: -1.0, 13: -1.0}.get(k % 15, 0.0)
+        return push * np.ones(page.controls)
+
+    successes = [outcome.info["is_success"] for outcome in pair.run(policy, 30)]
+    assert any(successes) and (all(successes) == (hold == 0.0))  # see the page: 0 asks nothing
+
+
+def test_one_torque_holds_the_direction() -> None:
+    rng, pair = np.random.default_rng(8), Pair(bodies.IntermediateAxisSingle, max_episode_steps=200)
+    pair.reset(rng, spinning(pair.page, (0.05, 1.0, -0.03)))
+
+    def policy(page: Page, k: int) -> np.ndarray:
+        w = page.omega
+        return np.array([(2.0 * w[0] * w[1] - 3.0 * w[2]) / page.torque])
+
+    successes = [outcome.info["is_success"] for outcome in pair.run(policy)]
+    assert successes[-1] and not successes[50]
+
+
+@pytest.mark.parametrize("actuators", ["e1 e2", "e1 e3", "e2"])
+def test_an_axis_without_actuator_has_no_torque(actuators: str) -> None:
+    rng, pair = np.random.default_rng(9), Pair(bodies.SpinCapture, actuators=actuators)
+    pair.reset(rng)
+    pair.run(lambda page, k: noise(rng, page), 20)
+
+
+@pytest.mark.parametrize("time", [1.0, 1.04, 1.1, 3.0])
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_a_flip_is_judged_from_the_commanded_time_on(time: float, frame: str) -> None:
+    rng = np.random.default_rng(10)
+    pair = Pair(bodies.AxisFlip, torque=2.0, frame=frame)
+    pair.reset(rng, aux=np.array([time, 1.0]))
+
+    def policy(page: Page, k: int) -> np.ndarray:
+        """`brute_force` of the page; later it lets go, and kicks the body away."""
+        tau = -4 * page.moments * (page.omega + np.array([0, 1, 0]))
+        kicked = np.ones(3) if k == 40 else tau / page.torque
+        S = page.sign() if page.frame == "reduced" else 1.0
+        return kicked * [S, 1.0, S]
+
+    successes = [outcome.info["is_success"] for outcome in pair.run(policy, 50)]
+    assert any(successes) == (time == 3.0)  # before, the spin is not yet reversed
+    assert not successes[-1]
+
+
+def test_impulses_against_the_momentum_end_it() -> None:
+    rng = np.random.default_rng(11)
+    for frame in ("world", "reduced"):
+        pair = Pair(bodies.Detumble, frame=frame)
+        pair.reset(rng)
+
+        def policy(page: Page, k: int) -> np.ndarray:
+            L = page.moments * page.omega
+            if page.frame == "reduced":
+                return np.array([min(1.0, np.linalg.norm(L) / 0.5), 0.0, 0.0])
+            return -L / max(0.5, float(np.linalg.norm(L)))
+
+        outcomes = pair.run(policy)
+        assert len(outcomes) == 50
+        assert outcomes[-1].info["is_success"] and not outcomes[0].info["is_success"]
+
+
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_the_terms_and_entries_of_a_large_momentum_are_limited(frame: str) -> None:
+    rng, pair = np.random.default_rng(22), Pair(bodies.Detumble, start_momentum=0.01, frame=frame)
+    pair.reset(rng, spinning(pair.page, (1.0, 0.5, -0.3)))
+    outcome, _ = pair.step(np.zeros(3))
+    assert outcome.info["reward/momentum"] == -100.0
+    assert frame == "world" or outcome.observation[0] == 100.0
+
+
+@pytest.mark.parametrize("size", [1.0 - 1e-7, 1.0 + 1e-7, 1.0 + 3e-7])
+def test_a_direction_that_was_rounded_is_not_clipped(size: float) -> None:
+    rng, pair = np.random.default_rng(12), Pair(bodies.Detumble)
+    pair.reset(rng)
+    for _ in range(40):
+        direction = rng.normal(size=3)
+        pair.step(size * direction / np.linalg.norm(direction))
+
+
+def test_a_turn_reaches_its_goal_and_leaves_it() -> None:
+    rng = np.random.default_rng(13)
+    for frame in ("world", "reduced"):
+        pair = Pair(bodies.Reorient, frame=frame, weight_angle=0.3, weight_rate=0.2)
+        pair.reset(rng)
+
+        def policy(page: Page, k: int) -> np.ndarray:
+            """`quaternion_pd` of the page, and a push at the end."""
+            theta, _, S = page.turn_left()
+            angle = np.linalg.norm(theta)
+            vector = -theta / angle * np.sin(angle / 2) if angle else theta
+            gain = 6 * page.torque / page.moments.max()
+            tau = -page.moments * (2 * gain * vector + 2 * np.sqrt(gain) * page.omega)
+            return (S if page.frame == "reduced" else 1.0) * (
+                tau / page.torque if k < 95 else np.ones(3)
+            )
+
+        successes = [outcome.info["is_success"] for outcome in pair.run(policy)]
+        assert len(successes) == 100
+        assert successes[90] and not successes[0] and not successes[99]
+
+
+def test_rewards_of_goals_are_computed_alike() -> None:
+    rng, page = np.random.default_rng(14), bodies.Reorient(weight_angle=0.3, weight_rate=0.2)
+    env = gym.make("RigidEnvs/Reorient-v0", weight_angle=0.3, weight_rate=0.2)
+    for _ in range(20):
+        start = page.draw(rng)
+        start.y[4:7] = rng.normal(size=3) * rng.choice([0.01, 1.0])
+        if rng.uniform() < 0.5:
+            start.y[:4] = start.aux
+        page.reset(start)
+        achieved, desired = page.poses()
+        values = page.values(np.zeros(3))
+        expected = values["reached"] + 0.3 * values["angle"] + 0.2 * values["rate"]
+        # asin(c / sqrt(8)) loses half of the digits at c = sqrt(8)
+        assert abs(env.unwrapped.compute_reward(achieved, desired, {}) - expected) < 1e-7
+
+
+# -- too fast
+
+
+@pytest.mark.parametrize(
+    ("kind", "omega"),
+    [
+        (bodies.IntermediateAxis, (10.999, 0.0, 0.0)),
+        (bodies.IntermediateAxisSingle, (0.0, 0.0, 9.98)),
+        (bodies.SpinCapture, (0.0, 0.0, 14.98)),
+        (bodies.AxisFlip, (19.97, 0.0, 0.0)),
+        (bodies.Reorient, (9.98, 0.0, 0.0)),
+    ],
+)
+def test_a_motion_that_becomes_too_fast_ends(kind: type[Page], omega: tuple) -> None:
+    pair = Pair(kind, within=1e-6, n_substeps=kind.arguments["n_substeps"])
+    start = spinning(pair.page, omega)
+    if omega[2]:  # |L| / I2 is the larger rate
+        start[6] *= 2.0 / 3.0
+    pair.reset(np.random.default_rng(15), start)
+    outcomes = pair.run(lambda page, k: np.ones(page.controls), 20)
+    assert outcomes[-1].info["physics_error"] and outcomes[-1].terminated
+    assert outcomes[-1].reward == 0.0
+
+
+# -- what is drawn of noise and delay
+
+
+def test_noise_and_delay_are_drawn_and_shown_last() -> None:
+    n, ranges = 2000, {"action_noise": (0.1, 0.3), "observation_noise": (0.0, 1e-9)}
+    envs = gym.make_vec(
+        "RigidEnvs/IntermediateAxis-v0",
+        num_envs=n,
+        observe_params=True,
+        I2=(2.0, 2.1),
+        action_delay=(1, 3),
+        **ranges,
+    )
+    seen, _ = envs.reset(seed=16)
+    assert seen.shape == (n, 7)
+    is_uniform(seen[:, 3], 2.0 - 1e-6, 2.1 + 1e-6)  # float32, and the noise
+    is_uniform(seen[:, 4], 0.1 - 1e-7, 0.3 + 1e-7)
+    counts = [np.sum(np.abs(seen[:, 6] - delay) < 1e-6) for delay in (1, 2, 3)]
+    assert sum(counts) == n
+    # six standard deviations of a binomial number
+    assert np.all(np.abs(np.array(counts) - n / 3) < 6 * np.sqrt(n * 2 / 9))
+
+
+def test_noise_on_the_action_is_normal_and_clipped_after_it() -> None:
+    n, dt, size = 2000, 1e-3, 0.5
+    envs = gym.make_vec(
+        "RigidEnvs/IntermediateAxis-v0", num_envs=n, action_noise=size, dt=dt, weight_effort=0.0
+    )
+    envs.reset(seed=17, options={"state": {"omega_body": [0.0, 1.0, 0.0]}})
+    envs.step(np.full((n, 3), [0.0, 0.8, 0.0], np.float32))
+    omega = envs.unwrapped.get_state()["y"][:, 4:7]
+    # the gyroscopic term adds less than lambda dt, a thousandth, to it
+    acted = (omega - [0, 1, 0]) * [1, 2, 3] / (0.2 * dt)
+    free = acted[np.abs(acted[:, 0]) < 0.99, 0]
+    shares = norm.cdf(np.array([-0.99, 0.99]) / size)
+    assert kstest((norm.cdf(free / size) - shares[0]) / np.diff(shares), "uniform").pvalue > 1e-4
+    full = np.mean(np.abs(acted[:, 1] - 1.0) < 0.002)  # those that noise made larger than 1
+    assert abs(full - norm.sf(0.2 / size)) < 6 * np.sqrt(0.25 / n)
+
+
+def test_noise_on_the_observation_is_normal_and_not_rewarded() -> None:
+    n, size = 2000, 0.3
+    envs = gym.make_vec("RigidEnvs/IntermediateAxis-v0", num_envs=n, observation_noise=size)
+    seen, _ = envs.reset(seed=18, options={"state": {"omega_body": [0.0, 1.0, 0.0]}})
+    for k in range(3):
+        assert kstest((seen[:, k] - [0, 1, 0][k]) / size, "norm").pvalue > 1e-4
+    _, rewards, *_ = envs.step(np.zeros((n, 3), np.float32))
+    assert np.allclose(rewards, 1.0)  # exactly at e2
+
+
+# -- the wider variant
+
+
+@pytest.mark.long
+@each
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_longer_episodes_do_the_same(kind: type[Page], frame: str) -> None:
+    pair = Pair(kind, frame=frame)
+    for seed in range(10):
+        rng = np.random.default_rng(100 + seed)
+        pair.reset(rng)
+        pair.run(lambda page, k, rng=rng: noise(rng, page), 100)

@@ -1,0 +1,277 @@
+"""The pages of the top are enough to rebuild their environments."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from tests.from_pages import tops
+from tests.from_pages.episodes import Page
+from tests.from_pages.side_by_side import Pair, drawn, is_uniform, same_distribution
+
+KINDS = [
+    tops.SleepingTop,
+    tops.SleepingTopRandom,
+    tops.TopPrecession,
+    tops.TopRandom,
+    tops.PivotTop,
+]
+each = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+RANGES = {"I3": (0.45, 0.6), "g": (9.0, 10.0)}
+Rng = np.random.Generator
+
+
+def noise(rng: Rng, page: Page, size: float = 1.5) -> np.ndarray:
+    """An action that is outside its space now and then."""
+    return rng.uniform(-size, size, page.controls)
+
+
+def top(tilt: float, omega: tuple[float, float, float], *pivot: float) -> np.ndarray:
+    """A state that leans towards -y."""
+    q = [np.cos(tilt / 2), np.sin(tilt / 2), 0.0, 0.0]
+    return np.array([*q, *omega, *(pivot or (0.0, 0.0, 0.0, 0.0))])
+
+
+@each
+@pytest.mark.parametrize("seed", [0, 1])
+def test_random_actions_do_the_same(kind: type[Page], seed: int) -> None:
+    rng, pair = np.random.default_rng(seed), Pair(kind)
+    pair.reset(rng)
+    outcomes = pair.run(lambda page, k: noise(rng, page), 50)
+    clipped = [outcome.info["action_clipped"] for outcome in outcomes]
+    assert any(clipped) and not all(clipped)
+
+
+@each
+def test_any_state_does_the_same(kind: type[Page]) -> None:
+    rng = np.random.default_rng(2)
+    for frame in ("world", "reduced"):
+        pair = Pair(kind, frame=frame, **({"fall": 3.1} if kind is tops.PivotTop else {}))
+        for _ in range(4):
+            y = pair.page.draw(rng).y
+            y[:4] = rng.normal(size=4)
+            y[:4] /= np.linalg.norm(y[:4])
+            y[4:7] = 3.0 * rng.normal(size=3)  # also spins below zero
+            y[7:] = rng.normal(size=4)
+            pair.reset(rng, y)
+            pair.run(lambda page, k: noise(rng, page), 10)
+
+
+@each
+def test_default_substeps_do_nearly_the_same(kind: type[Page]) -> None:
+    rng = np.random.default_rng(3)
+    page = kind()
+    # Fourth order: (rate times step)^4 per radian that the top turns, for rates up to 6 rad/s.
+    step = 6.0 * page.dt / page.n_substeps
+    pair = Pair(kind, within=step**4 * 6.0 * 30 * page.dt, n_substeps=page.n_substeps)
+    pair.reset(rng)
+    pair.run(lambda page, k: noise(rng, page), 30)
+
+
+@each
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
+    rng, pair = np.random.default_rng(13), Pair(kind, frame=frame)
+    fast = ((33.0, -35.0, 32.0), (-33.0, 35.0, -32.0), (1.0, 0.0, 34.0))
+    for tilt in (0.0, 1e-7, 0.3, 1.6, np.pi):
+        for omega in fast:  # too fast to step with this accuracy
+            pair.reset(rng, top(tilt, omega, 12.0, -20.0, 25.0, -21.0))
+            pair.reset(rng, top(tilt, omega, -12.0, 20.0, -25.0, 21.0))
+    for omega in ((0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (1e-10, 0.0, -2.0), (0.3, -0.2, 5.0)):
+        pair.reset(rng, top(0.3, omega))
+        pair.step(noise(rng, pair.page))
+
+
+@each
+def test_defaults_are_those_of_the_page(kind: type[Page]) -> None:
+    name, ours = f"RigidEnvs/{kind.__name__}-v0", kind.arguments
+    envs = [gym.make(name), gym.make(name, **ours)]
+    for env in envs:
+        env.reset(seed=21)
+    for _ in range(10):
+        action = np.full(kind.controls, 0.5, np.float32)
+        rewards = [env.step(action)[1] for env in envs]
+        assert rewards[0] == rewards[1]
+        assert np.array_equal(*(env.unwrapped.y for env in envs))  # to the bit
+
+
+@each
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"rotation": "rot6d", "dt": 0.04},
+        {"rotation": "quat", "action_delay": 3},
+        {"rotation": "euler", "observe_params": True, **RANGES},
+        {"rotation": "none", "m": 1.1, "I3": 0.52},
+        {"frame": "reduced", "observe_params": True, **RANGES},
+        {"frame": "reduced", "action_delay": 1, "rotation": "quat"},
+    ],
+    ids=["rot6d", "quat", "euler", "none", "reduced", "reduced_late"],
+)
+def test_arguments_do_the_same(kind: type[Page], arguments: dict) -> None:
+    rng, pair = np.random.default_rng(4), Pair(kind, **arguments)
+    for _ in range(2):
+        pair.reset(rng)
+        pair.run(lambda page, k: noise(rng, page), 15)
+
+
+@each
+def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
+    rng = np.random.default_rng(5)
+    weights = {f"weight_{term}": float(k) - 0.5 for k, term in enumerate(kind.terms)}
+    wide = {name: 0.9 for name in kind.arguments if "tolerance" in name}
+    pair = Pair(kind, hold=0.22, **weights, **wide)
+    pair.reset(
+        rng,
+        top(0.1, (0.0, 0.0, 5.0)),
+        np.array([0.0, 0.9]) if "goal_tilt" in kind.arguments else None,
+    )
+    outcomes = pair.run(lambda page, k: noise(rng, page), 30)
+    successes = [outcome.info["is_success"] for outcome in outcomes]
+    assert any(successes) or kind is tops.TopPrecession
+
+
+@each
+def test_starts_are_drawn_alike(kind: type[Page]) -> None:
+    given, page = drawn(kind), kind()
+    same_distribution(kind, given)
+    tilts = np.array([np.arccos(1 - 2 * (s.y[1] ** 2 + s.y[2] ** 2)) for s in given])
+    low = page.start_tilt / 3 if kind is tops.PivotTop else 0.0
+    is_uniform(tilts, low - 1e-7, page.start_tilt + 1e-7)  # arccos doubles rounding near 1
+    for name, values in kind.arguments.items():
+        if isinstance(values, tuple):
+            is_uniform(np.array([start.parameters[name] for start in given]), *values)
+
+
+@pytest.mark.parametrize("kind", [k for k in KINDS if k is not tops.TopRandom])
+def test_spins_are_in_their_ranges(kind: type[Page]) -> None:
+    page, shares = kind(), []
+    for start in drawn(kind):
+        page.parameters = start.parameters
+        shares.append(start.y[6] / page.critical())
+    if kind is tops.PivotTop:
+        low, high = 0.3 * page.start_spin, page.start_spin
+    elif kind is tops.TopPrecession:
+        low, high = page.start_spin, page.start_spin + page.start_spread
+    else:
+        low, high = page.start_spin_low, page.start_spin_high
+    is_uniform(np.array(shares), low - 1e-12, high + 1e-12)
+
+
+def test_rates_and_goals_are_in_their_ranges() -> None:
+    for kind in (tops.TopPrecession, tops.TopRandom):
+        across = np.array([np.hypot(*start.y[4:6]) for start in drawn(kind)])
+        is_uniform((across / kind().start_rate) ** 2, 0.0, 1.0)
+    page = tops.TopRandom()
+    spins = np.array([start.y[6] for start in drawn(tops.TopRandom)])
+    is_uniform(spins, -page.start_spin, page.start_spin)
+    page = tops.TopPrecession()
+    goals = np.array([start.aux[1] for start in drawn(tops.TopPrecession)])
+    is_uniform(goals, page.goal_tilt, page.goal_tilt + page.goal_spread)
+
+
+# -- ends
+
+
+@each
+def test_episodes_end_when_the_page_says(kind: type[Page]) -> None:
+    n = {"TopPrecession": 400, "PivotTop": 400}.get(kind.__name__, 300)
+    env = gym.make(f"RigidEnvs/{kind.__name__}-v0")
+    env.reset(seed=6, options={"state": {"q": [1, 0, 0, 0], "omega_body": [0, 0, 6]}})
+    ends = [env.step(np.zeros(kind.controls, np.float32))[2:4] for _ in range(n)]
+    assert not any(any(end) for end in ends[:-1])
+    assert ends[-1] == (False, True)
+
+
+@pytest.mark.parametrize("kind", [k for k in KINDS if k is not tops.TopPrecession])
+@pytest.mark.parametrize("hold", [0.0, 0.32, 1.0])
+def test_a_sleeping_top_is_a_success_after_the_hold_time(kind: type[Page], hold: float) -> None:
+    rng, pair = np.random.default_rng(7), Pair(kind, hold=hold)
+    pair.reset(rng, top(0.03, (0.0, 0.0, 8.0)))
+
+    def policy(page: Page, k: int) -> np.ndarray:
+        """A kick; the top nutates and comes back, or not."""
+        return np.ones(page.controls) * (25 < k < 30)
+
+    successes = [outcome.info["is_success"] for outcome in pair.run(policy, 50)]
+    first = {0.0: 0, 0.32: 6, 1.0: 19}[hold]  # 1, 7 and 20 steps of 0.05 s
+    assert successes.index(True) == first
+    assert all(successes) == (hold == 0.0)
+
+
+@pytest.mark.parametrize("branch", ["slow", "fast"])
+@pytest.mark.parametrize("spin", [6.0, -6.0])
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_steady_precession_is_a_success(branch: str, spin: float, frame: str) -> None:
+    rng = np.random.default_rng(8)
+    pair = Pair(tops.TopPrecession, branch=branch, hold=0.5, frame=frame, max_episode_steps=60)
+    tilt = 0.5
+    a, b, c = np.cos(tilt), 0.5 * spin, pair.page.m * pair.page.g * pair.page.ell
+    root = np.sqrt(b * b - 4 * a * c) * np.sign(b)
+    rate = 2 * c / (b + root) if branch == "slow" else (b + root) / (2 * a)
+    # the vertical in body axes is (0, sin, cos)
+    start = top(tilt, (0.0, rate * np.sin(tilt), spin))
+    pair.reset(rng, start, np.array([0.0, tilt]))
+
+    def policy(page: Page, k: int) -> np.ndarray:
+        return np.array([1.0, 0.5]) * (k > 40)
+
+    successes = [outcome.info["is_success"] for outcome in pair.run(policy)]
+    assert successes.index(True) == 9 and not successes[-1]
+
+
+def test_a_slow_spin_has_a_goal_too() -> None:
+    rng, pair = np.random.default_rng(9), Pair(tops.TopPrecession, branch="fast")
+    for spin in (2.0, -1.0):
+        pair.reset(rng, top(0.4, (0.2, 0.1, spin)))
+        pair.run(lambda page, k: noise(rng, page), 10)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_episode_ends_when_the_top_has_fallen(seed: int) -> None:
+    rng, pair = np.random.default_rng(seed), Pair(tops.PivotTop)
+    pair.reset(rng)
+    outcomes = pair.run(lambda page, k: np.zeros(2))
+    assert outcomes[-1].terminated and pair.page.tilt() > 0.5
+    assert outcomes[-1].reward > 0.0  # as every other step
+
+
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_an_episode_ends_when_the_pivot_leaves_the_arena(frame: str) -> None:
+    rng, pair = np.random.default_rng(10), Pair(tops.PivotTop, frame=frame, fall=3.0)
+    pair.reset(rng, top(0.02, (0.0, 0.0, 3.0), 3.0, 3.0, 1.0, 2.0))
+    outcomes = pair.run(lambda page, k: noise(rng, page))
+    assert outcomes[-1].terminated and pair.page.distance() > 5.0
+
+
+@pytest.mark.parametrize("kind", KINDS[1:4])
+def test_a_motion_that_becomes_too_fast_ends(kind: type[Page]) -> None:
+    pair = Pair(kind, within=1e-4, n_substeps=kind.arguments["n_substeps"])
+    pair.reset(np.random.default_rng(11), top(1.0, (19.98, 0.0, 0.0)))
+    outcomes = pair.run(lambda page, k: np.ones(page.controls), 100)
+    assert outcomes[-1].info["physics_error"] and outcomes[-1].terminated
+
+
+# -- where a frame has no direction
+
+
+@each
+@pytest.mark.parametrize("spin", [0.0, 2.0, -2.0])
+def test_an_upright_top_has_a_frame(kind: type[Page], spin: float) -> None:
+    rng, pair = np.random.default_rng(12), Pair(kind, frame="reduced")
+    pair.reset(rng, top(0.0, (0.0, 0.0, spin)))
+    # without spin, rounding of omega3 decides on the side of y after the first step
+    pair.run(lambda page, k: noise(rng, page), 5 if spin else 1)
+
+
+# -- the wider variant
+
+
+@pytest.mark.long
+@each
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_longer_episodes_do_the_same(kind: type[Page], frame: str) -> None:
+    pair = Pair(kind, frame=frame)
+    for seed in range(10):
+        rng = np.random.default_rng(100 + seed)
+        pair.reset(rng)
+        pair.run(lambda page, k, rng=rng: noise(rng, page), 100)

@@ -1,0 +1,515 @@
+"""The environments of the heavy top, written again from their pages alone."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from tests.from_pages.attitudes import Array, matrix, quaternion_rate, tilted
+from tests.from_pages.episodes import Page, in_ball, near, share, shortened, single
+
+__all__ = ["PivotTop", "SleepingTop", "SleepingTopRandom", "TopPrecession", "TopRandom"]
+
+
+class HeavyTop(Page):
+    """What the pages of the top have in common.
+
+    The input is the torque in body axes, the torque in world axes, the acceleration of the pivot.
+    """
+
+    physical = ("I_perp", "I3", "m", "g", "ell")
+    bound: ClassVar[float] = 20.0
+    """Of observed rates."""
+
+    @property
+    def moments(self) -> Array:
+        """Of the top of the episode."""
+        return np.array([self.I_perp, self.I_perp, self.I3])
+
+    @property
+    def R(self) -> Array:
+        """Attitude."""
+        return matrix(self.y[:4])
+
+    @property
+    def omega(self) -> Array:
+        """Angular velocity in body axes."""
+        return self.y[4:7]
+
+    def rhs(self, y: Array, u: Array) -> Array:
+        """Euler's equations about the pivot, whose frame may be accelerated."""
+        omega, moments = y[4:7], self.moments
+        (I1, I2, I3), (w1, w2, w3) = moments, omega
+        gyroscopic = np.array([(I2 - I3) * w2 * w3, (I3 - I1) * w3 * w1, (I1 - I2) * w1 * w2])
+        to_body = matrix(y[:4]).T
+        fx, fy, _ = to_body @ (self.m * np.array([-u[6], -u[7], -self.g]))
+        weight = self.ell * np.array([-fy, fx, 0.0])  # ell e3 x force
+        spin = (gyroscopic + u[:3] + to_body @ u[3:6] + weight) / moments
+        return np.concatenate([quaternion_rate(y[:4], omega), spin, y[9:11], u[6:8]])
+
+    def rate(self) -> float:
+        """The larger one of |omega| and |I omega| / I2."""
+        momentum = self.moments * self.omega
+        return max(np.linalg.norm(self.omega), np.linalg.norm(momentum) / self.moments[1])
+
+    def tilt(self) -> float:
+        """Angle from the vertical to e3."""
+        R = self.R
+        return float(np.arctan2(np.hypot(R[2, 0], R[2, 1]), R[2, 2]))
+
+    def critical(self) -> float:
+        """The least spin at which the top sleeps."""
+        return 2 * np.sqrt(self.moments[0] * self.m * self.g * self.ell) / self.I3
+
+    def effort(self, u: Array, most: float) -> float:
+        """Minus the square of the input over its maximum."""
+        return -(u @ u) / most
+
+    def draw_state(self, rng: np.random.Generator) -> Array:
+        """Tilt and rates, pivot at rest in the centre."""
+        return np.concatenate([tilted(rng, self.draw_tilt(rng)), self.draw_omega(rng), np.zeros(4)])
+
+    def draw_tilt(self, rng: np.random.Generator) -> float:
+        """Uniform up to `start_tilt`."""
+        return float(rng.uniform(0.0, self.start_tilt))
+
+    def draw_omega(self, rng: np.random.Generator) -> Array:
+        """Angular velocity at the start, in body axes."""
+        raise NotImplementedError
+
+    # -- reduced frame
+
+    def inertia(self) -> float:
+        """Moment I across e3, of the middle of the ranges."""
+        return self.middle("I_perp")
+
+    def fall(self) -> float:
+        """`m g ell / I`."""
+        return self.middle("m") * self.middle("g") * self.middle("ell") / self.inertia()
+
+    def kappa(self) -> float:
+        """`I3 omega3 / I`."""
+        return self.middle("I3") * float(self.omega[2]) / self.inertia()
+
+    def lean(self) -> tuple[complex, complex]:
+        """e and e', in world axes."""
+        R = self.R
+        rate = R @ np.cross(self.omega, [0, 0, 1])
+        return complex(*R[:2, 2]), complex(*rate[:2])
+
+    def growth(self) -> float:
+        """Of the lean."""
+        return float(np.sqrt(max(self.fall() - self.kappa() ** 2 / 4, 0.0)))
+
+    def parts(self) -> tuple[complex, complex]:
+        """u, which grows, and s."""
+        e, rate = self.lean()
+        b = rate - 0.5j * self.kappa() * e
+        return b + self.growth() * e, b - self.growth() * e
+
+    def axes(self) -> tuple[complex, complex]:
+        """Vectors along which the x-axis of the frame is: the second where the first is 0."""
+        return self.parts()
+
+    def frame_axis(self) -> complex:
+        """The x-axis of the frame, of length 1."""
+        for v in self.axes():
+            if abs(v) ** 2 >= 1e-18:
+                return v / abs(v)
+        return 1.0 + 0.0j
+
+    def side(self) -> float:
+        """The sign S: -1 where y is to the right of x."""
+        return -1.0 if self.omega[2] < 0 else 1.0
+
+    def seen(self, v: complex) -> complex:
+        """Components of a vector in the frame."""
+        turned = v * self.frame_axis().conjugate()
+        return complex(turned.real, self.side() * turned.imag)
+
+    def unseen(self, a: Array) -> complex:
+        """The vector of components in the frame."""
+        return complex(a[0], self.side() * a[1]) * self.frame_axis()
+
+    def upright(self) -> list[float]:
+        """Entries of the lean, height and spin."""
+        u, s = self.parts()
+        s, e = self.seen(s), self.seen(self.lean()[0])
+        root = np.sqrt(self.fall())
+        return [
+            min(3 * abs(u), 3.0),
+            near(abs(u), 0.2),
+            near(abs(u), 0.01),
+            *share(s, 0.2),
+            *share(s, 0.01),
+            *share(e, 0.1),
+            self.R[2, 2],
+            min(abs(self.kappa()) / (2 * root), 4.0),
+            self.growth() / root,
+        ]
+
+
+class SleepingTop(HeavyTop):
+    """docs/environments/SleepingTop.md."""
+
+    arguments: ClassVar = {
+        "I_perp": 1.0,
+        "I3": 0.5,
+        "m": 1.0,
+        "g": 9.81,
+        "ell": 0.1019367991845056,
+        "torque": 0.3,
+        "start_tilt": 0.2,
+        "start_spin_low": 0.3,
+        "start_spin_high": 0.95,
+        "tolerance": 0.05,
+        "hold": 5.0,
+        "weight_upright": 1.0,
+        "weight_effort": 0.1,
+        "dt": 0.05,
+        "n_substeps": 1,
+        "rotation": "matrix",
+    }
+    terms = ("upright", "effort")
+    controls = 2
+    round = True
+    accepted = 1.1
+
+    def input_of(self, action: Array) -> Array:
+        """Horizontal torque in world axes."""
+        return np.array([0, 0, 0, *(self.torque * action), 0, 0, 0])
+
+    def features(self) -> Any:
+        """Angular velocity in world axes."""
+        return np.clip(self.R @ self.omega, -self.bound, self.bound)
+
+    def values(self, u: Array) -> dict[str, float]:
+        """Section *Rewards*."""
+        return {"upright": 1 / (1 + 10 * self.tilt()), "effort": self.effort(u, self.torque**2)}
+
+    def success(self) -> bool:
+        """Section *Episode End*."""
+        return self.held(self.tilt() < self.tolerance)
+
+    def reduced(self) -> Any:
+        """Section *Reduced Frame*."""
+        return self.upright()
+
+    def turned(self, action: Array) -> Array:
+        """At right angles to the push."""
+        p = self.unseen(action)
+        return single([-p.imag, p.real])
+
+    def draw_omega(self, rng: np.random.Generator) -> Array:
+        """Spin in critical ones."""
+        spin = rng.uniform(self.start_spin_low, self.start_spin_high)
+        return np.array([0.0, 0.0, self.critical() * spin])
+
+
+class SleepingTopRandom(SleepingTop):
+    """docs/environments/SleepingTopRandom.md."""
+
+    arguments: ClassVar = {
+        **SleepingTop.arguments,
+        "I_perp": (0.85, 1.2),
+        "I3": (0.42, 0.6),
+        "m": (0.8, 1.2),
+        "ell": (0.09683995922528031, 0.10703363914373089),
+        "n_substeps": 2,
+    }
+    accepted = 0.5
+
+
+class TopPrecession(HeavyTop):
+    """docs/environments/TopPrecession.md; beside the state: counter, and commanded tilt."""
+
+    arguments: ClassVar = {
+        "I_perp": 1.0,
+        "I3": 0.5,
+        "m": 1.0,
+        "g": 9.81,
+        "ell": 0.1019367991845056,
+        "branch": "slow",
+        "torque": 0.5,
+        "goal_tilt": 0.3,
+        "goal_spread": 0.6,
+        "start_tilt": 1.2,
+        "start_rate": 1.0,
+        "start_spin": 1.2,
+        "start_spread": 0.8,
+        "tolerance": 0.02,
+        "hold": 5.0,
+        "weight_tilt": 0.5,
+        "weight_rate": 0.5,
+        "weight_effort": 0.1,
+        "dt": 0.05,
+        "n_substeps": 2,
+        "rotation": "matrix",
+    }
+    terms = ("tilt", "rate", "effort")
+    controls = 2
+    bound = 30.0
+
+    def input_of(self, action: Array) -> Array:
+        """Torque about e1 and e2."""
+        return np.array([*(self.torque * action), 0, 0, 0, 0, 0, 0])
+
+    def precession(self) -> float:
+        """phi', limited."""
+        G, omega = self.R[2], self.omega
+        rate = (omega[0] * G[0] + omega[1] * G[1]) / max(G[0] ** 2 + G[1] ** 2, 1e-12)
+        return float(np.clip(rate, -30, 30))
+
+    def goal(self) -> float:
+        """The rate of steady precession at the commanded tilt, limited."""
+        a = self.I_perp * np.cos(self.aux[1])
+        b = self.I3 * self.omega[2]
+        c = self.m * self.g * self.ell
+        root = np.sqrt(max(b * b - 4 * a * c, 0.0))
+        n = b - root if b < 0 else b + root
+        slow, fast = 2 * c / (n if abs(n) >= 1e-9 else 1e-9), n / (2 * a)
+        return float(np.clip(fast if self.branch == "fast" else slow, -30, 30))
+
+    def errors(self) -> tuple[float, float]:
+        """Of the tilt [rad], and relative of the rate."""
+        late = abs(self.precession() - self.goal()) / abs(self.goal())
+        return abs(self.tilt() - self.aux[1]), late
+
+    def features(self) -> Any:
+        """Rates, tilt and rate of precession and their goals."""
+        omega = np.clip(self.omega, -30, 30)
+        return [*omega, self.tilt(), self.precession(), self.aux[1], self.goal()]
+
+    def values(self, u: Array) -> dict[str, float]:
+        """Section *Rewards*."""
+        off, late = self.errors()
+        return {
+            "tilt": 1 / (1 + 10 * off),
+            "rate": 1 / (1 + 10 * late),
+            "effort": self.effort(u, 2 * self.torque**2),
+        }
+
+    def success(self) -> bool:
+        """Section *Episode End*."""
+        off, late = self.errors()
+        return self.held(off <= self.tolerance * self.aux[1] and late <= self.tolerance)
+
+    def axes(self) -> tuple[complex, complex]:
+        """Section *Reduced Frame*."""
+        return complex(*self.R[2, :2]), complex(-self.omega[1], self.omega[0])
+
+    def reduced(self) -> Any:
+        """Section *Reduced Frame*."""
+        x, S, omega = self.frame_axis(), self.side(), self.omega
+        v = S * (x.real * omega[0] + x.imag * omega[1])
+        falling = x.imag * omega[0] - x.real * omega[1]
+        rate, f = S * self.precession(), S * self.goal()
+        tilt, goal, fall, M = self.tilt(), self.aux[1], self.fall(), abs(self.kappa())
+        d = np.sin(tilt) * v - np.sin(goal) ** 2 * f + M * (np.cos(tilt) - np.cos(goal))
+        bend = v * (rate * np.cos(tilt) - M) + fall * np.sin(tilt)
+        Omega = np.hypot(M - 2 * f * np.cos(goal), f * np.sin(goal))
+        off = complex(tilt - goal, v - f * np.sin(tilt))
+        moving = complex(falling, bend / max(Omega, 1e-3))
+        return [
+            tilt,
+            goal,
+            min(abs(omega[2]), 30) / 5,
+            f,
+            np.clip(v, -2, 2),
+            np.clip(falling, -2, 2),
+            *(entry for w in (off, moving) for half in (0.3, 0.02) for entry in share(w, half)),
+            near(d, 0.3),
+            near(d, 0.02),
+        ]
+
+    def turned(self, action: Array) -> Array:
+        """Section *Reduced Frame*."""
+        p = self.side() * self.unseen(shortened(action))
+        return single([p.real, p.imag])
+
+    def draw_omega(self, rng: np.random.Generator) -> Array:
+        """Spin in critical ones, and rates across e3."""
+        spin = rng.uniform(self.start_spin, self.start_spin + self.start_spread)
+        return np.array([*in_ball(rng, self.start_rate, 2), self.critical() * spin])
+
+    def draw_aux(self, rng: np.random.Generator) -> Array:
+        """The commanded tilt."""
+        return np.array([0.0, rng.uniform(self.goal_tilt, self.goal_tilt + self.goal_spread)])
+
+
+class TopRandom(HeavyTop):
+    """docs/environments/TopRandom.md."""
+
+    arguments: ClassVar = {
+        "I1": (0.85, 1.0),
+        "I2": (1.05, 1.25),
+        "I3": (0.45, 0.65),
+        "m": 1.0,
+        "g": 9.81,
+        "ell": 0.1019367991845056,
+        "torque": 0.3,
+        "start_tilt": 0.2,
+        "start_spin": 2.0,
+        "start_rate": 0.05,
+        "tolerance": 0.1,
+        "hold": 5.0,
+        "weight_upright": 1.0,
+        "weight_effort": 0.1,
+        "dt": 0.05,
+        "n_substeps": 2,
+        "rotation": "matrix",
+    }
+    physical = ("I1", "I2", "I3", "m", "g", "ell")
+    terms = ("upright", "effort")
+    bound = 30.0
+
+    @property
+    def moments(self) -> Array:
+        """Three different ones."""
+        return np.array([self.I1, self.I2, self.I3])
+
+    def input_of(self, action: Array) -> Array:
+        """Torque in body axes."""
+        return np.array([*(self.torque * action), 0, 0, 0, 0, 0])
+
+    def features(self) -> Any:
+        """Angular velocity in body axes."""
+        return np.clip(self.omega, -self.bound, self.bound)
+
+    def values(self, u: Array) -> dict[str, float]:
+        """Section *Rewards*."""
+        return {
+            "upright": 1 / (1 + 10 * self.tilt()),
+            "effort": self.effort(u, 3 * self.torque**2),
+        }
+
+    def success(self) -> bool:
+        """Section *Episode End*."""
+        return self.held(self.tilt() < self.tolerance)
+
+    def inertia(self) -> float:
+        """The mean of I1 and I2."""
+        return (self.middle("I1") + self.middle("I2")) / 2
+
+    def lean(self) -> tuple[complex, complex]:
+        """In body axes."""
+        return -complex(*self.R[2, :2]), complex(self.omega[1], -self.omega[0])
+
+    def reduced(self) -> Any:
+        """Section *Reduced Frame*."""
+        twice = self.frame_axis() ** 2
+        across = float(np.hypot(*self.omega[:2]))
+        return [*self.upright(), near(across, 1.0), twice.real, self.side() * twice.imag]
+
+    def turned(self, action: Array) -> Array:
+        """Section *Reduced Frame*."""
+        p = self.unseen(shortened(action[:2]))
+        return np.array([*single([-p.imag, p.real]), self.side() * action[2]])
+
+    def draw_omega(self, rng: np.random.Generator) -> Array:
+        """Spin in either sense, and rates across e3."""
+        spin = rng.uniform(-self.start_spin, self.start_spin)
+        return np.array([*in_ball(rng, self.start_rate, 2), spin])
+
+
+class PivotTop(HeavyTop):
+    """docs/environments/PivotTop.md."""
+
+    arguments: ClassVar = {
+        "I_perp": 1.0,
+        "I3": 0.5,
+        "m": 1.0,
+        "g": 9.81,
+        "ell": 0.1019367991845056,
+        "push": 3.0,
+        "arena": 5.0,
+        "fall": 0.5,
+        "start_tilt": 0.15,
+        "start_spin": 0.95,
+        "tilt_tolerance": 0.05,
+        "centre_tolerance": 0.1,
+        "hold": 5.0,
+        "weight_upright": 1.0,
+        "weight_centre": 1.0,
+        "weight_effort": 0.1,
+        "dt": 0.05,
+        "n_substeps": 1,
+        "rotation": "matrix",
+    }
+    terms = ("upright", "centre", "effort")
+    controls = 2
+    round = True
+
+    def input_of(self, action: Array) -> Array:
+        """Acceleration of the pivot."""
+        return np.array([0, 0, 0, 0, 0, 0, *(self.push * action)])
+
+    def distance(self) -> float:
+        """Of the pivot from the centre."""
+        return float(np.hypot(*self.y[7:9]))
+
+    def features(self) -> Any:
+        """Rates in world axes, pivot."""
+        omega = np.clip(self.R @ self.omega, -20, 20)
+        return [*omega, *np.clip(self.y[7:9] / self.arena, -2, 2), *np.clip(self.y[9:11], -20, 20)]
+
+    def values(self, u: Array) -> dict[str, float]:
+        """Section *Rewards*."""
+        upright = 1 / (1 + 10 * self.tilt())
+        return {
+            "upright": upright,
+            "centre": upright / (1 + 10 * self.distance() / self.arena),
+            "effort": self.effort(u, self.push**2),
+        }
+
+    def success(self) -> bool:
+        """Section *Episode End*."""
+        central = self.distance() < self.centre_tolerance
+        return self.held(self.tilt() < self.tilt_tolerance and central)
+
+    def ended(self) -> bool:
+        """Section *Episode End*."""
+        return self.distance() > self.arena or self.tilt() > self.settings["fall"]
+
+    def returning(self) -> complex:
+        """w of *Reduced Frame*."""
+        k = 0.35 * np.sqrt(self.fall())
+        pivot, velocity = complex(*self.y[7:9]), complex(*self.y[9:11])
+        lean = k * (k * pivot + 2 * velocity) / self.middle("g")
+        return self.parts()[0] + (self.growth() - 0.5j * self.kappa()) * lean
+
+    def axes(self) -> tuple[complex, complex]:
+        """Section *Reduced Frame*."""
+        return self.returning(), self.parts()[0]
+
+    def reduced(self) -> Any:
+        """Section *Reduced Frame*."""
+        w = abs(self.returning())
+        s, e = self.seen(self.parts()[1]), self.seen(self.lean()[0])
+        pivot, velocity = self.seen(complex(*self.y[7:9])), self.seen(complex(*self.y[9:11]))
+        return [
+            min(3 * w, 3.0),
+            near(w, 0.2),
+            near(w, 0.02),
+            *share(s, 0.2),
+            *share(e, 0.1),
+            *np.clip([pivot.real, pivot.imag], -5, 5),
+            *share(pivot, 0.2),
+            *np.clip([velocity.real, velocity.imag], -5, 5),
+            *share(velocity, 0.2),
+            self.R[2, 2],
+            min(abs(self.kappa()) / (2 * np.sqrt(self.fall())), 4.0),
+        ]
+
+    def turned(self, action: Array) -> Array:
+        """Section *Reduced Frame*."""
+        p = self.unseen(action)
+        return single([p.real, p.imag])
+
+    def draw_tilt(self, rng: np.random.Generator) -> float:
+        """From a third of `start_tilt` on."""
+        return float(rng.uniform(self.start_tilt / 3, self.start_tilt))
+
+    def draw_omega(self, rng: np.random.Generator) -> Array:
+        """Spin in critical ones."""
+        spin = rng.uniform(0.3 * self.start_spin, self.start_spin)
+        return np.array([0.0, 0.0, self.critical() * spin])
