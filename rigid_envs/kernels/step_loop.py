@@ -196,12 +196,12 @@ def _conclude(
     """Write cost, reward terms, grip, reward and flags, and advance the clock.
 
     Returns how many rows have a flag, plus `ENDED` times how many episodes ended. A physics error
-    ends the episode, see `_mend`: a state that is not finite or too large, or one with which it
-    would go on faster than the envelope of the integrator allows. Slip ends it where the task says
-    so, and then it is no success. Everything is written to the
-    block, at distances known when this is compiled: otherwise the loop would need a check at run
-    time of each pair of places for overlap, more than the compiler makes, and would not become
-    vector instructions.
+    ends the episode, see `_mend`: a state that is not finite or too large, one with which it would
+    go on faster than the envelope of the integrator allows, or a reward that is not finite. Slip
+    ends it where the task says so, and then it is no success. Everything is written to the block,
+    at distances known when this is compiled: otherwise the loop would need a check at run time of
+    each pair of places for overlap, more than the compiler makes, and would not become vector
+    instructions.
     """
     elapsed = base + (slots.clock + CLOCK.elapsed) * LANES
     running = base + (slots.clock + CLOCK.running) * LANES
@@ -221,8 +221,9 @@ def _conclude(
         slipping = slips(held, p)
         lost = slipping & (s.ends_on_slip > 0)
         success, done = success & (not lost), done | lost
-        broken = _is_broken(y) | ((rate(y, p) > s.fastest) & (not done))
         reward = weighted_sum(weights, terms) - select(lost, s.slip_penalty, 0.0)
+        broken = _is_broken(y) | ((rate(y, p) > s.fastest) & (not done))
+        broken |= not abs(reward) < np.inf
         store(buffer, results + i, (cost,), LANES)
         store(buffer, results + LANES + i, terms, LANES)
         store(buffer, grip_at + i, held, LANES)

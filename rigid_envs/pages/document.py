@@ -51,7 +51,7 @@ _REWARD = (
 _PHYSICS_ERROR = (
     'It also terminates, without reward and with `info["physics_error"]`, if the motion becomes '
     "too fast for the integrator, which it cannot from a start that is drawn, or if a number "
-    "of the state is larger than 1e9."
+    "of the state is larger than 1e9 or the reward is not finite."
 )
 _SLIP = (
     "The motion is that of rolling, whatever friction it needs: `info` says which. With "

@@ -29,6 +29,8 @@ from rigid_envs.tasks.tops import (
 
 __all__ = ["TopPrecession"]
 
+_SLOW = 1e-9  # rad/s; a goal below it, as of a top without spin, counts as this in its error
+
 
 class Action(NamedTuple):
     """Torque about e1 and e2, as fractions of the maximum."""
@@ -111,7 +113,7 @@ def outcome(
     goal = steady(aux.goal_tilt, y.omega3, p, c.fast_branch)
     tilt, rate = precession(y)
     off = abs(tilt - aux.goal_tilt)
-    wrong = abs(rate - goal) / abs(goal)
+    wrong = abs(rate - goal) / max(abs(goal), _SLOW)
     square = u.tau_body1 * u.tau_body1 + u.tau_body2 * u.tau_body2
     near = (off <= c.tolerance * aux.goal_tilt) & (wrong <= c.tolerance)
     held = select(near, aux.held + 1.0, 0.0)
@@ -170,12 +172,12 @@ class TopPrecession(TopTask):
         relative error e of the precession rate phi': their slopes are largest at the goal and
         nowhere zero. ``effort`` = ``-|tau|^2 / (2 torque^2)`` has a small weight.
 
-        ``e = |phi' - goal| / |goal|`` with ``phi' = (omega1 R31 + omega2 R32) / max(R31^2 + R32^2,
-        1e-12)``; both rates are limited to +-30 rad/s. With the present omega3, ``a = I1
-        cos(theta)`` at the goal, ``b = I3 omega3``, ``c = m g ell`` and ``n = b +- sqrt(max(b^2 - 4
-        a c, 0))``, the sign that of b, the goal is ``2 c / n`` (slow) or ``n / (2 a)`` (fast), also
-        where a given spin is too slow for a root; |n| below 1e-9 counts as 1e-9 in ``2 c / n``.
-        Where the goal is 0, the fast one without spin, e and its term are no numbers.
+        ``e = |phi' - goal| / max(|goal|, 1e-9)`` with ``phi' = (omega1 R31 + omega2 R32) /
+        max(R31^2 + R32^2, 1e-12)``; both rates are limited to +-30 rad/s. With the present omega3,
+        ``a = I1 cos(theta)`` at the goal, ``b = I3 omega3``, ``c = m g ell`` and ``n = b +-
+        sqrt(max(b^2 - 4 a c, 0))``, the sign that of b, the goal is ``2 c / n`` (slow) or ``n / (2
+        a)`` (fast), also where a given spin is too slow for a root; |n| below 1e-9 counts as 1e-9
+        in ``2 c / n``.
 
     Starting State:
         The commanded tilt is uniform from `goal_tilt` up to `goal_spread` above it. The tilt is

@@ -271,7 +271,7 @@ class TopPrecession(HeavyTop):
 
     def errors(self) -> tuple[float, float]:
         """Of the tilt [rad], and relative of the rate."""
-        late = abs(self.precession() - self.goal()) / abs(self.goal())
+        late = abs(self.precession() - self.goal()) / max(abs(self.goal()), 1e-9)
         return abs(self.tilt() - self.aux[1]), late
 
     def features(self) -> Any:
