@@ -1,0 +1,31 @@
+"""Bugs in the library that no test can notice, and why."""
+
+from typing import NamedTuple
+
+__all__ = ["EQUIVALENTS", "Equivalent"]
+
+
+class Equivalent(NamedTuple):
+    """A change that makes no difference that a user could see.
+
+    Attributes:
+        file: Source file, from the root of the checkout.
+        function: Qualified name of the function or class; "module" outside of all.
+        text: Line of the source, without blanks at its ends.
+        what: The code as it is and as it becomes.
+        why: Why no test can notice it.
+    """
+
+    file: str
+    function: str
+    text: str
+    what: str
+    why: str
+
+    @property
+    def key(self) -> tuple[str, str, str, str]:
+        """Identifies the change, as `Change.key`."""
+        return self[:4]
+
+
+EQUIVALENTS: tuple[Equivalent, ...] = ()
