@@ -62,7 +62,7 @@ class LibraryCopy(Checkout):
         source = path.read_text(encoding="utf-8")
         path.write_text(change.planted(source), encoding="utf-8")
         try:
-            test = self._failing_of(tests, reach) or self._failing_of(reach.beside(tests), reach)
+            test = self._failing_of(tests, reach) or self._failing_of(reach.beside(change), reach)
             return Trial(change, test, len(tests))
         finally:
             path.write_text(source, encoding="utf-8")

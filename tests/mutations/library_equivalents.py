@@ -28,4 +28,14 @@ class Equivalent(NamedTuple):
         return self[:4]
 
 
-EQUIVALENTS: tuple[Equivalent, ...] = ()
+_BODIES = "rigid_envs/bodies/"
+
+EQUIVALENTS: tuple[Equivalent, ...] = (
+    Equivalent(
+        f"{_BODIES}mesh.py",
+        "_check_volume",
+        'require(volume > 0.0, volume, "volume", expected)',
+        "volume > 0.0 -> volume >= 0.0",
+        "a volume of 0 has been refused as flat",
+    ),
+)

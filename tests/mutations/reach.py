@@ -52,7 +52,7 @@ class Reach:
 
     def __init__(self, root: Path, paths: Sequence[str], python: WarmPython) -> None:
         self.seconds: dict[str, float] = {}
-        self._tests: dict[str, dict[int, set[str]]] = {}
+        self._reached: dict[str, dict[int, set[str]]] = {}
         for path in _test_files(root, paths):
             file = path.relative_to(root).as_posix()
             kept = _FOLDER / f"{path.stem}-{_digest(root, path)}.json"
@@ -67,10 +67,13 @@ class Reach:
                 kept.write_text(json.dumps(found), encoding="utf-8")
             found = Outcome(*json.loads(kept.read_text(encoding="utf-8")))
             self.seconds |= {t: s for t, s in found.seconds.items() if t not in found.failed}
+            named = {"": file} | {test: test for test in self.seconds}
             for source, lines in found.reached.items():
-                by_line = self._tests.setdefault(source, {})
+                by_line = self._reached.setdefault(source, {})
                 for line, tests in lines.items():
-                    by_line.setdefault(int(line), set()).update(set(tests) & set(self.seconds))
+                    by_line.setdefault(int(line), set()).update(
+                        named[t] for t in tests if t in named
+                    )
 
     def tests_of(self, change: Change) -> list[str]:
         """Tests that reach a change, the quickest first.
@@ -78,19 +81,29 @@ class Reach:
         What runs at an import belongs to all tests that reach its file, or to all there are if
         none does.
         """
-        by_line = self._tests.get(change.file, {})
+        found = self._of(change) & set(self.seconds)
+        return self._quickest(found if found or change.in_body else self.seconds)
+
+    def beside(self, change: Change) -> list[str]:
+        """Other tests of the same files, and of those that reach it while they are collected.
+
+        They may use what a first one has left in a cache, or what was made outside of all tests.
+        """
+        found = self._of(change)
+        files = {test.partition("::")[0] for test in found if change.in_body or "::" in test}
+        return self._quickest(
+            t for t in self.seconds if t.partition("::")[0] in files and t not in found
+        )
+
+    def _of(self, change: Change) -> set[str]:
+        """Tests, and files of tests, that reach a change."""
+        by_line = self._reached.get(change.file, {})
         first, last = change.lines
         lines = [k for k in by_line if not change.in_body or first <= k <= last]
-        found = set().union(*(by_line[k] for k in lines))
-        if not found and not change.in_body:
-            found = set(self.seconds)
-        return sorted(found, key=lambda test: (self.seconds[test], test))
+        return set().union(*(by_line[k] for k in lines))
 
-    def beside(self, tests: Sequence[str]) -> list[str]:
-        """Other tests of the same files: they may use what a first one has left in a cache."""
-        files = {test.partition("::")[0] for test in tests}
-        beside = (t for t in self.seconds if t.partition("::")[0] in files and t not in tests)
-        return sorted(beside, key=lambda test: (self.seconds[test], test))
+    def _quickest(self, tests: Iterable[str]) -> list[str]:
+        return sorted(tests, key=lambda test: (self.seconds[test], test))
 
 
 def _test_files(root: Path, paths: Sequence[str]) -> list[Path]:

@@ -32,7 +32,8 @@ class Outcome(NamedTuple):
     Attributes:
         failed: First test that failed, or file that could not be imported; empty if none did.
         seconds: Time that each test took [s].
-        reached: Tests by line, by file from the root of the copy; empty if nobody asked.
+        reached: Tests by line, by file from the root of the copy; empty if nobody asked. The test
+            "" is what runs outside of all, while they are collected.
         passed: Number of tests that passed.
         late: Whether the time was up.
         said: End of what pytest printed.
@@ -156,8 +157,7 @@ def _run(request: dict[str, Any]) -> Outcome:
         data = measure.get_data()
         for file in data.measured_files():
             lines = data.contexts_by_lineno(file)
-            named = {str(k): [test for test in tests if test] for k, tests in lines.items()}
-            reached[os.path.relpath(file)] = {k: tests for k, tests in named.items() if tests}
+            reached[os.path.relpath(file)] = {str(line): tests for line, tests in lines.items()}
     return Outcome(seen.failed, seen.seconds, reached, seen.passed, False, "")
 
 
