@@ -28,14 +28,49 @@ class Equivalent(NamedTuple):
         return self[:4]
 
 
-_BODIES = "rigid_envs/bodies/"
-
 EQUIVALENTS: tuple[Equivalent, ...] = (
     Equivalent(
-        f"{_BODIES}mesh.py",
+        "rigid_envs/bodies/mesh.py",
         "_check_volume",
         'require(volume > 0.0, volume, "volume", expected)',
         "volume > 0.0 -> volume >= 0.0",
         "a volume of 0 has been refused as flat",
+    ),
+    Equivalent(
+        "rigid_envs/analytic/_phi.py",
+        "module",
+        "_SERIES = [1.0 / math.factorial(2 * n + 3) for n in range(8)]",
+        "8 -> 9",
+        "the ninth term of the series is 5e-17 of the first, less than a rounding",
+    ),
+    Equivalent(
+        "rigid_envs/analytic/heavy_top/_precession.py",
+        "_path",
+        "way = min(d1 - d2, e2 - e1)",
+        "d1 - d2 -> d1 + d2",
+        (
+            "both differences are that of the same two roots: they differ by roundings of 1e-16, "
+            "and are compared to 1e-12"
+        ),
+    ),
+    Equivalent(
+        "rigid_envs/analytic/heavy_top/_start.py",
+        "_start",
+        'qw, qx, qy, qz = (_exact(x, 1.0) for x in exact_array(q0, "q0", 4).tolist())',
+        "1.0 -> 2.0",
+        "what is below about 1e-145 is taken to be 0; where exactly that begins moves no digit",
+    ),
+    Equivalent(
+        "rigid_envs/analytic/rolling_disk/_fall.py",
+        "module",
+        (
+            "_DISTANCES = np.concatenate([[0.0], np.geomspace(1e-14, 1.0, 150), np.arange(1.2, "
+            "36.1, 0.2)])"
+        ),
+        "1.0 -> 2.0",
+        (
+            "edges beyond 1 then overlap: what their panels add telescopes, and none is longer "
+            "than 0.8, on which Gauss's rule is exact to rounding"
+        ),
     ),
 )

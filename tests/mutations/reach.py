@@ -16,10 +16,13 @@ __all__ = ["CONTRACTS", "PACKAGES", "Reach", "words_for"]
 
 PACKAGES = {
     "bodies": ("tests/bodies",),
-    "analytic": ("tests/analytic", "tests/verification"),
+    "analytic": ("tests/analytic",),
     "control": ("tests/control",),
     "scores": ("tests/scores", "tests/leaderboard"),
-    "envs": ("tests/envs", "tests/test_checks.py", "rigid_envs/testing"),
+    "envs": (
+        *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
+        "rigid_envs/testing",
+    ),
 }
 """Packages below `rigid_envs` in which bugs are planted, and the tests of each."""
 
