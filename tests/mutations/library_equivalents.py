@@ -73,4 +73,42 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
             "than 0.8, on which Gauss's rule is exact to rounding"
         ),
     ),
+    Equivalent(
+        "rigid_envs/control/following.py",
+        "FarSightedFollower.regulator",
+        "P = 0.5 * (P + np.swapaxes(P, -1, -2))",
+        "-2 -> -1",
+        "P is symmetric without it, but for roundings",
+    ),
+    Equivalent(
+        "rigid_envs/control/plate.py",
+        "PlateRegulator",
+        "input_weight: float = 1.0",
+        "1.0 -> 2.0",
+        "a default weight is a choice: what is claimed of the regulator holds for any",
+    ),
+    Equivalent(
+        "rigid_envs/control/predicted.py",
+        "HeldSpin.step",
+        "y = casadi().vertcat(1.0, 0.0, 0.0, 0.0, x)",
+        "0.0 -> 1.0 (3)",
+        "what comes after the attitude does not depend on it, as the docstring says",
+    ),
+    Equivalent(
+        "rigid_envs/control/predicted.py",
+        "HeldBall.step",
+        "y, change = ca.vertcat(1.0, 0.0, 0.0, 0.0, x), (self.tilt_rate * a - x[7:]) / h",
+        "0.0 -> 1.0 (3)",
+        "what comes after the attitude does not depend on it, as the docstring says",
+    ),
+    Equivalent(
+        "rigid_envs/control/shortest_path.py",
+        "_starts",
+        (
+            "twist = math.sqrt(2.0 * math.pi * abs(theta[2]))  # a half circle: area length^2 / "
+            "(2 pi)"
+        ),
+        "2.0 -> 4.0",
+        "guesses: angles that go round twice are spread as evenly",
+    ),
 )
