@@ -1,11 +1,11 @@
 """Mutation test of the library's plain Python: its tests must notice each planted bug.
 
 Run from the checkout: ``python -m tests.mutations.library [--sample 320 --seed 0] [--only WORD]
-[--jobs 2] [--json FILE [--again]]``. The bugs (`operators.py`) are drawn in equal shares from the
-packages of `reach.PACKAGES`. Every test file is run once, measured; then for each bug the tests
-that reach its line run in a copy of the checkout until one fails: seconds each. Prints a table;
-the status is 1 if a bug survives that is not argued away in `library_equivalents.py`, or if one
-that is argued away no longer survives.
+[--jobs 2] [--seconds 60] [--json FILE [--again]]``. The bugs (`operators.py`) are drawn in equal
+shares from the packages of `reach.PACKAGES`. Every test file is run once, measured; then for each
+bug the tests that reach its line run in a copy of the checkout, the quickest first, until one
+fails: seconds each. Prints a table; the status is 1 if a bug survives that is not argued away in
+`library_equivalents.py`, or if one that is argued away no longer survives.
 """
 
 import argparse
@@ -13,6 +13,7 @@ import json
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from math import inf
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, NamedTuple
@@ -55,15 +56,21 @@ class LibraryCopy(Checkout):
         self.python.close()
         super().close()
 
-    def noticed(self, change: Change, reach: Reach) -> Trial:
-        """Plant a bug, run the tests that reach it, and restore the source."""
+    def noticed(self, change: Change, reach: Reach, budget: float = inf) -> Trial:
+        """Plant a bug, run the tests that reach it, and restore the source.
+
+        Args:
+            change: The bug.
+            reach: Tests, and the lines that they reach.
+            budget: Time that tests may have taken without the bug, all in all [s].
+        """
         tests = reach.tests_of(change)
+        chosen = reach.within(budget, [*tests, *reach.beside(change)])
         path = self.folder / change.file
         source = path.read_text(encoding="utf-8")
         path.write_text(change.planted(source), encoding="utf-8")
         try:
-            test = self._failing_of(tests, reach) or self._failing_of(reach.beside(change), reach)
-            return Trial(change, test, len(tests))
+            return Trial(change, self._failing_of(chosen, reach), len(tests))
         finally:
             path.write_text(source, encoding="utf-8")
 
@@ -103,7 +110,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         trials = [
             trial
             for package, changes in chosen.items()
-            for trial in _try_all(package, changes, known, copies, options.json)
+            for trial in _try_all(package, changes, known, copies, options)
         ]
     finally:
         for copy in copies:
@@ -132,6 +139,9 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0, help="of the sample")
     parser.add_argument("--only", metavar="WORD", default="", help="those with it in their file")
     parser.add_argument("--jobs", type=int, default=1, help="copies at a time")
+    parser.add_argument(
+        "--seconds", type=float, default=60.0, help="of tests for each bug, the quickest first"
+    )
     parser.add_argument("--json", type=Path, metavar="FILE", help="trials to go on with, and new")
     parser.add_argument("--again", action="store_true", help="try survivors of FILE again")
     return parser.parse_args(argv)
@@ -167,7 +177,7 @@ def _try_all(
     changes: Sequence[Change],
     known: dict[tuple[str, ...], dict[str, Any]],
     copies: Sequence[LibraryCopy],
-    file: Path | None,
+    options: argparse.Namespace,
 ) -> list[Trial]:
     """Trials of a package; each is written to the file as it is done."""
     done = {c.key: Trial(c, known[c.key]["test"], known[c.key]["reached"])
@@ -181,7 +191,7 @@ def _try_all(
     def one(change: Change) -> Trial:
         copy = free.get()
         try:
-            trial = copy.noticed(change, reach)
+            trial = copy.noticed(change, reach, options.seconds)
         finally:
             free.put(copy)
         said = trial.test or "SURVIVED"
@@ -192,8 +202,10 @@ def _try_all(
         for trial in pool.map(one, left):
             done[trial.change.key] = trial
             known[trial.change.key] = _row(trial)
-            if file is not None:
-                file.write_text(json.dumps([*known.values()], indent=1) + "\n", encoding="utf-8")
+            if options.json:
+                options.json.write_text(
+                    json.dumps([*known.values()], indent=1) + "\n", encoding="utf-8"
+                )
     return [done[change.key] for change in changes]
 
 

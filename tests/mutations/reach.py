@@ -6,6 +6,7 @@ import hashlib
 import json
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -18,7 +19,7 @@ PACKAGES = {
     "bodies": ("tests/bodies",),
     "analytic": ("tests/analytic",),
     "control": ("tests/control",),
-    "scores": ("tests/scores", "tests/leaderboard"),
+    "scores": ("tests/scores", "tests/leaderboard", "tests/policies/test_published.py"),
     "envs": (
         *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
         "rigid_envs/testing",
@@ -29,6 +30,7 @@ PACKAGES = {
 CONTRACTS = ("RigidEnvs/BallParkGoal-v0", "RigidEnvs/BallGrid-v0")
 """Ids for which the contract tests are run: there are too many for each bug."""
 
+_CASES = 4  # of a parametrised test, the quickest: others that reach the line seldom notice more
 _FOLDER = Path(tempfile.gettempdir()) / "rigid-envs-reach"
 _LIMIT = 1800.0  # [s] for one file; measured lines take up to twice their time
 
@@ -98,6 +100,16 @@ class Reach:
             t for t in self.seconds if t.partition("::")[0] in files and t not in found
         )
 
+    def within(self, budget: float, tests: Iterable[str]) -> list[str]:
+        """The first of the tests that take no longer in all [s]; one at least."""
+        found, total = [], 0.0
+        for test in tests:
+            total += self.seconds[test]
+            if found and total > budget:
+                break
+            found.append(test)
+        return found
+
     def _of(self, change: Change) -> set[str]:
         """Tests, and files of tests, that reach a change."""
         by_line = self._reached.get(change.file, {})
@@ -106,7 +118,15 @@ class Reach:
         return set().union(*(by_line[k] for k in lines))
 
     def _quickest(self, tests: Iterable[str]) -> list[str]:
-        return sorted(tests, key=lambda test: (self.seconds[test], test))
+        """The tests in the order of their time, of each one at most some cases."""
+        found: list[str] = []
+        cases: Counter[str] = Counter()
+        for test in sorted(tests, key=lambda test: (self.seconds[test], test)):
+            name = test.partition("[")[0]
+            cases[name] += 1
+            if cases[name] <= _CASES:
+                found.append(test)
+        return found
 
 
 def _test_files(root: Path, paths: Sequence[str]) -> list[Path]:
