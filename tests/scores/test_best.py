@@ -93,6 +93,7 @@ def test_another_finder_is_added_by_its_recorded_actions(tmp_path, capsys):
 def test_what_others_found_stays_when_the_controllers_are_played_anew():
     better = find(DETUMBLE, n=5).improved("somebody", [1, 0, 1], [0.0, 0.0, 0.0])
     again = find(DETUMBLE, better, n=5)
+    assert again.cost == ENVIRONMENTS[DETUMBLE].metrics[0] == "loss"
     assert again.finders == ("somebody", "riccati", "somebody", "riccati", "riccati")
     assert again.policies["riccati"]["efficiency"] < 0.7
 

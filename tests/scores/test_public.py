@@ -5,9 +5,10 @@ from pathlib import Path
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.wrappers import RescaleAction, TransformReward
+from gymnasium.wrappers import RescaleAction, TimeLimit, TransformReward
 
 import rigid_envs
+from rigid_envs.envs import RigidEnv
 from rigid_envs.files import DamagedFileError
 from rigid_envs.scores import (
     best_known,
@@ -80,6 +81,23 @@ def test_wrappers_count_and_settings_are_those_of_the_environment():
     assert found.config == plain.config == {"rotation": "quat", "start_tilt": 0.05}
     np.testing.assert_allclose(found.values["return"], 2.0 * plain.values["return"])
     assert found.best is None and found.efficiency is None
+
+
+def test_an_environment_that_is_given_stays_open():
+    env = gym.make(TOP)
+    rigid_envs.evaluate(TOP, "zero", n=2, env=env)
+    assert env.reset(seed=3)[0].shape == env.observation_space.shape
+    env.close()
+
+
+def test_an_environment_without_a_registered_id_is_played_and_has_no_cost():
+    env = TimeLimit(RigidEnv(rigid_envs.ENVIRONMENTS[TOP].task), 300)
+    found = rigid_envs.evaluate("Mine/Top-v0", pd, n=3, env=env)
+    expected = rigid_envs.evaluate(TOP, pd, n=3)
+    for name in ("success", "return", "length", "cost"):
+        np.testing.assert_allclose(found.values[name], expected.values[name], rtol=1e-12)
+    assert (found.env_id, found.config, found.cost, found.best) == ("Mine/Top-v0", {}, None, None)
+    assert found.efficiency is None and found.gap is None and found.row()["cost"] is None
 
 
 @pytest.mark.parametrize("config", [{"rotation": "rot6d"}, {"weight_upright": 0.5}])
