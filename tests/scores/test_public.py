@@ -1,5 +1,6 @@
 """`rigid_envs.evaluate`: any policy, any form of the environment, the same figures."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium as gym
@@ -135,6 +136,17 @@ def test_figures_follow_from_the_starts():
     lucky = found.against(np.full(300, 1e9))
     assert lucky.records.sum() == won == lucky.efficiencies.sum()
     assert f"from {won} starts" in str(lucky)
+
+
+def test_the_gap_is_over_the_mean_bound_of_the_successes_if_there_is_one_above_zero():
+    found = rigid_envs.evaluate(TOP, "lqr", n=5)
+    assert found.successes.all()
+    bounded = replace(found, bounds=np.full(5, 0.25 * found.costs.mean()))
+    assert bounded.costs.mean() < 4.0 and bounded.gap == pytest.approx(3.0, rel=1e-12)
+    assert replace(found, bounds=np.zeros(5)).gap is None
+    assert replace(found, bounds=None).gap is None
+    lost = replace(bounded, values={**found.values, "success": np.zeros(5)})
+    assert lost.gap is None and np.isnan(lost.mean(lost.costs))
 
 
 def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
