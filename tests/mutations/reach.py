@@ -66,6 +66,8 @@ class Reach:
                 found = python.run(
                     words_for([file]), _LIMIT, measured=[f"rigid_envs/{p}" for p in PACKAGES]
                 )
+                if found.late:
+                    raise RuntimeError(f"{file} takes longer than {_LIMIT:g} s")
                 for test in found.failed:
                     print(f"{test} fails without any bug: it is left out", file=sys.stderr)
                 _FOLDER.mkdir(exist_ok=True)

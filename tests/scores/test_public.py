@@ -99,6 +99,9 @@ def test_an_environment_without_a_registered_id_is_played_and_has_no_cost():
         np.testing.assert_allclose(found.values[name], expected.values[name], rtol=1e-12)
     assert (found.env_id, found.config, found.cost, found.best) == ("Mine/Top-v0", {}, None, None)
     assert found.efficiency is None and found.gap is None and found.row()["cost"] is None
+    # nor does it say which settings it has, whose task it may be said to be
+    again = rigid_envs.evaluate(TOP, pd, n=3, env=env)
+    assert again.config == {} and again.cost is not None
 
 
 @pytest.mark.parametrize("config", [{"rotation": "rot6d"}, {"weight_upright": 0.5}])
