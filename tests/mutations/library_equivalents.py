@@ -160,4 +160,28 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "1e-12 -> 2e-12",
         "roundings are far below either tolerance, and figures far above",
     ),
+    Equivalent(
+        "rigid_envs/envs/single.py",
+        "RigidEnv.step",
+        (
+            "if action.__class__ is ndarray and action.dtype is FLOAT32 and action.shape == "
+            "self._shape:"
+        ),
+        "if action.__class__ is ndarray and action.dtype is FLOAT32 and (actio... -> if False",
+        "it is read by the checks then, which take as much time as a step and change no number",
+    ),
+    Equivalent(
+        "rigid_envs/envs/single.py",
+        "RigidEnv.step",
+        "if raised < 0:",
+        "if raised < 0 -> if True",
+        "an action that is finite is checked once more, and passes",
+    ),
+    Equivalent(
+        "rigid_envs/envs/single.py",
+        "RigidEnv._allow_step",
+        ("self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)"),
+        "if left > 0 -> if False",
+        "the length is checked step by step then, as it is after the checked steps",
+    ),
 )
