@@ -168,3 +168,8 @@ def test_human_mode_renders_in_each_reset_and_step_and_no_other_mode_does(kind, 
             act()
             found.append(len(shown))
         assert found == counts
+
+
+def test_the_camera_may_look_at_any_point_from_right_above():
+    camera = {"target": (1.0, -2.0, 0.5), "elevation": 90.0}
+    RigidEnv("rigid_envs.tasks:BallPark", camera=camera)

@@ -184,4 +184,21 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "if left > 0 -> if False",
         "the length is checked step by step then, as it is after the checked steps",
     ),
+    Equivalent(
+        "rigid_envs/envs/vector.py",
+        "RigidVectorEnv.reset",
+        "with undone_if_refused(self) if start.state else nullcontext():",
+        "if start.state -> if True",
+        "without a state nothing that is drawn can be refused: there is nothing to undo",
+    ),
+    Equivalent(
+        "rigid_envs/envs/vector.py",
+        "RigidVectorEnv.__init__",
+        (
+            "self._shape = None if self.task.n_choices else (self.num_envs, "
+            "len(self.task.actions()))"
+        ),
+        "if self.task.n_choices -> if True",
+        "every action is checked in full then, which changes no number",
+    ),
 )
