@@ -1,6 +1,7 @@
 """The mutation test: which wrong signs are planted, where, and that one is noticed."""
 
 import ast
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -10,7 +11,11 @@ from tests.mutations.__main__ import SOURCES, main
 from tests.mutations.application import Checkout
 from tests.mutations.bugs import BUGS, Bug
 from tests.mutations.equivalents import EQUIVALENTS
+from tests.mutations.library import LibraryCopy, all_changes
+from tests.mutations.library_equivalents import EQUIVALENTS as LIBRARY_EQUIVALENTS
 from tests.mutations.mutants import mutants_of
+from tests.mutations.operators import changes_of, sampled
+from tests.mutations.reach import PACKAGES, Reach
 from tests.mutations.trials import ROOT, PackageCopy
 
 SOURCE = '''
@@ -126,6 +131,102 @@ def test_a_bug_in_a_copy_of_the_checkout_is_noticed_and_one_that_changes_nothing
         assert copy.trial(bug) == "test_json_has_one_spelling_and_no_nan"
         assert copy.trial(bug._replace(new="sort_keys=bool(1)")) == ""
         assert (copy.folder / source).read_bytes() == (ROOT / source).read_bytes()
+    finally:
+        copy.close()
+
+
+PLAIN = '''
+"""Texts stay as they are: 1 + 2."""
+from typing import TYPE_CHECKING
+
+__all__ = ["f"]
+if TYPE_CHECKING:
+    import math
+LIMIT: "tuple[1, 2]" = 0.0
+
+
+@cache(3)
+def f(x: "1 + 1", y=-1) -> "2 * 2":
+    """Not 3 < 4."""
+    require(x < 5, x + 6, "x", f"{y + 7}")
+    if not x and y is None:
+        raise ValueError(f"{x * 8}" + "9")
+    if x in y:
+        y += 2.0
+        g(min(x, y))
+    assert x == 10
+    return any(y) if x else x - y
+
+
+class A:
+    def __repr__(self):
+        return 1 + 2
+'''
+
+
+def test_plain_python_has_these_bugs_and_no_others() -> None:
+    assert [(c.function, c.line, c.what) for c in changes_of(PLAIN, "a.py")] == [
+        ("module", 8, "0.0 -> 1.0"),
+        ("module", 12, "-1 -> 0"),
+        ("f", 14, "require(x < 5, x + 6, 'x', f'{y + 7}') -> pass"),
+        ("f", 14, "x < 5 -> x <= 5"),
+        ("f", 14, "5 -> 6"),
+        ("f", 15, "not x -> x"),
+        ("f", 15, "if not x and y is None -> if False"),
+        ("f", 15, "not x and y is None -> not x or y is None"),
+        ("f", 15, "y is None -> y is not None"),
+        ("f", 17, "if x in y -> if False"),
+        ("f", 17, "if x in y -> if True"),
+        ("f", 17, "x in y -> x not in y"),
+        ("f", 18, "y += 2.0 -> y -= 2.0"),
+        ("f", 18, "2.0 -> 4.0"),
+        ("f", 19, "g(min(x, y)) -> pass"),
+        ("f", 19, "min(x, y) -> max(x, y)"),
+        ("f", 21, "any(y) -> all(y)"),
+        ("f", 21, "if x -> if False"),
+        ("f", 21, "if x -> if True"),
+        ("f", 21, "x - y -> x + y"),
+    ]
+
+
+def test_a_bug_changes_its_place_in_the_bytes_of_the_source_and_nothing_else() -> None:
+    source = '"""Kovalevskaya\'s ψ."""\n\n\ndef f(x):\n    return "ψ", (x) < (2)  # ψ\n'
+    planted = {c.what: c.planted(source) for c in changes_of(source, "a.py")}
+    assert planted == {
+        "x < 2 -> x <= 2": source.replace("(x) < (2)", "(x <= 2)"),
+        "2 -> 3": source.replace("2", "(3)"),
+    }
+
+
+def test_a_sample_is_the_same_whatever_stands_around_it() -> None:
+    changes = changes_of(PLAIN, "a.py")
+    drawn = sampled(changes, 5, 0)
+    assert len(drawn) == 5 and drawn == sorted(drawn, key=changes.index)
+    assert drawn == sampled([c for c in changes if c in drawn or c.line != 15], 5, 0)
+    assert drawn != sampled(changes, 5, 1)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_bugs_that_are_argued_away_are_still_in_the_library(package: str) -> None:
+    keys = {change.key for change in all_changes(package)}
+    assert len(keys) == len(all_changes(package))
+    ours = [e for e in LIBRARY_EQUIVALENTS if e.file.startswith(f"rigid_envs/{package}/")]
+    assert {equivalent.key for equivalent in ours} <= keys
+    assert all(equivalent.why for equivalent in ours)
+
+
+def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it() -> None:
+    copy = LibraryCopy()
+    try:
+        file = "rigid_envs/analytic/elliptic.py"
+        before = (ROOT / file).read_bytes()
+        reach = Reach(ROOT, ("tests/analytic/test_elliptic.py",), copy.python)
+        changes = {c.what: c for c in changes_of(before.decode(), file) if c.function == "jacobi"}
+        trial = copy.noticed(changes["cn / dn -> cn * dn"], reach)
+        assert trial.test.startswith("test_") and 0 < trial.reached < len(reach.seconds)
+        harmless = replace(changes["if m1 == 0.0 -> if False"], new="m1 <= 0.0")
+        assert copy.noticed(harmless, reach).test == ""
+        assert (copy.folder / file).read_bytes() == (ROOT / file).read_bytes() == before
     finally:
         copy.close()
 

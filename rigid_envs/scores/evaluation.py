@@ -124,8 +124,7 @@ def make_rows(env_id: str, n: int, config: Mapping[str, Any] | None = None) -> R
 
 def _own_rows(env_id: str, n: int, config: Mapping[str, Any] | None) -> RigidVectorEnv:
     """Native rows; settings that cannot be are refused here, before anything is played."""
-    if env_id in ENVIRONMENTS:
-        task_of(env_id, config)
+    task_of(env_id, config)
     return make_rows(env_id, n, config)
 
 

@@ -290,6 +290,14 @@ def test_above_the_threshold_an_upright_disk_wobbles_and_below_it_falls():
     assert fast.period == pytest.approx(2.0 * math.pi / wobble, rel=1e-4)
 
 
+def test_a_disk_that_rolls_upright_a_rounding_below_the_threshold_never_nods():
+    # Its frequency squared is -5e-11, beyond the rounding of g / radius. The potential falls from
+    # there by less than its own rounding, in which turning points seem to be near.
+    least = rolling_disk.rolling_threshold(**DISK)
+    assert rolling_disk.lean_frequency_squared(UPRIGHT, 0.0, (1.0 - 1e-12) * least, **DISK) < 0.0
+    assert rolling_disk.fall(UPRIGHT, 0.0, 0.0, (1.0 - 1e-12) * least, **DISK).period == math.inf
+
+
 def test_a_disk_without_any_spin_falls_flat_and_with_a_little_it_stands_up_again():
     flat = rolling_disk.fall(1.0, 0.0, 0.0, 0.0, **DISK)
     assert (flat.theta_min, flat.period) == (0.0, math.inf)

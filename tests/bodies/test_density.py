@@ -154,6 +154,27 @@ def test_densities_that_are_none_are_refused(density, message):
         from_density(density, CUBE)
 
 
+def test_nodes_are_doubled_from_8_to_64_along_each_side():
+    counts = []
+
+    def jump(r):
+        counts.append(len(r))
+        return np.where(r[:, 0] < 0.1, 1.0, 2.0)
+
+    with pytest.raises(ValueError, match="with 64 nodes along each side"):
+        from_density(jump, CUBE)
+    assert counts == [8**3, 16**3, 32**3, 64**3]
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+def test_a_centre_that_has_not_converged_is_refused_whatever_the_unit_of_mass(scale):
+    # The jump is odd: it moves the centre by 1e-4 of a side, of which 64 nodes miss about 1e-4,
+    # far more than 1e-10; no node sees it in the mass, and the moments about the centre lose the
+    # square of its place, of which as much is missed: 1e-12
+    with pytest.raises(ValueError, match=r"^change of the integrals of the density"):
+        from_density(lambda r: scale * (1.0 + 1e-4 * np.sign(r[:, 0])), CUBE)
+
+
 def test_regions_without_volume_are_refused():
     for make, message in (
         (

@@ -188,6 +188,12 @@ def test_a_flat_mesh_is_refused(q, height):
         bodies.from_mesh(flat, CUBE, 1.0)
 
 
+def test_a_plate_that_is_thin_but_not_flat_to_rounding_is_taken():
+    # 16 eps of its tetrahedra are a volume of 2.5e-15
+    plate = bodies.from_mesh(CORNERS * [1.0, 1.0, 2e-14], CUBE, 1.0)
+    assert plate.mass == pytest.approx(2e-14, rel=ROUNDING)
+
+
 @pytest.mark.parametrize(
     ("vertices", "faces", "density", "message"),
     [

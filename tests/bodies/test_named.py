@@ -91,6 +91,28 @@ def test_the_football_is_a_uniform_skin():
     assert ball.mass == pytest.approx(0.411, rel=ROUNDING)
 
 
+def test_book_and_coin_have_the_sizes_that_they_are_described_by():
+    book, coin = bodies.book(), bodies.coin()
+    # A box has I_x = m (b^2 + c^2) / 12, so I_y + I_z - I_x = m a^2 / 6; the thinnest side is left
+    # of differences of the squares of others, 64 times its own
+    moments = np.diag(book.inertia)
+    sides = np.sqrt(6.0 * (moments.sum() - 2.0 * moments) / book.mass)
+    np.testing.assert_allclose([book.mass, *sides], [0.9, 0.16, 0.24, 0.03], rtol=64 * ROUNDING)
+    # A cylinder has C = m r^2 / 2 and A = C / 2 + m h^2 / 12
+    A, _, C = np.diag(coin.inertia)
+    width, height = 2.0 * np.sqrt(2.0 * C / coin.mass), np.sqrt((12.0 * A - 6.0 * C) / coin.mass)
+    # the height is left of a difference of its size: (r / h)^2 = 25 roundings
+    np.testing.assert_allclose(
+        [coin.mass, width, height], [0.0075, 0.02325, 0.00233], rtol=25 * ROUNDING
+    )
+
+
+def test_the_frisbee_has_the_mass_of_the_rules_and_its_measured_moments():
+    disk = bodies.frisbee()
+    assert disk.mass == 0.175
+    np.testing.assert_allclose(np.diag(disk.inertia), [1.219e-3, 1.219e-3, 2.352e-3], rtol=ROUNDING)
+
+
 def test_the_frisbee_is_nearly_flat():
     disk = bodies.frisbee()
     thickness = np.sqrt(-0.5 * bodies.perpendicular_axis(disk) / disk.mass)

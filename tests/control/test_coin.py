@@ -68,6 +68,36 @@ def test_no_plan_is_shorter_than_distance_and_phase_ask_for():
     assert np.mean(length / bound) < 1.5
 
 
+def test_no_first_heading_and_no_number_of_turns_nearby_takes_fewer_steps():
+    """All plans of two rolls whose sum is next to the distance, its opposite or 0, on either side.
+
+    With rolls a and b from the offset D in directions u_1 and u_2: a u_1 + b u_2 = D, a + b = S, so
+    |D - a u_1| = |S - a|, which is linear in a.
+    """
+    y = poses(8, 30, 8.0)
+    plan = PLANNER(y)
+    for k in range(30):
+        D, phase, heading = y[k, 4:6] / COIN.radius, COIN.phase(y[k]), COIN.heading(y[k])
+        sums = 2.0 * np.pi * np.arange(-15, 16) - phase
+        distance = np.hypot(*D)
+        nearby = set()
+        for target in (distance, -distance):
+            nearby |= {sums[sums >= target].min(), sums[sums <= target].max()}
+        for S in nearby:
+            first = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
+            u = np.stack([np.cos(first), np.sin(first)])
+            a = 0.5 * (S**2 - distance**2) / (S - D @ u)
+            rest = D[:, None] - a * u
+            b = S - a
+            second = np.arctan2(np.sign(b) * rest[1], np.sign(b) * rest[0])
+            turns = [first - heading, second - first, -second]
+            turns = [np.abs((turn + np.pi) % (2.0 * np.pi) - np.pi) for turn in turns]
+            # a part of a step that is rounding counts as none, as in the plan
+            steps = sum(np.ceil(turn / SIZES[1] - 1e-9) for turn in turns)
+            steps += sum(np.ceil(np.abs(roll) / SIZES[0] - 1e-9) for roll in (a, b))
+            assert plan.steps[k] <= steps.min()
+
+
 @pytest.mark.parametrize(
     ("pose", "legs"),
     [

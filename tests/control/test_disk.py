@@ -93,6 +93,20 @@ def test_the_lean_that_a_circle_asks_for_does_not_move_whatever_the_torque(shape
 
 
 @pytest.mark.parametrize("shape", DISKS)
+def test_the_lean_that_is_asked_for_does_not_move_far_from_upright_either(shape):
+    law, rng = law_of(shape), np.random.default_rng(3)
+    circle = Rolling(*rng.uniform([-0.9, 0, 0.5, 2], [0.9, 0, 1, 3], (20, 4)).T)
+    y = rolling_state(circle._replace(rate=np.full(20, 0.05)))
+    now = rolling(law.disk.advance(y, law.inputs(np.zeros((20, 1))), 0.02, 4))
+    off = now.lean - circle.lean
+    assert np.median(np.abs(off)) > 3e-4
+    # One step of Newton's method: a slope that is wrong by a part in ten is 1e-4 off and more, the
+    # next order, with derivatives of size 1, some 1e-6
+    left = off + law.to_go(now, law.curvature(circle))
+    assert (np.abs(left) < 5.0 * off**2).all()
+
+
+@pytest.mark.parametrize("shape", DISKS)
 def test_the_sampled_closed_loop_is_stable_at_every_stiffness(shape):
     law = law_of(shape)
     disk = law.disk

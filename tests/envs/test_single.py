@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS
-from rigid_envs.envs import RigidEnv, RigidGoalEnv
+from rigid_envs.envs import RigidEnv, RigidGoalEnv, RigidVectorEnv
 from rigid_envs.tasks import ConfigError
 from rigid_envs.tasks.fields import span
 from rigid_envs.testing.environments import CONTINUOUS, GOALS, IDS, break_physics, flat
@@ -144,8 +144,10 @@ def test_settings_of_pictures_are_refused_by_key(key, value):
         ("distance", "far"),
         ("azimuth", float("nan")),
         ("elevation", 91.0),
+        ("elevation", -91.0),
         ("field_of_view", 0.0),
         ("target", (0.0, 1.0)),
+        ("target", (0.0, 1.0, 2.0, 3.0)),
         ("target", (0.0, 1.0, float("inf"))),
         ("follow", 3),
     ],
@@ -153,3 +155,21 @@ def test_settings_of_pictures_are_refused_by_key(key, value):
 def test_wrong_fields_of_the_camera_are_refused_by_name(field, value):
     with pytest.raises(ConfigError, match=rf"^config\.camera\.{field}: {field} = .*expected"):
         RigidEnv("rigid_envs.tasks:BallPark", camera={field: value})
+
+
+@pytest.mark.parametrize("kind", [RigidEnv, RigidVectorEnv])
+def test_human_mode_renders_in_each_reset_and_step_and_no_other_mode_does(kind, monkeypatch):
+    for mode, counts in (("human", [1, 2, 3, 4]), ("rgb_array", [0] * 4)):
+        rows = {"num_envs": 2} if kind is RigidVectorEnv else {}
+        env, shown = kind("rigid_envs.tasks:BallPark", render_mode=mode, **rows), []
+        monkeypatch.setattr(env, "render", lambda shown=shown: shown.append(True))
+        found, still = [], np.zeros(env.action_space.shape, np.float32)
+        for act in (env.reset, lambda: env.step(still), lambda: env.step(still), env.reset):  # noqa: B023
+            act()
+            found.append(len(shown))
+        assert found == counts
+
+
+def test_the_camera_may_look_at_any_point_from_right_above():
+    camera = {"target": (1.0, -2.0, 0.5), "elevation": 90.0}
+    RigidEnv("rigid_envs.tasks:BallPark", camera=camera)

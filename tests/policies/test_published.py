@@ -3,6 +3,7 @@
 import random
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from rigid_envs.policies import FOLDER, load, published
 from rigid_envs.provenance import commit
 from rigid_envs.scores import evaluate, read_evaluation
 from rigid_envs.scores.published import published_evaluation, published_record, recheck
-from rigid_envs.scores.records import read_record, record_file, write_record
+from rigid_envs.scores.records import read_record, read_records, record_file, write_record
 
 ROOT = Path(__file__).parents[2]
 NAMES = published()
@@ -80,6 +81,38 @@ def test_the_last_digit_counts(tmp_path: Path) -> None:
     (tmp_path / f"{name}.safetensors").write_bytes(data[:-1])
     with pytest.raises(ValueError, match="not a file of this program"):
         recheck(name, folder=tmp_path)
+
+
+def test_an_evaluation_of_fewer_starts_is_no_repetition() -> None:
+    record = published_record(NAMES[0])
+    few = replace(record, successes=record.successes[:9], costs=record.costs[:9])
+    assert few.differences(published_evaluation(NAMES[0])) == ["500 starts; the record has 9"]
+
+
+def test_records_of_a_part_of_the_evaluation_set_are_passed_over(tmp_path: Path) -> None:
+    record = published_record(NAMES[0])
+    few = replace(record, successes=record.successes[:9], costs=record.costs[:9])
+    elsewhere = replace(record, env_id="Mine/Top-v0")
+    for name, each in (("a", record), ("b", few), ("c", elsewhere)):
+        write_record(tmp_path / "folder" / f"{name}.json", each)
+    (found,) = read_records(tmp_path)
+    assert (found.env_id, len(found.costs)) == (record.env_id, 500)
+
+
+def test_a_rate_at_the_end_of_the_published_interval_is_within_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = NAMES[0]
+    for file in FOLDER.glob(f"{name}.*"):
+        shutil.copy(file, tmp_path)
+    won = np.ones(500, dtype=bool)  # the interval of a rate of 1 ends there
+    write_record(tmp_path / f"{name}.json", replace(published_record(name), successes=won))
+    like = published_evaluation(name)
+    for rate, held in ((1.0, True), (0.9, False)):
+        success = {"success": (np.arange(500) < 500 * rate).astype(np.float64)}
+        found = replace(like, values={**like.values, **success})
+        monkeypatch.setattr("rigid_envs.scores.published.evaluate", lambda *a, f=found, **k: f)
+        assert (recheck(name, OTHER_SEED, tmp_path).differences == ()) == held
 
 
 def test_the_command_shows_what_holds_and_refuses_what_is_not_there(capsys: Capture) -> None:

@@ -82,6 +82,14 @@ def test_wrong_render_rows_are_refused(rows):
         gym.make_vec(PARK, num_envs=4, render_rows=rows)
 
 
+def test_pictures_are_squares_of_480_pixels_unless_told_otherwise():
+    envs = gym.make_vec(PARK, num_envs=1, render_mode="rgb_array")
+    envs.reset(seed=0)
+    for picture in (played(PARK, 1).render(), *envs.render()):
+        assert picture.shape == (480, 480, 3)
+    assert played(PARK, 1, width=64, height=32).render().shape == (32, 64, 3)
+
+
 def test_camera_is_an_argument():
     left, right = (
         played(PARK, camera={"azimuth": azimuth}).render().astype(int) for azimuth in (0.0, 90.0)

@@ -10,6 +10,7 @@ from rigid_envs.scores import (
     probability_of_improvement,
     stratified_band,
     stratified_bootstrap,
+    wilson_interval,
 )
 
 RUNS = [[0.1, 0.2, 0.9], [0.4, 0.5, 0.6, 0.7, 0.8]]
@@ -81,3 +82,10 @@ def test_what_is_no_runs_is_refused() -> None:
         interquartile_mean([])
     with pytest.raises(ValueError, match=r"others = 1 ids; expected 2"):
         probability_of_improvement(RUNS, RUNS[:1])
+
+
+@pytest.mark.parametrize(("won", "n"), [(0, 7), (1, 7), (6, 7), (7, 7), (131, 500), (1, 1)])
+def test_the_interval_of_a_rate_is_that_of_wilson(won: int, n: int) -> None:
+    theirs = stats.binomtest(won, n).proportion_ci(0.95, method="wilson")
+    # the quantile of the normal distribution is written with 15 digits or more
+    np.testing.assert_allclose(wilson_interval(won, n), theirs, rtol=1e-13, atol=1e-16)

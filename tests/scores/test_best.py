@@ -71,6 +71,12 @@ def test_a_file_is_read_as_it_was_written_and_damaged_ones_are_refused(tmp_path)
             read_best(file)
 
 
+def test_what_is_best_is_known_of_the_id_itself_and_of_no_other_of_its_name():
+    assert best_known(DETUMBLE).env_id == DETUMBLE
+    assert best_known("Mine/Detumble-v0") is None
+    assert best_known("Mine/Nothing-v0") is None
+
+
 def test_another_finder_is_added_by_its_recorded_actions(tmp_path, capsys):
     brake = from_controller(reference_controllers(DETUMBLE)["brake"], "brake")
     replay = record_starts(brake, DETUMBLE, 5, "somebody").save(tmp_path / "found.npz")
@@ -93,6 +99,7 @@ def test_another_finder_is_added_by_its_recorded_actions(tmp_path, capsys):
 def test_what_others_found_stays_when_the_controllers_are_played_anew():
     better = find(DETUMBLE, n=5).improved("somebody", [1, 0, 1], [0.0, 0.0, 0.0])
     again = find(DETUMBLE, better, n=5)
+    assert again.cost == ENVIRONMENTS[DETUMBLE].metrics[0] == "loss"
     assert again.finders == ("somebody", "riccati", "somebody", "riccati", "riccati")
     assert again.policies["riccati"]["efficiency"] < 0.7
 

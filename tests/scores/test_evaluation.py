@@ -13,7 +13,7 @@ from rigid_envs.scores import (
     reference_controllers,
 )
 from rigid_envs.scores.evaluation import make_rows
-from rigid_envs.scores.sampling import Rollouts, sampling
+from rigid_envs.scores.sampling import Rollouts, SamplingController, sampling
 from rigid_envs.scores.starts import row_seeds
 from rigid_envs.scores.theory import least_time, limit_of
 
@@ -160,6 +160,26 @@ def test_rollouts_cost_what_rows_are_paid_until_they_end(name, config):
     assert 0 < n_ended < n * k
 
 
+def test_rollouts_towards_a_goal_cost_the_square_of_the_distance_too():
+    n, k, steps = 3, 2, 5
+    envs = make_rows("RigidEnvs/BallParkGoal-v0", n)
+    envs.reset(seed=0)
+    state, rng = envs.get_state(), np.random.default_rng(0)
+    actions = rng.uniform(-1.0, 1.0, (steps, n, k, 2)).astype(np.float32)
+    costs = Rollouts(envs.task, n, k)(state, actions)
+    for j in range(k):
+        envs.reset(seed=0)
+        expected = np.zeros(n)
+        for action in actions[:, :, j]:
+            seen, rewards, terminated, truncated, _ = envs.step(action)
+            assert not (terminated | truncated).any()
+            away = seen["achieved_goal"].astype(np.float64) - seen["desired_goal"]
+            expected += np.sum(away**2, axis=-1) - rewards
+        # goals are float32, and so is their difference before it is squared
+        rtol = 4.0 * float(np.finfo(np.float32).eps)
+        np.testing.assert_allclose(costs[:, j], expected, rtol=rtol)
+
+
 def test_sampling_solves_the_grid_that_the_random_policy_does_not():
     env_id = "RigidEnvs/BallGrid-v0"
     found = evaluate(env_id, "sampling", n=5)
@@ -178,6 +198,49 @@ def test_sampling_does_in_a_row_what_it_does_in_it_alone():
         np.testing.assert_array_equal(actions[-1:], action)
         envs.step(actions.astype(np.float32))
         one.step(action.astype(np.float32))
+
+
+def test_what_is_due_is_the_first_step_of_the_plan():
+    class Ramp:
+        """Its plans are 0.1, 0.2, 0.3, whatever they cost."""
+
+        n_samples = 2
+        fresh = ()
+
+        def start(self, lead, n_action):
+            self.fresh = (*self.fresh, *lead)
+            return np.zeros((3, *lead, n_action))
+
+        def draw(self, rng, n_action):
+            return None
+
+        def sample(self, plan, draws):
+            return np.repeat(plan[..., None, :], self.n_samples, axis=-2)
+
+        def improve(self, samples, costs):
+            assert costs.shape == samples.shape[1:3]
+            return np.broadcast_to([[[0.1]], [[0.2]], [[0.3]]], samples[..., 0, :].shape)
+
+        def shift(self, plan):
+            return np.concatenate([plan[1:], plan[-1:]])
+
+    envs = make_rows(TOP, 3)
+    envs.reset(seed=0)
+    ramp = Ramp()
+    controller = SamplingController(ramp, np.random.default_rng(0))
+    np.testing.assert_array_equal(controller(envs), np.full((3, 2), 0.1))
+    envs.step(np.full((3, 2), 0.1, np.float32))
+    controller(envs)
+    assert ramp.fresh[-2:] == (3, 0)  # rows that have begun go on with their plans
+
+
+@pytest.mark.parametrize("env_id", [TOP, DETUMBLE, "RigidEnvs/BallGrid-v0"])
+def test_plans_that_are_drawn_look_three_seconds_ahead_and_thirty_steps_at_least(env_id):
+    task = make_rows(env_id, 1).task
+    horizon = sampling(task).planner.horizon
+    assert horizon >= 30 and horizon * task.dt >= 3.0 - 0.5 * task.dt
+    assert horizon == 30 or horizon * task.dt <= 3.0 + 0.5 * task.dt
+    assert sampling(task, horizon=7).planner.horizon == 7
 
 
 def test_every_id_has_metrics_that_matter():

@@ -8,7 +8,7 @@ from rigid_envs.files import DamagedFileError
 from rigid_envs.scores import best_known, evaluate
 from rigid_envs.scores.best import file_of
 from rigid_envs.scores.finding import replayed
-from rigid_envs.scores.planner import RECIPES, recipe_of
+from rigid_envs.scores.planner import RECIPES, recipe_of, spread
 from rigid_envs.scores.plans import FOLDER, PLANNER, StoredPlans, file_of_plans, read_plans
 from rigid_envs.scores.plans import write_plans as write
 
@@ -86,3 +86,17 @@ def test_every_recipe_names_an_id():
     from rigid_envs import ENVIRONMENTS
 
     assert {f"RigidEnvs/{name}-v0" for name in RECIPES} <= set(ENVIRONMENTS)
+
+
+def test_plans_are_spread_over_the_steps_there_are_in_equal_parts():
+    actions = np.zeros((3, 3, 1))
+    actions[:, 0, 0], actions[:, 1, 0] = [1.0, 0.5, 0.0], [0.6, 0.0, 0.0]  # the third one rests
+    slowed = spread(actions, 7, slowed=True)[..., 0].T
+    np.testing.assert_allclose(slowed[0], [1 / 3] * 3 + [0.5 / 3] * 3 + [0.0], rtol=1e-15)
+    np.testing.assert_allclose(slowed[1], [0.6 / 7] * 7, rtol=1e-15)
+    assert not slowed[2].any()
+    as_they_are = spread(actions, 7, slowed=False)[..., 0].T
+    np.testing.assert_array_equal(as_they_are[:2, :3], [[1.0, 0.5, 0.0], [0.6, 0.0, 0.0]])
+    assert not as_they_are[:, 3:].any()
+    # there is no room to split two steps into halves
+    np.testing.assert_array_equal(spread(actions, 3, slowed=True)[:, 0, 0], [1.0, 0.5, 0.0])

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.catalogue import task_of
 from rigid_envs.cli import main
 from rigid_envs.scores import best_known, evaluate
+from rigid_envs.scores.bindings import predictive
 from rigid_envs.scores.controllers import predictive_controllers
 from rigid_envs.scores.policies import untrained_policies
 
@@ -24,6 +26,26 @@ def test_it_is_there_where_the_registry_says_so_and_no_reference_controller():
     for env_id, record in ENVIRONMENTS.items():
         assert ("nmpc" in untrained_policies(env_id)) == (env_id in known)
         assert "nmpc" not in record.controllers
+
+
+@needs_casadi
+@pytest.mark.parametrize(
+    ("name", "periods"), [("IntermediateAxis", 52), ("PivotTop", 156), ("BallPlate", 32)]
+)
+def test_plans_look_as_far_ahead_as_their_descriptions_say(name, periods, monkeypatch):
+    seen = []
+
+    class Seen(predictive.PredictiveControl):
+        def __post_init__(self):
+            super().__post_init__()
+            seen.append(self.intervals)
+
+    monkeypatch.setattr(predictive, "PredictiveControl", Seen)
+    env_id = f"RigidEnvs/{name}-v0"
+    task, (make,) = task_of(env_id), predictive_controllers(env_id).values()
+    make(task)
+    assert sum(seen[0]) == pytest.approx(periods * task.dt, rel=1e-12)
+    assert f"{periods} control periods" in make.__doc__
 
 
 @needs_casadi

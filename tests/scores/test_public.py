@@ -1,13 +1,15 @@
 """`rigid_envs.evaluate`: any policy, any form of the environment, the same figures."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.wrappers import RescaleAction, TransformReward
+from gymnasium.wrappers import RescaleAction, TimeLimit, TransformReward
 
 import rigid_envs
+from rigid_envs.envs import RigidEnv
 from rigid_envs.files import DamagedFileError
 from rigid_envs.scores import (
     best_known,
@@ -82,6 +84,26 @@ def test_wrappers_count_and_settings_are_those_of_the_environment():
     assert found.best is None and found.efficiency is None
 
 
+def test_an_environment_that_is_given_stays_open():
+    env = gym.make(TOP)
+    rigid_envs.evaluate(TOP, "zero", n=2, env=env)
+    assert env.reset(seed=3)[0].shape == env.observation_space.shape
+    env.close()
+
+
+def test_an_environment_without_a_registered_id_is_played_and_has_no_cost():
+    env = TimeLimit(RigidEnv(rigid_envs.ENVIRONMENTS[TOP].task), 300)
+    found = rigid_envs.evaluate("Mine/Top-v0", pd, n=3, env=env)
+    expected = rigid_envs.evaluate(TOP, pd, n=3)
+    for name in ("success", "return", "length", "cost"):
+        np.testing.assert_allclose(found.values[name], expected.values[name], rtol=1e-12)
+    assert (found.env_id, found.config, found.cost, found.best) == ("Mine/Top-v0", {}, None, None)
+    assert found.efficiency is None and found.gap is None and found.row()["cost"] is None
+    # nor does it say which settings it has, whose task it may be said to be
+    again = rigid_envs.evaluate(TOP, pd, n=3, env=env)
+    assert again.config == {} and again.cost is not None
+
+
 @pytest.mark.parametrize("config", [{"rotation": "rot6d"}, {"weight_upright": 0.5}])
 def test_what_is_seen_and_paid_leaves_the_best_known_as_it_is(config):
     found, plain = (rigid_envs.evaluate(TOP, "lqr", n=5, config=c) for c in (config, {}))
@@ -117,6 +139,17 @@ def test_figures_follow_from_the_starts():
     lucky = found.against(np.full(300, 1e9))
     assert lucky.records.sum() == won == lucky.efficiencies.sum()
     assert f"from {won} starts" in str(lucky)
+
+
+def test_the_gap_is_over_the_mean_bound_of_the_successes_if_there_is_one_above_zero():
+    found = rigid_envs.evaluate(TOP, "lqr", n=5)
+    assert found.successes.all()
+    bounded = replace(found, bounds=np.full(5, 0.25 * found.costs.mean()))
+    assert bounded.costs.mean() < 4.0 and bounded.gap == pytest.approx(3.0, rel=1e-12)
+    assert replace(found, bounds=np.zeros(5)).gap is None
+    assert replace(found, bounds=None).gap is None
+    lost = replace(bounded, values={**found.values, "success": np.zeros(5)})
+    assert lost.gap is None and np.isnan(lost.mean(lost.costs))
 
 
 def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):

@@ -3,6 +3,7 @@
 import json
 import locale
 import shutil
+from dataclasses import replace
 
 import pytest
 
@@ -46,6 +47,13 @@ def test_another_policy_is_told_by_the_numbers_that_differ(saved):
     assert any(
         line.startswith(f"return: {N} of {N} starts differ, start 0 first") for line in differences
     )
+
+
+def test_a_quantity_that_was_not_yet_counted_is_told(tmp_path):
+    found = evaluate(ID, "brake", n=N)
+    values = {name: each for name, each in found.values.items() if name != "time"}
+    file = replace(found, values=values).save(tmp_path / "row.json")
+    assert repeat(file).differences == ("time: only now",)
 
 
 @pytest.mark.parametrize("policy", ["brake", "zero", "random"])

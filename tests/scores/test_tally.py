@@ -28,6 +28,7 @@ def test_an_episode_counts_as_in_an_evaluation(env_id: str, seed: int) -> None:
         actions.append(env.action_space.sample())
         _, reward, terminated, truncated, info = env.step(actions[-1])
         tally.add(reward, terminated, truncated, info)
+        assert tally.success == info["is_success"]
         over = terminated or truncated
     left = iter(actions)
     theirs = play(lambda _: np.array([next(left)]), make_rows(env_id, 1), [seed], record.error)

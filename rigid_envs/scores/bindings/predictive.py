@@ -24,7 +24,7 @@ def held_spin(task: IntermediateAxis) -> Controller:
 
 
 def balanced_top(task: PivotTop) -> Controller:
-    """Least acceleration over a horizon of 164 control periods."""
+    """Least acceleration over a horizon of 156 control periods."""
     problem = BalancedTop(top_of(task), task.push)
     law = PredictiveControl(problem, doubling(task.dt, 4, 4, 4, 4, 6))
     return predicting(law, task.dt, _PERIOD)

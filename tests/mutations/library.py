@@ -1,0 +1,230 @@
+"""Mutation test of the library's plain Python: its tests must notice each planted bug.
+
+Run from the checkout: ``python -m tests.mutations.library [--sample 320 --seed 0] [--only WORD]
+[--jobs 2] [--seconds 60] [--json FILE [--again]]``. The bugs (`operators.py`) are drawn in equal
+shares from the packages of `reach.PACKAGES`. Every test file is run once, measured; then for each
+bug the tests that reach its line run in a copy of the checkout, the quickest first, until one
+fails: seconds each. Prints a table; the status is 1 if a bug survives that is not argued away in
+`library_equivalents.py`, or if one that is argued away no longer survives.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from math import inf
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any, NamedTuple
+
+from tests.mutations.application import ROOT, Checkout
+from tests.mutations.library_equivalents import EQUIVALENTS
+from tests.mutations.operators import Change, changes_of, sampled
+from tests.mutations.reach import PACKAGES, Reach, words_for
+from tests.mutations.warm import WarmPython
+
+__all__ = ["LibraryCopy", "Trial", "all_changes", "main"]
+
+_KEY = ("file", "function", "text", "what")
+_FACTOR, _START = 5.0, 60.0  # a bug that takes so many times its tests, and [s] more, never ends
+
+
+class Trial(NamedTuple):
+    """What came of a bug.
+
+    Attributes:
+        change: The bug.
+        test: The test that noticed it, or how else it was noticed; empty if nothing did.
+        reached: Number of tests that reach it.
+    """
+
+    change: Change
+    test: str
+    reached: int
+
+
+class LibraryCopy(Checkout):
+    """A copy of the checkout, and a process in it that is ready to run tests."""
+
+    def __init__(self, root: Path = ROOT) -> None:
+        super().__init__(root)
+        self.python = WarmPython(self.folder)
+
+    def close(self) -> None:
+        """End the process and remove the copy."""
+        self.python.close()
+        super().close()
+
+    def noticed(self, change: Change, reach: Reach, budget: float = inf) -> Trial:
+        """Plant a bug, run the tests that reach it, and restore the source.
+
+        Args:
+            change: The bug.
+            reach: Tests, and the lines that they reach.
+            budget: Time that tests may have taken without the bug, all in all [s].
+        """
+        tests = reach.tests_of(change)
+        chosen = reach.within(budget, [*tests, *reach.beside(change)])
+        path = self.folder / change.file
+        source = path.read_text(encoding="utf-8")
+        path.write_text(change.planted(source), encoding="utf-8")
+        try:
+            return Trial(change, self._failing_of(chosen, reach), len(tests))
+        finally:
+            path.write_text(source, encoding="utf-8")
+
+    def _failing_of(self, tests: Sequence[str], reach: Reach) -> str:
+        """The first of the tests that fails; empty if none does."""
+        if not tests:
+            return ""
+        limit = _FACTOR * sum(reach.seconds[test] for test in tests) + _START
+        files = dict.fromkeys(test.partition("::")[0] for test in tests)
+        found = self.python.run(["-x", *words_for(files)], limit, order=tests)
+        if found.late:
+            return f"none: {limit:.0f} s are up"
+        if not found.failed and found.passed == 0:
+            raise RuntimeError(f"no tests ran: {found.said}")
+        return found.failed[0].rpartition("::")[2].partition("[")[0] if found.failed else ""
+
+
+def all_changes(package: str) -> list[Change]:
+    """Every bug that can be planted in a package."""
+    paths = sorted((ROOT / "rigid_envs" / package).rglob("*.py"))
+    return [
+        change
+        for path in paths
+        for change in changes_of(
+            path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix()
+        )
+    ]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Plant the bugs, run the tests, and print the table."""
+    options = _options(argv)
+    chosen = _chosen(options)
+    known = _known(options.json, options.again)
+    copies = [LibraryCopy() for _ in range(options.jobs)]
+    try:
+        trials = [
+            trial
+            for package, changes in chosen.items()
+            for trial in _try_all(package, changes, known, copies, options)
+        ]
+    finally:
+        for copy in copies:
+            copy.close()
+    argued = {equivalent.key: equivalent.why for equivalent in EQUIVALENTS}
+    print("| bug | where | noticed by |\n|---|---|---|")
+    for trial in trials:
+        change = trial.change
+        print(f"| `{change.what}` | {_place(change)} | {_verdict(trial, argued)} |")
+    print("\n| package | bugs | noticed | argued | survived |\n|---|---:|---:|---:|---:|")
+    for package in chosen:
+        here = [t for t in trials if t.change.file.startswith(f"rigid_envs/{package}/")]
+        verdicts = [_verdict(trial, argued).partition(":")[0] for trial in here]
+        counts = verdicts.count("ARGUED"), verdicts.count("SURVIVED")
+        print(
+            f"| {package} | {len(here)} | {len(here) - sum(counts)} | {counts[0]} | {counts[1]} |"
+        )
+    wrong = [t for t in trials if bool(t.test) == (t.change.key in argued)]
+    print(f"\n{len(trials)} bugs, {len(wrong)} not as they should.")
+    return 1 if wrong else 0
+
+
+def _options(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser("tests.mutations.library", allow_abbrev=False)
+    parser.add_argument("--sample", type=int, default=320, help="so many bugs, in equal shares")
+    parser.add_argument("--seed", type=int, default=0, help="of the sample")
+    parser.add_argument("--only", metavar="WORD", default="", help="those with it in their file")
+    parser.add_argument("--jobs", type=int, default=1, help="copies at a time")
+    parser.add_argument(
+        "--seconds", type=float, default=60.0, help="of tests for each bug, the quickest first"
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="trials to go on with, and new")
+    parser.add_argument("--again", action="store_true", help="try survivors of FILE again")
+    return parser.parse_args(argv)
+
+
+def _chosen(options: argparse.Namespace) -> dict[str, list[Change]]:
+    """The sample of each package; packages without any are left out."""
+    shares = {
+        package: options.sample // len(PACKAGES) + (k < options.sample % len(PACKAGES))
+        for k, package in enumerate(PACKAGES)
+    }
+    chosen = {
+        package: [
+            change
+            for change in sampled(all_changes(package), share, options.seed)
+            if options.only in change.file
+        ]
+        for package, share in shares.items()
+    }
+    return {package: changes for package, changes in chosen.items() if changes}
+
+
+def _known(file: Path | None, again: bool) -> dict[tuple[str, ...], dict[str, Any]]:
+    """Trials that stand in a file, by the key of their bug; without survivors if again."""
+    if file is None or not file.exists():
+        return {}
+    rows = json.loads(file.read_text(encoding="utf-8"))
+    return {tuple(row[k] for k in _KEY): row for row in rows if row["test"] or not again}
+
+
+def _try_all(
+    package: str,
+    changes: Sequence[Change],
+    known: dict[tuple[str, ...], dict[str, Any]],
+    copies: Sequence[LibraryCopy],
+    options: argparse.Namespace,
+) -> list[Trial]:
+    """Trials of a package; each is written to the file as it is done."""
+    done = {c.key: Trial(c, known[c.key]["test"], known[c.key]["reached"])
+            for c in changes if c.key in known}  # fmt: skip
+    left = [change for change in changes if change.key not in done]
+    free: SimpleQueue[LibraryCopy] = SimpleQueue()
+    for copy in copies:
+        free.put(copy)
+    reach = Reach(ROOT, PACKAGES[package], copies[0].python) if left else None
+
+    def one(change: Change) -> Trial:
+        copy = free.get()
+        try:
+            trial = copy.noticed(change, reach, options.seconds)
+        finally:
+            free.put(copy)
+        said = trial.test or "SURVIVED"
+        print(f"{_place(change)} {change.what}: {said}", file=sys.stderr, flush=True)
+        return trial
+
+    with ThreadPoolExecutor(len(copies)) as pool:
+        for trial in pool.map(one, left):
+            done[trial.change.key] = trial
+            known[trial.change.key] = _row(trial)
+            if options.json:
+                options.json.write_text(
+                    json.dumps([*known.values()], indent=1) + "\n", encoding="utf-8"
+                )
+    return [done[change.key] for change in changes]
+
+
+def _row(trial: Trial) -> dict[str, Any]:
+    values = dict(zip(_KEY, trial.change.key, strict=True))
+    return {**values, "line": trial.change.line, "test": trial.test, "reached": trial.reached}
+
+
+def _place(change: Change) -> str:
+    return f"{change.file}:{change.line}"
+
+
+def _verdict(trial: Trial, argued: dict[tuple[str, str, str, str], str]) -> str:
+    if trial.test:
+        return trial.test
+    if trial.change.key in argued:
+        return f"ARGUED: {argued[trial.change.key]}"
+    return f"SURVIVED: {trial.reached} tests reach it"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,204 @@
+"""Bugs in the library that no test can notice, and why."""
+
+from typing import NamedTuple
+
+__all__ = ["EQUIVALENTS", "Equivalent"]
+
+
+class Equivalent(NamedTuple):
+    """A change that makes no difference that a user could see.
+
+    Attributes:
+        file: Source file, from the root of the checkout.
+        function: Qualified name of the function or class; "module" outside of all.
+        text: Line of the source, without blanks at its ends.
+        what: The code as it is and as it becomes.
+        why: Why no test can notice it.
+    """
+
+    file: str
+    function: str
+    text: str
+    what: str
+    why: str
+
+    @property
+    def key(self) -> tuple[str, str, str, str]:
+        """Identifies the change, as `Change.key`."""
+        return self[:4]
+
+
+EQUIVALENTS: tuple[Equivalent, ...] = (
+    Equivalent(
+        "rigid_envs/bodies/mesh.py",
+        "_check_volume",
+        'require(volume > 0.0, volume, "volume", expected)',
+        "volume > 0.0 -> volume >= 0.0",
+        "a volume of 0 has been refused as flat",
+    ),
+    Equivalent(
+        "rigid_envs/analytic/_phi.py",
+        "module",
+        "_SERIES = [1.0 / math.factorial(2 * n + 3) for n in range(8)]",
+        "8 -> 9",
+        "the ninth term of the series is 5e-17 of the first, less than a rounding",
+    ),
+    Equivalent(
+        "rigid_envs/analytic/heavy_top/_precession.py",
+        "_path",
+        "way = min(d1 - d2, e2 - e1)",
+        "d1 - d2 -> d1 + d2",
+        (
+            "both differences are that of the same two roots: they differ by roundings of 1e-16, "
+            "and are compared to 1e-12"
+        ),
+    ),
+    Equivalent(
+        "rigid_envs/analytic/heavy_top/_start.py",
+        "_start",
+        'qw, qx, qy, qz = (_exact(x, 1.0) for x in exact_array(q0, "q0", 4).tolist())',
+        "1.0 -> 2.0",
+        "what is below about 1e-145 is taken to be 0; where exactly that begins moves no digit",
+    ),
+    Equivalent(
+        "rigid_envs/analytic/rolling_disk/_fall.py",
+        "module",
+        (
+            "_DISTANCES = np.concatenate([[0.0], np.geomspace(1e-14, 1.0, 150), np.arange(1.2, "
+            "36.1, 0.2)])"
+        ),
+        "1.0 -> 2.0",
+        (
+            "edges beyond 1 then overlap: what their panels add telescopes, and none is longer "
+            "than 0.8, on which Gauss's rule is exact to rounding"
+        ),
+    ),
+    Equivalent(
+        "rigid_envs/control/following.py",
+        "FarSightedFollower.regulator",
+        "P = 0.5 * (P + np.swapaxes(P, -1, -2))",
+        "-2 -> -1",
+        "P is symmetric without it, but for roundings",
+    ),
+    Equivalent(
+        "rigid_envs/control/plate.py",
+        "PlateRegulator",
+        "input_weight: float = 1.0",
+        "1.0 -> 2.0",
+        "a default weight is a choice: what is claimed of the regulator holds for any",
+    ),
+    Equivalent(
+        "rigid_envs/control/predicted.py",
+        "HeldSpin.step",
+        "y = casadi().vertcat(1.0, 0.0, 0.0, 0.0, x)",
+        "0.0 -> 1.0 (3)",
+        "what comes after the attitude does not depend on it, as the docstring says",
+    ),
+    Equivalent(
+        "rigid_envs/control/predicted.py",
+        "HeldBall.step",
+        "y, change = ca.vertcat(1.0, 0.0, 0.0, 0.0, x), (self.tilt_rate * a - x[7:]) / h",
+        "0.0 -> 1.0 (3)",
+        "what comes after the attitude does not depend on it, as the docstring says",
+    ),
+    Equivalent(
+        "rigid_envs/control/shortest_path.py",
+        "_starts",
+        (
+            "twist = math.sqrt(2.0 * math.pi * abs(theta[2]))  # a half circle: area length^2 / "
+            "(2 pi)"
+        ),
+        "2.0 -> 4.0",
+        "guesses: angles that go round twice are spread as evenly",
+    ),
+    Equivalent(
+        "rigid_envs/scores/efficiency.py",
+        "efficiencies",
+        "return np.where(won, known, 0.0) / np.where(won, np.maximum(known, cost), 1.0)",
+        "1.0 -> 2.0",
+        "of failures 0 is divided by it",
+    ),
+    Equivalent(
+        "rigid_envs/scores/planner.py",
+        "module",
+        '"SleepingTop": Recipe("lqr", 24, hold=4),',
+        "24 -> 25",
+        "how a plan is searched for is a choice: what it costs is checked when it is replayed",
+    ),
+    Equivalent(
+        "rigid_envs/scores/planner.py",
+        "module",
+        '"SpinCapture": Recipe("separatrix", 12, hold=5, waits=(300, 350, 400)),',
+        "400 -> 401",
+        "how a plan is searched for is a choice: what it costs is checked when it is replayed",
+    ),
+    Equivalent(
+        "rigid_envs/scores/planner.py",
+        "module",
+        '"BallParkDynamic": Recipe("three_rolls", 16, n_steps=60, n_cuts=8),',
+        "60 -> 61",
+        "how a plan is searched for is a choice: what it costs is checked when it is replayed",
+    ),
+    Equivalent(
+        "rigid_envs/scores/planner.py",
+        "module",
+        '"BallParkDynamic": Recipe("three_rolls", 16, n_steps=60, n_cuts=8),',
+        "8 -> 9",
+        "how a plan is searched for is a choice: what it costs is checked when it is replayed",
+    ),
+    Equivalent(
+        "rigid_envs/scores/planner.py",
+        "_first",
+        "if not running.any():",
+        "if not running.any() -> if False",
+        "only time is lost: rows that have ended get actions of 0, with which plans end anyway",
+    ),
+    Equivalent(
+        "rigid_envs/scores/reading.py",
+        "_close",
+        "return bool(np.allclose(told, value, rtol=1e-9, atol=1e-12))",
+        "1e-12 -> 2e-12",
+        "roundings are far below either tolerance, and figures far above",
+    ),
+    Equivalent(
+        "rigid_envs/envs/single.py",
+        "RigidEnv.step",
+        (
+            "if action.__class__ is ndarray and action.dtype is FLOAT32 and action.shape == "
+            "self._shape:"
+        ),
+        "if action.__class__ is ndarray and action.dtype is FLOAT32 and (actio... -> if False",
+        "it is read by the checks then, which take as much time as a step and change no number",
+    ),
+    Equivalent(
+        "rigid_envs/envs/single.py",
+        "RigidEnv.step",
+        "if raised < 0:",
+        "if raised < 0 -> if True",
+        "an action that is finite is checked once more, and passes",
+    ),
+    Equivalent(
+        "rigid_envs/envs/single.py",
+        "RigidEnv._allow_step",
+        ("self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)"),
+        "if left > 0 -> if False",
+        "the length is checked step by step then, as it is after the checked steps",
+    ),
+    Equivalent(
+        "rigid_envs/envs/vector.py",
+        "RigidVectorEnv.reset",
+        "with undone_if_refused(self) if start.state else nullcontext():",
+        "if start.state -> if True",
+        "without a state nothing that is drawn can be refused: there is nothing to undo",
+    ),
+    Equivalent(
+        "rigid_envs/envs/vector.py",
+        "RigidVectorEnv.__init__",
+        (
+            "self._shape = None if self.task.n_choices else (self.num_envs, "
+            "len(self.task.actions()))"
+        ),
+        "if self.task.n_choices -> if True",
+        "every action is checked in full then, which changes no number",
+    ),
+)

@@ -1,0 +1,149 @@
+"""Which tests reach which lines: every test file is run once, measured by `coverage`."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from tests.mutations.operators import Change
+from tests.mutations.warm import Outcome, WarmPython
+
+__all__ = ["CONTRACTS", "PACKAGES", "Reach", "words_for"]
+
+PACKAGES = {
+    "bodies": ("tests/bodies",),
+    "analytic": ("tests/analytic",),
+    "control": ("tests/control",),
+    "scores": ("tests/scores", "tests/leaderboard", "tests/policies/test_published.py"),
+    "envs": (
+        *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
+        "rigid_envs/testing",
+    ),
+}
+"""Packages below `rigid_envs` in which bugs are planted, and the tests of each."""
+
+CONTRACTS = ("RigidEnvs/BallParkGoal-v0", "RigidEnvs/BallGrid-v0")
+"""Ids for which the contract tests are run: there are too many for each bug."""
+
+_CASES = 4  # of a parametrised test, the quickest: others that reach the line seldom notice more
+_FOLDER = Path(tempfile.gettempdir()) / "rigid-envs-reach"
+_LIMIT = 1800.0  # [s] for one file; measured lines take up to twice their time
+
+
+def words_for(files: Iterable[str]) -> list[str]:
+    """Arguments of pytest for test files."""
+    files = list(files)
+    contracts = any(file.startswith("rigid_envs/testing/") for file in files)
+    ids = [word for env_id in CONTRACTS for word in ("--env-id", env_id)]
+    return [*files, *(ids if contracts else [])]
+
+
+class Reach:
+    """Tests, their time, and the lines that each one reaches.
+
+    What was measured stays in the temporary folder of the machine, for as long as neither the test
+    file nor a source file of the packages is edited.
+
+    Args:
+        root: The checkout.
+        paths: Test files and folders of tests.
+        python: Process in a copy of the checkout.
+    """
+
+    def __init__(self, root: Path, paths: Sequence[str], python: WarmPython) -> None:
+        self.seconds: dict[str, float] = {}
+        self._reached: dict[str, dict[int, set[str]]] = {}
+        for path in _test_files(root, paths):
+            file = path.relative_to(root).as_posix()
+            kept = _FOLDER / f"{path.stem}-{_digest(root, path)}.json"
+            if not kept.exists():
+                print(f"measuring {file}", file=sys.stderr, flush=True)
+                found = python.run(
+                    words_for([file]), _LIMIT, measured=[f"rigid_envs/{p}" for p in PACKAGES]
+                )
+                if found.late:
+                    raise RuntimeError(f"{file} takes longer than {_LIMIT:g} s")
+                for test in found.failed:
+                    print(f"{test} fails without any bug: it is left out", file=sys.stderr)
+                _FOLDER.mkdir(exist_ok=True)
+                kept.write_text(json.dumps(found), encoding="utf-8")
+            found = Outcome(*json.loads(kept.read_text(encoding="utf-8")))
+            self.seconds |= {t: s for t, s in found.seconds.items() if t not in found.failed}
+            named = {"": file} | {test: test for test in self.seconds}
+            for source, lines in found.reached.items():
+                by_line = self._reached.setdefault(source, {})
+                for line, tests in lines.items():
+                    by_line.setdefault(int(line), set()).update(
+                        named[t] for t in tests if t in named
+                    )
+
+    def tests_of(self, change: Change) -> list[str]:
+        """Tests that reach a change, the quickest first.
+
+        What runs at an import belongs to all tests that reach its file, or to all there are if
+        none does.
+        """
+        found = self._of(change) & set(self.seconds)
+        return self._quickest(found if found or change.in_body else self.seconds)
+
+    def beside(self, change: Change) -> list[str]:
+        """Other tests of the same files, and of those that reach it while they are collected.
+
+        They may use what a first one has left in a cache, or what was made outside of all tests.
+        """
+        found = self._of(change)
+        files = {test.partition("::")[0] for test in found if change.in_body or "::" in test}
+        return self._quickest(
+            t for t in self.seconds if t.partition("::")[0] in files and t not in found
+        )
+
+    def within(self, budget: float, tests: Iterable[str]) -> list[str]:
+        """The first of the tests that take no longer in all [s]; one at least."""
+        found, total = [], 0.0
+        for test in tests:
+            total += self.seconds[test]
+            if found and total > budget:
+                break
+            found.append(test)
+        return found
+
+    def _of(self, change: Change) -> set[str]:
+        """Tests, and files of tests, that reach a change."""
+        by_line = self._reached.get(change.file, {})
+        first, last = change.lines
+        lines = [k for k in by_line if not change.in_body or first <= k <= last]
+        return set().union(*(by_line[k] for k in lines))
+
+    def _quickest(self, tests: Iterable[str]) -> list[str]:
+        """The tests in the order of their time, of each one at most some cases."""
+        found: list[str] = []
+        cases: Counter[str] = Counter()
+        for test in sorted(tests, key=lambda test: (self.seconds[test], test)):
+            name = test.partition("[")[0]
+            cases[name] += 1
+            if cases[name] <= _CASES:
+                found.append(test)
+        return found
+
+
+def _test_files(root: Path, paths: Sequence[str]) -> list[Path]:
+    """Test files of folders, in order."""
+    files = []
+    for path in paths:
+        inside = sorted((root / path).rglob("test_*.py"))
+        files += inside or [root / path]
+    return files
+
+
+def _digest(root: Path, test: Path) -> str:
+    """Hash of a test file and of the sources that are measured."""
+    sources = [p for name in PACKAGES for p in sorted((root / "rigid_envs" / name).rglob("*.py"))]
+    whole = hashlib.sha256()
+    for path in [test, *sources]:
+        whole.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return whole.hexdigest()[:16]
