@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple
 
 from rigid_envs.kernels import randoms
@@ -250,6 +250,16 @@ class BallParkDynamic(Rolling):
         return (
             *(Entry(f"{k} / radius", "1", "world", -FAR, FAR) for k in "XY"),
             *(Entry(f"V{k} / radius", "1/s", "world", -_FAST, _FAST) for k in "XY"),
+        )
+
+    def observations(self) -> tuple[Entry, ...]:
+        """Those of the frame; on a turntable, which is not mirrored, theta_z has both signs."""
+        entries = super().observations()
+        if self.reduced is None or span(self.turntable_rate) == (0.0, 0.0):
+            return entries
+        return tuple(
+            replace(entry, low=-entry.high) if entry.symbol == "theta_z" else entry
+            for entry in entries
         )
 
     def largest_rate(self, duration: float) -> float:

@@ -167,3 +167,15 @@ def test_a_tilted_plate_is_refused(name):
     envs = rows(2)
     with pytest.raises(ValueError, match=rf"{name} = \[0\. +0\.1\]; expected 0"):
         envs.reset(options={"state": {name: [0.0, 0.1]}})
+
+
+@pytest.mark.parametrize("rate", [-2.0, 1.0, (0.0, 2.0)])
+def test_what_is_seen_on_a_turntable_is_in_the_space(rate):
+    config = {"frame": "reduced", "turntable_rate": rate, "n_substeps": 30}
+    envs = RigidVectorEnv("rigid_envs.tasks:BallParkDynamic", 200, 100, **config)
+    observations, _ = envs.reset(seed=0)
+    assert (observations[:, 3] < -1.0).any()  # theta_z, which is not mirrored
+    envs.action_space.seed(0)
+    for _ in range(10):
+        assert envs.observation_space.contains(observations)
+        observations, *_ = envs.step(envs.action_space.sample())

@@ -87,8 +87,9 @@ DYNAMIC_POSE = Reduction(
         The ball would roll on by ``d = |V| V / (2 a)``, a = F / (m (1 + beta)) with the largest
         force F. Frame, the entries 0 to 8 and the action are those of `BallPark` for the offset
         ``(X, Y) + d`` and the attitude after the rotation by ``|d| / radius`` about ``e_z x d``,
-        also on a turntable; there the side k is 1. The other entries are the present offset and
-        velocity, seen as horizontal vectors, and the speed, each within its bounds.
+        also on a turntable; there the side k is 1, and theta_z from -pi. The other entries are the
+        present offset and velocity, seen as horizontal vectors, and the speed, each within its
+        bounds.
     """,
 )
 """Reduction of `BallParkDynamic`; the first entries are those of the pose after braking."""
