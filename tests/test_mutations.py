@@ -215,6 +215,7 @@ def test_bugs_that_are_argued_away_are_still_in_the_library(package: str) -> Non
     assert all(equivalent.why for equivalent in ours)
 
 
+@pytest.mark.long
 def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it() -> None:
     copy = LibraryCopy()
     try:

@@ -54,6 +54,7 @@ def test_payloads_do_run_where_a_reader_lets_them(tmp_path):
     assert len({*changed(b"0123456789" * 20, N, 0)}) > 0.95 * N
 
 
+@pytest.mark.long
 def test_bombs_are_refused_before_they_take_memory_or_time():
     found = said_by("tests.loading.bombs")
     assert len(found) == len(READERS) * len(BOMBS)
