@@ -70,9 +70,11 @@ class Reach:
                     raise RuntimeError(f"{file} takes longer than {_LIMIT:g} s")
                 for test in found.failed:
                     print(f"{test} fails without any bug: it is left out", file=sys.stderr)
-                _FOLDER.mkdir(exist_ok=True)
-                kept.write_text(json.dumps(found), encoding="utf-8")
-            found = Outcome(*json.loads(kept.read_text(encoding="utf-8")))
+                if found.reached:  # else nothing could be measured, which is not to be kept
+                    _FOLDER.mkdir(exist_ok=True)
+                    kept.write_text(json.dumps(found), encoding="utf-8")
+            else:
+                found = Outcome(*json.loads(kept.read_text(encoding="utf-8")))
             self.seconds |= {t: s for t, s in found.seconds.items() if t not in found.failed}
             named = {"": file} | {test: test for test in self.seconds}
             for source, lines in found.reached.items():
