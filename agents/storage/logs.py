@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterable, Mapping
+import threading
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -133,6 +134,21 @@ class ProgressLog(KVWriter):
         self.csv.close()
 
 
+class _UnlessKept:
+    """Hook for exceptions of threads, without those that a thread keeps for its owner to raise.
+
+    TensorBoard's writer does so; told twice, its traceback would run through our line of error.
+    """
+
+    def __init__(self, ordinary: Callable[[threading.ExceptHookArgs], Any]) -> None:
+        self._ordinary = ordinary
+
+    def __call__(self, told: threading.ExceptHookArgs) -> None:
+        kept = getattr(told.thread, "exception", None)
+        if kept is None or kept is not told.exc_value:
+            self._ordinary(told)
+
+
 class TensorBoardLog(TensorBoardOutputFormat):
     """SB3's TensorBoard writer, able to hide what a run that goes on will write again."""
 
@@ -143,6 +159,8 @@ class TensorBoardLog(TensorBoardOutputFormat):
             folder: Where event files are.
             purge_step: First step whose earlier events are void; None if there are none.
         """
+        if not isinstance(threading.excepthook, _UnlessKept):
+            threading.excepthook = _UnlessKept(threading.excepthook)
         self.writer = SummaryWriter(log_dir=str(folder), purge_step=purge_step)
         self._is_closed, self._folder = False, folder
 
