@@ -26,7 +26,7 @@ from rigid_envs.kernels.algebra import (
 )
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.composition import EXACT, SUZUKI
-from rigid_envs.kernels.contact import Grip, grip_of, on_ground
+from rigid_envs.kernels.contact import on_ground
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import atan2, cbrt, fma, log, select, sincos, sqrt
 from rigid_envs.kernels.episode import Episode, NoAuxiliary, NoConstants
@@ -47,7 +47,6 @@ __all__ = [
     "Entry",
     "Episode",
     "Flag",
-    "Grip",
     "Integer",
     "NoAuxiliary",
     "NoConstants",
@@ -70,7 +69,6 @@ __all__ = [
     "cross",
     "dot",
     "fma",
-    "grip_of",
     "half_turn",
     "keep",
     "log",

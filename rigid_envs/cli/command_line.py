@@ -234,7 +234,8 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     if options.policy is not None and not results:
         raise ValueError(f"--policy = {options.policy}; expected a FILE.json beside it")
     if results:
-        if results != options.subjects or options.json or options.scores or options.policies:
+        others = options.json, options.scores, options.policies is not None
+        if results != options.subjects or any(others):
             raise ValueError(f"{results[0]}: expected nothing beside results but --policy")
         return 0 if verify_results(results, options.policy) else 1
     if options.policies is not None:

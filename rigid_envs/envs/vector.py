@@ -30,7 +30,13 @@ from rigid_envs.envs.display import MODES, Shown, frames_per_second
 from rigid_envs.envs.durations import checked_steps, further_steps
 from rigid_envs.envs.infos import blank_infos, keep_final
 from rigid_envs.envs.streams import seeded_key, seeds_of, undone_if_refused
-from rigid_envs.envs.task_spaces import action_space, info_keys, info_numbers, observation_space
+from rigid_envs.envs.task_spaces import (
+    action_space,
+    info_flags,
+    info_keys,
+    info_numbers,
+    observation_space,
+)
 from rigid_envs.kernels.layout import FLAGS
 from rigid_envs.kernels.step_loop import ENDED
 from rigid_envs.moment import Moment
@@ -115,12 +121,11 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         # shape of actions that need no further check than finiteness; None for discrete ones
         self._shape = None if self.task.n_choices else (self.num_envs, len(self.task.actions()))
         self._keys = info_keys(self.task)
-        self._rolls = "slips" in self._keys
         everywhere = np.ones(self.num_envs, dtype=np.bool_)
         everywhere.flags.writeable = False
         self._masks: dict[str, Any] = {f"_{key}": everywhere for key in self._keys}
         self._blank_infos = dict.fromkeys(self._keys) | self._masks
-        self._numbers = info_numbers(self.task)
+        self._numbers, self._flags = info_numbers(self.task), info_flags(self.task)
         self._results_by_row = itemgetter(*range(len(self._numbers) + 1))
         self._ended = self._rows  # rows without a running episode
         self._keyed = False  # whether the rows have random streams
@@ -203,17 +208,12 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         if self._ended.size and self.autoreset_mode is AutoresetMode.NEXT_STEP:
             core.reset_unseen(self._ended)  # rows that had ended are reset instead of stepped
         numbers = self._results_by_row(core.results())  # the last one is the reward
-        terminated, truncated, success, clipped, error, slips = _flags_by_row(core.flags())
+        terminated, truncated, *flags = _flags_by_row(core.flags())
         infos = self._blank_infos.copy()
         for key, number in zip(self._numbers, numbers):  # noqa: B905 - ends with the keys
             infos[key] = number
-        infos["is_success"], infos["action_clipped"], infos["physics_error"] = (
-            success,
-            clipped,
-            error,
-        )
-        if self._rolls:
-            infos["slips"] = slips
+        for key, flag in zip(self._flags, flags):  # noqa: B905 - ends with the keys
+            infos[key] = flag
         self._ended = _NO_ROWS
         if raised >= ENDED:
             ended = terminated | truncated

@@ -9,7 +9,7 @@ from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import select, sqrt
 
-__all__ = ["NO_CONTACT", "Contact", "Grip", "grip_of", "on_ground"]
+__all__ = ["NO_CONTACT", "Contact", "on_ground"]
 
 Function = Callable[..., Any]
 
@@ -22,7 +22,7 @@ class Grip(NamedTuple):
 
 
 @scalar
-def grip_of(force: Row) -> Grip:
+def _grip(force: Row) -> Grip:
     """Grip that a force of the ground needs, whose last entry is normal; infinite without it."""
     square, normal = 0.0, force[len(force) - 1]
     for k in range(len(force) - 1):
@@ -38,7 +38,12 @@ def _slips(grip: Grip, p: Any) -> bool:
 
 
 @scalar
-def _nothing(_y: Row, _u: Row, _p: Row) -> tuple[()]:
+def _no_force(_y: Row, _u: Row, _p: Row) -> tuple[()]:
+    return ()
+
+
+@scalar
+def _no_grip(_force: tuple[()]) -> tuple[()]:
     return ()
 
 
@@ -52,7 +57,7 @@ class Contact(NamedTuple):
 
     Attributes:
         force: ``force(y, u, p)``, force of the ground [N], the normal force last.
-        grip: ``grip(y, u, p)``, the `Grip` of that force.
+        grip: ``grip(force)``, the `Grip` that it needs.
         slips: ``slips(grip, p)``, whether rolling needs more friction than there is.
         n_force: number of components of the force.
         names: those of the grip.
@@ -65,10 +70,10 @@ class Contact(NamedTuple):
     names: tuple[str, ...]
 
 
-NO_CONTACT = Contact(_nothing, _nothing, _never, 0, ())
+NO_CONTACT = Contact(_no_force, _no_grip, _never, 0, ())
 """That of a system which touches nothing, or has no forces."""
 
 
-def on_ground(force: Function, grip: Function, n_force: int) -> Contact:
+def on_ground(force: Function, n_force: int) -> Contact:
     """Contact of a system that rolls; its parameters have mu, the coefficient of friction."""
-    return Contact(force, grip, _slips, n_force, Grip._fields)
+    return Contact(force, _grip, _slips, n_force, Grip._fields)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from rigid_envs.kernels.algebra import Vector, attitude, compose, dot, normalize_near_unit
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.contact import Grip, grip_of, on_ground
+from rigid_envs.kernels.contact import on_ground
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma, sincos, sqrt
 from rigid_envs.kernels.turns import cayley, half_turn, tangent
@@ -333,12 +333,6 @@ def ground_force(y: State, u: Input, p: Parameters) -> Vector:
 
 
 @scalar
-def grip(y: State, u: Input, p: Parameters) -> Grip:
-    """Normal force and the friction that rolling needs."""
-    return grip_of(ground_force(y, u, p))
-
-
-@scalar
 def level_ground_force(y: State, u: Input, p: Parameters) -> Vector:
     """Same as `ground_force` on a plate that is level and at rest."""
     kappa = p.beta * p.turntable_rate * p.share
@@ -347,13 +341,7 @@ def level_ground_force(y: State, u: Input, p: Parameters) -> Vector:
     return (p.m * x - u.FX, p.m * y_ - u.FY, p.m * p.g)
 
 
-@scalar
-def level_grip(y: State, u: Input, p: Parameters) -> Grip:
-    """Normal force and the friction that rolling needs on a plate that is level and at rest."""
-    return grip_of(level_ground_force(y, u, p))
-
-
-LEVEL = on_ground(level_ground_force, level_grip, 3)
+LEVEL = on_ground(level_ground_force, 3)
 """Contact with a plate that is level and at rest: a fraction of the work."""
 
 DYNAMIC_BALL = Dynamics(
@@ -367,5 +355,5 @@ DYNAMIC_BALL = Dynamics(
     restore,
     invariants,
     rate=rate,
-    contact=on_ground(ground_force, grip, 3),
+    contact=on_ground(ground_force, 3),
 )

@@ -123,8 +123,8 @@ class Episode:
         stages, prototypes = self.dynamics.weights, self.prototypes
         clip, turn, actuate = self.clip, self.turn, self.actuate
         outcome, rate, observe = self.outcome, self.dynamics.rate, self.observe
-        grip, slips = self.ground.grip, self.ground.slips
-        functions = (clip, turn, actuate, outcome, grip, slips, rate, observe)
+        force, grip, slips, *_ = self.ground
+        functions = (clip, turn, actuate, outcome, force, grip, slips, rate, observe)
         step = step_loop.step_rows(advance, restore, stages, *functions, prototypes)
         return self._kernel(step, advance, restore, *functions)
 

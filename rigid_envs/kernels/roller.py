@@ -8,7 +8,7 @@ or a circular arc. The motion does not depend on mu, the coefficient of friction
 from typing import NamedTuple
 
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.contact import Grip, grip_of, on_ground
+from rigid_envs.kernels.contact import on_ground
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma, sincos
 
@@ -124,12 +124,6 @@ def ground_force(y: State, u: Input, p: Parameters) -> tuple[float, float]:
     return (friction, p.m * fma(p.g, c, p.curvature * y.v * y.v))
 
 
-@scalar
-def grip(y: State, u: Input, p: Parameters) -> Grip:
-    """Normal force and the friction that rolling needs."""
-    return grip_of(ground_force(y, u, p))
-
-
 ROLLER = Dynamics(
     State,
     Input,
@@ -141,5 +135,5 @@ ROLLER = Dynamics(
     restore,
     invariants,
     rate=rate,
-    contact=on_ground(ground_force, grip, 2),
+    contact=on_ground(ground_force, 2),
 )

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from rigid_envs.kernels.algebra import Quaternion, Row, Vector, attitude, normalize, vertical
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.contact import Grip, grip_of, on_ground
+from rigid_envs.kernels.contact import on_ground
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma, sqrt
 from rigid_envs.kernels.turns import cayley, tangent
@@ -290,12 +290,6 @@ def ground_force(y: State, u: Input, p: Parameters) -> Vector:
     return (ahead * lx + aside * ly, ahead * ly - aside * lx, normal)
 
 
-@scalar
-def grip(y: State, u: Input, p: Parameters) -> Grip:
-    """Normal force and the friction that rolling needs."""
-    return grip_of(ground_force(y, u, p))
-
-
 ROLLING_DISK = Dynamics(
     State,
     Input,
@@ -307,5 +301,5 @@ ROLLING_DISK = Dynamics(
     restore,
     invariants,
     rate=rate,
-    contact=on_ground(ground_force, grip, 3),
+    contact=on_ground(ground_force, 3),
 )

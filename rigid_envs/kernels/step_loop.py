@@ -50,6 +50,7 @@ def step_rows(
     turn: Function,
     actuate: Function,
     outcome: Function,
+    force: Function,
     grip: Function,
     slips: Function,
     rate: Function,
@@ -87,7 +88,7 @@ def step_rows(
             h = s.dt / s.n_substeps
             integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
             n_raised += _conclude(
-                outcome, grip, slips, rate, prototypes, buffer, s, slots, base, n, weights, c
+                outcome, force, grip, slips, rate, prototypes, buffer, s, slots, base, n, weights, c
             )
             _pack_flags(buffer, slots, base)
             observe_rows(observe, prototypes, buffer, s, slots, base, 0, n, c)
@@ -181,6 +182,7 @@ def _actuate(
 @phase
 def _conclude(
     outcome: Function,
+    force: Function,
     grip: Function,
     slips: Function,
     rate: Function,
@@ -217,13 +219,13 @@ def _conclude(
         aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
         aux, terms, cost, success, done = outcome(y, u, aux, p, c, s.dt)
         store(buffer, base + slots.aux * LANES + i, aux, LANES)
-        held = grip(y, u, p)
+        held = grip(force(y, u, p))
         slipping = slips(held, p)
         lost = slipping & (s.ends_on_slip > 0)
         success, done = success & (not lost), done | lost
         reward = weighted_sum(weights, terms) - select(lost, s.slip_penalty, 0.0)
-        broken = _is_broken(y) | ((rate(y, p) > s.fastest) & (not done))
-        broken |= not abs(reward) < np.inf
+        too_fast = (rate(y, p) > s.fastest) & (not done)
+        broken = _is_broken(y) | too_fast | (not abs(reward) < np.inf)
         store(buffer, results + i, (cost,), LANES)
         store(buffer, results + LANES + i, terms, LANES)
         store(buffer, grip_at + i, held, LANES)

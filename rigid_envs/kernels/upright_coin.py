@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from rigid_envs.kernels.algebra import Quaternion, Vector, attitude, compose, normalize
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.contact import Grip, grip_of, on_ground
+from rigid_envs.kernels.contact import on_ground
 from rigid_envs.kernels.dynamics import Dynamics
 from rigid_envs.kernels.elementary import fma, sincos
 from rigid_envs.kernels.turns import cayley, tangent
@@ -153,12 +153,6 @@ def ground_force(y: State, u: Input, p: Parameters) -> Vector:
     return (ahead * lx - aside * ly - weight * s, ahead * ly + aside * lx, weight * c)
 
 
-@scalar
-def grip(y: State, u: Input, p: Parameters) -> Grip:
-    """Normal force and the friction that rolling needs."""
-    return grip_of(ground_force(y, u, p))
-
-
 UPRIGHT_COIN = Dynamics(
     State,
     Input,
@@ -169,5 +163,5 @@ UPRIGHT_COIN = Dynamics(
     step,
     restore,
     invariants,
-    contact=on_ground(ground_force, grip, 3),
+    contact=on_ground(ground_force, 3),
 )

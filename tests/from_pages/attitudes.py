@@ -1,44 +1,85 @@
 """Attitudes, as the pages speak of them: a unit quaternion (w, x, y, z) or R, body to world."""
 
+import math
+
 import numpy as np
-from numpy.typing import NDArray
+import numpy.typing as npt
 
 __all__ = [
     "Array",
-    "conjugate",
+    "angle",
+    "compose",
+    "draw",
+    "inverse",
     "matrix",
-    "product",
+    "of_matrix",
+    "of_rotation_vector",
     "quaternion_rate",
-    "random_quaternion",
     "rotation_vector",
     "shown",
     "tilted",
 ]
 
-Array = NDArray[np.float64]
+Array = npt.NDArray[np.float64]
 
 
-def product(p: Array, q: Array) -> Array:
-    """Hamilton product p q."""
-    a, u, b, v = p[0], p[1:], q[0], q[1:]
-    return np.array([a * b - u @ v, *(a * v + b * u + np.cross(u, v))])
+def compose(p: npt.ArrayLike, q: npt.ArrayLike) -> Array:
+    """The rotation q, then p, both in world axes."""
+    (a, *u), (b, *v) = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
+    vector = a * np.array(v) + b * np.array(u) + np.cross(u, v)
+    return np.array([a * b - np.dot(u, v), *vector])
 
 
-def conjugate(q: Array) -> Array:
-    """Inverse of a unit quaternion."""
-    return q * [1.0, -1.0, -1.0, -1.0]
+def inverse(q: npt.ArrayLike) -> Array:
+    """The rotation back."""
+    return np.asarray(q, dtype=float) * [1.0, -1.0, -1.0, -1.0]
 
 
-def matrix(q: Array) -> Array:
-    """R of a quaternion: its columns are the body axes in the world."""
-    w, x, y, z = q / np.linalg.norm(q)
+def matrix(q: npt.ArrayLike) -> Array:
+    """The rotation matrix R."""
+    w, x, y, z = np.asarray(q, dtype=float)
     return np.array(
         [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
         ]
     )
+
+
+def of_matrix(R: Array) -> Array:
+    """The longest row of 4 q q^T, whose entries are those of R, at length 1 (Shepperd 1978)."""
+    (a, b, c), (d, e, f), (g, h, k) = R
+    rows = np.array(
+        [
+            [1 + a + e + k, h - f, c - g, d - b],
+            [h - f, 1 + a - e - k, b + d, c + g],
+            [c - g, b + d, 1 - a + e - k, f + h],
+            [d - b, c + g, f + h, 1 - a - e + k],
+        ]
+    )
+    row = rows[np.argmax(np.diag(rows))]
+    return np.asarray(row / np.linalg.norm(row))
+
+
+def of_rotation_vector(theta: npt.ArrayLike) -> Array:
+    """exp of a rotation vector."""
+    theta = np.asarray(theta, dtype=float)
+    half = 0.5 * float(np.linalg.norm(theta))
+    return np.array([math.cos(half), *(0.5 * np.sinc(half / math.pi) * theta)])
+
+
+def rotation_vector(q: npt.ArrayLike) -> Array:
+    """log R in world axes, with an angle from 0 to pi."""
+    q = np.asarray(q, dtype=float)
+    w, *v = q if q[0] >= 0.0 else -q
+    sine = float(np.linalg.norm(v))
+    return np.array(v) * (2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 2.0)
+
+
+def angle(q: npt.ArrayLike) -> float:
+    """Angle of the rotation, from 0 to pi."""
+    return float(np.linalg.norm(rotation_vector(q)))
 
 
 def quaternion_rate(q: Array, omega: Array) -> Array:
@@ -54,10 +95,10 @@ def quaternion_rate(q: Array, omega: Array) -> Array:
     return np.array(rate) / 2
 
 
-def random_quaternion(rng: np.random.Generator) -> Array:
-    """Uniform on SO(3): a direction of R^4."""
+def draw(rng: np.random.Generator) -> Array:
+    """Uniform on SO(3)."""
     q = rng.normal(size=4)
-    return q / np.linalg.norm(q)
+    return np.asarray(q / np.linalg.norm(q))
 
 
 def tilted(rng: np.random.Generator, tilt: float) -> Array:
@@ -65,14 +106,7 @@ def tilted(rng: np.random.Generator, tilt: float) -> Array:
     azimuth, phase = rng.uniform(-np.pi, np.pi, 2)
     sine = np.sin(tilt / 2)
     lean = np.array([np.cos(tilt / 2), sine * np.cos(azimuth), sine * np.sin(azimuth), 0.0])
-    return product(lean, np.array([np.cos(phase / 2), 0.0, 0.0, np.sin(phase / 2)]))
-
-
-def rotation_vector(q: Array) -> Array:
-    """Axis times angle, of the rotation by at most pi."""
-    q = q if q[0] >= 0 else -q
-    sine = np.linalg.norm(q[1:])
-    return 2 * q[1:] * (np.arctan2(sine, q[0]) / sine if sine else 1.0)
+    return compose(lean, np.array([np.cos(phase / 2), 0.0, 0.0, np.sin(phase / 2)]))
 
 
 def shown(q: Array, rotation: str) -> Array:

@@ -6,8 +6,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from tests.from_pages.attitudes import compose, matrix, of_rotation_vector
 from tests.from_pages.balls import RolledBall
-from tests.from_pages.quaternions import compose, matrix, of_rotation_vector
 from tests.from_pages.rolling import Array, Judged, Settings
 
 __all__ = ["BallGrid"]

@@ -5,8 +5,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from tests.from_pages.attitudes import draw
 from tests.from_pages.pushed_ball import Ball, ball_rate, moved
-from tests.from_pages.quaternions import draw
 from tests.from_pages.rolling import Array, Held, Judged, Model, Settings, in_box, limited
 
 __all__ = ["BallPlate"]

@@ -5,8 +5,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from tests.from_pages.attitudes import compose, inverse, of_rotation_vector, rotation_vector
 from tests.from_pages.balls import RolledBall
-from tests.from_pages.quaternions import compose, inverse, of_rotation_vector, rotation_vector
 from tests.from_pages.rolling import Array, Frame, Judged, Settings, limited, single
 
 __all__ = ["BallSteer"]

@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from tests.from_pages.quaternions import (
+from tests.from_pages.attitudes import (
     angle,
     compose,
     draw,

@@ -1,16 +1,17 @@
 """The environments of the free body, written again from their pages alone."""
 
+from abc import abstractmethod
 from typing import Any, ClassVar
 
 import numpy as np
 
 from tests.from_pages.attitudes import (
     Array,
-    conjugate,
+    compose,
+    draw,
+    inverse,
     matrix,
-    product,
     quaternion_rate,
-    random_quaternion,
     rotation_vector,
 )
 from tests.from_pages.episodes import Page, in_ball, near, single, uniform
@@ -64,11 +65,11 @@ class FreeBody(Page):
 
     def draw_state(self, rng: np.random.Generator) -> Array:
         """Attitude uniform on SO(3)."""
-        return np.concatenate([random_quaternion(rng), self.draw_omega(rng)])
+        return np.concatenate([draw(rng), self.draw_omega(rng)])
 
+    @abstractmethod
     def draw_omega(self, rng: np.random.Generator) -> Array:
         """Angular velocity at the start."""
-        raise NotImplementedError
 
 
 class Spinning(FreeBody):
@@ -512,7 +513,7 @@ class Reorient(FreeBody):
 
     def turn_left(self) -> tuple[Array, Array, Array]:
         """theta, spare and the signs of *Reduced Frame*."""
-        theta = rotation_vector(product(conjugate(self.y[:4]), self.aux))
+        theta = rotation_vector(compose(inverse(self.y[:4]), self.aux))
         braking = self.middle_moments * self.omega * np.abs(self.omega) / (2 * self.torque)
         spare = theta - braking
         S1, S2 = (-1.0 if x < 0 else 1.0 for x in spare[:2])
@@ -544,4 +545,4 @@ class Reorient(FreeBody):
 
     def draw_aux(self, rng: np.random.Generator) -> Array:
         """The attitude of the goal."""
-        return random_quaternion(rng)
+        return draw(rng)

@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from tests.from_pages.quaternions import compose, matrix
+from tests.from_pages.attitudes import compose, matrix
 from tests.from_pages.rolling import (
     Array,
     Judged,

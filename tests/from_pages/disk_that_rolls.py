@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from tests.from_pages.quaternions import compose, matrix
+from tests.from_pages.attitudes import compose, matrix
 from tests.from_pages.rolling import Array, Held, Judged, Model, Settings, in_box, limited
 
 __all__ = ["DiskRoll", "DiskRollRandom"]

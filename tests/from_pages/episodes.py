@@ -4,6 +4,7 @@ Nothing here is imported from the library. A class derived from `Page` is one pa
 equation of motion, features, reward, success and starts.
 """
 
+from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -78,7 +79,7 @@ def single(numbers: Any) -> Array:
     return np.array(numbers, dtype=np.float32).astype(float)
 
 
-class Page:
+class Page(ABC):
     """An environment as its page describes it, one control period after the other."""
 
     arguments: ClassVar[dict[str, Any]] = {}
@@ -194,37 +195,37 @@ class Page:
         """Physical input of an action in its space."""
         return self.torque * action
 
+    @abstractmethod
     def rhs(self, y: Array, u: Array) -> Array:
         """Equation of motion."""
-        raise NotImplementedError
 
+    @abstractmethod
     def rate(self) -> float:
         """What limits the integrator step [rad/s]."""
-        raise NotImplementedError
 
+    @abstractmethod
     def features(self) -> Any:
         """Entries of the observation before the attitude."""
-        raise NotImplementedError
 
+    @abstractmethod
     def reduced(self) -> Any:
         """Entries of the observation in the reduced frame."""
-        raise NotImplementedError
 
+    @abstractmethod
     def turned(self, action: Array) -> Array:
         """The action in the frame of the task, of one in the reduced frame."""
-        raise NotImplementedError
 
+    @abstractmethod
     def values(self, u: Array) -> dict[str, float]:
         """The terms of the reward."""
-        raise NotImplementedError
 
     def cost(self, u: Array) -> float:
         """Norm of the input times time."""
         return float(np.linalg.norm(u)) * self.dt
 
+    @abstractmethod
     def success(self) -> bool:
         """Whether the step is a success; asked once in each step."""
-        raise NotImplementedError
 
     def ended(self) -> bool:
         """Whether the episode terminates by itself."""
@@ -236,9 +237,9 @@ class Page:
         self.parameters = parameters
         return Start(self.draw_state(rng), parameters, self.draw_aux(rng))
 
+    @abstractmethod
     def draw_state(self, rng: np.random.Generator) -> Array:
         """State at the start, of the body with the present parameters."""
-        raise NotImplementedError
 
     def draw_aux(self, rng: np.random.Generator) -> Array:
         """What the task keeps beside the state: by default the counter of `hold`."""

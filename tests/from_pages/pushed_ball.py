@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from tests.from_pages.quaternions import compose
+from tests.from_pages.attitudes import compose
 from tests.from_pages.rolling import Array
 
 __all__ = ["Ball", "ball_rate", "moved"]

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from tests.from_pages import quaternions
+from tests.from_pages import attitudes
 
 __all__ = [
     "Frame",
@@ -124,13 +124,13 @@ class Model(ABC):
     def features(self) -> Array:
         """Entries of the observation before the attitude."""
 
+    @abstractmethod
     def reduced(self) -> Array:
         """Entries of the observation in the reduced frame."""
-        raise NotImplementedError
 
+    @abstractmethod
     def turn(self, action: Array) -> Array:
         """The action in the frame of the world, of one in the reduced frame."""
-        raise NotImplementedError
 
     @abstractmethod
     def move(self, action: Array) -> Judged:
@@ -143,7 +143,7 @@ class Model(ABC):
         else:
             parts = [self.features()]
             if self.s.rotation != "none":
-                parts.append(quaternions.shown(self.q, self.s.rotation))
+                parts.append(attitudes.shown(self.q, self.s.rotation))
         if self.s.observe_params:
             parts.append(np.array([getattr(self.p, name) for name in self.ranges]))
         return np.concatenate(parts)

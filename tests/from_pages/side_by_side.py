@@ -12,7 +12,7 @@ import rigid_envs  # noqa: F401  (registers the ids)
 from tests.from_pages.attitudes import Array, matrix
 from tests.from_pages.episodes import Outcome, Page, Start
 
-__all__ = ["Pair", "drawn", "is_uniform", "same_distribution", "same_observation"]
+__all__ = ["Pair", "Rng", "drawn", "is_uniform", "noise", "same_distribution", "same_observation"]
 
 STARTS = 2000
 
@@ -23,6 +23,12 @@ FINE = 64  # substeps with which the integrator's error is negligible, see `TOLE
 TOLERANCE = 1e-8
 
 Policy = Callable[[Page, int], Any]
+Rng = np.random.Generator
+
+
+def noise(rng: Rng, page: Page, size: float = 1.5) -> Array:
+    """An action that is outside its space now and then."""
+    return rng.uniform(-size, size, page.controls)
 
 
 class Pair:
@@ -36,9 +42,7 @@ class Pair:
         self.env = gym.make(f"RigidEnvs/{kind.__name__}-v0", **arguments)
         self.within = within
 
-    def reset(
-        self, rng: np.random.Generator, y: Array | None = None, aux: Array | None = None
-    ) -> None:
+    def reset(self, rng: Rng, y: Array | None = None, aux: Array | None = None) -> None:
         """Begin at a start that the page draws, or at y; goals are drawn by the environment.
 
         What is kept beside the state can be given instead: it is set by `set_state`, after which

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tests.from_pages import balls
+from tests.from_pages.attitudes import compose, of_matrix, of_rotation_vector, rotation_vector
 from tests.from_pages.ball_on_grid import BallGrid
 from tests.from_pages.ball_on_table import BallPlate
 from tests.from_pages.ball_that_follows import BallSteer
 from tests.from_pages.ball_with_inertia import BallParkDynamic
-from tests.from_pages.quaternions import compose, of_matrix, of_rotation_vector, rotation_vector
 from tests.from_pages.rolling import Model, in_disk
 from tests.from_pages.rolling_play import (
     actions,

@@ -7,7 +7,7 @@ from scipy.stats import kstest, norm
 
 from tests.from_pages import bodies
 from tests.from_pages.episodes import Page
-from tests.from_pages.side_by_side import Pair, drawn, is_uniform, same_distribution
+from tests.from_pages.side_by_side import Pair, drawn, is_uniform, noise, same_distribution
 
 KINDS = [
     bodies.IntermediateAxis,
@@ -20,26 +20,10 @@ KINDS = [
 ]
 each = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 RANGES = {"I1": (0.9, 1.1), "I2": (1.5, 1.7), "I3": (2.1, 2.3)}
-Rng = np.random.Generator
-
-
-def noise(rng: Rng, page: Page, size: float = 1.5) -> np.ndarray:
-    """An action that is outside its space now and then."""
-    return rng.uniform(-size, size, page.controls)
 
 
 def spinning(page: Page, omega: tuple[float, float, float]) -> np.ndarray:
     return np.array([0.6, 0.0, -0.8, 0.0, *omega])
-
-
-@each
-@pytest.mark.parametrize("seed", [0, 1])
-def test_random_actions_do_the_same(kind: type[Page], seed: int) -> None:
-    rng, pair = np.random.default_rng(seed), Pair(kind)
-    pair.reset(rng)
-    outcomes = pair.run(lambda page, k: noise(rng, page), 40)
-    clipped = [outcome.info["action_clipped"] for outcome in outcomes]
-    assert any(clipped) and not all(clipped)
 
 
 @each
@@ -51,19 +35,6 @@ def test_default_substeps_do_nearly_the_same(kind: type[Page]) -> None:
     pair = Pair(kind, within=step**4 * 4.0 * 30 * page.dt, n_substeps=page.n_substeps)
     pair.reset(rng)
     pair.run(lambda page, k: noise(rng, page), 30)
-
-
-@each
-def test_defaults_are_those_of_the_page(kind: type[Page]) -> None:
-    name, ours = f"RigidEnvs/{kind.__name__}-v0", kind.arguments
-    envs = [gym.make(name), gym.make(name, **ours)]
-    for env in envs:
-        env.reset(seed=21)
-    for _ in range(10):
-        action = np.full(kind.controls, 0.5, np.float32)
-        rewards = [env.step(action)[1] for env in envs]
-        assert rewards[0] == rewards[1]
-        assert np.array_equal(*(env.unwrapped.y for env in envs))  # to the bit
 
 
 @each
@@ -392,17 +363,3 @@ def test_noise_on_the_observation_is_normal_and_not_rewarded() -> None:
         assert kstest((seen[:, k] - [0, 1, 0][k]) / size, "norm").pvalue > 1e-4
     _, rewards, *_ = envs.step(np.zeros((n, 3), np.float32))
     assert np.allclose(rewards, 1.0)  # exactly at e2
-
-
-# -- the wider variant
-
-
-@pytest.mark.long
-@each
-@pytest.mark.parametrize("frame", ["world", "reduced"])
-def test_longer_episodes_do_the_same(kind: type[Page], frame: str) -> None:
-    pair = Pair(kind, frame=frame)
-    for seed in range(10):
-        rng = np.random.default_rng(100 + seed)
-        pair.reset(rng)
-        pair.run(lambda page, k, rng=rng: noise(rng, page), 100)

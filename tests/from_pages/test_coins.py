@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.from_pages import disk_that_rolls
+from tests.from_pages.attitudes import matrix
 from tests.from_pages.coin_that_parks import CoinPark, angles_of, attitude_of
 from tests.from_pages.disk_that_rolls import DiskRoll, seen
-from tests.from_pages.quaternions import matrix
 from tests.from_pages.roller_that_pumps import RollPump
 from tests.from_pages.rolling import Model
 from tests.from_pages.rolling_play import (

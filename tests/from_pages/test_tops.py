@@ -6,7 +6,7 @@ import pytest
 
 from tests.from_pages import tops
 from tests.from_pages.episodes import Page
-from tests.from_pages.side_by_side import Pair, drawn, is_uniform, same_distribution
+from tests.from_pages.side_by_side import Pair, drawn, is_uniform, noise, same_distribution
 
 KINDS = [
     tops.SleepingTop,
@@ -17,28 +17,12 @@ KINDS = [
 ]
 each = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 RANGES = {"I3": (0.45, 0.6), "g": (9.0, 10.0)}
-Rng = np.random.Generator
-
-
-def noise(rng: Rng, page: Page, size: float = 1.5) -> np.ndarray:
-    """An action that is outside its space now and then."""
-    return rng.uniform(-size, size, page.controls)
 
 
 def top(tilt: float, omega: tuple[float, float, float], *pivot: float) -> np.ndarray:
     """A state that leans towards -y."""
     q = [np.cos(tilt / 2), np.sin(tilt / 2), 0.0, 0.0]
     return np.array([*q, *omega, *(pivot or (0.0, 0.0, 0.0, 0.0))])
-
-
-@each
-@pytest.mark.parametrize("seed", [0, 1])
-def test_random_actions_do_the_same(kind: type[Page], seed: int) -> None:
-    rng, pair = np.random.default_rng(seed), Pair(kind)
-    pair.reset(rng)
-    outcomes = pair.run(lambda page, k: noise(rng, page), 50)
-    clipped = [outcome.info["action_clipped"] for outcome in outcomes]
-    assert any(clipped) and not all(clipped)
 
 
 @each
@@ -79,19 +63,6 @@ def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
     for omega in ((0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (1e-10, 0.0, -2.0), (0.3, -0.2, 5.0)):
         pair.reset(rng, top(0.3, omega))
         pair.step(noise(rng, pair.page))
-
-
-@each
-def test_defaults_are_those_of_the_page(kind: type[Page]) -> None:
-    name, ours = f"RigidEnvs/{kind.__name__}-v0", kind.arguments
-    envs = [gym.make(name), gym.make(name, **ours)]
-    for env in envs:
-        env.reset(seed=21)
-    for _ in range(10):
-        action = np.full(kind.controls, 0.5, np.float32)
-        rewards = [env.step(action)[1] for env in envs]
-        assert rewards[0] == rewards[1]
-        assert np.array_equal(*(env.unwrapped.y for env in envs))  # to the bit
 
 
 @each
@@ -261,17 +232,3 @@ def test_an_upright_top_has_a_frame(kind: type[Page], spin: float) -> None:
     pair.reset(rng, top(0.0, (0.0, 0.0, spin)))
     # without spin, rounding of omega3 decides on the side of y after the first step
     pair.run(lambda page, k: noise(rng, page), 5 if spin else 1)
-
-
-# -- the wider variant
-
-
-@pytest.mark.long
-@each
-@pytest.mark.parametrize("frame", ["world", "reduced"])
-def test_longer_episodes_do_the_same(kind: type[Page], frame: str) -> None:
-    pair = Pair(kind, frame=frame)
-    for seed in range(10):
-        rng = np.random.default_rng(100 + seed)
-        pair.reset(rng)
-        pair.run(lambda page, k, rng=rng: noise(rng, page), 100)

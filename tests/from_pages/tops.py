@@ -1,5 +1,6 @@
 """The environments of the heavy top, written again from their pages alone."""
 
+from abc import abstractmethod
 from typing import Any, ClassVar
 
 import numpy as np
@@ -72,9 +73,9 @@ class HeavyTop(Page):
         """Uniform up to `start_tilt`."""
         return float(rng.uniform(0.0, self.start_tilt))
 
+    @abstractmethod
     def draw_omega(self, rng: np.random.Generator) -> Array:
         """Angular velocity at the start, in body axes."""
-        raise NotImplementedError
 
     # -- reduced frame
 
