@@ -50,7 +50,12 @@ def ablate(options: argparse.Namespace, rest: list[str]) -> int:
                 own = {"log_dir": options.out, "run_name": f"{name}_{part}_{seed}"}
                 config = ablation(name, part, seed, **own)
                 trainings.append(Training(config, records / part, N_STARTS))
-    status = train_all(trainings, workers_of(options, [_REGISTRATION]), quiet=options.quiet)
+    status = train_all(
+        trainings,
+        workers_of(options, [_REGISTRATION]),
+        quiet=options.quiet,
+        patience=options.patience,
+    )
     if status:
         return status
     page = records.with_suffix(".md")

@@ -188,7 +188,9 @@ def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
             name = f"{re.split('[:/]', env_id)[-1]}_{frame_of(config)}_{seed}"
             config = dataclasses.replace(config, run_name=name)
             trainings.append(Training(config, records, options.episodes))
-    status = train_all(trainings, workers_of(options), options.overwrite, options.quiet)
+    status = train_all(
+        trainings, workers_of(options), options.overwrite, options.quiet, options.patience
+    )
     if status >= 128:
         print(f"stopped by {signal.Signals(status - 128).name}; the same command goes on")
     else:

@@ -12,6 +12,8 @@ from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.errors import ConfigError
 
+from ..sweeps.patience import PATIENCE
+
 if TYPE_CHECKING:
     from ..sweeps.sweep import Workers
 
@@ -63,6 +65,14 @@ def add_sweep_options(parser: argparse.ArgumentParser, out: str, seeds: str) -> 
         help="train on a Ray cluster, as many at the same time as it has processors: host:6379, "
         "auto, or local",
     )
+    parser.add_argument(
+        "--patience",
+        type=float,
+        metavar="SECONDS",
+        default=PATIENCE,
+        help="kill a training that writes nothing for so long; it goes on from its last checkpoint "
+        "(%(default)g)",
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress, only the results")
 
 
@@ -74,9 +84,11 @@ def workers_of(options: argparse.Namespace, imports: Sequence[str] = ()) -> Work
         imports: Modules that register environments, besides those of --allow_import.
 
     Raises:
-        ConfigError: --jobs that cannot be.
+        ConfigError: --jobs or --patience that cannot be.
         DependencyNotInstalled: No Ray.
     """
+    if not options.patience > 0.0:
+        raise ConfigError(f"--patience = {options.patience}; expected seconds above 0")
     imports = (*options.allow_import, *imports)
     if options.ray is not None:
         require_ray()

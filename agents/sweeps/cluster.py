@@ -85,6 +85,16 @@ class RayTasks:
             ended.append((self._running.pop(reference), *_result(reference)))
         return ended
 
+    def kill(self, number: int) -> None:
+        """End one that hangs, without a word.
+
+        Args:
+            number: Names the training.
+        """
+        for reference, own in self._running.items():
+            if own == number:
+                ray.cancel(reference, force=True)
+
     def stop(self) -> None:
         """Ask all to save and end."""
         for reference in self._running:

@@ -72,10 +72,23 @@ class Processes:
             ended.append((number, status, text))
         return ended
 
+    def kill(self, number: int) -> None:
+        """End one that hangs, without a word.
+
+        Args:
+            number: Names the training.
+        """
+        for own, process in self._running.values():
+            if own == number:
+                process.kill()
+
     def stop(self) -> None:
         """Ask all to save and end."""
         for _, process in self._running.values():
             process.terminate()
+            assert process.pid is not None
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(process.pid, signal.SIGCONT)  # one that was paused could not save
 
     def close(self) -> None:
         """End what is left of them."""

@@ -11,6 +11,7 @@ from typing import Protocol
 from rigid_envs.cli.progress import tell
 
 from ..training.signals import StopSignals
+from .patience import PATIENCE, Patience
 from .training import DONE, IN_USE, Training
 
 __all__ = ["Ended", "Workers", "train_all"]
@@ -43,6 +44,13 @@ class Workers(Protocol):
     def wait(self) -> list[Ended]:
         """The trainings that ended; waits for one, a second at most."""
 
+    def kill(self, number: int) -> None:
+        """End one that hangs, without a word; `wait` returns it as one that died.
+
+        Args:
+            number: Names the training.
+        """
+
     def stop(self) -> None:
         """Ask all to save and end."""
 
@@ -51,19 +59,25 @@ class Workers(Protocol):
 
 
 def train_all(
-    trainings: Sequence[Training], workers: Workers, overwrite: bool = False, quiet: bool = False
+    trainings: Sequence[Training],
+    workers: Workers,
+    overwrite: bool = False,
+    quiet: bool = False,
+    patience: float = PATIENCE,
 ) -> int:
     """Train each config, or resume its run, and write its record.
 
     What has a record is left out. A run that another sweep works in is tried again later: several
     sweeps may share the work. A training whose process dies begins again from its last checkpoint;
-    one that dies five times without a new checkpoint is given up. No death hurts another training.
+    one that dies five times without a new checkpoint is given up. One that hangs is killed, and has
+    died. No death hurts another training.
 
     Args:
         trainings: What to train.
         workers: Where; they are closed at the end.
         overwrite: Begin anew what was trained with another config.
         quiet: No progress, only the results.
+        patience: How long a training may write nothing until it is killed [s].
 
     Returns:
         0; 1 if a training failed, which leaves no record; 128 + k if signal k ended it early.
@@ -76,7 +90,7 @@ def train_all(
             training.refuse_another()
     with StopSignals() as signals:
         try:
-            failed = _Sweep(trainings, workers, signals, quiet).run()
+            failed = _Sweep(trainings, workers, signals, quiet, patience).run()
         finally:
             workers.close()
     if signals.received is not None:
@@ -91,10 +105,11 @@ class _Sweep:
         workers: Workers,
         signals: StopSignals,
         quiet: bool,
+        patience: float,
     ) -> None:
         self._trainings, self._workers, self._signals = trainings, workers, signals
-        self._quiet = quiet
-        self._running: list[Training] = []
+        self._quiet, self._patience = quiet, Patience(patience)
+        self._running: dict[int, Training] = {}
         self._waiting = deque((k, 0.0) for k, each in enumerate(trainings) if not each.is_done())
         self._n_done = len(trainings) - len(self._waiting)
         self._deaths: dict[int, list[int]] = {}  # ages at which each died
@@ -114,15 +129,17 @@ class _Sweep:
             self._start_due()
             self._show()
             for number, status, text in self._workers.wait():
-                self._running.remove(self._trainings[number])
+                del self._running[number]
                 self._note(number, status, text)
+            self._kill_lost()
         return self._failed
 
     def _show(self) -> None:
         """Show how far all have come."""
         if not self._quiet:
-            ages = [f"{each.folder.name} {each.progress()}" for each in self._running[:_SHOWN]]
-            more = len(self._running) - len(ages)
+            running = list(self._running.values())
+            ages = [f"{each.folder.name} {each.progress()}" for each in running[:_SHOWN]]
+            more = len(running) - len(ages)
             rest = [f"{more} more"] if more else []
             tell(f"[{self._n_done}/{len(self._trainings)}] {', '.join([*ages, *rest])}")
 
@@ -143,7 +160,13 @@ class _Sweep:
                 self._again_later(number)
             else:
                 self._workers.start(number, self._trainings[number])
-                self._running.append(self._trainings[number])
+                self._running[number] = self._trainings[number]
+
+    def _kill_lost(self) -> None:
+        """Kill those that hang."""
+        for number in self._patience.lost(self._running):
+            self._say(f"{self._trainings[number].folder}: has written nothing for too long")
+            self._workers.kill(number)
 
     def _note(self, number: int, status: int | None, text: str) -> None:
         """Take note of the end of a process."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import traceback
 from collections.abc import Sequence
@@ -62,6 +63,14 @@ class Training:
         """Steps at its newest checkpoint."""
         files = (self.folder / "checkpoints").glob("*.safetensors")
         return max((int(file.stem) for file in files), default=0)
+
+    def last_sign(self) -> float:
+        """When its run last wrote anything [s since 1970]; 0 before it has."""
+        times = [0.0]
+        for path in self.folder.rglob("*"):
+            with contextlib.suppress(OSError):  # it is gone
+                times.append(path.stat().st_mtime)
+        return max(times)
 
     def progress(self) -> str:
         """How far it has come, in a word."""
