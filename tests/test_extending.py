@@ -135,6 +135,7 @@ def test_the_second_process_compiles_nothing(package: Package) -> None:
     assert again.stdout.split()[1] == "2"
 
 
+@pytest.mark.long
 def test_an_edited_helper_in_another_file_is_noticed(package: Package) -> None:
     before = package.output("-c", REPORT).split()[0]
     system = dict(FILES)["wheel_pendulum/system.py"]
@@ -200,6 +201,7 @@ def test_the_least_number_of_substeps_that_is_asked_for_is_enough(package: Packa
     assert refused.stderr.endswith("take n_substeps >= 201\n")
 
 
+@pytest.mark.long
 def test_it_passes_the_contracts_that_ask_most(package: Package) -> None:
     printed = package.output(*command(CONTRACTS), "-q", "-k", SUBSET)
     assert re.search(r"\d\d passed", printed), printed

@@ -15,7 +15,9 @@ def collected_ids() -> set[str]:
     """What stands in the brackets of the names of all tests that know of the cases."""
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
     files = [
-        str(p) for p in Path(__file__).parent.rglob("test_*.py") if "reference" in p.read_text()
+        str(p)
+        for p in Path(__file__).parent.rglob("test_*.py")
+        if "tests.reference" in p.read_text()
     ]
     listing = subprocess.run(
         [*command, *files], cwd=ROOT, capture_output=True, text=True, check=True

@@ -10,7 +10,7 @@ from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import actions
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(autouse=True, scope="module")
 def no_collector():
     gc.collect()
     gc.disable()

@@ -122,6 +122,7 @@ def test_nothing_to_show_is_refused() -> None:
         next(episode_pictures([]))
 
 
+@pytest.mark.long
 def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = (Path(__file__).parents[2] / "docs" / "watching.md").read_text()

@@ -15,7 +15,7 @@ from rigid_envs.scores import (
 )
 from rigid_envs.scores.policies import untrained_policy
 
-N = 40
+N = 20
 each_id = pytest.mark.parametrize("env_id", list(ENVIRONMENTS))
 
 

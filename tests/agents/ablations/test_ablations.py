@@ -49,6 +49,7 @@ def test_features_alone_are_seen_beside_the_world_which_goes_on_as_it_is(name: s
     np.testing.assert_array_equal(more[..., of_world], seen)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SOME)
 def test_the_frame_alone_shows_coordinates_of_the_motion_in_the_reduced_frame(name: str) -> None:
     (whole, seen, rewards), (few, less, same) = stepped(name, "all"), stepped(name, "frame")

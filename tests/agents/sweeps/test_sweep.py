@@ -184,11 +184,11 @@ def test_a_run_of_another_process_is_tried_again_later(
     sweep(first)
     place(tmp_path).unlink()
     theirs = open_run(first.folder)
-    is_in_use, answers = Training.is_in_use, []
+    is_in_use, answers, held = Training.is_in_use, [], [theirs]
 
     def ask(self: Training) -> bool:
-        if place(tmp_path, 1).exists():
-            theirs.close()
+        if held and place(tmp_path, 1).exists():
+            held.pop().close()
         answers.append(is_in_use(self))
         return answers[-1]
 
@@ -260,9 +260,9 @@ def test_the_verb_trains_what_it_is_told(
         "20",
         "--quiet",
     ]
-    assert main([*words, "--algo", "ppo", "--seeds", "0,2-3", "--out", str(out)]) == 0
+    assert main([*words, "--algo", "ppo", "--seeds", "0,2", "--out", str(out)]) == 0
     assert f"records: {out / 'records'}" in capsys.readouterr().out
-    for seed in (0, 2, 3):
+    for seed in (0, 2):
         record = read_record(place(out, seed))
         assert record.training["timesteps"] == 2 * 16384  # two updates of 256 rows, 64 steps
         assert (out / "ppo" / f"Drift-v0_world_{seed}" / "best_model").exists()

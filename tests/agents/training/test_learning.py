@@ -38,7 +38,7 @@ EASY: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", EASY)
+@pytest.mark.parametrize("name", ["choices", pytest.param("goals", marks=pytest.mark.long)])
 def test_learning_beats_chance_by_far(tmp_path: Path, name: str) -> None:
     values = EASY[name]
     outcome = train(

@@ -145,7 +145,14 @@ def test_a_run_killed_ten_times_is_bitwise_the_one_that_never_was(
     assert_same(reference, kill_at_random(tmp_path, values, kills=10, seed=seed))
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "number",
+    [
+        signal.SIGTERM,
+        pytest.param(signal.SIGINT, marks=pytest.mark.long),
+        pytest.param(signal.SIGHUP, marks=pytest.mark.long),
+    ],
+)
 def test_a_signal_saves_and_exits_with_its_number(tmp_path: Path, number: signal.Signals) -> None:
     values = {**SMALL, "checkpoint_every": None}
     run = tmp_path / "ppo" / "stopped"
@@ -176,6 +183,7 @@ def test_no_row_and_no_event_is_doubled_or_missing_after_a_kill(tmp_path: Path) 
     assert [event.step for event in events.Scalars("train/loss")] == steps
 
 
+@pytest.mark.long
 def test_a_damaged_checkpoint_is_passed_over_for_the_one_before(tmp_path: Path) -> None:
     reference = whole(tmp_path)
     run = tmp_path / "ppo" / "damaged"
@@ -200,12 +208,12 @@ sys.exit(main(["train", *sys.argv[2:]]))
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("every", "updates", "limit", "name"),
     [
-        pytest.param(3, 20, 16_000, "checkpoints", marks=pytest.mark.long),
-        # monitor.csv or tensorboard, before there is a checkpoint
-        pytest.param(1000, 20, 6_000, "", marks=pytest.mark.long),
+        (3, 20, 16_000, "checkpoints"),
+        (1000, 20, 6_000, ""),  # monitor.csv or tensorboard, before there is a checkpoint
         (1000, 2, 2_000, "checkpoints"),
     ],
 )
