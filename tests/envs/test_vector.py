@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
@@ -143,6 +144,31 @@ def test_resetting_running_rows_ends_their_episodes_quietly(env_id):
 def test_time_limits_that_are_no_positive_integer_are_refused(env_id, limit):
     with pytest.raises(ValueError, match=r"^config\.max_episode_steps: .*expected"):
         rows(env_id, num_envs=2, max_episode_steps=limit)
+
+
+@pytest.mark.parametrize("seed", [7, np.int64(7)])
+def test_a_seed_is_that_of_the_generator_as_gymnasium_has_it(env_id, seed):
+    envs = rows(env_id, num_envs=2)
+    envs.reset(seed=3)
+    envs.reset(seed=seed)
+    assert envs.np_random_seed == 7 and type(envs.np_random_seed) is int
+    drawn = envs.np_random.random()
+    envs.reset(seed=seed)
+    assert envs.np_random.random() == drawn
+
+
+def test_a_restored_row_that_has_ended_is_not_stepped(env_id):
+    envs = rows(env_id, num_envs=2, max_episode_steps=2, autoreset_mode="Disabled")
+    envs.reset(seed=0)
+    batch = actions(env_id, 2, 2)
+    for each in batch:
+        envs.step(each)
+    ended = envs.get_state()
+    envs.reset(seed=0)
+    envs.step(batch[0])
+    envs.set_state(ended)
+    with pytest.raises(ResetNeeded, match="row 0 has ended"):
+        envs.step(batch[0])
 
 
 def test_call_gives_a_value_for_each_row_as_vectors_of_single_environments_do() -> None:
