@@ -51,9 +51,9 @@ def fast_top(
     all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
     tilt, rates = np.broadcast_arrays(array(theta, "theta"), array(omega3, "omega3"))
     require(rates != 0.0, rates, "omega3", "a spin other than 0 [rad/s]")
-    spin = i3 * rates
+    spin, fall = i3 / i_perp * rates, mgl / i_perp  # in units of I
     return FastTop(
-        precession=mgl / spin,
-        nutation=np.abs(spin) / i_perp,
-        amplitude=i_perp * mgl * np.sin(tilt) / (spin * spin),
+        precession=fall / spin,
+        nutation=np.abs(spin),
+        amplitude=fall * np.sin(tilt) / (spin * spin),
     )

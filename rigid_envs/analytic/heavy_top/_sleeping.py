@@ -22,7 +22,7 @@ def sleeping_threshold(*, i_perp: float, i3: float, mgl: float) -> float:
     Source: Goldstein, sec. 5.7.
     """
     all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    return 2.0 * math.sqrt(i_perp * mgl) / i3
+    return 2.0 * math.sqrt(mgl / i_perp) / (i3 / i_perp)
 
 
 def sleeping_exponents(

@@ -67,12 +67,12 @@ def steady_precession(
     Source: Goldstein, sec. 5.7; Landau & Lifshitz, par. 35.
     """
     all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    spin = i3 * array(omega3, "omega3")
-    level = i_perp * np.cos(array(theta, "theta"))
+    spin, fall = i3 / i_perp * array(omega3, "omega3"), mgl / i_perp  # in units of I
+    level = np.cos(array(theta, "theta"))
     # Both roots from the one sum that does not cancel.
     with np.errstate(divide="ignore", invalid="ignore"):
-        total = spin + np.copysign(np.sqrt(spin * spin - 4.0 * level * mgl), spin)
-        slow, fast = 2.0 * mgl / total, total / (2.0 * level)
+        total = spin + np.copysign(np.sqrt(spin * spin - 4.0 * level * fall), spin)
+        slow, fast = 2.0 * fall / total, total / (2.0 * level)
     return np.asarray(slow, dtype=np.float64), np.asarray(fast, dtype=np.float64)
 
 
@@ -121,4 +121,4 @@ def steady_threshold(theta: ArrayLike, *, i_perp: float, i3: float, mgl: float) 
     """
     all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
     level = np.maximum(np.cos(array(theta, "theta")), 0.0)
-    return np.asarray(2.0 * np.sqrt(i_perp * mgl * level) / i3, dtype=np.float64)
+    return np.asarray(2.0 * np.sqrt(mgl / i_perp * level) / (i3 / i_perp), dtype=np.float64)

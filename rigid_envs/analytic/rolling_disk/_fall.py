@@ -15,7 +15,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import roots_legendre
 
-from rigid_envs.analytic.rolling_disk._disk import Disk
+from rigid_envs.analytic.rolling_disk._disk import Disk, disk_of
 from rigid_envs.analytic.rolling_disk._integrals import legendre_constants, potential, solution
 from rigid_envs.analytic.rolling_disk._steady_disk import lean_frequency_squared
 from rigid_envs.checks import Array, number, positive
@@ -92,7 +92,7 @@ def fall(
     positive(g, "g")
     body = {"m": m, "radius": radius, "i_perp": i_perp, "i3": i3}
     c1, c2 = legendre_constants(theta, phi_rate, omega3, **body)
-    disk = Disk(**body)
+    disk = disk_of(**body)
     kinetic = 0.5 * disk.tipping * number(theta_rate, "theta_rate") ** 2
     start, slope = math.log(math.tan(0.5 * theta)), _slope(c1, c2, disk, g)
     low, high = (_turning_point(start, way, kinetic, slope) for way in (-1.0, 1.0))
@@ -102,17 +102,21 @@ def fall(
         square = lean_frequency_squared(theta, phi_rate, omega3, g=g, **body)
         period = 2.0 * math.pi / math.sqrt(square) if square > 0.0 else math.inf
     resting = potential(theta, phi_rate * math.sin(theta), omega3, disk, g)
-    return Fall(c1, c2, kinetic + float(resting), _lean(low), _lean(high), period)
+    energy = float(disk.joules(kinetic + float(resting)))
+    return Fall(c1, c2, energy, _lean(low), _lean(high), period)
 
 
 def _slope(c1: float, c2: float, disk: Disk, g: float) -> Slope:
-    """Derivative of the effective potential by u, (B p omega3 - A p^2 cot + m g radius cos) sin."""
+    """Derivative of the potential by u, (B p omega3 - A p^2 cot + m g radius cos) sin.
+
+    As a multiple of m radius^2 [1/s^2].
+    """
 
     def slope(u: Array) -> Array:
         sine, cosine = 1.0 / np.cosh(u), -np.tanh(u)
         p, omega3 = solution(2.0 * np.arctan(np.exp(u)), c1, c2, disk)
         turning = disk.axial * p * omega3 * sine - disk.i_perp * p * p * cosine
-        return np.asarray(turning + disk.m * g * disk.radius * cosine * sine)
+        return np.asarray(turning + g / disk.radius * cosine * sine)
 
     return slope
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.analytic.rolling_disk._conical import conical
-from rigid_envs.analytic.rolling_disk._disk import Disk
+from rigid_envs.analytic.rolling_disk._disk import Disk, disk_of
 from rigid_envs.checks import Array, all_finite, between, number, positive
 
 __all__ = ["effective_potential", "legendre_constants", "potential", "solution", "spins"]
@@ -47,7 +47,7 @@ def legendre_constants(
     Source: Appell (1900); Korteweg (1900); Borisov, Mamaev & Kilin (2003), Reg. Chaotic Dyn. 8:201,
         doi:10.1070/RD2003v008n02ABEH000237.
     """
-    disk = Disk(m, radius, i_perp, i3)
+    disk = disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
     between(number(theta, "theta"), "theta", 0.0, math.pi)
     spin = number(phi_rate, "phi_rate") * math.sin(theta)
     axial, across = _basis(np.asarray(theta), disk)
@@ -86,7 +86,7 @@ def spins(
     """
     all_finite(c1=c1, c2=c2)
     angle = between(theta, "theta", 0.0, math.pi)
-    p, axial = solution(angle, c1, c2, Disk(m, radius, i_perp, i3))
+    p, axial = solution(angle, c1, c2, disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3))
     return p / np.sin(angle), axial
 
 
@@ -125,14 +125,15 @@ def effective_potential(
     """
     positive(g, "g")
     all_finite(c1=c1, c2=c2)
-    angle, disk = between(theta, "theta", 0.0, math.pi), Disk(m, radius, i_perp, i3)
-    return potential(angle, *solution(angle, c1, c2, disk), disk, g)
+    angle = between(theta, "theta", 0.0, math.pi)
+    disk = disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    return disk.joules(potential(angle, *solution(angle, c1, c2, disk), disk, g))
 
 
 def potential(theta: ArrayLike, p: ArrayLike, omega3: ArrayLike, disk: Disk, g: float) -> Array:
-    """Energy without that of the tipping, (A p^2 + B omega3^2) / 2 + m g radius sin(theta) [J]."""
+    """(A p^2 + B omega3^2) / 2 + m g radius sin(theta), as a multiple of m radius^2 [1/s^2]."""
     spinning = disk.i_perp * np.square(p) + disk.axial * np.square(omega3)
-    return np.asarray(0.5 * spinning + disk.m * g * disk.radius * np.sin(theta))
+    return np.asarray(0.5 * spinning + g / disk.radius * np.sin(theta))
 
 
 def solution(theta: Array, c1: float, c2: float, disk: Disk) -> tuple[Array, Array]:
@@ -144,9 +145,9 @@ def solution(theta: Array, c1: float, c2: float, disk: Disk) -> tuple[Array, Arr
 def _basis(theta: Array, disk: Disk) -> tuple[Array, Array]:
     """omega3 and p of the two solutions (1, 0) and (0, 1), each of shape (..., 2)."""
     low, high = np.sin(0.5 * theta) ** 2, np.cos(0.5 * theta) ** 2
-    mu = disk.steiner * disk.i3 / (disk.i_perp * disk.axial)
+    mu = disk.i3 / (disk.i_perp * disk.axial)
     first, first_slope = conical(low, high, mu)
     second, second_slope = conical(high, low, mu)
-    lever = 0.5 * disk.axial / disk.steiner * np.sin(theta)
+    lever = 0.5 * disk.axial * np.sin(theta)
     across = np.stack([lever * first_slope, -lever * second_slope], axis=-1)
     return np.stack([first, second], axis=-1), across

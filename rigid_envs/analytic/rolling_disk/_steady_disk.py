@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from rigid_envs.analytic.rolling_disk._disk import Disk
+from rigid_envs.analytic.rolling_disk._disk import Disk, disk_of
 from rigid_envs.checks import all_positive, between, number, positive, require
 
 __all__ = [
@@ -73,13 +73,13 @@ def steady_circle(
     disk = _checked(theta, m, radius, i_perp, i3, g)
     sine, cosine = math.sin(theta), math.cos(theta)
     apart = number(contact_radius, "contact_radius") / radius - cosine
-    grip = i_perp * cosine + disk.axial * apart
+    grip = disk.i_perp * cosine + disk.axial * apart
     expected = (
         f"one further outside at theta = {theta}: there the disk's inertia turns it down as its "
         "weight does"
     )
     require(cosine * grip > 0.0, contact_radius, "contact_radius", expected)
-    precession = math.sqrt(m * g * radius * cosine / (sine * grip))
+    precession = math.sqrt(g / radius * cosine / (sine * grip))
     return _circle(theta, precession, -precession * apart, disk, g)
 
 
@@ -111,7 +111,7 @@ def steady_precession(
     """
     disk = _checked(theta, m, radius, i_perp, i3, g)
     sine, cosine = math.sin(theta), math.cos(theta)
-    weight, square = m * g * radius * cosine, i_perp * sine * cosine
+    weight, square = g / radius * cosine, disk.i_perp * sine * cosine
     push = disk.axial * number(omega3, "omega3") * sine
     # Both roots from the one sum that does not cancel.
     total = push + math.copysign(math.sqrt(push * push + 4.0 * square * weight), push)
@@ -186,7 +186,7 @@ def _checked(theta: float, m: float, radius: float, i_perp: float, i3: float, g:
     """The disk, after lean and gravity are checked, too."""
     positive(g, "g")
     between(number(theta, "theta"), "theta", 0.0, math.pi)
-    return Disk(m, radius, i_perp, i3)
+    return disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
 
 
 def _circle(theta: float, precession: float, omega3: float, disk: Disk, g: float) -> SteadyCircle:
@@ -213,4 +213,4 @@ def _frequency_squared(
         - (disk.axial + 2.0 * disk.i3) * p * omega3 * cotangent
         + (disk.tipping + 3.0 * disk.i_perp * cotangent * cotangent) * p * p
     )
-    return (turning - disk.m * g * disk.radius * sine) / disk.tipping
+    return (turning - g / disk.radius * sine) / disk.tipping

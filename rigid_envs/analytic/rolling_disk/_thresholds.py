@@ -3,7 +3,8 @@
 import cmath
 import math
 
-from rigid_envs.checks import all_positive, number
+from rigid_envs.analytic.rolling_disk._disk import disk_of
+from rigid_envs.checks import all_positive, number, positive
 
 __all__ = ["rolling_exponent", "rolling_threshold", "spinning_exponent", "spinning_threshold"]
 
@@ -26,8 +27,9 @@ def rolling_threshold(*, m: float, radius: float, i_perp: float, i3: float, g: f
 
     Source: Routh, Advanced Part, par. 244; Bloch, Nonholonomic Mechanics and Control, sec. 1.5.
     """
-    all_positive(m=m, radius=radius, i_perp=i_perp, i3=i3, g=g)
-    return math.sqrt(i_perp * m * g * radius / (i3 * (i3 + m * radius * radius)))
+    positive(g, "g")
+    disk = disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    return math.sqrt(disk.i_perp / (disk.i3 * disk.axial)) * math.sqrt(g / radius)
 
 
 def spinning_threshold(*, m: float, radius: float, i_perp: float, g: float) -> float:
@@ -72,8 +74,8 @@ def rolling_exponent(
     Source: Routh, Advanced Part, par. 244.
     """
     least = rolling_threshold(m=m, radius=radius, i_perp=i_perp, i3=i3, g=g)
-    about_contact = m * radius * radius
-    factor = i3 * (i3 + about_contact) / (i_perp * (i_perp + about_contact))
+    disk = disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    factor = disk.i3 * disk.axial / (disk.i_perp * disk.tipping)
     return _exponent(factor, least, number(omega3, "omega3"))
 
 

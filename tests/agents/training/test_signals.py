@@ -21,7 +21,7 @@ with StopSignals() as signals:
 STOPS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
-@pytest.mark.parametrize(("first", "second"), zip(STOPS, [*STOPS[1:], STOPS[0]], strict=True))
+@pytest.mark.parametrize(("first", "second"), list(zip(STOPS, [*STOPS[1:], STOPS[0]], strict=True)))
 def test_a_second_signal_ends_at_once_with_its_number(
     first: signal.Signals, second: signal.Signals
 ) -> None:
