@@ -67,6 +67,15 @@ def test_rows_without_a_limit_are_refused_the_same_step():
         envs.step(actions)
 
 
+def test_the_longest_limit_is_played_to_its_end_and_on():
+    longest = RigidEnv("rigid_envs.tasks:Reorient").task.stable_steps()
+    envs = RigidVectorEnv("rigid_envs.tasks:Reorient", 2, max_episode_steps=longest)
+    envs.reset(seed=0)
+    still = np.zeros((2, 3), dtype=np.float32)
+    ends = [envs.step(still)[3].all() for _ in range(longest + 2)]
+    assert [k for k, end in enumerate(ends) if end] == [longest - 1]
+
+
 def test_what_nothing_can_make_faster_goes_on_for_ever():
     env = RigidEnv("rigid_envs.tasks:BallPark")
     assert env.task.stable_steps() == 2**31

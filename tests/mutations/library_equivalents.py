@@ -201,4 +201,18 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "if self.task.n_choices -> if True",
         "every action is checked in full then, which changes no number",
     ),
+    Equivalent(
+        "rigid_envs/envs/vector.py",
+        "RigidVectorEnv.step",
+        "if not self._steps_left:",
+        "if not self._steps_left -> if True",
+        "order and clocks are checked at every step then, which takes time and changes nothing",
+    ),
+    Equivalent(
+        "rigid_envs/envs/vector.py",
+        "RigidVectorEnv._allow_steps",
+        ("self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)"),
+        "0 -> 1",
+        "the last checked step is one of the further ones, which are at least as many",
+    ),
 )

@@ -91,6 +91,12 @@ def test_an_environment_that_is_given_stays_open():
     env.close()
 
 
+def test_the_id_of_an_environment_that_is_given_may_be_short():
+    found = rigid_envs.evaluate("SleepingTop", "zero", n=2, env=gym.make(TOP))
+    assert found.env_id == TOP
+    assert found.cost is not None
+
+
 def test_an_environment_without_a_registered_id_is_played_and_has_no_cost():
     env = TimeLimit(RigidEnv(rigid_envs.ENVIRONMENTS[TOP].task), 300)
     found = rigid_envs.evaluate("Mine/Top-v0", pd, n=3, env=env)
