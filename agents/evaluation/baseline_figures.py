@@ -40,6 +40,7 @@ from .plots import short_number
 __all__ = ["write_baselines"]
 
 _COLUMNS = 4
+_LONG_AXIS = 100.0  # times as many steps at its end as at its beginning
 _RESAMPLES = 500  # of bands, whose ends are seen to a hundredth or so
 Array = NDArray[np.float64]
 
@@ -111,8 +112,11 @@ def _draw_panel(axes: Axes, groups: Grouped, env_id: str) -> None:
     axes.set_xscale("log")
     dress(axes, "")
     axes.tick_params(which="both", labelsize=7, length=0)
-    # with fewer, a short axis holds one of them alone, and the locator marks it at equal distances
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 4.0)))
+    # With fewer, a short axis holds one of them alone, and the locator marks it at equal distances;
+    # with more, those of a long axis overlap.
+    low, high = axes.get_xlim()
+    steps = (1.0, 2.0, 4.0) if high < _LONG_AXIS * low else (1.0, 3.0)
+    axes.xaxis.set_major_locator(LogLocator(subs=steps))
     axes.xaxis.set_major_formatter(FuncFormatter(short_number))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.0f} %"))
