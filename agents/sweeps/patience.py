@@ -32,23 +32,24 @@ class Patience:
         self._silent: dict[int, float] = {}  # seconds since then
 
     def lost(self, running: Mapping[int, Training]) -> list[int]:
-        """Look at them; what is in no process's hands yet, or any more, is let be.
+        """Look at them.
 
         Args:
             running: Those that train now, each with its number.
 
         Returns:
-            Numbers of those that have written nothing for too long; counted anew from here on.
+            Numbers of those that have written nothing for too long, though a process works in their
+            run: what waits in a queue is let be. They are counted anew from here on.
         """
         now = monotonic()
         passed, self._looked = min(now - self._looked, _LONGEST), now
         for number, training in running.items():
             sign = training.last_sign()
-            is_silent = training.is_in_use() and sign == self._signs.get(number)
+            is_silent = sign == self._signs.get(number)
             self._silent[number] = self._silent.get(number, 0.0) + passed if is_silent else 0.0
             self._signs[number] = sign
         for number in self._signs.keys() - running.keys():
             del self._signs[number], self._silent[number]
-        found = [number for number, silent in self._silent.items() if silent > self._seconds]
-        self._silent.update(dict.fromkeys(found, 0.0))
-        return found
+        late = [number for number, silent in self._silent.items() if silent > self._seconds]
+        self._silent.update(dict.fromkeys(late, 0.0))
+        return [number for number in late if running[number].is_in_use()]
