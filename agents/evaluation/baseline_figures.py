@@ -114,9 +114,9 @@ def _draw_panel(axes: Axes, groups: Grouped, env_id: str) -> None:
     axes.tick_params(which="both", labelsize=7, length=0)
     # With fewer, a short axis holds one of them alone, and the locator marks it at equal distances;
     # with more, those of a long axis overlap.
-    low, high = axes.get_xlim()
-    steps = (1.0, 2.0, 4.0) if high < _LONG_AXIS * low else (1.0, 3.0)
-    axes.xaxis.set_major_locator(LogLocator(subs=steps))
+    first, last = axes.get_xlim()
+    marks = (1.0, 2.0, 4.0) if last < _LONG_AXIS * first else (1.0, 3.0)
+    axes.xaxis.set_major_locator(LogLocator(subs=marks))
     axes.xaxis.set_major_formatter(FuncFormatter(short_number))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.0f} %"))
