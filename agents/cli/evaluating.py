@@ -53,8 +53,8 @@ def add_evaluate(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=Path,
         metavar="FOLDER",
-        help="for results.json, episodes.csv (the run); of controllers, ID/NAME is added to it "
-        "(logs/results)",
+        help="for results.json, episodes.csv (of a run: evaluated/WHICH-EPISODES-SEED in it); of "
+        "controllers, ID/NAME is added to it (logs/results)",
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
 
@@ -81,7 +81,7 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> int:
         policy_file(options.path, options.which), options.episodes, options.seed
     )
     print(json.dumps(figures, indent=1) if options.json else table(figures))
-    folder = options.out or (options.path if is_run(options.path) else None)
+    folder = options.out or (_evaluated(options) if is_run(options.path) else None)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
         write_report(folder, figures, episodes)
@@ -95,6 +95,12 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> int:
         config = policy.document["env_kwargs"]
         _save_replays(options, from_predict(policy), figures["env_id"], folder, "policy", config)
     return 0
+
+
+def _evaluated(options: argparse.Namespace) -> Path:
+    """Folder in a run, aside from what its training wrote, which stays as it is."""
+    name = f"{options.which}-{options.episodes}-{options.seed}"
+    return Path(options.path) / "evaluated" / name
 
 
 def _evaluate_controller(options: argparse.Namespace) -> int:

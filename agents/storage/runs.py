@@ -10,6 +10,7 @@ logs/<algo>/<environment>_<n>/
     checkpoints/            what `--resume` continues from
     results.json, episodes.csv, learning_curve.png      the final evaluation
     film.mp4                one episode of it, to look at
+    evaluated/              later evaluations, by `agents evaluate`: WHICH-EPISODES-SEED/
 """
 
 from __future__ import annotations

@@ -65,13 +65,17 @@ def test_training_ends_with_the_table_and_where_everything_is(finished: tuple[Pa
 def test_evaluate_gives_the_same_figures_again(finished: tuple[Path, str], tmp_path: Path) -> None:
     trained, said = finished
     folder = shutil.copytree(trained, tmp_path / "run")  # others see what the training wrote
-    before = json.loads((folder / "results.json").read_text())
+    written = (folder / "results.json").read_bytes()
+    before = json.loads(written)
     answer = run("evaluate", str(folder), *ENV[2:])
     assert answer.returncode == 0, answer.stderr
-    after = json.loads((folder / "results.json").read_text())
+    found = folder / "evaluated" / f"best-500-{before['test_seed']}" / "results.json"
+    assert f"written to {found.parent}" in answer.stdout
+    after = json.loads(found.read_text())
     assert after["policy"] == before["policy"]
     assert after["random_policy"] == before["random_policy"]
     assert answer.stdout.splitlines()[1] in said
+    assert (folder / "results.json").read_bytes() == written
 
 
 def test_evaluate_saves_replays_of_environments_of_the_library(
