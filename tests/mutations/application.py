@@ -54,7 +54,9 @@ class Checkout:
 
     def _failing(self, tests: Sequence[str]) -> str:
         """The first test that fails; empty if none does."""
-        words = ["-x", "-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", *tests]
+        # one that is named is meant, long or not
+        marked = ["-m", "long or not long"] if all("::" in test for test in tests) else []
+        words = ["-x", "-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", *marked, *tests]
         done = run_copy(self.folder, ["-m", "pytest", *words], _LIMIT)
         if done is None:
             return f"none: {_LIMIT:g} s are up"

@@ -39,6 +39,9 @@ _T = "tests/agents/training/test_"
 FILES, TENSORS = ("tests/test_files.py",), ("tests/test_tensorfile.py",)
 RUNS, LOGS = ("tests/agents/storage",), ("tests/agents/storage", f"{_T}continuing.py")
 RESUME = (f"{_T}continuing.py",)
+EVERY_ALGORITHM = (
+    f"{_T}continuing.py::test_a_run_that_goes_on_is_bitwise_the_one_that_never_stopped",
+)
 STREAMS = (f"{_T}random_streams.py",)
 EVENTS = (f"{_T}resume.py::test_no_row_and_no_event_is_doubled_or_missing_after_a_kill",)
 TRAINER = (f"{_T}trainer.py", f"{_T}in_training.py")
@@ -48,6 +51,10 @@ MODELS = (f"{_T}models.py", f"{_T}spread.py")
 POLICIES = ("tests/agents/policies",)
 ROWS = ("tests/agents/environments", f"{_T}in_training.py")
 SWEEPS = ("tests/agents/sweeps/test_sweep.py",)
+DEATHS = (f"{SWEEPS[0]}::test_a_training_that_dies_five_times_at_the_same_place_is_given_up",)
+KILLED_SWEEPS = (
+    f"{SWEEPS[0]}::test_a_sweep_listens_nowhere_and_killed_leaves_no_process_and_its_run_saved",
+)
 CONFIG = ("tests/agents/config/test_config.py",)
 
 _A = "agents/training/"
@@ -164,9 +171,10 @@ BUGS = (
     Bug("the stream of Python is not restored", f"{_A}random_streams.py",
         "    random.setstate(_python(arrays, document))\n", "", STREAMS),
     Bug("a full replay buffer is half read", f"{_A}replay_buffer.py",
-        "= position, bool(full)", "= position, False", RESUME),
+        "= position, bool(full)", "= position, False", EVERY_ALGORITHM),
     Bug("starts of episodes in the replay buffer are lost", f"{_A}replay_buffer.py",
-        '        buffer._current_ep_start = arrays["current_start"]\n', "        pass\n", RESUME),
+        '        buffer._current_ep_start = arrays["current_start"]\n', "        pass\n",
+        EVERY_ALGORITHM),
     Bug("the last event before a kill is hidden", f"{_A}records.py",
         'at["timesteps"] + 1', 'at["timesteps"]', EVENTS),
     Bug("ages of episodes are of one row", f"{_A}records.py",
@@ -226,11 +234,11 @@ BUGS = (
     Bug("a batch need not divide the samples", "agents/config/by_algorithm.py",
         "if samples % self.batch_size:", "if False:", CONFIG),
     Bug("a training that dies is begun for ever", "agents/sweeps/sweep.py",
-        "[ages[-1]] * _DEATHS:", "[ages[-1]] * 2 * _DEATHS:", SWEEPS),
+        "[ages[-1]] * _DEATHS:", "[ages[-1]] * 2 * _DEATHS:", DEATHS),
     Bug("a finished training keeps its replay buffer", "agents/sweeps/training.py",
         '            shutil.rmtree(run / "checkpoints", ignore_errors=True)\n', "", SWEEPS),
     Bug("a killed sweep leaves its processes", "agents/sweeps/processes.py",
-        "    threading.Thread(target=_end_with_parent, daemon=True).start()\n", "", SWEEPS),
+        "    threading.Thread(target=_end_with_parent, daemon=True).start()\n", "", KILLED_SWEEPS),
     Bug("a run is complete an update late", f"{_A}recording.py",
         "int(times[_STEPS]) >= run", "int(times[_STEPS]) > run", SWEEPS),
     Bug("a record has the steps of the run for those of its policy", f"{_A}recording.py",

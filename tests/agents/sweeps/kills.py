@@ -54,6 +54,15 @@ def workers(folder: Path) -> list[int]:
     return [pid for pid in pids if pid is not None and _trains(pid)]
 
 
+def stop_once(run: Path) -> None:
+    """Stop, by SIGSTOP, the process that trains there, when it has a checkpoint."""
+    while not list(run.glob("checkpoints/*.safetensors")):
+        time.sleep(0.05)
+    pid = worker(run)
+    assert pid is not None
+    os.kill(pid, signal.SIGSTOP)
+
+
 def _trains(pid: int) -> bool:
     try:
         return "State:\tZ" not in Path(f"/proc/{pid}/status").read_text()

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agents.sweeps.patience import PATIENCE
 from agents.sweeps.sweep import train_all
 from agents.sweeps.training import Training
-from tests.agents.sweeps.kills import assert_as_undisturbed, kill_some, trainings
+from tests.agents.sweeps.kills import assert_as_undisturbed, kill_some, stop_once, trainings
 
 pytestmark = pytest.mark.long
 
@@ -29,10 +31,11 @@ def cluster() -> Iterator[Any]:
     cluster.shutdown()
 
 
-def sweep(address: str, all_trainings: Sequence[Training]) -> None:
+def sweep(address: str, all_trainings: Sequence[Training], patience: float = PATIENCE) -> None:
     from agents.sweeps.cluster import RayTasks
 
-    raise SystemExit(train_all(all_trainings, RayTasks(address, ["tests.agents.drift"])))
+    workers = RayTasks(address, ["tests.agents.drift"])
+    raise SystemExit(train_all(all_trainings, workers, patience=patience))
 
 
 @pytest.mark.parametrize(("n", "updates", "kills"), [(4, 300, 3), (8, 500, 20)])
@@ -57,3 +60,16 @@ def test_runs_are_those_of_an_undisturbed_sweep(
     done = kill_some(tmp_path / "killed", start, kills, seed=0, others=kill_node)
     print(f"kills: {done}")
     assert_as_undisturbed(killed, alone)
+
+
+def test_a_training_that_hangs_is_killed_and_goes_on_to_the_bit(
+    tmp_path: Path, cluster: Any
+) -> None:
+    hung, alone = (trainings(tmp_path / name, 2, 60) for name in ("hung", "alone"))
+    stopper = threading.Thread(target=stop_once, args=(hung[0].folder,), daemon=True)
+    stopper.start()
+    process = _context.Process(target=sweep, args=(cluster.address, hung, 10.0))
+    process.start()
+    process.join(300)
+    assert process.exitcode == 0 and not stopper.is_alive()
+    assert_as_undisturbed(hung, alone)

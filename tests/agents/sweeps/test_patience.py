@@ -1,9 +1,6 @@
 """A training that hangs is killed and goes on; one that works is let be."""
 
-import os
-import signal
 import threading
-import time
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +10,7 @@ from agents.sweeps import patience as module
 from agents.sweeps.patience import Patience
 from agents.sweeps.processes import Processes
 from agents.sweeps.sweep import train_all
-from tests.agents.sweeps.kills import assert_as_undisturbed, trainings, worker
+from tests.agents.sweeps.kills import assert_as_undisturbed, stop_once, trainings
 
 
 class Clock:
@@ -84,15 +81,6 @@ def test_time_in_which_the_sweep_was_stopped_too_does_not_count(clock: Clock) ->
     looks(patience, clock, {0: silent}, 2)
     clock.now += 1e5
     assert patience.lost({0: silent}) == []
-
-
-def stop_once(run: Path) -> None:
-    """Stop the process that trains there, when it has a checkpoint."""
-    while not list(run.glob("checkpoints/*.safetensors")):
-        time.sleep(0.05)
-    pid = worker(run)
-    assert pid is not None
-    os.kill(pid, signal.SIGSTOP)
 
 
 @pytest.mark.long

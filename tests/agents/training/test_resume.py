@@ -51,7 +51,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
         "algo": "sac",
         "env_id": "RigidEnvs/BallParkGoal-v0",
         "train_freq": 8,
-        "buffer_size": 8000,
+        "buffer_size": 7000,  # not a number of whole episodes
         "normalize_observation": True,
     },
     "tqc": MEMORY | {"algo": "tqc", "env_id": "RigidEnvs/BallPark-v0"},
