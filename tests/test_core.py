@@ -41,6 +41,12 @@ def act(core, seed=0):
 
 
 @pytest.mark.parametrize("n", SIZES)
+def test_blocks_begin_at_a_cache_line(n):
+    core = Core(BallPark(), n)
+    assert core._blocks.ctypes.data % 64 == 0
+
+
+@pytest.mark.parametrize("n", SIZES)
 def test_a_row_is_the_same_among_any_number_of_rows(task, n):
     core, alone = begun(task, n), begun(task, 1)
     for k in range(5):

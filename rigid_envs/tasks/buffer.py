@@ -7,7 +7,9 @@ from rigid_envs.kernels.layout import CHANNEL, Settings, Slots, slots_of
 from rigid_envs.kernels.rows import LANES
 from rigid_envs.tasks.base import Task
 
-__all__ = ["new_buffer", "parameter_slot", "slots_for"]
+__all__ = ["aligned_zeros", "new_buffer", "parameter_slot", "slots_for"]
+
+_LINE = 8  # numbers in a cache line
 
 
 def slots_for(task: Task) -> Slots:
@@ -64,9 +66,16 @@ def new_buffer(
         actions=actions,
         observations=observations,
     )
-    buffer = np.zeros(-(-(observations + n_rows * len(bounds) // 2) // 2))
+    buffer = aligned_zeros(-(-(observations + n_rows * len(bounds) // 2) // 2))
     buffer[: n_head + len(tail)] = [*settings, *tail]
     return buffer, settings
+
+
+def aligned_zeros(n: int) -> npt.NDArray[np.float64]:
+    """Zeros that begin at a cache line, so that vectors of a block do not lie across two."""
+    whole = np.zeros(n + _LINE)
+    first = -whole.ctypes.data // whole.itemsize % _LINE
+    return whole[first : first + n]
 
 
 def _blocks_up(n: int) -> int:
