@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.kernels.compiler import address_of
+from rigid_envs.kernels.compiler import address_of, compiled_for
 from rigid_envs.kernels.team import is_asleep, lead, new_board, serve, wake
 
 __all__ = ["Workers"]
@@ -59,22 +59,26 @@ class Workers:
             if is_asleep(board, k):
                 wake(board, k)
                 inbox.put(True)
-        return lead(*self._arguments)
+        return self._lead(*self._arguments)
 
     def _start(self) -> None:
         address = address_of(self._step, self._buffer, 0, 0)
         board = new_board(self._count)
         self._arguments = address, self._buffer, self._n_blocks, board, self._count
+        # both now: a thread that compiles would disturb the first seconds of steps
+        self._lead = compiled_for(lead, *self._arguments)
+        work = compiled_for(serve, *self._arguments, 0)
         self._inboxes = [SimpleQueue() for _ in range(self._count - 1)]
         self._process = os.getpid()
         for k, inbox in enumerate(self._inboxes):
-            threading.Thread(target=_work, args=(inbox, *self._arguments, k), daemon=True).start()
+            arguments = (inbox, work, *self._arguments, k)
+            threading.Thread(target=_work, args=arguments, daemon=True).start()
         weakref.finalize(self, _end, self._inboxes)
 
 
-def _work(inbox: Inbox, *arguments: Any) -> None:
+def _work(inbox: Inbox, work: Callable[..., None], *arguments: Any) -> None:
     while inbox.get():
-        serve(*arguments)
+        work(*arguments)
 
 
 def _end(inboxes: list[Inbox]) -> None:
