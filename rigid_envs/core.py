@@ -81,6 +81,16 @@ class Core:
         """Function that copies the last flags in the order of `FLAGS`, shape (6, N)."""
         return self._copier(self._flags)
 
+    @cached_property
+    def rewards(self) -> Callable[[], Array]:
+        """Function that copies the last rewards, shape (N,)."""
+        return self._copier(self._results[-1])
+
+    @cached_property
+    def ends(self) -> Callable[[], npt.NDArray[np.bool_]]:
+        """Function that copies the last flags `terminated` and `truncated`, shape (2, N)."""
+        return self._copier(self._flags[: FLAGS.truncated + 1])
+
     def reset(self, rows: Integers, start: Start = DRAWN) -> None:
         """Begin a new episode in the given rows and update their `observations`.
 
@@ -254,13 +264,14 @@ class Core:
         self.action, self.observation = self.actions[0], self.observations[0]
 
     def _copier(self, blocks: npt.NDArray[Any]) -> Callable[[], npt.NDArray[Any]]:
-        """Function that copies values (k, n_blocks, LANES) to an array (k, N)."""
+        """Function that copies values (..., n_blocks, LANES) to an array (..., N)."""
         n = self.n_rows  # the function must not hold this object, which holds the function
+        lead = blocks.shape[:-2]
         if self._n_blocks == 1:
-            return blocks[:, 0, :n].copy
+            return blocks[..., 0, :n].copy
         if n % LANES:
-            return lambda: blocks.reshape(len(blocks), -1)[:, :n]
-        return partial(blocks.reshape, (len(blocks), n))
+            return lambda: blocks.reshape(*lead, -1)[..., :n]
+        return partial(blocks.reshape, (*lead, n))
 
     def _column(self, slot: int) -> Array:
         """One slot of all rows, shape (N,)."""

@@ -67,13 +67,21 @@ def check_fields(settings: Any) -> None:
     if any(isinstance(value, dataclasses.Field) for value in vars(kind).values()):
         raise TypeError(f"{kind.__qualname__} is no dataclass; expected @dataclass(frozen=True)")
     for field in dataclasses.fields(settings):
-        rule, value = field.metadata["rule"], getattr(settings, field.name)
-        try:
-            checked = rule.check(value)
-        except (ValueError, TypeError, OverflowError, RecursionError):
-            unit = "" if rule.unit in ("", "1") else f" [{rule.unit}]"
-            raise refusal(field.name, value, f"{rule}{unit}") from None
-        object.__setattr__(settings, field.name, checked)
+        value = checked(field.name, getattr(settings, field.name), field.metadata["rule"])
+        object.__setattr__(settings, field.name, value)
+
+
+def checked(key: str, value: Any, rule: Rule) -> Any:
+    """The value as its rule has it.
+
+    Raises:
+        ConfigError: the rule does not allow it.
+    """
+    try:
+        return rule.check(value)
+    except (ValueError, TypeError, OverflowError, RecursionError):
+        unit = "" if rule.unit in ("", "1") else f" [{rule.unit}]"
+        raise refusal(key, value, f"{rule}{unit}") from None
 
 
 def from_config(kind: type[Any], config: Mapping[str, Any]) -> Any:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -28,18 +27,13 @@ from rigid_envs.envs.arguments import (
 )
 from rigid_envs.envs.display import MODES, Shown, frames_per_second
 from rigid_envs.envs.durations import checked_steps, further_steps
-from rigid_envs.envs.infos import blank_infos, keep_final
+from rigid_envs.envs.infos import Infos
 from rigid_envs.envs.streams import seeded_key, seeds_of, undone_if_refused
-from rigid_envs.envs.task_spaces import (
-    action_space,
-    info_flags,
-    info_keys,
-    info_numbers,
-    observation_space,
-)
-from rigid_envs.kernels.layout import FLAGS
+from rigid_envs.envs.task_spaces import action_space, observation_space
 from rigid_envs.kernels.step_loop import ENDED
 from rigid_envs.moment import Moment
+from rigid_envs.rules import Flag
+from rigid_envs.settings import checked
 from rigid_envs.systems import System
 from rigid_envs.tasks import Task
 from rigid_envs.tasks.starts import start_from
@@ -51,8 +45,6 @@ Bools = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.int64]
 Observations = npt.NDArray[np.float32]
 
-# rows of an array: a third of the time that it takes to iterate over it
-_flags_by_row = itemgetter(*range(len(FLAGS)))
 _NO_ROWS: Rows = np.zeros(0, dtype=np.int64)
 
 
@@ -70,6 +62,9 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         num_threads: threads that share the rows, with the same bits; more than 1 pay from about
             4000 rows on, on idle cores (not on two hardware threads of one). After a step they
             wait for the next one for about 0.1 ms, which occupies their cores, before they sleep.
+        infos_on_request: steps and resets give an empty dict, and `infos` gives those of the last
+            step when they are needed: to make them is a large part of a step of few rows. With
+            SAME_STEP, a step in which an episode ends gives all its infos.
         render_mode: "rgb_array", "human" (one window with all of `render_rows`) or None.
         width: of a picture in pixels.
         height: of a picture in pixels.
@@ -93,6 +88,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         num_threads: int = 1,
+        infos_on_request: bool = False,
         render_mode: str | None = None,
         width: int = 480,
         height: int = 480,
@@ -103,6 +99,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         """Check the configuration, then allocate the rows."""
         check_counts(num_envs, num_threads, max_episode_steps)
         self.autoreset_mode = autoreset_of(autoreset_mode)
+        self._infos_on_request: bool = checked("infos_on_request", infos_on_request, Flag("infos"))
         self.task: Task = new_task(task, config)
         self._set_look(render_mode, width, height, camera)
         self.num_envs = int(num_envs)
@@ -120,13 +117,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         self._rows = np.arange(self.num_envs)
         # shape of actions that need no further check than finiteness; None for discrete ones
         self._shape = None if self.task.n_choices else (self.num_envs, len(self.task.actions()))
-        self._keys = info_keys(self.task)
-        everywhere = np.ones(self.num_envs, dtype=np.bool_)
-        everywhere.flags.writeable = False
-        self._masks: dict[str, Any] = {f"_{key}": everywhere for key in self._keys}
-        self._blank_infos = dict.fromkeys(self._keys) | self._masks
-        self._numbers, self._flags = info_numbers(self.task), info_flags(self.task)
-        self._results_by_row = itemgetter(*range(len(self._numbers) + 1))
+        self._infos = Infos(self._core)
         self._ended = self._rows  # rows without a running episode
         self._keyed = False  # whether the rows have random streams
         self._fresh = True
@@ -169,10 +160,8 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         self._steps_left = 0
         if self.render_mode == "human" and not self._fresh:
             self.render()
-        return self._core.observations.copy(), {
-            **blank_infos(self.task, self.num_envs),
-            **self._masks,
-        }
+        infos = {} if self._infos_on_request else self._infos.of_reset()
+        return self._core.observations.copy(), infos
 
     def step(self, actions: Any) -> tuple[Observations, Array, Bools, Bools, dict[str, Any]]:
         """Advance all rows by one control period.
@@ -207,24 +196,41 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             actions_of(self.task, actions, (self.num_envs,), self._name)
         if self._ended.size and self.autoreset_mode is AutoresetMode.NEXT_STEP:
             core.reset_unseen(self._ended)  # rows that had ended are reset instead of stepped
-        numbers = self._results_by_row(core.results())  # the last one is the reward
-        terminated, truncated, *flags = _flags_by_row(core.flags())
-        infos = self._blank_infos.copy()
-        for key, number in zip(self._numbers, numbers):  # noqa: B905 - ends with the keys
-            infos[key] = number
-        for key, flag in zip(self._flags, flags):  # noqa: B905 - ends with the keys
-            infos[key] = flag
+        infos: dict[str, Any] = {}
+        if self._infos_on_request:
+            rewards, (terminated, truncated) = core.rewards(), core.ends()
+        else:
+            rewards, terminated, truncated, infos = self._infos.of_step()
         self._ended = _NO_ROWS
         if raised >= ENDED:
             ended = terminated | truncated
             self._ended = ended.nonzero()[0]
             if self.autoreset_mode is AutoresetMode.SAME_STEP:
-                self._begin_same(infos, ended)
+                infos = infos or self._infos.of_step()[-1]
+                self._infos.keep_final(infos, ended)
+                core.reset(self._ended)
+                self._ended = _NO_ROWS
             elif self.autoreset_mode is AutoresetMode.DISABLED:
                 self._steps_left = 0
         if self.render_mode == "human":
             self.render()
-        return core.observations.copy(), numbers[-1], terminated, truncated, infos
+        return core.observations.copy(), rewards, terminated, truncated, infos
+
+    def infos(self) -> dict[str, Any]:
+        """Infos of the last step, as it gives them without ``infos_on_request``.
+
+        Those of rows that have begun an episode since are zero: with SAME_STEP, the step has given
+        their last ones.
+
+        Raises:
+            ResetNeeded: before `reset`.
+            ClosedEnvironmentError: after `close`.
+        """
+        if self.closed:
+            raise ClosedEnvironmentError(f"{self._name}: infos after close; make it again")
+        if self._fresh:
+            raise ResetNeeded(f"{self._name}: infos before the first reset; call reset first")
+        return self._infos.now()
 
     def render(self) -> Any:
         """Pictures of the rows.
@@ -330,12 +336,6 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         elapsed = int(self._core.elapsed.max())
         left = self._checked_steps - elapsed
         self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)
-
-    def _begin_same(self, infos: dict[str, Any], ended: Bools) -> None:
-        """SAME_STEP: rows that end now are reset; their last observation and info are kept."""
-        keep_final(infos, self._keys, ended, self._core.observations.copy())
-        self._core.reset(self._ended)
-        self._ended = _NO_ROWS
 
     def _seed(self, seed: int | Sequence[int | None] | None, rows: Rows) -> None:
         """Set the random stream of each row, from its seed or else from entropy."""

@@ -287,6 +287,8 @@ def test_the_least_cost_is_known_from_the_state_alone(env_id):
         ("num_threads", 0),
         ("num_threads", None),
         ("num_threads", 1.5),
+        ("infos_on_request", 1),
+        ("infos_on_request", "yes"),
         ("autoreset_mode", "Never"),
         ("autoreset_mode", None),
         ("render_mode", "x-ray"),

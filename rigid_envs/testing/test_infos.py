@@ -3,6 +3,8 @@
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from numpy.testing import assert_equal
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.testing.environments import (
@@ -52,6 +54,40 @@ def test_infos_of_many_rows_have_the_keys_of_one_with_masks(env_id, mode):
             assert infos[f"_{key}"].dtype == bool
             assert infos[f"_{key}"].all()
         *_, infos = envs.step(batch)
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_infos_on_request_are_those_that_are_given_otherwise(env_id, mode):
+    settings = {"autoreset_mode": mode, "max_episode_steps": 4} | rich(env_id)
+    asked = vector(env_id, 3, infos_on_request=True, **settings)
+    given = vector(env_id, 3, **settings)
+    (seen, nothing), (other, infos) = asked.reset(seed=0), given.reset(seed=0)
+    assert nothing == {}
+    assert_equal([seen, asked.infos()], [other, infos])
+    n_full = 0
+    for batch in actions(env_id, 10, 3):
+        *ours, nothing = asked.step(batch)
+        *theirs, infos = given.step(batch)
+        assert_equal(ours, theirs)
+        if nothing:
+            n_full += 1
+            assert_equal(nothing, infos)
+        last = {key: value for key, value in infos.items() if "final_" not in key}
+        assert_equal(asked.infos(), last)
+    assert (n_full > 0) == (mode == "SameStep")
+    (_, nothing), (_, infos) = asked.reset(), given.reset()
+    assert nothing == {}
+    assert_equal(asked.infos(), infos)
+
+
+def test_infos_on_request_are_refused_where_there_are_none(env_id):
+    envs = vector(env_id, 2, infos_on_request=True)
+    with pytest.raises(ResetNeeded, match="infos before the first reset"):
+        envs.infos()
+    envs.reset(seed=0)
+    envs.close()
+    with pytest.raises(ClosedEnvironmentError, match="infos after close"):
+        envs.infos()
 
 
 def test_info_is_blank_at_reset(env_id):

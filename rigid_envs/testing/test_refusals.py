@@ -126,20 +126,21 @@ def test_everything_is_taken_or_refused_without_a_trace(env_id, begun):
         check_calls(make, range(N_THINGS), begun)
 
 
-OF_ROWS = ("num_envs", "num_threads", "max_episode_steps", "autoreset_mode", "render_rows")
+OF_ROWS = (
+    "num_envs",
+    "num_threads",
+    "max_episode_steps",
+    "autoreset_mode",
+    "render_rows",
+    "infos_on_request",
+)
 OF_BOTH = ("task", "render_mode", "width", "camera", "frame", "rotation", "dt", "action_delay")
 
 
 @pytest.mark.parametrize("name", [*OF_ROWS, *OF_BOTH])
 def test_arguments_of_the_wrong_kind_are_refused_as_values(name):
     kinds = [RigidVectorEnv]
-    if name not in (
-        "num_envs",
-        "num_threads",
-        "max_episode_steps",
-        "autoreset_mode",
-        "render_rows",
-    ):
+    if name not in OF_ROWS:
         kinds.append(RigidEnv)
     for kind in kinds:
         for thing in things():
