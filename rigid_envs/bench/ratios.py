@@ -7,25 +7,27 @@ import numpy as np
 
 from rigid_envs.bench.interleaved import Throughput
 from rigid_envs.bench.mujoco_body import MujocoSetting
+from rigid_envs.bench.workloads import FREE_BODY, ON_REQUEST
 
 __all__ = ["Ratio", "ratios"]
 
-# The first is compared in all forms: MuJoCo can simulate a free body too.
-_FREE_BODY, _BALL, _TOP = "IntermediateAxis-v0", "BallPark-v0", "SleepingTop-v0"
+_BALL, _TOP = "BallPark-v0", "SleepingTop-v0"
 _SINGLE, _ROWS = "CartPole-v1", "CartPole-v1, NumPy"
 _PEERS = (
-    (_FREE_BODY, "made", _SINGLE, "made"),
-    (_FREE_BODY, "bare", _SINGLE, "bare"),
-    (_FREE_BODY, "16", _ROWS, "16"),
-    (_FREE_BODY, "256", _ROWS, "256"),
-    *((name, "4096", _ROWS, "4096") for name in (_FREE_BODY, _BALL, _TOP)),
-    *((name, "2 threads", name, "4096") for name in (_FREE_BODY, _BALL, _TOP)),
+    (FREE_BODY, "made", _SINGLE, "made"),
+    (FREE_BODY, "bare", _SINGLE, "bare"),
+    (FREE_BODY, "16", _ROWS, "16"),
+    (FREE_BODY, "256", _ROWS, "256"),
+    *((FREE_BODY, column, _ROWS, str(n)) for column, n in ON_REQUEST.items()),
+    *((name, "4096", _ROWS, "4096") for name in (FREE_BODY, _BALL, _TOP)),
+    *((name, "2 threads", name, "4096") for name in (FREE_BODY, _BALL, _TOP)),
 )
 _FORMS = {
     "made": "single, made",
     "bare": "single, bare",
     "16": "N = 16",
     "256": "N = 256",
+    **{column: f"N = {column}" for column in ON_REQUEST},
     "4096": "N = 4096",
     "2 threads": "N = 4096, 2 threads",
 }
@@ -56,7 +58,7 @@ def ratios(speeds: Sequence[Throughput], mujoco: Sequence[MujocoSetting]) -> lis
     Of MuJoCo's settings the last RK4 counts: it holds our energy error for longest.
     """
     equal = [setting.name for setting in mujoco if setting.integrator == "RK4"][-1:]
-    peers = [*_PEERS, *((_FREE_BODY, "4096", peer, "4096") for peer in equal)]
+    peers = [*_PEERS, *((FREE_BODY, "4096", peer, "4096") for peer in equal)]
     found = {(speed.name, speed.column): speed for speed in speeds}
     made = []
     for name, column, peer, peer_column in peers:

@@ -13,6 +13,8 @@ from rigid_envs.kernels.layout import CLOCK
 
 __all__ = [
     "COLUMNS",
+    "FREE_BODY",
+    "ON_REQUEST",
     "gymnasium_workloads",
     "our_workloads",
     "staggered",
@@ -21,6 +23,12 @@ __all__ = [
 
 COLUMNS = ("made", "bare", "N = 1", "16", "256", "4096", "2 threads")
 """Single as `gymnasium.make` gives it and without its wrappers; N rows; 4096 rows in 2 threads."""
+
+FREE_BODY = "IntermediateAxis-v0"
+"""Compared in all forms: MuJoCo can simulate a free body too."""
+
+ON_REQUEST = {"16, infos on request": 16, "256, infos on request": 256}
+"""Further forms of `FREE_BODY`, without infos but those that are asked for."""
 
 _ROWS = {"N = 1": 1, "16": 16, "256": 256, "4096": 4096}
 _N_ACTIONS = 1 << 12  # actions that are drawn before and used in turn
@@ -36,7 +44,16 @@ def our_workloads(ids: Sequence[str]) -> list[Workload]:
             workloads.append(Workload(name, column, vector_workload(staggered(env_id, n, 1))))
         pair = vector_workload(staggered(env_id, 4096, 2))
         workloads.append(Workload(name, "2 threads", pair, time.perf_counter))
+        if name == FREE_BODY:
+            workloads += _on_request(env_id)
     return workloads
+
+
+def _on_request(env_id: str) -> list[Workload]:
+    return [
+        Workload(FREE_BODY, column, vector_workload(staggered(env_id, n, 1, infos_on_request=True)))
+        for column, n in ON_REQUEST.items()
+    ]
 
 
 def gymnasium_workloads() -> list[Workload]:

@@ -2,7 +2,8 @@
 
     python -m tests.benchmarks [--quick] [--out FOLDER]
 
-On a machine with nothing else to do; with --quick in some minutes, for a first look.
+On a machine with nothing else to do; with --quick in some minutes, for a first look. Downloads
+PufferLib's source package once.
 """
 
 import argparse
@@ -21,8 +22,10 @@ from rigid_envs.files import lined_json, write_atomic
 from rigid_envs.provenance import provenance
 from tests.benchmarks.growth import by_option, by_size
 from tests.benchmarks.kernel_vs_c import compare
+from tests.benchmarks.limit import limit
 from tests.benchmarks.page import markdown
 from tests.benchmarks.ppo_phases import IDS, PHASES, Phases, measure
+from tests.benchmarks.pufferlib_drone import compare as compare_with_drones
 
 __all__ = ["DOCS", "main"]
 
@@ -45,9 +48,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     data = {
         "provenance": provenance(),
         "bench": figures,
+        "drones": asdict(compare_with_drones(20 if options.quick else 200)),
         "sizes": [asdict(growth) for growth in by_size(5 if options.quick else 20)],
         "options": [asdict(growth) for growth in by_option(5 if options.quick else 50)],
-        "loops": [asdict(loop) for loop in compare(20 if options.quick else 200)],
+        "loops": [asdict(loop) for loop in compare(20 if options.quick else 200)["free body"]],
+        "limit": asdict(limit(20 if options.quick else 200)),
         "training": [_training(measure(env_id, steps)) for env_id in IDS],
     }
     write_atomic(options.out / "speed.json", lined_json(data))

@@ -43,15 +43,34 @@ _RATIOS = """
 ## Against others
 
 Steps per second over those of a peer: Gymnasium's CartPole, single and as its NumPy vector
-environment; MuJoCo's `rollout` of the same free body, physics only, in steps that keep the energy
-as well as ours do over 6000 s; two threads over one.
+environment; PufferLib's drone, a rigid body in C of one Euler step in float32, compiled from its
+source package (`python -m tests.benchmarks.pufferlib_drone`); MuJoCo's `rollout` of the same free
+body, physics only, in steps that keep the energy as well as ours do over 6000 s; two threads over
+one.
 """
 _LOOPS = """
 ## Against C
 
 The integration loop of the free body, and the same operations in C on vectors of eight doubles
-(`gcc -O3 -march=native`, `python tests/benchmarks/kernel_vs_c.py`):
-{c_text}.
+(`gcc -O3 -march=native`, `python tests/benchmarks/kernel_vs_c.py`, which also compares the other
+systems): {c_text}.
+"""
+_LIMIT = """
+## The limit
+
+What some environments integrate in a control period, beside the same in C and what the core can do:
+{fma:.0f} multiply-adds, {sum:.0f} sums, {quotient:.1f} quotients or {root:.1f} roots per
+nanosecond, on vectors in registers. Operations of a row, counted from the source; not again what a
+stage has computed before, and not what is the same for all rows. A multiply-add is two flops.
+`python -m tests.benchmarks.flops`.
+"""
+_PERIODS = """
+Time of a row, 4096 rows in one thread. "All fused": all flops in multiply-adds. "As written": the
+operations above one after the other, products at the rate of multiply-adds; the processor can add
+and divide while it multiplies, so that less is possible. "C" and "ours": loops over states, inputs
+and parameters alone; of those in C the faster. "Step": all of a step, with action, reward,
+observation and resets. Then our loop over three of these, with quartiles, and its share of the
+step.
 """
 _TRAINING = """
 ## Training
@@ -68,6 +87,15 @@ before (`rigid-envs compile` does it beforehand):
 """
 _N_COLUMNS = 2  # pairs of columns in the table of steps
 _SHOWN = ("IntermediateAxis-v0", "BallPark-v0", "SleepingTop-v0", "DiskRoll-v0", "Reorient-v0")
+_KINDS = {
+    "sum": "sums",
+    "product": "products",
+    "fma": "multiply-adds",
+    "quotient": "quotients",
+    "root": "roots",
+}
+_TIMES = ("all fused", "as written", "C", "ours", "step")
+_BOUNDS = ("all fused", "as written", "C")
 _FORMS = ("N = 1", "16", "256", "4096", "2 threads")
 
 
@@ -100,9 +128,13 @@ def markdown(data: Mapping[str, Any]) -> str:
         _OPTIONS,
         _options(data["options"]),
         _RATIOS,
-        _ratios(bench["ratios"]),
+        _ratios([*bench["ratios"], data["drones"]]),
         _LOOPS.format(c_text=_in_words(data["loops"])),
         _loops(data["loops"]),
+        _LIMIT.format(**data["limit"]["per_nanosecond"]),
+        _operations(data["limit"]["periods"]),
+        _PERIODS,
+        _periods(data["limit"]["periods"]),
         _TRAINING,
         _training(data["training"]),
         _FIRST,
@@ -187,6 +219,39 @@ def _loops(loops: Sequence[Mapping[str, Any]]) -> str:
 def _in_words(loops: Sequence[Mapping[str, Any]]) -> str:
     least = min(loop["ratio"] for loop in loops[1:])
     return f"the kernels take {1.0 / least:.2f} times as long as the faster loop in C"
+
+
+def _operations(periods: Iterable[Mapping[str, Any]]) -> str:
+    rows = [
+        (
+            f"`{period['env_id']}`",
+            f"{period['n_substeps']}",
+            *(f"{period['counts'][kind]:,}" for kind in _KINDS),
+            f"{period['flops']:,}",
+        )
+        for period in periods
+    ]
+    head = ("", "substeps", *_KINDS.values(), "flops")
+    return _table(head, rows, "<" + ">" * (len(head) - 1))
+
+
+def _periods(periods: Iterable[Mapping[str, Any]]) -> str:
+    rows = [
+        (
+            f"`{period['env_id']}`",
+            *(f"{period['nanoseconds'][name]:.1f} ns" for name in _TIMES),
+            *(_with_quartiles(period["ratios"][name]) for name in _BOUNDS),
+            f"{100 * period['ratios']['step'][0]:.0f} %",
+        )
+        for period in periods
+    ]
+    head = ("", *_TIMES, *(f"ours / {name}" for name in _BOUNDS), "share")
+    return _table(head, rows, "<" + ">" * (len(head) - 1))
+
+
+def _with_quartiles(ratio: Sequence[float]) -> str:
+    median, low, high = ratio
+    return f"{median:.2f} ({low:.2f} .. {high:.2f})"
 
 
 def _training(trainings: Sequence[Mapping[str, Any]]) -> str:

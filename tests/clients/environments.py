@@ -1,6 +1,6 @@
 """Environments of their own for programs that need other versions than the tests.
 
-Each is made once, from a file in `requirements`, and kept in the user's cache folder. It sees the
+Each is made once, from a file of requirements, and kept in the user's cache folder. It sees the
 packages of the environment that runs the tests, where their versions suit it; pip installs the
 others.
 """
@@ -15,21 +15,18 @@ import sysconfig
 import venv
 from pathlib import Path
 
-__all__ = ["interpreter"]
-
-_REQUIREMENTS = Path(__file__).parent / "requirements"
+__all__ = ["cache", "interpreter"]
 
 
-def interpreter(name: str | None) -> Path:
+def interpreter(requirements: Path | None) -> Path:
     """Python of an environment, which is made if it is not there.
 
     Args:
-        name: a file in `requirements`, without its ending; None for the environment of the tests.
+        requirements: a file as pip takes it; None for the environment of the tests.
     """
-    if name is None:
+    if requirements is None:
         return Path(sys.executable)
-    requirements = _REQUIREMENTS / f"{name}.txt"
-    folder = _cache() / f"{name}-{_key(requirements)}"
+    folder = cache() / f"{requirements.stem}-{_key(requirements)}"
     folder.mkdir(parents=True, exist_ok=True)
     complete = folder / "complete"
     with (folder / "lock").open("w") as lock:  # tests of two processes may want the same one
@@ -40,7 +37,8 @@ def interpreter(name: str | None) -> Path:
     return _python(folder / "venv")
 
 
-def _cache() -> Path:
+def cache() -> Path:
+    """The user's cache folder, for environments and sources of other programs."""
     base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     return Path(base).expanduser() / "rigid-envs" / "clients"
 

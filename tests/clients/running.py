@@ -16,6 +16,7 @@ __all__ = ["ROOT", "run"]
 
 ROOT = Path(__file__).parents[2]
 _RECIPES = Path(__file__).parent / "recipes"
+_REQUIREMENTS = Path(__file__).parent / "requirements"
 _LIMIT = 600.0  # [s], where a recipe takes less than 60 on a machine of its own
 _VERSIONS = "import importlib.metadata as m, sys; print(*map(m.version, sys.argv[1:]))"
 
@@ -33,7 +34,7 @@ def run(row: Row) -> dict[str, Any]:
     Raises:
         AssertionError: it failed; the message is the end of what it printed.
     """
-    python = interpreter(row.environment)
+    python = interpreter(_REQUIREMENTS / f"{row.environment}.txt" if row.environment else None)
     asked = ("gymnasium",) if row.version else ("gymnasium", row.program)
     with tempfile.TemporaryDirectory() as folder:
         versions = _output([str(python), "-c", _VERSIONS, *asked], folder).split()
