@@ -20,8 +20,11 @@ def palette_png(png: bytes, colors: int = 256) -> bytes:
     """
     from PIL import Image
 
+    buffer = io.BytesIO()
     picture = Image.open(io.BytesIO(png)).convert("RGB")
-    return _save(picture.quantize(colors, kmeans=2, dither=Image.Dither.NONE))
+    small = picture.quantize(colors, kmeans=2, dither=Image.Dither.NONE)
+    small.save(buffer, format="PNG", optimize=True)
+    return buffer.getvalue()
 
 
 def contact_sheet(pngs: Sequence[bytes]) -> bytes:
@@ -48,10 +51,6 @@ def contact_sheet(pngs: Sequence[bytes]) -> bytes:
             cell.paste(picture, (0, 0))
             sheet.paste(cell, (_GAP + k * (_WIDTH + _GAP), top))
         top += height + _GAP
-    return _save(sheet)
-
-
-def _save(picture: object) -> bytes:
     buffer = io.BytesIO()
-    picture.save(buffer, format="PNG", optimize=True)  # type: ignore[attr-defined]
+    sheet.save(buffer, format="PNG")
     return buffer.getvalue()

@@ -71,7 +71,8 @@ def write_docs(folder: Path, progress: Progress = lambda _: None) -> list[Made]:
         made = make(entry, svg=False)
         write_atomic(folder / f"{entry.name}.png", palette_png(made.png))
         drawn.append(made)
-    write_atomic(folder / SHEET, contact_sheet([made.png for made in drawn]))
+    sheet = contact_sheet([made.png for made in drawn])
+    write_atomic(folder / SHEET, palette_png(sheet))
     document = _write_data(folder, where, drawn, ("png",))
     write_atomic(folder.with_name(f"{folder.name}.md"), page(document, folder.name))
     return drawn
