@@ -131,10 +131,10 @@ HOSTILE = {
 def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
     path = tmp_path / "hostile"
     path.write_bytes(HOSTILE[name])
-    begin = time.perf_counter()
+    begin = time.process_time()
     with pytest.raises(DamagedFileError, match="hostile"):
         load_tensors(path, 10**6)
-    assert time.perf_counter() - begin < 1
+    assert time.process_time() - begin < 1
 
 
 @pytest.mark.parametrize(

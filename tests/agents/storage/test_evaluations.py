@@ -72,13 +72,13 @@ def test_what_is_hostile_is_refused_at_once_and_runs_nothing(tmp_path: Path, kin
     path.write_bytes(HOSTILE[kind]())
     seen: list[str] = []
     sys.addaudithook(lambda event, _: seen.append(event) if armed else None)
-    armed, begin = True, time.perf_counter()
+    armed, begin = True, time.process_time()
     try:
         with pytest.raises(DamagedFileError, match=r"evaluations\.npz"):
             read_evaluations(path)
     finally:
         armed = False
-    assert time.perf_counter() - begin < 1
+    assert time.process_time() - begin < 1
     assert not {"pickle.find_class", "exec", "os.system", "subprocess.Popen"} & set(seen)
 
 
