@@ -48,15 +48,19 @@ def versions(packages: Iterable[str]) -> dict[str, str]:
 def commit() -> dict[str, Any]:
     """Commit of the checkout that the package lies in, as JSON values.
 
+    Git is asked once in a process: what is committed later is not the code that runs.
+
     Returns:
         `git_commit`, and `git_dirty`: whether tracked files are changed. Both None outside a
         checkout.
     """
-    status = _git("status", "--porcelain", "--untracked-files=no")
-    return {
-        "git_commit": _git("rev-parse", "HEAD"),
-        "git_dirty": None if status is None else status != "",
-    }
+    head, status = _head_and_status()
+    return {"git_commit": head, "git_dirty": None if status is None else status != ""}
+
+
+@functools.cache
+def _head_and_status() -> tuple[str | None, str | None]:
+    return _git("rev-parse", "HEAD"), _git("status", "--porcelain", "--untracked-files=no")
 
 
 def heading(where: Mapping[str, Any]) -> str:
