@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_envs.checks import Array, array, require
-from rigid_envs.rotations.vectors import direction, norm, unit
+from rigid_envs.rotations.vectors import cross, direction, norm, unit
 
 __all__ = [
     "angle",
@@ -74,7 +74,7 @@ def product(p: Array, q: Array) -> Array:
     """Return the Hamilton product of any two quaternions, unchecked."""
     p_w, p_v, q_w, q_v = p[..., :1], p[..., 1:], q[..., :1], q[..., 1:]
     w = p_w * q_w - np.sum(p_v * q_v, axis=-1, keepdims=True)
-    return np.concatenate([w, p_w * q_v + q_w * p_v + np.cross(p_v, q_v)], axis=-1)
+    return np.concatenate([w, p_w * q_v + q_w * p_v + cross(p_v, q_v)], axis=-1)
 
 
 def conjugate(q: ArrayLike) -> Array:
@@ -108,8 +108,8 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     """
     rows, vectors = unit(q, "q", 4), array(v, "v", 3)
     w, u = rows[..., :1], rows[..., 1:]
-    t: Array = 2.0 * np.cross(u, vectors)
-    turned: Array = vectors + w * t + np.cross(u, t)
+    t: Array = 2.0 * cross(u, vectors)
+    turned: Array = vectors + w * t + cross(u, t)
     return turned
 
 

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 from rigid_envs.checks import Array, array, rotation_matrix
 from rigid_envs.rotations.conversions import matrix_from_quaternion
 from rigid_envs.rotations.quaternions import rotate, rotate_inverse
+from rigid_envs.rotations.vectors import cross
 
 __all__ = ["body_rate", "rotate_tensor", "transform_tensor", "world_rate"]
 
@@ -77,7 +78,7 @@ def world_rate(
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 4.9.
     """
     v, rate = array(v_body, "v_body", 3), array(rate_body, "rate_body", 3)
-    return rotate(q, rate + np.cross(array(omega_body, "omega_body", 3), v))
+    return rotate(q, rate + cross(array(omega_body, "omega_body", 3), v))
 
 
 def body_rate(
@@ -103,5 +104,5 @@ def body_rate(
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 4.9.
     """
     v, rate = array(v_world, "v_world", 3), array(rate_world, "rate_world", 3)
-    carried = np.cross(array(omega_body, "omega_body", 3), rotate_inverse(q, v))
+    carried = cross(array(omega_body, "omega_body", 3), rotate_inverse(q, v))
     return rotate_inverse(q, rate) - carried
