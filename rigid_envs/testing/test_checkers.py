@@ -7,6 +7,7 @@ import gymnasium as gym
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+from rigid_envs.render.window import Window
 from rigid_envs.testing.environments import GOALS, rich, single
 
 
@@ -15,6 +16,13 @@ def warnings_are_errors() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         yield
+
+
+@pytest.fixture(autouse=True)
+def windows_do_not_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody watches: pictures are not shown in real time."""
+    show = Window.show
+    monkeypatch.setattr(Window, "show", lambda self, picture, _: show(self, picture, 0.0))
 
 
 @pytest.mark.parametrize("make_config", [lambda _: {}, rich], ids=["default", "rich"])

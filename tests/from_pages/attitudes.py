@@ -5,6 +5,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from tests.vectors import cross
+
 __all__ = [
     "Array",
     "angle",
@@ -26,7 +28,7 @@ Array = npt.NDArray[np.float64]
 def compose(p: npt.ArrayLike, q: npt.ArrayLike) -> Array:
     """The rotation q, then p, both in world axes."""
     (a, *u), (b, *v) = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
-    vector = a * np.array(v) + b * np.array(u) + np.cross(u, v)
+    vector = a * np.array(v) + b * np.array(u) + cross(u, v)
     return np.array([a * b - np.dot(u, v), *vector])
 
 

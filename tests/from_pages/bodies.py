@@ -15,6 +15,7 @@ from tests.from_pages.attitudes import (
     rotation_vector,
 )
 from tests.from_pages.episodes import Page, in_ball, near, single, uniform
+from tests.vectors import cross
 
 __all__ = [
     "AxisFlip",
@@ -446,12 +447,12 @@ class Detumble(FreeBody):
     def turned(self, action: Array) -> Array:
         """Section *Reduced Frame*."""
         n, _ = self.direction(self.omega)
-        b = np.cross(n, self.omega)
+        b = cross(n, self.omega)
         if np.linalg.norm(b) < 1e-9:
             S = -1.0 if n[2] < 0 else 1.0
             b = np.array([1 - S * n[0] ** 2 / (S + n[2]), -S * n[0] * n[1] / (S + n[2]), -S * n[0]])
         b = b / np.linalg.norm(b)
-        impulse = -action[0] * n + action[1] * b + action[2] * np.cross(n, b)
+        impulse = -action[0] * n + action[1] * b + action[2] * cross(n, b)
         return single(impulse)
 
     def draw_omega(self, rng: np.random.Generator) -> Array:
@@ -524,7 +525,7 @@ class Reorient(FreeBody):
         theta, _, S = self.turn_left()
         omega, angle = self.features(), float(np.linalg.norm(theta))
         spare = theta - self.middle_moments * omega * np.abs(omega) / (2 * self.torque)
-        gyro = np.cross(self.middle_moments * omega, omega) / (2 * self.torque)
+        gyro = cross(self.middle_moments * omega, omega) / (2 * self.torque)
         return [
             *(S * theta),
             *(S * omega),

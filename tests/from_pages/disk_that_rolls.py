@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 from tests.from_pages.attitudes import compose, matrix
 from tests.from_pages.rolling import Array, Held, Judged, Model, Settings, in_box, limited
+from tests.vectors import cross
 
 __all__ = ["DiskRoll", "DiskRollRandom"]
 
@@ -43,7 +44,7 @@ def seen(y: Array) -> Seen:
     up, omega = matrix(y[:4])[2], y[4:7]  # the vertical, and the rate, in body axes
     s = math.hypot(up[0], up[1])
     n = np.array([up[0], up[1], 0.0]) / s
-    travel = np.cross([0.0, 0.0, 1.0], n)
+    travel = cross([0.0, 0.0, 1.0], n)
     wn, w3 = float(n @ omega), float(omega[2])
     phi_rate = wn / s
     return Seen(
@@ -67,12 +68,12 @@ def rate_of_change(y: Array, torque: Array, disk: Disk) -> Array:
     up, moments, r = R[2], np.array([disk.I1, disk.I1, disk.I3]), disk.radius
     state = seen(y)
     n, across = state.n, math.hypot(up[0], up[1])
-    turned = -np.cross(omega, up)  # the vertical as it moves in body axes
+    turned = -cross(omega, up)  # the vertical as it moves in body axes
     turned[2] = 0.0
-    dn = (turned - n * (n @ turned)) / across + np.cross(omega, n)  # in space
-    force = disk.m * (r * np.cross(omega, dn) + disk.g * up)
+    dn = (turned - n * (n @ turned)) / across + cross(omega, n)  # in space
+    force = disk.m * (r * cross(omega, dn) + disk.g * up)
     tau = torque[0] * n + torque[1] * state.travel + torque[2] * np.array([0.0, 0.0, 1.0])
-    moment = tau - np.cross(omega, moments * omega) - r * np.cross(n, force)
+    moment = tau - cross(omega, moments * omega) - r * cross(n, force)
     inertia = np.diag(moments) + disk.m * r * r * (np.eye(3) - np.outer(n, n))
     dq = 0.5 * compose(y[:4], [0.0, *omega])
     contact = r * state.psi_rate * (R @ state.travel)[:2]

@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 
 from tests.from_pages.attitudes import compose
 from tests.from_pages.rolling import Array
+from tests.vectors import cross
 
 __all__ = ["Ball", "ball_rate", "moved"]
 
@@ -57,8 +58,8 @@ def rate_of_change(y: Array, u: Array, ball: Ball) -> Array:
     omega = ball_rate(y, ball)
     V, place = np.array([VX, VY, 0.0]), np.array([X, Y, r])
     # the acceleration without V', less gravity
-    A = 2 * np.cross(w, V) + np.cross(dw, place) + np.cross(w, np.cross(w, place)) + ball.g * P[2]
-    transport = np.cross(w, omega)
+    A = 2 * cross(w, V) + cross(dw, place) + cross(w, cross(w, place)) + ball.g * P[2]
+    transport = cross(w, omega)
     push_x = u[0] / ball.m - A[0] - ball.beta * (r * dw[1] + turn * VY + r * transport[1])
     push_y = u[1] / ball.m - A[1] + ball.beta * (r * dw[0] + turn * VX + r * transport[0])
     dq = 0.5 * compose([0.0, *(P @ omega)], y[:4])

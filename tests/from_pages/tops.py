@@ -7,6 +7,7 @@ import numpy as np
 
 from tests.from_pages.attitudes import Array, matrix, quaternion_rate, tilted
 from tests.from_pages.episodes import Page, in_ball, near, share, shortened, single
+from tests.vectors import cross
 
 __all__ = ["PivotTop", "SleepingTop", "SleepingTopRandom", "TopPrecession", "TopRandom"]
 
@@ -94,7 +95,7 @@ class HeavyTop(Page):
     def lean(self) -> tuple[complex, complex]:
         """e and e', in world axes."""
         R = self.R
-        rate = R @ np.cross(self.omega, [0, 0, 1])
+        rate = R @ cross(self.omega, [0, 0, 1])
         return complex(*R[:2, 2]), complex(*rate[:2])
 
     def growth(self) -> float:

@@ -103,26 +103,38 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
     assert found(report(tmp_path))[:2] == (3.0, 1)
 
 
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cache folder in which REPORT has left its kernel."""
+    folder = tmp_path_factory.mktemp("compiled")
+    report(folder)
+    return folder
+
+
+@pytest.fixture
+def full(compiled: Path, tmp_path: Path) -> Path:
+    """A copy of it."""
+    return Path(shutil.copytree(compiled, tmp_path, dirs_exist_ok=True))
+
+
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
 @pytest.mark.parametrize("size", [300, pytest.param(0, marks=pytest.mark.long)])
-def test_a_damaged_file_is_compiled_anew(tmp_path: Path, kind: str, size: int) -> None:
-    report(tmp_path)
-    for path in tmp_path.rglob(f"*.{kind}"):
+def test_a_damaged_file_is_compiled_anew(full: Path, kind: str, size: int) -> None:
+    for path in full.rglob(f"*.{kind}"):
         path.write_bytes(path.read_bytes()[:size])
-    done = report(tmp_path)
+    done = report(full)
     assert found(done)[:2] == (3.0, 0)
     assert "compiled code cannot be read in" in done.stderr
     assert done.stderr.count("\n") == 1
-    assert found(report(tmp_path))[:2] == (3.0, 1)
+    assert found(report(full))[:2] == (3.0, 1)
 
 
-def test_a_process_that_died_between_two_files_costs_a_compilation(tmp_path: Path) -> None:
-    report(tmp_path)
-    for path in tmp_path.rglob("*.nbc"):
+def test_a_process_that_died_between_two_files_costs_a_compilation(full: Path) -> None:
+    for path in full.rglob("*.nbc"):
         path.unlink()
-    done = report(tmp_path)
+    done = report(full)
     assert (found(done)[:2], done.stderr) == ((3.0, 0), "")
-    assert found(report(tmp_path))[:2] == (3.0, 1)
+    assert found(report(full))[:2] == (3.0, 1)
 
 
 def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:

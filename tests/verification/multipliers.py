@@ -14,6 +14,7 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from rigid_envs.systems import DynamicBall, Roller, RollingDisk, UprightCoin
+from tests.vectors import cross
 
 __all__ = ["Held", "ball_on_plate", "coin_on_slope", "disk_on_plane", "roller_in_valley"]
 
@@ -68,7 +69,7 @@ def accelerations(
     matrix = np.zeros((6 + k, 6 + k))
     matrix[:3, :3], matrix[3:6, 3:6] = m * np.eye(3), inertia
     matrix[6:, :6], matrix[:6, 6:] = rows, -rows.T
-    gyroscopic = np.concatenate([np.zeros(3), np.cross(omega, inertia @ omega)])
+    gyroscopic = np.concatenate([np.zeros(3), cross(omega, inertia @ omega)])
     found = np.linalg.solve(matrix, np.concatenate([wrench - gyroscopic, drift]))
     return found[:6], found[6:]
 
@@ -89,15 +90,15 @@ def ball_on_plate(ball: DynamicBall, z: Array, u: Array) -> Held:
     plate = (tip * Rotation.from_rotvec(ay * E_Y)).as_matrix()
     n = plate[:, 2]
     w = rate_x * E_X + rate_y * across
-    w_t = u[2] * E_X + u[3] * across + rate_x * rate_y * np.cross(E_X, across)
+    w_t = u[2] * E_X + u[3] * across + rate_x * rate_y * cross(E_X, across)
     surface = w + ball.turntable_rate * n
-    n_t = np.cross(w, n)
+    n_t = cross(w, n)
     surface_t = w_t + ball.turntable_rate * n_t
     foot, foot_t = r - ball.radius * n, v - ball.radius * n_t
     # v - omega x radius n = surface x foot, differentiated.
     rows = np.hstack([np.eye(3), ball.radius * skew(n)])
-    drift = np.cross(surface_t, foot) + np.cross(surface, foot_t)
-    drift = drift + ball.radius * np.cross(omega, n_t)
+    drift = cross(surface_t, foot) + cross(surface, foot_t)
+    drift = drift + ball.radius * cross(omega, n_t)
     force = plate[:, :2] @ u[:2] - ball.m * ball.g * E_Z
     inertia = ball.beta * ball.m * ball.radius**2 * np.eye(3)
     found, contact = accelerations(
@@ -110,13 +111,13 @@ def ball_on_plate(ball: DynamicBall, z: Array, u: Array) -> Held:
 
 def wheel(system: RollingDisk | UprightCoin, R: Array, omega: Array) -> tuple[Array, ...]:
     """Inertia in world axes, axis e3, radius n that points up with its derivative, direction l."""
-    axis, axis_t = R[:, 2], np.cross(omega, R[:, 2])
+    axis, axis_t = R[:, 2], cross(omega, R[:, 2])
     inertia = system.I1 * np.eye(3) + (system.I3 - system.I1) * np.outer(axis, axis)
     up, up_t = E_Z - axis[2] * axis, -axis_t[2] * axis - axis[2] * axis_t
     size = np.linalg.norm(up)
     n = up / size
     n_t = (up_t - n * (n @ up_t)) / size
-    return inertia, axis, n, n_t, np.cross(axis, n)
+    return inertia, axis, n, n_t, cross(axis, n)
 
 
 def disk_on_plane(disk: RollingDisk, z: Array, u: Array) -> Held:
@@ -126,7 +127,7 @@ def disk_on_plane(disk: RollingDisk, z: Array, u: Array) -> Held:
     rows = np.hstack([np.eye(3), disk.radius * skew(n)])
     torque = u[0] * n + u[1] * along + u[2] * axis
     wrench = np.concatenate([-disk.m * disk.g * E_Z, torque])
-    drift = disk.radius * np.cross(omega, n_t)
+    drift = disk.radius * cross(omega, n_t)
     found, contact = accelerations(disk.m, inertia, omega, wrench, rows, drift)
     return Held(pack(v, found[:3], turned(omega, R), found[3:]), contact, np.zeros(0))
 
@@ -135,10 +136,10 @@ def coin_on_slope(coin: UprightCoin, z: Array, u: Array) -> Held:
     """The disk again, its axis held parallel to the plane by a torque about l: omega . l = 0."""
     _, v, R, omega, _ = unpack(z)
     inertia, axis, n, n_t, along = wheel(coin, R, omega)
-    along_t = np.cross(np.cross(omega, axis), n) + np.cross(axis, n_t)
+    along_t = cross(cross(omega, axis), n) + cross(axis, n_t)
     rolling = np.hstack([np.eye(3), coin.radius * skew(n)])
     rows = np.vstack([rolling, np.concatenate([np.zeros(3), along])])
-    drift = np.append(coin.radius * np.cross(omega, n_t), -omega @ along_t)
+    drift = np.append(coin.radius * cross(omega, n_t), -omega @ along_t)
     weight = coin.m * coin.g * np.array([np.sin(coin.slope), 0.0, -np.cos(coin.slope)])
     wrench = np.concatenate([weight, u[0] * n + u[1] * axis])
     found, forces = accelerations(coin.m, inertia, omega, wrench, rows, drift)
@@ -156,10 +157,10 @@ def roller_in_valley(roller: Roller, z: Array, u: Array) -> Held:
     arm = r - pivot
     down = sign * arm / np.linalg.norm(arm)
     down_t = sign * (v - arm * (arm @ v) / (arm @ arm)) / np.linalg.norm(arm)
-    along = np.cross(down, E_Y)  # to +x at the bottom of a valley
+    along = cross(down, E_Y)  # to +x at the bottom of a valley
     # Rolling: along . (v + omega x radius down) = 0; on the circle: down . v = 0; in the plane.
     still = np.hstack([np.zeros((3, 3)), np.eye(3)])[[0, 2]]
-    lever = np.cross(roller.radius * down, along)
+    lever = cross(roller.radius * down, along)
     rows = np.vstack(
         [
             np.concatenate([along, lever]),
@@ -168,8 +169,8 @@ def roller_in_valley(roller: Roller, z: Array, u: Array) -> Held:
             still,
         ]
     )
-    along_t = np.cross(down_t, E_Y)
-    lever_t = roller.radius * (np.cross(down_t, along) + np.cross(down, along_t))
+    along_t = cross(down_t, E_Y)
+    lever_t = roller.radius * (cross(down_t, along) + cross(down, along_t))
     drift = np.array([-v @ along_t - omega @ lever_t, -v @ down_t, 0.0, 0.0, 0.0])
     inertia = (roller.beta + u[1]) * roller.m * roller.radius**2 * np.eye(3)
     force = u[0] * along - roller.m * roller.g * E_Z
