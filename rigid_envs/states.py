@@ -61,8 +61,8 @@ class StateFormat:
     def checked(self, state: Mapping[str, npt.ArrayLike], n_rows: int) -> dict[str, Array]:
         """The parts of a given state of `n_rows` rows, without the digest.
 
-        The physical state is not judged: an attitude of another length is brought to length 1, and
-        numbers that are no state end the episode with a physics error.
+        Of the physical state only finiteness is asked: an attitude of another length is brought to
+        length 1, and a state that is too large ends the episode with a physics error.
 
         Raises:
             ValueError: a part that is missing, unknown, no real numbers or of another shape; a
@@ -82,6 +82,8 @@ class StateFormat:
         require(same, arrays.pop("digest"), "state['digest']", expected_digest)
         self._check_clock(arrays["clock"])
         begun = self.begun(arrays)
+        finite = np.isfinite(arrays["y"]) | ~begun[:, np.newaxis]
+        require(finite, arrays["y"], "state['y']", "finite numbers")
         self._check_parameters(arrays["parameters"][begun])
         self._check_channel(arrays["channel"][begun])
         if "aux" in arrays:

@@ -214,5 +214,5 @@ def break_physics(env: RigidEnv | RigidVectorEnv, row: int = 0) -> None:
     """Put a state into a row that no physics leads to; the next step ends its episode."""
     state = env.get_state()
     y = state["y"][row] if isinstance(env, RigidVectorEnv) else state["y"]
-    y[:] = np.nan
+    y[:] = 1e300
     env.set_state(state)
