@@ -144,7 +144,7 @@ def atan2(y: float, x: float) -> float:
     reduction by symmetry and by tan(a - pi/4).
     """
     ax, ay = abs(x), abs(y)
-    low, high = min(ax, ay), max(ax, ay)
+    low, high = select(ay < ax, ay, ax), select(ay > ax, ay, ax)
     far = low > 0.41421356237309503 * high
     numerator = select(far, low - high, low)
     denominator = select(far, low + high, high)

@@ -20,12 +20,13 @@ p.radius``, ``c.position_tolerance``.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 from rigid_envs.kernels import goals, reset_loop, step_loop
 from rigid_envs.kernels.actions import as_given
+from rigid_envs.kernels.channel import NOISE_AND_DELAY, UNDISTURBED, Disturbances
 from rigid_envs.kernels.compiler import kernel
 from rigid_envs.kernels.contact import Contact
 from rigid_envs.kernels.dynamics import Dynamics, check_derive
@@ -33,7 +34,7 @@ from rigid_envs.kernels.goals import Array
 from rigid_envs.kernels.layout import Buffer, Prototypes
 from rigid_envs.kernels.rows import prototype
 
-__all__ = ["Episode", "NoAuxiliary", "NoConstants"]
+__all__ = ["Episode", "NoAuxiliary", "NoConstants", "with_noise_and_delay"]
 
 Function = Callable[..., Any]
 
@@ -62,6 +63,7 @@ class Episode:
         Auxiliary: `NamedTuple` of the auxiliary state; its defaults are used after a physics error.
         start, clip, actuate, outcome, observe: see the table of the module.
         turn: see the table; by default actions are given in the frame of `actuate`.
+        disturbances: noise and delay between agent and body; by default none.
         advance: one step of the integrator, by default that of the system.
         contact: contact with the ground, by default that of the system.
         derive: parameters from the physical ones, by default that of the system.
@@ -82,6 +84,7 @@ class Episode:
     outcome: Function
     observe: Function
     turn: Function = as_given
+    disturbances: Disturbances = UNDISTURBED
     Constants: type[Any] = NoConstants
     Auxiliary: type[Any] = NoAuxiliary
     advance: Function | None = None
@@ -124,7 +127,10 @@ class Episode:
         clip, turn, actuate = self.clip, self.turn, self.actuate
         outcome, rate, observe = self.outcome, self.dynamics.rate, self.observe
         force, grip, slips, *_ = self.ground
-        functions = (clip, turn, actuate, outcome, force, grip, slips, rate, observe)
+        functions = (
+            *(clip, turn, actuate, outcome, force, grip, slips, rate, observe),
+            *self.disturbances,
+        )
         step = step_loop.step_rows(advance, restore, stages, *functions, prototypes)
         return self._kernel(step, advance, restore, *functions)
 
@@ -133,8 +139,9 @@ class Episode:
         """Compiled ``reset(buffer, rows, mode) -> int``; see `reset_loop.reset_rows`."""
         derive, start = self.derive or self.dynamics.derive, self.start
         rate, observe = self.dynamics.rate, self.observe
-        reset = reset_loop.reset_rows(derive, start, rate, observe, self.prototypes)
-        return self._kernel(reset, derive, start, rate, observe)
+        functions = (derive, start, rate, observe, self.disturbances.of_observations)
+        reset = reset_loop.reset_rows(*functions, self.prototypes)
+        return self._kernel(reset, *functions)
 
     @cached_property
     def reward(self) -> Callable[[Array, Array, Array, Array, Array], None]:
@@ -153,3 +160,9 @@ class Episode:
         label = f"{self.outcome.__module__}.{loop.__name__}"
         rows = (self.Action, self.Terms, self.Constants, self.Auxiliary)
         return kernel(loop, label, (*functions, *rows, *self.dynamics.parts, self.prototypes))
+
+
+@cache
+def with_noise_and_delay(episode: Episode) -> Episode:
+    """The same episodes with noise and delay; made and compiled once."""
+    return replace(episode, disturbances=NOISE_AND_DELAY)

@@ -5,10 +5,10 @@ from typing import Any
 
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.attitude import write_attitude
-from rigid_envs.kernels.channel import add_observation_noise
 from rigid_envs.kernels.compiler import phase, routine
+from rigid_envs.kernels.elementary import select
 from rigid_envs.kernels.layout import Buffer, Prototypes, Settings, Slots
-from rigid_envs.kernels.rows import LANES, load, store, store_single
+from rigid_envs.kernels.rows import LANES, load, store, store_single, store_tile
 
 __all__ = ["observe_rows", "publish_rows"]
 
@@ -20,6 +20,7 @@ Function = Callable[..., Any]
 @phase
 def observe_rows(
     observe: Function,
+    disturb: Function,
     prototypes: Prototypes,
     buffer: Buffer,
     s: Settings,
@@ -45,8 +46,7 @@ def observe_rows(
         source = base + int(buffer[s.observed + k]) * LANES
         for i in range(first, last):
             buffer[at + k * LANES + i] = buffer[source + i]
-    if s.noisy_observations:
-        add_observation_noise(buffer, s, slots, base, first, last)
+    disturb(buffer, s, slots, base, first, last)
 
 
 @routine
@@ -55,8 +55,16 @@ def publish_rows(
 ) -> None:
     """Copy the observations to the float32 part of the buffer."""
     at = base + slots.observation * LANES
-    target = s.observations + row * s.n_observation
-    for k in range(s.n_observation):
-        for i in range(first, last):
+    width = s.n_observation
+    target = s.observations + row * width
+    rest = first
+    if width >= 4:
+        rest = last - (last - first) % 8
+        for i in range(first, rest, 8):
+            for start in range(0, width, 4):
+                k = select(start < width - 4, start, width - 4)  # the last tile overlaps another
+                store_tile(buffer, at + k * LANES + i, target + i * width + k, width)
+    for k in range(width):
+        for i in range(rest, last):
             value = load(buffer, at + k * LANES + i, _ONE, 1)
-            store_single(buffer, target + i * s.n_observation + k, value, 1)
+            store_single(buffer, target + i * width + k, value, 1)

@@ -17,15 +17,20 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 # untyped, or with less than there is
 _njit: Any = numba.njit
+_unliteral: Any = numba.types.unliteral
 _JITCodeLibrary: Any = codegen.JITCodeLibrary
 _CompilerBase: Any = compiler.CompilerBase
 _NativeLowering: Any = typed_passes.NativeLowering
+_NopythonRewrites: Any = typed_passes.NopythonRewrites
 _DefaultPassBuilder: Any = compiler.DefaultPassBuilder
 _register_pass: Any = compiler_machinery.register_pass
 
 
 class _Library(_JITCodeLibrary):  # type: ignore[misc]
     """LLVM code of a function, to be linked into kernels."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
         pass
@@ -63,6 +68,8 @@ class _Compiler(_CompilerBase):  # type: ignore[misc]
         usual = _DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager = type(usual)(usual.pipeline_name)
         for each, text in usual.passes:
+            if each is _NopythonRewrites:  # of expressions of arrays, which parts do not have
+                continue
             manager.add_pass(_Lowering if each is _NativeLowering else each, text)
         manager.finalize()
         return [manager]
@@ -79,6 +86,9 @@ def part(function: Function, **options: bool) -> Function:
     inside.add_overload = lambda result: inside.overloads.__setitem__(
         tuple(result.signature.args), result
     )
-    compiled.get_call_template = inside.get_call_template
+    # one translation for all values of an argument, where numba makes one for each constant
+    compiled.get_call_template = lambda positional, named: inside.get_call_template(
+        tuple(map(_unliteral, positional)), {key: _unliteral(named[key]) for key in named}
+    )
     compiled.get_overload = inside.get_overload
     return cast(Function, compiled)

@@ -32,7 +32,12 @@ Function = Callable[..., Any]
 
 
 def reset_rows(
-    derive: Function, start: Function, rate: Function, observe: Function, prototypes: Prototypes
+    derive: Function,
+    start: Function,
+    rate: Function,
+    observe: Function,
+    disturb: Function,
+    prototypes: Prototypes,
 ) -> Callable[[Buffer, Any, int], int]:
     """Loop ``reset(buffer, rows, mode)`` of some functions.
 
@@ -61,7 +66,7 @@ def reset_rows(
                 _draw_start(start, prototypes, buffer, slots, base + lane, c)
             if _is_outside(rate, prototypes, buffer, s, slots, base + lane):
                 outside = row
-            observe_rows(observe, prototypes, buffer, s, slots, base, lane, lane + 1, c)
+            observe_rows(observe, disturb, prototypes, buffer, s, slots, base, lane, lane + 1, c)
             publish_rows(buffer, s, slots, base, block * LANES, lane, lane + 1)
         return outside
 

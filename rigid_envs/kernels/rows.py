@@ -41,6 +41,7 @@ __all__ = [
     "store_byte",
     "store_nonzero",
     "store_single",
+    "store_tile",
 ]
 
 LANES = 64
@@ -147,6 +148,48 @@ def _store_nonzero(
 
 
 store_nonzero = instruction(_store_nonzero)
+
+
+def _store_tile(
+    _context: Any, array: Any, start: Any, place: Any, width: Any
+) -> tuple[Signature, Callable[..., Any]]:
+    """Write ``array[start + k * LANES + i]`` as float32 ``place + i * width + k``, i < 8, k < 4."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array, start, place, width = arguments
+        data = context.make_array(signature.args[0])(context, builder, array).data
+        single = ir.FloatType()
+        doubles, singles = ir.VectorType(ir.DoubleType(), 8), ir.VectorType(single, 8)
+
+        def column(k: int) -> Any:
+            at = builder.gep(data, [builder.add(start, ir.Constant(start.type, k * LANES))])
+            at = builder.bitcast(at, doubles.as_pointer())
+            return builder.fptrunc(builder.load(at, align=8), singles)
+
+        def mixed(a: Any, b: Any, *lanes: int) -> Any:
+            return builder.shuffle_vector(a, b, ir.Constant(_lanes(lanes), lanes))
+
+        # rows 0, 1, 4, 5 of two columns, and 2, 3, 6, 7; then rows i and i + 4 of all four
+        a, b, c, d = map(column, range(4))
+        early, late = (0, 8, 1, 9, 4, 12, 5, 13), (2, 10, 3, 11, 6, 14, 7, 15)
+        first, second = (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)
+        pairs = [(mixed(a, b, *half), mixed(c, d, *half)) for half in (early, late)]
+        rows = [mixed(*pair, *half) for pair in pairs for half in (first, second)]
+        target = builder.gep(builder.bitcast(data, single.as_pointer()), [place])
+        for i in range(8):
+            row = mixed(rows[i % 4], rows[i % 4], *range(i // 4 * 4, i // 4 * 4 + 4))
+            at = builder.gep(target, [builder.mul(width, ir.Constant(width.type, i))])
+            builder.store(row, builder.bitcast(at, row.type.as_pointer()), align=4)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, types.intp, types.intp), generate
+
+
+def _lanes(lanes: tuple[int, ...]) -> Any:
+    return ir.VectorType(ir.IntType(32), len(lanes))
+
+
+store_tile = instruction(_store_tile)
 
 
 @phase

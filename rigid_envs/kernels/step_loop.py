@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from rigid_envs.kernels.algebra import Row, weighted_sum
-from rigid_envs.kernels.channel import add_action_noise, delay_actions
 from rigid_envs.kernels.compiler import phase, routine, scalar
 from rigid_envs.kernels.elementary import select
 from rigid_envs.kernels.layout import (
@@ -55,6 +54,8 @@ def step_rows(
     slips: Function,
     rate: Function,
     observe: Function,
+    disturb_actions: Function,
+    disturb_observations: Function,
     prototypes: Prototypes,
 ) -> Callable[[Buffer, int, int], int]:
     """Loop ``step(buffer, first_block, last_block)`` of some functions.
@@ -77,13 +78,11 @@ def step_rows(
         for block in range(first_block, last_block):
             base = s.blocks + block * slots.total * LANES
             row = block * LANES
-            n = min(LANES, s.n_rows - row)
+            left = s.n_rows - row
+            n = left if left < LANES else LANES
             n_raised += _receive(clip, prototypes, buffer, s, slots, base, row, n)
             _turn(turn, prototypes, buffer, slots, base, n, c)
-            if s.noisy_actions:
-                add_action_noise(clip, prototypes, buffer, slots, base, n)
-            if s.n_delays:
-                delay_actions(buffer, s, slots, base, n, len(prototypes.action))
+            disturb_actions(clip, prototypes, buffer, s, slots, base, n)
             _actuate(actuate, prototypes, buffer, slots, base, n, c)
             h = s.dt / s.n_substeps
             integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
@@ -91,7 +90,7 @@ def step_rows(
                 outcome, force, grip, slips, rate, prototypes, buffer, s, slots, base, n, weights, c
             )
             _pack_flags(buffer, slots, base)
-            observe_rows(observe, prototypes, buffer, s, slots, base, 0, n, c)
+            observe_rows(observe, disturb_observations, prototypes, buffer, s, slots, base, 0, n, c)
             publish_rows(buffer, s, slots, base, row, 0, n)
         return n_raised
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.errors import ConfigError
-from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.episode import Episode, with_noise_and_delay
 from rigid_envs.kernels.layout import CHANNEL
 from rigid_envs.settings import refusal
 from rigid_envs.systems import System
@@ -120,10 +120,13 @@ class Task(WithinEnvelope, Settings, abc.ABC):
 
     @property
     def compiled(self) -> Episode:
-        """The episode whose compiled functions are run: that of the frame."""
-        if self.reduced is None:
-            return self.episode
-        return in_reduced_frame(self.episode, self.reduced)
+        """The episode whose compiled functions are run: in the frame, with noise and delay."""
+        episode = self.episode
+        if self.reduced is not None:
+            episode = in_reduced_frame(episode, self.reduced)
+        if any(span(getattr(self, name))[1] for name in CHANNEL._fields):
+            episode = with_noise_and_delay(episode)
+        return episode
 
     @property
     def reduced(self) -> Reduction | None:
