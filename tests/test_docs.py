@@ -304,18 +304,6 @@ def test_prose_on_reference_controllers_has_no_measured_figures(env_id: str) -> 
     assert not re.search(r"\d of \d+ starts|of 500|on average|\d %", prose)
 
 
-def test_random_policy_among_the_results_is_that_of_the_data() -> None:
-    text = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| `(\w+)` \| [A-Z]{3} \| (\S+) % \| (\S+) \|", text, re.MULTILINE)
-    told = {f"RigidEnvs/{name}-v0": (success, value) for name, success, value in rows}
-    expected = {
-        env_id: (f"{100 * means['success_rate']:.1f}", f"{means['return_mean']:.1f}")
-        for env_id in IDS
-        for means in [best_known(env_id).policies["random"]]
-    }
-    assert told == expected
-
-
 def test_figures_of_the_leaderboard_are_those_of_the_data() -> None:
     text = (ROOT / "docs" / "leaderboard.md").read_text(encoding="utf-8")
     _, rows = tables_of(text)
