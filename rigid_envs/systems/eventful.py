@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
 from rigid_envs.checks import require
 from rigid_envs.systems.events import Event, EventFunction, checked_events, value_of
@@ -155,6 +154,8 @@ def _passages(
 
 def _located(event: Event, ends: tuple[float, float], place: Callable[[float], Array]) -> float:
     """Time at which g passes zero, by Brent's method on the motion integrated anew."""
+    from scipy.optimize import brentq  # takes as long to import as all else in an environment
+
     tolerance = _ROUNDING * max(map(abs, ends))
     return float(
         brentq(lambda s: value_of(event, s, place(s)), *ends, xtol=tolerance, rtol=_ROUNDING)

@@ -33,3 +33,15 @@ def test_make_with_the_module_in_the_id_imports_the_package():
         [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False
     )
     assert done.stdout == "RigidEnvs/BallPark-v0 RigidVectorEnv\n", done.stderr
+
+
+def test_a_step_imports_only_what_it_takes() -> None:
+    code = (
+        "import sys, gymnasium, rigid_envs\n"
+        "env = gymnasium.make('RigidEnvs/BallPark-v0')\n"
+        "env.reset(seed=0)\n"
+        "env.step(env.action_space.sample())\n"
+        "slow = {'scipy.optimize', 'scipy.integrate', 'torch', 'matplotlib', 'PIL', 'panda3d'}\n"
+        "assert not slow & set(sys.modules), slow & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
