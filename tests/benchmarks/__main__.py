@@ -2,8 +2,8 @@
 
     python -m tests.benchmarks [--quick] [--out FOLDER]
 
-On a machine with nothing else to do; with --quick in some minutes, for a first look. Downloads
-PufferLib's source package once.
+On a machine with nothing else to do; with --quick in some minutes, for a first look. Needs gcc and
+MuJoCo (`pip install mujoco`), and downloads PufferLib's source package once.
 """
 
 import argparse
@@ -16,6 +16,7 @@ from typing import Any
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.bench import bench
+from rigid_envs.bench.mujoco_body import is_installed
 from rigid_envs.catalogue import one_of_each
 from rigid_envs.cli.progress import tell
 from rigid_envs.files import lined_json, write_atomic
@@ -41,6 +42,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     if shutil.which("gcc") is None:
         parser.error("gcc is not installed, with which the kernels are compared")
+    if not is_installed():
+        parser.error("MuJoCo is not installed, which is one of the peers: pip install mujoco")
     figures = bench(list(ENVIRONMENTS), one_of_each(), options.quick, tell).as_json()
     for speed in figures["steps_per_second"]:
         del speed["samples"]
