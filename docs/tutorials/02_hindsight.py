@@ -99,8 +99,8 @@ print("the place alone:", place, "", "the registered task, place and attitude:",
 
 # %% [markdown]
 # The first is what a minute of hindsight gives. The second is the registered task, which the same policy was not
-# trained for. Trained on it, the same algorithm takes far longer and, in the trainings on record, still fails from most starts
-# ([baselines](../baselines.md)), because the way to most attitudes leads away from the goal first, and hindsight only
+# trained for. Trained on it, the same algorithm takes far longer and, in the run on record, still fails from most starts
+# ([training](../training.md)), because the way to most attitudes leads away from the goal first, and hindsight only
 # teaches goals that were met by chance. What helps is a dense term in training and the reduced frame
 # (`configs/ball_park_goal_reduced_ppo.yaml`). The policy that this gave comes with the package:
 

@@ -154,7 +154,7 @@ def _passages(
 
 def _located(event: Event, ends: tuple[float, float], place: Callable[[float], Array]) -> float:
     """Time at which g passes zero, by Brent's method on the motion integrated anew."""
-    from scipy.optimize import brentq  # takes as long to import as all else in an environment
+    from scipy.optimize import brentq  # slow to import, and few ask for events
 
     tolerance = _ROUNDING * max(map(abs, ends))
     return float(
