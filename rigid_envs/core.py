@@ -1,7 +1,8 @@
 """Batch of rows of a task: state, goal, parameters and clock of each; step and reset.
 
 `Core` has no autoreset and does not depend on Gymnasium. All its data are in one array, `buffer`,
-on which the compiled step and reset of the task work (`rigid_envs.kernels`).
+on which the compiled step and reset of the task work (`rigid_envs.kernels`); what they publish goes
+to three arrays, `outputs`, which may be replaced by new ones at any time.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ import numpy.typing as npt
 from rigid_envs.checks import one_of, require
 from rigid_envs.kernels.compiler import COMPILES, compiled_for
 from rigid_envs.kernels.layout import CLOCK, FLAGS
-from rigid_envs.kernels.reset_loop import BEGIN, BEGIN_UNSEEN, OBSERVE, PARAMETERS_GIVEN
+from rigid_envs.kernels.publication import Bools, Observations, Outputs, Results
+from rigid_envs.kernels.reset_loop import BEGIN, BEGIN_UNSEEN, OBSERVE, PARAMETERS_GIVEN, Reset
 from rigid_envs.kernels.rows import LANES
 from rigid_envs.moment import Moment
 from rigid_envs.states import StateFormat
@@ -39,9 +41,11 @@ class Core:
         task: task of the rows.
         n_rows: number of rows N.
         actions: the action of the next step, written by the caller, float32 (N, n_action).
-        observations: last observations, float32 (N, n_observation).
-        action, observation, result, flag: those of the first row, for a single environment.
+        outputs: results, observations and flags of all rows, as steps and resets publish them: see
+            `rigid_envs.kernels.publication`.
     """
+
+    outputs: Outputs
 
     def __init__(
         self, task: Task, n_rows: int, max_steps: int | None = None, n_threads: int = 1
@@ -54,45 +58,66 @@ class Core:
         self._slots = slots_for(task)
         self.buffer, self._settings = new_buffer(task, n_rows, max_steps)
         self._make_views()
+        self.renew_outputs()
+
+    def step(self) -> int:
+        """Advance all rows by one control period under `actions`, and write `outputs`.
+
+        Returns:
+            What `step_into` returns.
+        """
+        return self.step_into(*self.outputs)
 
     # Attributes that hold functions: to bind a method takes a part of the time of a few rows.
 
     @cached_property
-    def step(self) -> Callable[[], int]:
-        """Function that advances all rows by one control period under `actions`.
+    def step_into(self) -> Callable[[Results, Observations, Bools], int]:
+        """Function that advances all rows by one control period, and publishes to given arrays.
 
         It returns 0 if no flag of any row is set, a positive number if one is, at least `ENDED` if
         an episode has ended; -1 - k if entry k of the (flat) actions is not finite: then no row has
-        changed.
+        changed, and nothing was published.
         """
         if self._n_threads > 1:
             return Workers(
-                self.task.compiled.step, self.buffer, self._n_blocks, self._n_threads
+                self.task.compiled.step, self.buffer, self._n_blocks, self._n_threads, self.outputs
             ).step
-        return partial(self.advance, self.buffer, 0, self._n_blocks)
+        advance = compiled_for(self.task.compiled.step, self.buffer, 0, 0, *self.outputs)
+        return partial(advance, self.buffer, 0, self._n_blocks)
 
     @cached_property
-    def results(self) -> Callable[[], Array]:
-        """Function that copies last cost, reward terms, grip and reward, shape (n, N)."""
-        return self._copier(self._results)
+    def blank_outputs(self) -> Callable[[], Outputs]:
+        """Function that makes arrays for `outputs`, with nothing in them yet."""
+        empty, single, boolean = np.empty, np.dtype(np.float32), np.dtype(np.bool_)
+        results, observations, flags = (part.shape for part in self.outputs)
+        return lambda: (empty(results), empty(observations, single), empty(flags, boolean))
 
-    @cached_property
-    def flags(self) -> Callable[[], npt.NDArray[np.bool_]]:
-        """Function that copies the last flags in the order of `FLAGS`, shape (6, N)."""
-        return self._copier(self._flags)
+    def renew_outputs(self) -> None:
+        """Replace `outputs` by new arrays that nobody holds, with what was published last."""
+        s = self._slots
+        self.outputs = (
+            np.ascontiguousarray(self._columns(s.results, s.flags).T),
+            self._columns(s.observation, s.history).astype(np.float32),
+            np.ascontiguousarray(self._columns(s.flags, s.observation).T != 0.0),
+        )
 
-    @cached_property
-    def rewards(self) -> Callable[[], Array]:
-        """Function that copies the last rewards, shape (N,)."""
-        return self._copier(self._results[-1])
+    @property
+    def results(self) -> Results:
+        """Last cost, reward terms, grip and reward, shape (n, N)."""
+        return self.outputs[0]
 
-    @cached_property
-    def ends(self) -> Callable[[], npt.NDArray[np.bool_]]:
-        """Function that copies the last flags `terminated` and `truncated`, shape (2, N)."""
-        return self._copier(self._flags[: FLAGS.truncated + 1])
+    @property
+    def observations(self) -> Observations:
+        """Last observations, shape (N, n_observation)."""
+        return self.outputs[1]
+
+    @property
+    def flags(self) -> Bools:
+        """Last flags in the order of `FLAGS`, shape (6, N)."""
+        return self.outputs[2]
 
     def reset(self, rows: Integers, start: Start = DRAWN) -> None:
-        """Begin a new episode in the given rows and update their `observations`.
+        """Begin a new episode in the given rows and publish their observations.
 
         Args:
             rows: indices of the rows, int64, contiguous: compiled code takes them as they are.
@@ -102,16 +127,16 @@ class Core:
             ValueError: a given start is too fast for the step of the integrator; the rows have
                 changed.
         """
-        self._begin(self.buffer, rows, BEGIN)
+        self._begin(rows, BEGIN)
         if start.parameters:
             for name, value in start.parameters.items():
                 for position in self.task.parameter_positions()[name]:
                     self._write(rows, parameter_slot(self.task, position), value)
-            self._begin(self.buffer, rows, PARAMETERS_GIVEN)
+            self._begin(rows, PARAMETERS_GIVEN)
         if start.state:
             for k, value in start.state.items():
                 self._write(rows, self._slots.state + k, value)
-            outside = self._begin(self.buffer, rows, OBSERVE)
+            outside = self._begin(rows, OBSERVE)
             if outside >= 0:
                 raise ValueError(
                     f"state = {self.y[outside].tolist()} of row {outside}; expected rates of at "
@@ -121,7 +146,7 @@ class Core:
 
     def reset_unseen(self, rows: Integers) -> None:
         """Begin a new episode in the given rows; all results of their last step become zero."""
-        self._begin(self.buffer, rows, BEGIN_UNSEEN)
+        self._begin(rows, BEGIN_UNSEEN)
 
     def seed(self, rows: Integers, keys: npt.NDArray[np.uint64]) -> None:
         """Set new random streams of rows; their episode counters restart at 0."""
@@ -129,15 +154,14 @@ class Core:
         for slot, value in ((CLOCK.key_high, high), (CLOCK.key_low, low), (CLOCK.episode, -1.0)):
             self._write(rows, self._slots.clock + slot, value)
 
-    @cached_property
-    def advance(self) -> Callable[[Array, int, int], int]:
-        """Compiled ``step(buffer, first_block, last_block)``: see `step_loop.step_rows`."""
-        return compiled_for(self.task.compiled.step, self.buffer, 0, 0)
+    def _begin(self, rows: Integers, mode: int) -> int:
+        """Reset rows and publish them: see `reset_loop.reset_rows`."""
+        return self._compiled_reset(self.buffer, rows, mode, *self.outputs)
 
     @cached_property
-    def _begin(self) -> Callable[[Array, Integers, int], int]:
-        """Compiled ``reset(buffer, rows, mode)``: see `reset_loop.reset_rows`."""
-        return compiled_for(self.task.compiled.reset, self.buffer, np.zeros(1, np.int64), 0)
+    def _compiled_reset(self) -> Reset:
+        example = self.buffer, np.zeros(1, np.int64), 0, *self.outputs
+        return compiled_for(self.task.compiled.reset, *example)
 
     @cached_property
     def _format(self) -> StateFormat:
@@ -228,7 +252,7 @@ class Core:
         blocks, lanes = np.divmod(np.arange(self.n_rows), LANES)
         for name, (first, last) in self._format.parts.items():
             self._blocks[blocks, first:last, lanes] = arrays[name]
-        self._begin(self.buffer, np.flatnonzero(self._format.begun(arrays)), OBSERVE)
+        self._begin(np.flatnonzero(self._format.begun(arrays)), OBSERVE)
 
     def __getstate__(self) -> dict[str, Any]:
         """All attributes except the views, which refer to the buffer."""
@@ -236,6 +260,7 @@ class Core:
             "task": self.task,
             "n_rows": self.n_rows,
             "buffer": self.buffer,
+            "outputs": self.outputs,
             "_n_blocks": self._n_blocks,
             "_n_threads": self._n_threads,
             "_slots": self._slots,
@@ -248,30 +273,12 @@ class Core:
         self._make_views()
 
     def _make_views(self) -> None:
-        s, n, slots = self._settings, self.n_rows, self._slots
-        single = self.buffer.view(np.float32)
-        n_action = len(self.task.episode.prototypes.action)
+        s, n, slots, rows = self._settings, self.n_rows, self._slots, self.task.episode.prototypes
         size = self._n_blocks * slots.total * LANES
         self._blocks = self.buffer[s.blocks : s.blocks + size].reshape(self._n_blocks, -1, LANES)
-        flags = self._blocks[:, slots.packed].view(np.bool_)[:, : len(FLAGS) * LANES]
-        flags = flags.reshape(self._n_blocks, -1, LANES).transpose(1, 0, 2)
-        results = self._blocks[:, slots.results : slots.flags].transpose(1, 0, 2)
-        self.result, self.flag = results[:, 0, 0], flags[:, 0, 0]
-        self._results, self._flags = results, flags
-        self.actions = single[s.actions : s.actions + n * n_action].reshape(n, n_action)
-        end = s.observations + n * s.n_observation
-        self.observations = single[s.observations : end].reshape(n, s.n_observation)
-        self.action, self.observation = self.actions[0], self.observations[0]
-
-    def _copier(self, blocks: npt.NDArray[Any]) -> Callable[[], npt.NDArray[Any]]:
-        """Function that copies values (..., n_blocks, LANES) to an array (..., N)."""
-        n = self.n_rows  # the function must not hold this object, which holds the function
-        lead = blocks.shape[:-2]
-        if self._n_blocks == 1:
-            return blocks[..., 0, :n].copy
-        if n % LANES:
-            return lambda: blocks.reshape(*lead, -1)[..., :n]
-        return partial(blocks.reshape, (*lead, n))
+        n_action = len(rows.action)
+        end = s.actions + n * n_action
+        self.actions = self.buffer.view(np.float32)[s.actions : end].reshape(n, n_action)
 
     def _column(self, slot: int) -> Array:
         """One slot of all rows, shape (N,)."""

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.kernels.compiler import address_of, compiled_for
+from rigid_envs.kernels.publication import Outputs
 from rigid_envs.kernels.team import is_asleep, lead, new_board, serve, wake
 
 __all__ = ["Workers"]
@@ -27,10 +28,11 @@ class Workers:
     object or with the process. After a fork the child starts threads of its own.
 
     Args:
-        step: compiled ``step(buffer, first_block, last_block)``: see `step_loop.step_rows`.
+        step: compiled loop of a step: see `step_loop.step_rows`.
         buffer: data of the rows.
         n_blocks: number of blocks.
         count: number of threads, the caller's included.
+        outputs: arrays like those to which steps publish.
     """
 
     def __init__(
@@ -39,18 +41,22 @@ class Workers:
         buffer: npt.NDArray[np.float64],
         n_blocks: int,
         count: int,
+        outputs: Outputs,
     ) -> None:
         """No thread is started yet."""
-        self._step, self._buffer = step, buffer
+        self._step, self._buffer, self._outputs = step, buffer, outputs
         self._n_blocks, self._count = n_blocks, count
         self._inboxes: list[Inbox] = []
         self._process = 0
 
-    def step(self) -> int:
+    def step(self, *outputs: Any) -> int:
         """Step all blocks; the bits are those of one thread.
 
+        Args:
+            *outputs: where they are published: see `publication`.
+
         Returns:
-            What the step of all blocks returns: see `Core.step`.
+            What the step of all blocks returns: see `Core.step_into`.
         """
         if self._process != os.getpid():
             self._start()
@@ -59,19 +65,19 @@ class Workers:
             if is_asleep(board, k):
                 wake(board, k)
                 inbox.put(True)
-        return self._lead(*self._arguments)
+        return self._lead(*self._arguments, *outputs)
 
     def _start(self) -> None:
-        address = address_of(self._step, self._buffer, 0, 0)
+        address = address_of(self._step, self._buffer, 0, 0, *self._outputs)
         board = new_board(self._count)
         self._arguments = address, self._buffer, self._n_blocks, board, self._count
         # both now: a thread that compiles would disturb the first seconds of steps
-        self._lead = compiled_for(lead, *self._arguments)
-        work = compiled_for(serve, *self._arguments, 0)
+        self._lead = compiled_for(lead, *self._arguments, *self._outputs)
+        work = compiled_for(serve, *self._arguments, *self._outputs, 0)
         self._inboxes = [SimpleQueue() for _ in range(self._count - 1)]
         self._process = os.getpid()
         for k, inbox in enumerate(self._inboxes):
-            arguments = (inbox, work, *self._arguments, k)
+            arguments = (inbox, work, *self._arguments, *self._outputs, k)
             threading.Thread(target=_work, args=arguments, daemon=True).start()
         weakref.finalize(self, _end, self._inboxes)
 

@@ -54,8 +54,8 @@ def test_a_row_is_the_same_among_any_number_of_rows(task, n):
         act(alone, k)
     assert core.observations[0].tobytes() == alone.observations[0].tobytes()
     assert core.y[0].tobytes() == alone.y[0].tobytes()
-    assert core.results()[:, 0].tobytes() == alone.results()[:, 0].tobytes()
-    np.testing.assert_array_equal(core.flags()[:, 0], alone.flags()[:, 0])
+    assert core.results[:, 0].tobytes() == alone.results[:, 0].tobytes()
+    np.testing.assert_array_equal(core.flags[:, 0], alone.flags[:, 0])
 
 
 @pytest.mark.parametrize("n", SIZES)
@@ -66,8 +66,8 @@ def test_every_part_has_an_entry_for_every_row_and_no_more(task, n):
     assert core.observations.shape == (n, len(task.observations()))
     assert core.y.shape == (n, len(task.system_type.state_entries))
     n_results = 2 + len(task.terms) + len(task.episode.ground.names)
-    assert core.results().shape == (n_results, n)
-    assert core.flags().shape == (len(FLAGS), n)
+    assert core.results.shape == (n_results, n)
+    assert core.flags.shape == (len(FLAGS), n)
     assert core.elapsed.tolist() == [1.0] * n
     assert core.running.all()
     assert all(part.shape[0] == n for part in core.get_state().values())
@@ -80,7 +80,7 @@ def test_threads_share_the_rows_and_change_no_bit(task, n_threads):
     for k in range(10):
         assert act(shared, k) == act(alone, k)
         assert shared.observations.tobytes() == alone.observations.tobytes()
-        assert shared.results().tobytes() == alone.results().tobytes()
+        assert shared.results.tobytes() == alone.results.tobytes()
 
 
 def test_threads_are_made_anew_in_a_forked_process():
@@ -107,8 +107,8 @@ def test_step_tells_whether_any_flag_is_up(n_threads):
     core = begun(BallPark(position_tolerance=1.0), n, max_steps=9, n_threads=n_threads)
     for k in range(9):
         raised = act(core, k)
-        terminated, truncated = core.flags()[:2]
-        assert (raised > 0) == core.flags().any()
+        terminated, truncated = core.flags[:2]
+        assert (raised > 0) == core.flags.any()
         np.testing.assert_array_equal(core.running, ~(terminated | truncated))
     assert truncated.all()
 
@@ -143,11 +143,23 @@ def test_a_copy_looks_at_its_own_memory(task, clone):
     act(core)
     twin = clone(core)
     assert twin.buffer.tobytes() == core.buffer.tobytes()
-    for part in (twin.actions, twin.observations, twin.action, twin.observation, twin.result):
-        assert np.shares_memory(part, twin.buffer)
+    assert np.shares_memory(twin.actions, twin.buffer)
     act(core)
     act(twin)
     assert twin.buffer.tobytes() == core.buffer.tobytes()
+    for part, same in zip(core.outputs, twin.outputs, strict=True):
+        assert part.tobytes() == same.tobytes() and not np.shares_memory(part, same)
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_renewed_outputs_have_the_same_content_in_memory_of_their_own(task, n):
+    core = begun(task, n)
+    act(core)
+    old = core.outputs
+    core.renew_outputs()
+    for part, same in zip(old, core.outputs, strict=True):
+        assert (part.dtype, part.shape, part.tobytes()) == (same.dtype, same.shape, same.tobytes())
+        assert not np.shares_memory(part, same)
 
 
 def test_saved_state_restores_memory(task):

@@ -56,7 +56,7 @@ class RigidGoalEnv(_Goals, RigidEnv):
     """One row of a goal task; arguments and errors as `RigidEnv`."""
 
     def _observer(self) -> Callable[[], Any]:
-        parts = goal_parts(self._core.observation, self.task.n_goal)
+        parts = goal_parts(self._core.observations[0], self.task.n_goal)
         return partial(_copies, *parts.values())
 
 

@@ -43,8 +43,9 @@ class Infos:
 
     def of_step(self) -> tuple[Array, Bools, Bools, dict[str, Any]]:
         """Rewards, terminated, truncated and infos of the last step."""
-        numbers = self._results_by_row(self._core.results())  # the last one is the reward
-        terminated, truncated, *flags = _flags_by_row(self._core.flags())
+        results, _, all_flags = self._core.outputs
+        numbers = self._results_by_row(results)  # the last one is the reward
+        terminated, truncated, *flags = _flags_by_row(all_flags)
         infos = self._blank.copy()
         for key, number in zip(self._numbers, numbers):  # noqa: B905 - ends with the keys
             infos[key] = number
@@ -54,6 +55,7 @@ class Infos:
 
     def now(self) -> dict[str, Any]:
         """Infos of the last step; those of rows that have begun an episode since are zero."""
+        self._core.renew_outputs()  # the old ones are with who has made the last step
         *_, infos = self.of_step()
         self._clear(infos, self._core.elapsed == 0.0)
         return infos

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import gymnasium as gym
@@ -78,12 +78,12 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
         self._observe = self._observer()
 
     def __getstate__(self) -> dict[str, Any]:
-        """All attributes except the display and those bound to the buffer."""
+        """All attributes except the display and those bound to the core."""
         bound = ("_observe", "_row_of_core")
         return {key: value for key, value in super().__getstate__().items() if key not in bound}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Restore attributes, and bind them to the buffer of the copy."""
+        """Restore attributes, and bind them to the core of the copy."""
         self.__dict__.update(state)
         self._observe = self._observer()
 
@@ -91,11 +91,12 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
     def _row_of_core(self) -> tuple[Any, ...]:
         """What `step` uses, together, to save attribute look-ups."""
         core = self._core
-        return core.advance, core.buffer, core.action, self._observe, core.result, core.flag
+        advance = partial(core.step_into, *core.outputs)
+        return advance, core.actions[0], self._observe, core.results[:, 0], core.flags[:, 0]
 
     def _observer(self) -> Callable[[], Any]:
-        """Function that copies the observation from the buffer."""
-        copy: Callable[[], Observation] = self._core.observation.copy
+        """Function that copies the observation from the outputs of the core."""
+        copy: Callable[[], Observation] = self._core.observations[0].copy
         return copy
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -117,7 +118,7 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
         if not self._steps_left:
             self._allow_step()
         self._steps_left -= 1
-        advance, buffer, row_action, observe, result, flag = self._row_of_core
+        advance, row_action, observe, result, flag = self._row_of_core
         if action.__class__ is ndarray and action.dtype is FLOAT32 and action.shape == self._shape:
             row_action[...] = action
         elif action.__class__ in INTEGERS and 0 <= (choice := int(action)) < self._n_choices:
@@ -126,7 +127,7 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             row_action[...] = actions_of(self.task, action, (), self._name)
         terminated = False
         info = self._blank_info.copy()
-        if raised := advance(buffer, 0, 1):
+        if raised := advance():
             if raised < 0:
                 actions_of(self.task, action, (), self._name)  # says which entry is not finite
             terminated, _, *flags = flag.tolist()

@@ -152,6 +152,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         given = options_of(options, ("state", "params", "reset_mask"), self._name)
         rows = rows_of(given.get("reset_mask"), self.num_envs, self._name)
         start = start_from(self.task, len(rows), given.get("state"), given.get("params"))
+        self._core.renew_outputs()  # the old ones are with who has made the last step
         with undone_if_refused(self) if start.state else nullcontext():
             self._seed(seed, rows)
             self._core.reset(rows, start)
@@ -161,7 +162,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         if self.render_mode == "human" and not self._fresh:
             self.render()
         infos = {} if self._infos_on_request else self._infos.of_reset()
-        return self._core.observations.copy(), infos
+        return self._core.observations, infos
 
     def step(self, actions: Any) -> tuple[Observations, Array, Bools, Bools, dict[str, Any]]:
         """Advance all rows by one control period.
@@ -191,15 +192,17 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         ):
             actions = actions_of(self.task, actions, (self.num_envs,), self._name)
         core.actions[...] = actions
-        raised = core.step()
+        results, observations, flags = outputs = core.blank_outputs()
+        raised = core.step_into(results, observations, flags)
         if raised < 0:  # raises with the entry that is not finite
             actions_of(self.task, actions, (self.num_envs,), self._name)
+        core.outputs = outputs
         if self._ended.size and self.autoreset_mode is AutoresetMode.NEXT_STEP:
             core.reset_unseen(self._ended)  # rows that had ended are reset instead of stepped
         infos: dict[str, Any] = {}
         if self._infos_on_request:
-            rewards, ends = core.rewards(), core.ends()
-            terminated, truncated = ends[0], ends[1]  # a quarter of the time of unpacking
+            # a quarter of the time of unpacking
+            rewards, terminated, truncated = results[-1], flags[0], flags[1]
         else:
             rewards, terminated, truncated, infos = self._infos.of_step()
         self._ended = _NO_ROWS
@@ -215,7 +218,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
                 self._steps_left = 0
         if self.render_mode == "human":
             self.render()
-        return core.observations.copy(), rewards, terminated, truncated, infos
+        return observations, rewards, terminated, truncated, infos
 
     def infos(self) -> dict[str, Any]:
         """Infos of the last step, as it gives them without ``infos_on_request``.
@@ -310,6 +313,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             ValueError: not a state of this environment in this configuration, or a number that it
                 cannot have; the state is unchanged.
         """
+        self._core.renew_outputs()  # the old ones are with who has made the last step
         self._core.set_state(state)
         self._ended = np.flatnonzero(~self._core.running)
         self._keyed, self._fresh = True, False

@@ -31,7 +31,7 @@ from rigid_envs.kernels.compiler import kernel
 from rigid_envs.kernels.contact import Contact
 from rigid_envs.kernels.dynamics import Dynamics, check_derive
 from rigid_envs.kernels.goals import Array
-from rigid_envs.kernels.layout import Buffer, Prototypes
+from rigid_envs.kernels.layout import Prototypes
 from rigid_envs.kernels.rows import prototype
 
 __all__ = ["Episode", "NoAuxiliary", "NoConstants", "with_noise_and_delay"]
@@ -120,8 +120,8 @@ class Episode:
         return self.contact or self.dynamics.contact
 
     @cached_property
-    def step(self) -> Callable[[Buffer, int, int], int]:
-        """Compiled ``step(buffer, first_block, last_block) -> int``; see `step_loop.step_rows`."""
+    def step(self) -> step_loop.Step:
+        """Compiled loop of a step: see `step_loop.step_rows`."""
         advance, restore = self.advance or self.dynamics.step, self.dynamics.restore
         stages, prototypes = self.dynamics.weights, self.prototypes
         clip, turn, actuate = self.clip, self.turn, self.actuate
@@ -135,8 +135,8 @@ class Episode:
         return self._kernel(step, advance, restore, *functions)
 
     @cached_property
-    def reset(self) -> Callable[[Buffer, Array, int], int]:
-        """Compiled ``reset(buffer, rows, mode) -> int``; see `reset_loop.reset_rows`."""
+    def reset(self) -> reset_loop.Reset:
+        """Compiled loop of a reset: see `reset_loop.reset_rows`."""
         derive, start = self.derive or self.dynamics.derive, self.start
         rate, observe = self.dynamics.rate, self.observe
         functions = (derive, start, rate, observe, self.disturbances.of_observations)

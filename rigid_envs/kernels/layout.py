@@ -1,12 +1,13 @@
 """Memory layout of a batch of rows in one array of float64.
 
-An environment keeps settings, rows, actions, observations and results in a single array, because a
-call of a compiled function takes 45 ns per array argument, as long as the physics of a row::
+An environment keeps settings, rows and actions in a single array, because a call of a compiled
+function takes tens of nanoseconds per array argument, as long as the physics of a row::
 
-    settings | weights, constants, ranges, bounds | block 0 | block 1 | ... | actions | observations
+    settings | weights, constants, ranges, bounds | block 0 | block 1 | ... | actions
 
-Each block holds `LANES` rows; the slots of a row are given by `slots_of`. Actions and observations
-are float32, one row after the other.
+Each block holds `LANES` rows; the slots of a row are given by `slots_of`. Actions are float32, one
+row after the other. What a step or a reset publishes is written to arrays of its own: see
+`rigid_envs.kernels.publication`.
 """
 
 from typing import NamedTuple
@@ -101,14 +102,10 @@ class Settings(NamedTuple):
     bounds: int
     blocks: int
     actions: int
-    observations: int
 
 
 class Slots(NamedTuple):
-    """First slot of every part of a row; results are cost, reward terms, grip and reward.
-
-    `packed` holds the flags again, as bytes: flag k of row i is byte ``k * LANES + i`` of the slot.
-    """
+    """First slot of every part of a row; results are cost, reward terms, grip and reward."""
 
     state: int
     inputs: int
@@ -119,7 +116,6 @@ class Slots(NamedTuple):
     action: int
     results: int
     flags: int
-    packed: int
     observation: int
     history: int
     total: int
@@ -150,7 +146,6 @@ def read_settings(buffer: Buffer) -> Settings:
         int(buffer[18]),
         int(buffer[19]),
         int(buffer[20]),
-        int(buffer[21]),
     )
 
 
@@ -167,8 +162,7 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
     action = clock + len(CLOCK)
     results = action + len(prototypes.action)
     flags = results + 2 + len(prototypes.terms) + len(prototypes.grip)
-    packed = flags + len(FLAGS)
-    observation = packed + 1
+    observation = flags + len(FLAGS)
     history = observation + n_observation
     return Slots(
         0,
@@ -180,7 +174,6 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
         action,
         results,
         flags,
-        packed,
         observation,
         history,
         history + len(prototypes.action) * n_delays,

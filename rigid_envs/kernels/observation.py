@@ -1,18 +1,15 @@
-"""Observations of rows: computed from the state, and copied to the float32 part of the buffer."""
+"""Observations of rows, computed from the state."""
 
 from collections.abc import Callable
 from typing import Any
 
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.attitude import write_attitude
-from rigid_envs.kernels.compiler import phase, routine
-from rigid_envs.kernels.elementary import select
+from rigid_envs.kernels.compiler import phase
 from rigid_envs.kernels.layout import Buffer, Prototypes, Settings, Slots
-from rigid_envs.kernels.rows import LANES, load, store, store_single, store_tile
+from rigid_envs.kernels.rows import LANES, load, store
 
-__all__ = ["observe_rows", "publish_rows"]
-
-_ONE = (0.0,)
+__all__ = ["observe_rows"]
 
 Function = Callable[..., Any]
 
@@ -47,24 +44,3 @@ def observe_rows(
         for i in range(first, last):
             buffer[at + k * LANES + i] = buffer[source + i]
     disturb(buffer, s, slots, base, first, last)
-
-
-@routine
-def publish_rows(
-    buffer: Buffer, s: Settings, slots: Slots, base: int, row: int, first: int, last: int
-) -> None:
-    """Copy the observations to the float32 part of the buffer."""
-    at = base + slots.observation * LANES
-    width = s.n_observation
-    target = s.observations + row * width
-    rest = first
-    if width >= 4:
-        rest = last - (last - first) % 8
-        for i in range(first, rest, 8):
-            for start in range(0, width, 4):
-                k = select(start < width - 4, start, width - 4)  # the last tile overlaps another
-                store_tile(buffer, at + k * LANES + i, target + i * width + k, width)
-    for k in range(width):
-        for i in range(rest, last):
-            value = load(buffer, at + k * LANES + i, _ONE, 1)
-            store_single(buffer, target + i * width + k, value, 1)

@@ -13,7 +13,6 @@ from rigid_envs.kernels.elementary import fma
 from rigid_envs.kernels.layout import (
     CHANNEL,
     CLOCK,
-    FLAGS,
     Buffer,
     Prototypes,
     Settings,
@@ -21,14 +20,23 @@ from rigid_envs.kernels.layout import (
     read_settings,
     slots_of,
 )
-from rigid_envs.kernels.observation import observe_rows, publish_rows
-from rigid_envs.kernels.rows import LANES, load, store, store_byte
+from rigid_envs.kernels.observation import observe_rows
+from rigid_envs.kernels.publication import (
+    Bools,
+    Observations,
+    Results,
+    publish_flags,
+    publish_observations,
+    publish_results,
+)
+from rigid_envs.kernels.rows import LANES, load, store
 
-__all__ = ["BEGIN", "BEGIN_UNSEEN", "OBSERVE", "PARAMETERS_GIVEN", "reset_rows"]
+__all__ = ["BEGIN", "BEGIN_UNSEEN", "OBSERVE", "PARAMETERS_GIVEN", "Reset", "reset_rows"]
 
 BEGIN, BEGIN_UNSEEN, PARAMETERS_GIVEN, OBSERVE = range(4)  # modes of `reset_rows`
 
 Function = Callable[..., Any]
+Reset = Callable[[Buffer, Any, int, Results, Observations, Bools], int]
 
 
 def reset_rows(
@@ -38,26 +46,35 @@ def reset_rows(
     observe: Function,
     disturb: Function,
     prototypes: Prototypes,
-) -> Callable[[Buffer, Any, int], int]:
-    """Loop ``reset(buffer, rows, mode)`` of some functions.
+) -> Reset:
+    """Loop ``reset(buffer, rows, mode, results, observations, flags)`` of some functions.
 
-    It begins a new episode in the given rows and writes their observations. `BEGIN` draws
+    It begins a new episode in the given rows and publishes their observations. `BEGIN` draws
     parameters and an initial state. `BEGIN_UNSEEN` does the same and sets the results of the last
     step to zero. `PARAMETERS_GIVEN`, after one of these, keeps the parameters and draws the initial
     state again. `OBSERVE` draws nothing. It returns the last one of the rows whose rate is outside
     the envelope of the integrator, or -1.
     """
 
-    def reset(buffer: Buffer, rows: Any, mode: int) -> int:
+    def reset(
+        buffer: Buffer,
+        rows: Any,
+        mode: int,
+        results: Results,
+        observations: Observations,
+        flags: Bools,
+    ) -> int:
         s = read_settings(buffer)
         slots = slots_of(prototypes, s.n_delays, s.n_observation)
         c = load(buffer, s.constants, prototypes.constants, 1)
         outside = -1
         for row in rows:
             block, lane = row // LANES, row % LANES
-            base = s.blocks + block * slots.total * LANES
+            base, first = s.blocks + block * slots.total * LANES, block * LANES
             if mode == BEGIN_UNSEEN:
                 _clear_results(prototypes, buffer, slots, base, lane)
+                publish_results(buffer, s, slots, base, first, lane, lane + 1, results)
+                publish_flags(buffer, s, slots, base, first, lane, lane + 1, flags)
             if mode <= BEGIN_UNSEEN:
                 _new_episode(prototypes, buffer, s, slots, base + lane)
                 _draw_parameters(prototypes, buffer, s, slots, base + lane)
@@ -67,7 +84,7 @@ def reset_rows(
             if _is_outside(rate, prototypes, buffer, s, slots, base + lane):
                 outside = row
             observe_rows(observe, disturb, prototypes, buffer, s, slots, base, lane, lane + 1, c)
-            publish_rows(buffer, s, slots, base, block * LANES, lane, lane + 1)
+            publish_observations(buffer, s, slots, base, first, lane, lane + 1, observations)
         return outside
 
     return reset
@@ -90,10 +107,8 @@ def _new_episode(
 def _clear_results(
     prototypes: Prototypes, buffer: Buffer, slots: Slots, base: int, lane: int
 ) -> None:
-    for k in range(slots.flags - slots.results):
+    for k in range(slots.observation - slots.results):
         buffer[base + (slots.results + k) * LANES + lane] = 0.0
-    for k in range(len(FLAGS)):
-        store_byte(buffer, 8 * (base + slots.packed * LANES) + k * LANES + lane, (False,), 1)
 
 
 @routine

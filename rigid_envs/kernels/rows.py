@@ -7,8 +7,8 @@ interface the numbers of a row are adjacent.
 
 `load` and `store` copy a row of numbers between an array and a tuple. Length and names of the row
 are those of a `prototype`, so that they are known at compile time. `load_single`, `store_single`
-and `store_byte` do the same for parts of the buffer that hold float32 or bytes; their positions are
-in units of these.
+and `store_byte` do the same for arrays, or parts of the buffer, that hold float32 or bytes; their
+positions are in units of these. Positions in an array of several axes are those of its memory.
 """
 
 from collections.abc import Callable
@@ -35,6 +35,7 @@ __all__ = [
     "integrate",
     "load",
     "load_single",
+    "load_tile",
     "prototype",
     "restore_rows",
     "store",
@@ -128,38 +129,39 @@ store_byte = _store_as(types.uint8)
 
 
 def _store_nonzero(
-    _context: Any, array: Any, start: Any, place: Any
+    _context: Any, array: Any, start: Any, target: Any, place: Any
 ) -> tuple[Signature, Callable[..., Any]]:
-    """Write to `LANES` bytes from `place` on whether ``array[start + k]`` is not 0, for every k."""
+    """Set ``target[place + k]`` to whether ``array[start + k]`` is not 0, k < 8."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array, start, place = arguments
+        array, start, target, place = arguments
         data = context.make_array(signature.args[0])(context, builder, array).data
-        byte, double = ir.IntType(8), ir.VectorType(ir.DoubleType(), LANES)
+        bytes_of = context.make_array(signature.args[2])(context, builder, target).data
+        byte, double = ir.IntType(8), ir.VectorType(ir.DoubleType(), 8)
         source = builder.bitcast(builder.gep(data, [start]), double.as_pointer())
         numbers = builder.load(source, align=8)
-        bytes_ = ir.VectorType(byte, LANES)
+        bytes_ = ir.VectorType(byte, 8)
         signs = builder.zext(builder.fcmp_unordered("!=", numbers, double(None)), bytes_)
-        target = builder.gep(builder.bitcast(data, byte.as_pointer()), [place])
-        builder.store(signs, builder.bitcast(target, bytes_.as_pointer()), align=1)
+        at = builder.gep(builder.bitcast(bytes_of, byte.as_pointer()), [place])
+        builder.store(signs, builder.bitcast(at, bytes_.as_pointer()), align=1)
         return context.get_dummy_value()
 
-    return types.void(array, types.intp, types.intp), generate
+    return types.void(array, types.intp, target, types.intp), generate
 
 
 store_nonzero = instruction(_store_nonzero)
 
 
 def _store_tile(
-    _context: Any, array: Any, start: Any, place: Any, width: Any
+    _context: Any, array: Any, start: Any, target: Any, place: Any, width: Any
 ) -> tuple[Signature, Callable[..., Any]]:
-    """Write ``array[start + k * LANES + i]`` as float32 ``place + i * width + k``, i < 8, k < 4."""
+    """Write ``array[start + k * LANES + i]`` to ``target[place + i * width + k]``, i < 8, k < 4."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array, start, place, width = arguments
+        array, start, target, place, width = arguments
         data = context.make_array(signature.args[0])(context, builder, array).data
-        single = ir.FloatType()
-        doubles, singles = ir.VectorType(ir.DoubleType(), 8), ir.VectorType(single, 8)
+        singles_of = context.make_array(signature.args[2])(context, builder, target).data
+        doubles, singles = ir.VectorType(ir.DoubleType(), 8), ir.VectorType(ir.FloatType(), 8)
 
         def column(k: int) -> Any:
             at = builder.gep(data, [builder.add(start, ir.Constant(start.type, k * LANES))])
@@ -175,21 +177,44 @@ def _store_tile(
         first, second = (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)
         pairs = [(mixed(a, b, *half), mixed(c, d, *half)) for half in (early, late)]
         rows = [mixed(*pair, *half) for pair in pairs for half in (first, second)]
-        target = builder.gep(builder.bitcast(data, single.as_pointer()), [place])
         for i in range(8):
             row = mixed(rows[i % 4], rows[i % 4], *range(i // 4 * 4, i // 4 * 4 + 4))
-            at = builder.gep(target, [builder.mul(width, ir.Constant(width.type, i))])
+            offset = builder.mul(width, ir.Constant(width.type, i))
+            at = builder.gep(singles_of, [builder.add(place, offset)])
             builder.store(row, builder.bitcast(at, row.type.as_pointer()), align=4)
         return context.get_dummy_value()
 
-    return types.void(array, types.intp, types.intp, types.intp), generate
+    return types.void(array, types.intp, target, types.intp, types.intp), generate
+
+
+def _load_tile(
+    _context: Any, array: Any, start: Any, place: Any, like: Any
+) -> tuple[Signature, Callable[..., Any]]:
+    """Read float32 ``start + i * len(like) + k`` to ``array[place + k * LANES + i]``, i < 8."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array, start, place, _ = arguments
+        data = context.make_array(signature.args[0])(context, builder, array).data
+        single, doubles = ir.FloatType(), ir.VectorType(ir.DoubleType(), 8)
+        rows = ir.VectorType(single, 8 * len(like))
+        source = builder.gep(builder.bitcast(data, single.as_pointer()), [start])
+        numbers = builder.load(builder.bitcast(source, rows.as_pointer()), align=4)
+        for k in range(len(like)):
+            lanes = tuple(range(k, 8 * len(like), len(like)))
+            column = builder.shuffle_vector(numbers, numbers, ir.Constant(_lanes(lanes), lanes))
+            at = builder.gep(data, [builder.add(place, ir.Constant(place.type, k * LANES))])
+            at = builder.bitcast(at, doubles.as_pointer())
+            builder.store(builder.fpext(column, doubles), at, align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, types.intp, like), generate
 
 
 def _lanes(lanes: tuple[int, ...]) -> Any:
     return ir.VectorType(ir.IntType(32), len(lanes))
 
 
-store_tile = instruction(_store_tile)
+store_tile, load_tile = instruction(_store_tile), instruction(_load_tile)
 
 
 @phase

@@ -21,17 +21,25 @@ from rigid_envs.kernels.layout import (
     read_settings,
     slots_of,
 )
-from rigid_envs.kernels.observation import observe_rows, publish_rows
+from rigid_envs.kernels.observation import observe_rows
+from rigid_envs.kernels.publication import (
+    Bools,
+    Observations,
+    Results,
+    publish_flags,
+    publish_observations,
+    publish_results,
+)
 from rigid_envs.kernels.rows import (
     LANES,
     integrate,
     load,
     load_single,
+    load_tile,
     store,
-    store_nonzero,
 )
 
-__all__ = ["ENDED", "step_rows"]
+__all__ = ["ENDED", "Step", "step_rows"]
 
 ENDED = 1 << 40  # more than rows that have a flag
 
@@ -39,6 +47,7 @@ _ONE = (0.0,)
 _LARGEST = 1e9  # a larger state is a physics error and ends the episode
 
 Function = Callable[..., Any]
+Step = Callable[[Buffer, int, int, Results, Observations, Bools], int]
 
 
 def step_rows(
@@ -57,15 +66,23 @@ def step_rows(
     disturb_actions: Function,
     disturb_observations: Function,
     prototypes: Prototypes,
-) -> Callable[[Buffer, int, int], int]:
-    """Loop ``step(buffer, first_block, last_block)`` of some functions.
+) -> Step:
+    """Loop ``step(buffer, first_block, last_block, results, observations, flags)`` of functions.
 
-    It steps all rows of the given blocks by one control period. It returns 0 if no flag of any row
-    is set, a positive number if one is, and at least `ENDED` if an episode has ended. If action
-    entry k is not finite, no row changes and -1 - k is returned.
+    It steps all rows of the given blocks by one control period, and publishes them: see
+    `publication`. It returns 0 if no flag of any row is set, a positive number if one is, and at
+    least `ENDED` if an episode has ended. If action entry k is not finite, no row changes and
+    -1 - k is returned.
     """
 
-    def step(buffer: Buffer, first_block: int, last_block: int) -> int:
+    def step(
+        buffer: Buffer,
+        first_block: int,
+        last_block: int,
+        results: Results,
+        observations: Observations,
+        flags: Bools,
+    ) -> int:
         s = read_settings(buffer)
         bad = _first_not_finite(buffer, s, len(prototypes.action))
         if bad >= 0:
@@ -89,9 +106,10 @@ def step_rows(
             n_raised += _conclude(
                 outcome, force, grip, slips, rate, prototypes, buffer, s, slots, base, n, weights, c
             )
-            _pack_flags(buffer, slots, base)
             observe_rows(observe, disturb_observations, prototypes, buffer, s, slots, base, 0, n, c)
-            publish_rows(buffer, s, slots, base, row, 0, n)
+            publish_results(buffer, s, slots, base, row, 0, n, results)
+            publish_observations(buffer, s, slots, base, row, 0, n, observations)
+            publish_flags(buffer, s, slots, base, row, 0, n, flags)
         return n_raised
 
     return step
@@ -122,12 +140,17 @@ def _receive(
 ) -> int:
     """Read actions and clip them to their space; returns how many were clipped."""
     n_action = len(prototypes.action)
-    at = base + slots.action * LANES
+    given, at = s.actions + row * n_action, base + slots.action * LANES
     flag = base + (slots.flags + FLAGS.action_clipped) * LANES
+    whole = n - n % 8
+    for i in range(0, whole, 8):
+        load_tile(buffer, given + i * n_action, at + i, prototypes.action)
+    for i in range(whole, n):
+        action = load_single(buffer, given + i * n_action, prototypes.action, 1)
+        store(buffer, at + i, action, LANES)
     n_clipped = 0
     for i in range(n):
-        given = load_single(buffer, s.actions + (row + i) * n_action, prototypes.action, 1)
-        action, clipped = clip(given)
+        action, clipped = clip(load(buffer, at + i, prototypes.action, LANES))
         store(buffer, at + i, action, LANES)
         store(buffer, flag + i, (_number(clipped),), 1)
         n_clipped += clipped
@@ -280,11 +303,3 @@ def _mend(
             buffer[flags + FLAGS.slips * LANES + i] = 0.0
             for k in range(slots.flags - slots.results):
                 buffer[base + (slots.results + k) * LANES + i] = 0.0
-
-
-@routine
-def _pack_flags(buffer: Buffer, slots: Slots, base: int) -> None:
-    """Write the flags of a block again, as bytes."""
-    for k in range(len(FLAGS)):
-        flag, byte = base + (slots.flags + k) * LANES, 8 * (base + slots.packed * LANES) + k * LANES
-        store_nonzero(buffer, flag, byte)

@@ -5,7 +5,7 @@ therefore looks for some time whether there is more to do, and sleeps only then.
 leads a step takes the share of each that is not there in time: it waits for none to wake up.
 
 What they share is in a *board* of integers, each in a cache line of its own: the next share, how
-many are at work, which sleep, and what a share returned.
+many are at work, where to publish, which sleep, and what a share returned.
 """
 
 import platform
@@ -21,6 +21,7 @@ from numba.core.typing.templates import Signature
 
 from rigid_envs.kernels.compiler import instruction, kernel, phase
 from rigid_envs.kernels.layout import Buffer
+from rigid_envs.kernels.publication import Bools, Observations, Results
 
 types: Any = numba.types  # untyped
 _cgutils: Any = cgutils
@@ -29,7 +30,8 @@ Board = npt.NDArray[np.int64]
 __all__ = ["Board", "is_asleep", "lead", "new_board", "serve", "wake"]
 
 _LINE = 8  # integers in a cache line
-_NEXT, _AT_WORK, _SHARES = 0, _LINE, 2 * _LINE  # of share k: what it returned, whether k sleeps
+_NEXT, _AT_WORK, _OUTPUTS = 0, _LINE, 2 * _LINE
+_SHARES = 3 * _LINE  # of share k: what it returned, whether thread k sleeps
 _PATIENCE = 4000  # looks for work before a thread sleeps, 0.1 to 0.2 ms
 
 
@@ -106,8 +108,28 @@ def _pause(_context: Any) -> tuple[Signature, Callable[..., Any]]:
 
 
 @instruction
+def _at(_context: Any, array: Any, address: Any) -> tuple[Signature, Callable[..., Any]]:
+    """An array like another, whose data are at an address; nobody frees them."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        like = context.make_array(array)(context, builder, arguments[0])
+        like.data = builder.inttoptr(arguments[1], like.data.type)
+        like.meminfo = _cgutils.get_null_value(like.meminfo.type)
+        return like._getvalue()
+
+    return array(array, types.int64), generate
+
+
+@instruction
 def _call(
-    _context: Any, address: Any, buffer: Any, first: Any, last: Any
+    _context: Any,
+    address: Any,
+    buffer: Any,
+    first: Any,
+    last: Any,
+    results: Any,
+    observations: Any,
+    flags: Any,
 ) -> tuple[Signature, Callable[..., Any]]:
     """Call the machine code of a step at an address; it raises nothing."""
 
@@ -118,35 +140,71 @@ def _call(
         _, value = convention.call_function(builder, function, result, given, arguments[1:])
         return value
 
-    return types.int64(types.int64, buffer, types.int64, types.int64), generate
+    blocks = types.int64, types.int64
+    return types.int64(types.int64, buffer, *blocks, results, observations, flags), generate
 
 
 @phase
-def _take_shares(address: int, buffer: Buffer, n_blocks: int, board: Board, n_shares: int) -> None:
-    """Step shares that nobody has taken, until there is none."""
+def _take_shares(
+    address: int,
+    buffer: Buffer,
+    n_blocks: int,
+    board: Board,
+    n_shares: int,
+    results: Results,
+    observations: Observations,
+    flags: Bools,
+) -> None:
+    """Step shares that nobody has taken, until there is none.
+
+    Outputs are arrays like those to which they are published, at the addresses on the board.
+    """
     k = _add(board, _NEXT, 1)
     while k < n_shares:
         first, last = n_blocks * k // n_shares, n_blocks * (k + 1) // n_shares
-        board[_SHARES + k * _LINE] = _call(address, buffer, first, last)
+        board[_SHARES + k * _LINE] = _call(
+            address,
+            buffer,
+            first,
+            last,
+            _at(results, board[_OUTPUTS]),
+            _at(observations, board[_OUTPUTS + 1]),
+            _at(flags, board[_OUTPUTS + 2]),
+        )
         k = _add(board, _NEXT, 1)
 
 
 @kernel
-def lead(address: int, buffer: Buffer, n_blocks: int, board: Board, n_shares: int) -> int:
+def lead(
+    address: int,
+    buffer: Buffer,
+    n_blocks: int,
+    board: Board,
+    n_shares: int,
+    results: Results,
+    observations: Observations,
+    flags: Bools,
+) -> int:
     """Step all blocks, with the threads that serve.
 
     Args:
-        address: Of the machine code of ``step(buffer, first_block, last_block)``.
+        address: Of the machine code of a step: see `step_loop.step_rows`.
         buffer: Data of the rows.
         n_blocks: Number of blocks.
         board: From `new_board`.
         n_shares: Number of shares.
+        results: To which the rows are published.
+        observations: To which the rows are published.
+        flags: To which the rows are published.
 
     Returns:
         The sum of what the shares returned; a negative one if there is one.
     """
+    board[_OUTPUTS] = results.ctypes.data
+    board[_OUTPUTS + 1] = observations.ctypes.data
+    board[_OUTPUTS + 2] = flags.ctypes.data
     _write(board, _NEXT, 0)
-    _take_shares(address, buffer, n_blocks, board, n_shares)
+    _take_shares(address, buffer, n_blocks, board, n_shares, results, observations, flags)
     while _read(board, _AT_WORK) > 0:
         _pause()
     total = 0
@@ -160,7 +218,15 @@ def lead(address: int, buffer: Buffer, n_blocks: int, board: Board, n_shares: in
 
 @kernel
 def serve(
-    address: int, buffer: Buffer, n_blocks: int, board: Board, n_shares: int, me: int
+    address: int,
+    buffer: Buffer,
+    n_blocks: int,
+    board: Board,
+    n_shares: int,
+    results: Results,
+    observations: Observations,
+    flags: Bools,
+    me: int,
 ) -> None:
     """Take shares of steps, until there has been none for some time.
 
@@ -170,6 +236,9 @@ def serve(
         n_blocks: Number of blocks.
         board: From `new_board`.
         n_shares: Number of shares.
+        results: An array like that to which rows are published.
+        observations: An array like that to which rows are published.
+        flags: An array like that to which rows are published.
         me: Number of this thread.
     """
     n_looks = 0
@@ -178,7 +247,7 @@ def serve(
         _pause()
         if _read(board, _NEXT) < n_shares:
             _add(board, _AT_WORK, 1)
-            _take_shares(address, buffer, n_blocks, board, n_shares)
+            _take_shares(address, buffer, n_blocks, board, n_shares, results, observations, flags)
             _add(board, _AT_WORK, -1)
             n_looks = 0
     _write(board, _SHARES + me * _LINE + 1, 1)

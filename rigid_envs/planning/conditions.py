@@ -158,7 +158,7 @@ def _balanced(core: Core) -> list[Array]:
 def _precessing(core: Core) -> list[Array]:
     """Tilt and rate of precession off their goals; sizes from the terms, signs as observed."""
     task: Any = core.task
-    shown = dict(zip(task.terms, core.results()[1:], strict=False))
+    shown = dict(zip(task.terms, core.results[1:], strict=False))
     tilt, rate = (1.0 / np.maximum(shown[name], 1e-300) - 1.0 for name in ("tilt", "rate"))
     signs = np.sign(core.observations[:, 3:5] - core.observations[:, 5:7]).T
     scale = _SHARPNESS * task.tolerance

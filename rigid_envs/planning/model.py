@@ -166,9 +166,9 @@ class Model:
             core.actions[...] = actions[t]
             for k in range(t * self.repeat, (t + 1) * self.repeat):
                 core.step()
-                flags = core.flags()
+                flags = core.flags
                 won = flags[FLAGS.is_success]
-                costs += np.where(ended, 0.0, core.results()[0])
+                costs += np.where(ended, 0.0, core.results[0])
                 successes = np.where(ended, successes, won)
                 failed[~ended & ~won] = k + 1
                 ended |= flags[FLAGS.terminated]
@@ -246,7 +246,7 @@ class Model:
             self._core.set_state(self._state)
             self._core.actions[...] = unit
             self._core.step()
-            costs.append(self._core.results()[0])
+            costs.append(self._core.results[0].copy())
         return np.array(costs)
 
 

@@ -60,8 +60,8 @@ class Rollouts:
         for action in actions.reshape(len(actions), *core.actions.shape):
             core.actions[...] = action
             core.step()
-            cost -= np.where(alive, core.results()[-1] - self._distance(), 0.0)
-            alive &= ~core.flags()[FLAGS.terminated]
+            cost -= np.where(alive, core.results[-1] - self._distance(), 0.0)
+            alive &= ~core.flags[FLAGS.terminated]
         return cost.reshape(-1, self._k)
 
     def _distance(self) -> Array | float:

@@ -41,7 +41,7 @@ def new_buffer(
     n_head = len(Settings._fields)
     blocks = _blocks_up(n_head + len(tail))
     actions = 2 * (blocks + _blocks_up(n_rows) * slots.total)
-    observations = actions + len(task.episode.prototypes.action) * n_rows
+    end = actions + len(task.episode.prototypes.action) * n_rows
     settings = Settings(
         n_rows=n_rows,
         n_substeps=task.n_substeps,
@@ -64,9 +64,8 @@ def new_buffer(
         bounds=n_head + len(weights) + len(constants) + 2 * len(ranges) + len(observed),
         blocks=blocks,
         actions=actions,
-        observations=observations,
     )
-    buffer = aligned_zeros(-(-(observations + n_rows * len(bounds) // 2) // 2))
+    buffer = aligned_zeros(-(-end // 2))
     buffer[: n_head + len(tail)] = [*settings, *tail]
     return buffer, settings
 

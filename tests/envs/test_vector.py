@@ -1,5 +1,6 @@
 """The shell of many rows: spaces, modes, and what it hands out."""
 
+import copy
 import warnings
 
 import numpy as np
@@ -91,7 +92,24 @@ def test_what_is_handed_out_does_not_lead_back_into_the_rows(env_id, mode):
         overwrite(results)
         envs.y[...] = 9.0
     assert_same_bits(envs.get_state(), quiet.get_state())
+    assert_same_bits(envs.infos(), quiet.infos())
+    one = {"reset_mask": np.array([False, True, False])}
+    assert_same_bits(envs.reset(options=one), quiet.reset(options=one))
     assert_same_bits(batch, kept)
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_what_was_handed_out_stays_as_it_is(env_id, mode):
+    envs = rows(env_id, num_envs=3, max_episode_steps=2, autoreset_mode=mode)
+    results = [envs.reset(seed=0), *(envs.step(still(env_id, 3)) for _ in range(2)), envs.infos()]
+    kept = copy.deepcopy(results)
+    state = envs.get_state()
+    envs.reset(options={"reset_mask": np.array([True, False, False])})
+    envs.infos()
+    envs.set_state(state)
+    envs.reset()
+    envs.step(still(env_id, 3))
+    assert_same_bits(results, kept)
 
 
 def overwrite(result):

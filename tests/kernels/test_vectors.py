@@ -18,7 +18,7 @@ from rigid_envs.testing.environments import task_of
 from rigid_envs.kernels.compiler import compiled_for
 
 step = task_of(sys.argv[1]).compiled.step
-Core(task_of(sys.argv[1]), 64).step
+Core(task_of(sys.argv[1]), 64).step_into
 print(*(found.library.get_asm_str() for found in step.overloads.values()))
 """
 ARITHMETIC = re.compile(r"^\s+v?(?:add|sub|mul|div|sqrt|fn?m(?:add|sub)\d*)(pd|sd)\s", re.MULTILINE)
@@ -36,5 +36,5 @@ def test_the_arithmetic_of_a_step_is_packed(name: str, tmp_path: Path) -> None:
     )
     found = Counter(ARITHMETIC.findall(done.stdout))
     # Each loop has a form for vectors and one for the last rows of a block, of as many
-    # instructions. What is not packed: actions that are read, noise, networks of one row.
+    # instructions. What is not packed: noise, networks of one row.
     assert found["pd"] > 0.5 * found["sd"] > 50, found

@@ -68,7 +68,7 @@ def test_a_task_need_not_name_every_parameter_of_its_system():
     core.reset(np.arange(3))
     core.actions[...] = 1.0
     core.step()
-    normal, needed = core.results()[-3:-1]
+    normal, needed = core.results[-3:-1]
     assert (normal > 0.0).all()
     assert (needed > 0.0).all()
     assert core.system_parameters(0)["mu"] == 1.0
