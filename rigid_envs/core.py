@@ -1,8 +1,8 @@
 """Batch of rows of a task: state, goal, parameters and clock of each; step and reset.
 
 `Core` has no autoreset and does not depend on Gymnasium. All its data are in one array, `buffer`,
-on which the compiled step and reset of the task work (`rigid_envs.kernels`); what they publish goes
-to three arrays, `outputs`, which may be replaced by new ones at any time.
+on which the compiled step and reset of the task work (`rigid_envs.kernels`). What these publish is
+written to three arrays, `outputs`: a shell that hands them out replaces them by new ones first.
 """
 
 from __future__ import annotations

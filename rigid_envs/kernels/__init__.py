@@ -20,6 +20,7 @@ and are read by name.
 `layout`           layout of a batch of rows in one array
 `actions`          clipping of actions
 `attitude`         observed representations of the attitude
+`publication`      results, observations and flags in the arrays that are handed out
 `channel`          noise and delay of actions and observations
 `goals`            comparison of observed goals
 `step_loop`        the step of an environment, over all rows
