@@ -27,6 +27,7 @@ from tests.benchmarks.limit import limit
 from tests.benchmarks.page import markdown
 from tests.benchmarks.ppo_phases import IDS, PHASES, Phases, measure
 from tests.benchmarks.pufferlib_drone import compare as compare_with_drones
+from tests.benchmarks.stock_ppo import measure as measure_stock
 
 __all__ = ["DOCS", "main"]
 
@@ -57,6 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "loops": [asdict(loop) for loop in compare(20 if options.quick else 200)["free body"]],
         "limit": asdict(limit(20 if options.quick else 200)),
         "training": [_training(measure(env_id, steps)) for env_id in IDS],
+        "stock": [asdict(kind) for kind in measure_stock(timesteps=steps)],
     }
     write_atomic(options.out / "speed.json", lined_json(data))
     write_atomic(options.out / "speed.md", markdown(data))
