@@ -79,6 +79,12 @@ Where the time of PPO goes, by the recipes for the reduced frame up to their fir
 one torch thread: steps of the environment, actions of the policy; losses, gradients and Adam;
 evaluation on the starts of validation. `python -m tests.benchmarks.ppo_phases`.
 """
+_STOCK = """
+`IntermediateAxis` by its recipe for the reduced frame, {timesteps} steps, three seeds in turns: by
+Stable-Baselines3 with its own vector of single environments, with ours, and by this application,
+whose times include evaluations on the way. Then returns after parts of the steps, on 100 starts
+apart: means over the seeds, and the least and the largest. `python -m tests.benchmarks.stock_ppo`.
+"""
 _FIRST = """
 ## First use
 
@@ -137,6 +143,8 @@ def markdown(data: Mapping[str, Any]) -> str:
         _periods(data["limit"]["periods"]),
         _TRAINING,
         _training(data["training"]),
+        _STOCK.format(timesteps=f"{data['stock'][0]['timesteps']:,}"),
+        _stock(data["stock"]),
         _FIRST,
         _first(bench["import_to_first_step"]),
     ]
@@ -265,6 +273,23 @@ def _training(trainings: Sequence[Mapping[str, Any]]) -> str:
     ]
     phases = tuple(trainings[0]["shares"])
     return _table(("", "steps/s", *phases), rows, "<" + ">" * (1 + len(phases)))
+
+
+def _stock(kinds: Sequence[Mapping[str, Any]]) -> str:
+    rows = [
+        (
+            kind["name"],
+            f"{kind['timesteps'] / statistics.median(kind['seconds']):,.0f}",
+            *(_over_seeds(returns) for returns in zip(*kind["returns"], strict=True)),
+        )
+        for kind in kinds
+    ]
+    points = tuple(f"{100 * fraction:.0f} %" for fraction in kinds[0]["fractions"])
+    return _table(("", "steps/s", *points), rows, "<" + ">" * (1 + len(points)))
+
+
+def _over_seeds(values: Sequence[float]) -> str:
+    return f"{statistics.fmean(values):.0f} ({min(values):.0f} .. {max(values):.0f})"
 
 
 def _first(startups: Iterable[Mapping[str, Any]]) -> str:
