@@ -6,6 +6,8 @@ to arrays that nobody holds yet, block by block, while the block is in the first
 nothing has to be copied afterwards, and each thread writes the part of its rows.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
@@ -27,6 +29,7 @@ __all__ = [
     "Observations",
     "Outputs",
     "Results",
+    "Span",
     "publish_flags",
     "publish_observations",
     "publish_results",
@@ -40,18 +43,21 @@ Bools = npt.NDArray[np.bool_]
 Outputs = tuple[Results, Observations, Bools]
 
 
+class Span(NamedTuple):
+    """Rows ``first .. last - 1`` of the block that begins at `base`, whose first row is `row`."""
+
+    base: int
+    row: int
+    first: int
+    last: int
+
+
 @routine
 def publish_results(
-    buffer: Buffer,
-    s: Settings,
-    slots: Slots,
-    base: int,
-    row: int,
-    first: int,
-    last: int,
-    results: Results,
+    buffer: Buffer, s: Settings, slots: Slots, span: Span, results: Results
 ) -> None:
-    """Publish the results of rows ``first .. last - 1`` of the block that begins at row `row`."""
+    """Publish the results of some rows of a block."""
+    base, row, first, last = span
     at, n = base + slots.results * LANES, slots.flags - slots.results
     rest = last - (last - first) % 8
     for k in range(n):
@@ -66,16 +72,10 @@ def publish_results(
 
 @routine
 def publish_observations(
-    buffer: Buffer,
-    s: Settings,
-    slots: Slots,
-    base: int,
-    row: int,
-    first: int,
-    last: int,
-    observations: Observations,
+    buffer: Buffer, s: Settings, slots: Slots, span: Span, observations: Observations
 ) -> None:
-    """Publish the observations of rows, see `publish_results`."""
+    """Publish the observations of some rows of a block."""
+    base, row, first, last = span
     at, width = base + slots.observation * LANES, s.n_observation
     target = row * width
     rest = first
@@ -92,17 +92,9 @@ def publish_observations(
 
 
 @routine
-def publish_flags(
-    buffer: Buffer,
-    s: Settings,
-    slots: Slots,
-    base: int,
-    row: int,
-    first: int,
-    last: int,
-    flags: Bools,
-) -> None:
-    """Publish the flags of rows, see `publish_results`."""
+def publish_flags(buffer: Buffer, s: Settings, slots: Slots, span: Span, flags: Bools) -> None:
+    """Publish the flags of some rows of a block."""
+    base, row, first, last = span
     at = base + slots.flags * LANES
     rest = last - (last - first) % 8
     for k in range(len(FLAGS)):

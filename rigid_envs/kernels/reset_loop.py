@@ -25,6 +25,7 @@ from rigid_envs.kernels.publication import (
     Bools,
     Observations,
     Results,
+    Span,
     publish_flags,
     publish_observations,
     publish_results,
@@ -70,11 +71,12 @@ def reset_rows(
         outside = -1
         for row in rows:
             block, lane = row // LANES, row % LANES
-            base, first = s.blocks + block * slots.total * LANES, block * LANES
+            base = s.blocks + block * slots.total * LANES
+            span = Span(base, block * LANES, lane, lane + 1)
             if mode == BEGIN_UNSEEN:
                 _clear_results(prototypes, buffer, slots, base, lane)
-                publish_results(buffer, s, slots, base, first, lane, lane + 1, results)
-                publish_flags(buffer, s, slots, base, first, lane, lane + 1, flags)
+                publish_results(buffer, s, slots, span, results)
+                publish_flags(buffer, s, slots, span, flags)
             if mode <= BEGIN_UNSEEN:
                 _new_episode(prototypes, buffer, s, slots, base + lane)
                 _draw_parameters(prototypes, buffer, s, slots, base + lane)
@@ -84,7 +86,7 @@ def reset_rows(
             if _is_outside(rate, prototypes, buffer, s, slots, base + lane):
                 outside = row
             observe_rows(observe, disturb, prototypes, buffer, s, slots, base, lane, lane + 1, c)
-            publish_observations(buffer, s, slots, base, first, lane, lane + 1, observations)
+            publish_observations(buffer, s, slots, span, observations)
         return outside
 
     return reset

@@ -26,6 +26,7 @@ from rigid_envs.kernels.publication import (
     Bools,
     Observations,
     Results,
+    Span,
     publish_flags,
     publish_observations,
     publish_results,
@@ -107,9 +108,10 @@ def step_rows(
                 outcome, force, grip, slips, rate, prototypes, buffer, s, slots, base, n, weights, c
             )
             observe_rows(observe, disturb_observations, prototypes, buffer, s, slots, base, 0, n, c)
-            publish_results(buffer, s, slots, base, row, 0, n, results)
-            publish_observations(buffer, s, slots, base, row, 0, n, observations)
-            publish_flags(buffer, s, slots, base, row, 0, n, flags)
+            span = Span(base, row, 0, n)
+            publish_results(buffer, s, slots, span, results)
+            publish_observations(buffer, s, slots, span, observations)
+            publish_flags(buffer, s, slots, span, flags)
         return n_raised
 
     return step

@@ -163,10 +163,7 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
     Equivalent(
         "rigid_envs/envs/single.py",
         "RigidEnv.step",
-        (
-            "if action.__class__ is ndarray and action.dtype is FLOAT32 and action.shape == "
-            "self._shape:"
-        ),
+        ("if action.__class__ is ndarray and action.dtype is FLOAT32 and action.shape == shape:"),
         "if action.__class__ is ndarray and action.dtype is FLOAT32 and (actio... -> if False",
         "it is read by the checks then, which take as much time as a step and change no number",
     ),
