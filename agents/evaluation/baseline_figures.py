@@ -207,4 +207,5 @@ def _colour(groups: Grouped, name: str) -> str:
 
 
 def _with_count(groups: Grouped, name: str) -> str:
-    return f"{name} ({len(groups[name])} environments)"
+    count = len(groups[name])
+    return f"{name} ({count} environment{'s' if count > 1 else ''})"
