@@ -166,8 +166,8 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
         fall = self.g / self.radius
         plate = np.linalg.norm(self.tilt_rate(rows), axis=-1) + abs(self.turntable_rate)
         rate = np.linalg.norm(self.omega_plate(rows), axis=-1) + plate
-        pushed = np.linalg.norm(self.rhs(rows, inputs)[..., 6:8], axis=-1) / self.radius
-        gain = pushed + np.linalg.norm(inputs[..., 2:], axis=-1)
+        pushed = np.linalg.norm(self._evaluate(rows, inputs, np.float64)[..., 6:8], axis=-1)
+        gain = pushed / self.radius + np.linalg.norm(inputs[..., 2:], axis=-1)
         return (
             float(np.max(rate, initial=0.0)) + math.sqrt(fall),
             float(np.max(gain, initial=0.0)) + fall,

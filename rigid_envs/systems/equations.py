@@ -174,11 +174,7 @@ class Equations(abc.ABC):
         Times the step it must stay within the stability envelope. It is 0 where the input alone
         sets the rates.
         """
-        rows = self.checked_state(y)
-        flat = np.ascontiguousarray(rows.reshape(-1, rows.shape[-1]))
-        out = np.empty(len(flat))
-        self.dynamics.rate_rows(flat, self.parameters, out)
-        return out.reshape(rows.shape[:-1])
+        return self._rates(self.checked_state(y))
 
     def symbolic(self, free: Sequence[str] = ()) -> SymbolicModel:
         """The same equations, integrator step and invariants as functions of CasADi.
@@ -247,6 +243,12 @@ class Equations(abc.ABC):
             np.broadcast_to(y, (*lead, y.shape[-1])),
             np.broadcast_to(u, (*lead, u.shape[-1])),
         )
+
+    def _rates(self, rows: Array) -> Array:
+        flat = np.ascontiguousarray(rows.reshape(-1, rows.shape[-1]))
+        out = np.empty(len(flat))
+        self.dynamics.rate_rows(flat, self.parameters, out)
+        return out.reshape(rows.shape[:-1])
 
     def _evaluate(self, y: npt.NDArray[Any], u: npt.NDArray[Any], dtype: type) -> npt.NDArray[Any]:
         y_rows: npt.NDArray[Any] = np.array(y, dtype=dtype, order="C").reshape(-1, y.shape[-1])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -175,15 +175,23 @@ def _sampled(system: Integrable, u: Callable[[float], npt.ArrayLike]) -> InputsA
     """
 
     def inputs_at(_: int, times: Array) -> Array:
-        values = [u(float(s)) for s in times]
-        for s, value in zip(times, values, strict=True):
-            require(value is not None, None, f"u({s:.6g})", "an input: return zeros for none")
-        rows = [system.checked_input(value) for value in values]
-        first, *others = {row.shape for row in rows}
-        require(not others, [first, *others], "shapes of u(t)", "one shape for all times")
-        return np.stack(rows)
+        values: list[Any] = [u(float(s)) for s in times]
+        try:
+            return system.checked_input(values)  # all at once, in a tenth of the time
+        except ValueError:
+            return _one_by_one(system, values, times)
 
     return inputs_at
+
+
+def _one_by_one(system: Integrable, values: list[Any], times: Array) -> Array:
+    """The same, checked so that a message is about the value at one time."""
+    for s, value in zip(times, values, strict=True):
+        require(value is not None, None, f"u({s:.6g})", "an input: return zeros for none")
+    rows = [system.checked_input(value) for value in values]
+    first, *others = {row.shape for row in rows}
+    require(not others, [first, *others], "shapes of u(t)", "one shape for all times")
+    return np.stack(rows)
 
 
 def _held(system: Integrable, u: npt.ArrayLike | None, n_intervals: int) -> InputsAt:

@@ -183,15 +183,15 @@ class RollingDisk(RollingContact, AdaptiveStepSystem):
     def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
         """The largest `rate`, and its growth."""
         rows, inputs = self._broadcast(y, u)
-        omega, s = self.omega_body(rows), _sine(rows)
+        vertical, omega = gamma(rows), rows[..., 4:7]
+        s = np.hypot(vertical[..., 0], vertical[..., 1])
         across = np.linalg.norm(omega[..., :2], axis=-1)
-        fall = np.abs(np.sum(self.omega_world(rows) * self.radius_up(rows), axis=-1))
-        fall = np.sqrt(np.maximum(across**2 - fall**2, 0.0))
-        grown = np.linalg.norm(self.rhs(rows, inputs)[..., 4:7], axis=-1)
+        fall = np.abs(omega[..., 0] * vertical[..., 1] - omega[..., 1] * vertical[..., 0]) / s
+        grown = np.linalg.norm(self._evaluate(rows, inputs, np.float64)[..., 4:7], axis=-1)
         gain = (grown + across * fall / s) / s
         natural = self.g / self.radius
         return (
-            float(np.max(self.rate(rows), initial=math.sqrt(natural))),
+            float(np.max(self._rates(rows), initial=math.sqrt(natural))),
             float(np.max(gain, initial=0.0)) + natural,
         )
 
