@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import RegularGridInterpolator
 from scipy.linalg import expm, solve_discrete_are
 
 from rigid_envs.checks import positive_array
@@ -127,6 +126,8 @@ def scheduled(regulator: Callable[..., Regulator], *grids: Array) -> Callable[..
         regulator: of one number for each grid.
         *grids: ascending nodes of each number.
     """
+    from scipy.interpolate import RegularGridInterpolator  # slow to import: only where one is made
+
     points = np.stack(np.meshgrid(*grids, indexing="ij"), axis=-1)
     found = [regulator(*point) for point in points.reshape(-1, len(grids))]
     shapes = [part.shape for part in found[0]]

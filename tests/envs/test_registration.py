@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import gymnasium as gym
+import pytest
 
 import rigid_envs
 from rigid_envs.testing.selection import OWN as IDS
@@ -35,13 +36,21 @@ def test_make_with_the_module_in_the_id_imports_the_package():
     assert done.stdout == "RigidEnvs/BallPark-v0 RigidVectorEnv\n", done.stderr
 
 
-def test_a_step_imports_only_what_it_takes() -> None:
-    code = (
-        "import sys, gymnasium, rigid_envs\n"
-        "env = gymnasium.make('RigidEnvs/BallPark-v0')\n"
-        "env.reset(seed=0)\n"
-        "env.step(env.action_space.sample())\n"
-        "slow = {'scipy.optimize', 'scipy.integrate', 'torch', 'matplotlib', 'PIL', 'panda3d'}\n"
-        "assert not slow & set(sys.modules), slow & set(sys.modules)\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
+STEP = """
+import gymnasium, rigid_envs
+env = gymnasium.make("RigidEnvs/BallPark-v0")
+env.reset(seed=0)
+env.step(env.action_space.sample())
+"""
+
+
+@pytest.mark.parametrize(
+    "code",
+    [STEP, "import rigid_envs.cli.command_line", "import agents.cli.command_line"],
+    ids=["step", "rigid-envs", "agents"],
+)
+def test_a_step_and_a_command_import_only_what_they_take(code: str) -> None:
+    slow = {"scipy.optimize", "scipy.integrate", "scipy.interpolate", "torch", "matplotlib", "PIL"}
+    told = f"{code}\nimport sys\nprint(*{slow | {'panda3d'}} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
+    assert done.stdout == "\n"

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import Chebyshev, chebyshev
-from scipy.integrate import quad
-from scipy.optimize import brentq
 from scipy.special import roots_legendre
 
 from rigid_envs.analytic.rolling_disk._disk import Disk, disk_of
@@ -131,6 +129,8 @@ def _turning_point(start: float, way: float, kinetic: float, slope: Slope) -> fl
     k = int(spent[0])
     before, first = kinetic if k == 0 else left[k - 1], edges[k]
 
+    from scipy.optimize import brentq  # slow to import, as is `quad` below
+
     def rest(u: float) -> float:
         return float(before - _rise(np.array([first]), np.array([u]), slope)[0])
 
@@ -157,6 +157,8 @@ def _period(low: float, high: float, slope: Slope, tipping: float) -> float:
     depth = _depth(low, high, slope)
     # Beside an unstable motion S falls below the rounding of its terms.
     floor = np.finfo(np.float64).eps * float(np.sum(np.abs(depth)))
+
+    from scipy.integrate import quad
 
     def integrand(chi: float) -> float:
         x = math.cos(chi)
