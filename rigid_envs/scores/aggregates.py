@@ -65,10 +65,8 @@ def probability_of_improvement(runs: Runs, others: Runs) -> float:
     one, two = _checked(runs), _checked(others)
     if len(one) != len(two):
         raise ValueError(f"others = {len(two)} ids; expected {len(one)}, as runs has them")
-    chances = [
-        np.mean(0.5 * (np.sign(a[:, None] - b) + 1.0)) for a, b in zip(one, two, strict=True)
-    ]
-    return float(np.mean(chances))
+    leads = [np.sign(a[:, None] - b).mean() for a, b in zip(one, two, strict=True)]
+    return 0.5 + 0.5 * float(np.mean(leads))
 
 
 def stratified_bootstrap(
