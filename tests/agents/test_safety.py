@@ -35,6 +35,7 @@ def test_no_source_loads_pickles_or_evaluates_text(path: Path) -> None:
                 assert "shell" not in ast.unparse(node)
 
 
+@pytest.mark.long
 def test_a_run_leaves_files_in_its_folder_only(tmp_path: Path) -> None:
     code = f"""
 import tests.agents.drift

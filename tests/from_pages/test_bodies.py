@@ -46,7 +46,9 @@ def test_default_substeps_do_nearly_the_same(kind: type[Page]) -> None:
         {"rotation": "euler", "observe_params": True, **RANGES},
         {"rotation": "matrix", "I1": 1.3, "I2": 1.8},
         {"frame": "reduced", "observe_params": True, **RANGES},
-        {"frame": "reduced", "action_delay": 1, "rotation": "quat"},
+        pytest.param(
+            {"frame": "reduced", "action_delay": 1, "rotation": "quat"}, marks=pytest.mark.long
+        ),
     ],
     ids=["rot6d", "quat", "euler", "matrix", "reduced", "reduced_late"],
 )

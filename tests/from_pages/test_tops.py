@@ -74,7 +74,9 @@ def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
         {"rotation": "euler", "observe_params": True, **RANGES},
         {"rotation": "none", "m": 1.1, "I3": 0.52},
         {"frame": "reduced", "observe_params": True, **RANGES},
-        {"frame": "reduced", "action_delay": 1, "rotation": "quat"},
+        pytest.param(
+            {"frame": "reduced", "action_delay": 1, "rotation": "quat"}, marks=pytest.mark.long
+        ),
     ],
     ids=["rot6d", "quat", "euler", "none", "reduced", "reduced_late"],
 )

@@ -81,7 +81,7 @@ def test_an_edited_helper_in_another_file_is_compiled_anew(source: Path, tmp_pat
     assert Path(cold[2]).is_relative_to(cache / "rigid-envs")
 
 
-@pytest.mark.parametrize("base", ["file", "file/below"])
+@pytest.mark.parametrize("base", ["file", pytest.param("file/below", marks=pytest.mark.long)])
 def test_without_a_place_to_keep_them_kernels_are_compiled_per_process(
     source: Path, tmp_path: Path, base: str
 ) -> None:
@@ -117,7 +117,7 @@ def full(compiled: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(compiled, tmp_path, dirs_exist_ok=True))
 
 
-@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+@pytest.mark.parametrize("kind", [pytest.param("nbi", marks=pytest.mark.long), "nbc"])
 @pytest.mark.parametrize("size", [300, pytest.param(0, marks=pytest.mark.long)])
 def test_a_damaged_file_is_compiled_anew(full: Path, kind: str, size: int) -> None:
     for path in full.rglob(f"*.{kind}"):
@@ -192,7 +192,10 @@ LOGGED = f"import logging; logging.basicConfig(level='INFO'); {RESET}"
 
 @pytest.mark.parametrize(
     ("program", "said"),
-    [(RESET, ""), (LOGGED, "INFO:rigid_envs.kernels.compiler:compiled tasks.ball_grid.reset in ")],
+    [
+        pytest.param(RESET, "", marks=pytest.mark.long),
+        (LOGGED, "INFO:rigid_envs.kernels.compiler:compiled tasks.ball_grid.reset in "),
+    ],
 )
 def test_long_compilations_are_logged_and_not_printed(
     program: str, said: str, tmp_path: Path

@@ -177,6 +177,7 @@ def test_a_training_that_dies_five_times_at_the_same_place_is_given_up(
     assert "ppo/a: its process was ended by SIGKILL 5 times at the same place; given up" in err
 
 
+@pytest.mark.long
 def test_a_run_of_another_process_is_tried_again_later(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 
 CONFIG = Path(__file__).parents[3] / "configs" / "zoo" / "ppo.yml"
-WHAT = ["--algo", "ppo", "--env", "RigidEnvs/IntermediateAxisSingle-v0", "--gym-packages", "rigid_envs"]
+ENV = "RigidEnvs/IntermediateAxisSingle-v0"
+WHAT = ["--algo", "ppo", "--env", ENV, "--gym-packages", "rigid_envs"]
 ALIKE = ["--num-threads", "1", "--device", "cpu", "--seed", "0"]
 
 
