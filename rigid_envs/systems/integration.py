@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -176,10 +177,11 @@ def _sampled(system: Integrable, u: Callable[[float], npt.ArrayLike]) -> InputsA
 
     def inputs_at(_: int, times: Array) -> Array:
         values: list[Any] = [u(float(s)) for s in times]
-        try:
-            return system.checked_input(values)  # all at once, in a tenth of the time
-        except ValueError:
-            return _one_by_one(system, values, times)
+        with suppress(ValueError):
+            rows = system.checked_input(values)  # all at once, in a tenth of the time
+            if rows.ndim > 1:  # else a number for each time, as many as an input has entries
+                return rows
+        return _one_by_one(system, values, times)
 
     return inputs_at
 

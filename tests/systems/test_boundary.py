@@ -17,6 +17,7 @@ Y = BODY.state(omega_body=(0.1, 0.2, 0.3))
     [
         (lambda t: None, r"^u\(0\) = None; expected an input: return zeros for none"),
         (lambda t: None if t > 0.5 else (0.0, 0.0, 0.0), r"^u\(0\.75\) = None; expected an input"),
+        (lambda t: 0.0, r"^u has shape \(\); expected"),
         (lambda t: "pull", r"^u = 'pull'; expected real numbers \(tau1, tau2, tau3\)"),
         (lambda t: [None] * 3, r"^u = \[None, None, None\]; expected real numbers"),
         (lambda t: (1j, 0.0, 0.0), r"^u = .*; expected real numbers"),
