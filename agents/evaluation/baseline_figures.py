@@ -20,7 +20,6 @@ from rigid_envs.scores.aggregates import (
     performance_profile,
     probability_of_improvement,
     stratified_band,
-    stratified_bootstrap,
 )
 from rigid_envs.scores.records import Record
 
@@ -29,6 +28,7 @@ from .baselines import (
     Grouped,
     digest_of,
     grouped,
+    interval_of,
     markdown,
     pairs,
     pictures,
@@ -142,7 +142,7 @@ def _draw_profiles(groups: Grouped) -> Figure:
     at = np.linspace(0.0, 1.0, 101)
     for name in groups:
         runs, colour = results_of(groups, name), _colour(groups, name)
-        if any(len(each) > 1 for each in runs):
+        if all(len(each) > 1 for each in runs):
             low, high = stratified_band(
                 lambda drawn: performance_profile(drawn, at), runs, n_resamples=_RESAMPLES
             )
@@ -162,10 +162,8 @@ def _draw_aggregates(groups: Grouped) -> Figure:
     rows = {}
     for name in groups:
         runs = results_of(groups, name)
-        rows[_with_count(groups, name)] = (
-            interquartile_mean(runs),
-            *stratified_bootstrap(interquartile_mean, runs, n_resamples=_RESAMPLES),
-        )
+        ends = interval_of(interquartile_mean, runs, n_resamples=_RESAMPLES)
+        rows[_with_count(groups, name)] = interquartile_mean(runs), ends
     colours = [_colour(groups, name) for name in groups]
     return _draw_intervals(rows, colours, "interquartile mean of the efficiency")
 
@@ -175,10 +173,8 @@ def _draw_improvement(groups: Grouped) -> Figure:
     rows, colours = {}, []
     for one, other, ids in pairs(groups):
         runs = results_of(groups, one, ids), results_of(groups, other, ids)
-        rows[f"{one} > {other} ({len(ids)})"] = (
-            probability_of_improvement(*runs),
-            *stratified_bootstrap(probability_of_improvement, *runs, n_resamples=_RESAMPLES),
-        )
+        ends = interval_of(probability_of_improvement, *runs, n_resamples=_RESAMPLES)
+        rows[f"{one} > {other} ({len(ids)})"] = probability_of_improvement(*runs), ends
         colours.append(_colour(groups, one))
     figure = _draw_intervals(rows, colours, "probability of improvement")
     figure.axes[0].axvline(0.5, color=MUTED, lw=0.8, ls=":")
@@ -186,13 +182,16 @@ def _draw_improvement(groups: Grouped) -> Figure:
 
 
 def _draw_intervals(
-    rows: Mapping[str, tuple[float, float, float]], colours: Sequence[str], label: str
+    rows: Mapping[str, tuple[float, tuple[float, float] | None]],
+    colours: Sequence[str],
+    label: str,
 ) -> Figure:
-    """Values with intervals, one under the other, from 0 to 1."""
+    """Values with their intervals where these are known, one under the other, from 0 to 1."""
     figure = _new(7.0, 1.0 + 0.34 * len(rows))
     axes = figure.subplots()
-    for k, ((value, low, high), colour) in enumerate(zip(rows.values(), colours, strict=True)):
-        axes.plot([low, high], [-k, -k], color=colour, lw=6, alpha=0.3, solid_capstyle="butt")
+    for k, ((value, ends), colour) in enumerate(zip(rows.values(), colours, strict=True)):
+        if ends is not None:
+            axes.plot(ends, [-k, -k], color=colour, lw=6, alpha=0.3, solid_capstyle="butt")
         axes.plot([value], [-k], "o", color=colour, ms=6)
     axes.set_yticks([-k for k in range(len(rows))], list(rows), color=INK)
     axes.set_ylim(0.6 - len(rows), 0.6)

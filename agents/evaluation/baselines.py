@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -40,10 +40,11 @@ bits on every processor play them, so that anybody gets the same numbers.
 
 `success` and `efficiency` are means over the seeds of the training, with 95 % intervals over the
 seeds (bootstrap, within each environment; Agarwal et al. 2021, arXiv:2108.13264); one seed says
-nothing about others, and has none. `efficiency` is against the best known cost from each start,
-`cost` the mean of the successes, `ratio` how much more it is than what is best known from these
-starts. `CPU` is the time of processors, user and system, of a whole training, evaluations on the
-way included."""
+nothing about others, and has none. What is taken over all environments has an interval where each
+has several seeds; each has the same weight, however many. `efficiency` is against the best known
+cost from each start, `cost` the mean of the successes, `ratio` how much more it is than what is
+best known from these starts. `CPU` is the time of processors, user and system, of a whole
+training, evaluations on the way included."""
 
 
 def grouped(folder: Path) -> Grouped:
@@ -86,6 +87,18 @@ def results_of(groups: Grouped, name: str, ids: Iterable[str] = ENVIRONMENTS) ->
     """
     mine = groups[name]
     return [[_efficiency(record) for record in mine[each]] for each in ids if each in mine]
+
+
+def interval_of(
+    statistic: Callable[..., float], *policies: Sequence[Sequence[float]], n_resamples: int = 2000
+) -> tuple[float, float] | None:
+    """The interval of a statistic over the seeds, as `stratified_bootstrap` has it.
+
+    None where an environment has one training alone, which says nothing about others.
+    """
+    if any(len(each) < 2 for runs in policies for each in runs):
+        return None
+    return stratified_bootstrap(statistic, *policies, n_resamples=n_resamples)
 
 
 def pictures(groups: Grouped) -> list[str]:
@@ -157,7 +170,7 @@ def _overall(groups: Grouped) -> str:
             f"{sum(rate >= SOLVED for rate in rates)} of {len(by_id)}",
             f"{100 * np.mean(rates):.1f} %",
             f"**{interquartile_mean(runs):.3f}**",
-            _ends(stratified_bootstrap(interquartile_mean, runs)) if _several(runs) else "-",
+            _told(interval_of(interquartile_mean, runs)),
             f"{cpu:.0f} s",
         ))  # fmt: skip
     return _table(header, rows)
@@ -168,10 +181,8 @@ def _comparisons(groups: Grouped) -> str:
     for one, other, ids in pairs(groups):
         runs = results_of(groups, one, ids), results_of(groups, other, ids)
         chance = probability_of_improvement(*runs)
-        known = _several(runs[0]) or _several(runs[1])
-        ends = stratified_bootstrap(probability_of_improvement, *runs) if known else None
-        rows.append((one, other, str(len(ids)), f"{100 * chance:.0f} %",
-                     "-" if ends is None else _ends(ends, 100.0)))  # fmt: skip
+        ends = interval_of(probability_of_improvement, *runs)
+        rows.append((one, other, str(len(ids)), f"{100 * chance:.0f} %", _told(ends, 100.0)))
     return _table(("policy", "against", "environments", "probability", "95 %"), rows)
 
 
@@ -235,18 +246,13 @@ def _steps(records: Sequence[Record]) -> str:
     return f"{steps / 1e6:.2f} M" if steps >= 1e6 else f"{steps / 1e3:.0f} k"
 
 
-def _several(runs: Sequence[Sequence[float]]) -> bool:
-    """Whether any id has several seeds."""
-    return any(len(each) > 1 for each in runs)
-
-
 def _interval(values: Sequence[float], scale: float = 1.0) -> str:
-    return "-" if len(values) < 2 else _ends(mean_interval(values), scale)
+    return _told(mean_interval(values) if len(values) > 1 else None, scale)
 
 
-def _ends(ends: tuple[float, float], scale: float = 1.0) -> str:
+def _told(ends: tuple[float, float] | None, scale: float = 1.0) -> str:
     digits = 1 if scale > 1.0 else 3
-    return " .. ".join(f"{scale * end:.{digits}f}" for end in ends)
+    return "-" if ends is None else " .. ".join(f"{scale * end:.{digits}f}" for end in ends)
 
 
 def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -9,6 +9,7 @@ arXiv:2108.13264.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -32,12 +33,21 @@ Runs = Sequence[npt.ArrayLike]
 def interquartile_mean(runs: Runs) -> float:
     """Mean of all runs without the lowest and the highest quarter of them.
 
+    Every id has the same weight: where their numbers of seeds differ, runs are counted several
+    times, so that they are as many from each id.
+
     Args:
         runs: Results by id and seed.
     """
-    x = np.sort(_pooled(runs))
-    cut = len(x) // 4
-    return float(x[cut : len(x) - cut].mean())
+    arrays = _checked(runs)
+    common = math.lcm(*map(len, arrays))
+    times = np.concatenate([np.full(len(each), float(common // len(each))) for each in arrays])
+    x = np.concatenate(arrays)
+    order = np.argsort(x)
+    ends = np.cumsum(times[order])  # of each run among all that are counted
+    cut = ends[-1] // 4
+    kept = np.diff(np.clip(ends, cut, ends[-1] - cut), prepend=cut)
+    return float(kept @ x[order] / kept.sum())
 
 
 def performance_profile(runs: Runs, thresholds: npt.ArrayLike) -> Array:
@@ -132,7 +142,3 @@ def _checked(runs: Runs) -> list[Array]:
         shapes = [each.shape for each in arrays]
         raise ValueError(f"runs have shapes {shapes}; expected (number of seeds,) for each id")
     return arrays
-
-
-def _pooled(runs: Runs) -> Array:
-    return np.concatenate(_checked(runs))

@@ -17,12 +17,18 @@ RUNS = [[0.1, 0.2, 0.9], [0.4, 0.5, 0.6, 0.7, 0.8]]
 
 
 def test_the_interquartile_mean_leaves_out_a_quarter_on_either_side() -> None:
-    assert interquartile_mean(RUNS) == pytest.approx((0.4 + 0.5 + 0.6 + 0.7) / 4)
     assert interquartile_mean([[0.3]]) == 0.3
     rng = np.random.default_rng(0)
     for n in range(1, 30):
         x = rng.random(n)
         assert interquartile_mean([x]) == pytest.approx(stats.trim_mean(x, 0.25))
+
+
+def test_every_id_has_the_same_weight_in_the_interquartile_mean() -> None:
+    as_many = np.concatenate([np.repeat(RUNS[0], 5), np.repeat(RUNS[1], 3)])
+    assert interquartile_mean(RUNS) == pytest.approx(stats.trim_mean(as_many, 0.25))
+    few, many = [*RUNS, [0.3], [0.65]], [*RUNS, [0.3] * 7, [0.65] * 2]
+    assert interquartile_mean(many) == pytest.approx(interquartile_mean(few))
 
 
 def test_a_performance_profile_is_the_share_of_runs_above_averaged_over_ids() -> None:

@@ -68,6 +68,16 @@ def test_one_seed_has_no_interval(tmp_path: Path) -> None:
     assert (row[2], row[4], row[6]) == ("1", "-", "-")
 
 
+def test_environments_with_one_seed_have_their_weight_and_no_interval(tmp_path: Path) -> None:
+    page(tmp_path, 3)
+    for seed in (1, 2):
+        record_file(tmp_path, IDS[0], "ppo", "world", seed).unlink()
+    lines = markdown(grouped(tmp_path), "figures").splitlines()
+    assert cells(lines, "ppo", "2")[2:7:4] == ["4", "-"] and cells(lines, "sac", "2")[6] != "-"
+    assert cells(lines, "ppo", "2")[5] == "**0.500**"  # 0.5 counts as often as 0.5, 0.499 and 0.498
+    assert cells(lines, "sac", "ppo")[4] == "-"
+
+
 @pytest.mark.parametrize("seeds", [1, 2])
 def test_page_and_figures_are_written(tmp_path: Path, seeds: int) -> None:
     folder = tmp_path / "baselines"
