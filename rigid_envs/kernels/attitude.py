@@ -50,23 +50,22 @@ def _wrapped(angle: float) -> float:
 
 @routine
 def write_attitude(
-    buffer: Buffer, base: int, at: int, first: int, last: int, representation: int
-) -> int:
-    """Write the attitude of rows ``first .. last - 1`` to the slots from `at` on; their number."""
-    if representation == HIDDEN:
-        return 0
+    buffer: Buffer, base: int, end: int, first: int, last: int, representation: int
+) -> None:
+    """Write the attitude of rows ``first .. last - 1`` to the slots before `end`."""
     if representation == MATRIX:
         for i in range(first, last):
-            store(buffer, at + i, matrix(load(buffer, base + i, _Q, LANES)), LANES)
-        return 9
-    if representation == ROT6D:
+            r = matrix(load(buffer, base + i, _Q, LANES))
+            store(buffer, end - 9 * LANES + i, r, LANES)
+    elif representation == ROT6D:
         for i in range(first, last):
-            store(buffer, at + i, rot6d(load(buffer, base + i, _Q, LANES)), LANES)
-        return 6
-    if representation == QUATERNION:
+            columns = rot6d(load(buffer, base + i, _Q, LANES))
+            store(buffer, end - 6 * LANES + i, columns, LANES)
+    elif representation == QUATERNION:
         for i in range(first, last):
-            store(buffer, at + i, canonical(load(buffer, base + i, _Q, LANES)), LANES)
-        return 4
-    for i in range(first, last):
-        store(buffer, at + i, euler(load(buffer, base + i, _Q, LANES)), LANES)
-    return 3
+            q = canonical(load(buffer, base + i, _Q, LANES))
+            store(buffer, end - 4 * LANES + i, q, LANES)
+    elif representation == EULER:
+        for i in range(first, last):
+            angles = euler(load(buffer, base + i, _Q, LANES))
+            store(buffer, end - 3 * LANES + i, angles, LANES)

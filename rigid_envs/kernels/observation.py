@@ -9,38 +9,46 @@ from rigid_envs.kernels.compiler import phase
 from rigid_envs.kernels.layout import Buffer, Prototypes, Settings, Slots
 from rigid_envs.kernels.rows import LANES, load, store
 
-__all__ = ["observe_rows"]
+__all__ = ["complete_observations", "observe_features"]
 
 Function = Callable[..., Any]
 
 
 @phase
-def observe_rows(
+def observe_features(
     observe: Function,
-    disturb: Function,
     prototypes: Prototypes,
     buffer: Buffer,
-    s: Settings,
     slots: Slots,
     base: int,
     first: int,
     last: int,
     c: Row,
 ) -> None:
-    """Write the observation slots: features, attitude, drawn parameters, noise."""
+    """Write the features of rows ``first .. last - 1``."""
     at = base + slots.observation * LANES
-    n_features = 0
     for i in range(first, last):
         y = load(buffer, base + i, prototypes.state, LANES)
         p = load(buffer, base + slots.parameters * LANES + i, prototypes.parameters, LANES)
         aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
-        features = observe(y, aux, p, c)
-        n_features = len(features)
-        store(buffer, at + i, features, LANES)
-    at = at + n_features * LANES
-    at = at + write_attitude(buffer, base, at, first, last, s.rotation) * LANES
+        store(buffer, at + i, observe(y, aux, p, c), LANES)
+
+
+@phase
+def complete_observations(
+    disturb: Function,
+    buffer: Buffer,
+    s: Settings,
+    slots: Slots,
+    base: int,
+    first: int,
+    last: int,
+) -> None:
+    """Write what follows the features: attitude, drawn parameters, noise."""
+    end = base + (slots.observation + s.n_observation - s.n_observed) * LANES  # of the attitude
+    write_attitude(buffer, base, end, first, last, s.rotation)
     for k in range(s.n_observed):
         source = base + int(buffer[s.observed + k]) * LANES
         for i in range(first, last):
-            buffer[at + k * LANES + i] = buffer[source + i]
+            buffer[end + k * LANES + i] = buffer[source + i]
     disturb(buffer, s, slots, base, first, last)

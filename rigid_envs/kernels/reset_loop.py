@@ -20,7 +20,7 @@ from rigid_envs.kernels.layout import (
     read_settings,
     slots_of,
 )
-from rigid_envs.kernels.observation import observe_rows
+from rigid_envs.kernels.observation import complete_observations, observe_features
 from rigid_envs.kernels.publication import (
     Bools,
     Observations,
@@ -85,7 +85,8 @@ def reset_rows(
                 _draw_start(start, prototypes, buffer, slots, base + lane, c)
             if _is_outside(rate, prototypes, buffer, s, slots, base + lane):
                 outside = row
-            observe_rows(observe, disturb, prototypes, buffer, s, slots, base, lane, lane + 1, c)
+            observe_features(observe, prototypes, buffer, slots, base, lane, lane + 1, c)
+            complete_observations(disturb, buffer, s, slots, base, lane, lane + 1)
             publish_observations(buffer, s, slots, span, observations)
         return outside
 

@@ -21,7 +21,7 @@ from rigid_envs.kernels.layout import (
     read_settings,
     slots_of,
 )
-from rigid_envs.kernels.observation import observe_rows
+from rigid_envs.kernels.observation import complete_observations, observe_features
 from rigid_envs.kernels.publication import (
     Bools,
     Observations,
@@ -104,10 +104,9 @@ def step_rows(
             _actuate(actuate, prototypes, buffer, slots, base, n, c)
             h = s.dt / s.n_substeps
             integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
-            n_raised += _conclude(
-                outcome, force, grip, slips, rate, prototypes, buffer, s, slots, base, n, weights, c
-            )
-            observe_rows(observe, disturb_observations, prototypes, buffer, s, slots, base, 0, n, c)
+            n_raised += _conclude(outcome, observe, force, grip, slips, rate, prototypes,
+                                  buffer, s, slots, base, n, weights, c)  # fmt: skip
+            complete_observations(disturb_observations, buffer, s, slots, base, 0, n)
             span = Span(base, row, 0, n)
             publish_results(buffer, s, slots, span, results)
             publish_observations(buffer, s, slots, span, observations)
@@ -206,6 +205,7 @@ def _actuate(
 @phase
 def _conclude(
     outcome: Function,
+    observe: Function,
     force: Function,
     grip: Function,
     slips: Function,
@@ -219,7 +219,10 @@ def _conclude(
     weights: Row,
     c: Row,
 ) -> int:
-    """Write cost, reward terms, grip, reward and flags, and advance the clock.
+    """Write cost, reward terms, grip, reward, flags and features, and advance the clock.
+
+    What outcome and features have in common, as the rotation vector of a ball, is computed once:
+    the compiler sees both in one loop.
 
     Returns how many rows have a flag, plus `ENDED` times how many episodes ended. A physics error
     ends the episode, see `_mend`: a state that is not finite or too large, one with which it would
@@ -243,6 +246,7 @@ def _conclude(
         aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
         aux, terms, cost, success, done = outcome(y, u, aux, p, c, s.dt)
         store(buffer, base + slots.aux * LANES + i, aux, LANES)
+        store(buffer, base + slots.observation * LANES + i, observe(y, aux, p, c), LANES)
         held = grip(force(y, u, p))
         slipping = slips(held, p)
         lost = slipping & (s.ends_on_slip > 0)
@@ -265,6 +269,7 @@ def _conclude(
         n_broken += broken
     if n_broken:
         _mend(prototypes, buffer, slots, base, n)
+        observe_features(observe, prototypes, buffer, slots, base, 0, n, c)
     return n_raised + ENDED * n_ended
 
 
