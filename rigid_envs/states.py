@@ -46,14 +46,16 @@ class StateFormat:
             "parameters": (slots.parameters, slots.parameters + len(task.episode.prototypes.raw)),
             "channel": (slots.channel, slots.aux),
             "aux": (slots.aux, slots.clock),
-            "clock": (slots.clock, slots.action),
+            "clock": (slots.clock, slots.frame),
             "history": (slots.history, slots.total),
         }
         self.parts = {name: ends for name, ends in parts.items() if ends[0] < ends[1]}
         """First slot of every part, and the one after its last."""
         kind = type(task)
         settings = {f.name: getattr(task, f.name) for f in fields(task) if f.name not in _SHOWN}
-        content = (_VERSION, kind.__module__, kind.__qualname__, settings, self.parts)
+        # the history lies behind what is shown, and its size is that of the longest delay
+        places = {name: ends for name, ends in self.parts.items() if name != "history"}
+        content = (_VERSION, kind.__module__, kind.__qualname__, settings, places)
         word = hashlib.sha256(repr(content).encode()).digest()[:6]
         self.digest = float(int.from_bytes(word, "big"))
         """48 bits, which a float64 holds."""

@@ -77,9 +77,15 @@ def keep(action: Row) -> tuple[Row, bool]:
 
 
 @scalar
-def as_given(action: Row, y: Any, aux: Any, p: Any, c: Any) -> Row:
+def as_given(action: Row, frame: Row) -> Row:
     """The action itself, where it is given in the frame of the task."""
     return action
+
+
+@scalar
+def no_frame(y: Any, aux: Any, p: Any, c: Any) -> tuple[()]:
+    """Nothing: actions are given in the frame of the task."""
+    return ()
 
 
 @scalar

@@ -3,8 +3,10 @@
 ============================================================  ====================================
 ``start(stream, p, c) -> (y, aux)``                           first state of an episode
 ``clip(action) -> (action, clipped)``                         action clipped to its space
-``turn(action, y, aux, p, c) -> action``                      action turned from the frame in which
-                                                              it is given to that of `actuate`
+``frame_of(y, aux, p, c) -> frame``                           frame in which the next action is
+                                                              given
+``turn(action, frame) -> action``                             action turned from this frame to that
+                                                              of `actuate`
 ``actuate(action, y, aux, p, c) -> (y, u)``                   state, changed at once or unchanged,
                                                               and the input held over the step
 ``outcome(y, u, aux, p, c, dt)                                result of the step
@@ -25,7 +27,7 @@ from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 from rigid_envs.kernels import goals, reset_loop, step_loop
-from rigid_envs.kernels.actions import as_given
+from rigid_envs.kernels.actions import as_given, no_frame
 from rigid_envs.kernels.channel import NOISE_AND_DELAY, UNDISTURBED, Disturbances
 from rigid_envs.kernels.compiler import kernel
 from rigid_envs.kernels.contact import Contact
@@ -47,6 +49,10 @@ class NoConstants(NamedTuple):
     """Empty row of constants."""
 
 
+class NoFrame(NamedTuple):
+    """Empty frame, where actions are given in that of the task."""
+
+
 class NoGoal(NamedTuple):
     """Empty goal, of a task without goals."""
 
@@ -62,7 +68,8 @@ class Episode:
         Constants: `NamedTuple` of numbers that the functions use; each is an attribute of the task.
         Auxiliary: `NamedTuple` of the auxiliary state; its defaults are used after a physics error.
         start, clip, actuate, outcome, observe: see the table of the module.
-        turn: see the table; by default actions are given in the frame of `actuate`.
+        Frame: `NamedTuple` of the frame.
+        frame_of, turn: see the table; by default actions are given in the frame of `actuate`.
         disturbances: noise and delay between agent and body; by default none.
         advance: one step of the integrator, by default that of the system.
         contact: contact with the ground, by default that of the system.
@@ -83,6 +90,8 @@ class Episode:
     actuate: Function
     outcome: Function
     observe: Function
+    Frame: type[Any] = NoFrame
+    frame_of: Function = no_frame
     turn: Function = as_given
     disturbances: Disturbances = UNDISTURBED
     Constants: type[Any] = NoConstants
@@ -108,6 +117,7 @@ class Episode:
             parameters=parameters,
             raw=(1.0,) * len(self.dynamics.raw_names),
             aux=prototype(self.Auxiliary),
+            frame=prototype(self.Frame),
             action=prototype(self.Action),
             terms=prototype(self.Terms),
             grip=(1.0,) * len(self.ground.names),
@@ -125,10 +135,11 @@ class Episode:
         advance, restore = self.advance or self.dynamics.step, self.dynamics.restore
         stages, prototypes = self.dynamics.weights, self.prototypes
         clip, turn, actuate = self.clip, self.turn, self.actuate
-        outcome, rate, observe = self.outcome, self.dynamics.rate, self.observe
+        outcome, rate = self.outcome, self.dynamics.rate
         force, grip, slips, *_ = self.ground
         functions = (
-            *(clip, turn, actuate, outcome, force, grip, slips, rate, observe),
+            *(clip, turn, actuate, outcome, force, grip, slips, rate),
+            *(self.observe, self.frame_of),
             *self.disturbances,
         )
         step = step_loop.step_rows(advance, restore, stages, *functions, prototypes)
@@ -138,8 +149,8 @@ class Episode:
     def reset(self) -> reset_loop.Reset:
         """Compiled loop of a reset: see `reset_loop.reset_rows`."""
         derive, start = self.derive or self.dynamics.derive, self.start
-        rate, observe = self.dynamics.rate, self.observe
-        functions = (derive, start, rate, observe, self.disturbances.of_observations)
+        rate, observe, frame_of = self.dynamics.rate, self.observe, self.frame_of
+        functions = (derive, start, rate, observe, frame_of, self.disturbances.of_observations)
         reset = reset_loop.reset_rows(*functions, self.prototypes)
         return self._kernel(reset, *functions)
 
@@ -158,7 +169,7 @@ class Episode:
 
     def _kernel(self, loop: Function, *functions: Any) -> Function:
         label = f"{self.outcome.__module__}.{loop.__name__}"
-        rows = (self.Action, self.Terms, self.Constants, self.Auxiliary)
+        rows = (self.Action, self.Terms, self.Constants, self.Auxiliary, self.Frame)
         return kernel(loop, label, (*functions, *rows, *self.dynamics.parts, self.prototypes))
 
 

@@ -72,6 +72,7 @@ class Prototypes(NamedTuple):
     parameters: Row
     raw: Row
     aux: Row
+    frame: Row
     action: Row
     terms: Row
     grip: Row
@@ -113,6 +114,7 @@ class Slots(NamedTuple):
     channel: int
     aux: int
     clock: int
+    frame: int
     action: int
     results: int
     flags: int
@@ -159,7 +161,8 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
     channel = parameters + len(prototypes.parameters)
     aux = channel + len(CHANNEL)
     clock = aux + len(prototypes.aux)
-    action = clock + len(CLOCK)
+    frame = clock + len(CLOCK)
+    action = frame + len(prototypes.frame)
     results = action + len(prototypes.action)
     flags = results + 2 + len(prototypes.terms) + len(prototypes.grip)
     observation = flags + len(FLAGS)
@@ -171,6 +174,7 @@ def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots
         channel,
         aux,
         clock,
+        frame,
         action,
         results,
         flags,

@@ -1,4 +1,4 @@
-"""Observations of rows, computed from the state."""
+"""Observations of rows and frames of their next actions, computed from the state."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,6 +17,7 @@ Function = Callable[..., Any]
 @phase
 def observe_features(
     observe: Function,
+    frame_of: Function,
     prototypes: Prototypes,
     buffer: Buffer,
     slots: Slots,
@@ -25,13 +26,14 @@ def observe_features(
     last: int,
     c: Row,
 ) -> None:
-    """Write the features of rows ``first .. last - 1``."""
+    """Write features and frame of rows ``first .. last - 1``."""
     at = base + slots.observation * LANES
     for i in range(first, last):
         y = load(buffer, base + i, prototypes.state, LANES)
         p = load(buffer, base + slots.parameters * LANES + i, prototypes.parameters, LANES)
         aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
         store(buffer, at + i, observe(y, aux, p, c), LANES)
+        store(buffer, base + slots.frame * LANES + i, frame_of(y, aux, p, c), LANES)
 
 
 @phase

@@ -45,6 +45,7 @@ def reset_rows(
     start: Function,
     rate: Function,
     observe: Function,
+    frame_of: Function,
     disturb: Function,
     prototypes: Prototypes,
 ) -> Reset:
@@ -85,7 +86,7 @@ def reset_rows(
                 _draw_start(start, prototypes, buffer, slots, base + lane, c)
             if _is_outside(rate, prototypes, buffer, s, slots, base + lane):
                 outside = row
-            observe_features(observe, prototypes, buffer, slots, base, lane, lane + 1, c)
+            observe_features(observe, frame_of, prototypes, buffer, slots, base, lane, lane + 1, c)
             complete_observations(disturb, buffer, s, slots, base, lane, lane + 1)
             publish_observations(buffer, s, slots, span, observations)
         return outside

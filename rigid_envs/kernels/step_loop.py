@@ -64,6 +64,7 @@ def step_rows(
     slips: Function,
     rate: Function,
     observe: Function,
+    frame_of: Function,
     disturb_actions: Function,
     disturb_observations: Function,
     prototypes: Prototypes,
@@ -98,13 +99,12 @@ def step_rows(
             row = block * LANES
             left = s.n_rows - row
             n = left if left < LANES else LANES
-            n_raised += _receive(clip, prototypes, buffer, s, slots, base, row, n)
-            _turn(turn, prototypes, buffer, slots, base, n, c)
+            n_raised += _receive(clip, turn, prototypes, buffer, s, slots, base, row, n)
             disturb_actions(clip, prototypes, buffer, s, slots, base, n)
             _actuate(actuate, prototypes, buffer, slots, base, n, c)
             h = s.dt / s.n_substeps
             integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
-            n_raised += _conclude(outcome, observe, force, grip, slips, rate, prototypes,
+            n_raised += _conclude(outcome, observe, frame_of, force, grip, slips, rate, prototypes,
                                   buffer, s, slots, base, n, weights, c)  # fmt: skip
             complete_observations(disturb_observations, buffer, s, slots, base, 0, n)
             span = Span(base, row, 0, n)
@@ -131,6 +131,7 @@ def _first_not_finite(buffer: Buffer, s: Settings, n_action: int) -> int:
 @phase
 def _receive(
     clip: Function,
+    turn: Function,
     prototypes: Prototypes,
     buffer: Buffer,
     s: Settings,
@@ -139,7 +140,10 @@ def _receive(
     row: int,
     n: int,
 ) -> int:
-    """Read actions and clip them to their space; returns how many were clipped."""
+    """Read actions, clip them to their space and turn them from the frame in which they are given.
+
+    Returns how many were clipped.
+    """
     n_action = len(prototypes.action)
     given, at = s.actions + row * n_action, base + slots.action * LANES
     flag = base + (slots.flags + FLAGS.action_clipped) * LANES
@@ -152,34 +156,15 @@ def _receive(
     n_clipped = 0
     for i in range(n):
         action, clipped = clip(load(buffer, at + i, prototypes.action, LANES))
-        store(buffer, at + i, action, LANES)
+        frame = load(buffer, base + slots.frame * LANES + i, prototypes.frame, LANES)
+        store(buffer, at + i, turn(action, frame), LANES)
         store(buffer, flag + i, (_number(clipped),), 1)
         n_clipped += clipped
-    return n_clipped
-
-
-@phase
-def _turn(
-    turn: Function,
-    prototypes: Prototypes,
-    buffer: Buffer,
-    slots: Slots,
-    base: int,
-    n: int,
-    c: Row,
-) -> None:
-    """Turn actions from the frame in which they are given to that of the task."""
-    at = base + slots.action * LANES
-    for i in range(n):
-        y = load(buffer, base + i, prototypes.state, LANES)
-        p = load(buffer, base + slots.parameters * LANES + i, prototypes.parameters, LANES)
-        aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
-        a = load(buffer, at + i, prototypes.action, LANES)
-        store(buffer, at + i, turn(a, y, aux, p, c), LANES)
-    for k in range(len(prototypes.action)):
+    for k in range(n_action):
         for i in range(n):
             a = load(buffer, at + k * LANES + i, _ONE, 1)
             store(buffer, at + k * LANES + i, (a[0] + 0.0,), 1)  # -0 becomes 0
+    return n_clipped
 
 
 @phase
@@ -206,6 +191,7 @@ def _actuate(
 def _conclude(
     outcome: Function,
     observe: Function,
+    frame_of: Function,
     force: Function,
     grip: Function,
     slips: Function,
@@ -219,10 +205,10 @@ def _conclude(
     weights: Row,
     c: Row,
 ) -> int:
-    """Write cost, reward terms, grip, reward, flags and features, and advance the clock.
+    """Write cost, reward terms, grip, reward, flags, features and frame, and advance the clock.
 
-    What outcome and features have in common, as the rotation vector of a ball, is computed once:
-    the compiler sees both in one loop.
+    What outcome, features and frame have in common, as the rotation vector of a ball, is computed
+    once: the compiler sees all three in one loop.
 
     Returns how many rows have a flag, plus `ENDED` times how many episodes ended. A physics error
     ends the episode, see `_mend`: a state that is not finite or too large, one with which it would
@@ -247,6 +233,7 @@ def _conclude(
         aux, terms, cost, success, done = outcome(y, u, aux, p, c, s.dt)
         store(buffer, base + slots.aux * LANES + i, aux, LANES)
         store(buffer, base + slots.observation * LANES + i, observe(y, aux, p, c), LANES)
+        store(buffer, base + slots.frame * LANES + i, frame_of(y, aux, p, c), LANES)
         held = grip(force(y, u, p))
         slipping = slips(held, p)
         lost = slipping & (s.ends_on_slip > 0)
@@ -269,7 +256,7 @@ def _conclude(
         n_broken += broken
     if n_broken:
         _mend(prototypes, buffer, slots, base, n)
-        observe_features(observe, prototypes, buffer, slots, base, 0, n, c)
+        observe_features(observe, frame_of, prototypes, buffer, slots, base, 0, n, c)
     return n_raised + ENDED * n_ended
 
 

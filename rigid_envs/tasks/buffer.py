@@ -15,7 +15,7 @@ _LINE = 8  # numbers in a cache line
 def slots_for(task: Task) -> Slots:
     """Memory slots of a row of this task."""
     delay = int(task.ranges()["action_delay"][1])
-    return Slots(*slots_of(task.episode.prototypes, delay, len(task.observations())))
+    return Slots(*slots_of(task.compiled.prototypes, delay, len(task.observations())))
 
 
 def parameter_slot(task: Task, position: int) -> int:

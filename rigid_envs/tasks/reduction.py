@@ -13,13 +13,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
-from rigid_envs.kernels.episode import Episode
+from rigid_envs.kernels.actions import as_given, no_frame
+from rigid_envs.kernels.episode import Episode, NoFrame
 from rigid_envs.symmetries import Symmetry
 from rigid_envs.tasks.entries import Entry
 
-__all__ = ["Reduction", "in_reduced_frame"]
+__all__ = ["Reduction", "Side", "in_reduced_frame"]
+
+
+class Side(NamedTuple):
+    """Frame of a group of two elements: -1 where the state is mirrored, else 1."""
+
+    sign: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -33,8 +40,10 @@ class Reduction:
         features: entries of the observation in the reduced frame; those of a goal task come after
             the two goals, which stay as they are.
         observe: ``observe(y, aux, p, c) -> features``, compiled; in a goal task, after both goals.
-        turn: ``turn(action, y, aux, p, c) -> action``, compiled: from the reduced frame to that of
-            the task.
+        Frame: `NamedTuple` of the numbers that give the frame.
+        frame_of: ``frame_of(y, aux, p, c) -> frame``, compiled.
+        turn: ``turn(action, frame) -> action``, compiled: from the reduced frame to that of the
+            task.
         formulas: of the frame, the entries and the action, for the page; paragraphs are separated
             by empty lines.
     """
@@ -44,11 +53,19 @@ class Reduction:
     frame: str
     features: tuple[Entry, ...]
     observe: Callable[..., Any]
-    turn: Callable[..., Any]
+    Frame: type[Any] = NoFrame
+    frame_of: Callable[..., Any] = no_frame
+    turn: Callable[..., Any] = as_given
     formulas: str = ""
 
 
 @cache
 def in_reduced_frame(episode: Episode, reduction: Reduction) -> Episode:
     """The same episodes, observed and acted on in the reduced frame; made and compiled once."""
-    return replace(episode, observe=reduction.observe, turn=reduction.turn)
+    return replace(
+        episode,
+        observe=reduction.observe,
+        Frame=reduction.Frame,
+        frame_of=reduction.frame_of,
+        turn=reduction.turn,
+    )

@@ -21,6 +21,7 @@ from rigid_envs.catalogue import one_of_each
 from rigid_envs.cli.progress import tell
 from rigid_envs.files import lined_json, write_atomic
 from rigid_envs.provenance import provenance
+from tests.benchmarks.frames import by_frame
 from tests.benchmarks.growth import by_option, by_size
 from tests.benchmarks.kernel_vs_c import compare
 from tests.benchmarks.limit import limit
@@ -55,6 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "drones": asdict(compare_with_drones(20 if options.quick else 200)),
         "sizes": [asdict(growth) for growth in by_size(5 if options.quick else 20)],
         "options": [asdict(growth) for growth in by_option(5 if options.quick else 50)],
+        "frames": by_frame(2 if options.quick else 20),
         "loops": [asdict(loop) for loop in compare(20 if options.quick else 200)["free body"]],
         "limit": asdict(limit(20 if options.quick else 200)),
         "training": [_training(measure(env_id, steps)) for env_id in IDS],

@@ -25,7 +25,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "delay of 3 periods": {"action_delay": 3},
     "random radius": {"radius": (0.8, 1.2)},
     "random radius, observed": {"radius": (0.8, 1.2), "observe_params": True},
-    "reduced frame": {"frame": "reduced"},
     "attitude as Euler angles": {"rotation": "euler"},
     "attitude as a matrix": {"rotation": "matrix"},
 }

@@ -39,6 +39,10 @@ With more rows than the caches hold, a step waits for memory:
 _OPTIONS = """
 What options add to a row of `BallPark` (4096 rows, one thread), against none:
 """
+_FRAMES = """
+What the reduced frame adds to a row (4096 rows, one thread), against that of the world;
+`python -m tests.benchmarks.frames`, on {date}:
+"""
 _RATIOS = """
 ## Against others
 
@@ -133,6 +137,8 @@ def markdown(data: Mapping[str, Any]) -> str:
         _sizes(data["sizes"]),
         _OPTIONS,
         _options(data["options"]),
+        _FRAMES.format(date=data["frames"]["provenance"]["date"][:10]),
+        _frames(data["frames"]["rows"]),
         _RATIOS,
         _ratios([*bench["ratios"], data["drones"]]),
         _LOOPS.format(c_text=_in_words(data["loops"])),
@@ -193,6 +199,21 @@ def _options(options: Iterable[Mapping[str, Any]]) -> str:
         for growth in options
     ]
     return _table(("option", "row", "times", "quartiles"), rows, "<>>>")
+
+
+def _frames(rows: Iterable[Mapping[str, Any]]) -> str:
+    rows = list(rows)
+    shown = [
+        (
+            f"`{there['name']}`",
+            as_time(1e-9 * here["nanoseconds"]),
+            as_time(1e-9 * there["nanoseconds"]),
+            f"{there['ratio']:.2f}",
+            " .. ".join(f"{end:.2f}" for end in there["quartiles"]),
+        )
+        for here, there in zip(rows[::2], rows[1::2], strict=True)
+    ]
+    return _table(("", "world", "reduced", "times", "quartiles"), shown, "<>>>>")
 
 
 def _ratios(ratios: Iterable[Mapping[str, Any]]) -> str:

@@ -58,6 +58,26 @@ def test_drawn_parameters_are_appended() -> None:
     assert observation[-1] == np.float32(unwrapped.moment().parameters["radius"])
 
 
+def test_delayed_actions_go_on_in_the_other_frame() -> None:
+    # the history of actions is that of the task, whatever is shown
+    shown = ({}, {"frame": "reduced"}, {"rotation": "quat"})
+    worlds = [gym.make(PARK, action_delay=2, **settings).unwrapped for settings in shown]
+    first: Any = worlds[0]
+    for env in worlds:
+        env.reset(seed=1)
+    for _ in range(3):
+        first.step(np.array([0.5, -0.25], dtype=np.float32))
+    state = first.get_state()
+    rest = np.zeros(2, dtype=np.float32)
+    first.step(rest)
+    for env in worlds[1:]:
+        other: Any = env
+        other.set_state(state)
+        other.step(rest)
+        for name, part in first.get_state().items():
+            np.testing.assert_array_equal(other.get_state()[name], part)
+
+
 def test_goals_stay_as_they_are() -> None:
     world, reduced = gym.make(GOAL), gym.make(GOAL, frame="reduced")
     here, there = world.reset(seed=3)[0], reduced.reset(seed=3)[0]

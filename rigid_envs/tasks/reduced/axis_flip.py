@@ -16,13 +16,14 @@ from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import FASTEST, observed_rates
 from rigid_envs.tasks.reduced.saddle import (
     Saddle,
+    growing_frame,
     growing_side,
     near,
     saddle,
-    turn_to_growing,
+    turn,
     within,
 )
-from rigid_envs.tasks.reduction import Reduction
+from rigid_envs.tasks.reduction import Reduction, Side
 
 __all__ = ["FLIP"]
 
@@ -100,7 +101,9 @@ FLIP = Reduction(
         *(Entry(f"near error{k}", "1", "reduced", -1.0, 1.0) for k in (1, 2, 3)),
     ),
     observe=observe,
-    turn=turn_to_growing,
+    Frame=Side,
+    frame_of=growing_frame,
+    turn=turn,
     formulas="""
     With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
     I1)))`, `growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))`, `k = I1 (I3 - I1) / (4 I2 (I3 - I2))`: `d

@@ -3,14 +3,13 @@
 import math
 from typing import Any
 
-from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Quaternion, Row, attitude, compose
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select, sincos
 from rigid_envs.symmetries.balls import REFLECTION, TURN
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.reduced.ball_pose import POSE, pose_frame, pose_seen
-from rigid_envs.tasks.reduced.planar import Frame, polar_seen, turned_back
+from rigid_envs.tasks.reduced.planar import Frame, polar_seen, turn
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["DYNAMIC_POSE"]
@@ -59,11 +58,10 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
-    """World components of an action in the frame of the pose after braking."""
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
+    """Frame of the pose after braking."""
     X, Y, q = _stopped(y, p, c)
-    along, left = turned_back(_frame(X, Y, q, p), a[0], a[1])
-    return single(along), single(left)
+    return _frame(X, Y, q, p)
 
 
 DYNAMIC_POSE = Reduction(
@@ -82,6 +80,8 @@ DYNAMIC_POSE = Reduction(
         Entry("abs V / radius", "1/s", "", 0.0, _FAST),
     ),
     observe=observe,
+    Frame=Frame,
+    frame_of=frame_of,
     turn=turn,
     formulas="""
         The ball would roll on by ``d = |V| V / (2 a)``, a = F / (m (1 + beta)) with the largest

@@ -1,7 +1,7 @@
 """Reduced coordinates of `BallParkGoal`: the pose relative to the goal, and rest at the goal."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Quaternion, Row, attitude, compose
@@ -23,6 +23,15 @@ _FORMULAS = """
 """
 
 
+class _Frame(NamedTuple):
+    """Frame of the pose; `away` is 0 at the goal, else 1."""
+
+    cosine: float
+    sine: float
+    side: float
+    away: float
+
+
 @scalar
 def _from_goal(y: Any, aux: Any, p: Any) -> tuple[float, float, Quaternion]:
     """Offset [radii] from the goal, and rotation from its attitude in world axes."""
@@ -39,14 +48,21 @@ def pose_from_goal(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
-    """World components of an action in the frame of the pose; none at the goal."""
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> _Frame:
+    """Frame of the pose, and whether the ball is at the goal."""
     X, Y, q = _from_goal(y, aux, p)
-    along, left = turned_back(pose_frame(X, Y, q), a[0], a[1])
+    frame = pose_frame(X, Y, q)
     _, cosine = sincos(0.5 * _INSIDE * c.largest_angle)
     distance = p.radius * math.sqrt(fma(X, X, Y * Y))
     there = (distance <= _INSIDE * c.position_tolerance) & (abs(q[0]) >= cosine)
-    return single(select(there, 0.0, along)), single(select(there, 0.0, left))
+    return _Frame(frame.cosine, frame.sine, frame.side, away=select(there, 0.0, 1.0))
+
+
+@scalar
+def turn(a: Any, frame: Any) -> tuple[float, float]:
+    """World components of an action in the frame of the pose; none at the goal."""
+    along, left = turned_back(frame, a[0], a[1])
+    return single(frame.away * along), single(frame.away * left)
 
 
 def goal_pose(observe: Any) -> Reduction:
@@ -60,6 +76,8 @@ def goal_pose(observe: Any) -> Reduction:
         symmetries=(TRANSLATION, TURN, REFLECTION, BODY_AXES),
         features=POSE,
         observe=observe,
+        Frame=_Frame,
+        frame_of=frame_of,
         turn=turn,
         formulas=_FORMULAS,
     )

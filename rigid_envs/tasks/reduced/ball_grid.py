@@ -28,6 +28,13 @@ class Image(NamedTuple):
     swapped: float
 
 
+class Sides(NamedTuple):
+    """Sides 0 (+x), 1 (+y), 2, 3 of an image: the first one in the world, and their sense there."""
+
+    first: float
+    sense: float
+
+
 @scalar
 def whole(x: float) -> float:
     """The nearest whole number: on the grid, what is seen then is exact."""
@@ -39,13 +46,6 @@ def cell(y: Any, p: Any) -> tuple[float, float]:
     """Position in cells."""
     scale = p.inverse_radius * (2.0 / math.pi)
     return scale * y.X, scale * y.Y
-
-
-@scalar
-def exchanged(R: Row) -> Row:
-    """S R S^-1 with S the exchange of x and y."""
-    a, b, c, d, e, f, g, h, k = R
-    return e, d, f, b, a, c, h, g, k
 
 
 @scalar
@@ -82,41 +82,55 @@ def image_of(i: float, j: float, q: Quaternion) -> Image:
 
 
 @scalar
+def turned(q: Quaternion, image: Image) -> Quaternion:
+    """Attitude of the image, S R S^T: the axis turns as an axial vector."""
+    w, x, y, z = q
+    swap = image.swapped > 0.0
+    # S times its determinant
+    sx, sy = image.sign_x, select(swap, -image.sign_y, image.sign_y)
+    x, y = sy * x, select(swap, -sx, sx) * y
+    return w, select(swap, y, x), select(swap, x, y), sx * sy * z
+
+
+@scalar
 def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Cell and attitude of the image with 0 <= j <= i, in whole numbers."""
     (i, j), q = cell(y, p), attitude(y)
-    image = image_of(i, j, q)
-    sx, sy = image.sign_x, image.sign_y
-    a, b, c_, d, e, f, g, h, k = matrix(q)
-    seen = (a, sx * sy * b, sx * c_, sx * sy * d, e, sy * f, sx * g, sy * h, k)
-    other = exchanged(seen)
-    swap = image.swapped > 0.0
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix(turned(q, image_of(i, j, q)))
     i, j = whole(min(abs(i), _FAR)), whole(min(abs(j), _FAR))
-    i, j = max(i, j), min(i, j)
     return (
-        i,
-        j,
-        whole(select(swap, other[0], seen[0])),
-        whole(select(swap, other[1], seen[1])),
-        whole(select(swap, other[2], seen[2])),
-        whole(select(swap, other[3], seen[3])),
-        whole(select(swap, other[4], seen[4])),
-        whole(select(swap, other[5], seen[5])),
-        whole(select(swap, other[6], seen[6])),
-        whole(select(swap, other[7], seen[7])),
-        whole(select(swap, other[8], seen[8])),
+        max(i, j),
+        min(i, j),
+        whole(r11),
+        whole(r12),
+        whole(r13),
+        whole(r21),
+        whole(r22),
+        whole(r23),
+        whole(r31),
+        whole(r32),
+        whole(r33),
     )
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float]:
-    """The side of the world that a side of the image is."""
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Sides:
+    """The sides of the image that is seen."""
     i, j = cell(y, p)
     image = image_of(i, j, attitude(y))
-    forward = select(a[0] > 1.5, -1.0, 1.0)
-    along_y = abs(a[0] + forward - 1.0 - image.swapped)
-    sign = forward * select(along_y > 0.5, image.sign_y, image.sign_x)
-    return (along_y + 1.0 - sign,)
+    swap = image.swapped > 0.0
+    sense = image.sign_x * image.sign_y
+    return Sides(
+        first=select(swap, 2.0 - image.sign_y, 1.0 - image.sign_x),
+        sense=select(swap, -sense, sense),
+    )
+
+
+@scalar
+def turn(a: Any, frame: Any) -> tuple[float]:
+    """The side of the world that a side of the image is."""
+    side = fma(frame.sense, a[0], frame.first)
+    return (fma(-4.0, float(np.floor(0.25 * side)), side),)
 
 
 CELL = Reduction(
@@ -132,6 +146,8 @@ CELL = Reduction(
         *(Entry(f"R{m}{n}", "1", "body to reduced", -1.0, 1.0) for m in "123" for n in "123"),
     ),
     observe=observe,
+    Frame=Sides,
+    frame_of=frame_of,
     turn=turn,
     formulas="""
         An image is that by a symmetry S of the square, one of ``diag(+-1, +-1)`` with or without

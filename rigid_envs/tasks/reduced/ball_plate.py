@@ -98,9 +98,14 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> _Signs:
+    """Signs of the offset."""
+    return signs_of(y.X - aux.point_X, y.Y - aux.point_Y, p)
+
+
+@scalar
+def turn(a: Any, sign: Any) -> tuple[float, float]:
     """Rates of the angles of the table; that about x goes with Y."""
-    sign = signs_of(y.X - aux.point_X, y.Y - aux.point_Y, p)
     return sign.y * a[0], sign.x * a[1]
 
 
@@ -125,6 +130,8 @@ TABLE = Reduction(
         *(Entry(f"log of predicted {k} - {k}*", "1", _LOGARITHM, -_LOG, _LOG) for k in "XY"),
     ),
     observe=observe,
+    Frame=_Signs,
+    frame_of=frame_of,
     turn=turn,
     formulas="""
         The sign of X is -1 where ``X - X* < 0``, that of Y where ``Y - Y* < 0``, else 1; on a

@@ -3,13 +3,12 @@
 import math
 from typing import Any
 
-from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Quaternion, Row, Vector, attitude, log_rotation
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.symmetries.balls import REFLECTION, TURN
 from rigid_envs.tasks.entries import Entry
-from rigid_envs.tasks.reduced.planar import Frame, axial_seen, frame_along, polar_seen, turned_back
+from rigid_envs.tasks.reduced.planar import Frame, axial_seen, frame_along, polar_seen, turn
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["BALL_POSE", "POSE", "POSE_FORMULAS", "pose_frame", "pose_seen"]
@@ -90,10 +89,9 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
-    """World components of an action in the frame of the pose."""
-    along, left = turned_back(pose_frame(y.X, y.Y, attitude(y)), a[0], a[1])
-    return single(along), single(left)
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
+    """Frame of the pose relative to the goal at the origin."""
+    return pose_frame(y.X, y.Y, attitude(y))
 
 
 BALL_POSE = Reduction(
@@ -102,6 +100,8 @@ BALL_POSE = Reduction(
     symmetries=(TURN, REFLECTION),
     features=POSE,
     observe=observe,
+    Frame=Frame,
+    frame_of=frame_of,
     turn=turn,
     formulas=POSE_FORMULAS,
 )

@@ -3,13 +3,12 @@
 import math
 from typing import Any
 
-from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Row, attitude, compose, log_rotation
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import select
 from rigid_envs.symmetries.balls import BODY_AXES, REFLECTION, TRANSLATION, TURN
 from rigid_envs.tasks.entries import Entry
-from rigid_envs.tasks.reduced.planar import Frame, axial_seen, polar_seen, turned_back
+from rigid_envs.tasks.reduced.planar import Frame, axial_seen, polar_seen, turn
 from rigid_envs.tasks.reduction import Reduction
 
 __all__ = ["ALONG_PATH"]
@@ -18,7 +17,7 @@ _FAR, _BENT = 50.0, 5.0  # radii, and curvature times radius; bounds of the obse
 
 
 @scalar
-def _frame(aux: Any) -> Frame:
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
     """x-axis along the heading of the reference, mirrored so that its path bends to the left."""
     side = select(aux.curvature < 0.0, -1.0, 1.0)
     return Frame(aux.heading_X, aux.heading_Y, side)
@@ -27,7 +26,7 @@ def _frame(aux: Any) -> Frame:
 @scalar
 def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Offset and rotation from the reference; curvature and force of its path."""
-    frame, square = _frame(aux), p.radius * p.radius
+    frame, square = frame_of(y, aux, p, c), p.radius * p.radius
     inverse = (aux.reference_w, -aux.reference_x, -aux.reference_y, -aux.reference_z)
     theta = axial_seen(frame, log_rotation(compose(attitude(y), inverse)))
     X, Y = y.X - aux.reference_X, y.Y - aux.reference_Y
@@ -45,13 +44,6 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     )
 
 
-@scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
-    """World components of an action in the frame of the path."""
-    along, left = turned_back(_frame(aux), a[0], a[1])
-    return single(along), single(left)
-
-
 ALONG_PATH = Reduction(
     group="E(2) x SO(3)",
     frame="x along the heading of the reference, mirrored so that its path bends to the left.",
@@ -64,6 +56,8 @@ ALONG_PATH = Reduction(
         *(Entry(f"force_{k} * radius^2", "1", "path", -_BENT, _BENT) for k in "xy"),
     ),
     observe=observe,
+    Frame=Frame,
+    frame_of=frame_of,
     turn=turn,
     formulas="""
         The frame is as in `BallPark`, with ``(c, s)`` the heading of the reference and the side k

@@ -17,6 +17,13 @@ _ROLL = 4.0  # rad; bound of the roll that is planned
 _BEYOND = 10.0  # radii; bound of the missing length
 
 
+class Signs(NamedTuple):
+    """Signs by which roll rate and steer rate are multiplied."""
+
+    roll: float
+    steer: float
+
+
 class Reach(NamedTuple):
     """Offset X, Y [radii], phase psi and mismatch ``X + psi`` [rad], and the signs of the frame.
 
@@ -84,10 +91,16 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
-    """Roll rate and steer rate of the task."""
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Signs:
+    """Signs of the mismatch, and of the mismatch times Y."""
     here = reach(y, p)
-    return here.sign_x * a[0], here.sign_x * here.sign_y * a[1]
+    return Signs(here.sign_x, here.sign_x * here.sign_y)
+
+
+@scalar
+def turn(a: Any, sign: Any) -> tuple[float, float]:
+    """Roll rate and steer rate of the task."""
+    return sign.roll * a[0], sign.steer * a[1]
 
 
 _WIDE = 1.5 * FAR
@@ -112,6 +125,8 @@ COIN_POSE = Reduction(
         Entry("first roll", "rad", "of two", -_ROLL, _ROLL),
     ),
     observe=observe,
+    Frame=Signs,
+    frame_of=frame_of,
     turn=turn,
     formulas="""
         With x and y the offset in radii, limited to +-50, and m = x + psi within half a turn: a is

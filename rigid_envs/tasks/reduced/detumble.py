@@ -6,7 +6,7 @@ in pairs; what they keep is seen. The moments are the middles of their ranges.
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Row, Vector, cross, dot, scaled
@@ -23,6 +23,16 @@ _FAR = 100.0  # bound of the momentum
 _LARGE = 1e8  # bound of the momentum in tolerances
 _LOG_LARGE = 18.5  # just above its logarithm
 _SHORT = 1e-9  # a shorter vector has no direction
+
+
+class Axes(NamedTuple):
+    """Direction n of the angular momentum; cosine and sine of its motion in the plane across n."""
+
+    n1: float
+    n2: float
+    n3: float
+    cosine: float
+    sine: float
 
 
 @scalar
@@ -53,27 +63,41 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]:
-    """Impulse about the axes of the body."""
-    omega = (y.omega1, y.omega2, y.omega3)
-    n, _ = momentum(omega, c)
-    # two directions across n, for every n; then turned until one is along L' = L x omega
+def across(n: Vector) -> tuple[Vector, Vector]:
+    """Two directions across n and each other, for every n."""
     side = select(n[2] < 0.0, -1.0, 1.0)
     g = -1.0 / (side + n[2])
     h = n[0] * n[1] * g
     b = (fma(side * n[0] * n[0], g, 1.0), side * h, -side * n[0])
     d = (h, fma(n[1] * n[1], g, side), -n[1])
+    return b, d
+
+
+@scalar
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Axes:
+    """Axes along L and along its change in the body, ``L' = L x omega``."""
+    omega = (y.omega1, y.omega2, y.omega3)
+    n, _ = momentum(omega, c)
+    b, d = across(n)
     moving = cross(n, omega)
     x, z = dot(b, moving), dot(d, moving)
     length = math.sqrt(fma(x, x, z * z))
     still = length < _SHORT
     inverse = 1.0 / select(still, 1.0, length)
     cosine, sine = select(still, 1.0, x * inverse), select(still, 0.0, z * inverse)
-    along, across = fma(cosine, a[1], -sine * a[2]), fma(sine, a[1], cosine * a[2])
+    return Axes(n[0], n[1], n[2], cosine, sine)
+
+
+@scalar
+def turn(a: Any, frame: Any) -> tuple[float, float, float]:
+    """Impulse about the axes of the body."""
+    b, d = across((frame.n1, frame.n2, frame.n3))
+    along = fma(frame.cosine, a[1], -frame.sine * a[2])
+    aside = fma(frame.sine, a[1], frame.cosine * a[2])
     return (
-        single(fma(along, b[0], fma(across, d[0], -a[0] * n[0]))),
-        single(fma(along, b[1], fma(across, d[1], -a[0] * n[1]))),
-        single(fma(along, b[2], fma(across, d[2], -a[0] * n[2]))),
+        single(fma(along, b[0], fma(aside, d[0], -a[0] * frame.n1))),
+        single(fma(along, b[1], fma(aside, d[1], -a[0] * frame.n2))),
+        single(fma(along, b[2], fma(aside, d[2], -a[0] * frame.n3))),
     )
 
 
@@ -90,6 +114,8 @@ MOMENTUM = Reduction(
         Entry("L1 L2 L3 / L^3", "1", "body, over the largest", -1.0, 1.0),
     ),
     observe=observe,
+    Frame=Axes,
+    frame_of=frame_of,
     turn=turn,
     formulas="""
     With `L = I omega`, in the entries of omega limited to +-20, and n = L / |L|, e3 where |L| <

@@ -8,7 +8,7 @@ from rigid_envs.kernels.elementary import atan2, fma, log, select
 from rigid_envs.symmetries.disks import EXCHANGE, PHASE, REFLECTION, TRANSLATION, TURN
 from rigid_envs.tasks.disks import TIGHT, rolling
 from rigid_envs.tasks.entries import Entry
-from rigid_envs.tasks.reduction import Reduction
+from rigid_envs.tasks.reduction import Reduction, Side
 
 __all__ = ["CIRCLE"]
 
@@ -68,9 +68,15 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float]:
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Side:
+    """The side on which the commanded circle is."""
+    return Side(side(aux))
+
+
+@scalar
+def turn(a: Any, frame: Any) -> tuple[float]:
     """The torque about the direction of travel as `DiskRoll` defines it."""
-    return (side(aux) * a[0],)
+    return (frame.sign * a[0],)
 
 
 CIRCLE = Reduction(
@@ -95,6 +101,8 @@ CIRCLE = Reduction(
         Entry("steady wn w3", "rad^2/s^2", "uniform disk", -_GYRO, _GYRO),
     ),
     observe=observe,
+    Frame=Side,
+    frame_of=frame_of,
     turn=turn,
     formulas="""
         With s = -1 where the commanded curvature is negative, else 1, and t = -s where w3 is

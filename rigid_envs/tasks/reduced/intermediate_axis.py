@@ -13,8 +13,8 @@ from rigid_envs.kernels.elementary import select
 from rigid_envs.symmetries.bodies import HALF_TURN_2, ROTATION
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import FASTEST, observed_rates
-from rigid_envs.tasks.reduced.saddle import Saddle, near, saddle, within
-from rigid_envs.tasks.reduction import Reduction
+from rigid_envs.tasks.reduced.saddle import Saddle, near, saddle, turn, within
+from rigid_envs.tasks.reduction import Reduction, Side
 
 __all__ = ["HOLDING", "POINTING"]
 
@@ -52,10 +52,9 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]:
-    """Torque about the axes of the body."""
-    sign = side(saddle(y.omega1, y.omega3, c))
-    return sign * a[0], a[1], sign * a[2]
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Side:
+    """Half turn about e2 that makes d positive."""
+    return Side(side(saddle(y.omega1, y.omega3, c)))
 
 
 @scalar
@@ -77,9 +76,9 @@ def observe_direction(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn_single(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float]:
+def turn_single(a: Any, frame: Any) -> tuple[float]:
     """Torque about e3."""
-    return (side(saddle(y.omega1, y.omega3, c)) * a[0],)
+    return (frame.sign * a[0],)
 
 
 _SHAPE = """\
@@ -103,6 +102,8 @@ HOLDING = Reduction(
         Entry("near omega2 - Omega", "1", "likewise", -1.0, 1.0),
     ),
     observe=observe,
+    Frame=Side,
+    frame_of=frame_of,
     turn=turn,
     formulas=f"""{_SHAPE} with `k = Omega^2 growth / (torque (1 / I1 + r / I3))`, and `x / (|x| +
     tolerance)` of |d|, S s and w2 - 1. The action a acts as (S a1, a2, S a3).""",
@@ -114,6 +115,8 @@ POINTING = Reduction(
     symmetries=(ROTATION, HALF_TURN_2),
     features=(*_RATES, *_SADDLE),
     observe=observe_direction,
+    Frame=Side,
+    frame_of=frame_of,
     turn=turn_single,
     formulas=f"""{_SHAPE} with `k = Omega^2 growth I3 / (torque r)`, and `x / (|x| + tolerance)` of
     |d| and S s. The action a acts as S a.""",

@@ -3,13 +3,12 @@
 import math
 from typing import Any, NamedTuple
 
-from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Row, attitude, vertical
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma
 from rigid_envs.symmetries.tops import PHASE, REFLECTION, TURN
 from rigid_envs.tasks.entries import Entry
-from rigid_envs.tasks.reduced.planar import Frame, frame_along, polar_seen, turned_back
+from rigid_envs.tasks.reduced.planar import Frame, frame_along, polar_seen, turn
 from rigid_envs.tasks.reduced.tops import (
     FRAME_FORMULAS,
     LEAN_FORMULAS,
@@ -86,10 +85,9 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
-    """World components of an action in the frame."""
-    X, Y = turned_back(_returning(y, c).frame, a[0], a[1])
-    return single(X), single(Y)
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
+    """Frame along what grows beyond what brings the pivot back."""
+    return _returning(y, c).frame
 
 
 PIVOT_TOP = Reduction(
@@ -113,6 +111,8 @@ PIVOT_TOP = Reduction(
         Entry("|omega3|", "1", "critical spins, limited", 0.0, _FAST),
     ),
     observe=observe,
+    Frame=Frame,
+    frame_of=frame_of,
     turn=turn,
     formulas=f"""{LEAN_FORMULAS} w, along u where w is 0, and that of the world where both are 0;
     {FRAME_FORMULAS} Here `e = R13 + i R23`. With `k = 0.35 sqrt(fall)` the pivot X + i Y returns

@@ -1,13 +1,14 @@
 """Frames in the plane that turn with the state, and their mirror images."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Vector
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select
 
-__all__ = ["Frame", "axial_seen", "frame_along", "polar_seen", "turned_back"]
+__all__ = ["Frame", "axial_seen", "frame_along", "polar_seen", "turn", "turned_back"]
 
 _ZERO = 1e-18  # a vector whose square is less has no direction
 
@@ -60,3 +61,10 @@ def turned_back(frame: Frame, along: float, left: float) -> tuple[float, float]:
         fma(frame.cosine, along, -frame.sine * left),
         fma(frame.sine, along, frame.cosine * left),
     )
+
+
+@scalar
+def turn(a: Any, frame: Any) -> tuple[float, float]:
+    """World components of an action in the frame, rounded to float32."""
+    along, left = turned_back(frame, a[0], a[1])
+    return single(along), single(left)

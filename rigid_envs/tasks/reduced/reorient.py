@@ -6,7 +6,7 @@ of their ranges.
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from rigid_envs.kernels.algebra import Row, Vector, attitude, compose, dot, log_rotation
 from rigid_envs.kernels.compiler import scalar
@@ -23,6 +23,14 @@ _FAR = 10.0  # bound of spare angles [rad], and of gyroscopic torques
 _ANGLE = 3.142  # pi, and what rounding may add to it [rad]
 
 
+class HalfTurn(NamedTuple):
+    """A half turn of the body about one of its axes, or none: the signs of its coordinates."""
+
+    sign1: float
+    sign2: float
+    sign3: float
+
+
 @scalar
 def turn_left(y: Any, aux: Any) -> Vector:
     """Rotation vector from the body to its goal, in body axes [rad]."""
@@ -33,16 +41,16 @@ def turn_left(y: Any, aux: Any) -> Vector:
 @scalar
 def spare(angle: float, rate: float, moment: float, c: Any) -> float:
     """Angle that is left after braking with full torque about one axis [rad]."""
-    left: float = angle - 0.5 * rate * abs(rate) * moment / c.torque
+    left: float = angle - 0.5 / c.torque * rate * abs(rate) * moment
     return left
 
 
 @scalar
-def sides(theta: Vector, y: Any, c: Any) -> Vector:
-    """Half turn that makes the spare angles about e1 and e2 positive, as three signs."""
+def sides(theta: Vector, y: Any, c: Any) -> HalfTurn:
+    """Half turn that makes the spare angles about e1 and e2 positive."""
     s1 = select(spare(theta[0], y.omega1, c.middle1, c) < 0.0, -1.0, 1.0)
     s2 = select(spare(theta[1], y.omega2, c.middle2, c) < 0.0, -1.0, 1.0)
-    return (s1, s2, s1 * s2)
+    return HalfTurn(s1, s2, s1 * s2)
 
 
 @scalar
@@ -77,10 +85,15 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]:
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> HalfTurn:
+    """Half turn after which the body is seen."""
+    return sides(turn_left(y, aux), y, c)
+
+
+@scalar
+def turn(a: Any, frame: Any) -> tuple[float, float, float]:
     """Torque about the axes of the body."""
-    s1, s2, s3 = sides(turn_left(y, aux), y, c)
-    return s1 * a[0], s2 * a[1], s3 * a[2]
+    return frame.sign1 * a[0], frame.sign2 * a[1], frame.sign3 * a[2]
 
 
 TURNING = Reduction(
@@ -97,6 +110,8 @@ TURNING = Reduction(
         Entry("near rate", "1", "x / (x + tolerance)", 0.0, 1.0),
     ),
     observe=observe,
+    Frame=HalfTurn,
+    frame_of=frame_of,
     turn=turn,
     formulas="""
     theta is the rotation vector of `q^-1 q_goal`, at most pi long; `spare_k = theta_k - Ik omega_k

@@ -3,7 +3,6 @@
 import math
 from typing import Any
 
-from rigid_envs.kernels.actions import as_given
 from rigid_envs.kernels.algebra import Row
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import log, sincos
@@ -54,7 +53,6 @@ SWING = Reduction(
         Entry("log(E_rim / E)", "1", "energy at the least ratio", -_LOG, _LOG),
     ),
     observe=observe,
-    turn=as_given,
     formulas="""
         With the angle x = curvature s, the momentum P = (1 + beta + addition) v and the least ratio
         beta of the episode: ``a = sin(x / 2) / sin(rim / 2)`` and ``b = P sqrt(curvature / (g (1 +

@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.kernels.saddle import saddle_shape
+from rigid_envs.tasks.reduction import Side
 
-__all__ = ["Saddle", "growing_side", "near", "saddle", "turn_to_growing", "within"]
+__all__ = ["Saddle", "growing_frame", "growing_side", "near", "saddle", "turn", "within"]
 
 
 class Saddle(NamedTuple):
@@ -37,11 +38,17 @@ def growing_side(at: Saddle, w2: float) -> float:
 
 
 @scalar
-def turn_to_growing(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float, float]:
-    """Torque about the axes of the body, from those after a half turn to the growing side."""
+def growing_frame(y: Any, aux: Any, p: Any, c: Any) -> Side:
+    """Half turn about e2 to the growing side."""
     scale = 1.0 / c.spin_rate
-    sign = growing_side(saddle(scale * y.omega1, scale * y.omega3, c), scale * y.omega2)
-    return sign * a[0], a[1], sign * a[2]
+    at = saddle(scale * y.omega1, scale * y.omega3, c)
+    return Side(growing_side(at, scale * y.omega2))
+
+
+@scalar
+def turn(a: Any, frame: Any) -> tuple[float, float, float]:
+    """Torque about the axes of the body, from those after a half turn about e2."""
+    return frame.sign * a[0], a[1], frame.sign * a[2]
 
 
 @scalar

@@ -6,7 +6,7 @@ from rigid_envs.kernels.actions import single
 from rigid_envs.kernels.algebra import Row, attitude, vertical
 from rigid_envs.kernels.compiler import scalar
 from rigid_envs.symmetries.tops import PHASE, REFLECTION, TURN
-from rigid_envs.tasks.reduced.planar import turned_back
+from rigid_envs.tasks.reduced.planar import Frame, turned_back
 from rigid_envs.tasks.reduced.tops import (
     FRAME_FORMULAS,
     LEAN_FORMULAS,
@@ -37,9 +37,15 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
+    """Frame along the growing part of the lean."""
+    return lean_frame(_lean(y, c), y.omega3)
+
+
+@scalar
+def turn(a: Any, frame: Any) -> tuple[float, float]:
     """Torque about the horizontal axis that drives the axis e3 along an action in the frame."""
-    x, z = turned_back(lean_frame(_lean(y, c), y.omega3), a[0], a[1])
+    x, z = turned_back(frame, a[0], a[1])
     return single(-z), single(x)
 
 
@@ -52,6 +58,8 @@ SLEEPING_TOP = Reduction(
     symmetries=(TURN, PHASE, REFLECTION),
     features=UPRIGHT,
     observe=observe,
+    Frame=Frame,
+    frame_of=frame_of,
     turn=turn,
     formulas=f"""{LEAN_FORMULAS} u, along s where u is 0, and that of the world where both are 0;
     {FRAME_FORMULAS} Here `e = R13 + i R23`.

@@ -13,8 +13,15 @@ from rigid_envs.kernels.elementary import fma
 from rigid_envs.symmetries.bodies import HALF_TURN_2, ROTATION
 from rigid_envs.tasks.entries import Entry
 from rigid_envs.tasks.free_bodies import FASTEST, observed_rates
-from rigid_envs.tasks.reduced.saddle import growing_side, near, saddle, turn_to_growing, within
-from rigid_envs.tasks.reduction import Reduction
+from rigid_envs.tasks.reduced.saddle import (
+    growing_frame,
+    growing_side,
+    near,
+    saddle,
+    turn,
+    within,
+)
+from rigid_envs.tasks.reduction import Reduction, Side
 
 __all__ = ["CAPTURE"]
 
@@ -64,7 +71,9 @@ CAPTURE = Reduction(
         *(Entry(f"near {k}", "1", "reduced", -1.0, 1.0) for k in ("d", "s", "omega2 - Omega")),
     ),
     observe=observe,
-    turn=turn_to_growing,
+    Frame=Side,
+    frame_of=growing_frame,
+    turn=turn,
     formulas="""
     With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
     I1)))` and `k = I1 (I3 - I1) / (4 I2 (I3 - I2))`: `d = w1 - r w3`, `s = w1 + r w3`, and the sign

@@ -20,7 +20,7 @@ _NEAR, _CLOSE = 0.3, 0.02  # rad, rad/s
 
 
 @scalar
-def _frame(y: Any) -> Frame:
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
     """x-axis across e3 towards the vertical, in body axes, mirrored so that the spin is positive.
 
     Of the upright top it is against the direction in which e3 moves.
@@ -38,7 +38,7 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
     nutates about its steady value, at the rate Omega near the goal; theta'' is that without torque.
     The parameters may be hidden: those of the middle top are used.
     """
-    frame = _frame(y)
+    frame = frame_of(y, aux, p, c)
     G = vertical(attitude(y))
     across, falling, spin = axial_seen(frame, (y.omega1, y.omega2, y.omega3))
     falling = -falling
@@ -74,10 +74,9 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> tuple[float, float]:
+def turn(a: Any, frame: Any) -> tuple[float, float]:
     """Torque about e1 and e2 of one along the axes of the frame, limited to a disk."""
     (along, left), _ = clip_to_disk((a[0], a[1]))
-    frame = _frame(y)
     x, z = turned_back(frame, along, left)
     return single(frame.side * x), single(frame.side * z)
 
@@ -112,6 +111,8 @@ TOP_PRECESSION = Reduction(
         ),
     ),
     observe=observe,
+    Frame=Frame,
+    frame_of=frame_of,
     turn=turn,
     formulas=f"""
     The x-axis of the frame, in the plane of e1 and e2, is along (R31, R32), along (-omega2, omega1)

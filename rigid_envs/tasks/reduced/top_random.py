@@ -8,7 +8,7 @@ from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma
 from rigid_envs.symmetries.tops import HALF_TURN, REFLECTION, TURN
 from rigid_envs.tasks.entries import Entry
-from rigid_envs.tasks.reduced.planar import turned_back
+from rigid_envs.tasks.reduced.planar import Frame, turned_back
 from rigid_envs.tasks.reduced.tops import (
     FRAME_FORMULAS,
     LEAN_FORMULAS,
@@ -47,10 +47,15 @@ def observe(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def turn(a: Any, y: Any, aux: Any, p: Any, c: Any) -> Vector:
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
+    """Frame along the growing part of the lean."""
+    return lean_frame(_lean(y, c), y.omega3)
+
+
+@scalar
+def turn(a: Any, frame: Any) -> Vector:
     """Torque that drives the axis e3 along an action in the frame, and the torque about e3."""
     (along, left), _ = clip_to_disk((a[0], a[1]))
-    frame = lean_frame(_lean(y, c), y.omega3)
     x, z = turned_back(frame, along, left)
     return single(-z), single(x), frame.side * a[2]
 
@@ -69,6 +74,8 @@ TOP_RANDOM = Reduction(
         Entry("sin 2 alpha", "1", "alpha of the frame in the body", -1.0, 1.0),
     ),
     observe=observe,
+    Frame=Frame,
+    frame_of=frame_of,
     turn=turn,
     formulas=f"""{LEAN_FORMULAS} u, along s where u is 0, and along e1 where both are 0;
     {FRAME_FORMULAS} Here `e = -(R31 + i R32)`, in body axes, and e' stands for `omega2 - i omega1`.
