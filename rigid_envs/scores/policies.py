@@ -99,7 +99,7 @@ def from_predict(policy: SupportsPredict, name: str = "") -> PolicyFactory:
                 memory["state"] = state
             if "episode_start" in memory:
                 memory["episode_start"] = np.zeros(envs.num_envs, bool)
-            return actions
+            return _of_all_rows(actions, envs)
 
         return act
 
@@ -116,7 +116,7 @@ def from_function(function: ActionFunction, name: str = "") -> PolicyFactory:
 
     def make(envs: Any) -> ActionFunction:
         kind = envs.single_action_space.dtype
-        return lambda observations: np.asarray(function(observations), dtype=kind)
+        return lambda seen: _of_all_rows(np.asarray(function(seen), dtype=kind), envs)
 
     return PolicyFactory(make, name or getattr(function, "__name__", "function").strip("<>"))
 
@@ -228,6 +228,16 @@ def policy_of(env_id: str, policy: Any) -> PolicyFactory:
         f"policy = {policy!r:.100}; expected the name of a controller, a model with `predict`, a "
         "function from observations (n, ...) to actions (n, ...), or `from_controller(factory)`"
     )
+
+
+def _of_all_rows(actions: npt.NDArray[Any], envs: Any) -> npt.NDArray[Any]:
+    shape, expected = np.shape(actions), envs.action_space.shape
+    if shape != expected:
+        raise ValueError(
+            f"actions of the policy have shape {shape}; expected {expected}: it is given the "
+            "observations of all rows at once, and gives an action for each"
+        )
+    return actions
 
 
 def _native(envs: Any, name: str) -> RigidVectorEnv:

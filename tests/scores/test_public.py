@@ -46,6 +46,13 @@ class Counting:
         return pd(observation), state
 
 
+class OneAction:
+    """A policy that takes its observations to be those of one environment."""
+
+    def predict(self, observation, deterministic=False):
+        return [0.0, 0.0], None
+
+
 def test_a_function_a_model_and_a_controller_are_played_alike():
     by_function = rigid_envs.evaluate(TOP, pd, n=20)
     model = Counting()
@@ -180,6 +187,8 @@ def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
     [
         ((TOP, 3), "policy = 3; expected the name of a controller"),
         ((TOP, "pid"), "controller = 'pid'; expected one of"),
+        ((TOP, lambda _: np.zeros(2)), r"shape \(2,\); expected \(2, 2\): it is given the obs"),
+        ((TOP, from_predict(OneAction())), r"shape \(2,\); expected \(2, 2\): it is given the obs"),
         (("RigidEnvs/SleepingTob-v0", "zero"), "did you mean 'RigidEnvs/SleepingTop-v0'"),
     ],
 )
