@@ -175,6 +175,18 @@ def test_a_centre_that_has_not_converged_is_refused_whatever_the_unit_of_mass(sc
         from_density(lambda r: scale * (1.0 + 1e-4 * np.sign(r[:, 0])), CUBE)
 
 
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+def test_moments_that_have_not_converged_are_refused_whatever_the_unit_of_mass(scale):
+    # What the layer across x adds to the mass, the one across y takes away, and both are even: mass
+    # and centre are those of the cube. Moments about x and y change by 2e-6 from 32 to 64 nodes
+    def layers(r):
+        x, y, _ = np.abs(r.T)
+        return scale * (1.0 + 1e-3 * (1.0 * (x < 0.3) - 1.0 * (y < 0.3)))
+
+    with pytest.raises(ValueError, match=r"^change of the integrals of the density"):
+        from_density(layers, CUBE)
+
+
 def test_regions_without_volume_are_refused():
     for make, message in (
         (
