@@ -113,4 +113,4 @@ def _close(told: Any, value: Any) -> bool:
 
 
 def _array(values: list[Any]) -> npt.NDArray[np.float64]:
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+    return np.array(values, dtype=np.float64)  # None becomes NaN

@@ -203,6 +203,13 @@ def test_bad_parameters_are_refused_by_name(name, value):
         heavy_top.nutation((0.0, 0.0, 1.0), leaning(0.1), **{**TOP, name: value})
 
 
+@pytest.mark.parametrize("name", ["i_perp", "mgl"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan])
+def test_the_potential_of_no_top_is_refused_by_name(name, value):
+    with pytest.raises(ValueError, match=f"^{name} = "):
+        heavy_top.effective_potential(0.5, 1.0, 1.0, **{"i_perp": 1.0, "mgl": 1.0, name: value})
+
+
 def test_times_of_any_shape_are_taken():
     t = np.zeros((2, 3))
     assert heavy_top.tilt(t, (0.0, 0.0, 1.0), leaning(0.1), **TOP).shape == (2, 3)

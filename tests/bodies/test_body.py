@@ -168,6 +168,12 @@ def test_equal_bodies_have_equal_numbers_and_hashes():
     assert "mass=1.0" in repr(one)
 
 
+@pytest.mark.parametrize("attitude", [np.eye(2), np.eye(4), np.ones(3), np.ones((2, 4)), 1.0])
+def test_what_has_not_the_shape_of_an_attitude_is_refused_by_it(attitude):
+    with pytest.raises(ValueError, match=r"^attitude has shape .*; expected \(4,\) or \(3, 3\)"):
+        bodies.solid_sphere(1.0, 1.0).rotated(attitude)
+
+
 def test_asymmetry_of_rounding_is_averaged_away():
     tensor = np.diag([1.0, 2.0, 2.5])
     tensor[0, 1] = 1e-10

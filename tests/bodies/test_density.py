@@ -138,6 +138,17 @@ def test_a_density_that_jumps_is_refused_and_composed_of_its_layers():
 CUBE = Region.box(1.0, 1.0, 1.0)
 
 
+def test_a_region_may_be_empty_in_parts():
+    # x^10 for x > 0, and for x < 0 nothing: in a box of sides 1, m = (1/2)^11 / 11, and so on
+    found = from_density(lambda r: np.maximum(r[:, 0], 0.0) ** 10, CUBE)
+    np.testing.assert_allclose(found.mass, 0.5**11 / 11, rtol=1e-9)
+    np.testing.assert_allclose(found.com, [0.5 * 11 / 12, 0.0, 0.0], rtol=1e-9, atol=1e-14)
+    square = 0.25 * 11 / 13  # the mean of x^2, that of y^2 and of z^2 is 1/12
+    about_com = square - (0.5 * 11 / 12) ** 2 + 1 / 12
+    moments = found.mass * np.array([1 / 6, about_com, about_com])
+    np.testing.assert_allclose(found.inertia, np.diag(moments), rtol=1e-8, atol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("density", "message"),
     [

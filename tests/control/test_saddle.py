@@ -126,3 +126,5 @@ def test_an_actuator_about_e2_alone_is_refused():
         steering((False, True, False))
     with pytest.raises(ValueError, match=r"^gain = 0\.0; expected a positive finite number"):
         SeparatrixSteering(BODY, RATE, TORQUE, DT, gain=0.0)
+    with pytest.raises(ValueError, match=r"^torque = -0\.1; expected a positive finite number"):
+        SeparatrixSteering(BODY, RATE, -0.1, DT)

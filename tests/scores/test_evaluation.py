@@ -100,6 +100,22 @@ def test_detumbling_reaches_both_of_its_optima():
     np.testing.assert_allclose(times, optimum["time"], rtol=1e-12)
 
 
+def test_the_bound_of_a_turn_is_reached_by_a_body_of_equal_moments_that_may_still_turn():
+    """Full torque on all axes gives a = sqrt(3) torque / I, about the diagonal of the body."""
+    env_id = "RigidEnvs/Reorient-v0"
+    body = {"I1": 1.0, "I2": 1.0, "I3": 1.0}
+    envs = make_rows(env_id, 20, {**body, "rate_tolerance": 0.4})
+    envs.reset(seed=evaluation_seeds(20))
+    task = envs.task
+    goal = envs.auxiliary(*task.aux_names)
+    angle = rotations.distance(envs.y[:, :4], goal) - task.angle_tolerance
+    a, w = np.sqrt(3.0) * task.torque, 0.4
+    limit = limit_of(env_id, "time")
+    # areas below speed over time: forward a t^2 / 2, then down from a t to w
+    up = (limit.values(envs) + w / a) / 2.0
+    np.testing.assert_allclose(a * up**2 - w**2 / (2.0 * a), angle, rtol=1e-12)
+
+
 @pytest.mark.parametrize(("length", "speed"), [(2.0, 0.0), (2.0, 0.5), (0.01, 0.5)])
 def test_the_least_time_is_that_of_full_thrust_and_full_brake(length, speed):
     a, dt = 3.0, 1e-5

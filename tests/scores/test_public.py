@@ -16,6 +16,7 @@ from rigid_envs.scores import (
     from_controller,
     from_predict,
     read_evaluation,
+    recorded,
     reference_controllers,
     wilson_interval,
 )
@@ -154,6 +155,15 @@ def test_figures_follow_from_the_starts():
     assert f"from {won} starts" in str(lucky)
 
 
+def test_metrics_of_all_starts_count_failures_and_those_of_successes_do_not():
+    found = rigid_envs.evaluate(GRID, "random", n=300)
+    won = found.successes
+    assert 0 < won.sum() < 300
+    assert found.summary()["metrics"]["path"] == found.values["path"][won].mean()
+    assert found.summary()["metrics"]["return"] == found.values["return"].mean()
+    assert found.values["return"][won].mean() > found.values["return"].mean()
+
+
 def test_the_gap_is_over_the_mean_bound_of_the_successes_if_there_is_one_above_zero():
     found = rigid_envs.evaluate(TOP, "lqr", n=5)
     assert found.successes.all()
@@ -195,6 +205,19 @@ def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
 def test_what_cannot_be_played_is_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         rigid_envs.evaluate(*arguments, n=2)
+
+
+def test_what_is_no_setting_of_the_task_is_refused():
+    for name in ("num_envs", "render_mode", "max_episode_steps"):
+        with pytest.raises(ValueError, match=f"^config.{name}: unknown key; expected one of dt"):
+            rigid_envs.evaluate(TOP, "zero", n=2, config={name: 3})
+
+
+def test_recorded_actions_of_other_episodes_are_refused():
+    for shape in ((5, 3, 2), (5, 2, 3), (5, 2)):
+        message = r"actions have shape \(.*\); expected \(T, \*\(2, 2\)\)"
+        with pytest.raises(ValueError, match=message):
+            rigid_envs.evaluate(TOP, recorded(np.zeros(shape)), n=2)
 
 
 def test_environments_that_do_not_fit_are_refused():
