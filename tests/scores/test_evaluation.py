@@ -100,6 +100,15 @@ def test_detumbling_reaches_both_of_its_optima():
     np.testing.assert_allclose(times, optimum["time"], rtol=1e-12)
 
 
+@pytest.mark.parametrize("place", [(3.0, 0.0), (0.0, -2.0), (-1.5, 2.0)])
+def test_the_bound_of_an_upright_ball_is_the_straight_line_to_the_edge_of_the_tolerance(place):
+    env_id = "RigidEnvs/BallPark-v0"
+    envs = make_rows(env_id, 1)
+    envs.reset(seed=0, options={"state": {"q": [1.0, 0.0, 0.0, 0.0], "position": place}})
+    expected = np.hypot(*place) - envs.task.position_tolerance
+    np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-14)
+
+
 def test_the_bound_of_a_turn_is_reached_by_a_body_of_equal_moments_that_may_still_turn():
     """Full torque on all axes gives a = sqrt(3) torque / I, about the diagonal of the body."""
     env_id = "RigidEnvs/Reorient-v0"

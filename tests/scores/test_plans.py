@@ -98,8 +98,8 @@ def test_plans_are_spread_over_the_steps_there_are_in_equal_parts():
     as_they_are = spread(actions, 7, slowed=False)[..., 0].T
     np.testing.assert_array_equal(as_they_are[:2, :3], [[1.0, 0.5, 0.0], [0.6, 0.0, 0.0]])
     assert not as_they_are[:, 3:].any()
-    two = np.zeros((2, 1, 2))
-    two[1, 0, 0] = 1.0  # one of two entries rests; the row does not
-    np.testing.assert_array_equal(spread(two, 4, slowed=True)[:, 0, 0], [0.0, 0.0, 0.5, 0.5])
+    turns = np.zeros((3, 1, 2))
+    turns[0, 0, 0] = 1.0  # a row moves if one of its entries does
+    np.testing.assert_array_equal(spread(turns, 4, slowed=True)[:, 0, 0], [0.25] * 4)
     # there is no room to split two steps into halves
     np.testing.assert_array_equal(spread(actions, 3, slowed=True)[:, 0, 0], [1.0, 0.5, 0.0])

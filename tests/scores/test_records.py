@@ -1,0 +1,46 @@
+"""Records of trainings: what was written is read, and nothing else."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigid_envs.files import DamagedFileError
+from rigid_envs.policies import published
+from rigid_envs.scores.published import published_record
+from rigid_envs.scores.records import read_record, write_record
+
+
+def test_a_record_is_read_as_it_was_written(tmp_path: Path) -> None:
+    record, file = published_record(published()[0]), tmp_path / "new" / "record.json"
+    write_record(file, record)
+    found = read_record(file)
+    np.testing.assert_array_equal(found.costs, record.costs)
+    np.testing.assert_array_equal(found.successes, record.successes)
+    assert (found.env_id, found.seed, found.settings) == (
+        record.env_id,
+        record.seed,
+        record.settings,
+    )
+
+
+@pytest.mark.parametrize(
+    ("about", "changed"),
+    [
+        ({"format": "rigid-envs record 0"}, {}),
+        ({}, {"version": 0}),
+        ({}, {"seed": 5}),
+    ],
+)
+def test_records_of_other_formats_and_starts_are_refused(
+    about: dict[str, Any], changed: dict[str, Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "record.json"
+    write_record(file, published_record(published()[0]))
+    data = json.loads(file.read_text()) | about
+    data["evaluation"] |= changed
+    file.write_text(json.dumps(data))
+    with pytest.raises(DamagedFileError, match="format, version, seed = "):
+        read_record(file)
