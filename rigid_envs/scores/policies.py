@@ -231,11 +231,11 @@ def policy_of(env_id: str, policy: Any) -> PolicyFactory:
 
 
 def _of_all_rows(actions: npt.NDArray[Any], envs: Any) -> npt.NDArray[Any]:
-    shape, expected = np.shape(actions), envs.action_space.shape
-    if shape != expected:
+    expected = envs.action_space.shape  # None where actions have several parts
+    if expected is not None and np.shape(actions) != expected:
         raise ValueError(
-            f"actions of the policy have shape {shape}; expected {expected}: it is given the "
-            "observations of all rows at once, and gives an action for each"
+            f"actions of the policy have shape {np.shape(actions)}; expected {expected}: it is "
+            "given the observations of all rows at once, and gives an action for each"
         )
     return actions
 

@@ -105,6 +105,40 @@ def test_the_id_of_an_environment_that_is_given_may_be_short():
     assert found.cost is not None
 
 
+class TwoParts(gym.Env):
+    """An environment of three steps whose actions have two parts."""
+
+    observation_space = gym.spaces.Box(-1.0, 1.0, (2,))
+    action_space = gym.spaces.Dict(
+        push=gym.spaces.Box(-1.0, 1.0, (1,)), gear=gym.spaces.Discrete(2)
+    )
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.steps = 0
+        return np.zeros(2, np.float32), {}
+
+    def step(self, action):
+        assert self.action_space.contains(action)
+        self.steps += 1
+        return np.zeros(2, np.float32), 1.0, self.steps == 3, False, {}
+
+
+class Parts:
+    """A policy of the actions of `TwoParts`."""
+
+    def predict(self, observation, deterministic=False):
+        n = len(observation)
+        return {"push": np.zeros((n, 1), np.float32), "gear": np.ones(n, np.int64)}, None
+
+
+@pytest.mark.parametrize("vector", [False, True])
+def test_actions_of_several_parts_are_played(vector):
+    env = gym.vector.SyncVectorEnv([TwoParts] * 2) if vector else TwoParts()
+    found = rigid_envs.evaluate("TwoParts-v0", Parts(), env=env, n=4)
+    np.testing.assert_array_equal(found.values["return"], 3.0)
+
+
 def test_an_environment_without_a_registered_id_is_played_and_has_no_cost():
     env = TimeLimit(RigidEnv(rigid_envs.ENVIRONMENTS[TOP].task), 300)
     found = rigid_envs.evaluate("Mine/Top-v0", pd, n=3, env=env)
@@ -197,8 +231,8 @@ def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
     [
         ((TOP, 3), "policy = 3; expected the name of a controller"),
         ((TOP, "pid"), "controller = 'pid'; expected one of"),
-        ((TOP, lambda _: np.zeros(2)), r"shape \(2,\); expected \(2, 2\): it is given the obs"),
-        ((TOP, from_predict(OneAction())), r"shape \(2,\); expected \(2, 2\): it is given the obs"),
+        ((TOP, lambda _: np.zeros(2)), r"shape \(2,\); expected \(2, 2\): it is given"),
+        ((TOP, from_predict(OneAction())), r"shape \(2,\); expected \(2, 2\): it is given"),
         (("RigidEnvs/SleepingTob-v0", "zero"), "did you mean 'RigidEnvs/SleepingTop-v0'"),
     ],
 )
