@@ -25,7 +25,7 @@ from rigid_envs.bench.workloads import staggered, vector_workload
 from rigid_envs.catalogue import task_of
 from rigid_envs.files import lined_json, write_atomic
 from rigid_envs.provenance import provenance
-from tests.benchmarks.growth import Growth
+from tests.benchmarks.growth import growth_of
 from tests.benchmarks.page import markdown
 
 __all__ = ["by_frame"]
@@ -47,18 +47,13 @@ def by_frame(rounds: int) -> dict[str, Any]:
     rows = [
         asdict(growth)
         for env_id in turns[0]
-        for growth in _growth(env_id, np.concatenate([turn[env_id] for turn in turns], axis=1))
+        for growth in growth_of(
+            env_id.removeprefix("RigidEnvs/").removesuffix("-v0"),
+            FRAMES,
+            np.concatenate([turn[env_id] for turn in turns], axis=1),
+        )
     ]
     return {"provenance": provenance(), "rounds": rounds, "turns": TURNS, "rows": rows}
-
-
-def _growth(env_id: str, nanoseconds: Any) -> list[Growth]:
-    name = env_id.removeprefix("RigidEnvs/").removesuffix("-v0")
-    found = []
-    for frame, times in zip(FRAMES, nanoseconds, strict=True):
-        low, ratio, high = np.percentile(times / nanoseconds[0], (25, 50, 75)).tolist()
-        found.append(Growth(name, frame, float(np.median(times)), ratio, (low, high)))
-    return found
 
 
 def _turn(rounds: int) -> dict[str, Any]:

@@ -5,16 +5,18 @@ Run from the checkout: ``python -m tests.benchmarks.growth``. All of a table tak
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from rigid_envs.bench.interleaved import Workload, time_interleaved
 from rigid_envs.bench.workloads import staggered, vector_workload
 from rigid_envs.pages.tables import table
 
-__all__ = ["OPTIONS", "SIZES", "Growth", "by_option", "by_size"]
+__all__ = ["OPTIONS", "SIZES", "Growth", "by_option", "by_size", "growth_of"]
 
 IDS = ("IntermediateAxis", "BallPark")
 SIZES = (1, 16, 256, 4096, 2**16, 2**20)
@@ -79,12 +81,22 @@ def _measured(name: str, forms: dict[str, tuple[int, dict[str, Any]]], rounds: i
         Workload(name, form, vector_workload(staggered(f"RigidEnvs/{name}-v0", n, 1, **given)))
         for form, (n, given) in forms.items()
     ]
-    results = time_interleaved(workloads, rounds, _TURN)
+    rates = np.array([result.samples for result in time_interleaved(workloads, rounds, _TURN)])
+    return growth_of(name, forms, 1e9 / rates)
+
+
+def growth_of(name: str, forms: Iterable[str], nanoseconds: npt.NDArray[Any]) -> list[Growth]:
+    """Every form against the first.
+
+    Args:
+        name: of the environment.
+        forms: number of rows, or options.
+        nanoseconds: time of a row of every form in every round, shape (forms, rounds).
+    """
     found = []
-    for result in results:
-        low, median, high = np.percentile(results[0].ratio(result), (25, 50, 75)).tolist()
-        time = 1e9 / result.median
-        found.append(Growth(name, result.column, time, median, (low, high)))
+    for form, times in zip(forms, nanoseconds, strict=True):
+        low, ratio, high = np.percentile(times / nanoseconds[0], (25, 50, 75)).tolist()
+        found.append(Growth(name, form, float(np.median(times)), ratio, (low, high)))
     return found
 
 
