@@ -21,12 +21,13 @@ from rigid_envs.kernels.turns import cayley, half_turn, tangent
 
 __all__ = [
     "DYNAMIC_BALL",
-    "LEVEL",
     "Input",
     "Invariants",
     "Parameters",
     "State",
-    "level_step",
+    "ball_rate",
+    "moving",
+    "pushed",
 ]
 
 
@@ -222,29 +223,11 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
     rate_x, rate_y = fma(h, u.a_x, y.rate_x), fma(h, u.a_y, y.rate_y)
     end = State(*q, X, Y, vx, vy, spin, alpha_x, alpha_y, rate_x, rate_y)
     vx, vy, spin = _kick(end, u, p, half)
-    return _moving(end, X, Y, vx, vy, spin)
+    return moving(end, X, Y, vx, vy, spin)
 
 
 @scalar
-def level_step(y: State, u: Input, p: Parameters, h: float) -> State:
-    """Same result as `step`, bit for bit, on a plate that is level and at rest.
-
-    Tilt and gravity are ignored and the spin is constant: a quarter of the work.
-    """
-    half = 0.5 * h
-    push = (p.share * (u.FX * p.inverse_m), p.share * (u.FY * p.inverse_m))
-    kappa = p.beta * p.turntable_rate * p.share
-    vx, vy = _pushed((y.VX, y.VY), push, kappa, 0.5 * half)
-    X, Y = fma(half, vx, y.X), fma(half, vy, y.Y)
-    a, b, c = ball_rate(_moving(y, X, Y, vx, vy, y.spin), (0.0, 0.0, 0.0), p)
-    q = compose(half_turn((half * a, half * b, half * c)), attitude(y))
-    X, Y = fma(half, vx, X), fma(half, vy, Y)
-    vx, vy = _pushed((vx, vy), push, kappa, 0.5 * half)
-    return State(*q, X, Y, vx, vy, y.spin, y.alpha_x, y.alpha_y, y.rate_x, y.rate_y)
-
-
-@scalar
-def _moving(y: State, X: float, Y: float, VX: float, VY: float, spin: float) -> State:
+def moving(y: State, X: float, Y: float, VX: float, VY: float, spin: float) -> State:
     """The state y with another position, velocity and spin."""
     tilt = (y.alpha_x, y.alpha_y, y.rate_x, y.rate_y)
     return State(*attitude(y), X, Y, VX, VY, spin, *tilt)
@@ -256,14 +239,14 @@ def _kick(y: State, u: Input, p: Parameters, h: float) -> Vector:
     plate = plate_rate(y)
     half = 0.5 * h
     spin = fma(half, _spin_rate(y, plate, p), y.spin)
-    pushed = push(_moving(y, y.X, y.Y, y.VX, y.VY, spin), u, plate, p)
-    vx, vy = _pushed((y.VX, y.VY), pushed, gyration(plate, p), half)
-    after = _moving(y, y.X, y.Y, vx, vy, spin)
+    acceleration = push(moving(y, y.X, y.Y, y.VX, y.VY, spin), u, plate, p)
+    vx, vy = pushed((y.VX, y.VY), acceleration, gyration(plate, p), half)
+    after = moving(y, y.X, y.Y, vx, vy, spin)
     return vx, vy, fma(half, _spin_rate(after, plate, p), spin)
 
 
 @scalar
-def _pushed(v: Pair, push: Pair, kappa: float, half: float) -> Pair:
+def pushed(v: Pair, push: Pair, kappa: float, half: float) -> Pair:
     """Velocity after a time 2 half [s]: a turn at the rate kappa between half pushes.
 
     The turn conserves the speed to rounding.
@@ -331,18 +314,6 @@ def ground_force(y: State, u: Input, p: Parameters) -> Vector:
     z = 2.0 * (w[0] * y.VY - w[1] * y.VX) + moved[2] + p.g * cx * c
     return (p.m * x - u.FX, p.m * y_ - u.FY, p.m * z)
 
-
-@scalar
-def level_ground_force(y: State, u: Input, p: Parameters) -> Vector:
-    """Same as `ground_force` on a plate that is level and at rest."""
-    kappa = p.beta * p.turntable_rate * p.share
-    x = p.share * (u.FX * p.inverse_m) - kappa * y.VY
-    y_ = p.share * (u.FY * p.inverse_m) + kappa * y.VX
-    return (p.m * x - u.FX, p.m * y_ - u.FY, p.m * p.g)
-
-
-LEVEL = on_ground(level_ground_force, 3)
-"""Contact with a plate that is level and at rest: a fraction of the work."""
 
 DYNAMIC_BALL = Dynamics(
     State,

@@ -9,16 +9,10 @@ from typing import ClassVar, NamedTuple
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_disk
 from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.dynamic_ball import (
-    DYNAMIC_BALL,
-    LEVEL,
-    Input,
-    Parameters,
-    State,
-    level_step,
-)
+from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL, Input, Parameters, State
 from rigid_envs.kernels.elementary import cbrt, select
 from rigid_envs.kernels.episode import Episode, NoAuxiliary
+from rigid_envs.kernels.level_ball import LEVEL, level_step
 from rigid_envs.systems import DynamicBall
 from rigid_envs.tasks.ball_park import FAR, misplacement
 from rigid_envs.tasks.base import Entry

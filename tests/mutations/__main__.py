@@ -37,7 +37,7 @@ SOURCES = {
     "free_body": Source(("free_body",)),
     "heavy_top": Source(("heavy_top",)),
     "rolling_ball": Source(("rolling_ball",)),
-    "dynamic_ball": Source(("dynamic_ball",), frozenset({"level_step"})),
+    "dynamic_ball": Source(("dynamic_ball",)),
     "rolling_disk": Source(("rolling_disk",)),
     "upright_coin": Source(("upright_coin",)),
     "roller": Source(("roller",)),

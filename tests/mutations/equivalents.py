@@ -62,7 +62,7 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         *("alpha_y", 0, "it changes the sign of w . n only, which ball_rate does not read"),
     ),
     Equivalent(
-        *("dynamic_ball", "_kick", "after = _moving(y, y.X, y.Y, vx, vy, spin)"),
+        *("dynamic_ball", "_kick", "after = moving(y, y.X, y.Y, vx, vy, spin)"),
         *("spin", 0, _UNREAD),
     ),
     *(

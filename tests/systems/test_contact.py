@@ -9,6 +9,7 @@ import pytest
 from rigid_envs import rotations
 from rigid_envs.analytic import rolling_disk
 from rigid_envs.kernels import dynamic_ball
+from rigid_envs.kernels.level_ball import LEVEL
 from rigid_envs.systems import DynamicBall, Roller, RollingBall, RollingDisk, UprightCoin
 from tests.systems.examples import COIN, DISK, PLATE, ROLLER, inputs, name_of, states
 
@@ -82,7 +83,7 @@ def test_the_force_of_a_level_plate_is_that_of_any_plate():
     p = PLATE.parameters
     for row, force, expected in zip(y, u, PLATE.contact_force(y, u), strict=True):
         kinds = (dynamic_ball.State(*row), dynamic_ball.Input(*force), dynamic_ball.Parameters(*p))
-        found = dynamic_ball.LEVEL.force(*kinds)
+        found = LEVEL.force(*kinds)
         np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-14)
 
 
