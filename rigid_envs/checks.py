@@ -6,7 +6,7 @@ expected (..., 4)``, followed where useful by ``: how to mend it``. Booleans are
 
 import math
 import sys
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -28,10 +28,12 @@ __all__ = [
     "one_of",
     "positive",
     "positive_array",
+    "printable",
     "real_numbers",
     "require",
     "rotation_matrix",
     "safe_repr",
+    "shown",
     "unit_length",
     "unit_quaternion",
 ]
@@ -41,7 +43,7 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-6
 """Of unit quaternions and rotation matrices: rounding to float32 passes, no other error does."""
 
-_LONGEST = 300  # characters of a value that a message shows
+_LONGEST = 300  # characters of a value that a message shows, and of a text that is shown
 
 
 def safe_repr(value: Any) -> str:
@@ -51,6 +53,15 @@ def safe_repr(value: Any) -> str:
     except Exception:  # of an object whose own code fails
         text = object.__repr__(value)
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
+
+
+def shown(text: str) -> str:
+    """A text as a terminal may be given it: control characters are spelt out, line breaks stay.
+
+    Args:
+        text: Any text; parts of it may come from a file.
+    """
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
 
 
 def as_array(value: Any) -> NDArray[Any]:
@@ -236,6 +247,34 @@ def one_of(value: Any, known: Collection[str], name: str) -> str:
     """
     if not isinstance(value, str) or value not in known:
         raise ValueError(f"{name} = {safe_repr(value)}; expected one of {list(known)}")
+    return value
+
+
+def printable(value: Any, name: str) -> Any:
+    """JSON values of which every text, also of a key, is one line that can be shown.
+
+    What a file says is printed, drawn and written into tables: a control character would steer the
+    terminal, a line break begin a row of its own.
+
+    Args:
+        value: Any value; of mappings and lists all texts in them are checked.
+        name: of the value.
+
+    Raises:
+        ValueError: a text with a character that cannot be printed, or one that is too long.
+    """
+    rest = [value]
+    while rest:
+        each = rest.pop()
+        if isinstance(each, str):
+            ok = each.isprintable() and len(each) <= _LONGEST
+            require(
+                ok, each, name, f"one line of at most {_LONGEST} characters that can be printed"
+            )
+        elif isinstance(each, Mapping):
+            rest += [*each.keys(), *each.values()]
+        elif isinstance(each, list | tuple):
+            rest += each
     return value
 
 

@@ -133,6 +133,23 @@ def test_what_is_no_rotation_matrix_is_refused():
         assert refusal(checks.rotation_matrix, bad, "R").startswith("R")
 
 
+@pytest.mark.parametrize(
+    "bad", ["\x1b]0;title\x07", "a\nb", "\u202eright to left", "\ud800", "x" * 301]
+)
+def test_text_that_would_steer_a_terminal_is_refused_wherever_it_stands(bad):
+    for value in (bad, [1, {"a": [bad]}], {"a": {bad: 1}}):
+        refusal(checks.printable, value, "label")
+
+
+def test_printable_text_stays_as_it_is():
+    plain = {"name": "PPO, r\u00e9duit", "dt": 0.1, "pair": [1, None], "n": True}
+    assert checks.printable(plain, "config") is plain
+
+
+def test_control_characters_are_shown_and_not_obeyed():
+    assert checks.shown("a\x1b[2J\rb\nc \u00e9") == "a\\x1b[2J\\rb\nc \u00e9"
+
+
 def test_a_message_shows_no_more_of_a_value_than_fits():
     assert len(refusal(checks.number, list(range(10_000)), "x")) < 400
 
