@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import json
 import os
@@ -22,6 +23,9 @@ __all__ = [
 ]
 
 _SUFFIX = ".tmp"
+# Of folders: Windows, or a folder that may be written and not read, does not open them (EACCES);
+# some network file systems do not sync them.
+_CANNOT_SYNC = (errno.EACCES, errno.EBADF, errno.EINVAL, errno.ENOTSUP)
 
 
 class DamagedFileError(ValueError):
@@ -38,34 +42,52 @@ def write_atomic(path: Path, data: bytes | str) -> None:
         data: Its new content; text is written as UTF-8.
 
     Raises:
-        OSError: Nothing was replaced; the message says how many bytes were needed.
+        OSError: Nothing was replaced; the message says how many bytes were needed. Or the file was
+            replaced, and `sync_folder` failed.
     """
     data = data.encode() if isinstance(data, str) else data
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{_SUFFIX}")
+    # a name that no other thread, process or machine has
+    temporary = path.with_name(f".{path.name}.{os.urandom(8).hex()}{_SUFFIX}")
     try:
-        with open(temporary, "wb") as file:
+        with open(temporary, "xb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)
-        sync_folder(path.parent)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            temporary.unlink()
         reason = os.strerror(error.errno or errno.EIO)
         raise OSError(
             error.errno,
             f"could not write {len(data)} bytes ({reason}); what was there before is untouched",
             str(path),
         ) from error
+    sync_folder(path.parent)
 
 
 def sync_folder(folder: Path) -> None:
-    """Write the directory entries of a folder to the disk (fsync)."""
-    descriptor = os.open(folder, os.O_RDONLY)
+    """Write the directory entries of a folder to the disk (fsync), on systems that can.
+
+    Raises:
+        OSError: The disk failed; the names in the folder are new, but may not outlast a crash.
+    """
     try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        if error.errno in _CANNOT_SYNC:
+            return
+        reason = os.strerror(error.errno or errno.EIO)
+        raise OSError(
+            error.errno,
+            f"could not sync a folder ({reason}); what was written there last is in place, but a "
+            "crash of the machine may undo it",
+            str(folder),
+        ) from error
 
 
 def sweep(folder: Path) -> None:

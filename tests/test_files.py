@@ -5,6 +5,8 @@ import json
 import os
 import resource
 import signal
+import stat
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -64,6 +66,68 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_en
     inode = path.stat().st_ino
     assert calls[:2] == [("fsync", inode, 50), ("replace", inode, path)]
     assert [call[:2] for call in calls[2:]] == [("fsync", tmp_path.stat().st_ino)]
+
+
+def without_folders(monkeypatch: pytest.MonkeyPatch, call: str, code: int) -> None:
+    """Let `os.open` or `os.fsync` fail, for folders only."""
+    real = getattr(os, call)
+
+    def fail(target: object, *more: int) -> object:
+        if stat.S_ISDIR(os.stat(target).st_mode):
+            raise OSError(code, os.strerror(code))
+        return real(target, *more)
+
+    monkeypatch.setattr(os, call, fail)
+
+
+@pytest.mark.parametrize(
+    ("call", "code"),
+    [
+        ("open", errno.EACCES),
+        ("fsync", errno.EBADF),
+        ("fsync", errno.EINVAL),
+        ("fsync", errno.ENOTSUP),
+    ],
+)
+def test_a_file_is_written_where_folders_cannot_be_synced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str, code: int
+) -> None:
+    without_folders(monkeypatch, call, code)
+    write_atomic(tmp_path / "a", b"new")
+    assert (tmp_path / "a").read_bytes() == b"new"
+
+
+def test_a_disk_that_fails_after_the_rename_is_told_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a"
+    write_atomic(path, b"old")
+    without_folders(monkeypatch, "fsync", errno.EIO)
+    with pytest.raises(OSError, match=r"could not sync a folder .*is in place") as error:
+        write_atomic(path, b"new")
+    assert (error.value.errno, error.value.filename) == (errno.EIO, str(tmp_path))
+    assert "untouched" not in str(error.value)
+    assert path.read_bytes() == b"new"
+
+
+def test_threads_that_write_one_file_do_not_disturb_each_other(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+
+    def write(k: int) -> None:
+        for _ in range(20):
+            write_atomic(path, bytes([k]) * 100_000)
+            assert path.read_bytes() in contents
+
+    contents = [bytes([k]) * 100_000 for k in range(4)]
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(write, range(4)))
+    assert [file.name for file in tmp_path.iterdir()] == ["a"]
+
+
+def test_a_folder_that_is_none_is_named(tmp_path: Path) -> None:
+    write_atomic(tmp_path / "a", b"")
+    with pytest.raises(NotADirectoryError, match=r"could not write 3 bytes .*untouched"):
+        write_atomic(tmp_path / "a" / "b", b"new")
 
 
 def test_json_has_one_spelling_and_no_nan() -> None:

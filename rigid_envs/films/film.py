@@ -86,7 +86,7 @@ def write_film(
 
     ``.mp4`` is H.264 with 4:2:0 chroma (yuv420p), which browsers play; its pictures are encoded as
     they come, and are never all in memory. ``.gif`` and ``.webp`` repeat without end. The file
-    appears when it is complete; where anything fails, what was there before is untouched.
+    appears when it is complete, at once in place of what was there before.
 
     Args:
         path: the file, in a folder that exists.
