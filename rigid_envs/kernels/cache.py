@@ -4,97 +4,105 @@ Numba's own cache checks only the file of the compiled function: after an edit t
 another file it would load stale code (numba issue 1833), and it does not distinguish two closures
 of one factory. Here the key of a kernel consists of the names of its functions and a hash of every
 source file that can be compiled into it: all kernels and tasks of this package, and all files of
-any other package from which one of the functions comes.
+any other package from which one of the functions comes; and of the versions and the processor that
+the code was made for. A checksum of the key and the code is compared before anything is loaded.
 """
 
-import contextlib
 import functools
 import hashlib
 import logging
 import os
 import stat
 import sys
+import sysconfig
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import llvmlite
 import numba
-from numba.core import caching
+from numba.core import caching, compiler, serialize
+
+from rigid_envs.files import DamagedFileError, write_atomic
 
 __all__ = ["KernelCache", "cache_directory", "kernel_hash"]
 
-_INDEX: Any = caching.IndexDataCacheFile  # untyped
+_numba: Any = numba  # knows more than its types say
+_serialize: Any = serialize
+_Result: Any = compiler.CompileResult
 _PACKAGE = Path(__file__).resolve().parent.parent
+_CHECKSUM = hashlib.sha256().digest_size
 _log = logging.getLogger(__name__)
-_said: set[tuple[str, str]] = set()
+_said: set[tuple[str, Path]] = set()
 
 
-class _Place(caching._CacheLocator):
-    """Known folder and name of the files of a kernel."""
+class KernelCache(caching.NullCache):
+    """Files of one kernel, ``<name>-<hash of the key>.nbc``, in the private folder.
 
-    def __init__(self, folder: Path, name: str) -> None:
-        self._folder, self._py_file = str(folder), name
-
-    def get_cache_path(self) -> str:
-        return self._folder
-
-    def get_source_stamp(self) -> str:
-        return self._py_file
-
-    def get_disambiguator(self) -> str:
-        return ""
-
-
-class _Results(caching.CompileResultCacheImpl):
-    """Serialisation of compiled code as in numba, without its search for a folder."""
-
-    def __init__(self, place: _Place, line: int) -> None:
-        self._locator, self._lineno = place, line
-        self._filename_base = place.get_source_stamp()
-
-
-class KernelCache(caching.FunctionCache):
-    """Files of one kernel, ``<name>.nbi`` and ``<name>.<n>.nbc``, in the private folder.
+    Each holds the code for one key, see `_key`: a checksum of both, then the code.
 
     Args:
-        function: The kernel.
         folder: `cache_directory()`.
         name: Unique name of the kernel: see `cache_name`.
     """
 
-    def __init__(self, function: Any, folder: Path, name: str) -> None:
-        """Set the known folder and names, without a search."""
-        self._name, self._py_func = repr(function), function
-        self._impl = _Results(_Place(folder, name), function.__code__.co_firstlineno)
-        self._cache_path = str(folder)
-        self._cache_file = _INDEX(self._cache_path, name, name)
-        self._enabled = True
+    def __init__(self, folder: Path, name: str) -> None:
+        """Set the known folder and name, without a search."""
+        self._folder, self._name = folder, name
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled code from its file; None where there is none, or it cannot be read."""
-        files: Any = super()
+        """The compiled code from its file; None where there is none, or it is another's."""
+        target_context.refresh()  # what the code may call
+        key = _key(self._name, sig, target_context.codegen())
         try:
-            return files.load_overload(sig, target_context)
-        except Exception as error:  # whatever a damaged file makes of unpickling
-            _say_once("read", self._cache_path, error)
-            with contextlib.suppress(OSError):
-                files.flush()
+            return _Result._rebuild(target_context, *_serialize.loads(_read(self._file(key), key)))
+        except FileNotFoundError:
+            return None
+        except Exception as error:  # or a class of a third package that is not there any more
+            _say_once("read", self._folder, error)
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep compiled code in a file; where that fails the process goes on without."""
-        files: Any = super()
+        key = _key(self._name, sig, data.codegen)
         try:
-            files.save_overload(sig, data)
+            if data.library.has_dynamic_globals:
+                raise OSError("it holds addresses of this process")
+            code = _serialize.dumps(data._reduce())
+            write_atomic(self._file(key), _checksum(key, code) + code)
         except OSError as error:  # a full disk, a limit of size, a folder that is gone
-            _say_once("kept", self._cache_path, error)
+            _say_once("kept", self._folder, error)
 
-    def _index_key(self, sig: Any, codegen: Any) -> Any:
-        """Argument types and processor; the file name identifies the functions inside."""
-        return sig, codegen.magic_tuple()
+    def _file(self, key: bytes) -> Path:
+        return self._folder / f"{self._name}-{hashlib.sha256(key).hexdigest()[:16]}.nbc"
 
 
-def _say_once(deed: str, folder: str, error: Exception) -> None:
+def _key(name: str, sig: Any, codegen: Any) -> bytes:
+    """What the code of a kernel depends on: its name, types of arguments, versions, processor."""
+    python = sysconfig.get_config_var("EXT_SUFFIX")  # tag and ABI
+    versions = (python, numba.__version__, llvmlite.__version__)
+    options = (_numba.config.OPT, _numba.config.BOUNDSCHECK)
+    return repr((name, sig, versions, codegen.magic_tuple(), options)).encode()
+
+
+def _checksum(key: bytes, code: bytes) -> bytes:
+    return hashlib.sha256(hashlib.sha256(key).digest() + code).digest()
+
+
+def _read(path: Path, key: bytes) -> bytes:
+    """The code in a file.
+
+    Raises:
+        DamagedFileError: It is not the code that was written for this key.
+        FileNotFoundError: No file.
+    """
+    data = path.read_bytes()
+    if data[:_CHECKSUM] != _checksum(key, data[_CHECKSUM:]):
+        raise DamagedFileError(f"{path.name} is not as it was written")
+    return data[_CHECKSUM:]
+
+
+def _say_once(deed: str, folder: Path, error: Exception) -> None:
     """Log that files of a folder cannot be used, once in a process."""
     if (deed, folder) not in _said:
         _said.add((deed, folder))

@@ -82,7 +82,7 @@ def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = 
         function.__qualname__ = name
     compiled = _numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
     if folder is not None and name is not None:
-        compiled._cache = KernelCache(function, folder, name)
+        compiled._cache = KernelCache(folder, name)
     _labels[compiled] = label.removeprefix("rigid_envs.")
     return cast(Function, compiled)
 
@@ -144,7 +144,7 @@ class _Announcer(event.Listener):
         if started is None or (took := time.perf_counter() - started) < _SLOW:
             return
         is_kept = isinstance(dispatcher._cache, KernelCache)
-        kept = "kept for the next process" if is_kept else "not kept: no cache folder"
+        kept = "to be kept for the next process" if is_kept else "not kept: no cache folder"
         _log.info("compiled %s in %.1f s (%s)", _labels[dispatcher], took, kept)
 
 

@@ -1,30 +1,37 @@
 """Compiled code is kept in a private folder of its own sources, and is never stale."""
 
+import ctypes
 import os
+import random
 import resource
 import shutil
 import stat
 import subprocess
 import sys
+import sysconfig
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import llvmlite
 import numba
 import pytest
+from numba.core.registry import cpu_target
 
 import rigid_envs
 from rigid_envs.kernels import cache
 
 # The vertical momentum of a body, which a kernel of one file makes by `rotate` of another one.
 REPORT = """
+from rigid_envs.kernels.cache import cache_directory
 from rigid_envs.kernels.free_body import FREE_BODY
 from rigid_envs.systems import FreeBody
 
 body = FreeBody(1.0, 1.0, 1.0)
 momentum = body.invariants(body.state(omega_body=(0.0, 0.0, 3.0)))["L_world_z"]
 stats = FREE_BODY.measure_rows.stats
-print(float(momentum), sum(stats.cache_hits.values()), stats.cache_path)
+print(float(momentum), sum(stats.cache_hits.values()), cache_directory())
 """
 EDIT = """
 
@@ -117,11 +124,10 @@ def full(compiled: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(compiled, tmp_path, dirs_exist_ok=True))
 
 
-@pytest.mark.parametrize("kind", [pytest.param("nbi", marks=pytest.mark.long), "nbc"])
 @pytest.mark.parametrize("size", [300, pytest.param(0, marks=pytest.mark.long)])
-def test_a_damaged_file_is_compiled_anew(full: Path, kind: str, size: int) -> None:
-    for path in full.rglob(f"*.{kind}"):
-        path.write_bytes(path.read_bytes()[:size])
+def test_a_damaged_file_is_compiled_anew(full: Path, size: int) -> None:
+    (path,) = full.rglob("*.nbc")
+    path.write_bytes(path.read_bytes()[:size])
     done = report(full)
     assert found(done)[:2] == (3.0, 0)
     assert "compiled code cannot be read in" in done.stderr
@@ -129,12 +135,151 @@ def test_a_damaged_file_is_compiled_anew(full: Path, kind: str, size: int) -> No
     assert found(report(full))[:2] == (3.0, 1)
 
 
-def test_a_process_that_died_between_two_files_costs_a_compilation(full: Path) -> None:
-    for path in full.rglob("*.nbc"):
-        path.unlink()
-    done = report(full)
-    assert (found(done)[:2], done.stderr) == ((3.0, 0), "")
-    assert found(report(full))[:2] == (3.0, 1)
+def flip(path: Path, bit: int) -> None:
+    """Flip one bit of a file."""
+    data = bytearray(path.read_bytes())
+    data[bit // 8] ^= 1 << bit % 8
+    path.write_bytes(data)
+
+
+def bits(path: Path, count: int, seed: int) -> list[int]:
+    """Some of the bits of a file."""
+    return random.Random(seed).sample(range(8 * path.stat().st_size), count)
+
+
+def twice(x: float) -> float:
+    return x + x
+
+
+def square(x: float) -> float:
+    return x * x
+
+
+class Kept:
+    """A small kernel in a cache folder; each `load` is that of a new process."""
+
+    def __init__(self, folder: Path, function: Any = twice) -> None:
+        self._folder, self._function = folder, function
+        self.compile()
+        (self.path,) = folder.glob(f"{function.__name__}-*.nbc")
+
+    def _kernel(self) -> Any:
+        kernel = numba.njit(self._function)
+        kernel._cache = cache.KernelCache(self._folder, self._function.__name__)
+        return kernel
+
+    def compile(self) -> None:
+        """Compile the kernel, and keep it."""
+        assert self._kernel()(3.0) == self._function(3.0)
+
+    def load(self) -> Any:
+        """What is loaded from the folder."""
+        kernel = self._kernel()
+        return kernel._cache.load_overload((numba.float64,), kernel.targetctx)
+
+
+@pytest.fixture
+def said(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch) -> Callable[[], str]:
+    """What is said of files from here on, as in a new process."""
+    monkeypatch.setattr(cache, "_said", set())
+    return lambda: "\n".join(record.getMessage() for record in caplog.records)
+
+
+def test_of_200_flipped_bits_none_is_loaded_and_one_warning_says_so(
+    tmp_path: Path, said: Callable[[], str]
+) -> None:
+    kept = Kept(tmp_path)
+    assert kept.load().entry_point(3.0) == 6.0
+    for bit in bits(kept.path, 200, seed=0):
+        flip(kept.path, bit)
+        assert kept.load() is None, bit
+        flip(kept.path, bit)
+    assert said().startswith(f"compiled code cannot be read in {tmp_path} ({kept.path.name} is not")
+    assert said().count("\n") == 0
+    assert kept.load().entry_point(3.0) == 6.0
+
+
+CODEGEN = type(cpu_target.target_context.codegen())
+OTHERS = {
+    "python": (sysconfig.get_config_vars(), "EXT_SUFFIX", ".cpython-314-x86_64-linux-gnu.so"),
+    "free-threaded python": (sysconfig.get_config_vars(), "EXT_SUFFIX", ".cpython-311t-linux.so"),
+    "numba": (numba, "__version__", "0.61.0"),
+    "llvmlite": (llvmlite, "__version__", "0.44.0"),
+    "processor": (CODEGEN, "magic_tuple", lambda self: ("x86_64-linux", "znver4", "+avx512f")),
+    "optimisation": (numba.config, "OPT", 0),
+    "check of bounds": (numba.config, "BOUNDSCHECK", 1),
+}
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_code_of_another_version_or_processor_is_not_loaded_whatever_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: Callable[[], str], other: str
+) -> None:
+    kept = Kept(tmp_path)
+    place, name, value = OTHERS[other]
+    change = monkeypatch.setitem if isinstance(place, dict) else monkeypatch.setattr
+    change(place, name, value)
+    assert (kept.load(), said()) == (None, "")
+    kept.compile()
+    assert kept.load() is not None  # each has its own
+    (theirs,) = set(tmp_path.iterdir()) - {kept.path}
+    shutil.copy(kept.path, theirs)
+    assert kept.load() is None
+    assert said().startswith("compiled code cannot be read in ") and said().count("\n") == 0
+
+
+def test_nor_is_that_of_another_kernel(tmp_path: Path, said: Callable[[], str]) -> None:
+    kept = Kept(tmp_path)
+    shutil.copy(Kept(tmp_path, square).path, kept.path)
+    assert kept.load() is None
+    assert "cannot be read" in said()
+
+
+def test_code_with_addresses_of_its_process_is_not_kept(
+    tmp_path: Path, said: Callable[[], str]
+) -> None:
+    cosine = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(("cos", ctypes.CDLL(None)))
+    kernel = numba.njit(lambda x: cosine(x))
+    kernel._cache = cache.KernelCache(tmp_path, "cosine")
+    assert kernel(0.0) == 1.0
+    assert "cannot be kept" in said() and not list(tmp_path.iterdir())
+
+
+PLAYED = """
+import gymnasium, hashlib, rigid_envs
+
+env, digest = gymnasium.make("RigidEnvs/IntermediateAxis-v0"), hashlib.sha256()
+digest.update(env.reset(seed=0)[0].tobytes())
+env.action_space.seed(0)
+for _ in range(50):
+    observation, reward, *_ = env.step(env.action_space.sample())
+    digest.update(observation.tobytes() + repr(float(reward)).encode())
+print(digest.hexdigest())
+"""
+
+
+@pytest.mark.long
+def test_a_flipped_bit_in_every_file_changes_no_trajectory(tmp_path: Path) -> None:
+    def played() -> Any:
+        return subprocess.run(
+            [sys.executable, "-c", PLAYED],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+
+    whole = played()
+    files = sorted(tmp_path.rglob("*.nbc"))
+    assert len(files) == 2 and not whole.stderr
+    for seed in range(5):
+        for path in files:
+            flip(path, *bits(path, 1, seed))
+        done = played()
+        assert done.stdout == whole.stdout
+        assert done.stderr.startswith("compiled code cannot be read in ")
+        assert done.stderr.count("\n") == 1
+    assert (played().stdout, played().stderr) == (whole.stdout, "")
 
 
 def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
@@ -143,7 +288,7 @@ def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path: Path) 
     assert {found(done)[0] for done in together} == {3.0}
     assert {done.stderr for done in together} == {""}
     assert found(report(tmp_path))[:2] == (3.0, 1)
-    assert not list(tmp_path.rglob("*.tmp.*"))
+    assert not list(tmp_path.rglob(".*.tmp"))
 
 
 @pytest.mark.long
