@@ -15,7 +15,7 @@ from tests.mutations.library import LibraryCopy, all_changes
 from tests.mutations.library_equivalents import EQUIVALENTS as LIBRARY_EQUIVALENTS
 from tests.mutations.mutants import mutants_of
 from tests.mutations.operators import changes_of, sampled
-from tests.mutations.reach import PACKAGES, Reach
+from tests.mutations.reach import PACKAGES, Reach, sources
 from tests.mutations.trials import ROOT, PackageCopy
 
 SOURCE = '''
@@ -210,7 +210,8 @@ def test_a_sample_is_the_same_whatever_stands_around_it() -> None:
 def test_bugs_that_are_argued_away_are_still_in_the_library(package: str) -> None:
     keys = {change.key for change in all_changes(package)}
     assert len(keys) == len(all_changes(package))
-    ours = [e for e in LIBRARY_EQUIVALENTS if e.file.startswith(f"rigid_envs/{package}/")]
+    files = {path.relative_to(ROOT).as_posix() for path in sources(ROOT, package)}
+    ours = [equivalent for equivalent in LIBRARY_EQUIVALENTS if equivalent.file in files]
     assert {equivalent.key for equivalent in ours} <= keys
     assert all(equivalent.why for equivalent in ours)
 

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from tests.mutations.application import ROOT, Checkout
 from tests.mutations.library_equivalents import EQUIVALENTS
 from tests.mutations.operators import Change, changes_of, sampled
-from tests.mutations.reach import PACKAGES, Reach, words_for
+from tests.mutations.reach import PACKAGES, Reach, sources, words_for
 from tests.mutations.warm import WarmPython
 
 __all__ = ["LibraryCopy", "Trial", "all_changes", "main"]
@@ -90,10 +90,9 @@ class LibraryCopy(Checkout):
 
 def all_changes(package: str) -> list[Change]:
     """Every bug that can be planted in a package."""
-    paths = sorted((ROOT / "rigid_envs" / package).rglob("*.py"))
     return [
         change
-        for path in paths
+        for path in sources(ROOT, package)
         for change in changes_of(
             path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix()
         )
@@ -107,27 +106,25 @@ def main(argv: Sequence[str] | None = None) -> int:
     known = _known(options.json, options.again)
     copies = [LibraryCopy() for _ in range(options.jobs)]
     try:
-        trials = [
-            trial
+        tried = {
+            package: _try_all(package, changes, known, copies, options)
             for package, changes in chosen.items()
-            for trial in _try_all(package, changes, known, copies, options)
-        ]
+        }
     finally:
         for copy in copies:
             copy.close()
+    trials = [trial for here in tried.values() for trial in here]
     argued = {equivalent.key: equivalent.why for equivalent in EQUIVALENTS}
     print("| bug | where | noticed by |\n|---|---|---|")
     for trial in trials:
         change = trial.change
         print(f"| `{change.what}` | {_place(change)} | {_verdict(trial, argued)} |")
     print("\n| package | bugs | noticed | argued | survived |\n|---|---:|---:|---:|---:|")
-    for package in chosen:
-        here = [t for t in trials if t.change.file.startswith(f"rigid_envs/{package}/")]
+    for package, here in tried.items():
         verdicts = [_verdict(trial, argued).partition(":")[0] for trial in here]
         counts = verdicts.count("ARGUED"), verdicts.count("SURVIVED")
-        print(
-            f"| {package} | {len(here)} | {len(here) - sum(counts)} | {counts[0]} | {counts[1]} |"
-        )
+        name = package or "modules"
+        print(f"| {name} | {len(here)} | {len(here) - sum(counts)} | {counts[0]} | {counts[1]} |")
     wrong = [t for t in trials if bool(t.test) == (t.change.key in argued)]
     print(f"\n{len(trials)} bugs, {len(wrong)} not as they should.")
     return 1 if wrong else 0

@@ -13,19 +13,35 @@ from pathlib import Path
 from tests.mutations.operators import Change
 from tests.mutations.warm import Outcome, WarmPython
 
-__all__ = ["CONTRACTS", "PACKAGES", "Reach", "words_for"]
+__all__ = ["CONTRACTS", "PACKAGES", "Reach", "sources", "words_for"]
 
 PACKAGES = {
     "bodies": ("tests/bodies",),
     "analytic": ("tests/analytic",),
     "control": ("tests/control",),
     "scores": ("tests/scores", "tests/leaderboard", "tests/policies/test_published.py"),
+    "leaderboard": ("tests/leaderboard",),
+    "policies": ("tests/policies",),
+    "planning": ("tests/planning",),
+    "replays": ("tests/replays", "tests/cli/test_replay.py"),
+    "films": ("tests/films",),
+    "references": ("tests/references",),
+    "datasets": ("tests/datasets",),
+    "sb3": ("tests/sb3",),
+    "cli": ("tests/cli", "tests/test_cli.py"),
     "envs": (
         *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
         "rigid_envs/testing",
     ),
+    "": (
+        *("tests/test_checks.py", "tests/test_core.py", "tests/test_extending.py"),
+        *("tests/test_files.py", "tests/test_registry.py", "tests/test_tensorfile.py"),
+        *("tests/test_workers.py", "tests/envs", "tests/tasks/test_fields.py"),
+        *("tests/tasks/test_not_a_number.py", "tests/cli/test_compiling.py"),
+    ),
 }
-"""Packages below `rigid_envs` in which bugs are planted, and the tests of each."""
+"""Packages below `rigid_envs` in which bugs are planted, and the tests of each; "" is the modules
+that stand in no package."""
 
 CONTRACTS = ("RigidEnvs/BallParkGoal-v0", "RigidEnvs/BallGrid-v0", "RigidEnvs/IntermediateAxis-v0")
 """Ids for which the contract tests are run: one with goals, with choices, with fast motion."""
@@ -33,6 +49,12 @@ CONTRACTS = ("RigidEnvs/BallParkGoal-v0", "RigidEnvs/BallGrid-v0", "RigidEnvs/In
 _CASES = 4  # of a parametrised test, the quickest: others that reach the line seldom notice more
 _FOLDER = Path(tempfile.gettempdir()) / "rigid-envs-reach"
 _LIMIT = 1800.0  # [s] for one file; measured lines take up to twice their time
+
+
+def sources(root: Path, package: str) -> list[Path]:
+    """Source files of a package in which bugs are planted."""
+    folder = root / "rigid_envs" / package
+    return sorted(folder.rglob("*.py") if package else folder.glob("*.py"))
 
 
 def words_for(files: Iterable[str]) -> list[str]:
@@ -58,14 +80,13 @@ class Reach:
     def __init__(self, root: Path, paths: Sequence[str], python: WarmPython) -> None:
         self.seconds: dict[str, float] = {}
         self._reached: dict[str, dict[int, set[str]]] = {}
+        measured = [f"rigid_envs/{p}/**" if p else "rigid_envs/*.py" for p in PACKAGES]
         for path in _test_files(root, paths):
             file = path.relative_to(root).as_posix()
             kept = _FOLDER / f"{path.stem}-{_digest(root, path)}.json"
             if not kept.exists():
                 print(f"measuring {file}", file=sys.stderr, flush=True)
-                found = python.run(
-                    words_for([file]), _LIMIT, measured=[f"rigid_envs/{p}" for p in PACKAGES]
-                )
+                found = python.run(words_for([file]), _LIMIT, measured=measured)
                 if found.late:
                     raise RuntimeError(f"{file} takes longer than {_LIMIT:g} s")
                 for test in found.failed:
@@ -144,8 +165,7 @@ def _test_files(root: Path, paths: Sequence[str]) -> list[Path]:
 
 def _digest(root: Path, test: Path) -> str:
     """Hash of a test file and of the sources that are measured."""
-    sources = [p for name in PACKAGES for p in sorted((root / "rigid_envs" / name).rglob("*.py"))]
     whole = hashlib.sha256()
-    for path in [test, *sources]:
+    for path in [test, *(file for package in PACKAGES for file in sources(root, package))]:
         whole.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
     return whole.hexdigest()[:16]

@@ -78,7 +78,7 @@ class WarmPython:
             words: Arguments of pytest.
             limit: Time that they may take [s].
             order: Tests to run, in this order, of all that the arguments name; None for all.
-            measured: Folders of which the lines that each test reaches are noted.
+            measured: Patterns of files of which the lines that each test reaches are noted.
         """
         assert self._process.stdin is not None and self._process.stdout is not None
         request = {"words": [*_PYTEST, *words], "limit": limit, "order": order}
@@ -145,14 +145,14 @@ def _run(request: dict[str, Any]) -> Outcome:
     """Run pytest, measured if that is asked for."""
     import coverage
 
-    folders = [str(Path(folder).absolute()) for folder in request["measured"]]
-    measure = coverage.Coverage(data_file=None, config_file=False, source=folders or None)
-    seen = _Seen(request["order"], measure if folders else None)
-    if folders:
+    files = [str(Path(pattern).absolute()) for pattern in request["measured"]]
+    measure = coverage.Coverage(data_file=None, config_file=False, include=files or None)
+    seen = _Seen(request["order"], measure if files else None)
+    if files:
         measure.start()
     pytest.main(request["words"], plugins=[seen])
     reached: dict[str, dict[str, list[str]]] = {}
-    if folders:
+    if files:
         measure.stop()
         data = measure.get_data()
         for file in data.measured_files():
