@@ -44,9 +44,9 @@ def ablate(options: argparse.Namespace, rest: list[str]) -> int:
 
     records = options.records or Path(options.out) / "records"
     trainings = []
-    for part in options.parts:
+    for part in dict.fromkeys(options.parts):
         for seed in seeds_of(options.seeds):
-            for name in options.names:
+            for name in dict.fromkeys(options.names):
                 own = {"log_dir": options.out, "run_name": f"{name}_{part}_{seed}"}
                 config = ablation(name, part, seed, **own)
                 trainings.append(Training(config, records / part, N_STARTS))

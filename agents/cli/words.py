@@ -162,13 +162,18 @@ def refuse_episodes(n: int) -> None:
 
 
 def seeds_of(text: str) -> list[int]:
-    """Seeds from "0-9" or "0,2,5"."""
+    """Seeds from "0-9" or "0,2,5", each once.
+
+    Raises:
+        ConfigError: It is neither, or a range has none in it.
+    """
     found: list[int] = []
     for part in text.split(","):
-        low, _, high = part.partition("-")
-        if not (low.strip().isdecimal() and (high or low).strip().isdecimal()):
+        ends = part.split("-")
+        numbers = [int(end) for end in ends if end.strip().isdecimal()]
+        if len(numbers) != len(ends) or len(ends) > 2 or numbers[0] > numbers[-1]:
             raise ConfigError(f"--seeds = {text!r}; expected seeds as 0-9 or 0,2,5")
-        found += range(int(low), int(high or low) + 1)
+        found += range(numbers[0], numbers[-1] + 1)
     return list(dict.fromkeys(found))
 
 
