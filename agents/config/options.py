@@ -8,7 +8,6 @@ import argparse
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence
-from itertools import zip_longest
 from typing import Any
 
 from rigid_envs.errors import ConfigError
@@ -86,11 +85,13 @@ def env_keywords(rest: Sequence[str]) -> dict[str, Any]:
         ConfigError: Something else, or a value that is not YAML.
     """
     keywords: dict[str, Any] = {}
-    words = [part for word in rest for part in word.split("=", 1)]
-    for option, text in zip_longest(words[::2], words[1::2]):
+    words = iter(rest)
+    for word in words:
+        option, equals, value = word.partition("=")
         key = option.removeprefix("--")
         if not key.startswith("env_kwargs."):
             raise unknown_key(key, _fields_by_name())
+        text = value if equals else next(words, None)
         if text is None:
             raise ConfigError(f"config.{key}: expected a value after --{key}")
         keywords[key.removeprefix("env_kwargs.")] = entry_value(key, text)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from agents.config.by_algorithm import ALGORITHMS, config_from, config_to_dict
 from agents.config.entries import is_folder_name
-from agents.config.options import load_config
+from agents.config.options import entry_value, env_keywords, load_config
 from agents.config.yaml_data import dump_yaml, parse_yaml, read_yaml
 from agents.environments.factory import make
 from agents.training.algorithms import check_fit
@@ -254,6 +254,14 @@ def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path: Path)
         load_config(read_yaml(file), {}, ["--seeds", "3"])
     with pytest.raises(ValueError, match=r"^config\.env_kwargs\.dt: expected a value"):
         load_config(read_yaml(file), {}, ["--env_kwargs.dt"])
+
+
+@pytest.mark.parametrize("text", ["a=b=c", "a=", "--x=1", "{a: 'b=c'}", "1"])
+def test_a_value_of_the_task_is_all_that_stands_behind_its_name(text: str) -> None:
+    """Whatever is in it: the first "=" of a word that begins with a name is the only one."""
+    more = "--env_kwargs.more"
+    for rest in (["--env_kwargs.x", text, more, "2"], [f"--env_kwargs.x={text}", f"{more}=2"]):
+        assert env_keywords(rest) == {"x": entry_value("x", text), "more": 2}
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
