@@ -91,7 +91,8 @@ def create_run(config: Config, overwrite: bool = False) -> Run:
 
     Args:
         config: Its config; `run_name` None takes the next free number.
-        overwrite: Whether `begin` may delete an earlier run of the same name.
+        overwrite: Whether `begin` may delete an earlier run of the same name; never one that
+            stands elsewhere, to which the name is a link.
 
     Raises:
         FileExistsError: A run of this name is there.
@@ -176,12 +177,14 @@ def _renamed(hidden: Path, folder: Path) -> Path | None:
 
 def _take_over(folder: Path, overwrite: bool) -> int:
     lock = _acquire(folder)
-    is_run = (folder / "config.yaml").is_file()
+    is_run = (folder / "config.yaml").is_file() and not folder.is_symlink()
     if not _content(folder) or (overwrite and is_run):
         return lock
     os.close(lock)
     hint = (
-        f"--overwrite deletes it; --resume {folder} goes on with it" if is_run else "it is no run"
+        f"--overwrite deletes it; --resume {folder} goes on with it"
+        if is_run
+        else "it is no run, or a link to one"
     )
     raise FileExistsError(f"{folder} exists; {hint}; --run_name gives the new run another name")
 

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -83,6 +84,39 @@ def test_a_folder_that_is_no_run_is_never_deleted(tmp_path: Path) -> None:
     assert (folder / "thesis.tex").exists()
     with pytest.raises(FileNotFoundError, match="no run here"):
         open_run(folder)
+
+
+def test_what_an_overwritten_run_links_to_stays(tmp_path: Path) -> None:
+    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
+    run = create_run(config)
+    run.begin()
+    run.close()
+    (tmp_path / "kept").mkdir()
+    (run / "config.yaml").rename(tmp_path / "kept" / "config.yaml")
+    (run / "config.yaml").symlink_to(tmp_path / "kept" / "config.yaml")
+    (run / "checkpoints").symlink_to(tmp_path / "kept")
+    (run / "deep").mkdir()
+    (run / "deep" / "link").symlink_to(tmp_path / "kept")
+    (run / "nowhere").symlink_to(tmp_path / "none")
+    before = (tmp_path / "kept" / "config.yaml").read_bytes()
+    create_run(replace(config, seed=3), overwrite=True).begin()
+    assert [path.name for path in (tmp_path / "kept").iterdir()] == ["config.yaml"]
+    assert (tmp_path / "kept" / "config.yaml").read_bytes() == before
+    assert sorted(path.name for path in run.folder.iterdir()) == ["config.yaml", "run.lock"]
+    assert not (run / "config.yaml").is_symlink() and find_run(run.folder).config().seed == 3
+
+
+def test_a_run_is_not_overwritten_through_a_link_with_another_name(tmp_path: Path) -> None:
+    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
+    run = create_run(config)
+    run.begin()
+    run.close()
+    run.folder.with_name("best").symlink_to("r")
+    before = {path: path.read_bytes() for path in run.folder.iterdir()}
+    with pytest.raises(FileExistsError, match="best exists; it is no run, or a link to one"):
+        create_run(replace(config, run_name="best"), overwrite=True)
+    assert {path: path.read_bytes() for path in run.folder.iterdir()}.keys() == before.keys()
+    assert find_run(run.folder).config() == config
 
 
 def test_a_start_that_came_to_nothing_leaves_the_name_free(tmp_path: Path) -> None:
