@@ -1,6 +1,7 @@
 """The convex problem of a linearisation, against a general solver."""
 
 import numpy as np
+import pytest
 from scipy.optimize import minimize
 
 from rigid_envs.planning.limits import Limits
@@ -41,6 +42,72 @@ def test_no_other_plan_is_better():
         )  # fmt: skip
         assert value(p, k, v) <= best + 1e-4
     assert (np.abs(prices) <= p.mu[:, None]).all()
+
+
+KINDS = {
+    "disk": LIMITS,
+    "box": Limits(False, np.array([True, True, True])),
+    "box of which one side counts": Limits(False, np.array([True, False])),
+}
+
+
+def uneven(limits, n=40, r=4, t=6):
+    """Problems that have nothing in common but their sizes."""
+    rng, m = np.random.default_rng(3), len(limits.counted)
+    a = limits.clip(rng.normal(0.0, 0.7, (n, t, m)))
+    G, c = rng.normal(0.0, 1.0, (n, r, t, m)), rng.normal(0.0, 3.0, (n, r))
+    sizes = ((0.3, 1.5, (n, r)), (0.1, 1.0, n), (0.5, 5.0, n), (0.5, 8.0, n))
+    return Subproblem(limits, a, G, c, *(rng.uniform(*size) for size in sizes))
+
+
+@pytest.mark.parametrize("limits", KINDS.values(), ids=KINDS)
+def test_plans_and_prices_meet_the_conditions_of_karush_kuhn_and_tucker(limits):
+    """The problem is convex: whatever meets them is its solution."""
+    p = uneven(limits)
+    plans, prices = p.solve(np.zeros_like(p.c))
+    e = p.c + np.einsum("nrtj,ntj->nr", p.G, plans - p.a)
+    mu, slack = p.mu[:, None], np.abs(e) - p.b
+    free, spent = np.abs(prices) < 1e-9 * mu, np.abs(prices) > (1.0 - 1e-9) * mu
+    assert min(free.sum(), spent.sum(), (~free & ~spent).sum()) > 5  # each kind is there
+    assert (np.abs(prices) <= mu).all()
+    assert (slack[free] < 1e-4).all() and (slack[spent] > -1e-4).all()
+    assert (np.abs(slack[~free & ~spent]) < 1e-4).all()
+    assert (prices * e >= 0.0).all()
+    # no way from a plan within the limits goes down, given the prices
+    down = p.rho[:, None, None] * (plans - p.a) + np.einsum("nr,nrtj->ntj", prices, p.G)
+    rng = np.random.default_rng(4)
+    for _ in range(200):
+        ahead = plans + 1e-3 * (limits.clip(rng.normal(0.0, 1.5, plans.shape)) - plans)
+        paid = p.w[:, None] * (limits.length(ahead) - limits.length(plans))
+        assert (paid + (down * (ahead - plans)).sum(axis=2) > -1e-6).all()
+
+
+def test_no_problem_is_left_before_its_duality_gap_is_a_millionth_of_its_value():
+    p = uneven(LIMITS, n=400)
+    plans, prices = p.solve(np.zeros_like(p.c))
+    e = p.c + np.einsum("nrtj,ntj->nr", p.G, plans - p.a)
+    bounds = (1.0 - 1e-5) * p.b  # a plan ends so far within them
+    spent = p.w * LIMITS.length(plans).sum(axis=1)
+    spent += 0.5 * p.rho * ((plans - p.a) ** 2).sum(axis=(1, 2))
+    primal = spent + (p.mu[:, None] * np.maximum(np.abs(e) - bounds, 0.0)).sum(axis=1)
+    dual = spent + (prices * e - bounds * np.abs(prices)).sum(axis=1)
+    assert (np.abs(primal - dual) <= 1.01e-6 * np.abs(dual)).all()
+
+
+def test_the_solution_does_not_depend_on_the_prices_it_begins_with():
+    p = uneven(LIMITS)
+    first = p.solve(np.zeros_like(p.c))
+    for prices in (np.full_like(p.c, 1e3), -first[1]):
+        for one, other in zip(p.solve(prices), first, strict=True):
+            np.testing.assert_allclose(one, other, atol=1e-4)
+
+
+def test_a_violation_is_what_all_errors_have_above_their_bounds():
+    p = uneven(LIMITS)
+    e = p.c + np.einsum("nrtj,ntj->nr", p.G, -p.a)
+    above = sum(max(abs(e[0, k]) - p.b[0, k], 0.0) for k in range(p.c.shape[1]))
+    assert p.violation(np.zeros_like(p.a))[0] == pytest.approx(above)
+    assert (p._replace(b=np.full_like(p.b, 1e6)).violation(p.a) == 0.0).all()
 
 
 def test_what_can_be_met_is_met_within_the_tolerance():

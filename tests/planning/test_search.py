@@ -1,0 +1,211 @@
+"""Steps of the search for plans: what is looked at, what is kept, and when a deadline is cut."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rigid_envs.planning import Plans, least_time, shorten
+from rigid_envs.planning.descent import (
+    Rows,
+    Search,
+    axes_along,
+    condense,
+    looked_at,
+    merge,
+    take,
+)
+from rigid_envs.planning.model import Linear, Motion
+from tests.planning.test_model import model_of, some_actions
+
+PARK = "RigidEnvs/BallPark-v0"
+
+
+def test_axes_along_a_vector_are_orthonormal_and_the_first_lies_along_it():
+    rng = np.random.default_rng(0)
+    for n in (1, 2, 3):
+        e = np.concatenate([rng.normal(size=(30, n)), -np.eye(n), np.eye(n), np.zeros((1, n))])
+        axes = axes_along(e)
+        products = axes @ axes.swapaxes(1, 2)
+        np.testing.assert_allclose(products, np.broadcast_to(np.eye(n), products.shape), atol=1e-12)
+        along = np.abs((axes[:, 0] * e).sum(axis=1))
+        np.testing.assert_allclose(along, np.linalg.norm(e, axis=1), atol=1e-12)
+
+
+def test_errors_are_looked_at_at_both_ends_of_their_time_and_where_they_are_largest():
+    rng, T, groups = np.random.default_rng(1), 12, (np.arange(2), np.array([2]))
+    errors, first = rng.normal(size=(T, 5, 3)), np.array([1, 4, 9, 12, 12])
+    found = looked_at(errors, groups, first, 1, np.full(5, 0.5))
+    for row, begin in enumerate(first):
+        due = range(begin - 1, T)  # the steps after which the conditions must hold
+        sizes = [np.linalg.norm(errors[:, row, group], axis=1) for group in groups]
+        excess = sum(max(max(size[t] for t in due) - 1.0, 0.0) for size in sizes)
+        assert found.excess[row] == pytest.approx(excess)
+        looks = [*zip(found.steps[row].tolist(), found.directions[row], strict=True)]
+        seen = {(t, group) for t, d in looks for group in range(2) if d[groups[group]].any()}
+        for group, size in enumerate(sizes):
+            # the last step is none of the parts: it is looked at by itself
+            most = max(range(begin - 1, T), key=lambda t: size[t] if begin <= t < T - 1 else -1.0)
+            assert {(begin - 1, group), (T - 1, group)} <= seen
+            assert begin >= T - 1 or (most, group) in seen
+    for row in range(5):
+        for t, direction, value in zip(
+            found.steps[row], found.directions[row], found.values[row], strict=True
+        ):
+            assert np.linalg.norm(direction) == pytest.approx(1.0)
+            assert value == pytest.approx(direction @ errors[t, row])
+
+
+@pytest.mark.parametrize("size", [0.2, 0.6, 0.9, 1.0, 3.0])
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_an_error_within_its_bounds_is_within_the_tolerance(size, n):
+    """The bounds are a box in the ball of errors; what is in the box is in the ball."""
+    rng = np.random.default_rng(2)
+    e = rng.normal(size=(20, n))
+    errors = (size * e / np.linalg.norm(e, axis=1, keepdims=True))[None]
+    found = looked_at(errors, (np.arange(n),), np.full(20, 1), 1, rng.uniform(0.01, 0.5, 20))
+    corner = np.linalg.norm(found.bounds[:, :n], axis=1)
+    assert (corner <= 1.0 + 1e-12).all() and (found.bounds > 0.0).all()
+    room = found.bounds[:, 0] / np.minimum(size, 1.0)
+    assert (room >= 0.7).all()  # an error that is small enough may stay as large as it is
+    if size < 0.6:
+        assert (found.values[:, 0] <= found.bounds[:, 0]).all()
+
+
+def test_derivatives_by_all_actions_are_those_of_the_steps_one_after_another():
+    rng, T, N, n, m, q = np.random.default_rng(3), 6, 4, 3, 2, 2
+    linear = Linear(*(rng.normal(size=(T, N, *s)) for s in ((n, n), (n, m), (q, n), (q, m))))
+    steps, directions = rng.integers(0, T, (N, 5)), rng.normal(size=(N, 5, q))
+    empty = np.zeros((N, 5))
+    G = condense(linear, Rows(steps, directions, empty, empty, np.zeros(N)))
+    change = rng.normal(size=(T, N, m))
+    x, expected = np.zeros((N, n)), np.zeros((N, 5))
+    for t in range(T):
+        e = np.einsum("nij,nj->ni", linear.Ey[t], x)
+        e += np.einsum("nij,nj->ni", linear.Ea[t], change[t])
+        expected += np.where(steps == t, np.einsum("nrq,nq->nr", directions, e), 0.0)
+        x = np.einsum("nij,nj->ni", linear.A[t], x)
+        x += np.einsum("nij,nj->ni", linear.B[t], change[t])
+    np.testing.assert_allclose(np.einsum("nrtj,tnj->nr", G, change), expected, atol=1e-9)
+
+
+def merit(model, motion, price):
+    """Cost and priced excess of the errors, as the search is to lower it."""
+    length = model.limits.length(motion.actions.astype(np.float64)).sum(axis=0)
+    excess = np.zeros(model.n_rows)
+    for group in model.groups:
+        for row, begin in enumerate(model.first):
+            size = np.linalg.norm(motion.errors[begin - 1 :, row][:, group], axis=1).max()
+            excess[row] += max(size - 1.0, 0.0)
+    return model.weights * length + price * excess
+
+
+def test_a_step_is_taken_where_it_lowers_the_merit_and_nowhere_else():
+    n, T = 4, 10
+    model = model_of(PARK, n, T)
+    search = Search(model, some_actions(model, T), 2.0)
+    price = 2.0 * np.maximum(search.motion.costs, 0.1)
+    before, taken = search.motion, []
+    for _ in range(12):
+        tried = search.step()
+        lower = merit(model, tried, price) < merit(model, before, price)
+        expected = np.where(lower[:, None], tried.actions, before.actions)
+        np.testing.assert_array_equal(search.motion.actions, expected)
+        before = search.motion
+        taken.append(lower)
+    assert 0 < np.mean(taken) < 1  # both came up
+
+
+def test_a_part_of_a_search_goes_on_as_the_whole_does_in_its_rows():
+    n, T, rows = 4, 10, np.array([3, 1])
+    model = model_of(PARK, n, T)
+    search = Search(model, some_actions(model, T), 2.0)
+    for _ in range(3):
+        search.step()
+    part = search.part(rows)
+    for _ in range(2):  # the Newton steps of a row end with those of the last: not to the bit
+        tried, whole = part.step().actions, search.step().actions
+        np.testing.assert_allclose(tried, whole[:, rows], atol=1e-3)
+        here, there = part.motion, search.motion
+        np.testing.assert_allclose(here.y, there.y[:, rows], atol=1e-2)
+        np.testing.assert_allclose(here.costs, there.costs[rows], rtol=1e-2)
+    assert part.going().all() and not part.going().any()  # nothing was gained between the two
+
+
+def test_rows_of_motions_are_taken_and_merged_whole():
+    rng, T, n = np.random.default_rng(5), 3, 4
+
+    def motion():
+        shapes = ((T, n, 2), (T + 1, n, 5), (T + 1, n, 0), (T, n, 3), (n,), (n,))
+        return Motion(*(rng.normal(size=shape) for shape in shapes))
+
+    one, other = motion(), motion()
+    both = merge(np.array([True, False, True, False]), one, other)
+    for rows, source in ((np.array([2, 0]), one), (np.array([1, 3]), other)):
+        for found, expected in zip(take(both, rows), source, strict=True):
+            chosen = expected[rows] if expected.ndim == 1 else expected[:, rows]
+            np.testing.assert_array_equal(found, chosen)
+
+
+def test_a_plan_is_replaced_by_one_that_succeeds_and_costs_less_alone():
+    T, old, new = 2, np.zeros((2, 4, 1), np.float32), np.ones((2, 4, 1), np.float32)
+    plans = Plans(old.copy(), np.array([3.0, 3.0, 3.0, np.inf]))
+    found = np.zeros((T + 1, 4, 1))
+    costs, successes = np.array([2.0, 2.0, 3.0, 9.0]), np.array([True, False, True, True])
+    plans.keep(np.arange(4), Motion(new, found, found, found, costs, successes))
+    assert plans.actions[0, :, 0].tolist() == [1.0, 0.0, 0.0, 1.0]
+    assert plans.costs.tolist() == [2.0, 3.0, 3.0, 9.0]
+
+
+def test_a_plan_run_faster_comes_as_far_in_less_time():
+    T, steps, goal = 40, np.array([24.0, 24.0]), np.array([12.0, 24.0])
+    push = np.where(np.arange(T) < 12, 0.1, -0.1) * (np.arange(T) < 24)
+    found = least_time.compressed(np.repeat(push[:, None, None], 2, axis=1), steps, goal)[..., 0].T
+
+    def place(pushes):  # and speed, of a mass that is pushed in steps
+        speed = np.cumsum(pushes)
+        return [np.sum(speed - 0.5 * pushes), speed[-1]]
+
+    np.testing.assert_allclose(place(found[0]), place(push), atol=1e-12)
+    assert np.flatnonzero(found[0])[-1] == 11 and found[0][0] == pytest.approx(0.4)
+    np.testing.assert_array_equal(found[1], push)
+
+
+def deadlines(monkeypatch, first, least, n_cuts, repeat=1):
+    """The deadlines that are tried with plans of `first` steps where `least` are enough."""
+    T, n, dt, tried = 64, len(first), 0.1, []
+
+    class Timed(SimpleNamespace):
+        def part(self, rows):
+            return Timed(rows=rows)
+
+        def roll(self, actions):
+            costs = np.asarray(first) * dt * repeat
+            empty = np.zeros((T, n, 1))
+            return Motion(actions, empty, empty, empty, costs, np.ones(n, dtype=bool))
+
+    def improve(model, plan, n_rounds):
+        tried.append(dict(zip(model.rows.tolist(), model.first.tolist(), strict=True)))
+        enough = model.first >= np.asarray(least)[model.rows]
+        return Plans(plan, np.where(enough, model.first * dt * repeat, np.inf))
+
+    monkeypatch.setattr(least_time, "improve", improve)
+    model = Timed(n_rows=n, repeat=repeat, task=SimpleNamespace(dt=dt))
+    return shorten(model, np.zeros((T, n, 1)), n_cuts, 3).costs / (dt * repeat), tried
+
+
+@pytest.mark.parametrize("repeat", [1, 3])
+def test_a_deadline_that_is_met_moves_on_and_one_that_is_not_moves_half_as_far(monkeypatch, repeat):
+    costs, tried = deadlines(monkeypatch, [40.0], [22], 20, repeat)
+    assert [each[0] for each in tried] == [30, 20, 25, 20, 23, 21, 22, 21, 21]
+    assert costs == pytest.approx([22.0])
+
+
+def test_each_row_has_its_own_deadline_and_is_left_when_it_cannot_be_shorter(monkeypatch):
+    first, least = [40.0, 8.0, 1.0], [1, 8, 1]
+    costs, tried = deadlines(monkeypatch, first, least, 50)
+    assert costs == pytest.approx([1.0, 8.0, 1.0])
+    assert all(2 not in each for each in tried)  # one step cannot be fewer
+    assert [each[1] for each in tried if 1 in each] == [6, 7, 7]
+    assert min(each[0] for each in tried if 0 in each) == 1
+    assert deadlines(monkeypatch, first, least, 2)[0] == pytest.approx([20.0, 8.0, 1.0])
