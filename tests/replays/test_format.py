@@ -181,6 +181,19 @@ def test_wrong_content_is_refused_by_name(message: str, file: Path, tmp_path: Pa
         load_replay(changed(file, tmp_path / "changed.npz", CHANGES[message]))
 
 
+@pytest.mark.parametrize("k", [1, 3, 6])
+@pytest.mark.parametrize("step", [0.0, -0.05, -1.0])
+def test_times_that_stand_still_or_go_back_are_refused(
+    k: int, step: float, file: Path, tmp_path: Path
+) -> None:
+    def change(arrays: Arrays) -> None:
+        times = arrays["0/times"]
+        times[k:] += times[k - 1] + step - times[k]  # all others go on as they did
+
+    with pytest.raises(DamagedFileError, match="0/times do not increase"):
+        load_replay(changed(file, tmp_path / "changed.npz", change))
+
+
 def test_a_missing_file_is_a_missing_file(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         load_replay(tmp_path / "none.npz")

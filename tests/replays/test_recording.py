@@ -94,6 +94,31 @@ def test_rows_of_a_vector_environment_are_recorded_as_single_ones(mode: Autorese
         assert same_bits(one, other) and one.truncated == other.truncated
 
 
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_a_masked_reset_ends_the_recordings_of_its_rows_alone(mode: AutoresetMode) -> None:
+    vector: Any = gym.make_vec(PARK, 4, autoreset_mode=mode, max_episode_steps=9)
+    envs = RecordRows(vector, rows=(0, 1, 3))
+    envs.action_space.seed(0)
+    envs.reset(seed=0)
+    seen: list[list[Any]] = [[] for _ in range(4)]  # states of the episodes of each row
+    for chosen in ((0, 1, 2, 3), (0, 2), (1, 2), (2,)):
+        if len(chosen) < 4:
+            envs.reset(options={"reset_mask": np.isin(np.arange(4), chosen)})
+        for row in chosen:
+            seen[row].append([vector.unwrapped.y[row]])
+        for _ in range(2):
+            envs.step(envs.action_space.sample())
+            for row in range(4):
+                seen[row][-1].append(vector.unwrapped.y[row])
+    episodes = iter(envs.replay().episodes)
+    for row, lengths in ((0, [2, 6]), (1, [4, 4]), (3, [8])):
+        for n, states in zip(lengths, seen[row], strict=True):
+            episode = next(episodes)
+            assert len(episode) == n and not episode.truncated
+            assert np.array_equal(episode.y, states)
+    assert next(episodes, None) is None
+
+
 def test_the_first_episode_of_each_row_can_be_recorded_alone(tmp_path: Path) -> None:
     vector: Any = gym.make_vec(PARK, 2, max_episode_steps=3, autoreset_mode="SameStep")
     envs = RecordRows(vector, rows=(0, 1), file=tmp_path / "rows.npz", first=1)

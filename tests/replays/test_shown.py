@@ -1,5 +1,7 @@
 """What a page is made of: plotted quantities, moments within steps, insets."""
 
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import gymnasium as gym
@@ -9,7 +11,7 @@ import pytest
 from rigid_envs import ENVIRONMENTS, rotations
 from rigid_envs.replays import Episode, RecordReplay, Replay, play_again
 from rigid_envs.replays.curves import conservation_errors, curves, is_driven
-from rigid_envs.replays.inbetween import moments
+from rigid_envs.replays.inbetween import moment_at, moments
 from rigid_envs.replays.insets import insets
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import Task
@@ -84,6 +86,31 @@ def test_moments_of_steps_are_exact_and_those_between_lie_on_the_motion(
     q = np.array([moment.y[:4] for moment in path])
     # a constant axis within a step of 0.1 s is off by the square of the angle that it moves
     assert rotations.distance(rotations.normalize(q), exact["q"]).max() < 2e-3
+
+
+def test_success_is_shown_when_its_step_is_made_and_not_while_it_is_going_on(
+    free: tuple[Task, Episode],
+) -> None:
+    task, episode = free
+    rng = np.random.default_rng(0)
+    won, rewards = rng.random(len(episode)) < 0.5, rng.random(len(episode))
+    assert {(False, True), (True, False), (True, True)} <= {*pairwise(won.tolist())}
+    episode = replace(episode, success=won, rewards=rewards)
+    path = moments(task, episode, 10_000)
+    n = (len(path) - 1) // len(episode)
+    for k, moment in enumerate(path):
+        step, between = divmod(k, n)
+        assert moment.success == (step > 0 and won[step - 1])
+        # but what the step does is shown from its beginning on
+        shown = rewards[step] if between else rewards[step - 1] if step else 0.0
+        assert moment.reward == shown
+        time = (step + between / n) * task.dt
+        assert moment.time == pytest.approx(time)
+        film = moment_at(task, episode, time)
+        assert (film.success, film.reward) == (moment.success, moment.reward)
+        assert film.y == pytest.approx(moment.y, abs=1e-9)
+    late = moment_at(task, episode, 1.5 * len(episode) * task.dt)
+    assert late.success == won[-1] and np.array_equal(late.y, episode.y[-1])
 
 
 def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense() -> None:
