@@ -12,8 +12,6 @@ from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.films import SUFFIXES, write_film
 
-pytestmark = pytest.mark.long  # see .ci/run
-
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 Image = pytest.importorskip("PIL.Image")
 
@@ -113,7 +111,11 @@ def test_a_gif_leaves_pictures_out_above_50_a_second(tmp_path: Path) -> None:
     assert read_animation(film.path)[1][-1] == pytest.approx(0.3, abs=0.011)
 
 
-@pytest.mark.parametrize("suffix", [".gif", ".webp"])
+# to look for a palette takes long
+GIF = pytest.param(".gif", marks=pytest.mark.long)
+
+
+@pytest.mark.parametrize("suffix", [GIF, ".webp"])
 def test_max_bytes_lowers_the_quality_and_says_so_but_not_the_duration(
     tmp_path: Path, suffix: str
 ) -> None:
@@ -127,7 +129,7 @@ def test_max_bytes_lowers_the_quality_and_says_so_but_not_the_duration(
     assert times[-1] == pytest.approx(best.duration, abs=0.011)
 
 
-@pytest.mark.parametrize("suffix", [".gif", ".webp"])
+@pytest.mark.parametrize("suffix", [GIF, ".webp"])
 def test_max_bytes_that_cannot_be_met_is_refused_with_the_least_size(
     tmp_path: Path, suffix: str
 ) -> None:
@@ -202,6 +204,7 @@ def test_without_the_extra_it_says_what_to_install(
         write_film(tmp_path / f"a{suffix}", moving_square(), FPS)
 
 
+@pytest.mark.long
 def test_importing_films_imports_no_renderer() -> None:
     code = (
         "import sys, rigid_envs.films; "

@@ -54,6 +54,15 @@ def test_what_is_driven_has_changes_and_what_is_free_has_errors(
     assert [c.title for c in curves(task, pushed, True)][2:4] == ["Energy change", "|L| change"]
 
 
+def test_one_input_in_one_step_drives_an_episode(free: tuple[Task, Episode]) -> None:
+    _, episode = free
+    for name in ("u", "applied"):
+        pushed = np.zeros_like(getattr(episode, name))
+        assert not is_driven(replace(episode, **{name: pushed}))
+        pushed[3, 1] = 1e-9
+        assert is_driven(replace(episode, **{name: pushed}))
+
+
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_every_environment_has_curves_of_every_moment_or_step(env_id: str) -> None:
     env = RecordReplay(gym.make(env_id))
@@ -146,6 +155,28 @@ def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free: tuple[Task, Episo
         # the tangent plane there is horizontal
         normal = rotations.rotate(pose.q, on_sphere / np.array(pose.scale))
         assert np.allclose(normal[:2] / normal[2], 0.0, atol=1e-6)
+
+
+def test_the_polhode_of_a_driven_body_lies_on_its_inertia_ellipsoid(
+    free: tuple[Task, Episode],
+) -> None:
+    """On ``rho . I rho = 1``, along omega, in units of the largest semi-axis."""
+    task, episode = free
+    system: Any = task.system(episode.parameters)
+    (panel,) = insets(system, moments(task, episode, 1), driven=True)
+    semi = np.sqrt(system.moments.min() / system.moments)
+    for frame, y in zip(panel.frames, episode.y, strict=True):
+        assert np.allclose(frame.poses["ellipsoid"].scale, semi)
+        on_sphere = np.asarray(frame.points["polhode"])
+        assert np.linalg.norm(on_sphere) == pytest.approx(1.0, abs=0.011)  # lifted, to be seen
+        across = np.cross(semi * on_sphere, y[4:7])
+        assert np.linalg.norm(across) < 1e-9 * np.linalg.norm(y[4:7])
+    at_rest = episode.y[:1] * [1, 1, 1, 1, 0, 0, 0]
+    still = [replace(moment, y=y) for moment, y in
+             zip(moments(task, episode, 1), [at_rest[0], *episode.y[1:]], strict=True)]  # fmt: skip
+    (panel,) = insets(system, still, driven=False)
+    points = np.array([frame.points["polhode"] for frame in panel.frames])
+    assert np.isnan(points[0]).all() and np.isfinite(points[1:]).all()
 
 
 def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, Episode]) -> None:

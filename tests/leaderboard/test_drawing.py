@@ -1,0 +1,71 @@
+"""The plot of the leaderboard shows each efficiency, with its interval, at its place."""
+
+import numpy as np
+import pytest
+
+from rigid_envs.leaderboard.drawing import draw
+from rigid_envs.leaderboard.rows import Row
+from rigid_envs.leaderboard.style import look
+from rigid_envs.scores.result import Estimate
+
+pytest.importorskip("matplotlib")
+
+
+def row(env_id: str, policy: str, *efficiency: float) -> Row:
+    """A row of which the plot shows nothing but the efficiency."""
+    known = Estimate(*efficiency) if efficiency else None
+    means = (np.nan, np.nan, np.nan)
+    return Row(f"RigidEnvs/{env_id}-v0", policy, Estimate(1, 1, 1), known, None, means, None, "")
+
+
+@pytest.fixture
+def rows() -> list[Row]:
+    """Of three ids; one row has no efficiency."""
+    return [
+        row("BallPark", "shortest_path", 0.9, 0.8, 0.95),
+        row("BallPark", "ppo", 0.7, 0.65, 0.72),
+        row("BallPark", "random"),
+        row("Detumble", "ppo", 0.6, 0.5, 0.65),
+        row("Detumble", "riccati", 0.4, 0.3, 0.45),
+        row("CoinPark", "zero", 0.0, 0.0, 0.1),
+    ]
+
+
+def test_every_row_has_its_point_and_its_interval_beside_the_name_of_its_id(
+    rows: list[Row],
+) -> None:
+    figure = draw(rows)
+    (axes,) = figure.axes
+    ids = list(dict.fromkeys(row.env_id for row in rows))
+    assert [label.get_text() for label in axes.get_yticklabels()] == [
+        env_id.split("/")[-1] for env_id in ids
+    ]
+    places = dict(zip(ids, axes.get_yticks(), strict=True))
+    points = [tuple(point) for line in axes.lines for point in line.get_xydata()]
+    ends = [path for lines in axes.collections for path in lines.get_segments()]
+    told = [row for row in rows if row.efficiency is not None]
+    assert len(points) == len(ends) == len(told) == len(rows) - 1
+    for row in told:
+        estimate = row.efficiency
+        assert estimate is not None
+        near = [(x, y) for x, y in points if abs(y - places[row.env_id]) < 0.3]
+        assert any(x == estimate.mean for x, _ in near)
+        assert any(
+            np.allclose(line[:, 0], [estimate.low, estimate.high])
+            and abs(line[0, 1] - places[row.env_id]) < 0.3
+            for line in ends
+        )
+    assert len({y for _, y in points}) == len(points)  # no point hides another
+
+
+def test_policies_are_told_from_one_another_and_named_in_the_legend(rows: list[Row]) -> None:
+    (axes,) = draw(rows).axes
+    legend = axes.get_legend()
+    assert legend is not None
+    names = [text.get_text() for text in legend.get_texts()]
+    assert "reference controller" in names and len(set(names)) == len(names) == len(axes.lines)
+    assert {(line.get_color(), line.get_marker()) for line in axes.lines} == {
+        look(k) for k in range(len(names))
+    }
+    low, high = axes.get_xlim()
+    assert low < 0.0 and high > 1.0
