@@ -155,6 +155,7 @@ def f(x: "1 + 1", y=-1) -> "2 * 2":
         y += 2.0
         g(min(x, y))
     assert x == 10
+    Camera(1.0, y + 1)
     return any(y) if x else x - y
 
 
@@ -182,10 +183,11 @@ def test_plain_python_has_these_bugs_and_no_others() -> None:
         ("f", 18, "2.0 -> 4.0"),
         ("f", 19, "g(min(x, y)) -> pass"),
         ("f", 19, "min(x, y) -> max(x, y)"),
-        ("f", 21, "any(y) -> all(y)"),
-        ("f", 21, "if x -> if False"),
-        ("f", 21, "if x -> if True"),
-        ("f", 21, "x - y -> x + y"),
+        ("f", 21, "Camera(1.0, y + 1) -> pass"),
+        ("f", 22, "any(y) -> all(y)"),
+        ("f", 22, "if x -> if False"),
+        ("f", 22, "if x -> if True"),
+        ("f", 22, "x - y -> x + y"),
     ]
 
 

@@ -1,6 +1,7 @@
 """Mutants of plain Python: each changes one operator, condition, number, call or sign.
 
-What is only read by people is left alone: texts, annotations, error messages, `__repr__`.
+What is only read by people is left alone: texts, annotations, error messages, `__repr__`, and how
+the parts of a scene look.
 """
 
 import ast
@@ -22,6 +23,7 @@ _OTHER |= {new: old for old, new in _OTHER.items()}
 _TEXTS = (ast.JoinedStr, ast.List, ast.ListComp, ast.Tuple)
 _LAYOUT = ("__repr__", "__str__")
 _SKIPPED = (ast.Assert, ast.Raise, ast.Import, ast.ImportFrom, ast.JoinedStr, ast.pattern)
+_LOOKS = ("Arrow", "Camera", "Floor", "Part", "Trace")
 _CHECKS = ("require",)  # of their arguments only the first is no text for people
 _WIDEST = 72  # characters of an expression that are shown
 
@@ -238,6 +240,8 @@ class _Finder(ast.NodeVisitor):
     def visit_Call(self, node: ast.Call) -> None:
         """The other end of an order, or of a quantifier."""
         name = node.func
+        if isinstance(name, ast.Name) and name.id in _LOOKS:
+            return
         if isinstance(name, ast.Name) and name.id in _OTHER:
             self._put(node, ast.Call(ast.Name(_OTHER[name.id]), node.args, node.keywords))
         elif isinstance(name, ast.Attribute) and name.attr in _OTHER:
