@@ -8,6 +8,7 @@ and are read by name.
 =================  =================================================================
 `compiler`         the decorators by which functions are compiled
 `cache`            storage of compiled code on disk, and its key
+`numba_version`    the versions of numba that they are tested with
 `rows`             memory layout of rows, and the integration loop over them
 `elementary`       fma, sincos, atan2, cbrt, log
 `algebra`          vectors and quaternions as tuples
@@ -28,3 +29,7 @@ and are read by name.
 `episode`          definition of a task: functions of one row, compiled into step and reset
 =================  =================================================================
 """
+
+from rigid_envs.kernels import numba_version
+
+numba_version.check()
