@@ -6,6 +6,7 @@ import importlib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from rigid_envs.checks import printable, require
 from rigid_envs.envs.arguments import new_task
 from rigid_envs.errors import ConfigError
 from rigid_envs.registry import ENVIRONMENTS
@@ -18,6 +19,7 @@ __all__ = [
     "checked_id",
     "families",
     "full_id",
+    "id_in_file",
     "one_of_each",
     "task_of",
 ]
@@ -84,6 +86,19 @@ def checked_id(env_id: str) -> str:
         f"env_id = {env_id!r}; expected the id of an environment: did you mean {known[near]!r}? "
         "`rigid-envs list` shows all of them"
     )
+
+
+def id_in_file(env_id: Any) -> str:
+    """The id that a file names, without a module: nothing is imported because a file says so.
+
+    Args:
+        env_id: What the file has; "module:id" of an environment of another package.
+
+    Raises:
+        ValueError: no text that can be shown.
+    """
+    require(isinstance(env_id, str), env_id, "env_id", "the id of an environment")
+    return str(printable(env_id, "env_id")).rpartition(":")[2]
 
 
 def task_of(env_id: str, config: Mapping[str, Any] | None = None) -> Task:

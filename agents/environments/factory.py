@@ -1,4 +1,4 @@
-"""Environments by id, as data names them: nothing is imported because a file says so."""
+"""Environments by id, as data names them: no file and no option says what code is run."""
 
 from __future__ import annotations
 
@@ -11,11 +11,18 @@ import gymnasium as gym
 from gymnasium import spaces
 from gymnasium.vector import VectorEnv
 
-import rigid_envs  # noqa: F401, registers the environments
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.catalogue import task_of
 from rigid_envs.errors import ConfigError
 from rigid_envs.settings import refusal
 
 __all__ = ["make", "part_for"]
+
+_NO_SETTINGS = (
+    *("id", "num_envs", "vectorization_mode", "vector_kwargs", "wrappers"),  # of gym.make_vec
+    *("autoreset_mode", "render_mode"),
+)
+"""Keywords that say how an environment is made, and not what it is."""
 
 
 def make(
@@ -25,7 +32,7 @@ def make(
 
     Args:
         env_id: A registered id; `module:id` only of a module that is imported already.
-        env_kwargs: Hyperparameters of its task.
+        env_kwargs: Hyperparameters of its task, and nothing else that a constructor takes.
         num_envs: Number of rows.
         entry: Config entry that a refusal of a hyperparameter names.
 
@@ -47,6 +54,7 @@ def make(
             f"did you mean {', '.join(map(repr, close))}?",
         )
     try:
+        _refuse_others(name, env_kwargs)
         return gym.make_vec(
             name,
             num_envs=num_envs,
@@ -60,6 +68,21 @@ def make(
         nested = why.startswith("config.")
         why = prefix + why[7:] if nested else f"config.{entry}: {why}"
         raise ConfigError(why) from error
+
+
+def _refuse_others(env_id: str, env_kwargs: Mapping[str, Any]) -> None:
+    """Refuse what is no setting: code, wrappers, windows.
+
+    Raises:
+        ConfigError: "config.<key>: ...".
+    """
+    if env_id in ENVIRONMENTS:
+        task_of(env_id, env_kwargs)
+        return
+    registered = gym.registry[env_id].kwargs  # of one of our classes, its task is code
+    for key in (*_NO_SETTINGS, *({"task"} & registered.keys())):
+        if key in env_kwargs:
+            raise refusal(key, env_kwargs[key], f"no such key: it is no setting of {env_id}")
 
 
 def part_for(env_kwargs: Mapping[str, Any], space: spaces.Space[Any]) -> str | None:

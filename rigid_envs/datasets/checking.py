@@ -6,8 +6,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import gymnasium as gym
 import numpy as np
 
+from rigid_envs.catalogue import checked_id, id_in_file, task_of
 from rigid_envs.datasets.collecting import INFOS
 from rigid_envs.datasets.database import check_name, database, minari_of
 from rigid_envs.files import DamagedFileError
@@ -31,7 +33,7 @@ class Check(NamedTuple):
 
 
 def check(name: str, folder: Path | None = None) -> Check:
-    """Play every episode again: its actions, from its seed, in the environment that is recovered.
+    """Play every episode again: its actions, from its seed, in the environment that it names.
 
     Args:
         name: Of a data set that `write` has written.
@@ -49,7 +51,7 @@ def check(name: str, folder: Path | None = None) -> Check:
     origin = dataset.storage.metadata.get("rigid_envs")
     if origin is None:
         raise DamagedFileError(f"{name}: expected a data set that `rigid-envs dataset` has written")
-    env = dataset.recover_environment()
+    env = _environment(name, origin)
     told = dataset.storage.get_episode_metadata(dataset.episode_indices)
     differences = []
     for episode, about in zip(dataset.iterate_episodes(), told, strict=True):
@@ -60,6 +62,20 @@ def check(name: str, folder: Path | None = None) -> Check:
     if differences and origin["kernel_hash"] != kernel_hash():
         differences.append(f"written with kernels {origin['kernel_hash']}; these: {kernel_hash()}")
     return Check(dataset.total_episodes, dataset.total_steps, differences)
+
+
+def _environment(name: str, origin: Mapping[str, Any]) -> Any:
+    """The environment of a data set, from id and settings: Minari's own entry could name any code.
+
+    Raises:
+        DamagedFileError: An id that is not registered, or what is no setting of it.
+    """
+    try:
+        env_id, settings = checked_id(id_in_file(origin["env_id"])), dict(origin["env_kwargs"])
+        task_of(env_id, settings)
+    except (LookupError, TypeError, ValueError) as error:
+        raise DamagedFileError(f"{name}: {error}; write it anew: rigid-envs dataset") from error
+    return gym.make(env_id, **settings)
 
 
 def _differences(env: Any, episode: Any, seed: int) -> Iterator[str]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import gymnasium as gym
 
+from rigid_envs.catalogue import task_of
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.replays import Episode, play_again
@@ -61,6 +62,7 @@ def play_episode(
         config: Hyperparameters of the task.
         label: Who acts.
     """
+    task_of(env_id, config)  # refuses what is no setting
     envs: Any = gym.make_vec(
         env_id,
         num_envs=1,

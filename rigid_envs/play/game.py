@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.catalogue import checked_id
+from rigid_envs.catalogue import checked_id, task_of
 from rigid_envs.films.playing import figure, play_episode
 from rigid_envs.moment import Moment
 from rigid_envs.registry import ENVIRONMENTS
@@ -64,8 +64,8 @@ class Game:
     def __init__(self, env_id: str, seed: int = 0, config: Mapping[str, Any] | None = None) -> None:
         """Begin the first episode."""
         self.env_id, self._config = checked_id(env_id), dict(config or {})
+        self.task: Task = task_of(self.env_id, self._config)  # refuses what is no setting
         self._env: Any = gym.make(self.env_id, disable_env_checker=True, **self._config)
-        self.task: Task = self._inner.task
         self.episodes: list[Episode] = []
         self._actions: list[npt.NDArray[Any]] = []
         self._ends = (False, False)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_envs.catalogue import SEEN
+from rigid_envs.catalogue import SEEN, id_in_file
+from rigid_envs.checks import printable
 from rigid_envs.kernels.network import ACTIVATIONS
 from rigid_envs.policies.arrays import HEADS, check_others, weights_of
 
@@ -18,6 +19,8 @@ __all__ = ["N_ROTATIONS", "StoredPolicy"]
 N_ROTATIONS = 18
 """Numbers that a layer of relative rotations adds to its inputs."""
 
+_SHOWN = ("algo", "env_kwargs", "versions", "git_commit", "kernel_hash")
+
 
 class StoredPolicy(abc.ABC):
     """A multilayer perceptron from observations to actions.
@@ -25,6 +28,7 @@ class StoredPolicy(abc.ABC):
     Attributes:
         document: JSON values: `algo`, `env_id`, `env_kwargs`, `seed`, `timesteps`, `network`,
             `spaces`, `versions`, `git_commit`, ...
+        env_id: The environment that it was trained on, as it is registered.
         arrays: `layers.<k>.weight`, `layers.<k>.bias`; what the head of the network needs; if
             observations are normalised `observation.mean`, `observation.var`.
         n_obs: Numbers of an observation.
@@ -45,6 +49,9 @@ class StoredPolicy(abc.ABC):
             ValueError, LookupError, TypeError: They do not fit together.
         """
         self.document = dict(document)
+        self.env_id = id_in_file(document["env_id"])
+        for name in _SHOWN:
+            printable(document.get(name), name)
         self.arrays = {key: np.array(value) for key, value in arrays.items()}
         network = document["network"]
         self.activation = _one_of(ACTIVATIONS[1:], network["activation"], "activation")
@@ -58,11 +65,6 @@ class StoredPolicy(abc.ABC):
             self._clip, self._epsilon = float(network["clip"]), float(network["epsilon"])
         last: tuple[int, int] = weights[-1].shape
         check_others(self.arrays, self.head, last, self.n_obs if self._normalized else None)
-
-    @property
-    def env_id(self) -> str:
-        """The environment that it was trained on."""
-        return str(self.document["env_id"])
 
     @property
     def env_kwargs(self) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.catalogue import id_in_file
 from rigid_envs.files import DamagedFileError, read_json
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.efficiency import Cost
@@ -70,7 +71,7 @@ def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
     if len(lengths) != 1:
         raise ValueError(f"starts: numbers of entries {sorted(lengths)}; expected one for all")
     found = Evaluation(
-        env_id=row["env_id"],
+        env_id=id_in_file(row["env_id"]),
         policy=row["algo"],
         config=row["config"],
         seed=row["test_seed"],

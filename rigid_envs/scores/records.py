@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.catalogue import task_of
+from rigid_envs.catalogue import id_in_file, task_of
+from rigid_envs.checks import printable
 from rigid_envs.files import DamagedFileError, lined_json, read_json, write_atomic
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.scores.best import best_known
@@ -188,8 +189,9 @@ def read_record(file: Path) -> Record:
         successes = np.array([{"0": False, "1": True}[won] for won in data["successes"]])
         if not len(costs) == len(successes) == about["starts"] or not np.isfinite(costs).all():
             raise ValueError("costs, successes: expected a number and 0 or 1 for each start")
-        own = {key: data[key] for key in _PLAIN}
-        return Record(**own, settings=about["settings"], successes=successes, costs=costs)
+        own = {key: data[key] for key in _PLAIN} | {"settings": about["settings"]}
+        own = printable(own, "record") | {"env_id": id_in_file(data["env_id"])}
+        return Record(**own, successes=successes, costs=costs)
     except (KeyError, TypeError, ValueError) as error:
         why = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise DamagedFileError(f"{file}: {why}; write it anew") from error

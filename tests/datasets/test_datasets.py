@@ -1,5 +1,6 @@
 """Data sets load with Minari, play again to the bit, and are there whole or not at all."""
 
+import json
 import shlex
 import sys
 from pathlib import Path
@@ -217,6 +218,27 @@ def test_what_cannot_be_is_refused_in_one_line(
     told = capsys.readouterr().err
     assert message in told and len(told.splitlines()) == 1
     assert not root.exists() or not list(root.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"), [({"task": "trap:Code"}, "config.task: unknown key"), (3, "not iterable")]
+)
+def test_code_that_a_data_set_names_is_not_run(
+    settings: Any, said: str, root: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    (root.parent / "trap.py").write_text("raise SystemExit('run')")
+    monkeypatch.syspath_prepend(root.parent)
+    file = root / datasets.write("Detumble", "random", 1) / "data/metadata.json"
+    about = json.loads(file.read_text())
+    about["env_spec"] = about["env_spec"].replace("rigid_envs.envs:RigidEnv", "trap:Code")
+    file.write_text(json.dumps(about))
+    name = file.parents[1].relative_to(root).as_posix()
+    assert "trap:Code" in about["env_spec"]
+    assert main(["dataset", "--check", name]) == 0  # of its own environment, not of Minari's entry
+    about["rigid_envs"]["env_kwargs"] = settings
+    file.write_text(json.dumps(about))
+    assert main(["dataset", "--check", name]) == 2
+    assert said in capsys.readouterr().err and "trap" not in sys.modules
 
 
 def test_one_that_is_there_or_not_there_is_refused(root: Path, capsys: Capture) -> None:

@@ -11,6 +11,7 @@ import pytest
 from tests.loading.bombs import BOMBS
 from tests.loading.payloads import changed, harmful
 from tests.loading.readers import READERS
+from tests.loading.trapped import ENTRIES, NAMED
 
 N = 112  # changed files of each kind: more than 1000 together
 
@@ -62,3 +63,20 @@ def test_bombs_are_refused_before_they_take_memory_or_time():
         assert end != "read", name
         assert seconds < 5.0, (name, seconds)  # 0.3 s; this machine may do other things beside
         assert grown < 256.0, (name, grown)
+
+
+@pytest.fixture(scope="module")
+def trapped():
+    return said_by("tests.loading.trapped")
+
+
+@pytest.mark.parametrize("kind", NAMED)
+@pytest.mark.parametrize("entry", ENTRIES)
+def test_code_that_a_file_names_is_not_even_looked_for(trapped, entry, kind):
+    told = trapped[f"{entry}: {kind}"]
+    assert not told["ran"] and told["found"] == [], told
+
+
+def test_code_that_a_users_own_call_names_is_run(trapped):
+    told = trapped["gym.make"]
+    assert told["ran"] and told["found"]

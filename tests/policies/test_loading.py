@@ -124,3 +124,33 @@ print(policy.predict(np.zeros(policy.n_obs))[0].tolist())
     assert done.returncode == 0, done.stderr
     policy = rigid_envs.load(file)
     assert json.loads(done.stdout) == policy.predict(np.zeros(policy.n_obs))[0].tolist()
+
+
+STEERING = "PPO\x1b]0;owned\x07"
+
+
+@pytest.mark.parametrize(
+    "says",
+    [
+        {"algo": STEERING},
+        {"env_id": STEERING},
+        {"env_kwargs": {"frame": STEERING}},
+        {"versions": {STEERING: "1"}},
+        {"git_commit": "a\n| forged | row |"},
+    ],
+)
+def test_text_of_a_policy_that_would_steer_a_terminal_is_refused(
+    tmp_path: Path, says: dict[str, Any]
+) -> None:
+    document, arrays = example()
+    save_tensors(tmp_path / "policy.safetensors", arrays, document | says)
+    with pytest.raises(DamagedFileError, match="can be printed") as refused:
+        rigid_envs.load(tmp_path)
+    assert str(refused.value).isprintable()
+
+
+def test_the_id_of_a_policy_is_one_that_is_registered_already(tmp_path: Path) -> None:
+    document, arrays = example()
+    document["env_id"] = f"trap:{document['env_id']}"
+    save_tensors(tmp_path / "policy.safetensors", arrays, document)
+    assert rigid_envs.load(tmp_path).env_id == "RigidEnvs/BallPark-v0"

@@ -37,3 +37,12 @@ def test_records_of_other_formats_and_starts_are_refused(
     file.write_text(json.dumps(data))
     with pytest.raises(DamagedFileError, match="format, version, seed = "):
         read_record(file)
+
+
+@pytest.mark.parametrize("key", ["policy", "algo", "provenance", "env_id"])
+def test_text_that_would_forge_a_row_of_a_page_is_refused(key: str, tmp_path: Path) -> None:
+    file = tmp_path / "record.json"
+    write_record(file, published_record(published()[0]))
+    file.write_text(json.dumps(json.loads(file.read_text()) | {key: "ppo |\n| forged"}))
+    with pytest.raises(DamagedFileError, match="can be printed"):
+        read_record(file)

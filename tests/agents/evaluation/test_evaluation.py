@@ -3,9 +3,11 @@
 import csv
 import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -154,6 +156,28 @@ def test_written_results_can_be_recomputed_from_the_episodes(tmp_path: Path) -> 
     assert np.mean([float(each["return"]) for each in rows]) == row["policy"]["return_mean"]
 
 
+NO_SETTINGS = {
+    "render_mode": "human",
+    "wrappers": ["a:b"],
+    "num_envs": 3,
+    "autoreset_mode": "Disabled",
+    "vectorization_mode": "sync",
+    "vector_kwargs": {},
+}
+
+
+@pytest.fixture(autouse=True)
+def raw() -> Iterator[None]:
+    """An environment of our class that is not registered by `rigid_envs.register`."""
+    gym.register(
+        "Raw-v0",
+        vector_entry_point="rigid_envs.envs:RigidVectorEnv",
+        kwargs={"task": "rigid_envs.tasks:Detumble"},
+    )
+    yield
+    del gym.registry["Raw-v0"]
+
+
 @pytest.mark.parametrize(
     ("env_id", "kwargs", "message"),
     [
@@ -162,6 +186,17 @@ def test_written_results_can_be_recomputed_from_the_episodes(tmp_path: Path) -> 
         ("CartPole-v2", {}, r"^config\.env_id: .*did you mean 'CartPole-v1'"),
         ("Drift-v0", {"noise": 7}, r"^config\.env_kwargs\.noise: expected a number in \[0, 1\]"),
         ("Drift-v0", {"nose": 7}, r"^config\.env_kwargs: .*nose"),
+        *(
+            (env_id, {key: value}, rf"^config\.env_kwargs\.{key}: ")
+            for env_id in ("Drift-v0", "RigidEnvs/Detumble-v0")
+            for key, value in NO_SETTINGS.items()
+        ),
+        (
+            "RigidEnvs/Detumble-v0",
+            {"task": "rigid_envs.tasks:Detumble"},
+            r"^config\.env_kwargs\.task",
+        ),
+        ("Raw-v0", {"task": "rigid_envs.tasks:Reorient"}, r"^config\.env_kwargs\.task"),
     ],
 )
 def test_an_environment_that_cannot_be_is_refused_by_key(
