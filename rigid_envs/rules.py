@@ -145,7 +145,7 @@ class Flag:
 
 @dataclass(frozen=True)
 class Text:
-    """A string that passes a test; `words` says which."""
+    """A string of one line that can be printed and passes a test; `words` says which."""
 
     text: str
     words: str
@@ -158,7 +158,7 @@ class Text:
 
     def check(self, value: Any) -> str:
         """The string itself."""
-        if not (isinstance(value, str) and self.test(value)):
+        if not (isinstance(value, str) and value.isprintable() and self.test(value)):
             raise ValueError
         return value
 

@@ -17,7 +17,6 @@ __all__ = ["episodes_from", "row_names"]
 Arrays = Mapping[str, npt.NDArray[Any]]
 
 _FLAGS = ("terminated", "truncated")
-_LABEL_LIMIT = 200  # characters
 
 
 def row_names(task: Task) -> dict[str, list[str]]:
@@ -58,8 +57,6 @@ def _episode(task: Task, k: int, entry: Any, arrays: Arrays, parts: Arrays) -> E
     if not isinstance(entry, dict) or set(entry) != {"label", *_FLAGS}:
         raise ValueError(f"{place} = {entry!r:.100}; expected label, terminated and truncated")
     label, ends = entry["label"], {name: entry[name] for name in _FLAGS}
-    if not isinstance(label, str) or len(label) > _LABEL_LIMIT:
-        raise ValueError(f"{place}.label = {label!r:.100}; expected at most {_LABEL_LIMIT} letters")
     if any(not isinstance(flag, bool) for flag in ends.values()):
         raise ValueError(f"{place} = {entry!r:.100}; expected true or false for {_FLAGS}")
     found: dict[str, Any] = {name: arrays[f"{k}/{name}"] for name in (*ARRAYS, "parameters")}

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import printable, require
 from rigid_envs.core import Core
 from rigid_envs.moment import Moment
 from rigid_envs.tasks import Task
 
-__all__ = ["ARRAYS", "Episode", "play_again", "same_bits"]
+__all__ = ["ARRAYS", "Episode", "checked_label", "play_again", "same_bits"]
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 ARRAYS = ("y", "u", "actions", "applied", "rewards", "costs", "success", "times", "aux")
 """Attributes of an `Episode` that are arrays over its T steps or T + 1 moments."""
+
+_LABEL_LIMIT = 200  # characters
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +32,7 @@ class Episode:
     The start and the actions determine all the rest, to the bit: `play_again` computes it.
 
     Attributes:
-        label: Who acted, as "policy" or "reference"; any text.
+        label: Who acted, as "policy" or "reference"; one line of text.
         start: Complete state at the start, as `get_state` of the environment gives it.
         parameters: Parameters of the system, by name.
         y: Physical states, shape (T + 1, n_state); y[0] is the start.
@@ -82,6 +86,21 @@ class Episode:
             cost=float(self.costs[k - 1]) if begun else 0.0,
             success=bool(begun and self.success[k - 1]),
         )
+
+
+def checked_label(label: Any, name: str = "label") -> str:
+    """A label that can be printed, drawn and read again.
+
+    Args:
+        label: The label.
+        name: What a refusal names it.
+
+    Raises:
+        ValueError: It is no text, too long, or of several lines.
+    """
+    ok = isinstance(label, str) and len(label) <= _LABEL_LIMIT
+    require(ok, label, name, f"at most {_LABEL_LIMIT} letters")
+    return str(printable(label, name))
 
 
 def play_again(

@@ -14,7 +14,7 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.vector import AutoresetMode
 
 from rigid_envs.envs.arguments import actions_of
-from rigid_envs.replays.episode import Episode, play_again
+from rigid_envs.replays.episode import Episode, checked_label, play_again
 from rigid_envs.replays.replay import Replay, id_of
 from rigid_envs.tasks import Task
 
@@ -62,7 +62,7 @@ class RecordReplay(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         gym.Wrapper.__init__(self, env)
         self._task = _checked_task(env)
         self._id = id_of(env, self._task)
-        self._file, self._label = file, label
+        self._file, self._label = file, checked_label(label)
         self._episodes: deque[Episode] = deque(maxlen=last)
         self._recording: _Recording | None = None
 
@@ -166,7 +166,7 @@ class RecordRows(gym.vector.VectorWrapper):
                 raise ValueError(
                     f"rows = {tuple(rows)}; expected rows from 0 to {env.num_envs - 1}"
                 )
-        self._file, self._label, self._first = file, label, first
+        self._file, self._label, self._first = file, checked_label(label), first
         self._episodes: dict[int, list[Episode]] = {int(row): [] for row in rows}
         self._recordings: dict[int, _Recording] = {}
         self._ended: set[int] = set()

@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import catalogue
+from rigid_envs.checks import printable
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError, canonical_json
 from rigid_envs.provenance import provenance
 from rigid_envs.registry import ENVIRONMENTS, load
 from rigid_envs.replays.archive import read_arrays, write_arrays
 from rigid_envs.replays.checking import episodes_from, row_names
-from rigid_envs.replays.episode import ARRAYS, Episode
+from rigid_envs.replays.episode import ARRAYS, Episode, checked_label
 from rigid_envs.tasks import Task
 
 __all__ = ["FORMAT", "VERSION", "Replay", "id_of", "load_replay"]
@@ -53,9 +54,12 @@ class Replay:
     provenance: Mapping[str, Any] = field(default_factory=provenance)
 
     def __post_init__(self) -> None:
-        """Refuse a replay of nothing."""
+        """Refuse a replay of nothing, and text that cannot be shown."""
         if not self.episodes:
             raise ValueError("episodes = (); expected at least one: play an episode first")
+        for k, episode in enumerate(self.episodes):
+            checked_label(episode.label, f"episodes[{k}].label")
+        printable(self.provenance, "provenance")
 
     def save(self, path: str | Path) -> Path:
         """Write the file, atomically.
@@ -109,7 +113,7 @@ def load_replay(path: str | Path) -> Replay:
     arrays = read_arrays(file)
     try:
         header = _read_header(arrays.pop(_HEADER, None))
-        env_id = catalogue.checked_id(header["env_id"].rpartition(":")[2])
+        env_id = catalogue.checked_id(catalogue.id_in_file(header["env_id"]))
         config = {name: _setting(value) for name, value in header["config"].items()}
         task = catalogue.task_of(env_id, config)
         if header["rows"] != row_names(task):

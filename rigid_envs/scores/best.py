@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.catalogue import full_id
+from rigid_envs.checks import printable
 from rigid_envs.files import DamagedFileError, lined_json, read_json, write_atomic
 from rigid_envs.scores.starts import TEST_SEED, VERSION
 
@@ -104,7 +105,7 @@ def read_best(file: Path) -> Best:
         DamagedFileError: Of another format or evaluation set, or not complete.
     """
     try:
-        data = read_json(file, _LIMIT)
+        data = printable(read_json(file, _LIMIT), "best")
         evaluation_set = {"version": VERSION, "seed": TEST_SEED, "starts": len(data["costs"])}
         if (data["format"], data["evaluation_set"]) != (FORMAT, evaluation_set):
             raise ValueError(

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.catalogue import SEEN, changed, checked_id, full_id, task_of
-from rigid_envs.checks import integer
+from rigid_envs.checks import integer, printable
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.errors import ConfigError
 from rigid_envs.provenance import provenance
@@ -66,6 +66,7 @@ def evaluate(
     if env is None or full_id(env_id.rpartition(":")[2]) in ENVIRONMENTS:
         env_id = checked_id(env_id)
     chosen = policy_of(env_id, policy)
+    name = printable(chosen.name if name is None else name, "name")
     if config is None and env is None:
         config = getattr(policy, "env_kwargs", None)
     envs = _own_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
@@ -92,7 +93,7 @@ def evaluate(
         bounds = bounds_of(env_id, n, seed, settings)
     return Evaluation(
         env_id=env_id,
-        policy=chosen.name if name is None else name,
+        policy=name,
         config=settings,
         seed=seed,
         cost=cost,

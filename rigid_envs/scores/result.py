@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import printable
 from rigid_envs.files import lined_json, write_atomic
 from rigid_envs.scores.efficiency import Cost, efficiencies
 from rigid_envs.scores.intervals import mean_interval, wilson_interval
@@ -64,6 +65,11 @@ class Evaluation:
     best: Array | None
     bounds: Array | None
     provenance: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        """Refuse text that cannot be shown, and read again."""
+        for name in ("env_id", "policy", "config", "cost", "provenance"):
+            printable(getattr(self, name), name)
 
     @property
     def n(self) -> int:

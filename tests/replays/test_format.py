@@ -13,7 +13,7 @@ import pytest
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.files import DamagedFileError
-from rigid_envs.replays import RecordReplay, Replay, load_replay, play_again, same_bits
+from rigid_envs.replays import RecordReplay, RecordRows, Replay, load_replay, play_again, same_bits
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 
@@ -171,6 +171,10 @@ CHANGES = {
     r"expected true or false": header_with(
         episodes=[{"label": "", "terminated": 1, "truncated": False}]
     ),
+    r"episodes\[0\].label = .*can be printed": header_with(
+        episodes=[{"label": "\x1b[2J", "terminated": True, "truncated": False}]
+    ),
+    r"provenance = .*can be printed": header_with(provenance={"versions": {"numpy": "1\n2"}}),
     r"episodes = \(\)": lambda a: (header_with(episodes=[])(a), [a.pop(k) for k in [*a][1:]]),
 }
 
@@ -192,6 +196,16 @@ def test_times_that_stand_still_or_go_back_are_refused(
 
     with pytest.raises(DamagedFileError, match="0/times do not increase"):
         load_replay(changed(file, tmp_path / "changed.npz", change))
+
+
+@pytest.mark.parametrize("label", ["\x1b[2J", "two\nlines", "x" * 201, 3])
+def test_a_label_that_could_not_be_read_again_is_refused_before_anything_is_played(
+    label: Any,
+) -> None:
+    with pytest.raises(ValueError, match=r"^label = "):
+        RecordReplay(gym.make("RigidEnvs/Detumble-v0"), label=label)
+    with pytest.raises(ValueError, match=r"^label = "):
+        RecordRows(gym.make_vec("RigidEnvs/Detumble-v0", num_envs=2), label=label)
 
 
 def test_a_missing_file_is_a_missing_file(tmp_path: Path) -> None:

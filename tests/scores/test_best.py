@@ -71,6 +71,13 @@ def test_a_file_is_read_as_it_was_written_and_damaged_ones_are_refused(tmp_path)
             read_best(file)
 
 
+def test_the_name_of_a_finder_is_one_that_can_be_shown(tmp_path):
+    file = tmp_path / "grid.json"
+    write_best(file, replace(find(GRID, n=2), finders=("a\x1b[2J",) * 2))
+    with pytest.raises(DamagedFileError, match="can be printed"):
+        read_best(file)
+
+
 def test_what_is_best_is_known_of_the_id_itself_and_of_no_other_of_its_name():
     assert best_known(DETUMBLE).env_id == DETUMBLE
     assert best_known("Mine/Detumble-v0") is None

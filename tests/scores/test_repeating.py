@@ -110,3 +110,33 @@ def test_the_command_plays_results_again(saved, tmp_path, capsys):
         assert said in capsys.readouterr().err
     assert main(["verify", "none.json"]) == 1
     assert "none.json" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("algo", "\x1b]0;owned\x07"),
+        ("algo", "zero |\n| forged | 1.000"),
+        ("config", {"frame": "\x1b[2J"}),
+        ("cost", ["loss", "\x1b[2J", 0.0]),
+        ("versions", {"rigid-envs": "\x1b[2J"}),
+        ("env_id", "\x1b[2J"),
+    ],
+)
+def test_text_that_would_steer_a_terminal_is_refused(key, value, saved, tmp_path):
+    other = changed(saved, tmp_path, lambda row: row.update({key: value}) or row.pop("sha256"))
+    with pytest.raises(DamagedFileError, match="can be printed"):
+        read_evaluation(other)
+
+
+def test_a_name_that_could_not_be_read_again_is_refused_before_anything_is_played():
+    with pytest.raises(ValueError, match=r"^name = .*can be printed"):
+        evaluate(ID, lambda seen: 1 / 0, n=N, name="a\nb")
+
+
+def test_the_id_of_a_result_is_one_that_is_registered_already(saved, tmp_path):
+    def moved(row):
+        row["env_id"] = f"trap:{ID}"
+        del row["sha256"]
+
+    assert read_evaluation(changed(saved, tmp_path, moved)).env_id == ID
