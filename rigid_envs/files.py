@@ -1,20 +1,28 @@
-"""Atomic writes, and reads of bounded size."""
+"""Atomic writes, reads of bounded size, and JSON with one meaning."""
 
 from __future__ import annotations
 
-import contextlib
 import errno
+import hashlib
 import json
+import math
 import os
 import stat
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = [
     "DamagedFileError",
     "canonical_json",
+    "digest",
     "lined_json",
+    "named_damage",
+    "parse_json",
     "read_bytes",
     "read_json",
     "sweep",
@@ -26,6 +34,8 @@ _SUFFIX = ".tmp"
 # Of folders: Windows, or a folder that may be written and not read, does not open them (EACCES);
 # some network file systems do not sync them.
 _CANNOT_SYNC = (errno.EACCES, errno.EBADF, errno.EINVAL, errno.ENOTSUP)
+_MISFITS = (LookupError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError)
+_LONGEST = 300  # characters of what a message says is wrong
 
 
 class DamagedFileError(ValueError):
@@ -55,7 +65,7 @@ def write_atomic(path: Path, data: bytes | str) -> None:
             os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
-        with contextlib.suppress(OSError):
+        with suppress(OSError):
             temporary.unlink()
         reason = os.strerror(error.errno or errno.EIO)
         raise OSError(
@@ -119,6 +129,60 @@ def read_bytes(path: Path, limit: int) -> bytes:
     return path.read_bytes()
 
 
+@contextmanager
+def named_damage(path: Path, mend: str = "") -> Iterator[None]:
+    """Errors of taking the content of a file apart become one that names the file.
+
+    Args:
+        path: The file.
+        mend: How to get a good one.
+
+    Raises:
+        DamagedFileError: In place of what content of another shape, kind or size raises.
+    """
+    try:
+        yield
+    except DamagedFileError:
+        raise
+    except _MISFITS as error:
+        why = f"no {error}" if isinstance(error, KeyError) else str(error)
+        raise DamagedFileError(f"{path}: {why[:_LONGEST]}{mend and '; '}{mend}") from error
+
+
+def parse_json(data: bytes) -> Any:
+    """The value of JSON in UTF-8, of which every reader has the same idea.
+
+    Raises:
+        ValueError: Something else, a key given twice, NaN, a number beyond those of doubles, or
+            lists in lists without end.
+    """
+    try:
+        return json.loads(
+            data.decode(),
+            object_pairs_hook=_once_each,
+            parse_constant=_finite,
+            parse_float=_finite,
+        )
+    except RecursionError:
+        raise ValueError("lists or objects are nested too deeply") from None
+
+
+def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"{twice!r:.100} is there twice; expected each name once")
+    return found
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text:.100}: expected finite numbers")
+    return value
+
+
 def read_json(path: Path, limit: int) -> Any:
     """The value of a JSON file of bounded size.
 
@@ -127,15 +191,25 @@ def read_json(path: Path, limit: int) -> Any:
         limit: Largest size that makes sense [bytes].
 
     Raises:
-        DamagedFileError: As `read_bytes`.
+        DamagedFileError: As `read_bytes`, or what `parse_json` refuses.
         FileNotFoundError: No file.
-        ValueError: No JSON in UTF-8, or lists in lists without end.
     """
-    text = read_bytes(path, limit).decode()
-    try:
-        return json.loads(text)
-    except RecursionError:
-        raise ValueError("lists or objects are nested too deeply") from None
+    with named_damage(path):
+        return parse_json(read_bytes(path, limit))
+
+
+def digest(document: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]] | None = None) -> str:
+    """SHA-256 of JSON values and arrays; neither order of keys nor layout in memory has an effect.
+
+    Args:
+        document: JSON values.
+        arrays: Arrays of numbers by name.
+    """
+    found = hashlib.sha256(canonical_json(document).encode())
+    for name, array in sorted((arrays or {}).items()):
+        found.update(f"\0{name}\0{array.dtype.str}\0{array.shape}\0".encode())
+        found.update(array.tobytes())
+    return found.hexdigest()
 
 
 def canonical_json(value: Mapping[str, Any], indent: int | None = None) -> str:

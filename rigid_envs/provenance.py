@@ -14,7 +14,13 @@ from typing import Any
 import rigid_envs
 from rigid_envs.kernels.cache import kernel_hash
 
-__all__ = ["commit", "cpu_name", "heading", "provenance", "versions"]
+__all__ = ["KINDS", "commit", "cpu_name", "heading", "provenance", "versions"]
+
+KINDS = {
+    **{"versions": dict, "kernel_hash": str, "cpu": str, "cores": int | None, "system": str},
+    **{"load": float | None, "git_commit": str | None, "git_dirty": bool | None, "date": str},
+}
+"""Types of the entries of a `provenance`."""
 
 _PACKAGES = ("gymnasium", "numba", "numpy", "scipy", "mujoco")
 _ROOT = Path(rigid_envs.__file__).resolve().parents[1]

@@ -10,7 +10,6 @@ Source: https://github.com/huggingface/safetensors, section "Format".
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -20,12 +19,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_envs.files import DamagedFileError, canonical_json, read_bytes, write_atomic
+from rigid_envs.files import (
+    DamagedFileError,
+    canonical_json,
+    digest,
+    named_damage,
+    parse_json,
+    read_bytes,
+    write_atomic,
+)
 
 __all__ = ["load_tensors", "save_tensors"]
 
 _ENTRY = "rigid-envs"
 _HEADER_LIMIT = 16 * 2**20
+_MOST_AXES = 32  # to multiply very many lengths takes long
 _KINDS = {
     "BOOL": "|b1",
     **{f"U{8 * size}": f"{'|' if size == 1 else '<'}u{size}" for size in (1, 2, 4, 8)},
@@ -46,7 +54,7 @@ def save_tensors(path: Path, arrays: Mapping[str, NDArray[Any]], document: dict[
     solid = {name: np.ascontiguousarray(a).reshape(a.shape) for name, a in arrays.items()}
     header: dict[str, Any] = {
         "__metadata__": {
-            _ENTRY: canonical_json({"document": document, "sha256": _digest(solid, document)})
+            _ENTRY: canonical_json({"document": document, "sha256": digest(document, solid)})
         }
     }
     parts, end = [], 0
@@ -79,14 +87,12 @@ def load_tensors(path: Path, limit: int) -> tuple[dict[str, NDArray[Any]], dict[
         FileNotFoundError: There is no such file.
     """
     data = read_bytes(path, limit)
-    try:
+    with named_damage(path, "not a file of this program"):
         header, numbers = _header(data)
-        entry = json.loads(header.pop("__metadata__")[_ENTRY])
-        document, digest = entry["document"], entry["sha256"]
+        entry = parse_json(header.pop("__metadata__")[_ENTRY].encode())
+        document = entry["document"]
         arrays = _arrays(header, numbers)
-        whole = isinstance(document, dict) and digest == _digest(arrays, document)
-    except (AttributeError, LookupError, TypeError, ValueError, RecursionError) as error:
-        raise DamagedFileError(f"{path}: not a file of this program: {error!r:.200}") from error
+        whole = isinstance(document, dict) and entry["sha256"] == digest(document, arrays)
     if not whole:
         raise DamagedFileError(f"{path}: content does not match its checksum; the file is damaged")
     return arrays, document
@@ -97,15 +103,7 @@ def _header(data: bytes) -> tuple[dict[str, Any], memoryview]:
     length = int.from_bytes(data[:8], "little")
     if not 2 <= length <= min(len(data) - 8, _HEADER_LIMIT):
         raise ValueError(f"header length = {length}; expected 2 to {len(data) - 8} bytes")
-    header = json.loads(data[8 : 8 + length], object_pairs_hook=_unique)
-    return header, memoryview(data)[8 + length :]
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise ValueError("expected each name once")
-    return found
+    return parse_json(data[8 : 8 + length]), memoryview(data)[8 + length :]
 
 
 def _arrays(header: Mapping[str, Any], numbers: memoryview) -> dict[str, NDArray[Any]]:
@@ -113,8 +111,8 @@ def _arrays(header: Mapping[str, Any], numbers: memoryview) -> dict[str, NDArray
     arrays, end = {}, 0
     for name, place in sorted(header.items(), key=lambda item: tuple(item[1]["data_offsets"])):
         kind, shape = np.dtype(_KINDS[place["dtype"]]), place["shape"]
-        begin, stop = place["data_offsets"]
-        if any(type(n) is not int or n < 0 for n in (*shape, begin, stop)):
+        begin, stop = ends = place["data_offsets"]
+        if len(shape) > _MOST_AXES or any(type(n) is not int or n < 0 for n in (*shape, *ends)):
             raise ValueError(f"{name}: expected integers from 0, found {place!r:.100}")
         if begin != end or stop - begin != math.prod(shape) * kind.itemsize or stop > len(numbers):
             raise ValueError(f"{name}: expected {shape} numbers from {end}, found {place!r:.100}")
@@ -123,12 +121,3 @@ def _arrays(header: Mapping[str, Any], numbers: memoryview) -> dict[str, NDArray
     if end != len(numbers):
         raise ValueError(f"{len(numbers)} bytes of numbers; expected {end}")
     return arrays
-
-
-def _digest(arrays: Mapping[str, NDArray[Any]], document: dict[str, Any]) -> str:
-    digest = hashlib.sha256(canonical_json(document).encode())
-    for name in sorted(arrays):
-        array = arrays[name]
-        digest.update(f"\0{name}\0{array.dtype.str}\0{array.shape}\0".encode())
-        digest.update(array.tobytes())
-    return digest.hexdigest()

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from rigid_envs.cli.progress import tell
-from rigid_envs.files import lined_json, write_atomic
+from rigid_envs.documents import write_document
+from rigid_envs.files import write_atomic
 from rigid_envs.pages import tables
 
 from ..policies.mlp import Policy
@@ -75,7 +76,7 @@ def _measured(
     found = evaluate(policy, env_id, n, seed, env_kwargs, name, progress)
     baseline = evaluate(None, env_id, n, seed, env_kwargs, progress=progress)
     progress("")
-    row = {key: value for key, value in found.row().items() if key != "starts"}
+    row = {key: value for key, value in found.row().items() if key not in ("starts", "sha256")}
     command = " ".join([Path(sys.executable).name, "-m", "agents", *sys.argv[1:]])
     return row | {"random_policy": baseline.summary(), **manifest(), "command": command}, found
 
@@ -100,7 +101,7 @@ def write_report(folder: Path, row: dict[str, Any], found: Evaluation) -> None:
     )
     lines = ["seed,is_success,return,length,cost,bound", *(",".join(map(str, c)) for c in columns)]
     write_atomic(folder / "episodes.csv", "\n".join(lines) + "\n")
-    write_atomic(folder / "results.json", lined_json(found.row() | row))
+    write_document(folder / "results.json", found.row() | row)
 
 
 def table(row: dict[str, Any]) -> str:

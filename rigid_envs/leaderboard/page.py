@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
-from rigid_envs.files import DamagedFileError, read_json, write_atomic
+from rigid_envs.files import read_json, write_atomic
 from rigid_envs.leaderboard.drawing import draw, require_matplotlib
 from rigid_envs.leaderboard.rows import Row, kind_of, packaged_rows, row_of, sorted_rows
 from rigid_envs.scores.aggregates import interquartile_mean, stratified_bootstrap
-from rigid_envs.scores.reading import evaluation_of, up_to_date
+from rigid_envs.scores.reading import read_evaluation
 from rigid_envs.scores.result import FORMAT, Evaluation
 
 __all__ = ["markdown", "read_results", "write_leaderboard"]
@@ -75,18 +76,22 @@ def read_results(folder: Path) -> list[Evaluation]:
         folder: Where to look for JSON files; what is no result is left out.
 
     Raises:
-        DamagedFileError: No JSON, or a result whose figures do not follow from its starts.
+        DamagedFileError: No JSON, or a result that `read_evaluation` refuses.
     """
     found = []
     for path in sorted(folder.rglob("*.json")):
-        try:
-            row = read_json(path, _LIMIT)
-            if isinstance(row, dict) and row.get("format") == FORMAT:
-                if row["env_id"] in ENVIRONMENTS:
-                    found.append(up_to_date(evaluation_of(row)))
-        except (KeyError, TypeError, ValueError) as error:
-            raise DamagedFileError(f"{path}: {error}; evaluate it anew") from error
+        content = read_json(path, _LIMIT)
+        if isinstance(content, dict) and _is_row(content):
+            evaluation = read_evaluation(path, anew=True)
+            if evaluation.env_id in ENVIRONMENTS:
+                found.append(evaluation)
     return found
+
+
+def _is_row(content: Mapping[str, Any]) -> bool:
+    """Whether this is a result, of any version, or was one before its format was damaged."""
+    kind, _, _ = FORMAT.rpartition(" ")
+    return str(content.get("format")).startswith(kind) or {"starts", "sha256"} <= content.keys()
 
 
 def markdown(results: Sequence[Row]) -> str:

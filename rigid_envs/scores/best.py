@@ -15,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.catalogue import full_id
-from rigid_envs.checks import printable
-from rigid_envs.files import DamagedFileError, lined_json, read_json, write_atomic
+from rigid_envs.checks import require
+from rigid_envs.documents import checked_values, column, read_document, write_document
+from rigid_envs.provenance import KINDS
 from rigid_envs.scores.starts import TEST_SEED, VERSION
 
 __all__ = ["FOLDER", "FORMAT", "Best", "best_known", "file_of", "read_best", "write_best"]
@@ -26,6 +27,15 @@ FOLDER = Path(__file__).with_name("best")
 """The data."""
 
 _LIMIT = 2**20  # bytes
+_KINDS = {
+    **{"env_id": str, "evaluation_set": dict, "provenance": dict},
+    **{"cost": str, "policies": dict, "finders": list},
+}
+_SUMMARY = {
+    **{"episodes": int, "success_rate": float, "efficiency": float, "metrics": dict},
+    **dict.fromkeys(("return_mean", "length_mean"), float),
+    **dict.fromkeys(("cost_mean", "best_mean", "bound_mean", "gap"), float | None),
+}
 _ROUNDING = 1e-9  # share of a cost by which another machine may differ: that is no improvement
 
 
@@ -102,30 +112,30 @@ def read_best(file: Path) -> Best:
         file: Its path.
 
     Raises:
-        DamagedFileError: Of another format or evaluation set, or not complete.
+        DamagedFileError: Of another format or evaluation set, changed, or not complete.
     """
-    try:
-        data = printable(read_json(file, _LIMIT), "best")
-        evaluation_set = {"version": VERSION, "seed": TEST_SEED, "starts": len(data["costs"])}
-        if (data["format"], data["evaluation_set"]) != (FORMAT, evaluation_set):
-            raise ValueError(
-                f"format = {data['format']!r}, evaluation_set = {data['evaluation_set']}; "
-                f"expected {FORMAT!r}, {evaluation_set}"
-            )
-        names = ["", *data["finders"]]
-        finders = tuple(names[k + 1] for k in data["finder"])
-        costs = np.array([np.nan if c is None else c for c in data["costs"]], dtype=np.float64)
+    with read_document(file, FORMAT, _LIMIT, "write it anew: rigid-envs best") as data:
+        own = checked_values(data, _KINDS)
+        costs = column(data["costs"], "costs")
+        evaluation_set = _evaluation_set(len(costs))
+        require(own["evaluation_set"] == evaluation_set, own["evaluation_set"], "evaluation_set",
+                f"{evaluation_set}, as there are costs")  # fmt: skip
+        names = dict(enumerate(own["finders"])) | {-1: ""}
+        finders = tuple(names[k] for k in data["finder"])
+        require(all(type(name) is str for name in finders), own["finders"], "finders", "names")
         if [name == "" for name in finders] != np.isnan(costs).tolist() or (costs < 0.0).any():
             raise ValueError("costs, finder: expected a cost from 0 and a finder, or neither")
-        known = Best(data["env_id"], data["cost"], costs, finders)
-        return Best(*_fields(known), data["policies"], data["provenance"])
-    except (KeyError, IndexError, TypeError, ValueError) as error:
-        why = f"no {error}" if isinstance(error, KeyError) else str(error)
-        raise DamagedFileError(f"{file}: {why}; write it anew: rigid-envs best") from error
+        checked_values(own["provenance"], KINDS)
+        for summary in own["policies"].values():
+            checked_values(summary, _SUMMARY)
+            for name in ("success_rate_95", "efficiency_95"):
+                low, high = column(summary[name], name)
+                require(low <= high, summary[name], name, "an interval")
+        return Best(own["env_id"], own["cost"], costs, finders, own["policies"], own["provenance"])
 
 
-def _fields(known: Best) -> tuple[str, str, npt.NDArray[np.float64], tuple[str, ...]]:
-    return known.env_id, known.cost, known.costs, known.finders
+def _evaluation_set(n: int) -> dict[str, int]:
+    return {"version": VERSION, "seed": TEST_SEED, "starts": n}
 
 
 def write_best(file: Path, known: Best) -> None:
@@ -139,7 +149,7 @@ def write_best(file: Path, known: Best) -> None:
     data: dict[str, Any] = {
         "format": FORMAT,
         "env_id": known.env_id,
-        "evaluation_set": {"version": VERSION, "seed": TEST_SEED, "starts": len(known.costs)},
+        "evaluation_set": _evaluation_set(len(known.costs)),
         "provenance": dict(known.provenance),
         "cost": known.cost,
         "policies": {name: dict(summary) for name, summary in known.policies.items()},
@@ -147,4 +157,4 @@ def write_best(file: Path, known: Best) -> None:
         "finder": [finders.index(name) if name else -1 for name in known.finders],
         "costs": [None if np.isnan(cost) else cost for cost in known.costs.tolist()],
     }
-    write_atomic(file, lined_json(data))
+    write_document(file, data)

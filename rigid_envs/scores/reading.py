@@ -8,22 +8,24 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from rigid_envs.catalogue import id_in_file
-from rigid_envs.files import DamagedFileError, read_json
+from rigid_envs.checks import Array, require
+from rigid_envs.documents import checked_values, column, read_document
+from rigid_envs.provenance import KINDS
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.efficiency import Cost
-from rigid_envs.scores.result import FORMAT, Evaluation, digest
+from rigid_envs.scores.result import FORMAT, Evaluation
 from rigid_envs.scores.starts import TEST_SEED, VERSION
 
 __all__ = ["evaluation_of", "read_evaluation", "up_to_date"]
 
 _LIMIT = 2**24  # bytes
-_PROVENANCE = (
-    *("versions", "kernel_hash", "cpu", "cores", "system", "load"),
-    *("git_commit", "git_dirty", "date"),
-)
+_KINDS = {
+    **{"env_id": str, "algo": str, "config": dict, "policy": dict, "starts": dict},
+    **{"evaluation_version": int, "test_seed": int, "cost": list | None},
+}
+_LEAST = ("success", "return", "length", "cost")
 
 
 def read_evaluation(path: str | Path, *, anew: bool = False) -> Evaluation:
@@ -34,16 +36,13 @@ def read_evaluation(path: str | Path, *, anew: bool = False) -> Evaluation:
         anew: Set it beside what is best known now, not what was then.
 
     Raises:
-        DamagedFileError: Another format, other numbers than were written, or figures that do not
+        DamagedFileError: Another format, something else than was written, or figures that do not
             follow from the starts.
         FileNotFoundError: No such file.
     """
-    file = Path(path)
-    try:
-        found = evaluation_of(read_json(file, _LIMIT))
-    except (KeyError, TypeError, ValueError) as error:
-        why = f"no {error}" if isinstance(error, KeyError) else str(error)
-        raise DamagedFileError(f"{file}: {why}; write it anew: Evaluation.save") from error
+    mend = "write it anew: rigid-envs evaluate --out"
+    with read_document(Path(path), FORMAT, _LIMIT, mend) as row:
+        found = evaluation_of(row)
     return up_to_date(found) if anew else found
 
 
@@ -54,35 +53,35 @@ def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
         row: JSON values.
 
     Raises:
-        ValueError: Another format, other numbers than were written (a row of before digests has
-            none), or figures that do not follow from the starts.
+        KeyError: An entry that is not there.
+        ValueError: One that is not what it must be, or figures that do not follow from the starts.
     """
-    if row.get("format") != FORMAT or row.get("evaluation_version") != VERSION:
-        raise ValueError(
-            f"format = {row.get('format')!r}, evaluation_version = "
-            f"{row.get('evaluation_version')!r}; expected {FORMAT!r}, {VERSION}"
-        )
-    if (written := row.get("sha256")) is not None and written != (now := digest(row)):
-        raise ValueError(f"sha256 = {written!r}; expected {now!r}: numbers were changed")
-    starts = {name: None if each is None else _array(each) for name, each in row["starts"].items()}
+    own, where = checked_values(row, _KINDS), checked_values(row, KINDS)
+    version, n = own["evaluation_version"], row["policy"]["episodes"]
+    require(version == VERSION, version, "evaluation_version", str(VERSION))
+    starts = {
+        name: None if values is None else _of_starts(values, f"starts.{name}", n)
+        for name, values in own["starts"].items()
+    }
     best, bounds = starts.pop("best"), starts.pop("bound")
     known = {name: values for name, values in starts.items() if values is not None}
-    lengths = {len(values) for values in (best, bounds, *known.values()) if values is not None}
-    if len(lengths) != 1:
-        raise ValueError(f"starts: numbers of entries {sorted(lengths)}; expected one for all")
+    for name in _LEAST:
+        require(bool(np.isfinite(known[name]).all()), known[name], f"starts.{name}", "numbers")
+    won = known["success"]
+    require((won == 0.0) | (won == 1.0), won, "starts.success", "0 or 1")
     found = Evaluation(
-        env_id=id_in_file(row["env_id"]),
-        policy=row["algo"],
-        config=row["config"],
-        seed=row["test_seed"],
-        cost=None if row["cost"] is None else Cost(*row["cost"]),
+        env_id=id_in_file(own["env_id"]),
+        policy=own["algo"],
+        config=own["config"],
+        seed=own["test_seed"],
+        cost=None if own["cost"] is None else _cost(own["cost"], known),
         values=known,
         best=best,
         bounds=bounds,
-        provenance={key: row[key] for key in _PROVENANCE if key in row},
+        provenance=where,
     )
     for name, value in json.loads(json.dumps(found.summary())).items():
-        told = row["policy"].get(name)
+        told = own["policy"][name]
         if told != value and not _close(told, value):
             raise ValueError(f"policy.{name} = {told!r}; expected {value!r}, as the starts have it")
     return found
@@ -113,5 +112,15 @@ def _close(told: Any, value: Any) -> bool:
         return False
 
 
-def _array(values: list[Any]) -> npt.NDArray[np.float64]:
-    return np.array(values, dtype=np.float64)  # None becomes NaN
+def _of_starts(values: Any, name: str, n: int) -> Array:
+    found = column(values, name)
+    require(len(found) == n, len(found), f"number of {name}", f"{n}, as there are episodes")
+    return found
+
+
+def _cost(entries: list[Any], known: Mapping[str, Array]) -> Cost:
+    """The cost of an episode, one of the known quantities."""
+    cost = Cost(*entries)
+    checked_values(cost._asdict(), {"name": str, "unit": str, "floor": float})
+    require(cost.name in known, cost.name, "cost", f"one of {sorted(known)}")
+    return cost

@@ -16,8 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.catalogue import id_in_file, task_of
-from rigid_envs.checks import printable
-from rigid_envs.files import DamagedFileError, lined_json, read_json, write_atomic
+from rigid_envs.checks import exact_array
+from rigid_envs.documents import checked_values, column, read_document, write_document
+from rigid_envs.provenance import KINDS
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.efficiency import cost_of, efficiencies
@@ -29,6 +30,14 @@ __all__ = ["Record", "read_record", "read_records", "record_file", "record_of", 
 FORMAT = "rigid-envs record 1"
 
 _LIMIT = 2**20  # bytes
+_PLAIN = {
+    **dict.fromkeys(("env_id", "policy", "algo", "frame"), str),
+    **{"seed": int, "config": dict, "training": dict, "policy_sha256": str},
+    **{"provenance": dict, "curve": dict},
+}
+_EVALUATION = {"version": int, "seed": int, "starts": int, "settings": dict}
+_TRAINING = {"timesteps": int, "policy_timesteps": int, "seconds": float, "cpu_seconds": float}
+_CURVE = ("timesteps", "success_rate", "return_mean")
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +174,7 @@ def write_record(file: Path, record: Record) -> None:
         "costs": record.costs.tolist(),
     }
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_atomic(file, lined_json(data))
+    write_document(file, data)
 
 
 def read_record(file: Path) -> Record:
@@ -178,23 +187,21 @@ def read_record(file: Path) -> Record:
         DamagedFileError: Of another format or evaluation set, or not complete.
         FileNotFoundError: No such file.
     """
-    try:
-        data = read_json(file, _LIMIT)
-        about = data["evaluation"]
-        kind = (data["format"], about["version"], about["seed"])
-        if kind != (FORMAT, VERSION, TEST_SEED):
-            raise ValueError(f"format, version, seed = {kind}; expected {FORMAT}, {VERSION}, "
-                             f"{TEST_SEED}")  # fmt: skip
-        costs = np.array(data["costs"], dtype=np.float64)
+    with read_document(file, FORMAT, _LIMIT, "write it anew from its run") as data:
+        about, own = checked_values(data["evaluation"], _EVALUATION), checked_values(data, _PLAIN)
+        if (about["version"], about["seed"]) != (VERSION, TEST_SEED):
+            raise ValueError(f"version, seed = {about['version']}, {about['seed']}; expected "
+                             f"{VERSION}, {TEST_SEED}")  # fmt: skip
+        costs = exact_array(data["costs"], "costs", "n")
         successes = np.array([{"0": False, "1": True}[won] for won in data["successes"]])
-        if not len(costs) == len(successes) == about["starts"] or not np.isfinite(costs).all():
+        if not len(costs) == len(successes) == about["starts"]:
             raise ValueError("costs, successes: expected a number and 0 or 1 for each start")
-        own = {key: data[key] for key in _PLAIN} | {"settings": about["settings"]}
-        own = printable(own, "record") | {"env_id": id_in_file(data["env_id"])}
-        return Record(**own, successes=successes, costs=costs)
-    except (KeyError, TypeError, ValueError) as error:
-        why = f"no {error}" if isinstance(error, KeyError) else str(error)
-        raise DamagedFileError(f"{file}: {why}; write it anew") from error
+        checked_values(own["provenance"], KINDS)
+        checked_values(own["training"], _TRAINING)
+        n = len(column(own["curve"]["cost_mean"], "cost_mean"))
+        exact_array([own["curve"][name] for name in _CURVE], "curve", len(_CURVE), n)
+        own["env_id"] = id_in_file(own["env_id"])
+        return Record(**own, settings=about["settings"], successes=successes, costs=costs)
 
 
 def read_records(folder: Path) -> Iterator[Record]:
@@ -207,9 +214,3 @@ def read_records(folder: Path) -> Iterator[Record]:
         record = read_record(file)
         if record.env_id in ENVIRONMENTS and len(record.costs) == N_STARTS:
             yield record
-
-
-_PLAIN = (
-    *("env_id", "policy", "algo", "frame", "seed", "config", "training", "policy_sha256"),
-    *("provenance", "curve"),
-)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,18 +11,17 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.checks import printable
-from rigid_envs.files import lined_json, write_atomic
+from rigid_envs.documents import sealed, write_document
 from rigid_envs.scores.efficiency import Cost, efficiencies
 from rigid_envs.scores.intervals import mean_interval, wilson_interval
 from rigid_envs.scores.metrics import METRICS
 from rigid_envs.scores.starts import VERSION, row_seeds
 
-__all__ = ["FORMAT", "Estimate", "Evaluation", "digest"]
+__all__ = ["FORMAT", "Estimate", "Evaluation"]
 
 Array = npt.NDArray[np.float64]
 
-FORMAT = "rigid-envs result 2"
-_CLAIM = ("format", "env_id", "config", "evaluation_version", "test_seed", "cost", "starts")
+FORMAT = "rigid-envs result 3"
 
 
 class Estimate(NamedTuple):
@@ -160,7 +157,7 @@ class Evaluation:
         return _plain(float(values.mean()) if whole else self.mean(values))
 
     def row(self) -> dict[str, Any]:
-        """A row of the leaderboard, as JSON values, with every start and a `digest`."""
+        """A row of the leaderboard, as JSON values, with every start and the digest of it all."""
         starts = {"best": self.best, "bound": self.bounds, **self.values}
         row = {
             "format": FORMAT,
@@ -177,7 +174,7 @@ class Evaluation:
                 for name, values in starts.items()
             },
         }
-        return {**row, "sha256": digest(row)}
+        return sealed(row)
 
     def save(self, path: str | Path) -> Path:
         """Write the row, atomically; `rigid_envs.scores.read_evaluation` reads it.
@@ -186,7 +183,7 @@ class Evaluation:
             path: A JSON file in a folder that exists.
         """
         file = Path(path)
-        write_atomic(file, lined_json(self.row()))
+        write_document(file, self.row())
         return file
 
     def __str__(self) -> str:
@@ -214,21 +211,6 @@ class Evaluation:
         if n := int(self.records.sum()):
             lines.append(f"better than the best known from {n} starts: keep it by rigid-envs best")
         return "\n".join(lines)
-
-
-def digest(row: Mapping[str, Any]) -> str:
-    """SHA-256 of what a row claims: the episodes, and which task they are of.
-
-    It is that of JSON in ASCII without spaces, keys in order, numbers as Python writes them: the
-    shortest digits that give the same float. The order of keys in a file has no effect.
-
-    Args:
-        row: JSON values; entries of provenance have no effect.
-    """
-    claim = {key: row[key] for key in _CLAIM}
-    return hashlib.sha256(
-        json.dumps(claim, sort_keys=True, separators=(",", ":")).encode()
-    ).hexdigest()
 
 
 def _plain(value: float) -> float | None:

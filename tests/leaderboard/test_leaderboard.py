@@ -11,6 +11,7 @@ import pytest
 import rigid_envs
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.cli import main
+from rigid_envs.documents import write_document
 from rigid_envs.files import DamagedFileError
 from rigid_envs.leaderboard import markdown, packaged_rows, read_results, row_of, sorted_rows
 from rigid_envs.leaderboard.style import look
@@ -62,9 +63,23 @@ def test_results_are_ranked_by_what_is_best_now_and_changed_ones_are_refused(
     assert read_evaluation(file).efficiency.mean == pytest.approx(0.5, abs=1e-3)
     assert read_results(file.parent)[0].efficiency == old.efficiency
     row["policy"]["efficiency"] = 0.99
-    file.write_text(json.dumps(row))
+    write_document(file, row)
     with pytest.raises(DamagedFileError, match=r"efficiency = 0\.99; expected 0\.6"):
         read_results(file.parent)
+
+
+@pytest.mark.parametrize("change", [{"format": "rigid-envs result 2"}, {"format": "rigid-enws"}])
+def test_a_result_that_was_damaged_is_refused_and_not_left_out(
+    tmp_path: Path, change: dict[str, Any]
+) -> None:
+    file = rigid_envs.evaluate(ID, "zero", n=2).save(tmp_path / "row.json")
+    row = json.loads(file.read_text())
+    for damaged in (row | change, {key: row[key] for key in row.keys() - {"sha256"}}):
+        file.write_text(json.dumps(damaged))
+        with pytest.raises(DamagedFileError, match=r"row\.json: (format = |no sha256)"):
+            read_results(tmp_path)
+    file.write_text('{"name": "of another program"}')
+    assert read_results(tmp_path) == []
 
 
 def test_several_seeds_are_aggregated_with_an_interval(folder: Path) -> None:

@@ -217,7 +217,7 @@ def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
     text = file.read_text()
     for old, new in (
         (f'"successes": {int(found.successes.sum())}', '"successes": 60'),
-        ("result 2", "result 1"),
+        ("result 3", "result 2"),
         ('"starts": {', '"begins": {'),
     ):
         assert old in text

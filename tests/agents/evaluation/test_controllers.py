@@ -31,7 +31,7 @@ def result(folder: Path, name: str) -> dict[str, Any]:
 
 def test_a_result_has_success_efficiency_cost_and_where_they_come_from(folder: Path) -> None:
     found = result(folder, "brake")
-    assert found["format"] == "rigid-envs result 2" and found["algo"] == "brake"
+    assert found["format"] == "rigid-envs result 3" and found["algo"] == "brake"
     assert {"kernel_hash", "versions", "test_seed", "git_commit", "command"} <= found.keys()
     again = rigid_envs.evaluate(ID, "brake", n=20)
     assert found["policy"] == again.summary() and again.summary()["efficiency"] < 0.9
