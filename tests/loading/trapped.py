@@ -23,6 +23,7 @@ from agents.cli.command_line import main as agents
 from agents.config.search import read_search
 from agents.config.yaml_data import dump_yaml
 from rigid_envs.cli import main as command
+from rigid_envs.documents import sealed
 from rigid_envs.policies import FOLDER, read_policy, write_policy
 from rigid_envs.replays import load_replay
 from rigid_envs.replays.archive import read_arrays, write_arrays
@@ -30,7 +31,6 @@ from rigid_envs.scores import evaluate, read_evaluation
 from rigid_envs.scores.published import recheck
 from rigid_envs.scores.records import read_records
 from rigid_envs.scores.repeating import repeat
-from rigid_envs.scores.result import digest
 from tests.loading.readers import ID, READERS
 
 CODE = "trap:Code"
@@ -58,7 +58,7 @@ def write_files(folder: Path, settings: Any = None, env_id: str = ID) -> None:
     (folder / "search.yaml").write_text(dump_yaml({"recipe": ranges}))
     row = json.loads((folder.parent / "row.json").read_text())
     row |= {"env_id": env_id, "config": settings}
-    (folder / "row.json").write_text(json.dumps({**row, "sha256": digest(row)}))
+    (folder / "row.json").write_text(json.dumps(sealed(row)))
     arrays = read_arrays(folder.parent / "replay.npz")
     header = json.loads(arrays["header"].tobytes())
     header |= {"env_id": env_id, "config": {**header["config"], **settings}}
@@ -69,7 +69,7 @@ def write_files(folder: Path, settings: Any = None, env_id: str = ID) -> None:
     write_policy(published / "Detumble-v0.safetensors", *read_policy(folder / "policy.safetensors"))
     record = json.loads((FOLDER / "Detumble-v0.json").read_text()) | {"env_id": env_id}
     record["evaluation"]["settings"] |= settings
-    (published / "Detumble-v0.json").write_text(json.dumps(record))
+    (published / "Detumble-v0.json").write_text(json.dumps(sealed(record)))
 
 
 def _play(file: str) -> None:

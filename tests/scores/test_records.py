@@ -13,6 +13,8 @@ from rigid_envs.policies import published
 from rigid_envs.scores.published import published_record
 from rigid_envs.scores.records import read_record, write_record
 
+FORGED = "ppo |\n| forged"
+
 
 def test_a_record_is_read_as_it_was_written(tmp_path: Path) -> None:
     record, file = published_record(published()[0]), tmp_path / "new" / "record.json"
@@ -41,10 +43,12 @@ def test_records_of_other_formats_and_starts_are_refused(
         read_record(file)
 
 
-@pytest.mark.parametrize("key", ["policy", "algo", "provenance", "env_id"])
+@pytest.mark.parametrize("key", ["policy", "algo", "config", "env_id"])
 def test_text_that_would_forge_a_row_of_a_page_is_refused(key: str, tmp_path: Path) -> None:
     file = tmp_path / "record.json"
     write_record(file, published_record(published()[0]))
-    file.write_text(json.dumps(json.loads(file.read_text()) | {key: "ppo |\n| forged"}))
+    write_document(
+        file, json.loads(file.read_text()) | {key: {"a": FORGED} if key == "config" else FORGED}
+    )
     with pytest.raises(DamagedFileError, match="can be printed"):
         read_record(file)
