@@ -35,7 +35,7 @@ def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
         arrays: Arrays of numbers or booleans by name.
 
     Raises:
-        OSError: Nothing was replaced.
+        OSError: As `write_atomic`.
     """
     buffer = io.BytesIO()
     named: dict[str, Any] = dict(arrays)
