@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,30 @@ __all__ = ["dump_yaml", "parse_yaml", "read_yaml"]
 _LIMIT = 2**16
 
 
+def _integer(text: str) -> int:
+    return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
+
+
+def _float(text: str) -> float:
+    return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
+
+
+_TAG = "tag:yaml.org,2002:"
+_SCHEMA: dict[str, tuple[str, Callable[[str], Any]]] = {
+    "null": (r"null|Null|NULL|~|", lambda text: None),
+    "bool": (r"true|True|TRUE|false|False|FALSE", lambda text: text.lower() == "true"),
+    # 1_000_000 goes beyond the schema: configs of before have it
+    "int": (r"[-+]?[0-9]+(_[0-9]+)*|0o[0-7]+|0x[0-9a-fA-F]+", _integer),
+    "float": (
+        r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
+        _float,
+    ),
+}
+"""What a plain scalar is that is no text, in the core schema of YAML 1.2, section 10.3.2."""
+
+
 class _Loader(yaml.SafeLoader):
-    """Plain data, each key once, 1e-3 a number (YAML 1.2), no aliases (they can grow like 2^n)."""
+    """Plain data of YAML 1.2, each key once, no aliases (they can grow like 2^n)."""
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
@@ -26,25 +48,39 @@ class _Loader(yaml.SafeLoader):
         return super().compose_node(parent, index)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen: set[Any] = set()
-        for key_node, _ in node.value:
-            key = key_node.value
-            if key in seen:
-                raise yaml.YAMLError(f"key {key!r} is there twice{key_node.start_mark}")
-            seen.add(key)
-        return super().construct_mapping(node, deep)
+        found = super().construct_mapping(node, deep)
+        keys = [self.construct_object(key) for key, _ in node.value]
+        if len(found) < len(keys):
+            again = max(keys, key=keys.count)
+            raise yaml.YAMLError(f"key {again!r} is there twice{node.start_mark}")
+        return found
+
+    def construct_schema(self, node: yaml.ScalarNode) -> Any:
+        """A scalar of `_SCHEMA`; one with a tag need not look like it.
+
+        Raises:
+            YAMLError: It does not.
+        """
+        pattern, value = _SCHEMA[node.tag.removeprefix(_TAG)]
+        text = self.construct_scalar(node)
+        if not re.fullmatch(pattern, text):
+            raise yaml.YAMLError(f"{text!r} is no {node.tag}{node.start_mark}")
+        return value(text)
 
 
 class _Dumper(yaml.SafeDumper):
-    """Quotes every text that `_Loader` would read as a number."""
+    """Quotes every text that `_Loader`, or a reader of YAML 1.1, would not read as text."""
 
 
-for kind in (_Loader, _Dumper):
-    kind.add_implicit_resolver(
-        "tag:yaml.org,2002:float",
-        re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?$"),
-        list("-+.0123456789"),
-    )
+_Loader.yaml_implicit_resolvers = {}  # those of YAML 1.1: sexagesimal numbers, dates, yes and no
+_Loader.yaml_constructors = {
+    tag: yaml.SafeLoader.yaml_constructors[tag]
+    for tag in (None, f"{_TAG}str", f"{_TAG}seq", f"{_TAG}map")
+}
+for _name, (_pattern, _) in _SCHEMA.items():
+    for _kind in (_Loader, _Dumper):
+        _kind.add_implicit_resolver(f"{_TAG}{_name}", re.compile(rf"(?:{_pattern})\Z"), None)
+    _Loader.add_constructor(f"{_TAG}{_name}", _Loader.construct_schema)
 
 
 def parse_yaml(text: str) -> Any:

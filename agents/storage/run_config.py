@@ -60,6 +60,6 @@ def _digest(values: dict[str, Any]) -> str:
     """SHA-256 of the entries, whatever their order and spelling in the file."""
     try:
         text = canonical_json(values)
-    except (TypeError, ValueError):  # NaN or a date: no config has them
+    except (TypeError, ValueError):  # NaN: no config has it
         return "none"
     return hashlib.sha256(text.encode()).hexdigest()

@@ -221,8 +221,48 @@ def test_numbers_in_yaml_are_numbers() -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        # the examples of YAML 1.2.2, section 10.3.2
+        ("[null, Null, NULL, ~, ]", [None] * 4),
+        ("a:", {"a": None}),
+        ("[true, True, TRUE, false, False, FALSE]", [True] * 3 + [False] * 3),
+        ("[0, 0o7, 0x3A, -19]", [0, 7, 0x3A, -19]),
+        ("[0., -0.0, .5, +12e03, -2E+05]", [0.0, -0.0, 0.5, 12e3, -2e5]),
+        ("[.inf, -.Inf, +.INF]", [math.inf, -math.inf, math.inf]),
+        # what YAML 1.1 reads otherwise
+        ("[010, 08, -010, +1]", [10, 8, -10, 1]),
+        ("[1:30:45, 1:30.5, 190:20]", ["1:30:45", "1:30.5", "190:20"]),
+        ("[yes, no, on, off, y, n, Yes, NO]", ["yes", "no", "on", "off", "y", "n", "Yes", "NO"]),
+        ("[2020-01-01, 2001-12-14t21:59:43Z]", ["2020-01-01", "2001-12-14t21:59:43Z"]),
+        (
+            "[0b11, 0O7, -0x1, nUll, tRue, =, <<]",
+            ["0b11", "0O7", "-0x1", "nUll", "tRue", "=", "<<"],
+        ),
+        ("[1_000_000, 1__0, _1, 1_]", [1_000_000, "1__0", "_1", "1_"]),
+        ("['1', \"true\", !!str 1, !!float 1, !!int '7']", ["1", "true", "1", 1.0, 7]),
+    ],
+)
+def test_scalars_are_those_of_the_core_schema_of_yaml_1_2(text: str, value: Any) -> None:
+    found = parse_yaml(text)
+    assert repr(found) == repr(value)
+    if isinstance(found, list):
+        assert repr(parse_yaml(dump_yaml({"again": found}))["again"]) == repr(value)
+
+
+@pytest.mark.parametrize(
     ("text", "why"),
     [
+        ("? [1, 2]\n: 3\n", "found unhashable key"),
+        ("? {a: 1}\n: 3\n", "found unhashable key"),
+        ("{1: a, 0x1: b}", "key 1 is there twice"),
+        ("a: !!int 1:30:45", "'1:30:45' is no"),
+        ("a: !!bool yes", "'yes' is no"),
+        ("a: !!int [1]", "expected a scalar"),
+        ("? !!seq b\n: 1", "found unhashable key"),
+        ("a: !!timestamp 2020-01-01", "timestamp"),
+        ("a: !!binary aGk=", "binary"),
+        ("a: !!set {x}", "set"),
         ("seed: 1\nseed: 2\n", "'seed' is there twice"),
         ("env_kwargs: {dt: 1, dt: 2}\n", "'dt' is there twice"),
         ("a: &a [1]\nb: *a\n", "aliases"),
