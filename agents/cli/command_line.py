@@ -11,6 +11,7 @@ from pathlib import Path
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs import ENVIRONMENTS, __version__
+from rigid_envs.checks import shown
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError
 from rigid_envs.scores.starts import N_STARTS
@@ -57,10 +58,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         ImportError,
         DependencyNotInstalled,
     ) as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {shown(str(error))}", file=sys.stderr)
         return 1
     except (ConfigError, DamagedFileError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {shown(str(error))}", file=sys.stderr)
         return 2
     return status
 

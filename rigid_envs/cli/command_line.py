@@ -12,6 +12,7 @@ from typing import Any
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs import ENVIRONMENTS, __version__, catalogue
+from rigid_envs.checks import shown
 from rigid_envs.cli.collecting import add_dataset
 from rigid_envs.cli.compiling import add_compile
 from rigid_envs.cli.completing import add_completion
@@ -52,12 +53,12 @@ def run(argv: Sequence[str] | None = None) -> int:
         status = options.act(options, rest) or 0
         sys.stdout.flush()
     except ValueError as error:
-        print(f"rigid-envs: {error}", file=sys.stderr)
+        print(f"rigid-envs: {shown(str(error))}", file=sys.stderr)
         return 2
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (DependencyNotInstalled, MissingPackageError, OSError) as error:
-        print(f"rigid-envs: {error}", file=sys.stderr)
+        print(f"rigid-envs: {shown(str(error))}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 128 + signal.SIGINT

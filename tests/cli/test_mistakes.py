@@ -63,3 +63,11 @@ def refuse(path: Path, words: list[str], capsys: pytest.CaptureFixture[str]) -> 
     assert said.startswith("rigid-envs: ") and said.count("\n") == 1, said
     assert str(path) in said
     assert before is None or path.read_bytes() == before
+
+
+def test_the_name_of_a_file_cannot_steer_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "\x1b[2J\r.json").touch()
+    assert main(["leaderboard", str(tmp_path)]) == 2
+    assert "\\x1b[2J\\r.json" in capsys.readouterr().err

@@ -219,3 +219,10 @@ def test_a_bug_is_not_dressed_up_as_a_mistake(
     monkeypatch.setattr(trainer_module, "sweep", broken)
     with pytest.raises(KeyError, match="a bug"):
         main(["train", "--resume", str(complete), "--quiet"])
+
+
+def test_the_name_of_a_file_cannot_steer_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "\x1b[2J\r.json").touch()
+    assert "\\x1b[2J\\r.json" in refused(["leaderboard", str(tmp_path)], capsys)
