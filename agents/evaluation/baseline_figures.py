@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from rigid_envs.catalogue import families
 from rigid_envs.files import write_atomic
+from rigid_envs.leaderboard.escaping import in_plot
 from rigid_envs.leaderboard.style import INK, MUTED, dress, look
 from rigid_envs.scores.aggregates import (
     interquartile_mean,
@@ -93,7 +94,8 @@ def _draw_curves(groups: Grouped, ids: Sequence[str]) -> Figure:
         panel.set_visible(False)
     shown = [name for name in groups if any(env_id in groups[name] for env_id in ids)]
     handles = [panels[0].plot([], [], color=_colour(groups, name))[0] for name in shown]
-    figure.legend(handles, shown, loc="outside upper left", ncols=len(shown), frameon=False,
+    names = [in_plot(name) for name in shown]
+    figure.legend(handles, names, loc="outside upper left", ncols=len(shown), frameon=False,
                   fontsize=9, labelcolor=MUTED)  # fmt: skip
     return figure
 
@@ -174,7 +176,10 @@ def _draw_improvement(groups: Grouped) -> Figure:
     for one, other, ids in pairs(groups):
         runs = results_of(groups, one, ids), results_of(groups, other, ids)
         ends = interval_of(probability_of_improvement, *runs, n_resamples=_RESAMPLES)
-        rows[f"{one} > {other} ({len(ids)})"] = probability_of_improvement(*runs), ends
+        rows[f"{in_plot(one)} > {in_plot(other)} ({len(ids)})"] = (
+            probability_of_improvement(*runs),
+            ends,
+        )
         colours.append(_colour(groups, one))
     figure = _draw_intervals(rows, colours, "probability of improvement")
     figure.axes[0].axvline(0.5, color=MUTED, lw=0.8, ls=":")
@@ -207,4 +212,4 @@ def _colour(groups: Grouped, name: str) -> str:
 
 def _with_count(groups: Grouped, name: str) -> str:
     count = len(groups[name])
-    return f"{name} ({count} environment{'s' if count > 1 else ''})"
+    return f"{in_plot(name)} ({count} environment{'s' if count > 1 else ''})"

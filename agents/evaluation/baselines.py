@@ -12,6 +12,7 @@ import numpy as np
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.catalogue import families, task_of
 from rigid_envs.errors import ConfigError
+from rigid_envs.leaderboard.escaping import in_markdown
 from rigid_envs.scores.aggregates import (
     interquartile_mean,
     probability_of_improvement,
@@ -164,7 +165,7 @@ def _overall(groups: Grouped) -> str:
         runs = results_of(groups, name)
         cpu = max(_cpu(record) for each in by_id.values() for record in each)
         rows.append((
-            name,
+            in_markdown(name),
             str(len(by_id)),
             str(sum(map(len, by_id.values()))),
             f"{sum(rate >= SOLVED for rate in rates)} of {len(by_id)}",
@@ -182,7 +183,15 @@ def _comparisons(groups: Grouped) -> str:
         runs = results_of(groups, one, ids), results_of(groups, other, ids)
         chance = probability_of_improvement(*runs)
         ends = interval_of(probability_of_improvement, *runs)
-        rows.append((one, other, str(len(ids)), f"{100 * chance:.0f} %", _told(ends, 100.0)))
+        rows.append(
+            (
+                in_markdown(one),
+                in_markdown(other),
+                str(len(ids)),
+                f"{100 * chance:.0f} %",
+                _told(ends, 100.0),
+            )
+        )
     return _table(("policy", "against", "environments", "probability", "95 %"), rows)
 
 
@@ -207,7 +216,7 @@ def _rows(groups: Grouped, env_id: str) -> list[tuple[str, ...]]:
         ratios = [_ratio(record) for record in records if record.successes.any()]
         rows.append((
             f"`{env_id.rpartition('/')[2].removesuffix('-v0')}`",
-            name,
+            in_markdown(name),
             str(len(records)),
             f"{100 * np.mean(rates):.1f} %",
             _interval(rates, 100.0),

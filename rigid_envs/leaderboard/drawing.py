@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigid_envs.leaderboard.escaping import in_plot
 from rigid_envs.leaderboard.rows import Row, kind_of
 from rigid_envs.leaderboard.style import INK, MUTED, dress, look
 from rigid_envs.render.needed import needed
@@ -46,7 +47,7 @@ def draw(results: Sequence[Row]) -> Figure:
         at = [-ids.index(r.env_id) - 0.5 * (k / max(len(names) - 1, 1) - 0.5) for r in own]
         colour, marker = look(k)
         axes.hlines(at, figures[:, 1], figures[:, 2], color=colour, lw=1.6, alpha=0.6)
-        axes.plot(figures[:, 0], at, marker, ms=4.5, color=colour, label=name)
+        axes.plot(figures[:, 0], at, marker, ms=4.5, color=colour, label=in_plot(name))
     axes.set_yticks([-k for k in range(len(ids))], [i.split("/")[-1] for i in ids], color=INK)
     axes.set_xlim(-0.02, 1.02)
     dress(axes, "")

@@ -13,6 +13,7 @@ from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import read_json, write_atomic
 from rigid_envs.leaderboard.drawing import draw, require_matplotlib
+from rigid_envs.leaderboard.escaping import in_markdown
 from rigid_envs.leaderboard.rows import Row, kind_of, packaged_rows, row_of, sorted_rows
 from rigid_envs.scores.aggregates import interquartile_mean, stratified_bootstrap
 from rigid_envs.scores.reading import read_evaluation
@@ -104,7 +105,7 @@ def markdown(results: Sequence[Row]) -> str:
                ("---", *["---:"] * 4), *_overall(results)]  # fmt: skip
     sides = ("---", "---", *["---:"] * 4, "---", *["---:"] * 4)
     rows = [_HEADER, sides, *map(_cells, results)]
-    notes = "\n".join(dict.fromkeys(row.source for row in results))
+    notes = "\n".join(dict.fromkeys(in_markdown(row.source) for row in results))
     return f"{_INTRODUCTION}\n{_ALL}\n{_table(overall)}\n\n{_table(rows)}\n\n{notes}\n"
 
 
@@ -123,7 +124,7 @@ def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
             ends = "{:.3f} .. {:.3f}".format(*stratified_bootstrap(interquartile_mean, by_id))
         found.append((interquartile_mean(by_id), name, len(by_id), n, ends))
     return [
-        (name, str(n_ids), str(n), f"{mean:.3f}", ends)
+        (in_markdown(name), str(n_ids), str(n), f"{mean:.3f}", ends)
         for mean, name, n_ids, n, ends in sorted(found, reverse=True)
     ]
 
@@ -134,10 +135,10 @@ def _table(rows: Sequence[Sequence[str]]) -> str:
 
 def _cells(result: Row) -> tuple[str, ...]:
     success, found, cost = result.success, result.efficiency, result.cost
-    unit = f" [{cost.unit}]" if cost is not None and cost.unit else ""
+    unit = f" [{in_markdown(cost.unit)}]" if cost is not None and cost.unit else ""
     return (
         f"`{result.env_id.split('/')[-1]}`",
-        result.policy,
+        in_markdown(result.policy),
         f"{100 * success.mean:.1f} %",
         f"{100 * success.low:.1f} .. {100 * success.high:.1f}",
         "-" if found is None else f"**{found.mean:.3f}**",

@@ -1,19 +1,29 @@
 """A folder of results becomes a table and a plot."""
 
+import html
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from markdown_it import MarkdownIt
 
 import rigid_envs
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.cli import main
 from rigid_envs.documents import write_document
 from rigid_envs.files import DamagedFileError
-from rigid_envs.leaderboard import markdown, packaged_rows, read_results, row_of, sorted_rows
+from rigid_envs.leaderboard import (
+    markdown,
+    packaged_rows,
+    read_results,
+    row_of,
+    sorted_rows,
+    write_leaderboard,
+)
 from rigid_envs.leaderboard.style import look
 from rigid_envs.policies import published
 from rigid_envs.scores import read_evaluation
@@ -134,3 +144,21 @@ def test_without_matplotlib_it_is_refused_before_anything_is_read(
     assert main(["leaderboard", str(folder)]) == 1
     assert capsys.readouterr().err.count('pip install "rigid-envs[render]"') == 1
     assert not (folder / "leaderboard.md").exists()
+
+
+FORGED = (
+    "best | 100.0 % | <script>alert(1)</script> [click](http://x.example) `a` $\\frac$ **b** \\"
+)
+
+
+def test_a_name_is_shown_letter_by_letter_and_forges_no_row(folder: Path) -> None:
+    for key, value in (("algo", FORGED), ("cost", ["loss", "<b> | 0", 0.0])):
+        row = result(folder, "zero") | {key: value}
+        del row["sha256"]
+        (folder / "below" / f"forged_{key}.json").write_text(json.dumps(row))
+    text = write_leaderboard(folder)
+    shown = MarkdownIt("commonmark", {"html": True}).enable("table").render(text)
+    cells = [html.unescape(cell) for cell in re.findall(r"<td[^>]*>(.*?)</td>", shown)]
+    assert cells.count(FORGED) == 2  # in both tables
+    assert "loss [<b> | 0]" in cells
+    assert "<script" not in shown and "<a " not in shown and "<b>" not in shown
