@@ -67,6 +67,9 @@ def test_no_labels_take_no_room_and_long_ones_are_cut() -> None:
     assert labelled([picture], [""]).shape == (96, 96, 3)
     one, other = (labelled([picture], [text]) for text in ("x" * 100, "x" * 200))
     assert np.array_equal(one, other)
+    short, none = (labelled([picture], [text])[: len(one) - 96] for text in ("x", " "))
+    assert 0 < np.count_nonzero(short != none) < np.count_nonzero(one[: len(none)] != none)
+    assert len(np.unique(none)) > 1  # a line below the text
 
 
 def test_control_periods_are_met_exactly() -> None:

@@ -144,9 +144,11 @@ def test_max_bytes_that_cannot_be_met_is_refused_with_the_least_size(
         ("a.avi", r"a\.avi'; expected a name that ends in \.mp4, \.gif or \.webp"),
         ("a", "expected a name that ends in"),
         ("nowhere/a.mp4", "expected a file in a folder that exists"),
+        ("folder.gif", "expected a file: this is a folder"),
     ],
 )
 def test_another_file_is_refused(tmp_path: Path, name: str, message: str) -> None:
+    (tmp_path / "folder.gif").mkdir()
     with pytest.raises(ValueError, match=message):
         write_film(tmp_path / name, moving_square(), FPS)
 
