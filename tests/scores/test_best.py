@@ -55,6 +55,24 @@ def test_data_that_have_been_changed_are_found(monkeypatch, capsys):
     assert "riccati" in next(x for x in capsys.readouterr().out.splitlines() if "FAILS" in x)
 
 
+def test_figures_that_differ_are_told_of_their_policies_alone(monkeypatch, capsys):
+    known = best_known(DETUMBLE)
+    (found,) = trained(DETUMBLE)
+    start = int(np.flatnonzero(found.successes)[0])
+    finders = (*known.finders[:start], found.policy, *known.finders[start + 1 :])
+    who = found.policy.split()[0]
+    for cost, rate, told in ((1e-8, 0.9e-3, {who}), (0.0, 2e-3, {"zero"})):
+        costs, zero = known.costs.copy(), dict(known.policies["zero"])
+        costs[start] = found.costs[start] * (1.0 - cost)
+        zero["success_rate"] += rate
+        policies = {**known.policies, "zero": zero}
+        changed = replace(known, costs=costs, finders=finders, policies=policies)
+        monkeypatch.setattr("rigid_envs.scores.best_known", lambda _, changed=changed: changed)
+        assert main(["verify", "--scores", DETUMBLE]) == 1
+        lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+        assert {words[1] for words in lines if words[-1:] == ["FAILS"]} == told
+
+
 def test_a_file_is_read_as_it_was_written_and_damaged_ones_are_refused(tmp_path):
     known, file = find(GRID, n=5), tmp_path / "grid.json"
     write_best(file, replace(known, costs=np.array([*known.costs[:4], np.nan]),
