@@ -56,6 +56,7 @@ KILLED_SWEEPS = (
     f"{SWEEPS[0]}::test_a_sweep_listens_nowhere_and_killed_leaves_no_process_and_its_run_saved",
 )
 CONFIG = ("tests/agents/config/test_config.py",)
+TRAININGS = ("tests/agents/sweeps/test_trainings.py",)
 
 _A = "agents/training/"
 BUGS = (
@@ -94,6 +95,10 @@ BUGS = (
         "number = max(", "number = min(", RUNS),
     Bug("overwrite deletes the lock", "agents/storage/runs.py",
         "for path in folder.iterdir() if path.name != _LOCK", "for path in folder.iterdir()", RUNS),
+    Bug("overwrite deletes what links point to", "agents/storage/runs.py",
+        "path.is_dir() and not path.is_symlink()", "path.resolve().is_dir()", RUNS),
+    Bug("overwrite follows a link with another name", "agents/storage/runs.py",
+        " and not folder.is_symlink()", "", RUNS),
     Bug("the digest of a config is of its keys", "agents/storage/run_config.py",
         "canonical_json(values)", "canonical_json(dict.fromkeys(values))", RUNS),
     # a training, and that it goes on
@@ -239,6 +244,23 @@ BUGS = (
         '            shutil.rmtree(run / "checkpoints", ignore_errors=True)\n', "", SWEEPS),
     Bug("a killed sweep leaves its processes", "agents/sweeps/processes.py",
         "    threading.Thread(target=_end_with_parent, daemon=True).start()\n", "", KILLED_SWEEPS),
+    Bug("a seed that is named twice is trained twice", "agents/cli/words.py",
+        "return list(dict.fromkeys(found))", "return found", TRAININGS),
+    Bug("seeds of an empty range are none", "agents/cli/words.py",
+        " or numbers[0] > numbers[-1]", "", TRAININGS),
+    Bug("a part that is named twice is trained twice", "agents/cli/ablating.py",
+        "dict.fromkeys(options.parts)", "options.parts", TRAININGS),
+    Bug("an environment that is named twice is trained twice", "agents/cli/verbs.py",
+        "dict.fromkeys(map(full_id, options.ids))", "map(full_id, options.ids)", TRAININGS),
+    Bug("a value of a task begins at its last =", "agents/config/options.py",
+        'word.partition("=")', 'word.rpartition("=")', CONFIG),
+    Bug("any run that has begun is complete", f"{_A}recording.py",
+        "bool(times) and int(times[_STEPS]) >= run.config().total_timesteps", "bool(times)",
+        TRAININGS),
+    Bug("what has not begun is complete", f"{_A}recording.py",
+        "return bool(times) and int", "return not times or int", TRAININGS),
+    Bug("a sweep records what is not complete", "agents/sweeps/training.py",
+        "run.new is not None or not is_complete(run)", "run.new is not None", TRAININGS),
     Bug("a run is complete an update late", f"{_A}recording.py",
         "int(times[_STEPS]) >= run", "int(times[_STEPS]) > run", SWEEPS),
     Bug("a record has the steps of the run for those of its policy", f"{_A}recording.py",
