@@ -67,6 +67,9 @@ def test_the_errors_say_what_success_is(env_id):
         )
     assert met.any()
     np.testing.assert_array_equal(met, motion.successes)
+    if "held" in model.task.aux_names:  # the time of success so far
+        held = motion.aux[1:, :, model.task.aux_names.index("held")] > 0.0
+        np.testing.assert_array_equal(sizes <= 1.0, held)
 
 
 @pytest.mark.parametrize("env_id", IDS)
