@@ -1,5 +1,6 @@
 """Whatever a path is, a command ends in one line that names it, with a status and no trace."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,39 @@ WRITTEN = [
     ["frames", "--ids", "BallPark", "--page", "PATH/page.md"],
     ["evaluate", "BallPark", "--policy", "zero", "--starts", "2", "--out", "PATH/out.json"],
 ]
+
+FIXED = [  # verbs that take no hyperparameters
+    *(["list"], ["docs", "new"], ["bench"], ["verify"], ["verify", "--policies"], ["best"]),
+    *(["leaderboard", "."], ["frames"], ["films", "new"], ["gallery", "--out", "new"]),
+    *(["replay", "some.npz"], ["completion", "bash"], ["dataset", "--check", "some"]),
+]
+OPEN = [
+    *(["describe", "BallPark"], ["compile", "BallPark"], ["play", "BallPark", "--help-keys"]),
+    ["evaluate", "BallPark", "--policy", "zero", "--starts", "1", "--out", "new"],
+    ["dataset", "BallPark", "--policy", "random", "--episodes", "1", "--out", "new"],
+]
+
+
+@pytest.mark.parametrize("words", FIXED + OPEN, ids=" ".join)
+def test_an_option_that_a_verb_does_not_have_is_refused_before_anything_is_done(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main([*words, "--nonsense", "1"]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1
+    assert ("argument = '--nonsense'" if words in FIXED else "config.nonsense: unknown") in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_all_verbs_are_asked(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    verbs = re.findall(r"^    (\w+)\b", capsys.readouterr().out, re.MULTILINE)
+    assert len(verbs) > 10 and set(verbs) == {words[0] for words in FIXED + OPEN}
 
 
 @pytest.mark.parametrize("kind", NOT_A_FILE)

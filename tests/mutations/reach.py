@@ -28,7 +28,11 @@ PACKAGES = {
     "references": ("tests/references",),
     "datasets": ("tests/datasets",),
     "sb3": ("tests/sb3",),
-    "cli": ("tests/cli", "tests/test_cli.py"),
+    "cli": (
+        *("tests/cli", "tests/test_cli.py", "tests/scores/test_best.py", "tests/leaderboard"),
+        *("tests/scores/test_repeating.py", "tests/policies/test_published.py", "tests/datasets"),
+        *("tests/scores/test_public.py", "tests/films", "tests/gallery/test_page.py"),
+    ),
     "envs": (
         *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
         "rigid_envs/testing",
