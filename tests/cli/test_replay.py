@@ -1,10 +1,12 @@
 """`rigid-envs replay`: what it prints, writes and refuses."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from rigid_envs.cli import main
+from rigid_envs.replays import Replay, play_again
 from tests.replays.examples import free_body, rolling_ball
 
 
@@ -33,6 +35,39 @@ def test_a_page_of_several_files_is_written(
     assert main(["replay", *map(str, files), "--html", str(out)]) == 0
     assert f"written to {out}" in capsys.readouterr().out
     assert out.read_text().startswith("<!doctype html>")
+
+
+@pytest.mark.parametrize(
+    ("words", "lengths"),
+    [
+        (["MANY"], [1, 2, 3, 4]),  # a page has room for so many
+        (["MANY", "BALL"], [1, 10]),
+        (["BALL", "MANY"], [10, 1]),
+        (["MANY", "--episodes", "4", "2"], [5, 3]),
+        (["MANY", "BALL", "--episodes", "0"], [1, 10]),
+    ],
+)
+def test_the_first_episodes_of_a_file_or_the_first_of_each_are_shown_or_those_that_are_named(
+    files: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str],
+    lengths: list[int],
+) -> None:  # fmt: skip
+    ball = rolling_ball("policy", 0, 6)
+    (whole,) = ball.episodes
+    many = [play_again(ball.task, whole.start, whole.actions[:k]) for k in range(1, 6)]
+    places = {
+        "MANY": str(replace(ball, episodes=tuple(many)).save(tmp_path / "many.npz")),
+        "BALL": str(files[1]),
+    }
+    shown: list[int] = []
+
+    def note(file: Path, chosen: list[tuple[Replay, int]]) -> Path:
+        shown.extend(len(replay.episodes[k]) for replay, k in chosen)
+        return Path(places["MANY"])
+
+    monkeypatch.setattr("rigid_envs.replays.page.write_html", note)
+    page = str(tmp_path / "page.html")
+    assert main(["replay", *(places.get(word, word) for word in words), "--html", page]) == 0
+    assert shown == lengths
 
 
 @pytest.mark.parametrize(
