@@ -77,6 +77,14 @@ def test_a_policy_is_loaded_from_its_file_or_its_folder(tmp_path: Path) -> None:
         rigid_envs.load(file)
 
 
+def test_a_file_of_more_than_256_mebibytes_is_not_read(tmp_path: Path) -> None:
+    file = tmp_path / "policy.safetensors"
+    with file.open("wb") as sparse:
+        sparse.truncate(2**28 + 1)
+    with pytest.raises(DamagedFileError, match=f"{2**28 + 1} bytes; expected at most {2**28}"):
+        rigid_envs.load(file)
+
+
 def test_one_observation_is_acted_on_as_among_others() -> None:
     policy = CompiledPolicy(*example())
     obs = STREAM.normal(size=(40, policy.n_obs)).astype(np.float32)
