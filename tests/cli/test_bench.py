@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,8 @@ def test_the_report_fits_a_page_and_names_the_peers() -> None:
     assert re.search(r"^6000 s in steps of 0\.05 s +7\.0e-14 +9\.0e-10 +1\.0e-06$", text, re.M)
     assert re.search(r"^RigidEnvs/IntermediateAxis-v0 +0\.80 s +6\.00 s$", text, re.MULTILINE)
     assert not re.search("goal|target|met", text)  # an installed user has no targets
+    assert "substeps per control period" in text
+    assert "substeps per control period" not in as_text(provenance(), replace(FIGURES, mujoco=()))
 
 
 @pytest.mark.parametrize(

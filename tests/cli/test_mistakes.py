@@ -89,6 +89,15 @@ def test_what_cannot_be_a_folder_is_named_in_one_line(
     refuse(PATHS[kind](tmp_path), words, capsys)
 
 
+def test_a_file_in_the_place_of_a_folder_of_pages_is_a_mistake_of_the_caller(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "docs").write_text("mine")
+    assert main(["docs", str(tmp_path / "docs"), "--ids", "BallPark"]) == 2
+    assert "docs; expected a folder: this is a file" in capsys.readouterr().err
+    assert (tmp_path / "docs").read_text() == "mine"
+
+
 def refuse(path: Path, words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     """Run a command that must end in one line with the path in it, and change no file there."""
     before = path.read_bytes() if path.is_file() else None

@@ -56,6 +56,8 @@ def test_every_row_has_its_point_and_its_interval_beside_the_name_of_its_id(
             for line in ends
         )
     assert len({y for _, y in points}) == len(points)  # no point hides another
+    (axes,) = draw(rows[:2]).axes
+    assert sum(line.get_ydata()[0] for line in axes.lines) == 0.0  # on both sides of the name
 
 
 def test_policies_are_told_from_one_another_and_named_in_the_legend(rows: list[Row]) -> None:

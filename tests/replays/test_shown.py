@@ -149,6 +149,7 @@ def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free: tuple[Task, Episo
     for frame in panel.frames:
         pose = frame.poses["ellipsoid"]
         contact = np.asarray(frame.arrows["omega"][1])
+        assert frame.arrows["omega"][0] == (0.0, 0.0, 0.0)
         on_sphere = rotations.rotate_inverse(pose.q, contact) / np.array(pose.scale)
         assert np.linalg.norm(on_sphere) == pytest.approx(1.0, abs=1e-9)
         assert contact[2] == pytest.approx(floor.height, abs=1e-6)  # the energy error
@@ -190,6 +191,17 @@ def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, Episod
     ratio = np.sum((system.moments * omega) ** 2, -1) / np.sum(system.moments * omega**2, -1)
     assert np.allclose(ratio, np.sort(system.moments)[1], rtol=1e-12)
     assert len(points) > 200
+
+
+def test_the_ball_of_an_inset_is_closed_and_round(free: tuple[Task, Episode]) -> None:
+    task, episode = free
+    (panel,) = insets(task.system(episode.parameters), moments(task, episode, 1), driven=True)
+    mesh = panel.scene.parts["ellipsoid"].mesh
+    a, b, c = (np.asarray(mesh.vertices)[np.asarray(mesh.triangles)[:, k]] for k in range(3))
+    outward = np.cross(b - a, c - a)
+    assert 0.5 * np.linalg.norm(outward, axis=1).sum() == pytest.approx(4.0 * np.pi, rel=0.02)
+    assert (a * outward).sum() / 6.0 == pytest.approx(4.0 / 3.0 * np.pi, rel=0.02)  # its volume
+    assert np.allclose(outward.sum(axis=0), 0.0, atol=1e-4)
 
 
 def test_axis_of_a_top_is_on_the_unit_sphere() -> None:
