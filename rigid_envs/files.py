@@ -142,8 +142,8 @@ def named_damage(path: Path, mend: str = "") -> Iterator[None]:
     """
     try:
         yield
-    except DamagedFileError:
-        raise
+    except DamagedFileError as error:  # which has a name already
+        raise DamagedFileError(f"{error}{mend and '; '}{mend}") from error
     except _MISFITS as error:
         why = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise DamagedFileError(f"{path}: {why[:_LONGEST]}{mend and '; '}{mend}") from error

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_envs.files import DamagedFileError, write_atomic
-from rigid_envs.replays.archive import read_arrays
+from rigid_envs.archive import read_arrays
+from rigid_envs.checks import exact_array, require
+from rigid_envs.files import named_damage, write_atomic
 
 __all__ = ["read_evaluations", "write_evaluations"]
 
-_NAMES = {"timesteps", "results", "ep_lengths", "successes", "costs"}
+_NAMES = ("timesteps", "results", "ep_lengths", "successes", "costs")
+_LIMIT = 2**26  # bytes
 
 
 def write_evaluations(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -40,7 +42,11 @@ def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
         DamagedFileError: Anything but that; names the file.
         FileNotFoundError: There is no such file.
     """
-    arrays = read_arrays(path)
-    if missing := sorted(_NAMES - arrays.keys()):
-        raise DamagedFileError(f"{path}: no evaluations of a training: no {', '.join(missing)}")
+    arrays = read_arrays(path, _LIMIT, _NAMES)
+    with named_damage(path):
+        exact_array(arrays["timesteps"], "timesteps", "k")
+        shape = arrays["results"].shape
+        for name in _NAMES[1:]:
+            exact_array(arrays[name].astype(np.float64), name, len(arrays["timesteps"]), "n")
+            require(arrays[name].shape == shape, arrays[name].shape, f"shape of {name}", str(shape))
     return arrays

@@ -13,12 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs import catalogue
+from rigid_envs.archive import read_arrays, write_arrays
 from rigid_envs.checks import printable
 from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError, canonical_json
 from rigid_envs.provenance import provenance
 from rigid_envs.registry import ENVIRONMENTS, load
-from rigid_envs.replays.archive import read_arrays, write_arrays
 from rigid_envs.replays.checking import episodes_from, row_names
 from rigid_envs.replays.episode import ARRAYS, Episode, checked_label
 from rigid_envs.tasks import Task

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.catalogue import task_of
+from rigid_envs.files import DamagedFileError
 from rigid_envs.policies import load, published
 from rigid_envs.provenance import provenance
 from rigid_envs.scores.best import Best, nobody
@@ -90,7 +92,16 @@ def replayed(env_id: str, n: int = N_STARTS, folder: Path = FOLDER) -> list[Eval
         folder: Where they are.
     """
     file = file_of_plans(env_id, folder)
-    return [evaluate(env_id, read_plans(file).policy(n), n=n)] if file.exists() else []
+    if not file.exists():
+        return []
+    plans = read_plans(file)
+    (_, starts, entries), needed = plans.actions.shape, len(task_of(env_id).actions())
+    if starts < n or entries != needed:
+        raise DamagedFileError(
+            f"{file}: actions of {entries} entries from {starts} starts; expected {needed} from at "
+            f"least {n}, for {env_id}: write it anew: rigid-envs best --plan"
+        )
+    return [evaluate(env_id, plans.policy(n), n=n)]
 
 
 def trained(env_id: str, n: int = N_STARTS) -> list[Evaluation]:

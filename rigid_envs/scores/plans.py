@@ -6,16 +6,16 @@
 from __future__ import annotations
 
 import io
-import lzma
 import zipfile
-import zlib
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.files import DamagedFileError, read_bytes, write_atomic
+from rigid_envs.archive import read_arrays
+from rigid_envs.checks import integer, require
+from rigid_envs.files import named_damage, write_atomic
 from rigid_envs.scores.policies import PolicyFactory, recorded
 
 __all__ = ["FOLDER", "PLANNER", "StoredPlans", "file_of_plans", "read_plans", "write_plans"]
@@ -26,25 +26,15 @@ PLANNER = "planner"
 FOLDER = Path(__file__).with_name("plans")
 """The data."""
 
-_LIMIT = 2**22  # bytes
-# what zipfile raises where bytes are wrong, also those that name the kind of compression
-_DAMAGES = (
-    KeyError,
-    EOFError,
-    ValueError,
-    OSError,
-    NotImplementedError,
-    zipfile.BadZipFile,
-    lzma.LZMAError,
-    zlib.error,
-)
+_LIMIT = 2**25  # bytes, unpacked
+_MOST_PERIODS = 10_000  # control periods that plans may last
 
 
 class StoredPlans(NamedTuple):
     """Plans from the starts of the evaluation set.
 
     Attributes:
-        actions: Shape (T, n, m), float32.
+        actions: Shape (T, n, m), float32, each from -1 to 1.
         hold: Number of control periods for which each is held.
     """
 
@@ -94,14 +84,15 @@ def read_plans(file: Path) -> StoredPlans:
     Raises:
         DamagedFileError: It holds something else.
     """
-    content = read_bytes(file, _LIMIT)
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as data:
-            octets, hold = data["octets"], int(data["hold"])
-        if octets.dtype != np.uint8 or octets.ndim != 4 or len(octets) != 4 or hold < 1:
-            raise ValueError("expected bytes of shape (4, n, m, T), and hold from 1")
+    with named_damage(file, "write it anew: rigid-envs best --plan"):
+        arrays = read_arrays(file, _LIMIT, ("octets", "hold"))
+        octets, held = arrays["octets"], cast(Any, arrays["hold"])
+        hold = integer(held, "hold", 1)
+        if octets.dtype != np.uint8 or octets.ndim != 4 or len(octets) != 4 or not octets.size:
+            raise ValueError(f"octets: {octets.dtype} of shape {octets.shape}; expected uint8 of "
+                             "(4, n, m, T)")  # fmt: skip
+        require(octets.shape[3] * hold <= _MOST_PERIODS, hold, "hold",
+                f"plans of at most {_MOST_PERIODS} control periods")  # fmt: skip
         along = np.ascontiguousarray(np.moveaxis(octets, 0, -1)).view("<f4")[..., 0]
-        actions = np.ascontiguousarray(along.transpose(2, 0, 1), dtype=np.float32)
-        return StoredPlans(actions, hold)
-    except _DAMAGES as error:
-        raise DamagedFileError(f"{file}: {error}; write it anew: rigid-envs best --plan") from error
+        require(np.abs(along) <= 1.0, along, "actions", "numbers from -1 to 1")  # and no NaN
+        return StoredPlans(np.ascontiguousarray(along.transpose(2, 0, 1), np.float32), hold)

@@ -1,6 +1,6 @@
 """Small files that would take much memory or time: ``python -m tests.loading.bombs``.
 
-Prints for every kind of file and bomb the time that its reader took [s] and by how much the
+Prints for every kind of file and bomb the time that its reader computed [s] and by how much the
 process grew [MiB], as JSON; a reader must refuse each.
 """
 
@@ -38,23 +38,31 @@ def _zipped(kind: int, *members: tuple[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def _zeros(kind: int) -> bytes:
+def _zeros(kind: int, shape: tuple[int, ...] = (2**26,)) -> bytes:
     """An archive whose one array is half a gigabyte of zeros, written by the megabyte."""
     buffer = io.BytesIO()
     with (
         zipfile.ZipFile(buffer, "w", kind) as archive,
         archive.open("timesteps.npy", "w") as member,
     ):
-        member.write(_header((2**26,)))
+        member.write(_header(shape))
         for _ in range(2**9):
             member.write(bytes(2**20))
     return buffer.getvalue()
 
 
-def _many() -> bytes:
+def _understated(kind: int) -> bytes:
+    """The same, of which the list of its members says that it unpacks into 200 bytes."""
+    data = bytearray(_zeros(kind, (9,)))
+    place = data.index(b"PK\x01\x02") + 24
+    data[place : place + 4] = (200).to_bytes(4, "little")
+    return bytes(data)
+
+
+def _many(n: int = _DEEP) -> bytes:
     """An archive with very many members."""
-    names = (f"{k}.npy" for k in range(_DEEP))
-    return _zipped(zipfile.ZIP_STORED, *((name, b"") for name in names))
+    content = _header((0,))
+    return _zipped(zipfile.ZIP_STORED, *((f"{k}.npy", content) for k in range(n)))
 
 
 def _tensors(header: bytes) -> bytes:
@@ -64,6 +72,10 @@ def _tensors(header: bytes) -> bytes:
 BOMBS: dict[str, Callable[[], bytes]] = {
     "zip, zeros": lambda: _zeros(zipfile.ZIP_DEFLATED),
     "zip, zeros, LZMA": lambda: _zeros(zipfile.ZIP_LZMA),
+    "zip, zeros behind an array": lambda: _zeros(zipfile.ZIP_LZMA, (9,)),
+    "zip, zeros, understated": lambda: _understated(zipfile.ZIP_DEFLATED),
+    "zip, zeros, understated, LZMA": lambda: _understated(zipfile.ZIP_LZMA),
+    "zip, zeros, bzip2": lambda: _zeros(zipfile.ZIP_BZIP2),
     "zip, many members": _many,
     "zip, long array": lambda: _zipped(zipfile.ZIP_STORED, ("timesteps.npy", _header((_HUGE,)))),
     "zip, twice the same": lambda: _zipped(
@@ -89,6 +101,9 @@ BOMBS: dict[str, Callable[[], bytes]] = {
             {"a": {"dtype": "F64", "shape": [_HUGE, _HUGE], "data_offsets": [0, 8 * _HUGE**2]}}
         ).encode()
     ),
+    "tensors, many axes": lambda: _tensors(
+        b'{"a": {"dtype": "F64", "data_offsets": [0, 0], "shape": [9' + b", 9" * 10**6 + b"]}}"
+    ),
     "tensors, many": lambda: _tensors(
         json.dumps(
             {
@@ -111,13 +126,13 @@ def main() -> None:
             reader.read(path)
             for name, data in bombs.items():
                 path.write_bytes(data)
-                before, begin = _peak(), time.perf_counter()
+                before, begin = _peak(), time.process_time()
                 try:
                     reader.read(path)
                     end = "read"
                 except (ValueError, OSError) as error:
                     end = type(error).__name__
-                spent = time.perf_counter() - begin
+                spent = time.process_time() - begin
                 taken[f"{kind}: {name}"] = [end, spent, _peak() - before]
     print(json.dumps(taken))
 

@@ -23,7 +23,7 @@ __all__ = ["READERS", "Reader"]
 
 ID = "RigidEnvs/Detumble-v0"
 PLANNED = "RigidEnvs/PivotTop-v0"
-_EVALUATIONS = ("timesteps", "results", "ep_lengths", "successes", "costs")
+_EVALUATIONS = ("results", "ep_lengths", "successes", "costs")
 
 
 class Reader(NamedTuple):
@@ -67,7 +67,9 @@ READERS = {
     "plans": Reader("plans.npz", _copy_of(file_of_plans(PLANNED)), read_plans),
     "evaluations": Reader(
         "evaluations.npz",
-        lambda path: write_evaluations(path, dict.fromkeys(_EVALUATIONS, np.zeros((3, 2)))),
+        lambda path: write_evaluations(
+            path, {"timesteps": np.arange(3), **dict.fromkeys(_EVALUATIONS, np.zeros((3, 2)))}
+        ),
         read_evaluations,
     ),
     "best": Reader("best.json", _copy_of(file_of_best(ID)), read_best),

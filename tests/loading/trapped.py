@@ -22,11 +22,11 @@ import rigid_envs
 from agents.cli.command_line import main as agents
 from agents.config.search import read_search
 from agents.config.yaml_data import dump_yaml
+from rigid_envs.archive import read_arrays, write_arrays
 from rigid_envs.cli import main as command
 from rigid_envs.documents import sealed
 from rigid_envs.policies import FOLDER, read_policy, write_policy
 from rigid_envs.replays import load_replay
-from rigid_envs.replays.archive import read_arrays, write_arrays
 from rigid_envs.scores import evaluate, read_evaluation
 from rigid_envs.scores.published import recheck
 from rigid_envs.scores.records import read_records

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.archive import write_arrays
 from rigid_envs.files import DamagedFileError
 from rigid_envs.replays import RecordReplay, RecordRows, Replay, load_replay, play_again, same_bits
 
@@ -143,8 +144,15 @@ def test_an_array_that_claims_more_than_it_holds_is_refused(file: Path, tmp_path
     )
     with zipfile.ZipFile(tmp_path / "large.npz", "w") as archive:
         archive.writestr("0/y.npy", buffer.getvalue())
-    with pytest.raises(DamagedFileError, match="0 bytes; expected 48000000000000"):
+    with pytest.raises(DamagedFileError, match="48000000000000 bytes unpacked; expected at most"):
         load_replay(tmp_path / "large.npz")
+
+
+def test_more_than_can_be_read_again_is_not_written(tmp_path: Path) -> None:
+    for arrays in ({"a": np.empty(2**25 + 1)}, {str(k): np.zeros(0) for k in range(50_001)}):
+        with pytest.raises(ValueError, match=r"expected at most 50000 of .*: write several files"):
+            write_arrays(tmp_path / "a.npz", arrays)
+    assert not [*tmp_path.iterdir()]
 
 
 CHANGES = {

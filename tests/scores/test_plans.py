@@ -1,5 +1,8 @@
 """Stored plans: what they are said to cost, they cost in the environment."""
 
+import io
+import zipfile
+
 import numpy as np
 import pytest
 
@@ -38,7 +41,7 @@ def test_nobody_is_better_than_theory_allows():
 
 
 def test_plans_are_read_as_they_were_written_and_damaged_ones_are_refused(tmp_path):
-    actions = np.random.default_rng(0).normal(size=(5, 3, 2)).astype(np.float32)
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (5, 3, 2)).astype(np.float32)
     file = tmp_path / "plans.npz"
     write(file, StoredPlans(actions, 4))
     again = read_plans(file)
@@ -49,9 +52,49 @@ def test_plans_are_read_as_they_were_written_and_damaged_ones_are_refused(tmp_pa
         read_plans(file)
 
 
+SOUND = np.zeros((5, 3, 2), np.float32)
+WRONG = {
+    "nan": StoredPlans(np.where(np.arange(2) == 1, np.nan, SOUND), 1),
+    "inf": StoredPlans(SOUND - np.inf, 1),
+    "7.0; expected numbers from -1 to 1": StoredPlans(SOUND + 7.0, 1),
+    r"\(4, 3, 2, 0\)": StoredPlans(SOUND[:0], 1),
+    r"\(4, 0, 2, 5\)": StoredPlans(SOUND[:, :0], 1),
+    r"\(4, 3, 0, 5\)": StoredPlans(SOUND[..., :0], 1),
+    "hold = 0; expected an integer of at least 1": StoredPlans(SOUND, 0),
+    "hold = 2001; expected plans of at most 10000": StoredPlans(SOUND, 2001),
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_plans_that_nobody_can_play_are_refused(tmp_path, message):
+    file = tmp_path / "plans.npz"
+    write(file, WRONG[message])
+    with pytest.raises(DamagedFileError, match=rf"plans\.npz: .*{message}.*--plan"):
+        read_plans(file)
+
+
+def test_plans_of_fewer_starts_or_of_another_environment_are_refused(tmp_path):
+    env_id = "RigidEnvs/CoinPark-v0"
+    for plans in (StoredPlans(SOUND, 1), StoredPlans(np.zeros((5, 9, 3), np.float32), 1)):
+        write(file_of_plans(env_id, tmp_path), plans)
+        with pytest.raises(DamagedFileError, match="expected 2 from at least 4"):
+            replayed(env_id, 4, tmp_path)
+
+
+def test_a_small_file_that_unpacks_into_gigabytes_is_refused_before_it_does(tmp_path):
+    file, header = tmp_path / "plans.npz", io.BytesIO()
+    described = {"descr": "|u1", "fortran_order": False, "shape": (4, 500, 2, 650_000)}
+    np.lib.format.write_array_header_1_0(header, described)
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("octets.npy", header.getvalue() + bytes(1000))
+        archive.writestr("hold.npy", b"")
+    with pytest.raises(DamagedFileError, match="2600000000 bytes unpacked; expected at most"):
+        read_plans(file)
+
+
 def test_no_bit_of_a_file_can_be_wrong_unnoticed(tmp_path):
     random, file = np.random.default_rng(0), tmp_path / "plans.npz"
-    plans = StoredPlans(random.normal(size=(5, 3, 2)).astype(np.float32), 4)
+    plans = StoredPlans(random.uniform(-1.0, 1.0, (5, 3, 2)).astype(np.float32), 4)
     write(file, plans)
     sound, n_refused = file.read_bytes(), 0
     for k in random.integers(8 * len(sound), size=500).tolist():
