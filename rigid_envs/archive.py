@@ -70,7 +70,7 @@ def read_arrays(
     try:
         return _arrays(data, limit, names)
     except Exception as error:  # zipfile, what unpacks and NumPy raise many kinds of wrong bytes
-        raise DamagedFileError(f"{path}: no archive of arrays: {error!r:.200}") from error
+        raise DamagedFileError(f"{path}: not a whole .npz archive: {error!r:.200}") from error
 
 
 def _arrays(data: bytes, limit: int, names: Collection[str] | None) -> dict[str, NDArray[Any]]:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["add_replay"]
 
+_SAME = "same bits"
+
 
 def add_replay(verbs: Any) -> None:
     """Add the verb to the command.
@@ -27,7 +29,7 @@ def add_replay(verbs: Any) -> None:
         "replay",
         help="recorded episodes: what happened, and a page or a film to watch them",
         description="Print the episodes of replays, and whether their actions give the same bits "
-        "again. Several files are shown side by side.",
+        "again. Several files are shown side by side. The exit status is 1 if other bits come.",
         allow_abbrev=False,
     )
     replaying.add_argument("files", nargs="+", metavar="FILE", type=Path)
@@ -44,7 +46,7 @@ def add_replay(verbs: Any) -> None:
     replaying.set_defaults(act=_replay)
 
 
-def _replay(options: argparse.Namespace, rest: list[str]) -> None:
+def _replay(options: argparse.Namespace, rest: list[str]) -> int:
     refuse(rest)
     refuse_missing_folder("--html", options.html)
     if options.video:
@@ -53,8 +55,11 @@ def _replay(options: argparse.Namespace, rest: list[str]) -> None:
         positive(options.speed, "--speed")
         checked_film(options.video)
     replays = _read(options.files)
+    same = True
     for replay in replays:
-        print(_as_text(replay))
+        rows = [_row(replay, k, episode) for k, episode in enumerate(replay.episodes)]
+        same &= all(row[-1] == _SAME for row in rows)
+        print(_as_text(replay, rows))
     if options.html:
         from rigid_envs.replays.page import write_html  # imports the views: only here
 
@@ -63,6 +68,7 @@ def _replay(options: argparse.Namespace, rest: list[str]) -> None:
         print(f"written to {file} ({size:.2f} MB): open it in a browser")
     if options.video:
         _film(options.video, _chosen(replays, options.episodes), options.speed)
+    return 0 if same else 1
 
 
 def _film(file: str, chosen: Sequence[tuple[Replay, int]], speed: float) -> None:
@@ -90,13 +96,12 @@ def _read(files: Sequence[Path]) -> list[Replay]:
     return [load_replay(file) for file in files]
 
 
-def _as_text(replay: Replay) -> str:
+def _as_text(replay: Replay, rows: Sequence[Sequence[str]]) -> str:
     """The episodes of a replay as a table, and whether their actions give the same bits again."""
     versions = replay.provenance.get("versions")
     version = versions.get("rigid-envs", "?") if isinstance(versions, dict) else "?"
     head = f"{replay.env_id}   cost: {replay.task.cost_unit}   rigid-envs {version}"
     names = ("", "label", "steps", "time [s]", "return", "cost", "success", "end", "again")
-    rows = [_row(replay, k, episode) for k, episode in enumerate(replay.episodes)]
     return f"{head}\n{table(names, rows, '><>>>>')}"
 
 
@@ -113,7 +118,7 @@ def _row(replay: Replay, k: int, episode: Episode) -> tuple[str, ...]:
         f"{episode.costs.sum():.4g}",
         "yes" if len(episode) and episode.success[-1] else "no",
         "ended" if episode.terminated else "cut off" if episode.truncated else "left",
-        "same bits" if same_bits(episode, again) else "other bits",
+        _SAME if same_bits(episode, again) else "other bits",
     )
 
 

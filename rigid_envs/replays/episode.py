@@ -139,8 +139,10 @@ def play_again(
 
 
 def same_bits(one: Episode, other: Episode) -> bool:
-    """Whether all arrays of two episodes agree to the bit."""
-    return all(getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in ARRAYS)
+    """Whether all arrays of two episodes agree to the bit, and the parameters."""
+    return one.parameters == other.parameters and all(
+        getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in ARRAYS
+    )
 
 
 def _episode(

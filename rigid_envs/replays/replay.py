@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,19 +14,19 @@ import numpy.typing as npt
 from rigid_envs import catalogue
 from rigid_envs.archive import read_arrays, write_arrays
 from rigid_envs.checks import printable
-from rigid_envs.errors import ConfigError
-from rigid_envs.files import DamagedFileError, canonical_json
+from rigid_envs.files import canonical_json, digest, named_damage, parse_json
 from rigid_envs.provenance import provenance
 from rigid_envs.registry import ENVIRONMENTS, load
 from rigid_envs.replays.checking import episodes_from, row_names
-from rigid_envs.replays.episode import ARRAYS, Episode, checked_label
+from rigid_envs.replays.episode import ARRAYS, Episode, checked_label, play_again, same_bits
 from rigid_envs.tasks import Task
 
 __all__ = ["FORMAT", "VERSION", "Replay", "id_of", "load_replay"]
 
-FORMAT, VERSION = "rigid-envs replay", 2
+FORMAT, VERSION = "rigid-envs replay", 3
 _HEADER = "header"
 _KEYS = {"format", "version", "env_id", "config", "rows", "units", "episodes", "provenance"}
+_SEAL = "sha256"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +36,10 @@ class Replay:
     The file is a NumPy archive (.npz). ``header`` holds the bytes of a JSON document (UTF-8):
     ``format``, ``version``, ``env_id``, ``config`` (every setting of the task), ``rows`` (names of
     the entries of state, input, action, auxiliary state and parameters), ``units`` (of the cost;
-    the metric that is its cost), ``provenance``, and for each episode k ``label``,
-    ``terminated`` and ``truncated``. Its arrays are ``k/y``, ``k/u`` and so on, the attributes of
-    `Episode`, with ``k/parameters`` and ``k/start/<part>``. No array is pickled.
+    the metric that is its cost), ``provenance``, for each episode k ``label``, ``terminated`` and
+    ``truncated``, and ``sha256``, the digest of all of it and of every array. Its arrays are
+    ``k/y``, ``k/u`` and so on, the attributes of `Episode`, with ``k/parameters`` and
+    ``k/start/<part>``. No array is pickled.
 
     Attributes:
         env_id: Gymnasium's id.
@@ -73,13 +73,14 @@ class Replay:
         file = Path(path)
         file = file if file.suffix == ".npz" else file.with_name(f"{file.name}.npz")
         file.parent.mkdir(parents=True, exist_ok=True)
-        header = np.frombuffer(canonical_json(self._header()).encode(), dtype=np.uint8)
-        arrays: dict[str, npt.NDArray[Any]] = {_HEADER: header}
+        arrays: dict[str, npt.NDArray[Any]] = {}
         for k, episode in enumerate(self.episodes):
             arrays |= {f"{k}/{name}": getattr(episode, name) for name in ARRAYS}
             arrays[f"{k}/parameters"] = np.array(list(episode.parameters.values()))
             arrays |= {f"{k}/start/{name}": part for name, part in episode.start.items()}
-        write_arrays(file, arrays)
+        header = self._header()
+        text = canonical_json({**header, _SEAL: digest(header, arrays)})
+        write_arrays(file, {_HEADER: np.frombuffer(text.encode(), dtype=np.uint8), **arrays})
         return file
 
     def _header(self) -> dict[str, Any]:
@@ -101,6 +102,8 @@ class Replay:
 def load_replay(path: str | Path) -> Replay:
     """Read a replay, and check everything in it.
 
+    What a file of version 2 says, which has no digest, is compared with what its actions lead to.
+
     Args:
         path: The file.
 
@@ -111,8 +114,8 @@ def load_replay(path: str | Path) -> Replay:
     """
     file = Path(path)
     arrays = read_arrays(file)
-    try:
-        header = _read_header(arrays.pop(_HEADER, None))
+    with named_damage(file):
+        header = _read_header(arrays.pop(_HEADER, None), arrays)
         env_id = catalogue.checked_id(catalogue.id_in_file(header["env_id"]))
         config = {name: _setting(value) for name, value in header["config"].items()}
         task = catalogue.task_of(env_id, config)
@@ -122,9 +125,19 @@ def load_replay(path: str | Path) -> Replay:
                 f"version of the environment, {header['provenance'].get('versions')}"
             )
         episodes = episodes_from(task, header["episodes"], arrays)
+        if _SEAL not in header:
+            _refuse_others(task, episodes)
         return Replay(env_id, task, episodes, header["provenance"])
-    except (ConfigError, ValueError, TypeError) as error:
-        raise DamagedFileError(f"{file}: {error}") from error
+
+
+def _refuse_others(task: Task, episodes: Sequence[Episode]) -> None:
+    """Refuse episodes that are not what their start and actions lead to."""
+    for k, episode in enumerate(episodes):
+        if not same_bits(episode, play_again(task, episode.start, episode.actions)):
+            raise ValueError(
+                f"episodes[{k}]: other numbers than its start and actions lead to; expected the "
+                "same bits: it was changed since"
+            )
 
 
 def id_of(env: Any, task: Task) -> str:
@@ -149,30 +162,36 @@ def id_of(env: Any, task: Task) -> str:
     )
 
 
-def _read_header(raw: npt.NDArray[Any] | None) -> dict[str, Any]:
-    """The JSON document of a file, with all its keys.
+def _read_header(
+    raw: npt.NDArray[Any] | None, arrays: Mapping[str, npt.NDArray[Any]]
+) -> dict[str, Any]:
+    """The JSON document of a file, with all its keys, and a digest that is that of its content.
 
     Raises:
-        ValueError: It is none, or of another format or version.
+        ValueError: It is none, of another format or version, or the content was changed.
     """
     if raw is None or raw.dtype != np.uint8 or raw.ndim != 1:
         raise ValueError("no header; expected a file that Replay.save wrote")
     try:
-        header = json.loads(raw.tobytes().decode())
-    except (ValueError, RecursionError):
-        raise ValueError("header is no JSON; expected a file that Replay.save wrote") from None
+        header = parse_json(raw.tobytes())
+    except ValueError as error:
+        raise ValueError(f"header is no JSON: {error}") from None
     if not isinstance(header, dict) or header.get("format") != FORMAT:
         raise ValueError(f"header has another format; expected {FORMAT!r}")
-    if header.get("version") != VERSION:
+    if header.get("version") not in (2, VERSION):
         raise ValueError(
-            f"version = {header.get('version')!r:.50}; expected {VERSION}: install the version of "
-            "rigid-envs that wrote it"
+            f"version = {header.get('version')!r:.50}; expected 2 or {VERSION}: install the "
+            "version of rigid-envs that wrote it"
         )
-    if set(header) != _KEYS:
-        raise ValueError(f"header has keys {sorted(header)}; expected {sorted(_KEYS)}")
+    keys = _KEYS if header["version"] == 2 else _KEYS | {_SEAL}
+    if set(header) != keys:
+        raise ValueError(f"header has keys {sorted(header)}; expected {sorted(keys)}")
     for name, kind in (("env_id", str), ("config", dict), ("provenance", dict), ("episodes", list)):
         if not isinstance(header[name], kind):
             raise ValueError(f"{name} = {header[name]!r:.100}; expected a {kind.__name__}")
+    content = {name: value for name, value in header.items() if name != _SEAL}
+    if _SEAL in header and header[_SEAL] != digest(content, arrays):
+        raise ValueError(f"{_SEAL}: that of other content; expected the one that was saved")
     return header
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rigid_envs.cli import main
-from rigid_envs.replays import Replay, play_again
+from rigid_envs.replays import Replay, load_replay, play_again
 from tests.replays.examples import free_body, rolling_ball
 
 
@@ -26,6 +26,17 @@ def test_episodes_are_printed_and_played_again(
     text = capsys.readouterr().out
     assert "RigidEnvs/IntermediateAxis-v0   cost: torque impulse [N m s]" in text
     assert text.count("same bits") == 2 and "policy" in text
+
+
+def test_the_status_says_whether_a_file_tells_what_its_actions_lead_to(
+    files: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    replay = load_replay(files[0])
+    (episode,) = replay.episodes
+    better = replace(episode, rewards=episode.rewards + 1.0)
+    edited = replace(replay, episodes=(better,)).save(tmp_path / "edited.npz")
+    assert main(["replay", str(files[1]), str(edited)]) == 1
+    assert "other bits" in capsys.readouterr().out
 
 
 def test_a_page_of_several_files_is_written(

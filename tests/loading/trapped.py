@@ -25,6 +25,7 @@ from agents.config.yaml_data import dump_yaml
 from rigid_envs.archive import read_arrays, write_arrays
 from rigid_envs.cli import main as command
 from rigid_envs.documents import sealed
+from rigid_envs.files import digest
 from rigid_envs.policies import FOLDER, read_policy, write_policy
 from rigid_envs.replays import load_replay
 from rigid_envs.scores import evaluate, read_evaluation
@@ -60,9 +61,11 @@ def write_files(folder: Path, settings: Any = None, env_id: str = ID) -> None:
     row |= {"env_id": env_id, "config": settings}
     (folder / "row.json").write_text(json.dumps(sealed(row)))
     arrays = read_arrays(folder.parent / "replay.npz")
-    header = json.loads(arrays["header"].tobytes())
+    header = json.loads(arrays.pop("header").tobytes())
     header |= {"env_id": env_id, "config": {**header["config"], **settings}}
-    arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+    del header["sha256"]
+    text = json.dumps({**header, "sha256": digest(header, arrays)})
+    arrays["header"] = np.frombuffer(text.encode(), dtype=np.uint8)
     write_arrays(folder / "replay.npz", arrays)
     published = folder / "published"
     published.mkdir()

@@ -1,5 +1,6 @@
 """Replay files: what is saved is read to the bit, and anything else is refused."""
 
+import contextlib
 import io
 import json
 import pickle
@@ -13,7 +14,7 @@ import pytest
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.archive import write_arrays
-from rigid_envs.files import DamagedFileError
+from rigid_envs.files import DamagedFileError, digest
 from rigid_envs.replays import RecordReplay, RecordRows, Replay, load_replay, play_again, same_bits
 
 Arrays = dict[str, np.ndarray[Any, Any]]
@@ -40,19 +41,28 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return replay.save(tmp_path_factory.mktemp("replays") / "ball.npz")
 
 
-def changed(file: Path, out: Path, change: Any) -> Path:
-    """A copy of a replay with its arrays changed."""
+def changed(file: Path, out: Path, change: Any, version: int = 3) -> Path:
+    """A copy of a replay with its arrays changed, and a digest to match; version 2 has none."""
     with np.load(file) as archive:
         arrays = dict(archive)
     change(arrays)
+    rest = {name: array for name, array in arrays.items() if name != "header"}
+    with contextlib.suppress(KeyError, ValueError):  # where there is no header any more
+        header = json.loads(arrays["header"].tobytes())
+        assert header.pop("sha256")
+        seal = {"sha256": digest(header, rest)} if version == 3 else {"version": 2}
+        arrays["header"] = as_bytes({**header, **seal})
     np.savez(out, **arrays)
     return out
 
 
+def as_bytes(header: dict[str, Any]) -> np.ndarray[Any, Any]:
+    return np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+
+
 def header_with(**entries: Any) -> Any:
     def change(arrays: Arrays) -> None:
-        header = json.loads(arrays["header"].tobytes()) | entries
-        arrays["header"] = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+        arrays["header"] = as_bytes(json.loads(arrays["header"].tobytes()) | entries)
 
     return change
 
@@ -170,7 +180,7 @@ CHANGES = {
     r"no header": lambda a: a.pop("header"),
     r"header is no JSON": lambda a: a.update(header=np.zeros(9, dtype=np.uint8)),
     r"another format": header_with(format="video"),
-    r"version = 99; expected 2": header_with(version=99),
+    r"version = 99; expected 2 or 3": header_with(version=99),
     r"did you mean 'RigidEnvs/BallPark-v0'": header_with(env_id="RigidEnvs/BallPork-v0"),
     r"env_id = 3; expected a str": header_with(env_id=3),
     r"config.radius: radius": header_with(config={"radius": "large"}),
@@ -185,6 +195,28 @@ CHANGES = {
     r"provenance = .*can be printed": header_with(provenance={"versions": {"numpy": "1\n2"}}),
     r"episodes = \(\)": lambda a: (header_with(episodes=[])(a), [a.pop(k) for k in [*a][1:]]),
 }
+
+
+@pytest.mark.parametrize("name", ["rewards", "costs", "success", "applied", "u"])
+def test_numbers_of_an_episode_cannot_be_changed(name: str, file: Path, tmp_path: Path) -> None:
+    def change(arrays: Arrays) -> None:
+        array = arrays[f"0/{name}"]
+        array[2] = ~array[2] if array.dtype == np.bool_ else array[2] + 1.0
+
+    out = tmp_path / "changed.npz"
+    with np.load(file) as archive:
+        arrays = dict(archive)
+    change(arrays)
+    np.savez(out, **arrays)
+    with pytest.raises(DamagedFileError, match=r"changed\.npz: sha256: that of other content"):
+        load_replay(out)
+    with pytest.raises(DamagedFileError, match=r"changed\.npz: episodes\[0\]: other numbers than"):
+        load_replay(changed(file, out, change, version=2))
+
+
+def test_a_file_of_the_version_before_digests_is_read(file: Path, tmp_path: Path) -> None:
+    old = load_replay(changed(file, tmp_path / "old.npz", lambda arrays: None, version=2))
+    assert same_bits(old.episodes[0], load_replay(file).episodes[0])
 
 
 @pytest.mark.parametrize("message", CHANGES)
