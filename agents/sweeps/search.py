@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,6 +30,7 @@ from ..config.yaml_data import dump_yaml
 from ..environments.registering import import_allowed
 from ..storage.evaluations import read_evaluations
 from ..storage.runs import Run, create_run, open_run
+from ..storage.trials import WORST, read_trial, write_trial
 from ..training.recording import is_complete
 from ..training.trainer import train_in
 
@@ -134,8 +133,7 @@ def _trial(
     folder = out / "trials" / tune.get_context().get_trial_id()
     found = [_train(search, values, folder, seed) for seed in search.seeds]
     means = {name: float(np.mean([each[name] for each in found])) for name in FIGURES}
-    figures = {"values": values, "figures": means}
-    write_atomic(folder / "trial.json", json.dumps(figures, indent=1))
+    write_trial(folder / "trial.json", values, means)
     return means
 
 
@@ -148,7 +146,7 @@ def _train(search: Search, values: Mapping[str, Any], folder: Path, seed: int) -
             train_in(run, quiet=True)
         return _figures(run)
     except NonFiniteError:  # a recipe that diverges is no error of the search
-        return {name: math.inf if way == "min" else -math.inf for name, way in FIGURES.items()}
+        return WORST
     finally:
         run.close()
 
@@ -162,7 +160,7 @@ def _figures(run: Run) -> dict[str, float]:
 
 def _conclude(search: Search, out: Path) -> Found:
     """Write the table of all trials and the configs of the best."""
-    documents = [json.loads(path.read_text()) for path in sorted(out.glob("trials/*/trial.json"))]
+    documents = [read_trial(path) for path in sorted(out.glob("trials/*/trial.json"))]
     text = io.StringIO()
     writer = csv.DictWriter(text, [*search.ranges(), *FIGURES], lineterminator="\n")
     writer.writeheader()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_envs.errors import ConfigError
-from rigid_envs.files import DamagedFileError
+from rigid_envs.files import DamagedFileError, named_damage
 from rigid_envs.policies.compiled import CompiledPolicy
 from rigid_envs.tensorfile import load_tensors, save_tensors
 
@@ -71,10 +71,8 @@ def load(name: str | Path) -> CompiledPolicy:
     """
     path = path_of(name)
     document, arrays = read_policy(path)
-    try:
+    with named_damage(path, "it is not a policy"):
         return CompiledPolicy(document, arrays)
-    except (ValueError, LookupError, TypeError) as error:
-        raise DamagedFileError(f"{path}: not a policy: {error!r:.200}") from error
 
 
 def path_of(name: str | Path) -> Path:

@@ -43,7 +43,7 @@ def read_evaluation(path: str | Path, *, anew: bool = False) -> Evaluation:
     mend = "write it anew: rigid-envs evaluate --out"
     with read_document(Path(path), FORMAT, _LIMIT, mend) as row:
         found = evaluation_of(row)
-    return up_to_date(found) if anew else found
+        return up_to_date(found) if anew else found
 
 
 def evaluation_of(row: Mapping[str, Any]) -> Evaluation:

@@ -7,9 +7,12 @@ from typing import Any, NamedTuple
 import gymnasium as gym
 import numpy as np
 
+from agents.config.by_algorithm import config_from
 from agents.config.yaml_data import read_yaml
 from agents.storage.checkpoints import load_newest, save_newest
 from agents.storage.evaluations import read_evaluations, write_evaluations
+from agents.storage.run_config import read_config, write_config
+from agents.storage.trials import WORST, read_trial, write_trial
 from rigid_envs import load
 from rigid_envs.policies.loading import file_of as file_of_policy
 from rigid_envs.replays import RecordReplay, load_replay
@@ -78,6 +81,16 @@ READERS = {
     ),
     "result": Reader(
         "result.json", lambda path: evaluate(ID, "zero", n=2).save(path), read_evaluation
+    ),
+    "trial": Reader(
+        "trial.json",
+        lambda path: write_trial(path, {"gamma": 0.9}, {**WORST, "mean_cost": 1.5}),
+        read_trial,
+    ),
+    "run config": Reader(
+        "config.yaml",
+        lambda path: write_config(path, config_from({"algo": "ppo", "env_id": ID})),
+        read_config,
     ),
     "config": Reader(
         "config.yaml", lambda path: path.write_text("env_id: Detumble\nseed: 1\n"), read_yaml

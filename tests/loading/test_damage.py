@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from rigid_envs.documents import sealed
+from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError, lined_json
 from tests.loading.readers import READERS, Reader
 
@@ -53,7 +54,7 @@ def n_refused(reader: Reader, path: Path, flips: int, cuts: int) -> int:
         path.write_bytes(data)
         try:
             assert content(reader.read(path)) == before
-        except DamagedFileError as error:
+        except (DamagedFileError, ConfigError) as error:
             assert str(path) in str(error)
             refused += 1
     return refused
@@ -90,7 +91,7 @@ def share_read(reader: Reader, path: Path, step: int) -> float:
         try:
             str(reader.read(path))
             read += 1
-        except DamagedFileError as error:
+        except (DamagedFileError, ConfigError) as error:
             assert str(path) in str(error)
     return read / len(chosen)
 

@@ -41,7 +41,7 @@ def test_what_is_no_good_file_is_refused_by_name(audited, kind):
     n_harmful = len([*harmful(Path("mark"))])
     ends = audited[kind]["ends"]
     assert sum(ends.values()) == n_harmful + N
-    refused = {"config": "ConfigError"}.get(kind, "DamagedFileError")
+    refused = "ConfigError" if kind.endswith("config") else "DamagedFileError"
     assert set(ends) <= {refused, "read"}
     assert ends[refused] >= n_harmful - 2  # text may be YAML, though no configuration
 
