@@ -178,6 +178,11 @@ class Core:
         return self._column(self._slots.clock + CLOCK.elapsed)
 
     @property
+    def begun(self) -> npt.NDArray[np.bool_]:
+        """Rows that have begun an episode, whether or not it has ended, shape (N,)."""
+        return self.running | (self.elapsed > 0.0)
+
+    @property
     def running(self) -> npt.NDArray[np.bool_]:
         """Rows in an episode, shape (N,)."""
         return self._column(self._slots.clock + CLOCK.running) > 0
@@ -243,16 +248,21 @@ class Core:
     def set_state(self, state: Mapping[str, npt.ArrayLike]) -> None:
         """Restore the result of `get_state`; the continuation is bitwise the same.
 
+        Rows that had not begun have not begun afterwards; they keep their random streams.
+
         Raises:
             ValueError: not a state of this task in this configuration, or a number that no row can
                 have; the state is unchanged.
         """
         require(isinstance(state, Mapping), state, "state", "what get_state has given")
         arrays = self._format.checked(state, self.n_rows)
-        blocks, lanes = np.divmod(np.arange(self.n_rows), LANES)
+        mask = self._format.begun(arrays)
+        begun, fresh = np.flatnonzero(mask), np.flatnonzero(~mask)
         for name, (first, last) in self._format.parts.items():
-            self._blocks[blocks, first:last, lanes] = arrays[name]
-        self._begin(np.flatnonzero(self._format.begun(arrays)), OBSERVE)
+            self._write(begun, slice(first, last), arrays[name][begun])
+        self._write(fresh, slice(0, self._slots.clock), 0.0)
+        self._write(fresh, slice(self._slots.clock + CLOCK.elapsed, self._slots.total), 0.0)
+        self._begin(begun, OBSERVE)
 
     def __getstate__(self) -> dict[str, Any]:
         """All attributes except the views, which refer to the buffer."""
@@ -289,7 +299,7 @@ class Core:
         rows = self._blocks[:, first:last].transpose(0, 2, 1)
         return rows.reshape(-1, last - first)[: self.n_rows].copy()
 
-    def _write(self, rows: Integers, slot: int, value: npt.ArrayLike) -> None:
-        """Set one slot of some rows."""
+    def _write(self, rows: Integers, slot: int | slice, value: npt.ArrayLike) -> None:
+        """Set one slot, or several, of some rows."""
         blocks, lanes = np.divmod(rows, LANES)
         self._blocks[blocks, slot, lanes] = value

@@ -12,7 +12,9 @@ import numpy.typing as npt
 
 from rigid_envs.checks import TOLERANCE, real_numbers, require
 from rigid_envs.kernels.layout import CHANNEL, CLOCK, Slots
-from rigid_envs.tasks.base import Task
+from rigid_envs.rotations.vectors import norm
+from rigid_envs.tasks.base import UNIT, Task
+from rigid_envs.tasks.starts import of_unit_length
 
 __all__ = ["StateFormat"]
 
@@ -21,6 +23,7 @@ Bools = npt.NDArray[np.bool_]
 
 _VERSION = 1
 _SHOWN = {"frame", "rotation", "observe_params"}  # settings of what is observed only
+_ROUNDING = 1e-9  # of the ends of a range
 _LARGEST = 1e9  # of an auxiliary number: far above every goal and counter, far below overflow
 _CLOCK_ENDS = {
     "key_high": (0, 2**32 - 1),
@@ -63,8 +66,8 @@ class StateFormat:
     def checked(self, state: Mapping[str, npt.ArrayLike], n_rows: int) -> dict[str, Array]:
         """The parts of a given state of `n_rows` rows, without the digest.
 
-        Of the physical state only finiteness is asked: an attitude of another length is brought to
-        length 1, and a state that is too large ends the episode with a physics error.
+        Of rows that have not begun, only the clock is looked at. Attitudes of another length are
+        brought to length 1; a state that is too large ends the episode with a physics error.
 
         Raises:
             ValueError: a part that is missing, unknown, no real numbers or of another shape; a
@@ -82,23 +85,20 @@ class StateFormat:
         same = arrays["digest"] == self.digest
         expected_digest = f"{self.digest}, of this version and configuration: {self._task!r}"
         require(same, arrays.pop("digest"), "state['digest']", expected_digest)
-        self._check_clock(arrays["clock"])
         begun = self.begun(arrays)
-        finite = np.isfinite(arrays["y"]) | ~begun[:, np.newaxis]
-        require(finite, arrays["y"], "state['y']", "finite numbers")
+        self._check_clock(arrays["clock"], begun)
+        self._check_physical(arrays["y"], begun)
         self._check_parameters(arrays["parameters"][begun])
-        self._check_channel(arrays["channel"][begun])
+        self._check_channel(arrays["channel"], begun)
         if "aux" in arrays:
-            for k, name in enumerate(self._task.aux_names):
-                _check_range(f"aux: {name}", arrays["aux"][:, k], (-_LARGEST, _LARGEST))
-            self._task.check_auxiliary(self._task.episode.Auxiliary(*arrays["aux"][begun].T))
+            arrays["aux"] = self._checked_auxiliary(arrays, begun)
         if "history" in arrays:
-            n_choices = self._task.n_choices
-            ends = (0.0, n_choices - 1.0) if n_choices else (-1.0, 1.0)
-            _check_range("history", arrays["history"], ends)
+            n = self._task.n_choices
+            ends = (0.0, n - 1.0) if n else (-1.0, 1.0)
+            _check_range("history", arrays["history"], ends, begun[:, None], whole=n > 0)
         if "q" in self._task.system_type.components:
-            with np.errstate(all="ignore"):  # numbers that are no state
-                arrays["y"] = _normalized(arrays["y"])
+            arrays["y"] = arrays["y"].copy()
+            arrays["y"][begun, :4] = of_unit_length(arrays["y"][begun, :4])
         return arrays
 
     @staticmethod
@@ -107,11 +107,21 @@ class StateFormat:
         clock = arrays["clock"]
         return (clock[:, CLOCK.running] > 0) | (clock[:, CLOCK.elapsed] > 0)
 
-    def _check_clock(self, clock: Array) -> None:
+    def _check_clock(self, clock: Array, begun: Bools) -> None:
         for name, k in CLOCK._asdict().items():
             _check_range(f"clock: {name}", clock[:, k], _CLOCK_ENDS[name], whole=True)
-        possible = clock[:, CLOCK.running] <= clock[:, CLOCK.episode] + 1
-        require(possible, clock, "state['clock']", "running = 0 before the first episode, -1")
+        name, episode = "state: clock: episode", clock[:, CLOCK.episode]
+        require((episode >= 0.0) | ~begun, episode, name, "a number from 0 in a row that has begun")
+
+    def _check_physical(self, y: Array, begun: Bools) -> None:
+        system, name = self._task.system_type, "state['y']"
+        require(np.isfinite(y) | ~begun[:, None], y, name, "finite numbers")
+        if "q" in system.components:
+            turned = np.any(y[:, :4] != 0.0, axis=1)
+            require(turned | ~begun, y, name, "an attitude: its quaternion is not zero")
+        for component in self._task.fixed_components:
+            still = np.all(y[:, system.components[component]] == 0.0, axis=1)
+            require(still | ~begun, y, name, f"{component} = 0, its constant value in this task")
 
     def _check_parameters(self, raw: Array) -> None:
         """Refuse parameters that are outside their ranges and that a reset would not take."""
@@ -125,10 +135,38 @@ class StateFormat:
             for name, k in where.items():
                 require(np.ptp(values[k]) == 0.0, values, name, "equal numbers")
 
-    def _check_channel(self, channel: Array) -> None:
+    def _check_channel(self, channel: Array, begun: Bools) -> None:
         for name, k in CHANNEL._asdict().items():
-            whole = name == "action_delay"
-            _check_range(f"channel: {name}", channel[:, k], self._task.ranges()[name], whole=whole)
+            whole, ends = name == "action_delay", self._task.ranges()[name]
+            _check_range(f"channel: {name}", channel[:, k], ends, begun, whole=whole)
+
+    def _checked_auxiliary(self, arrays: Mapping[str, Array], begun: Bools) -> Array:
+        """Auxiliary numbers in their ranges, directions and attitudes of length 1."""
+        task, clock = self._task, arrays["clock"]
+        aux = np.where(begun[:, None], arrays["aux"], 0.0)
+        for k, name in enumerate(task.aux_names):
+            _check_range(f"aux: {name}", aux[:, k], (-_LARGEST, _LARGEST))
+        mended = np.all(aux == task.episode.prototypes.aux, axis=1)  # after a physics error
+        rows = begun & ~(mended & (clock[:, CLOCK.running] == 0.0))
+        places = task.parameter_positions()
+        p = {
+            name: np.where(begun, arrays["parameters"][:, places[name][0]], 1.0)
+            for name in task.physical_parameters()
+        }
+        for named, ends in task.auxiliary_ranges(p, clock[:, CLOCK.elapsed]).items():
+            slack = TOLERANCE if ends is UNIT else _ROUNDING
+            low, high = (np.asarray(end) for end in ends)
+            wider = (low - slack * np.abs(low), high + slack * np.abs(high))
+            if isinstance(named, str):
+                values, whole = aux[:, task.aux_names.index(named)], named in task.counters
+                _check_range(f"aux: {named}", values, wider, rows, whole=whole)
+                continue
+            columns = [task.aux_names.index(name) for name in named]
+            lengths = norm(aux[:, columns])[:, 0]
+            _check_range(f"aux: length of ({', '.join(named)})", lengths, wider, rows)
+            if ends is UNIT:
+                aux[np.ix_(rows, columns)] = of_unit_length(aux[np.ix_(rows, columns)])
+        return aux
 
 
 def _part(name: str, value: npt.ArrayLike, shape: tuple[int, int]) -> Array:
@@ -144,26 +182,22 @@ def _part(name: str, value: npt.ArrayLike, shape: tuple[int, int]) -> Array:
 
 
 def _check_range(
-    name: str, values: Array, ends: tuple[float, float], *, whole: bool = False
+    name: str,
+    values: Array,
+    ends: tuple[npt.ArrayLike, npt.ArrayLike],
+    rows: Bools | bool = True,
+    *,
+    whole: bool = False,
 ) -> None:
     """Refuse numbers outside a range, and fractions where whole numbers are expected.
 
     Raises:
-        ValueError: names the first one.
+        ValueError: names the first one, of the given rows.
     """
-    kind = "whole numbers" if whole else "numbers"
-    good = (ends[0] <= values) & (values <= ends[1]) & ((values == np.floor(values)) | (not whole))
-    require(good, values, f"state: {name}", f"{kind} from {ends[0]:g} to {ends[1]:g}")
-
-
-def _normalized(y: Array) -> Array:
-    """States (N, n) whose quaternions, if not near length 1, are brought to it.
-
-    The integrators remove no more than rounding errors. What is near 1 keeps its bits.
-    """
-    size = np.max(np.abs(y[:, :4]), axis=1, keepdims=True)
-    q = y[:, :4] / np.where(np.isfinite(size) & (size > 0.0), size, 1.0)
-    length = np.sqrt(np.sum(q * q, axis=1, keepdims=True))
-    near = np.abs(size * length - 1.0) <= TOLERANCE
-    usable = np.isfinite(length) & (length > 0.0)
-    return np.concatenate([np.where(near | ~usable, y[:, :4], q / length), y[:, 4:]], axis=1)
+    low, high = (np.broadcast_to(end, values.shape) for end in ends)
+    good = (low <= values) & (values <= high) & ((values == np.floor(values)) | (not whole))
+    good |= ~np.asarray(rows)
+    if not good.all():
+        k, kind = np.argmin(good), "whole numbers" if whole else "numbers"
+        range_ = f"{kind} from {low.flat[k]:g} to {high.flat[k]:g}"
+        require(good, values, f"state: {name}", range_)

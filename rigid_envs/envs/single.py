@@ -232,6 +232,9 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
     def set_state(self, state: Mapping[str, npt.ArrayLike]) -> None:
         """Restore the result of `get_state`; the continuation is bitwise the same.
 
+        That of an environment which was never reset leaves one to be reset, with its own random
+        stream.
+
         Raises:
             ValueError: not a state of this environment in this configuration, or a number that it
                 cannot have; the state is unchanged.
@@ -239,9 +242,11 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
         require(isinstance(state, Mapping), state, "state", "what get_state has given")
         rows: dict[str, Any] = {name: [part] for name, part in state.items()}
         self._core.set_state(rows)
-        self._keyed_by = self.np_random  # keep the restored random stream
+        begun, running = self._core.begun[0], self._core.running[0]
+        if begun:
+            self._keyed_by = self.np_random  # keep the restored random stream
         if self._status != _CLOSED:
-            self._status = _RUNNING if self._core.running[0] else _ENDED
+            self._status = _RUNNING if running else _ENDED if begun else _FRESH
             self._steps_left = 0  # the next step checks the clock
 
     def _begin(self, seed: int | None, start: Start) -> None:

@@ -157,7 +157,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             self._seed(seed, rows)
             self._core.reset(rows, start)
         self._ended = np.setdiff1d(self._ended, rows)
-        self._fresh = self._fresh and self._ended.size > 0
+        self._fresh = self._fresh and not self._core.begun.all()
         self._steps_left = 0
         if self.render_mode == "human" and not self._fresh:
             self.render()
@@ -309,6 +309,8 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
     def set_state(self, state: Mapping[str, npt.ArrayLike]) -> None:
         """Restore the result of `get_state`; the continuation is bitwise the same.
 
+        Rows that were never reset are to be reset, with their own random streams.
+
         Raises:
             ValueError: not a state of this environment in this configuration, or a number that it
                 cannot have; the state is unchanged.
@@ -316,7 +318,8 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         self._core.renew_outputs()  # the old ones are with who has made the last step
         self._core.set_state(state)
         self._ended = np.flatnonzero(~self._core.running)
-        self._keyed, self._fresh = True, False
+        self._fresh = not self._core.begun.all()
+        self._keyed = self._keyed or not self._fresh
         self._steps_left = 0
 
     def _allow_steps(self) -> None:
@@ -330,10 +333,10 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
         if self._fresh:
             raise ResetNeeded(f"{self._name}: step before the first reset; call reset first")
-        if self.autoreset_mode is AutoresetMode.DISABLED and self._ended.size:
+        if self.autoreset_mode is not AutoresetMode.NEXT_STEP and self._ended.size:
             raise ResetNeeded(
-                f"{self._name}: row {self._ended[0]} has ended; in DISABLED mode reset it first, "
-                "with options={'reset_mask': ...}"
+                f"{self._name}: row {self._ended[0]} has ended; in {self.autoreset_mode.name} mode "
+                "reset it first, with options={'reset_mask': ...}"
             )
         if self._limited:
             self._steps_left = math.inf
@@ -349,7 +352,8 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             super().reset(seed=int(seed))
         if not self._keyed:
             keys = self.np_random.integers(0, 2**64, self.num_envs, dtype=np.uint64)
-            self._core.seed(self._rows, keys)
+            fresh = np.flatnonzero(~self._core.begun)  # the others have been restored
+            self._core.seed(fresh, keys[fresh])
             self._keyed = True
         seeded = [(row, seeded_key(s)) for row in rows if (s := seeds[row]) is not None]
         if seeded:

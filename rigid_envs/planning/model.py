@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from rigid_envs.core import Core
 from rigid_envs.kernels.actions import clip_to_disk
-from rigid_envs.kernels.layout import FLAGS
+from rigid_envs.kernels.layout import CLOCK, FLAGS
 from rigid_envs.planning.conditions import Conditions, conditions_of, first_steps
 from rigid_envs.planning.limits import Limits
 from rigid_envs.tasks import Task
@@ -210,10 +210,11 @@ class Model:
             if motion.aux.shape[2]:
                 state["aux"] = motion.aux[t].repeat(d, axis=0)
             copies.set_state(state)
+            start = copies.y  # attitudes are of length 1
             copies.actions[...] = a.reshape(rows * d, m)
             for _ in range(self.repeat):
                 copies.step()
-            before = self._quotients(state["y"], x[t], size)[:, :n_y]
+            before = self._quotients(start, x[t], size)[:, :n_y]
             after = self._quotients(copies.y, x[t + 1], size)
             square = before.swapaxes(1, 2) @ before + _ROUNDING * np.eye(n)
             back = np.linalg.solve(square, before.swapaxes(1, 2)).swapaxes(1, 2)
@@ -224,6 +225,7 @@ class Model:
                 shown = (shown - motion.errors[t][:, None]) / size
                 linear.Ey[t] = shown[:, :n_y].swapaxes(1, 2) @ back
                 linear.Ea[t] = shown[:, n_y:].swapaxes(1, 2)
+            state["clock"][:, CLOCK.elapsed] += self.repeat
         return linear
 
     def _errors(self, core: Core) -> Array:

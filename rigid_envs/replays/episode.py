@@ -123,10 +123,12 @@ def play_again(
         truncated: Likewise.
 
     Raises:
-        ValueError: A start of another task, or an action that is not finite.
+        ValueError: A start of another task or outside an episode, or an action that is not finite.
     """
     core = Core(task, 1)
     core.set_state({name: np.asarray(part)[None] for name, part in start.items()})
+    running = bool(core.running[0])
+    require(running, start["clock"], "start['clock']", "that of an episode: call reset first")
     rows = np.asarray(actions, dtype=np.float32).reshape(-1, core.actions.shape[1])
     moments = [core.moment(0)]
     for k, action in enumerate(rows):

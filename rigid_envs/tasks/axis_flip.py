@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -13,7 +14,7 @@ from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
-from rigid_envs.tasks.base import ROTATION, Entry, Task
+from rigid_envs.tasks.base import ROTATION, Array, AuxiliaryRanges, Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
 from rigid_envs.tasks.free_bodies import (
     FASTEST,
@@ -197,6 +198,7 @@ class AxisFlip(MiddleMoments, Task):
         observe=observe,
     )
     reduction: ClassVar = FLIP
+    counters: ClassVar = ("kept",)
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     def _check_parameters(self) -> None:
@@ -223,6 +225,15 @@ class AxisFlip(MiddleMoments, Task):
             *(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3)),
             Entry("time left / longest", "1", "none", 0.0, 1.0),
         )
+
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """The time left is that of a commanded time, less what has elapsed."""
+        gone, rounding = self.dt * elapsed, 1e-9 * self.largest_flip_time
+        left = (
+            self.least_flip_time - gone - rounding,
+            self.largest_flip_time - gone + rounding,
+        )
+        return {"time_left": left, "kept": (0.0, 1.0)}
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque during the whole episode."""

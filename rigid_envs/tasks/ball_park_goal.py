@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
-import numpy as np
-
-from rigid_envs import checks
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_disk, single
 from rigid_envs.kernels.algebra import Row, attitude, matrix, matrix_product, unit_quaternion
@@ -18,7 +16,7 @@ from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.rolling_ball import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems import RollingBall
 from rigid_envs.tasks.ball_park import FAR, misplacement
-from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.base import UNIT, Array, AuxiliaryRanges, Entry, Task
 from rigid_envs.tasks.fields import Number, Range, physical, setting, span
 from rigid_envs.tasks.reduced.ball_goal import goal_pose, pose_from_goal
 
@@ -305,11 +303,11 @@ class BallParkGoal(Task):
             Entry("Y / radius", "1", "world", -FAR, FAR),
         )
 
-    def check_auxiliary(self, aux: Any) -> None:
-        """Refuse goals whose attitude is no unit quaternion."""
-        checks.unit_quaternion(
-            np.stack([aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z], -1), "goal"
-        )
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """Goals are unit quaternions in the square of poses."""
+        square = (-self.start_half_width, self.start_half_width)
+        attitude = ("goal_w", "goal_x", "goal_y", "goal_z")
+        return {attitude: UNIT, "goal_X": square, "goal_Y": square}
 
     def largest_rate(self, duration: float) -> float:
         """Rolling rate at full speed."""

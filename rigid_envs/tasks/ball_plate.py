@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -15,7 +16,7 @@ from rigid_envs.kernels.elementary import select
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.systems import DynamicBall
 from rigid_envs.tasks.ball_park_dynamic import speed_bound
-from rigid_envs.tasks.base import ROTATION, Entry
+from rigid_envs.tasks.base import ROTATION, Array, AuxiliaryRanges, Entry
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting, span
 from rigid_envs.tasks.ground import Rolling
 from rigid_envs.tasks.reduced.ball_plate import TABLE
@@ -230,6 +231,7 @@ class BallPlate(Rolling):
         observe=observe,
     )
     reduction: ClassVar = TABLE
+    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "angle tilted [rad]"
 
     @property
@@ -252,6 +254,11 @@ class BallPlate(Rolling):
             *(Entry(f"alpha_{k} / limit", "1", "plate", -_WIDE, _WIDE) for k in "xy"),
             *(Entry(f"alpha_{k}' / limit", "1", "plate", -_WIDE, _WIDE) for k in "xy"),
         )
+
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """Points of the disk of starts."""
+        inside = (0.0, self.start_radius)
+        return {**super().auxiliary_ranges(p, elapsed), ("point_X", "point_Y"): inside}
 
     def largest_rate(self, duration: float) -> float:
         """Rates of table and ball at the bound on the speed within the edge."""

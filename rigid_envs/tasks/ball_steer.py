@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
-import numpy as np
-
-from rigid_envs.checks import unit_length, unit_quaternion
 from rigid_envs.kernels import randoms, rolling_ball
 from rigid_envs.kernels.actions import clip_to_disk, single
 from rigid_envs.kernels.algebra import Row, Vector, attitude, compose, log_rotation
@@ -18,7 +16,7 @@ from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.rolling_ball import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.kernels.turns import half_turn
 from rigid_envs.systems import RollingBall
-from rigid_envs.tasks.base import ROTATION, Entry, Task
+from rigid_envs.tasks.base import ROTATION, UNIT, Array, AuxiliaryRanges, Entry, Task
 from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, span
 from rigid_envs.tasks.reduced.ball_steer import ALONG_PATH
 
@@ -296,6 +294,7 @@ class BallSteer(Task):
         observe=observe,
     )
     reduction: ClassVar = ALONG_PATH
+    counters: ClassVar = ("n_errors",)
     cost_unit: ClassVar = "distance rolled [m]"
 
     @property
@@ -324,12 +323,22 @@ class BallSteer(Task):
             *(Entry(f"force_{k} * radius^2", "1", "world", -_BENT, _BENT) for k in "XY"),
         )
 
-    def check_auxiliary(self, aux: Any) -> None:
-        """Refuse references whose attitude or heading has not the length 1."""
-        attitude = (aux.reference_w, aux.reference_x, aux.reference_y, aux.reference_z)
-        unit_quaternion(np.stack(attitude, -1), "reference")
-        X, Y = aux.heading_X, aux.heading_Y
-        unit_length(np.sqrt(X * X + Y * Y), np.stack([X, Y], -1), "heading")
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """Reference within reach of the origin, on an elastica; an error for each step."""
+        side = self.reference_speed * self.roll_per_step * p["radius"]
+        way = 1.000001 * side * elapsed  # actions are rounded to float32
+        wavenumber = self.wavenumber / p["radius"]
+        force = wavenumber * wavenumber
+        curvature = 2.0 * _MODULI[1] * wavenumber + side * force * elapsed
+        return {
+            ("reference_w", "reference_x", "reference_y", "reference_z"): UNIT,
+            ("reference_X", "reference_Y"): (0.0, way),
+            ("heading_X", "heading_Y"): UNIT,
+            "curvature": (-curvature, curvature),
+            ("force_X", "force_Y"): (force, force),
+            "error_sum": (0.0, math.inf),
+            "n_errors": (elapsed, elapsed),
+        }
 
     def largest_rate(self, duration: float) -> float:
         """Rolling rate at full speed."""

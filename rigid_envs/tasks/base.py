@@ -31,9 +31,13 @@ from rigid_envs.tasks.fields import (
 )
 from rigid_envs.tasks.reduction import Reduction, in_reduced_frame
 
-__all__ = ["ROTATION", "Entry", "Task"]
+__all__ = ["ROTATION", "UNIT", "AuxiliaryRanges", "Entry", "Task"]
 
 Array = npt.NDArray[np.float64]
+Ends = tuple[npt.ArrayLike, npt.ArrayLike]
+AuxiliaryRanges = dict[str | tuple[str, ...], Ends]
+UNIT: Ends = (1.0, 1.0)
+"""Range of the length of a direction or an attitude."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +84,9 @@ class Task(WithinEnvelope, Settings, abc.ABC):
     """Quantity and unit of ``info["cost"]``."""
     n_choices: ClassVar[int] = 0
     """Number of actions of a task with discrete actions; 0 where they are continuous."""
+    counters: ClassVar[tuple[str, ...]] = ()
+    """Whole numbers of the auxiliary state: from 0 to the steps of the episode, unless
+    `auxiliary_ranges` says otherwise."""
     fixed_components: ClassVar[tuple[str, ...]] = ()
     """Components of the state that are constantly 0; a start with other values is refused."""
     aliases: ClassVar[Mapping[str, str]] = {}
@@ -202,15 +209,18 @@ class Task(WithinEnvelope, Settings, abc.ABC):
         self.episode.reward(found, wanted, weights, constants, out)
         return out.reshape(pair[0].shape[:-1])
 
-    def check_auxiliary(self, aux: Any) -> None:
-        """Refuse auxiliary numbers that no episode has: all finite ones are taken by default.
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """Least and largest value of the auxiliary numbers of an episode, to check given ones.
 
         Args:
-            aux: an `Auxiliary` of arrays, each of shape (N,).
+            p: parameters of the system by field, each of shape (N,).
+            elapsed: steps since the reset, shape (N,).
 
-        Raises:
-            ValueError: for example, the attitude of a goal that is no unit quaternion.
+        Returns:
+            Ranges by name; of the length of a vector by the names of its entries, `UNIT` of a
+            direction or an attitude. What is not named may be any number.
         """
+        return {name: (0.0, elapsed) for name in self.counters}
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Range of every parameter drawn at reset: of the system, then of noise and delay."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -14,7 +15,7 @@ from rigid_envs.kernels.elementary import atan2, fma, select, sincos
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.rolling_disk import ROLLING_DISK, Input, Parameters, State
 from rigid_envs.systems import RollingDisk
-from rigid_envs.tasks.base import Entry
+from rigid_envs.tasks.base import Array, AuxiliaryRanges, Entry
 from rigid_envs.tasks.disks import TIGHT, fastest_disk, rolling
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
 from rigid_envs.tasks.ground import Rolling
@@ -215,6 +216,7 @@ class DiskRoll(Rolling):
         observe=observe,
     )
     reduction: ClassVar = CIRCLE
+    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     def actions(self) -> tuple[Entry, ...]:
@@ -231,6 +233,11 @@ class DiskRoll(Rolling):
             Entry("curvature * radius", "1", "path of the contact", -TIGHT, TIGHT),
             Entry("goal curvature * radius", "1", "path of the contact", -2.0, 2.0),
         )
+
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """Commanded curvatures of a start, of either sign."""
+        sizes = (self.goal_curvature, self.goal_curvature + self.goal_spread)
+        return {**super().auxiliary_ranges(p, elapsed), ("goal_curvature",): sizes}
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates from the fastest start until the disk has fallen."""

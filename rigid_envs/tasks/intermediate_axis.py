@@ -170,6 +170,7 @@ class IntermediateAxis(MiddleMoments, Task):
         observe=observe,
     )
     reduction: ClassVar = HOLDING
+    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "torque impulse [N m s]"
     # Full torque for 30 s exceeds the envelope of the system, at more than 5 rad/s: the step is
     # then stable but less accurate. See Physics.

@@ -172,6 +172,7 @@ class IntermediateAxisSingle(MiddleMoments, Task):
         observe=observe,
     )
     reduction: ClassVar = POINTING
+    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     def _check_parameters(self) -> None:

@@ -222,6 +222,7 @@ class PivotTop(TopTask):
         observe=observe,
     )
     reduction: ClassVar = PIVOT_TOP
+    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "acceleration times time [m/s]"
     aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 

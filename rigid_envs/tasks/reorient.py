@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
-import numpy as np
-
-from rigid_envs.checks import unit_quaternion
 from rigid_envs.kernels import randoms
 from rigid_envs.kernels.actions import clip_to_box
 from rigid_envs.kernels.algebra import Row
@@ -17,7 +15,7 @@ from rigid_envs.kernels.elementary import atan2, select, sincos
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.free_body import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems import FreeBody
-from rigid_envs.tasks.base import Entry, Task
+from rigid_envs.tasks.base import UNIT, Array, AuxiliaryRanges, Entry, Task
 from rigid_envs.tasks.fields import Integer, Number, Range, physical, setting
 from rigid_envs.tasks.free_bodies import (
     FASTEST,
@@ -244,9 +242,9 @@ class Reorient(MiddleMoments, Task):
         goal = (*turn, *rates)
         return (*goal, *goal, *rates)
 
-    def check_auxiliary(self, aux: Any) -> None:
-        """Refuse goals whose attitude is no unit quaternion."""
-        unit_quaternion(np.stack([aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z], -1), "goal")
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """Goals are unit quaternions."""
+        return {("goal_w", "goal_x", "goal_y", "goal_z"): UNIT}
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque from rest."""

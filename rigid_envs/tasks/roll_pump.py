@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -16,7 +17,7 @@ from rigid_envs.kernels.elementary import select, sincos
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.roller import ROLLER, Input, Parameters, State
 from rigid_envs.systems import Roller
-from rigid_envs.tasks.base import Array, Entry
+from rigid_envs.tasks.base import Array, AuxiliaryRanges, Entry
 from rigid_envs.tasks.fields import Choice, Number, Range, physical, setting, span
 from rigid_envs.tasks.ground import Rolling
 from rigid_envs.tasks.reduced.roll_pump import SWING
@@ -201,6 +202,10 @@ class RollPump(Rolling):
             Entry("v sqrt(curvature / g)", "1", "path", -_FAST, _FAST),
             Entry("beta_change / largest", "1", "body", 0.0, 1.0),
         )
+
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """What can be added to the ratio."""
+        return {"beta_change": (0.0, self.beta_change)}
 
     def largest_rate(self, duration: float) -> float:
         """Rate at the bottom after a descent from the rim, then at the smallest ratio."""

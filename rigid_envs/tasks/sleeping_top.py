@@ -200,6 +200,7 @@ class SleepingTop(TopTask):
     # Full torque for 15 s exceeds the envelope of the system, at more than 10 rad/s: the step is
     # then stable but less accurate. See Physics.
     envelope: ClassVar[float | None] = 1.1
+    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "torque impulse [N m s]"
     aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 

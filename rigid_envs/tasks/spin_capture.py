@@ -203,6 +203,7 @@ class SpinCapture(MiddleMoments, Task):
         observe=observe,
     )
     reduction: ClassVar = CAPTURE
+    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     def _check_parameters(self) -> None:

@@ -10,10 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.checks import real_numbers, require, safe_repr
+from rigid_envs.rotations.vectors import direction, norm
 from rigid_envs.tasks.base import Array, Task
 from rigid_envs.tasks.fields import span
 
-__all__ = ["Start", "start_from"]
+__all__ = ["Start", "of_unit_length", "start_from"]
+
+_NEAR = 1e-9  # of a length: entries of a matrix are then at most 1 in float32, as observed
 
 
 @dataclass(frozen=True)
@@ -61,11 +64,13 @@ def _state(
         known = f"some of {list(system.components)}"
         for name in state:
             require(isinstance(name, str), name, "component of the state", known)
-        y = system.state(**state)
-        columns = [k for name in state for k in range(y.shape[-1])[system.components[name]]]
-    else:
-        y = system.checked_state(state)
-        columns = list(range(y.shape[-1]))
+    try:
+        y = system.state(**state) if isinstance(state, Mapping) else system.checked_state(state)
+    except ValueError as error:
+        raise ValueError(f"state: {error}") from None
+    columns = [*range(y.shape[-1])]
+    if isinstance(state, Mapping):
+        columns = [k for name in state for k in columns[system.components[name]]]
     if y.shape[:-1] not in ((), (n,)):
         raise ValueError(
             f"state has shape {y.shape}; expected ({y.shape[-1]},) or ({n}, {y.shape[-1]})"
@@ -73,7 +78,16 @@ def _state(
     for name in task.fixed_components:
         if np.any(part := y[..., system.components[name]]):
             raise ValueError(f"{name} = {part}; expected 0, its constant value in this task")
+    if "q" in system.components:
+        y = np.concatenate([of_unit_length(y[..., :4]), y[..., 4:]], axis=-1)
     return {k: y[..., k] for k in columns}
+
+
+def of_unit_length(rows: Array) -> Array:
+    """Vectors (..., n), none of them zero, brought to length 1; what is near it keeps its bits."""
+    with np.errstate(over="ignore"):  # of the length
+        near = np.abs(norm(rows) - 1.0) <= _NEAR
+    return np.where(near, rows, direction(rows))
 
 
 def _parameters(task: Task, n: int, params: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:

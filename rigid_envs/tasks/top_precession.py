@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -13,7 +14,7 @@ from rigid_envs.kernels.compiler import scalar
 from rigid_envs.kernels.elementary import fma, select
 from rigid_envs.kernels.episode import Episode
 from rigid_envs.kernels.heavy_top import HEAVY_TOP, Input, Parameters, State
-from rigid_envs.tasks.base import Entry
+from rigid_envs.tasks.base import Array, AuxiliaryRanges, Entry
 from rigid_envs.tasks.fields import Choice, Integer, Number, Range, physical, setting, span
 from rigid_envs.tasks.reduced.top_precession import TOP_PRECESSION
 from rigid_envs.tasks.tops import (
@@ -243,6 +244,7 @@ class TopPrecession(TopTask):
         observe=observe,
     )
     reduction: ClassVar = TOP_PRECESSION
+    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "torque impulse [N m s]"
     aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 
@@ -264,6 +266,11 @@ class TopPrecession(TopTask):
             Entry("goal theta", "rad", "world", 0.0, math.pi),
             Entry("goal phi'", "rad/s", "world", -FAST, FAST),
         )
+
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """Commanded tilts of a start."""
+        tilts = (self.goal_tilt, self.goal_tilt + self.goal_spread)
+        return {**super().auxiliary_ranges(p, elapsed), "goal_tilt": tilts}
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates from the fastest start under gravity and full torque."""

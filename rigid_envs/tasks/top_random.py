@@ -199,6 +199,7 @@ class TopRandom(TopTask):
         observe=observe,
     )
     reduction: ClassVar = TOP_RANDOM
+    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "torque impulse [N m s]"
 
     def actions(self) -> tuple[Entry, ...]:

@@ -210,9 +210,17 @@ def weights(task: Task) -> dict[str, float]:
     return {term: getattr(task, f"weight_{term}") for term in task.terms}
 
 
+def free_entries(task: Task) -> list[int]:
+    """Places of the state that the task does not hold at 0."""
+    system = task.system_type
+    places = range(len(system.state_entries))
+    fixed = {k for name in task.fixed_components for k in places[system.components[name]]}
+    return [k for k in places if k not in fixed]
+
+
 def break_physics(env: RigidEnv | RigidVectorEnv, row: int = 0) -> None:
     """Put a state into a row that no physics leads to; the next step ends its episode."""
     state = env.get_state()
     y = state["y"][row] if isinstance(env, RigidVectorEnv) else state["y"]
-    y[:] = 1e300
+    y[free_entries(env.task)] = 1e300
     env.set_state(state)

@@ -7,11 +7,13 @@ import pytest
 from gymnasium.vector import VectorEnv
 
 from rigid_envs.testing.environments import (
+    ATTITUDES,
     actions,
     assert_same_bits,
     flat,
     pick,
     ranges,
+    representations,
     rich,
     rules,
     single,
@@ -210,6 +212,19 @@ def bad_options(env_id: str) -> dict[str, tuple[Any, str]]:
     if "q" in components:
         bad["no unit quaternion"] = ({"state": {"q": 0.9 * y[components["q"]]}}, "length 1")
     return bad
+
+
+@pytest.mark.parametrize("env_id", ATTITUDES)
+def test_a_given_attitude_with_rounding_errors_is_observed_within_the_space(env_id):
+    q = (1.0 + 9e-7) * np.sqrt(0.5) * np.array([1.0, 1.0, 0.0, 0.0])
+    for rotation in representations(env_id):
+        envs = vector(env_id, 2, rotation=rotation)
+        assert envs.observation_space.contains(envs.reset(seed=0, options={"state": {"q": q}})[0])
+        state = envs.get_state()
+        state["y"][0, :4] = q
+        envs.set_state(state)
+        shown, _ = envs.reset(options={"reset_mask": np.array([False, True])})
+        assert envs.observation_space.contains(shown)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from rigid_envs.testing.environments import (
     actions,
     assert_same_bits,
     break_physics,
+    free_entries,
     pick,
     rich,
     single,
@@ -38,7 +39,7 @@ def changed(y, k, value):
 def broken_states(env_id, env, action):
     """States with one entry that no physics leads to."""
     state = env.get_state()
-    for k in range(len(state["y"])):
+    for k in free_entries(env.task):
         if is_overwritten(env, state, k, action):
             continue
         if k in normalized(env_id):  # what is brought back to unit length does no harm
@@ -115,7 +116,7 @@ def test_states_of_every_size_below_the_limit_are_observed_in_space(env_id):
     env = single(env_id)
     env.reset(seed=0)
     state = env.get_state()
-    for k in set(range(len(state["y"]))) - normalized(env_id):
+    for k in set(free_entries(env.task)) - normalized(env_id):
         for exponent in range(-300, 9, 4):
             env.set_state({**state, "y": changed(state["y"], k, 10.0**exponent)})
             observation, reward, _, _, _ = env.step(actions(env_id, 1, 1)[0, 0])

@@ -2,15 +2,21 @@
 
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode
 
 from rigid_envs.kernels.layout import CLOCK
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     actions,
     assert_same_bits,
+    break_physics,
+    counted,
     ending,
     flat,
+    pick,
     single,
+    task_of,
     vector,
 )
 
@@ -142,3 +148,129 @@ def test_rows_that_have_not_begun_are_restored_as_they_are(env_id):
     envs.reset(seed=3)
     assert_same_bits(other.y, envs.y)
     assert np.isfinite(flat(other.step(actions(env_id, 1, N)[0])[0])).all()
+
+
+def test_no_step_leads_on_from_the_state_of_an_environment_that_was_never_reset(env_id):
+    env, quiet = single(env_id), single(env_id)
+    for each in (env, quiet):
+        each.reset(seed=1)
+    env.set_state(single(env_id).get_state())
+    with pytest.raises(ResetNeeded, match="before the first reset"):
+        env.step(actions(env_id, 1, 1)[0, 0])
+    assert_same_bits(env.reset(), quiet.reset())
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_rows_that_have_not_begun_are_not_stepped_and_keep_their_streams(env_id, mode):
+    envs, quiet, half = (vector(env_id, N, autoreset_mode=mode) for _ in range(3))
+    for each in (envs, quiet):
+        each.reset(seed=1)
+    first = np.arange(N) == 0
+    half.reset(seed=7, options={"reset_mask": first})
+    envs.set_state(half.get_state())
+    batch = actions(env_id, 1, N)[0]
+    with pytest.raises(ResetNeeded, match="before the first reset"):
+        envs.step(batch)
+    rest = {"reset_mask": ~first}
+    begun, expected = envs.reset(options=rest)[0], quiet.reset(options=rest)[0]
+    assert_same_bits(pick(begun, ~first), pick(expected, ~first))
+    half.reset(seed=7)
+    assert_same_bits(pick(envs.step(batch)[0], 0), pick(half.step(batch)[0], 0))
+
+
+def test_rows_without_a_stream_get_one_at_their_first_reset_and_restored_ones_keep_theirs(env_id):
+    first = np.arange(N) == 0
+    half, envs = vector(env_id, N), vector(env_id, N)
+    half.reset(seed=7, options={"reset_mask": first})
+    envs.set_state(half.get_state())
+    envs.reset(options={"reset_mask": ~first})
+    keys = envs.get_state()["clock"][:, :2]
+    assert len(np.unique(keys, axis=0)) == N
+    assert_same_bits(keys[0], half.get_state()["clock"][0, :2])
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.SAME_STEP, AutoresetMode.DISABLED])
+def test_a_row_that_has_ended_is_not_stepped_without_a_reset(env_id, mode):
+    ended = vector(env_id, N)
+    ended.reset(seed=0)
+    break_physics(ended, 1)
+    ended.step(actions(env_id, 1, N)[0])
+    envs = vector(env_id, N, autoreset_mode=mode)
+    envs.set_state(ended.get_state())
+    with pytest.raises(ResetNeeded, match="row 1 has ended"):
+        envs.step(actions(env_id, 1, N)[0])
+
+
+def test_every_auxiliary_number_has_a_range_of_its_own(env_id):
+    envs = played(env_id)
+    task, state = envs.task, envs.get_state()
+    ranges = task.auxiliary_ranges(envs._core.parameters, np.full(N, 3.0))
+    named = [(key,) if isinstance(key, str) else key for key in ranges]
+    assert sorted(sum(named, ())) == sorted(task.aux_names)
+    for key, names in zip(ranges, named, strict=True):
+        columns = [task.aux_names.index(name) for name in names]
+        for end, outwards in zip(ranges[key], (-1.0, 1.0), strict=True):
+            last = np.broadcast_to(end, N)[1]
+            wrong = last + outwards * 0.01 * (1.0 + abs(last))
+            if key in task.aux_names or wrong > 0.0:  # a length is at least 0
+                other = state["aux"].copy()
+                other[1, columns] = wrong, *np.zeros(len(columns) - 1)
+                told = refusal(envs, {**state, "aux": other})
+                assert np.isinf(last) or (told.startswith("state: aux: ") and names[0] in told)
+
+
+def test_counters_are_whole(env_id):
+    envs = played(env_id)
+    state = envs.get_state()
+    for name in task_of(env_id).counters:
+        other = state["aux"].copy()
+        other[1, task_of(env_id).aux_names.index(name)] += 0.5
+        assert f"aux: {name}[1] = " in refusal(envs, {**state, "aux": other})
+
+
+def test_what_no_row_has_in_an_episode_is_refused(env_id):
+    envs, task = played(env_id), task_of(env_id)
+    state, parts = envs.get_state(), task.system_type.components
+    wrong = [("clock", CLOCK.episode, -1.0)]
+    wrong += [("y", parts["q"], 0.0)] if "q" in parts else []
+    wrong += [("y", parts[name], 1.0) for name in task.fixed_components]
+    for part, place, number in wrong:
+        other = state[part].copy()
+        other[1, place] = number
+        assert part in refusal(envs, {**state, part: other})
+
+
+def test_the_state_of_any_moment_is_taken_and_gives_the_same_bits(env_id):
+    envs, other = vector(env_id, N, **ending(env_id)), vector(env_id, N, **ending(env_id))
+    envs.reset(seed=2)
+    for k, batch in enumerate(actions(env_id, 60, N, seed=3)):
+        if k == 30:
+            break_physics(envs, 1)
+        state = envs.get_state()
+        other.set_state(state)
+        assert_same_bits(other.get_state(), state)
+        assert_same_bits(envs.step(batch), other.step(batch))
+
+
+@counted("n_edits", 2000)
+def test_edited_states_are_refused_without_a_trace_or_lead_nowhere_outside(env_id, n_edits):
+    envs, quiet = played(env_id), played(env_id)
+    state, space, n_taken = envs.get_state(), envs.observation_space, 0
+    batches, rng = actions(env_id, 50, N, seed=1), np.random.default_rng(2)
+    for _ in range(n_edits):
+        part = str(rng.choice([*state]))
+        other = {name: each.copy() for name, each in state.items()}
+        place = (int(rng.integers(N)), int(rng.integers(state[part].shape[1])))
+        old, size = other[part][place], 10.0 ** rng.integers(-10, 3)
+        other[part][place] = rng.choice([old + size, old - size, old * (1 + size), round(old + 1)])
+        if refusal(envs, other):
+            assert_same_bits(envs.step(batches[0]), quiet.step(batches[0]))
+        else:
+            n_taken += 1
+            for batch in batches:
+                observations, rewards, *_ = envs.step(batch)
+                assert space.contains(observations), (part, place, other[part][place])
+                assert np.isfinite(rewards).all()
+        for each in (envs, quiet):
+            each.set_state(state)
+    assert 0 < n_taken < n_edits

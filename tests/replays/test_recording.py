@@ -20,6 +20,7 @@ from rigid_envs.replays import (
 )
 from rigid_envs.scores import evaluate, from_controller
 from rigid_envs.scores.controllers import reference_controllers
+from rigid_envs.testing.environments import break_physics
 
 PARK = "RigidEnvs/BallPark-v0"
 
@@ -148,6 +149,18 @@ def test_a_state_that_is_set_past_the_wrapper_is_noticed() -> None:
     env.unwrapped.reset(seed=4)
     with pytest.raises(ValueError, match="past RecordReplay"):
         env.step(np.ones(2, dtype=np.float32))
+
+
+def test_a_start_outside_an_episode_is_not_played_on() -> None:
+    env: Any = gym.make(PARK).unwrapped
+    action = np.ones((1, 2), dtype=np.float32)
+    with pytest.raises(ValueError, match="expected that of an episode: call reset"):
+        play_again(env.task, env.get_state(), action)
+    env.reset(seed=0)
+    break_physics(env)
+    env.step(action[0])
+    with pytest.raises(ValueError, match="expected that of an episode: call reset"):
+        play_again(env.task, env.get_state(), action)
 
 
 def test_other_wrappers_go_around_the_recording_one() -> None:
