@@ -159,10 +159,7 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
         Raises:
             ValueError: unknown option, wrong state or parameter, or a start that is too fast for
                 the step of the integrator; the state is unchanged.
-            ClosedEnvironmentError: after `close`.
         """
-        if self._status == _CLOSED:
-            raise ClosedEnvironmentError(f"{self._name}: reset after close; make a new environment")
         given = options_of(options, ("state", "params"), self._name)
         start = start_from(self.task, 1, given.get("state"), given.get("params"))
         with undone_if_refused(self) if start.state else nullcontext():
@@ -185,7 +182,7 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             DependencyNotInstalled: the extra "render" is missing.
         """
         if self._status == _CLOSED:
-            raise ClosedEnvironmentError(f"{self._name}: render after close; make it again")
+            raise ClosedEnvironmentError(f"{self._name}: render after close; call reset first")
         if self._status == _FRESH:
             raise ResetNeeded(f"{self._name}: render before the first reset; call reset first")
         pictures = self._pictures((0,))
@@ -196,7 +193,7 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
         return self._core.moment(0)
 
     def close(self) -> None:
-        """Close the environment and its window: no further step or reset."""
+        """Close the window; no step is allowed before the next reset."""
         self._close_display()
         self._status, self._steps_left = _CLOSED, 0
 
@@ -270,6 +267,6 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)
             return
         if self._status == _CLOSED:
-            raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
+            raise ClosedEnvironmentError(f"{self._name}: step after close; call reset first")
         when = "before the first reset" if self._status == _FRESH else "after the episode ended"
         raise ResetNeeded(f"{self._name}: step {when}; call reset first")

@@ -145,10 +145,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         Raises:
             ValueError: unknown option, wrong mask, seed, state or parameter, or a start that is
                 too fast for the step of the integrator; no row has changed.
-            ClosedEnvironmentError: after `close`.
         """
-        if self.closed:
-            raise ClosedEnvironmentError(f"{self._name}: reset after close; make a new environment")
         given = options_of(options, ("state", "params", "reset_mask"), self._name)
         rows = rows_of(given.get("reset_mask"), self.num_envs, self._name)
         start = start_from(self.task, len(rows), given.get("state"), given.get("params"))
@@ -156,6 +153,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         with undone_if_refused(self) if start.state else nullcontext():
             self._seed(seed, rows)
             self._core.reset(rows, start)
+        self.closed = False
         self._ended = np.setdiff1d(self._ended, rows)
         self._fresh = self._fresh and not self._core.begun.all()
         self._steps_left = 0
@@ -231,7 +229,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             ClosedEnvironmentError: after `close`.
         """
         if self.closed:
-            raise ClosedEnvironmentError(f"{self._name}: infos after close; make it again")
+            raise ClosedEnvironmentError(f"{self._name}: infos after close; call reset first")
         if self._fresh:
             raise ResetNeeded(f"{self._name}: infos before the first reset; call reset first")
         return self._infos.now()
@@ -249,7 +247,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             DependencyNotInstalled: the extra "render" is missing.
         """
         if self.closed:
-            raise ClosedEnvironmentError(f"{self._name}: render after close; make it again")
+            raise ClosedEnvironmentError(f"{self._name}: render after close; call reset first")
         if self._fresh:
             raise ResetNeeded(f"{self._name}: render before the first reset; call reset first")
         return self._pictures(self._shown_rows)
@@ -274,7 +272,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         return self._core.moment(row)
 
     def close_extras(self, **_: Any) -> None:
-        """Close the window; no step is allowed any more."""
+        """Close the window; no step is allowed before the next reset."""
         self._close_display()
         self._steps_left = 0
 
@@ -330,7 +328,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             ConfigError: without a time limit, the rates may leave the stability envelope.
         """
         if self.closed:
-            raise ClosedEnvironmentError(f"{self._name}: step after close; make a new environment")
+            raise ClosedEnvironmentError(f"{self._name}: step after close; call reset first")
         if self._fresh:
             raise ResetNeeded(f"{self._name}: step before the first reset; call reset first")
         if self.autoreset_mode is not AutoresetMode.NEXT_STEP and self._ended.size:

@@ -31,18 +31,25 @@ def test_step_after_the_end_raises_until_reset(env_id, make):
 
 
 @pytest.mark.parametrize("make", [single, gym.make], ids=["unwrapped", "wrapped"])
-def test_step_and_reset_after_close_raise(env_id, make):
-    env = make(env_id)
-    env.reset(seed=0)
-    env.close()
-    env.close()
-    with pytest.raises(ClosedEnvironmentError):
-        env.step(actions(env_id, 1, 1)[0, 0])
-    with pytest.raises(ClosedEnvironmentError):
-        env.reset()
-    env.unwrapped.set_state(env.unwrapped.get_state())
-    with pytest.raises(ClosedEnvironmentError):
-        env.step(actions(env_id, 1, 1)[0, 0])
+def test_step_after_close_raises_until_reset(env_id, make):
+    env, open_one = make(env_id), make(env_id)
+    action = actions(env_id, 1, 1)[0, 0]
+    for each in (env, open_one):
+        each.reset(seed=0)
+    for _ in range(2):
+        env.close()
+        env.close()
+        with pytest.raises(ClosedEnvironmentError):
+            env.step(action)
+        env.unwrapped.set_state(env.unwrapped.get_state())
+        with pytest.raises(ClosedEnvironmentError):
+            env.step(action)
+        with pytest.raises(ValueError):
+            env.reset(options={"speed": 1.0})
+        with pytest.raises(ClosedEnvironmentError):
+            env.step(action)
+        assert_same_bits(env.reset(), open_one.reset())
+        assert_same_bits(env.step(action), open_one.step(action))
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -53,14 +60,21 @@ def test_vector_step_before_the_first_reset_raises(env_id, mode):
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_vector_step_and_reset_after_close_raise(env_id, mode):
-    envs = vector(env_id, 3, autoreset_mode=mode)
-    envs.reset(seed=0)
+def test_vector_step_after_close_raises_until_reset(env_id, mode):
+    envs, open_ones = (vector(env_id, 3, autoreset_mode=mode) for _ in range(2))
+    batch = actions(env_id, 1, 3)[0]
+    for each in (envs, open_ones):
+        each.reset(seed=0)
+    for _ in range(2):
+        envs.close()
+        with pytest.raises(ValueError):
+            envs.reset(options={"speed": 1.0})
+        with pytest.raises(ClosedEnvironmentError):
+            envs.step(batch)
+        assert_same_bits(envs.reset(), open_ones.reset())
+        assert_same_bits(envs.step(batch), open_ones.step(batch))
     envs.close()
-    with pytest.raises(ClosedEnvironmentError):
-        envs.step(actions(env_id, 1, 3)[0])
-    with pytest.raises(ClosedEnvironmentError):
-        envs.reset()
+    assert envs.closed
 
 
 def test_disabled_mode_refuses_to_step_a_finished_row_and_names_it(env_id):

@@ -105,9 +105,12 @@ def test_render_needs_an_episode_and_an_open_environment():
         with pytest.raises(ResetNeeded, match="call reset first"):
             env.render()
         env.reset(seed=0)
+        picture = env.render()
         env.close()
         with pytest.raises(ClosedEnvironmentError):
             env.render()
+        env.reset(seed=0)
+        assert np.array_equal(env.render(), picture)
 
 
 def test_a_path_begins_anew_with_the_episode():
