@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
-from rigid_envs.checks import as_array, one_of, safe_repr
+from rigid_envs.checks import as_array, one_of, require, safe_repr
 from rigid_envs.settings import from_config, refusal
 from rigid_envs.tasks import Task
 
@@ -21,6 +21,7 @@ __all__ = [
     "check_counts",
     "new_task",
     "options_of",
+    "row_of",
     "rows_of",
     "shown_rows",
 ]
@@ -145,6 +146,18 @@ def options_of(
     for key in options:
         one_of(key, known, f"{env_id}: key of options")
     return options
+
+
+def row_of(row: Any, num_envs: int, env_id: str) -> int:
+    """Index of a row.
+
+    Raises:
+        ValueError: no integer from 0 to num_envs - 1.
+    """
+    whole = isinstance(row, int | np.integer) and not isinstance(row, bool)
+    known = f"an integer from 0 to {num_envs - 1}"
+    require(whole and 0 <= row < num_envs, row, f"{env_id}: row", known)
+    return int(row)
 
 
 def rows_of(mask: Any, num_envs: int, env_id: str) -> npt.NDArray[np.int64]:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import real_numbers
 from rigid_envs.envs.single import RigidEnv
 from rigid_envs.envs.task_spaces import goal_parts
 from rigid_envs.envs.vector import RigidVectorEnv
@@ -38,9 +39,10 @@ class _Goals:
             info: not used.
 
         Raises:
-            ValueError: wrong shapes.
+            ValueError: no real numbers, or wrong shapes.
         """
-        reward = self.task.goal_reward(achieved_goal, desired_goal)
+        achieved = real_numbers(achieved_goal, "achieved_goal")
+        reward = self.task.goal_reward(achieved, real_numbers(desired_goal, "desired_goal"))
         return reward if np.ndim(reward) else float(reward)
 
     def compute_terminated(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
@@ -86,5 +88,5 @@ def _copies(observation: Part, achieved: Part, desired: Part) -> dict[str, Part]
 
 
 def _nowhere(goal: npt.ArrayLike) -> Any:
-    shape = np.shape(goal)[:-1]
+    shape = real_numbers(goal, "achieved_goal").shape[:-1]
     return np.zeros(shape, dtype=np.bool_) if shape else False

@@ -14,6 +14,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy import ndarray
 
+from rigid_envs.checks import safe_repr
 from rigid_envs.core import Core
 from rigid_envs.envs.arguments import (
     FLOAT32,
@@ -22,6 +23,7 @@ from rigid_envs.envs.arguments import (
     check_counts,
     new_task,
     options_of,
+    row_of,
     rows_of,
     shown_rows,
 )
@@ -252,7 +254,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             raise ResetNeeded(f"{self._name}: render before the first reset; call reset first")
         return self._pictures(self._shown_rows)
 
-    def call(self, name: str) -> tuple[Any, ...]:
+    def call(self, name: Any) -> tuple[Any, ...]:
         """One value for each row, as Gymnasium's vectors of single environments give it.
 
         Args:
@@ -262,14 +264,20 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         Raises:
             AttributeError: no such attribute, or another method: those here act on all rows.
         """
-        value = self.render() if name == "render" else getattr(self, name)
-        if callable(value):
-            raise AttributeError(f"{self._name}: call({name!r}); expected 'render' or an attribute")
+        if isinstance(name, str):
+            value = self.render() if name == "render" else getattr(self, name)
+        if not isinstance(name, str) or callable(value):
+            given = safe_repr(name)
+            raise AttributeError(f"{self._name}: call({given}); expected 'render' or an attribute")
         return value if name == "render" and value is not None else (value,) * self.num_envs
 
     def moment(self, row: int) -> Moment:
-        """State of a row and the results of its last step."""
-        return self._core.moment(row)
+        """State of a row and the results of its last step.
+
+        Raises:
+            ValueError: not the index of a row.
+        """
+        return self._core.moment(row_of(row, self.num_envs, self._name))
 
     def close_extras(self, **_: Any) -> None:
         """Close the window; no step is allowed before the next reset."""

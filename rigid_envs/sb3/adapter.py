@@ -22,6 +22,8 @@ from stable_baselines3.common.vec_env.base_vec_env import (
     VecEnvStepReturn,
 )
 
+from rigid_envs.checks import as_array, require, safe_repr
+from rigid_envs.envs.streams import seeds_of
 from rigid_envs.sb3.finite import NonFiniteError, all_finite, bad_row
 from rigid_envs.sb3.infos import rows_of, split
 
@@ -49,8 +51,9 @@ class GymnasiumVecEnv(VecEnv):
             venv: Environment with `metadata["autoreset_mode"]` equal to `SAME_STEP`.
 
         Raises:
-            ValueError: The environment resets in another way.
+            ValueError: No vector environment, or one that resets in another way.
         """
+        require(isinstance(venv, VectorEnv), venv, "venv", "a gymnasium.vector.VectorEnv")
         mode = venv.metadata.get("autoreset_mode")
         if mode is not AutoresetMode.SAME_STEP:
             raise ValueError(
@@ -76,14 +79,28 @@ class GymnasiumVecEnv(VecEnv):
             The seed of each row.
 
         Raises:
+            gymnasium.error.Error: No integer of at least 0, and no sequence of such.
             ValueError: A sequence with other than one seed per row.
         """
+        seeds = seeds_of(seed, self.num_envs, type(self).__name__)
         if seed is None or isinstance(seed, (int, np.integer)):
             return super().seed(None if seed is None else int(seed))
-        if len(seed) != self.num_envs:
-            raise ValueError(f"{len(seed)} seeds for {self.num_envs} rows; expected one per row")
-        self._seeds = [int(s) for s in seed]
+        self._seeds = seeds
         return self._seeds
+
+    def set_options(self, options: Any = None) -> None:
+        """Choose the options of the next reset.
+
+        Args:
+            options: A dictionary for all rows, or one for each.
+
+        Raises:
+            ValueError: Something else.
+        """
+        each = options if isinstance(options, list) and len(options) == self.num_envs else [options]
+        known = options is None or all(isinstance(one, dict) for one in each)
+        require(known, options, "options", f"a dictionary, or a list of {self.num_envs}")
+        super().set_options(options)
 
     def reset(self) -> VecEnvObs:
         """Start an episode in every row.
@@ -101,15 +118,18 @@ class GymnasiumVecEnv(VecEnv):
         self._lengths[:] = 0
         return obs  # type: ignore[no-any-return]
 
-    def step_async(self, actions: NDArray[Any]) -> None:
+    def step_async(self, actions: Any) -> None:
         """Keep the actions for `step_wait`.
 
         Args:
             actions: One action per row, shape (N, ...).
 
         Raises:
+            ValueError: No array of numbers.
             NonFiniteError: An action is NaN or infinite.
         """
+        numbers = isinstance(actions, np.ndarray) and actions.ndim and actions.dtype.kind in "biuf"
+        require(bool(numbers), actions, "actions", "an array of numbers, a row for each action")
         self._actions = actions
         if not all_finite(actions):
             raise self._not_finite("action", bad_row(actions), "", 1)
@@ -155,7 +175,7 @@ class GymnasiumVecEnv(VecEnv):
 
         Rows of a native vector environment share one object, hence one value.
         """
-        rows = list(self._get_indices(indices))
+        rows = self._get_indices(indices)
         if hasattr(self.venv, "envs"):
             return [self.venv.envs[row].get_wrapper_attr(attr_name) for row in rows]
         return [self._find(attr_name)] * len(rows)
@@ -166,7 +186,7 @@ class GymnasiumVecEnv(VecEnv):
         Raises:
             ValueError: Only some rows are asked for, and rows share one object.
         """
-        rows = list(self._get_indices(indices))
+        rows = self._get_indices(indices)
         if hasattr(self.venv, "envs"):
             for row in rows:
                 self.venv.envs[row].set_wrapper_attr(attr_name, value)
@@ -185,16 +205,19 @@ class GymnasiumVecEnv(VecEnv):
         **method_kwargs: Any,
     ) -> list[Any]:
         """Call a method, once per row asked for; once only where rows share one object."""
-        rows = list(self._get_indices(indices))
+        rows = self._get_indices(indices)
         if hasattr(self.venv, "envs"):
             methods = self.get_attr(method_name, rows)
             return [method(*method_args, **method_kwargs) for method in methods]
-        return [self._find(method_name)(*method_args, **method_kwargs)] * len(rows)
+        method = self._find(method_name)
+        require(callable(method), method_name, "method_name", "a method, not an attribute")
+        return [method(*method_args, **method_kwargs)] * len(rows)
 
     def env_is_wrapped(
         self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None
     ) -> list[bool]:
         """Whether rows are in a wrapper; true of `Monitor`, whose work the adapter does."""
+        require(isinstance(wrapper_class, type), wrapper_class, "wrapper_class", "a class")
         wrapped = issubclass(wrapper_class, Monitor)
         return [wrapped for _ in self._get_indices(indices)]
 
@@ -247,11 +270,25 @@ class GymnasiumVecEnv(VecEnv):
             f"{also}action {np.asarray(self._actions[row]).tolist()}"
         )
 
-    def _find(self, name: str) -> Any:
+    def _get_indices(self, indices: Any) -> list[int]:
+        """Indices of the rows that are asked for.
+
+        Raises:
+            ValueError: No integer from 0 to N - 1, and no sequence of such.
+        """
+        rows = as_array(range(self.num_envs) if indices is None else indices)
+        inside = rows.dtype.kind in "iu" and bool(np.all((rows >= 0) & (rows < self.num_envs)))
+        known = f"integers from 0 to {self.num_envs - 1}"
+        require((inside or not rows.size) and rows.ndim < 2, indices, "indices", known)
+        return [int(row) for row in rows.ravel()]
+
+    def _find(self, name: Any) -> Any:
+        if not isinstance(name, str):
+            raise AttributeError(f"{safe_repr(name)} is no name of an attribute or a method")
         for owner in (self.venv, self.venv.unwrapped):
             if hasattr(owner, name):
                 return getattr(owner, name)
-        raise AttributeError(f"{self.venv.unwrapped} has no attribute {name!r}")
+        raise AttributeError(f"{self.venv.unwrapped} has no attribute or method {name!r}")
 
     def _next_seed(self) -> int | list[int] | None:
         seeds = [s for s in self._seeds if s is not None]

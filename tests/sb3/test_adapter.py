@@ -106,7 +106,7 @@ def test_consecutive_seeds_go_as_one_integer_and_others_as_a_list() -> None:
     assert script.seen_seed == [9, 2, 4]
     env.reset()
     assert script.seen_seed is None
-    with pytest.raises(ValueError, match="2 seeds for 3 rows"):
+    with pytest.raises(ValueError, match="seed has 2 entries; expected 3"):
         env.seed([1, 2])
 
 
