@@ -13,6 +13,8 @@ import struct
 import sys
 from pathlib import Path
 
+from gymnasium.error import DependencyNotInstalled
+
 __all__ = ["empty_library", "provide_x11"]
 
 _X11 = "libX11.so.6"
@@ -30,6 +32,10 @@ def provide_x11(user: Path) -> None:
 
     Args:
         user: the library.
+
+    Raises:
+        DependencyNotInstalled: libX11 is missing, and nothing can take its name: memory is loaded
+            as a file of /proc.
     """
     machine = platform.machine()
     if sys.platform != "linux" or machine not in _MACHINES:
@@ -41,6 +47,10 @@ def provide_x11(user: Path) -> None:
         try:
             os.write(file, empty_library(_X11, machine))
             _KEPT.append(ctypes.CDLL(f"/proc/self/fd/{file}", mode=ctypes.RTLD_GLOBAL))
+        except OSError as error:
+            raise DependencyNotInstalled(
+                f"pictures need {_X11}, or /proc to do without it: install libx11-6 ({error})"
+            ) from error
         finally:
             os.close(file)
         open_library = ctypes.CDLL(None).dlopen  # `ctypes.CDLL` would link all functions at once

@@ -7,7 +7,9 @@ import subprocess
 import sys
 
 import pytest
+from gymnasium.error import DependencyNotInstalled
 
+from rigid_envs.render import without_x11
 from rigid_envs.render.without_x11 import empty_library
 
 DRAW = """
@@ -60,3 +62,13 @@ def test_the_empty_library_is_a_valid_one(machine, tmp_path):
     assert not told.stderr
     assert "Library soname: [libsomething.so.1]" in told.stdout
     assert "DYN (Shared object file)" in told.stdout
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="there libX11 is not asked for")
+def test_what_is_missing_is_named_where_neither_libx11_nor_proc_is_there(tmp_path, monkeypatch):
+    def nothing(name, **_):
+        raise OSError(f"{name}: cannot open shared object file")
+
+    monkeypatch.setattr(without_x11.ctypes, "CDLL", nothing)
+    with pytest.raises(DependencyNotInstalled, match=r"libX11\.so\.6, or /proc"):
+        without_x11.provide_x11(tmp_path / "library.so")
