@@ -68,7 +68,9 @@ def checked_id(env_id: str) -> str:
 
     Raises:
         UnknownIdError: names the nearest id.
+        ValueError: no text.
     """
+    require(isinstance(env_id, str), env_id, "env_id", "the id of an environment, a text")
     module, colon, name = env_id.rpartition(":")
     if colon:
         try:
@@ -112,7 +114,7 @@ def task_of(env_id: str, config: Mapping[str, Any] | None = None) -> Task:
         UnknownIdError: no such id.
         ConfigError: unknown key or bad value.
     """
-    return new_task(ENVIRONMENTS[checked_id(env_id)].task, config or {})
+    return new_task(ENVIRONMENTS[checked_id(env_id)].task, {} if config is None else config)
 
 
 def changed(env_id: str, task: Task) -> dict[str, Any]:

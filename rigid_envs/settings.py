@@ -89,8 +89,10 @@ def from_config(kind: type[Any], config: Mapping[str, Any]) -> Any:
 
     Raises:
         UnknownKeywordError: an unknown key; names the nearest known one.
-        ConfigError: a value out of range.
+        ConfigError: a value out of range, or no mapping.
     """
+    if not isinstance(config, Mapping):
+        raise ConfigError(f"config = {safe_repr(config)}; expected a dict of hyperparameters")
     known = [field.name for field in dataclasses.fields(kind)]
     for key in config:
         if key not in known:

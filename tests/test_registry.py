@@ -4,6 +4,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import pytest
@@ -40,6 +41,7 @@ from rigid_envs.catalogue import checked_id
 from rigid_envs.pages import describe, list_all, write_pages
 from rigid_envs.scores import evaluate, metrics_of, uniform
 from pathlib import Path
+from typing import Any
 
 env_id = checked_id("hoops:Hoops/Roll-v0")
 assert gymnasium.make(env_id).spec.max_episode_steps == 70
@@ -112,6 +114,18 @@ def test_a_short_id_means_the_newest_version_and_never_one_of_two_namespaces(
     assert full_id("BallPark-v9") == "RigidEnvs/BallPark-v9"
     assert full_id("Coin") == "Coin"
     assert full_id("Plain") == "Plain"
+
+
+@pytest.mark.parametrize("no_text", [7, None, [], b"BallPark"])
+def test_what_is_no_text_is_no_id(no_text: Any) -> None:
+    with pytest.raises(ValueError, match=r"^env_id = .*; expected the id of an environment"):
+        task_of(no_text)
+
+
+@pytest.mark.parametrize("no_dict", [3, 0, "", "dt", [("dt", 0.1)]])
+def test_hyperparameters_that_are_no_dict_are_refused(no_dict: Any) -> None:
+    with pytest.raises(ConfigError, match=r"^config = .*; expected a dict of hyperparameters"):
+        task_of(PARK, no_dict)
 
 
 def test_an_id_may_name_the_module_that_registers_it() -> None:
