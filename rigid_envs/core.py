@@ -92,6 +92,11 @@ class Core:
         results, observations, flags = (part.shape for part in self.outputs)
         return lambda: (empty(results), empty(observations, single), empty(flags, boolean))
 
+    @property
+    def max_steps(self) -> float:
+        """Steps after which an episode is cut off; infinity for no limit."""
+        return self._settings.max_steps
+
     def renew_outputs(self) -> None:
         """Replace `outputs` by new arrays that nobody holds, with what was published last."""
         s = self._slots

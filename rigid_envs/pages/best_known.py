@@ -10,7 +10,7 @@ from rigid_envs.pages.task_tables import Table
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.scores import best_known
 from rigid_envs.scores.efficiency import cost_of
-from rigid_envs.scores.evaluation import bounds_of
+from rigid_envs.scores.standing import bounds_of
 from rigid_envs.scores.starts import TEST_SEED
 
 __all__ = ["PROVEN", "best_costs"]

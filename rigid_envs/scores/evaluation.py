@@ -3,31 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import asdict, replace
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.catalogue import SEEN, changed, checked_id, full_id, task_of
-from rigid_envs.checks import integer, printable
+from rigid_envs.catalogue import changed, checked_id, full_id, task_of
+from rigid_envs.checks import integer, printable, require, safe_repr
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.errors import ConfigError
 from rigid_envs.provenance import provenance
 from rigid_envs.registry import ENVIRONMENTS, ErrorTerm
-from rigid_envs.scores.best import best_known
 from rigid_envs.scores.efficiency import cost_of
 from rigid_envs.scores.episodes import Episodes, joined
 from rigid_envs.scores.metrics import metrics_of
 from rigid_envs.scores.playing import play
 from rigid_envs.scores.policies import PolicyFactory, policy_of
+from rigid_envs.scores.proof import Witness, difference
 from rigid_envs.scores.result import Evaluation
+from rigid_envs.scores.standing import (
+    best_of,
+    bounds_of,
+    objection,
+    other_task,
+    refuse_impossible,
+)
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
-from rigid_envs.scores.theory import limit_of
-from rigid_envs.tasks import Task
 
-__all__ = ["bounds_of", "evaluate", "make_rows"]
+__all__ = ["evaluate", "make_rows"]
 
 Array = npt.NDArray[np.float64]
 
@@ -62,46 +68,83 @@ def evaluate(
     Raises:
         ValueError: An id, policy, environment or number that cannot be; names what can.
     """
-    n = integer(n, "n", 1)
-    if env is None or full_id(env_id.rpartition(":")[2]) in ENVIRONMENTS:
-        env_id = checked_id(env_id)
+    n, seed = integer(n, "n", 1), integer(seed, "seed", 0)
+    require(name is None or isinstance(name, str), name, "name", "None or a text")
+    require(callable(progress), progress, "progress", "a function of a text")
+    env_id = _id_of(env_id, env)
     chosen = policy_of(env_id, policy)
-    name = printable(chosen.name if name is None else name, "name")
+    printable(chosen.name if name is None else name, "name")
     if config is None and env is None:
         config = getattr(policy, "env_kwargs", None)
     envs = _own_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
-    settings = dict(config or {}) if env is None else _settings(env_id, envs)
     try:
         _refuse_others(policy, env_id, envs)
-        episodes = _play(chosen, envs, n, seed, env_id, progress)
+        found = _evaluation(env_id, chosen, envs, n, seed, progress)
     finally:
         if env is None:
             envs.close()
+    return found if name is None else replace(found, policy=name)
+
+
+def _id_of(env_id: Any, env: Any) -> str:
+    """The id in full; one that is not registered needs an environment."""
+    require(isinstance(env_id, str), env_id, "env_id", "the id of an environment, a text")
+    if env is None or full_id(env_id.rpartition(":")[2]) in ENVIRONMENTS:
+        return checked_id(env_id)
+    return str(env_id)
+
+
+def _evaluation(
+    env_id: str,
+    policy: PolicyFactory,
+    envs: Any,
+    n: int,
+    seed: int,
+    progress: Callable[[str], None],
+) -> Evaluation:
+    """Play the episodes, and again what was done in them, if they may be ranked."""
+    witness = Witness(envs)
+    settings, limit = _settings(env_id, envs, witness), _limit(env_id, envs, witness)
+    unranked = objection(env_id, settings, seed, n) or _objection(env_id, witness, limit)
+    watch = nullcontext if unranked else witness.watching
+    episodes = _play(policy, envs, n, seed, env_id, limit, watch, progress)
+    returns = episodes.returns  # in which the rewards of wrappers count
+    if unranked is None:
+        again = witness.play_again(env_id, n, seed, settings)
+        unranked = difference(episodes, again)
+        episodes = again if unranked is None else episodes
+    values, cost, bounds = _values(env_id, episodes, settings), None, None
+    if env_id in ENVIRONMENTS:
+        cost = cost_of(env_id, task_of(env_id, settings))
+        bounds = bounds_of(env_id, n, seed, settings)
+        if other_task(env_id, settings) is None:
+            refuse_impossible(cost, episodes.successes, values[cost.name], bounds)
+    return Evaluation(
+        env_id=env_id,
+        policy=policy.name,
+        config=settings,
+        seed=seed,
+        cost=cost,
+        values={**values, "return": returns},
+        best=None if unranked else best_of(env_id, n),
+        bounds=bounds,
+        provenance=provenance(),
+        unranked=unranked,
+    )
+
+
+def _values(env_id: str, episodes: Episodes, settings: Mapping[str, Any]) -> dict[str, Array]:
+    """What is known of episodes in any environment, and the metrics of the id."""
     values = {
         "success": episodes.successes.astype(np.float64),
         "return": episodes.returns,
         "length": episodes.lengths.astype(np.float64),
         "cost": episodes.costs,
     }
-    cost, best, bounds = None, None, None
-    if env_id in ENVIRONMENTS:
-        task = task_of(env_id, settings)
-        cost = cost_of(env_id, task)
-        values |= {metric.name: metric.values(episodes, task) for metric in metrics_of(env_id)}
-        same = seed == TEST_SEED and episodes.limit == ENVIRONMENTS[env_id].max_episode_steps
-        best = _best(env_id, n) if same and _comparable(env_id, task) else None
-        bounds = bounds_of(env_id, n, seed, settings)
-    return Evaluation(
-        env_id=env_id,
-        policy=name,
-        config=settings,
-        seed=seed,
-        cost=cost,
-        values=values,
-        best=best,
-        bounds=bounds,
-        provenance=provenance(),
-    )
+    if env_id not in ENVIRONMENTS:
+        return values
+    task = task_of(env_id, settings)
+    return values | {each.name: each.values(episodes, task) for each in metrics_of(env_id)}
 
 
 def make_rows(env_id: str, n: int, config: Mapping[str, Any] | None = None) -> RigidVectorEnv:
@@ -132,9 +175,11 @@ def _own_rows(env_id: str, n: int, config: Mapping[str, Any] | None) -> RigidVec
 def _rows_of(env_id: str, env: Any, config: Mapping[str, Any] | None) -> Any:
     """A given environment as a vector environment whose rows start anew by themselves."""
     if config:
-        raise ConfigError(f"config = {dict(config)}; expected none beside env, which has its own")
+        raise ConfigError(
+            f"config = {safe_repr(config)}; expected none beside env, which has its own"
+        )
     if not isinstance(env, gym.Env | gym.vector.VectorEnv):
-        raise ConfigError(f"env = {env!r:.100}; expected an environment of Gymnasium")
+        raise ConfigError(f"env = {safe_repr(env)}; expected an environment of Gymnasium")
     envs = gym.vector.SyncVectorEnv([lambda: env]) if isinstance(env, gym.Env) else env
     spec, name = _spec(envs), env_id.rpartition(":")[2]
     if spec is not None and spec.id != name:
@@ -156,18 +201,45 @@ def _refuse_others(policy: Any, env_id: str, envs: Any) -> None:
 
 
 def _spec(envs: Any) -> Any:
-    """Of a vector environment, or of the environments that it is made of; None if there is none."""
+    """Of an environment, or of the first that a vector is made of; None if there is none."""
     rows = getattr(envs.unwrapped, "envs", [envs])
-    return envs.spec or rows[0].spec
+    return rows[0].spec
 
 
-def _settings(env_id: str, envs: Any) -> dict[str, Any]:
-    """Hyperparameters that an environment was made with."""
-    spec = _spec(envs)
-    if env_id not in ENVIRONMENTS or spec is None:
+def _settings(env_id: str, envs: Any, witness: Witness) -> dict[str, Any]:
+    """Hyperparameters of an environment: those of its rows themselves, where they are in reach."""
+    if env_id not in ENVIRONMENTS:
         return {}
-    known = asdict(task_of(env_id))
-    return {key: value for key, value in spec.kwargs.items() if key in known}
+    registered = task_of(env_id)
+    if not witness.cores:
+        known, spec = asdict(registered), _spec(envs)
+        given = {} if spec is None else spec.kwargs
+        return {key: value for key, value in given.items() if key in known}
+    task = witness.cores[0].task
+    if type(task) is not type(registered):
+        raise ConfigError(f"env = {type(task).__name__}; expected one of {env_id}")
+    return changed(env_id, task)
+
+
+def _limit(env_id: str, envs: Any, witness: Witness) -> int | None:
+    """Steps after which episodes are cut off: of the environment, or else of the registered id."""
+    if env_id not in ENVIRONMENTS or not witness.cores:
+        return None
+    own = witness.cores[0].max_steps
+    if np.isfinite(own):
+        return int(own)
+    given = getattr(_spec(envs), "max_episode_steps", None)
+    return given if given and given > 0 else ENVIRONMENTS[env_id].max_episode_steps
+
+
+def _objection(env_id: str, witness: Witness, limit: int | None) -> str | None:
+    """Why the episodes of an environment are not ranked, whatever is done in them."""
+    if not witness.cores:
+        return "env: no rows in reach; expected native ones, whose actions can be played again"
+    registered = ENVIRONMENTS[env_id].max_episode_steps
+    if limit != registered:
+        return f"max_episode_steps = {limit}; expected {registered}, as registered"
+    return None
 
 
 def _play(
@@ -176,48 +248,17 @@ def _play(
     n: int,
     seed: int,
     env_id: str,
+    limit: int | None,
+    watch: Callable[[], AbstractContextManager[None]],
     progress: Callable[[str], None],
 ) -> Episodes:
     """One episode from each of n starts, as many at a time as there are rows."""
     record = ENVIRONMENTS.get(env_id)
     error: ErrorTerm | None = None if record is None else record.error
-    rows = envs.num_envs
+    rows, parts = envs.num_envs, []
     seeds = row_seeds(seed, -(-n // rows) * rows, "test")
-    parts = [
-        play(policy(envs), envs, seeds[k : k + rows], error, progress)
-        for k in range(0, len(seeds), rows)
-    ]
-    spec = _spec(envs)
-    limit = getattr(spec, "max_episode_steps", None) or max(part.limit for part in parts)
-    return joined(parts, n, limit)
-
-
-def _comparable(env_id: str, task: Task) -> bool:
-    """Whether a task differs from the registered one in what is seen and paid alone."""
-    free = SEEN if cost_of(env_id, task).name == "loss" else (*SEEN, "weight_")
-    return all(key.startswith(free) for key in changed(env_id, task))
-
-
-def _best(env_id: str, n: int) -> Array | None:
-    """Best known costs from the first n starts; None where there are none, or not so many."""
-    known = best_known(env_id)
-    return None if known is None or n > len(known.costs) else known.costs[:n]
-
-
-def bounds_of(env_id: str, n: int, seed: int, config: Mapping[str, Any]) -> Array | None:
-    """Least costs that theory allows, shape (n,); None where it says nothing.
-
-    Args:
-        env_id: Gymnasium's id.
-        n: Number of starts.
-        seed: Seed that the starts are drawn from.
-        config: Hyperparameters of the task.
-    """
-    limit = limit_of(env_id, metrics_of(env_id)[0].name)
-    if limit is None:
-        return None
-    envs = make_rows(env_id, n, config)
-    envs.reset(seed=row_seeds(seed, n, "test"))
-    bounds = limit.values(envs)
-    envs.close()
-    return bounds
+    for k in range(0, len(seeds), rows):
+        with watch():
+            parts.append(play(policy(envs), envs, seeds[k : k + rows], error, progress, limit))
+    given = limit or getattr(_spec(envs), "max_episode_steps", None)
+    return joined(parts, n, given or max(part.limit for part in parts))

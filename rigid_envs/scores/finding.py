@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.catalogue import task_of
+from rigid_envs.errors import ConfigError
 from rigid_envs.files import DamagedFileError
 from rigid_envs.policies import load, published
 from rigid_envs.provenance import provenance
@@ -47,11 +48,17 @@ def find(
         finders: Other policies, or what came of them.
         untrained: What came of the untrained policies; None plays them.
         n: Number of starts.
+
+    Raises:
+        ConfigError: A finder whose episodes are not proven to be those of the registered task.
     """
     policies = played(env_id, n) if untrained is None else untrained
     others = [
         each if isinstance(each, Evaluation) else evaluate(env_id, each, n=n) for each in finders
     ]
+    for each in (*policies.values(), *others):
+        if each.unranked is not None:
+            raise ConfigError(f"{each.policy}: {each.unranked}")
     best = nobody(env_id, metrics_of(env_id)[0].name, n)
     again = {each.policy for each in others}
     of_others = {} if known is None else _found_by(known, n, known.shares.keys() - policies.keys())

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
+from rigid_envs.errors import ConfigError
 from rigid_envs.registry import ErrorTerm
 from rigid_envs.scores.episodes import ActionFunction, Episodes
 from rigid_envs.scores.tally import Tally
@@ -17,6 +18,8 @@ __all__ = ["entry_of", "play"]
 
 Bools = npt.NDArray[np.bool_]
 
+_MOST = 100_000  # steps of an episode; those of this package have hundreds
+
 
 def play(
     act: ActionFunction,
@@ -24,6 +27,7 @@ def play(
     seeds: list[int],
     error: ErrorTerm | None = None,
     progress: Callable[[str], None] = lambda _: None,
+    limit: int | None = None,
 ) -> Episodes:
     """Play exactly one episode in each row.
 
@@ -36,16 +40,29 @@ def play(
         seeds: One seed per row.
         error: Reward term whose error is recorded; None for none.
         progress: Called with a few words in every step.
+        limit: Number of steps after which an episode is cut off here; None leaves that to the
+            environment.
+
+    Raises:
+        ConfigError: No end after a hundred thousand steps.
     """
     first_seeds: Any = seeds  # native environments take one seed for each row
     obs, _ = venv.reset(seed=first_seeds)
-    tally = Tally(seeds, error, getattr(venv.spec, "max_episode_steps", None))
+    tally = Tally(seeds, error, limit or getattr(venv.spec, "max_episode_steps", None))
     rows: Any = venv.unwrapped
+    step = 0
     try:
         while left := np.count_nonzero(tally.running):
+            if step == _MOST:
+                raise ConfigError(
+                    f"env: {left} episodes of more than {_MOST} steps; expected a time limit: "
+                    "wrap it in gymnasium.wrappers.TimeLimit"
+                )
+            step += 1
             progress(f"{len(seeds) - left} of {len(seeds)} episodes")
             rows.uncounted = ~tally.running  # nobody needs to plan for them
             obs, rewards, terminated, truncated, infos = venv.step(act(obs))
+            truncated = truncated | (step == limit)
             ended = tally.running & (terminated | truncated)
             values = {key: entry_of(infos, key, ended) for key in tally.keys}
             tally.add(rewards, terminated, truncated, values)

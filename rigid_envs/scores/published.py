@@ -11,12 +11,12 @@ import numpy as np
 from rigid_envs.catalogue import task_of
 from rigid_envs.policies import load
 from rigid_envs.policies.loading import FOLDER, file_of
-from rigid_envs.scores.best import best_known
 from rigid_envs.scores.efficiency import cost_of
-from rigid_envs.scores.evaluation import bounds_of, evaluate
+from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.intervals import wilson_interval
 from rigid_envs.scores.records import Record, read_record
 from rigid_envs.scores.result import Evaluation
+from rigid_envs.scores.standing import best_of, bounds_of, objection
 from rigid_envs.scores.starts import TEST_SEED
 
 __all__ = ["Recheck", "published_evaluation", "published_record", "recheck"]
@@ -59,7 +59,8 @@ def published_evaluation(name: str) -> Evaluation:
     """
     record = published_record(name)
     env_id, settings, n = record.env_id, record.settings, len(record.costs)
-    cost, known = cost_of(env_id, task_of(env_id, settings)), best_known(env_id)
+    cost = cost_of(env_id, task_of(env_id, settings))
+    unranked = objection(env_id, settings, TEST_SEED, n)
     return Evaluation(
         env_id=env_id,
         policy=record.policy,
@@ -67,9 +68,10 @@ def published_evaluation(name: str) -> Evaluation:
         seed=TEST_SEED,
         cost=cost,
         values={"success": record.successes.astype(np.float64), cost.name: record.costs},
-        best=None if known is None else known.costs[:n],
+        best=None if unranked else best_of(env_id, n),
         bounds=bounds_of(env_id, n, TEST_SEED, settings),
         provenance=record.provenance,
+        unranked=unranked,
     )
 
 

@@ -4,26 +4,34 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rigid_envs.catalogue import id_in_file
+from rigid_envs.catalogue import id_in_file, task_of
 from rigid_envs.checks import Array, require
 from rigid_envs.documents import checked_values, column, read_document
 from rigid_envs.provenance import KINDS
-from rigid_envs.scores.best import best_known
-from rigid_envs.scores.efficiency import Cost
+from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.scores.efficiency import Cost, cost_of
 from rigid_envs.scores.result import FORMAT, Evaluation
-from rigid_envs.scores.starts import TEST_SEED, VERSION
+from rigid_envs.scores.standing import (
+    best_of,
+    bounds_of,
+    objection,
+    other_task,
+    refuse_impossible,
+)
+from rigid_envs.scores.starts import VERSION
 
 __all__ = ["evaluation_of", "read_evaluation", "up_to_date"]
 
 _LIMIT = 2**24  # bytes
 _KINDS = {
     **{"env_id": str, "algo": str, "config": dict, "policy": dict, "starts": dict},
-    **{"evaluation_version": int, "test_seed": int, "cost": list | None},
+    **{"evaluation_version": int, "test_seed": int, "cost": list | None, "unranked": str | None},
 }
 _LEAST = ("success", "return", "length", "cost")
 
@@ -33,7 +41,7 @@ def read_evaluation(path: str | Path, *, anew: bool = False) -> Evaluation:
 
     Args:
         path: A file that `Evaluation.save` wrote, or one with more entries beside.
-        anew: Set it beside what is best known now, not what was then.
+        anew: Set it beside what is best known and what theory says now, not what was then.
 
     Raises:
         DamagedFileError: Another format, something else than was written, or figures that do not
@@ -79,6 +87,7 @@ def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
         best=best,
         bounds=bounds,
         provenance=where,
+        unranked=own["unranked"],
     )
     for name, value in json.loads(json.dumps(found.summary())).items():
         told = own["policy"][name]
@@ -88,12 +97,27 @@ def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
 
 
 def up_to_date(found: Evaluation) -> Evaluation:
-    """An evaluation beside what is best known now, if it was beside what was then."""
-    now = best_known(found.env_id)
-    comparable = found.best is not None and found.seed == TEST_SEED
-    if now is None or not comparable or found.n > len(now.costs):
+    """An evaluation beside what is best known and what theory says now; its file is not believed.
+
+    Args:
+        found: As it was read; one of an id that is not registered stays as it is.
+
+    Raises:
+        ValueError: Another cost than that of its id, or a success that costs less than theory
+            allows.
+    """
+    env_id, config = found.env_id, found.config
+    if env_id not in ENVIRONMENTS:
         return found
-    return found.against(now.costs[: found.n])
+    cost = cost_of(env_id, task_of(env_id, config))
+    if found.cost != cost:
+        raise ValueError(f"cost = {found.cost}; expected {cost}")
+    bounds = bounds_of(env_id, found.n, found.seed, config)
+    if other_task(env_id, config) is None:
+        refuse_impossible(cost, found.successes, found.costs, bounds)
+    unranked = found.unranked or objection(env_id, config, found.seed, found.n)
+    best = None if unranked else best_of(env_id, found.n)
+    return replace(found, bounds=bounds, best=best, unranked=unranked)
 
 
 def _close(told: Any, value: Any) -> bool:

@@ -47,10 +47,12 @@ class Evaluation:
         cost: What an episode costs; None for an environment that has no record.
         values: "success", "return", "length", "cost" (sum of ``info["cost"]``) and the metrics of
             the id by name, each of shape (n,).
-        best: Best known costs, shape (n,), NaN where nobody succeeded; None where nothing is known:
-            for an id without data, other starts, or another task than the registered one.
+        best: Best known costs, shape (n,), NaN where nobody succeeded; None for an id without data,
+            or where this is not ranked.
         bounds: Least costs that theory allows, shape (n,); None where it says nothing.
         provenance: Versions, kernels, commit, machine and date.
+        unranked: Why it does not stand beside the best known; None if its actions, played again in
+            the registered task from the starts of the evaluation set, gave the same figures.
     """
 
     env_id: str
@@ -62,10 +64,11 @@ class Evaluation:
     best: Array | None
     bounds: Array | None
     provenance: Mapping[str, Any]
+    unranked: str | None
 
     def __post_init__(self) -> None:
         """Refuse text that cannot be shown, and read again."""
-        for name in ("env_id", "policy", "config", "cost", "provenance"):
+        for name in ("env_id", "policy", "config", "cost", "provenance", "unranked"):
             printable(getattr(self, name), name)
 
     @property
@@ -166,6 +169,7 @@ class Evaluation:
             "config": dict(self.config),
             "evaluation_version": VERSION,
             "test_seed": self.seed,
+            "unranked": self.unranked,
             "cost": None if self.cost is None else list(self.cost),
             "policy": self.summary(),
             **self.provenance,
@@ -199,7 +203,8 @@ class Evaluation:
                 f"{'efficiency':12}{found.mean:9.3f}     {found.low:.3f} .. {found.high:.3f}"
             )
         elif self.cost is not None:
-            lines.append(f"{'efficiency':12}        -     no best is known for this task")
+            why = "no best is known" if self.unranked is None else f"not ranked: {self.unranked}"
+            lines.append(f"{'efficiency':12}        -     {why}")
         label = "cost" if self.cost is None else self.cost.name
         unit = f" [{self.cost.unit}]" if self.cost is not None and self.cost.unit else ""
         parts = {"best known": self.mean(self.best), "bound": self.mean(self.bounds)}

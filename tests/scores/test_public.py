@@ -147,9 +147,9 @@ def test_an_environment_without_a_registered_id_is_played_and_has_no_cost():
         np.testing.assert_allclose(found.values[name], expected.values[name], rtol=1e-12)
     assert (found.env_id, found.config, found.cost, found.best) == ("Mine/Top-v0", {}, None, None)
     assert found.efficiency is None and found.gap is None and found.row()["cost"] is None
-    # nor does it say which settings it has, whose task it may be said to be
+    # under the id of its task it is what its rows are: here those of the registered one
     again = rigid_envs.evaluate(TOP, pd, n=3, env=env)
-    assert again.config == {} and again.cost is not None
+    assert again.config == {} and again.efficiency == expected.efficiency
 
 
 @pytest.mark.parametrize("config", [{"rotation": "rot6d"}, {"weight_upright": 0.5}])
@@ -239,6 +239,31 @@ def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
 def test_what_cannot_be_played_is_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         rigid_envs.evaluate(*arguments, n=2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"env_id": 7}, "env_id = 7; expected the id of an environment"),
+        ({"env_id": None, "env": TwoParts()}, "env_id = None; expected the id of an environment"),
+        ({"config": 3}, "config = 3; expected a dict of hyperparameters"),
+        ({"config": "x"}, "config = 'x'; expected a dict of hyperparameters"),
+        ({"config": {1: 2}}, "config.1: unknown key; expected one of dt"),
+        ({"config": 0}, "config = 0; expected a dict of hyperparameters"),
+        ({"n": "x"}, "n = 'x'; expected an integer of at least 1"),
+        ({"seed": "x"}, "seed = 'x'; expected an integer of at least 0"),
+        ({"seed": None}, "seed = None; expected an integer of at least 0"),
+        ({"env": "x"}, "env = 'x'; expected an environment of Gymnasium"),
+        ({"env": TwoParts(), "config": 3}, "config = 3; expected none beside env"),
+        ({"name": 3}, "name = 3; expected None or a text"),
+        ({"progress": 3}, "progress = 3; expected a function"),
+    ],
+    ids=str,
+)
+def test_arguments_of_wrong_types_are_refused_by_name(arguments, message):
+    given = {"env_id": TOP, "policy": "zero", "n": 2, **arguments}
+    with pytest.raises(ValueError, match=message):
+        rigid_envs.evaluate(given.pop("env_id"), given.pop("policy"), **given)
 
 
 def test_what_is_no_setting_of_the_task_is_refused():

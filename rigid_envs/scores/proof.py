@@ -1,0 +1,128 @@
+"""Proof of an evaluation: what was done to its rows, done again in the registered task.
+
+Wrappers, policies and environments of others may write what they like into infos, set states or
+make the task easier. So the actions that reach the rows themselves are kept, and played again from
+the same starts, in rows that nobody else has. What comes out the same is of the registered task,
+whatever was done besides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import SyncVectorEnv
+
+from rigid_envs.core import Core
+from rigid_envs.envs import RigidEnv, RigidVectorEnv
+from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.scores.episodes import Episodes
+from rigid_envs.scores.playing import play
+from rigid_envs.scores.standing import registered_rows
+from rigid_envs.scores.starts import row_seeds
+
+__all__ = ["Witness", "difference"]
+
+_COMPARED = {
+    "success": "successes",
+    "cost": "costs",
+    "length": "lengths",
+    "termination": "terminated",
+    "first step of success": "since",
+    "error": "errors",
+}
+
+
+class Witness:
+    """Sees what is done to the rows of an environment, below all wrappers.
+
+    Attributes:
+        cores: The rows; none if they are not of this package or in another process.
+    """
+
+    def __init__(self, envs: Any) -> None:
+        """Find the rows.
+
+        Args:
+            envs: A vector environment.
+        """
+        rows = envs.unwrapped
+        each = [env.unwrapped for env in rows.envs] if isinstance(rows, SyncVectorEnv) else [rows]
+        ours = all(isinstance(env, RigidEnv | RigidVectorEnv) for env in each)
+        self._envs: list[Any] = each if ours else []
+        self.cores: list[Core] = [env._core for env in self._envs]
+        self._actions: list[list[npt.NDArray[np.float32]]] = []
+
+    @contextmanager
+    def watching(self) -> Iterator[None]:
+        """Keep the actions of all steps that are made meanwhile."""
+        steps = [core.step_into for core in self.cores]
+        try:
+            for core in self.cores:
+                self._actions.append([])
+                core.step_into = _kept(core, self._actions[-1])
+            self._forget()
+            yield
+        finally:
+            for core, step in zip(self.cores, steps, strict=True):
+                core.step_into = step
+            self._forget()
+
+    def _forget(self) -> None:
+        """A single environment holds the step of its core; it looks for it again."""
+        for env in self._envs:
+            env.__dict__.pop("_used_by_step", None)
+
+    def play_again(self, env_id: str, n: int, seed: int, config: Mapping[str, Any]) -> Episodes:
+        """What comes of the actions in the registered task.
+
+        Args:
+            env_id: Gymnasium's id.
+            n: Number of starts.
+            seed: Seed that the starts are drawn from.
+            config: Hyperparameters that are free.
+        """
+        record = ENVIRONMENTS[env_id]
+        limit, rows = record.max_episode_steps, registered_rows(env_id, n, config)
+        first, n_action = self.cores[0].actions.shape
+        actions = np.zeros((limit, len(self._actions) * first, n_action), np.float32)
+        for k, made in enumerate(self._actions):
+            for step, each in enumerate(made[:limit]):
+                actions[step, k * first : (k + 1) * first] = each
+        given = actions[:, :n]
+        steps = iter(given[..., 0].astype(np.int64) if rows.task.n_choices else given)
+        again = play(lambda _: next(steps), rows, row_seeds(seed, n, "test"), record.error)
+        return replace(again, limit=limit)
+
+
+def _kept(core: Core, actions: list[npt.NDArray[np.float32]]) -> Any:
+    """The step of a core, which keeps its actions."""
+    advance = core.step_into
+
+    def step_into(*outputs: Any) -> int:
+        actions.append(core.actions.copy())
+        return advance(*outputs)
+
+    return step_into
+
+
+def difference(told: Episodes, again: Episodes) -> str | None:
+    """Where episodes are not what was told of them, in words; None if all are, to the bit.
+
+    Args:
+        told: What the environment told of its steps.
+        again: What came of their actions in the registered task.
+    """
+    for name, attribute in _COMPARED.items():
+        one, other = getattr(told, attribute), getattr(again, attribute)
+        if one is not None and (wrong := np.flatnonzero(one != other)).size:
+            k = wrong[0]
+            return (
+                f"{name} of start {k} = {one[k]}; expected {other[k]}, which its actions give in "
+                "the registered task"
+            )
+    return None
