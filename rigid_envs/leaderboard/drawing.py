@@ -52,6 +52,7 @@ def draw(results: Sequence[Row]) -> Figure:
     axes.set_xlim(-0.02, 1.02)
     dress(axes, "")
     axes.set_xlabel("efficiency", color=MUTED)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8,
-                labelcolor=MUTED)  # fmt: skip
+    if names:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8,
+                    labelcolor=MUTED)  # fmt: skip
     return figure

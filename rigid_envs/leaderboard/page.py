@@ -33,6 +33,10 @@ policy succeeded, `gap` is how far the first is above the last.
 
 ![Efficiency of all policies in all environments](leaderboard.png)
 """
+_APART = """## Not ranked
+
+Other tasks and starts than those of the evaluation set, parts of it, and what is not proven.
+"""
 _ALL = """Over all environments and training seeds: the interquartile mean of the efficiencies, with
 a 95 % interval by stratified bootstrap over the seeds where all have several (Agarwal et al. 2021,
 arXiv:2108.13264).
@@ -65,13 +69,13 @@ def write_leaderboard(folder: Path, packaged: bool = False) -> str:
     text = markdown(rows)
     write_atomic(folder / "leaderboard.md", text)
     buffer = io.BytesIO()
-    draw(rows).savefig(buffer, format="png")
+    draw([row for row in rows if row.unranked is None]).savefig(buffer, format="png")
     write_atomic(folder / "leaderboard.png", buffer.getvalue())
     return text
 
 
 def read_results(folder: Path) -> list[Evaluation]:
-    """All results below a folder, against what is known best now.
+    """All results below a folder, beside what is known best and what theory says now.
 
     Args:
         folder: Where to look for JSON files; what is no result is left out.
@@ -96,17 +100,28 @@ def _is_row(content: Mapping[str, Any]) -> bool:
 
 
 def markdown(results: Sequence[Row]) -> str:
-    """The page: the plot, both tables, and under them where their numbers come from.
+    """The page: the plot, the tables, and under them where their numbers come from.
 
     Args:
         results: In the order of the rows.
     """
+    ranked = [row for row in results if row.unranked is None]
     overall = [("policy", "environments", "runs", "efficiency", "95 %"),
-               ("---", *["---:"] * 4), *_overall(results)]  # fmt: skip
+               ("---", *["---:"] * 4), *_overall(ranked)]  # fmt: skip
     sides = ("---", "---", *["---:"] * 4, "---", *["---:"] * 4)
-    rows = [_HEADER, sides, *map(_cells, results)]
+    rows = [_HEADER, sides, *map(_cells, ranked)]
     notes = "\n".join(dict.fromkeys(in_markdown(row.source) for row in results))
-    return f"{_INTRODUCTION}\n{_ALL}\n{_table(overall)}\n\n{_table(rows)}\n\n{notes}\n"
+    apart = _apart([row for row in results if row.unranked is not None])
+    return f"{_INTRODUCTION}\n{_ALL}\n{_table(overall)}\n\n{_table(rows)}\n\n{apart}{notes}\n"
+
+
+def _apart(results: Sequence[Row]) -> str:
+    """Table of the rows that are not ranked, with the reasons; nothing without any."""
+    if not results:
+        return ""
+    cells = [(*_cells(row)[:4], in_markdown(row.unranked or "")) for row in results]
+    rows = [(*_HEADER[:4], "why"), ("---", "---", "---:", "---:", "---"), *cells]
+    return f"{_APART}\n{_table(rows)}\n\n"
 
 
 def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:

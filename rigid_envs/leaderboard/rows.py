@@ -14,7 +14,7 @@ from rigid_envs.scores.best import best_known
 from rigid_envs.scores.efficiency import Cost, cost_of
 from rigid_envs.scores.published import published_evaluation
 from rigid_envs.scores.result import Estimate, Evaluation
-from rigid_envs.scores.starts import TEST_SEED, VERSION
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION
 
 __all__ = ["Row", "kind_of", "packaged_rows", "row_of", "sorted_rows"]
 
@@ -31,6 +31,7 @@ class Row(NamedTuple):
         means: Of the successes, the mean cost, best known cost and bound; NaN where there is none.
         gap: How far the mean cost is above the mean bound; None without a bound.
         source: Starts, versions and commit.
+        unranked: Why it is listed apart; None if it is ranked.
     """
 
     env_id: str
@@ -41,6 +42,7 @@ class Row(NamedTuple):
     means: tuple[float, float, float]
     gap: float | None
     source: str
+    unranked: str | None
 
 
 def row_of(found: Evaluation) -> Row:
@@ -55,6 +57,7 @@ def row_of(found: Evaluation) -> Row:
         (cost, best, bound),
         found.gap,
         _source(found.n, found.seed, found.provenance),
+        found.unranked or _part(found.n) or ("no best is known" if found.best is None else None),
     )
 
 
@@ -99,7 +102,13 @@ def _untrained(
         (mean, best, bound),
         summary["gap"],
         _source(summary["episodes"], TEST_SEED, where),
+        _part(summary["episodes"]),
     )
+
+
+def _part(n: int) -> str | None:
+    """Why a part of the evaluation set is not ranked: few starts may be easy ones."""
+    return None if n == N_STARTS else f"n = {n}; expected all {N_STARTS} starts"
 
 
 def _rank(row: Row) -> float:

@@ -3,7 +3,9 @@
 import html
 import json
 import re
+import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +28,7 @@ from rigid_envs.leaderboard import (
 )
 from rigid_envs.leaderboard.style import look
 from rigid_envs.policies import published
-from rigid_envs.scores import read_evaluation
+from rigid_envs.scores import Evaluation, read_evaluation
 from rigid_envs.scores.published import published_record
 from rigid_envs.scores.reading import evaluation_of
 
@@ -34,12 +36,18 @@ ID = "RigidEnvs/Detumble-v0"
 Capture = pytest.CaptureFixture[str]
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    (tmp_path / "below").mkdir()
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("results")
     for name in ("reference", "brake", "random", "zero"):
-        out = tmp_path / "below" / f"{name}.json"
-        assert main(["evaluate", ID, "--policy", name, "--starts", "20", "--out", str(out)]) == 0
+        out = str(made / f"{name}.json")
+        assert main(["evaluate", ID, "--policy", name, "--out", out]) == 0
+    return made
+
+
+@pytest.fixture
+def folder(tmp_path: Path, results: Path) -> Path:
+    shutil.copytree(results, tmp_path / "below")
     return tmp_path
 
 
@@ -90,6 +98,66 @@ def test_a_result_that_was_damaged_is_refused_and_not_left_out(
             read_results(tmp_path)
     file.write_text('{"name": "of another program"}')
     assert read_results(tmp_path) == []
+
+
+def test_only_whole_sets_are_ranked_and_all_else_is_listed_apart(folder: Path) -> None:
+    below = folder / "below"
+    one = rigid_envs.evaluate(ID, "reference", n=1)
+    replace(one, policy="lucky").save(below / "lucky.json")
+    easier = rigid_envs.evaluate(ID, "reference", config={"start_momentum": 0.5})
+    replace(easier, policy="easy").save(below / "easy.json")
+    other = rigid_envs.evaluate(ID, "reference", seed=1)
+    replace(other, policy="elsewhere").save(below / "elsewhere.json")
+    assert main(["leaderboard", str(folder)]) == 0
+    ranked, apart = (folder / "leaderboard.md").read_text().split("## Not ranked")
+    for name in ("lucky", "easy", "elsewhere"):
+        assert f"| {name} |" not in ranked and f"| `Detumble-v0` | {name} | 100.0 % |" in apart
+    assert "n = 1; expected all 500 starts" in apart
+    assert "start_momentum = 0.5; expected 3.0, as registered" in apart
+    assert "seed = 1; expected 314159" in apart
+    assert ranked.count("| `Detumble-v0` |") == 4
+
+
+def test_a_page_of_which_nothing_is_ranked_has_no_rank(tmp_path: Path) -> None:
+    rigid_envs.evaluate(ID, "zero", n=1).save(tmp_path / "row.json")
+    assert main(["leaderboard", str(tmp_path)]) == 0
+    assert "| zero |" not in (tmp_path / "leaderboard.md").read_text().split("## Not ranked")[0]
+
+
+def forged(row: dict[str, Any], **changes: Any) -> Evaluation:
+    """A row with a digest and figures that fit what somebody has written into it."""
+    return replace(evaluation_of(row), **changes)
+
+
+def test_a_row_is_not_believed_what_it_says_of_task_best_known_and_bound(folder: Path) -> None:
+    row, file = result(folder, "brake"), folder / "forged" / "row.json"
+    file.parent.mkdir()
+    honest = evaluation_of(row)
+    generous = forged(row, best=honest.costs, bounds=0.1 * honest.costs).save(file)
+    (found,) = read_results(file.parent)
+    assert read_evaluation(generous).efficiency.mean == 1.0
+    assert found.efficiency == honest.efficiency and found.gap == honest.gap
+    forged(row, config={"start_momentum": 0.5}).save(file)
+    (found,) = read_results(file.parent)
+    assert found.efficiency is None and "start_momentum = 0.5" in (found.unranked or "")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (lambda it: {"values": it.values | {"loss": 0.9 * it.bounds}}, "the bound of theory"),
+        (lambda it: {"cost": it.cost._replace(floor=1e9)}, r"cost = .*floor=1000000000\.0.*exp"),
+    ],
+    ids=["below the bound", "floor above all costs"],
+)
+def test_a_row_that_cannot_be_is_refused(folder: Path, changes: Any, message: str) -> None:
+    row, file = result(folder, "brake"), folder / "forged" / "row.json"
+    file.parent.mkdir()
+    forged(row, **changes(evaluation_of(row))).save(file)
+    with pytest.raises(DamagedFileError, match=message):
+        read_results(file.parent)
+    with pytest.raises(DamagedFileError, match=message):
+        read_evaluation(file, anew=True)
 
 
 def test_several_seeds_are_aggregated_with_an_interval(folder: Path) -> None:
