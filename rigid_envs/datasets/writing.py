@@ -158,7 +158,7 @@ def _begun(name: str, env_id: str, acting: Behaviour, buffers: list[Any]) -> Any
 def _scores(env_id: str, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Mean returns of the random policy and of the reference, which Minari's score is between."""
     known = best_known(env_id)
-    free = all(key.startswith(SEEN) for key in changed(env_id, task_of(env_id, settings)))
+    free = all(key in SEEN for key in changed(env_id, task_of(env_id, settings)))
     names = list(ENVIRONMENTS[env_id].controllers)
     if known is None or not free or not names:
         return {}

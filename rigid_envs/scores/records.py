@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +20,9 @@ from rigid_envs.catalogue import id_in_file, task_of
 from rigid_envs.checks import exact_array
 from rigid_envs.documents import checked_values, column, read_document, write_document
 from rigid_envs.provenance import KINDS
-from rigid_envs.registry import ENVIRONMENTS
-from rigid_envs.scores.best import best_known
 from rigid_envs.scores.efficiency import cost_of, efficiencies
 from rigid_envs.scores.result import Evaluation
+from rigid_envs.scores.standing import best_of, objection
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION
 
 __all__ = ["Record", "read_record", "read_records", "record_file", "record_of", "write_record"]
@@ -86,13 +86,17 @@ class Record:
         return float(self.costs[self.successes].mean()) if self.successes.any() else float("nan")
 
     @property
+    def ranked(self) -> bool:
+        """Whether it is of the registered task, and of the evaluation set."""
+        return objection(self.env_id, self.settings, TEST_SEED, len(self.costs)) is None
+
+    @cached_property
     def efficiency(self) -> float | None:
-        """Mean efficiency against what is best known now; None where nothing is known."""
-        known = best_known(self.env_id)
-        if known is None:
+        """Mean efficiency against what is best known now; None where it is not ranked."""
+        best = best_of(self.env_id, len(self.costs))
+        if best is None or not self.ranked:
             return None
         floor = cost_of(self.env_id, task_of(self.env_id)).floor
-        best = known.costs[: len(self.costs)]
         return float(efficiencies(self.successes, self.costs, best, floor).mean())
 
     def differences(self, found: Evaluation) -> list[str]:
@@ -205,12 +209,12 @@ def read_record(file: Path) -> Record:
 
 
 def read_records(folder: Path) -> Iterator[Record]:
-    """All records of registered ids below a folder that are of the whole evaluation set.
+    """All records below a folder that are of registered tasks and of the whole evaluation set.
 
     Args:
         folder: See `record_file`.
     """
     for file in sorted(folder.glob("*/*.json")):
         record = read_record(file)
-        if record.env_id in ENVIRONMENTS and len(record.costs) == N_STARTS:
+        if len(record.costs) == N_STARTS and record.ranked:
             yield record
