@@ -5,13 +5,15 @@ import numpy as np
 import pytest
 
 from rigid_envs.catalogue import task_of
-from rigid_envs.planning import Model
+from rigid_envs.planning import Model, conditions_of
 from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.planner import RECIPES
 from rigid_envs.scores.policies import untrained_policies
 from rigid_envs.scores.starts import row_seeds
 
 IDS = [f"RigidEnvs/{name}-v0" for name in RECIPES]
+ONE_EACH = {conditions_of(task_of(env_id)): env_id for env_id in IDS}.values()
+OTHERS = [pytest.param(i, marks=pytest.mark.long) for i in IDS if i not in ONE_EACH]
 SEED = 7
 
 
@@ -42,7 +44,7 @@ def test_a_rollout_is_that_of_the_environment(env_id):
         np.testing.assert_array_equal(env.unwrapped.get_state()["y"].ravel(), motion.y[-1, row])
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", [*ONE_EACH, *OTHERS])
 def test_the_errors_say_what_success_is(env_id):
     record = gym.spec(env_id)
     n, T = 16, record.max_episode_steps
