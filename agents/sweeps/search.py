@@ -52,8 +52,10 @@ class Found(NamedTuple):
     n_trials: int
 
 
-def search_recipe(search: Search, out: Path, imports: tuple[str, ...] = ()) -> Found:
-    """Try values for the ranges of a recipe; what was begun before goes on.
+def search_recipe(
+    search: Search, out: Path, imports: tuple[str, ...] = (), resume: bool = False
+) -> Found:
+    """Try values for the ranges of a recipe, or go on with what was begun before.
 
     Ray must be connected. Each trial trains with all seeds, one after the other, on one processor;
     one whose process or node dies goes on at its last checkpoint.
@@ -63,16 +65,24 @@ def search_recipe(search: Search, out: Path, imports: tuple[str, ...] = ()) -> F
         out: Folder, which all nodes see: `tune/` is Ray Tune's, `trials/` has the runs,
             `trials.csv` all values and figures, `best_<k>.yaml` the best compromises as configs.
         imports: Modules that register environments.
+        resume: Whether a search that was begun in the folder goes on. Ray unpickles what it keeps
+            there, which can run code: only the caller can know whose it is.
 
     Raises:
-        ConfigError: Another search was begun in the folder.
+        ConfigError: Another search was begun in the folder, or this one, and `resume` is False.
     """
     out = out.absolute()
+    begun = tune.Tuner.can_restore(str(out / _NAME))
+    if begun and not resume:
+        raise ConfigError(
+            f"{out} has a search that was begun; --resume goes on with it, if the folder is your "
+            "own: Ray's files in it can run code; --out names another folder"
+        )
     _refuse_another(search, out)
     trial = tune.with_resources(
         tune.with_parameters(_trial, search=search, out=out, imports=imports), {"cpu": 1}
     )
-    if tune.Tuner.can_restore(str(out / _NAME)):
+    if begun:
         tuner = tune.Tuner.restore(
             str(out / _NAME), trial, resume_unfinished=True, restart_errored=True
         )

@@ -258,7 +258,7 @@ def test_what_cannot_be_played_is_refused(arguments, message):
         ({"name": 3}, "name = 3; expected None or a text"),
         ({"progress": 3}, "progress = 3; expected a function"),
     ],
-    ids=str,
+    ids=lambda each: each if isinstance(each, str) else ", ".join(each),
 )
 def test_arguments_of_wrong_types_are_refused_by_name(arguments, message):
     given = {"env_id": TOP, "policy": "zero", "n": 2, **arguments}

@@ -2,22 +2,23 @@
 
 import csv
 import json
+import pickle
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import tests.agents.drift  # noqa: F401, registers the environment
+from agents.cli.command_line import main
 from agents.config.by_algorithm import config_from
 from agents.config.search import read_search
 from agents.config.yaml_data import dump_yaml, read_yaml
 from agents.training.trainer import train
 from tests.agents.sessions import SMALL
-
-pytestmark = pytest.mark.long
 
 RECIPE = SMALL | {
     "algo": "ppo",
@@ -27,6 +28,30 @@ RECIPE = SMALL | {
 }
 
 
+class Trap:
+    """Unpickled, it leaves a flag."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Path.touch, (Path("flag"),)
+
+
+def test_a_folder_of_a_search_is_not_unpickled_unless_the_user_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ray = pytest.importorskip("ray")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(ray, "init", lambda *_, **__: None)
+    Path("search.yaml").write_text(dump_yaml({"trials": 5, "seeds": [0], "recipe": RECIPE}))
+    kept = tmp_path / "out/tune"
+    kept.mkdir(parents=True)
+    for name in ("tuner.pkl", "trainable.pkl", "experiment_state-1.json"):
+        (kept / name).write_bytes(pickle.dumps(Trap()))
+    words = ["search", "search.yaml", "--out", "out", "--allow_import", "tests.agents.drift"]
+    assert main(words) == 2
+    assert not Path("flag").exists()
+
+
+@pytest.mark.long
 def test_a_search_that_is_killed_goes_on(tmp_path: Path) -> None:
     search_file, out = tmp_path / "search.yaml", tmp_path / "out"
     search_file.write_text(dump_yaml({"trials": 5, "seeds": [0, 1], "recipe": RECIPE}))
@@ -39,6 +64,9 @@ def test_a_search_that_is_killed_goes_on(tmp_path: Path) -> None:
         time.sleep(0.1)
     first.send_signal(signal.SIGKILL)
     first.wait()
+    other = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert other.returncode == 2 and "--resume goes on with it, if" in other.stderr
+    command.append("--resume")
     again = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert again.returncode == 0, again.stderr
     rows = list(csv.DictReader((out / "trials.csv").open()))
