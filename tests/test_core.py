@@ -223,3 +223,22 @@ def test_parameters_are_those_of_the_task_by_its_names(task):
     system = task.system(core.system_parameters(2))
     for name in system.parameter_names():
         assert getattr(system, name) == core.parameters[task.aliases.get(name, name)][2]
+
+
+def test_a_moment_is_the_row_after_its_last_step_and_has_no_results_after_a_reset(task):
+    core, row = begun(task, LANES + 2), LANES + 1
+    for n_steps in range(3):
+        moment = core.moment(row)
+        np.testing.assert_array_equal(moment.y, core.y[row])
+        assert moment.time == n_steps * task.dt and moment.success == core.flags[0, row]
+        assert (moment.cost, moment.reward) == (core.results[0, row], core.results[-1, row])
+        if not n_steps:
+            assert moment.cost == moment.reward == 0.0 and not moment.success
+            assert not moment.u.any() and not moment.action.any()
+        act(core, n_steps)
+    assert np.any(core.moment(row).action) and core.moment(row).reward
+    core.reset(np.array([row]))
+    moment = core.moment(row)
+    assert moment.time == moment.cost == moment.reward == 0.0
+    assert not moment.u.any() and not moment.action.any() and not moment.success
+    assert core.moment(0).time == 3 * task.dt

@@ -35,7 +35,9 @@ def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path: 
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
     try:
-        with pytest.raises(OSError, match=r"could not write 5000 bytes .*untouched") as error:
+        with pytest.raises(
+            OSError, match=r"write 5000 bytes \(File too large\).*untouched"
+        ) as error:
             write_atomic(path, b"x" * 5000)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
