@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import gymnasium
+import numpy as np
 import pytest
 
 import rigid_envs
-from rigid_envs import ENVIRONMENTS
+from rigid_envs import ENVIRONMENTS, rotations
 from rigid_envs.catalogue import checked_id, families, full_id, task_of
+from rigid_envs.core import Core
 from rigid_envs.errors import ConfigError
 from rigid_envs.registry import COSTS, EnvironmentRecord, add, load
 from rigid_envs.scores import METRICS
@@ -142,3 +144,40 @@ def test_another_package_gets_all_that_ours_get(tmp_path: Path) -> None:
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
+
+
+def turned(core: Core) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """The third body axis in world axes."""
+    return rotations.rotate(core.y[:, :4], np.array([0.0, 0.0, 1.0]))
+
+
+def off(core: Core) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Distance from the commanded spin, in target rates."""
+    task: Any = core.task
+    sense = -1.0 if type(task).__name__ == "AxisFlip" else 1.0
+    goal = np.array([0.0, sense * task.spin_rate, 0.0])
+    return np.linalg.norm(core.y[:, 4:7] - goal, axis=1) / task.spin_rate
+
+
+ERRORS: dict[str, Any] = {
+    "spin": off,
+    "axis": lambda core: np.arctan2(np.hypot(core.y[:, 4], core.y[:, 6]), core.y[:, 5]),
+    "upright": lambda core: np.arctan2(np.hypot(*turned(core).T[:2]), turned(core)[:, 2]),
+}
+"""Errors by the name of their reward term, from the state; those of moving goals are left out."""
+KNOWN = {
+    env_id: record.error
+    for env_id, record in ENVIRONMENTS.items()
+    if record.error is not None and record.error.term in ERRORS
+}
+
+
+@pytest.mark.parametrize("env_id", KNOWN)
+def test_the_error_that_is_read_from_a_reward_term_is_that_of_the_state(env_id: str) -> None:
+    error, core = KNOWN[env_id], Core(task_of(env_id), 8)
+    core.seed(np.arange(8), np.arange(8, dtype=np.uint64))
+    core.reset(np.arange(8))
+    core.actions[...] = np.random.default_rng(0).uniform(-1.0, 1.0, core.actions.shape)
+    core.step()
+    term = core.results[1 + core.task.terms.index(error.term)]
+    np.testing.assert_allclose((1.0 / term - 1.0) / error.sharpness, ERRORS[error.term](core))
