@@ -1,5 +1,6 @@
 """Tensor files are whole or not there; what is damaged is said to be, and never runs."""
 
+import json
 import re
 import sys
 import time
@@ -161,6 +162,34 @@ def test_shapes_types_and_names_are_part_of_the_checksum(
     changed = header.replace(old, new).encode()  # the same numbers, read as something else
     path.write_bytes(len(changed).to_bytes(8, "little") + changed + data[8 + size :])
     with pytest.raises(DamagedFileError, match="does not match its checksum"):
+        load_tensors(path, 10**6)
+
+
+@pytest.mark.parametrize(
+    ("places", "numbers"),
+    [
+        ([[0, 8], [0, 8]], b"%b"),  # both arrays are the same bytes
+        ([[0, 8], [12, 20]], b"%bgap-%b"),
+        ([[4, 12], [12, 20]], b"gap-%b%b"),
+        ([[0, 8], [8, 16]], b"%b%bmore"),
+        ([[0, 8], [8, 12]], b"%b"),
+        ([[0, 8], [8, 24]], b"%b%b%b"),
+    ],
+)
+def test_arrays_follow_each_other_and_fill_the_file(
+    tmp_path: Path, places: list[list[int]], numbers: bytes
+) -> None:
+    """Also where the checksum is right, as whoever makes a file can compute it."""
+    path, value = tmp_path / "a", np.array([0.5])
+    save_tensors(path, {"a": value, "b": value}, {})
+    data = path.read_bytes()
+    content = json.loads(data[8:-16])
+    for name, place in zip("ab", places, strict=True):
+        content[name]["data_offsets"] = place
+    text = json.dumps(content)
+    whole = numbers.replace(b"%b", value.tobytes())
+    path.write_bytes(len(text).to_bytes(8, "little") + text.encode() + whole)
+    with pytest.raises(DamagedFileError, match="not a file of this program"):
         load_tensors(path, 10**6)
 
 

@@ -41,7 +41,8 @@ PACKAGES = {
         *("tests/test_checks.py", "tests/test_core.py", "tests/test_extending.py"),
         *("tests/test_files.py", "tests/test_registry.py", "tests/test_tensorfile.py"),
         *("tests/test_workers.py", "tests/envs", "tests/tasks/test_fields.py"),
-        *("tests/tasks/test_not_a_number.py", "tests/cli/test_compiling.py", "rigid_envs/testing"),
+        *("tests/tasks/test_not_a_number.py", "tests/cli/test_compiling.py"),
+        *("tests/agents/config", "rigid_envs/testing"),
     ),
 }
 """Packages below `rigid_envs` in which bugs are planted, and the tests of each; "" is the modules
