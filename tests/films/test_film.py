@@ -11,6 +11,7 @@ import pytest
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.films import SUFFIXES, write_film
+from rigid_envs.films.film import checked_film
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 Image = pytest.importorskip("PIL.Image")
@@ -103,6 +104,12 @@ def test_an_animation_repeats_without_end_and_keeps_the_time(tmp_path: Path, suf
     for picture, time in zip(shown, times, strict=False):  # no drift, whatever is rounded
         due = pictures[round(time * 30)]
         assert np.abs(due.astype(int) - picture.astype(int)).mean() < 6
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_one_picture_is_a_film(tmp_path: Path, suffix: str) -> None:
+    film = write_film(tmp_path / f"a{suffix}", moving_square(1), FPS)
+    assert (film.n_pictures, film.width, film.height) == (1, 64, 48)
 
 
 def test_a_gif_leaves_pictures_out_above_50_a_second(tmp_path: Path) -> None:
@@ -202,8 +209,9 @@ def test_without_the_extra_it_says_what_to_install(
     tmp_path: Path, suffix: str, module: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(DependencyNotInstalled, match=r'pip install "rigid-envs\[render\]"'):
-        write_film(tmp_path / f"a{suffix}", moving_square(), FPS)
+    for act in (checked_film, lambda path: write_film(path, moving_square(), FPS)):
+        with pytest.raises(DependencyNotInstalled, match=r'pip install "rigid-envs\[render\]"'):
+            act(tmp_path / f"a{suffix}")
 
 
 @pytest.mark.long

@@ -166,6 +166,15 @@ def test_several_seeds_are_aggregated_with_an_interval(folder: Path) -> None:
     assert " .. " in line
 
 
+def test_one_run_in_one_environment_leaves_all_environments_without_an_interval(
+    folder: Path,
+) -> None:
+    found = [row_of(each)._replace(policy="ppo") for each in read_results(folder)]
+    alone = found[0]._replace(env_id="RigidEnvs/BallPark-v0")
+    (line,) = [row for row in markdown([*found, alone]).splitlines() if row.startswith("| ppo | 2")]
+    assert line.startswith("| ppo | 2 | 5 |") and line.endswith("| - |")
+
+
 def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path: Path) -> None:
     rows = {(row.env_id, row.policy): row for row in packaged_rows()}
     for env_id in ENVIRONMENTS:

@@ -163,6 +163,7 @@ def test_the_polhode_of_a_driven_body_lies_on_its_inertia_ellipsoid(
 ) -> None:
     """On ``rho . I rho = 1``, along omega, in units of the largest semi-axis."""
     task, episode = free
+    episode = replace(episode, parameters={k: 3.0 * x for k, x in episode.parameters.items()})
     system: Any = task.system(episode.parameters)
     (panel,) = insets(system, moments(task, episode, 1), driven=True)
     semi = np.sqrt(system.moments.min() / system.moments)
@@ -208,6 +209,7 @@ def test_axis_of_a_top_is_on_the_unit_sphere() -> None:
     state = {"q": [np.cos(0.2), np.sin(0.2), 0.0, 0.0], "omega_body": [0.0, 0.0, 3.0]}
     replay = idle("RigidEnvs/SleepingTop-v0", state)
     (episode,) = replay.episodes
+    assert "Momentum error" in [c.title for c in curves(replay.task, episode, False)]
     system = replay.task.system(episode.parameters)
     (panel,) = insets(system, moments(replay.task, episode, 1), driven=False)
     points = np.array([frame.points["axis"] for frame in panel.frames])
