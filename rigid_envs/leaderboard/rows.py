@@ -57,7 +57,7 @@ def row_of(found: Evaluation) -> Row:
         (cost, best, bound),
         found.gap,
         _source(found.n, found.seed, found.provenance),
-        found.unranked or _part(found.n) or ("no best is known" if found.best is None else None),
+        _objection(found),
     )
 
 
@@ -102,13 +102,15 @@ def _untrained(
         (mean, best, bound),
         summary["gap"],
         _source(summary["episodes"], TEST_SEED, where),
-        _part(summary["episodes"]),
+        None,
     )
 
 
-def _part(n: int) -> str | None:
-    """Why a part of the evaluation set is not ranked: few starts may be easy ones."""
-    return None if n == N_STARTS else f"n = {n}; expected all {N_STARTS} starts"
+def _objection(found: Evaluation) -> str | None:
+    """Why an evaluation is listed apart; None if it is ranked. Few starts may be easy ones."""
+    if found.unranked is None and found.n != N_STARTS:
+        return f"n = {found.n}; expected all {N_STARTS} starts"
+    return found.unranked or ("no best is known" if found.best is None else None)
 
 
 def _rank(row: Row) -> float:

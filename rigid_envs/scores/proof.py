@@ -31,7 +31,6 @@ _COMPARED = {
     "success": "successes",
     "cost": "costs",
     "length": "lengths",
-    "termination": "terminated",
     "first step of success": "since",
     "error": "errors",
 }

@@ -98,16 +98,19 @@ class Lies(VectorWrapper):  # type: ignore[type-arg]
 
 
 @pytest.mark.parametrize(
-    ("lies", "reason"),
+    ("policy", "lies", "reason"),
     [
-        ({"is_success": True}, "success of start 0 = True; expected False, which its actions give"),
-        ({"cost": 0.001}, "cost of start 0 = 0.3"),
-        ({"reward/upright": 1.0}, "error of start 0 = 0.0; expected "),
+        ("random", {"is_success": True}, "success of start 0 = True; expected False, which its"),
+        ("lqr", {"is_success": True}, "first step of success of start 0 = 1; expected "),
+        ("random", {"cost": 0.001}, "cost of start 0 = 0.3"),
+        ("random", {"reward/upright": 1.0}, "error of start 0 = 0.0; expected "),
     ],
     ids=str,
 )
-def test_infos_that_a_wrapper_has_written_are_not_ranked(lies: dict[str, Any], reason: str) -> None:
-    refused(evaluate(TOP, "random", n=N, env=Lies(rows(), **lies)), reason)
+def test_infos_that_a_wrapper_has_written_are_not_ranked(
+    policy: str, lies: dict[str, Any], reason: str
+) -> None:
+    refused(evaluate(TOP, policy, n=N, env=Lies(rows(), **lies)), reason)
 
 
 def test_a_success_below_the_bound_of_theory_is_refused() -> None:
@@ -267,6 +270,13 @@ def test_rewards_of_a_wrapper_count_in_the_return_and_not_in_the_cost() -> None:
     assert found.unranked is None and found.efficiency == plain.efficiency
     np.testing.assert_array_equal(found.costs, plain.costs)
     assert (found.values["return"] != plain.values["return"]).all()
+
+
+def test_an_environment_steps_as_before_once_it_is_evaluated() -> None:
+    envs = rows()
+    step = envs._core.step_into
+    evaluate(TOP, "zero", n=N, env=envs)
+    assert envs._core.step_into is step
 
 
 def test_a_policy_may_try_its_actions_in_copies() -> None:
