@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 import rigid_envs
-from rigid_envs.files import write_atomic
+from rigid_envs.documents import checked_values
+from rigid_envs.files import named_damage, read_json, write_atomic
 from rigid_envs.films import Look, episode_pictures, write_film
 from rigid_envs.films.playing import Played, play_episode
 from rigid_envs.pages.writing import film_of
@@ -36,6 +37,8 @@ _FPS = 12.0
 _LONGEST = 8.0  # [s] of film
 _FASTEST = 3.0  # times real time; what does not fit then is cut off
 _TRIED = 20  # starts
+_LIMIT = 2**20  # bytes of the data
+_ENTRY = {"file": str, "sha256": str, "sources": str, "shows": str, "seed": int}
 
 Image = npt.NDArray[np.uint8]
 
@@ -60,8 +63,7 @@ def write_films(
         report: called with a line about each film.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    data = _read(folder)
-    films: dict[str, Any] = data.get("films", {})
+    films = _read(folder)
     for env_id in ids:
         played, seed = _episode(env_id)
         file = folder / film_of(env_id)
@@ -82,8 +84,7 @@ def write_films(
 
 def stale_films(folder: Path, ids: Iterable[str]) -> dict[str, str]:
     """Ids whose film is missing, changed, or older than what pictures are made from; and why."""
-    films: Mapping[str, Any] = _read(folder).get("films", {})
-    found = {}
+    films, found = _read(folder), {}
     for env_id in ids:
         file, entry = folder / film_of(env_id), films.get(env_id)
         if entry is None or not file.is_file():
@@ -131,5 +132,10 @@ def _sheet(files: Iterable[Path]) -> Image:
 
 
 def _read(folder: Path) -> dict[str, Any]:
+    """What is known of each film, by id; nothing where none was written."""
     file = folder / DATA
-    return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+    if not file.is_file():
+        return {}
+    with named_damage(file, "delete it and write all films anew: rigid-envs films"):
+        films = checked_values(read_json(file, _LIMIT), {"films": dict})["films"]
+        return {env_id: checked_values(entry, _ENTRY) for env_id, entry in films.items()}

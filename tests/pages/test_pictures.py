@@ -8,6 +8,7 @@ import pytest
 
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.errors import ConfigError
+from rigid_envs.files import DamagedFileError
 from rigid_envs.pages.films import MAX_BYTES, SHEET, stale_films
 from rigid_envs.pages.pictures import with_table
 from rigid_envs.pages.writing import film_of
@@ -42,6 +43,15 @@ def test_a_missing_a_changed_and_an_old_film_are_noticed(tmp_path):
     (tmp_path / film_of(ids[2])).write_bytes(b"RIFF")
     (tmp_path / film_of(ids[3])).unlink()
     assert set(stale_films(tmp_path, ids)) == set(ids[1:])
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"films": {"a": {"file": 3}}}', "[" * 10**5])
+def test_damaged_data_of_films_are_refused_by_name(tmp_path, text):
+    (tmp_path / "films.json").write_text(text)
+    with pytest.raises(
+        DamagedFileError, match=r"films\.json: .*write all films anew"
+    ):
+        stale_films(tmp_path, IDS)
 
 
 def test_pages_show_the_films():
