@@ -15,7 +15,8 @@ def row(env_id: str, policy: str, *efficiency: float) -> Row:
     """A row of which the plot shows nothing but the efficiency."""
     known = Estimate(*efficiency) if efficiency else None
     means = (np.nan, np.nan, np.nan)
-    return Row(f"RigidEnvs/{env_id}-v0", policy, Estimate(1, 1, 1), known, None, means, None, "")
+    name, success = f"RigidEnvs/{env_id}-v0", Estimate(1, 1, 1)
+    return Row(name, policy, success, known, None, means, None, "", None)
 
 
 @pytest.fixture
