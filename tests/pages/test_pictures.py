@@ -48,9 +48,7 @@ def test_a_missing_a_changed_and_an_old_film_are_noticed(tmp_path):
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"films": {"a": {"file": 3}}}', "[" * 10**5])
 def test_damaged_data_of_films_are_refused_by_name(tmp_path, text):
     (tmp_path / "films.json").write_text(text)
-    with pytest.raises(
-        DamagedFileError, match=r"films\.json: .*write all films anew"
-    ):
+    with pytest.raises(DamagedFileError, match=r"films\.json: .*write all films anew"):
         stale_films(tmp_path, IDS)
 
 
