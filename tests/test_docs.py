@@ -346,3 +346,15 @@ def test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider(
     assert "success" in capsys.readouterr().out
     (row,) = read_results(tmp_path)
     assert row.policy == "ppo" and row.n == 500 and row.efficiency is not None
+
+
+def test_every_cell_of_who_may_say_what_names_tests_that_are_there() -> None:
+    files = (
+        file for name in ("tests", "rigid_envs/testing") for file in (ROOT / name).rglob("*.py")
+    )
+    known = {name for file in files for name in re.findall(r"def (test_\w+)", file.read_text())}
+    text = (ROOT / "docs/trust.md").read_text(encoding="utf-8")
+    rows = [line for line in text.splitlines() if line.startswith("| ") and "---" not in line]
+    named = [re.findall(r"`(test_\w+)`", row.split(" | ")[-1]) for row in rows]
+    assert [bool(names) for names in named].count(False) == 2  # the headings
+    assert sorted({name for names in named for name in names} - known) == []
