@@ -10,7 +10,7 @@ from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
 from rigid_envs.sb3 import GymnasiumVecEnv
-from rigid_envs.scores.playing import entry_of
+from rigid_envs.scores.playing import entries_of
 
 __all__ = ["EpisodeEnds", "TrainingRows"]
 
@@ -78,10 +78,11 @@ class TrainingRows(GymnasiumVecEnv):
         self._ends = []
 
     def _paid(self, rewards: NDArray[Any], dones: NDArray[np.bool_]) -> NDArray[Any]:
+        told = entries_of(self.vector_infos, ("cost", "is_success"), dones)
         if self.price:
-            rewards = rewards - self.price * entry_of(self.vector_infos, "cost", dones)
+            rewards = rewards - self.price * told["cost"]
         if self.bonus:
-            rewards = rewards + self.bonus * entry_of(self.vector_infos, "is_success", dones)
+            rewards = rewards + self.bonus * told["is_success"]
         return rewards
 
     def _end_episodes(

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from rigid_envs.envs import RigidVectorEnv
 from rigid_envs.scores import PolicyFactory
-from rigid_envs.scores.playing import entry_of
+from rigid_envs.scores.playing import entries_of
 
 __all__ = ["INFOS", "Recorded", "collect"]
 
@@ -60,7 +60,7 @@ def collect(policy: PolicyFactory, envs: RigidVectorEnv, seeds: Sequence[int]) -
         seen, rewards, terminated, truncated, infos = envs.step(actions)
         ended = terminated | truncated
         observations.append(_merged(infos["final_obs"], seen, ended) if ended.any() else seen)
-        entries.append({key: entry_of(infos, key, ended) for key in INFOS})
+        entries.append(entries_of(infos, INFOS, ended))
         steps.append((actions, rewards, terminated, truncated))
         lengths += running
         running &= ~ended

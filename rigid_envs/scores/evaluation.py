@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -106,8 +105,7 @@ def _evaluation(
     witness = Witness(envs)
     settings, limit = _settings(env_id, envs, witness), _limit(env_id, envs, witness)
     unranked = objection(env_id, settings, seed, n) or _objection(env_id, witness, limit)
-    watch = nullcontext if unranked else witness.watching
-    episodes = _play(policy, envs, n, seed, env_id, limit, watch, progress)
+    episodes = _play(policy, envs, n, seed, env_id, limit, witness, progress)
     returns = episodes.returns  # in which the rewards of wrappers count
     if unranked is None:
         again = witness.play_again(env_id, n, seed, settings)
@@ -249,7 +247,7 @@ def _play(
     seed: int,
     env_id: str,
     limit: int | None,
-    watch: Callable[[], AbstractContextManager[None]],
+    witness: Witness,
     progress: Callable[[str], None],
 ) -> Episodes:
     """One episode from each of n starts, as many at a time as there are rows."""
@@ -258,7 +256,10 @@ def _play(
     rows, parts = envs.num_envs, []
     seeds = row_seeds(seed, -(-n // rows) * rows, "test")
     for k in range(0, len(seeds), rows):
-        with watch():
-            parts.append(play(policy(envs), envs, seeds[k : k + rows], error, progress, limit))
+        with witness.watching():
+            part = play(
+                policy(envs), envs, seeds[k : k + rows], error, progress, limit, witness.told
+            )
+        parts.append(part)
     given = limit or getattr(_spec(envs), "max_episode_steps", None)
     return joined(parts, n, given or max(part.limit for part in parts))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,10 @@ from rigid_envs.registry import ErrorTerm
 from rigid_envs.scores.episodes import ActionFunction, Episodes
 from rigid_envs.scores.tally import Tally
 
-__all__ = ["entry_of", "play"]
+__all__ = ["Told", "entries_of", "play"]
 
 Bools = npt.NDArray[np.bool_]
+Told = Callable[[Mapping[str, Any], Iterable[str], Bools], dict[str, npt.NDArray[Any]]]
 
 _MOST = 100_000  # steps of an episode; those of this package have hundreds
 
@@ -28,6 +29,7 @@ def play(
     error: ErrorTerm | None = None,
     progress: Callable[[str], None] = lambda _: None,
     limit: int | None = None,
+    told: Told | None = None,
 ) -> Episodes:
     """Play exactly one episode in each row.
 
@@ -42,6 +44,8 @@ def play(
         progress: Called with a few words in every step.
         limit: Number of steps after which an episode is cut off here; None leaves that to the
             environment.
+        told: Function from infos, names of entries and the rows that ended to the entries; None
+            for those of the infos.
 
     Raises:
         ConfigError: No end after a hundred thousand steps.
@@ -64,22 +68,26 @@ def play(
             obs, rewards, terminated, truncated, infos = venv.step(act(obs))
             truncated = truncated | (step == limit)
             ended = tally.running & (terminated | truncated)
-            values = {key: entry_of(infos, key, ended) for key in tally.keys}
-            tally.add(rewards, terminated, truncated, values)
+            tally.add(
+                rewards, terminated, truncated, (told or entries_of)(infos, tally.keys, ended)
+            )
     finally:
         rows.uncounted = None
     return tally.episodes()
 
 
-def entry_of(infos: Mapping[str, Any], key: str, ended: Bools) -> npt.NDArray[Any]:
-    """An info entry of the step itself, also in rows that started anew within it.
+def entries_of(
+    infos: Mapping[str, Any], keys: Iterable[str], ended: Bools
+) -> dict[str, npt.NDArray[Any]]:
+    """Info entries of the step itself, also in rows that started anew within it.
 
     Args:
         infos: Of all rows.
-        key: Name of the entry; it is 0 where it is missing.
+        keys: Names of the entries; one that is missing is 0.
         ended: Rows whose episode ended in the step, shape (N,).
     """
-    values = np.asarray(infos.get(key, np.zeros(len(ended))))
+    values = {key: np.asarray(infos.get(key, np.zeros(len(ended)))) for key in keys}
     if ended.any() and "final_info" in infos:  # else rows start anew in the next step
-        values = np.where(ended, infos["final_info"].get(key, 0), values)
+        last = infos["final_info"]
+        values = {key: np.where(ended, last.get(key, 0), now) for key, now in values.items()}
     return values

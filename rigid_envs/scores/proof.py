@@ -1,14 +1,14 @@
 """Proof of an evaluation: what was done to its rows, done again in the registered task.
 
 Wrappers, policies and environments of others may write what they like into infos, set states or
-make the task easier. So the actions that reach the rows themselves are kept, and played again from
-the same starts, in rows that nobody else has. What comes out the same is of the registered task,
-whatever was done besides.
+make the task easier. So success and cost are those that the rows themselves publish, and the
+actions that reach them are played again from the same starts, in rows that nobody else has. What
+comes out the same is of the registered task, whatever was done besides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
@@ -19,13 +19,18 @@ from gymnasium.vector import SyncVectorEnv
 
 from rigid_envs.core import Core
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
+from rigid_envs.envs.task_spaces import info_numbers
+from rigid_envs.kernels.layout import FLAGS
 from rigid_envs.registry import ENVIRONMENTS
 from rigid_envs.scores.episodes import Episodes
-from rigid_envs.scores.playing import play
+from rigid_envs.scores.playing import entries_of, play
 from rigid_envs.scores.standing import registered_rows
 from rigid_envs.scores.starts import row_seeds
 
 __all__ = ["Witness", "difference"]
+
+Published = tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]
+"""Results and success of the rows of a core, of one step."""
 
 _COMPARED = {
     "success": "successes",
@@ -55,15 +60,16 @@ class Witness:
         self._envs: list[Any] = each if ours else []
         self.cores: list[Core] = [env._core for env in self._envs]
         self._actions: list[list[npt.NDArray[np.float32]]] = []
+        self._published: list[list[Published]] = [[] for _ in self.cores]
 
     @contextmanager
     def watching(self) -> Iterator[None]:
-        """Keep the actions of all steps that are made meanwhile."""
+        """Keep the actions of all steps that are made meanwhile, and what they publish."""
         steps = [core.step_into for core in self.cores]
         try:
-            for core in self.cores:
+            for core, published in zip(self.cores, self._published, strict=True):
                 self._actions.append([])
-                core.step_into = _kept(core, self._actions[-1])
+                core.step_into = _kept(core, self._actions[-1], published)
             self._forget()
             yield
         finally:
@@ -75,6 +81,18 @@ class Witness:
         """A single environment holds the step of its core; it looks for it again."""
         for env in self._envs:
             env.__dict__.pop("_used_by_step", None)
+
+    def told(
+        self, infos: Mapping[str, Any], keys: Iterable[str], ended: npt.NDArray[np.bool_]
+    ) -> dict[str, npt.NDArray[Any]]:
+        """What the rows published since the last call, whatever infos say; see `entries_of`."""
+        if not self.cores:
+            return entries_of(infos, keys, ended)
+        pairs = [*zip(self.cores, self._published, strict=True)]
+        values = {key: np.concatenate([_entry(*pair, key) for pair in pairs]) for key in keys}
+        for published in self._published:
+            published.clear()
+        return values
 
     def play_again(self, env_id: str, n: int, seed: int, config: Mapping[str, Any]) -> Episodes:
         """What comes of the actions in the registered task.
@@ -98,22 +116,35 @@ class Witness:
         return replace(again, limit=limit)
 
 
-def _kept(core: Core, actions: list[npt.NDArray[np.float32]]) -> Any:
-    """The step of a core, which keeps its actions."""
+def _kept(core: Core, actions: list[npt.NDArray[np.float32]], published: list[Published]) -> Any:
+    """The step of a core, which keeps its actions, and what it publishes."""
     advance = core.step_into
 
     def step_into(*outputs: Any) -> int:
         actions.append(core.actions.copy())
-        return advance(*outputs)
+        raised = advance(*outputs)
+        results, _, flags = outputs
+        published.append((results.copy(), flags[FLAGS.is_success].copy()))
+        return raised
 
     return step_into
+
+
+def _entry(core: Core, published: Sequence[Published], key: str) -> npt.NDArray[Any]:
+    """An info entry of the rows of a core, from the steps that were made; costs are added."""
+    if not published:  # a row that is reset in place of a step
+        return np.ones(core.n_rows)
+    if key == "is_success":
+        return published[-1][1]
+    values = np.stack([results[info_numbers(core.task).index(key)] for results, _ in published])
+    return np.asarray(values.sum(axis=0) if key == "cost" else values[-1])
 
 
 def difference(told: Episodes, again: Episodes) -> str | None:
     """Where episodes are not what was told of them, in words; None if all are, to the bit.
 
     Args:
-        told: What the environment told of its steps.
+        told: What the rows told of their steps.
         again: What came of their actions in the registered task.
     """
     for name, attribute in _COMPARED.items():

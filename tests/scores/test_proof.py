@@ -97,26 +97,38 @@ class Lies(VectorWrapper):  # type: ignore[type-arg]
         return *rest, infos
 
 
-@pytest.mark.parametrize(
-    ("policy", "lies", "reason"),
-    [
-        ("random", {"is_success": True}, "success of start 0 = True; expected False, which its"),
-        ("lqr", {"is_success": True}, "first step of success of start 0 = 1; expected "),
-        ("random", {"cost": 0.001}, "cost of start 0 = 0.3"),
-        ("random", {"reward/upright": 1.0}, "error of start 0 = 0.0; expected "),
-    ],
-    ids=str,
-)
-def test_infos_that_a_wrapper_has_written_are_not_ranked(
-    policy: str, lies: dict[str, Any], reason: str
+@pytest.mark.parametrize("mode", ["SameStep", "NextStep"])
+@pytest.mark.parametrize("policy", ["random", "lqr"])
+@pytest.mark.parametrize("lies", [{"is_success": True}, {"cost": 0.001}, {"reward/upright": 1.0}])
+def test_infos_that_a_wrapper_has_written_do_not_count(
+    policy: str, lies: dict[str, Any], mode: str
 ) -> None:
-    refused(evaluate(TOP, policy, n=N, env=Lies(rows(), **lies)), reason)
+    found = evaluate(TOP, policy, n=N, env=Lies(rows(autoreset_mode=mode), **lies))
+    plain = evaluate(TOP, policy, n=N)
+    assert found.unranked is None
+    np.testing.assert_equal(found.values, plain.values)
+
+
+def test_nor_do_those_of_an_easier_task() -> None:
+    easier = {"angle_tolerance": 1.5, "position_tolerance": 3.0}
+    found = evaluate(PARK, "zero", n=N, env=Lies(rows(PARK, **easier), is_success=True))
+    refused(found, "position_tolerance = 3.0")
+    plain = evaluate(PARK, "zero", n=N, config=easier)
+    np.testing.assert_equal(found.values, plain.values)
 
 
 def test_a_success_below_the_bound_of_theory_is_refused() -> None:
+    envs = rows(PARK)
+
+    def parked(_: Any) -> np.ndarray[Any, Any]:
+        state = envs.get_state()
+        state["y"][:, :4], state["y"][:, 4:] = [1.0, 0.0, 0.0, 0.0], 0.0
+        envs.set_state(state)
+        return np.zeros((N, 2), np.float32)
+
     message = r"path of start 0 = 0\.0; expected at least 2\.6\d+, the bound of theory"
     with pytest.raises(ValueError, match=message):
-        evaluate(PARK, "zero", n=N, env=Lies(rows(PARK), is_success=True))
+        evaluate(PARK, parked, n=N, env=envs)
 
 
 @pytest.mark.parametrize("bounds", [None, np.zeros(2), np.ones(2)])
