@@ -41,8 +41,7 @@ class _Goals:
         Raises:
             ValueError: no real numbers, or wrong shapes.
         """
-        achieved = real_numbers(achieved_goal, "achieved_goal")
-        reward = self.task.goal_reward(achieved, real_numbers(desired_goal, "desired_goal"))
+        reward = self.task.goal_reward(achieved_goal, desired_goal)
         return reward if np.ndim(reward) else float(reward)
 
     def compute_terminated(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:

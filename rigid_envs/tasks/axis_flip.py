@@ -227,12 +227,9 @@ class AxisFlip(MiddleMoments, Task):
         )
 
     def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
-        """The time left is that of a commanded time, less what has elapsed."""
-        gone, rounding = self.dt * elapsed, 1e-9 * self.largest_flip_time
-        left = (
-            self.least_flip_time - gone - rounding,
-            self.largest_flip_time - gone + rounding,
-        )
+        """The time left is at most the largest commanded one, and falls with the steps."""
+        rounding = 1e-9 * self.largest_flip_time
+        left = (self.least_flip_time - self.dt * elapsed - rounding, self.largest_flip_time)
         return {"time_left": left, "kept": (0.0, 1.0)}
 
     def largest_rate(self, duration: float) -> float:

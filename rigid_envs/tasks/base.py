@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.checks import real_numbers
 from rigid_envs.errors import ConfigError
 from rigid_envs.kernels.episode import Episode, with_noise_and_delay
 from rigid_envs.kernels.layout import CHANNEL
@@ -195,9 +196,9 @@ class Task(WithinEnvelope, Settings, abc.ABC):
             desired: shape (..., n_goal).
 
         Raises:
-            ValueError: wrong shapes.
+            ValueError: no real numbers, or wrong shapes.
         """
-        pair = [np.asarray(goal, dtype=np.float64) for goal in (achieved, desired)]
+        pair = [real_numbers(achieved, "achieved_goal"), real_numbers(desired, "desired_goal")]
         if not pair[0].shape == pair[1].shape or pair[0].shape[-1:] != (self.n_goal,):
             raise ValueError(
                 f"achieved and desired goal have shapes {pair[0].shape} and {pair[1].shape}; "

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import ks_2samp, kstest
 
 import rigid_envs  # noqa: F401  (registers the ids)
+from rigid_envs.kernels.layout import CLOCK
 from tests.from_pages.attitudes import Array, matrix
 from tests.from_pages.episodes import Outcome, Page, Start
 
@@ -21,6 +22,7 @@ FINE = 64  # substeps with which the integrator's error is negligible, see `TOLE
 # 0.01 rad (4 rad/s, 0.1 s), so that its error is below 1e-8 per radian; its constants are small,
 # 1e-12 is measured. Neighbouring motions separate by less than e^4 in the 60 steps compared.
 TOLERANCE = 1e-8
+LATE = 150  # steps, of 250 in an episode, after which the time that is left may be negative
 
 Policy = Callable[[Page, int], Any]
 Rng = np.random.Generator
@@ -45,8 +47,8 @@ class Pair:
     def reset(self, rng: Rng, y: Array | None = None, aux: Array | None = None) -> None:
         """Begin at a start that the page draws, or at y; goals are drawn by the environment.
 
-        What is kept beside the state can be given instead: it is set by `set_state`, after which
-        the environment shows it from the next step on.
+        What is kept beside the state can be given instead: it is set by `set_state`, as of `LATE`
+        steps after a reset, and the environment shows it from the next step on.
         """
         start = self.page.draw(rng)
         y = start.y if y is None else np.asarray(y, dtype=float)
@@ -57,6 +59,7 @@ class Pair:
         assert not any(info.values())
         state = self.env.unwrapped.get_state()
         if aux is not None:
+            state["clock"][CLOCK.elapsed] = LATE
             self.env.unwrapped.set_state({**state, "aux": aux})
             state["aux"] = np.asarray(aux)
         expected = self.page.reset(Start(y, start.parameters, state.get("aux", np.empty(0))))
