@@ -304,10 +304,9 @@ class BallParkGoal(Task):
         )
 
     def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
-        """Goals are unit quaternions in the square of poses."""
-        square = (-self.start_half_width, self.start_half_width)
-        attitude = ("goal_w", "goal_x", "goal_y", "goal_z")
-        return {attitude: UNIT, "goal_X": square, "goal_Y": square}
+        """Goals are attitudes, anywhere where they are observed: the plane has no origin."""
+        seen, attitude = (-FAR, FAR), ("goal_w", "goal_x", "goal_y", "goal_z")
+        return {attitude: UNIT, "goal_X": seen, "goal_Y": seen}
 
     def largest_rate(self, duration: float) -> float:
         """Rolling rate at full speed."""

@@ -324,16 +324,15 @@ class BallSteer(Task):
         )
 
     def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
-        """Reference within reach of the origin, on an elastica."""
+        """Reference anywhere, on an elastica: the plane has no origin."""
         side = self.reference_speed * self.roll_per_step * p["radius"]
-        way = 1.000001 * side * elapsed  # actions are rounded to float32
         wavenumber = self.wavenumber / p["radius"]
         force = wavenumber * wavenumber
         curvature = 2.0 * _MODULI[1] * wavenumber + side * force * elapsed
         return {
             **super().auxiliary_ranges(p, elapsed),
             ("reference_w", "reference_x", "reference_y", "reference_z"): UNIT,
-            ("reference_X", "reference_Y"): (0.0, way),
+            ("reference_X", "reference_Y"): (0.0, math.inf),
             ("heading_X", "heading_Y"): UNIT,
             "curvature": (-curvature, curvature),
             ("force_X", "force_Y"): (force, force),

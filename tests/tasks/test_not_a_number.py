@@ -2,6 +2,7 @@
 
 import gymnasium as gym
 import numpy as np
+import pytest
 
 from rigid_envs.systems import RollingDisk
 
@@ -19,10 +20,10 @@ def test_a_reward_that_is_no_number_is_a_physics_error():
     env = gym.make("RigidEnvs/DiskRoll-v0").unwrapped
     rolling = RollingDisk().state(omega_body=(0.0, 0.0, 2.0))  # straight on
     env.reset(seed=0, options={"state": {"q": rolling[:4], "omega_body": rolling[4:7]}})
-    state = env.get_state()
-    goal = list(env.task.aux_names).index("goal_curvature")
-    state["aux"][goal] = 0.0  # the error is relative: 0 / 0
-    env.set_state(state)
+    goal = env._core._slots.aux + env.task.aux_names.index("goal_curvature")
+    env._core._write(np.zeros(1, dtype=np.int64), goal, 0.0)  # the error is relative: 0 / 0
+    with pytest.raises(ValueError, match="goal_curvature"):  # which is why no state may have it
+        env.set_state(env.get_state())
     observation, reward, terminated, _, info = env.step(np.zeros(1, dtype=np.float32))
     assert terminated
     assert info["physics_error"]
