@@ -4,7 +4,7 @@ from operator import itemgetter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -181,6 +181,15 @@ def test_the_motion_obeys_eulers_equations(moments, omega0, q0):
     # Five-point difference: h^4 |omega|^5 / 30 < 1e-11, and rounding eps / h < 1e-12.
     np.testing.assert_allclose(omega_rate, torque_free, rtol=0, atol=1e-10)
     np.testing.assert_allclose(q_rate, 0.5 * left @ omega0, rtol=0, atol=1e-10)
+
+
+@settings(max_examples=200, deadline=None)
+@given(moments=MOMENTS, omega0=OMEGA)
+@example(moments=BODY, omega0=(0.0, 0.0, 0.0))
+@example(moments=(1.0, 1.0, 1.0), omega0=(0.1, 0.2, 0.3))
+def test_the_parameter_and_its_complement_make_one_for_any_body_and_start(moments, omega0):
+    path = free_body.polhode(moments, omega0)
+    assert path.m + path.m1 == pytest.approx(1.0, abs=16 * EPS)
 
 
 @pytest.mark.parametrize("scale", [2.0**-500, 2.0**400])

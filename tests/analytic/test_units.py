@@ -104,11 +104,15 @@ def numbers_of(result: Any) -> Iterator[np.ndarray]:
         yield np.atleast_1d(np.asarray(result, dtype=np.float64))
 
 
-def called(name: str, unit: int, exponent: int) -> list[np.ndarray]:
-    """The closed form with the same motion, of a unit that is 2^-exponent of the old one."""
+def form_of(name: str) -> Callable[..., Any]:
     module, _, function = name.partition(".")
     form: Callable[..., Any] = getattr(getattr(analytic, module), function)
-    arguments = {}
+    return form
+
+
+def called(name: str, unit: int, exponent: int) -> list[np.ndarray]:
+    """The closed form with the same motion, of a unit that is 2^-exponent of the old one."""
+    form, arguments = form_of(name), {}
     for key in inspect.signature(form).parameters:
         powers, value = PARAMETERS[key]
         scaled = np.ldexp(np.array(OTHERS.get(name, {}).get(key, value)), powers[unit] * exponent)
@@ -131,6 +135,12 @@ def test_units_change_exponents_alone(name: str, unit: int, exponent: int) -> No
             expected = np.ldexp(before[finite], power)
             # a few roundings: some quadratures choose their panels by the size of their results
             np.testing.assert_allclose(after[finite], expected, rtol=1e-14, atol=0)
+
+
+def test_what_is_left_out_is_zero_in_all_units() -> None:
+    for name in closed_forms():
+        for parameter in inspect.signature(form_of(name)).parameters.values():
+            assert parameter.default is parameter.empty or not np.any(parameter.default), name
 
 
 def test_most_closed_forms_are_tried() -> None:
