@@ -44,7 +44,7 @@ def check_symmetric(inertia: Array) -> None:
     """Refuse a tensor whose transpose differs by more than TOLERANCE of its largest entry."""
     difference = np.abs(inertia - inertia.T)
     if np.max(difference) > TOLERANCE * np.max(np.abs(inertia)):
-        i, j = np.unravel_index(np.argmax(difference), (3, 3))
+        i, j = np.unravel_index(np.argmax(difference), difference.shape)
         expected = (
             f"inertia[{j}, {i}] = {inertia[j, i]}, as the tensor is symmetric: if it is so but for "
             "errors, take (I + I.T) / 2"

@@ -203,6 +203,19 @@ def test_an_axis_exactly_on_the_vertical_stays_there(spin, start):
     np.testing.assert_allclose(turned - turned[0], spin * (t - t[0]), rtol=0, atol=800 * EPS)
 
 
+@pytest.mark.parametrize("start", [UPRIGHT, HANGING])
+def test_what_is_too_little_to_tip_the_top_leaves_it_asleep(start):
+    t, rng = np.linspace(0.0, 5.0, 6), np.random.default_rng(0)
+    expected = heavy_top.attitude(t, (0.0, 0.0, 1.0), start, **TOP)
+    for size in range(80, 310, 5):
+        nothing = 10.0 ** -rng.integers(size, 310, 6)
+        found = heavy_top.attitude(
+            t, (nothing[0], nothing[1], 1.0), np.array(start) + nothing[2:], **TOP
+        )
+        # Where the top is not stable, it is tipped by exp(5) of its start: still nothing.
+        np.testing.assert_allclose(found, expected, rtol=0, atol=4 * EPS)
+
+
 @pytest.mark.parametrize("branch", [0, 1])
 @pytest.mark.parametrize("theta", [1e-6, 0.4, 1.3, 2.2, 3.1])
 def test_steady_precession_turns_all_angles_at_constant_rates(theta, branch):

@@ -168,7 +168,8 @@ def test_the_motion_returns_after_one_period(v0):
 def test_with_just_the_energy_of_the_top_the_roller_creeps_up_to_it():
     # From the bottom at k = 1 sin(a / 2) = tanh(w t), here w = 2 and all numbers are exact.
     exact = {"curvature": 1.0, "beta": 1.0, "g": 8.0}
-    assert math.isinf(roller.swing(0.0, 4.0, **exact).period)
+    path = roller.swing(0.0, 4.0, **exact)
+    assert math.isinf(path.period) and path.reach == pytest.approx(math.pi, rel=EPS)
     t = np.linspace(-2.0, 8.0, 11)
     s, v = roller.valley(t, 0.0, 4.0, **exact)
     np.testing.assert_allclose(s, 4.0 * np.arctan(np.tanh(t)), rtol=8 * EPS)

@@ -199,10 +199,12 @@ def test_a_centre_of_mass_is_one_point(com):
         Body(1.0, np.eye(3), com)
 
 
-def test_an_asymmetric_tensor_is_refused_by_entry():
+@pytest.mark.parametrize(("i", "j"), [(0, 1), (0, 2), (1, 2)])
+def test_an_asymmetric_tensor_is_refused_by_entry(i, j):
     tensor = np.diag([1.0, 2.0, 2.5])
-    tensor[2, 0] = 0.1
-    expected = r"^inertia\[0, 2\] = 0.0; expected inertia\[2, 0\] = 0.1, .*symmetric.*I \+ I.T"
+    tensor[j, i] = 0.1
+    entries = rf"^inertia\[{i}, {j}\] = 0.0; expected inertia\[{j}, {i}\] = 0.1, "
+    expected = entries + r".*symmetric.*I \+ I.T"
     with pytest.raises(ValueError, match=expected):
         Body(1.0, tensor)
 
