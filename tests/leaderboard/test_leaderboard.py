@@ -100,6 +100,19 @@ def test_a_result_that_was_damaged_is_refused_and_not_left_out(
     assert read_results(tmp_path) == []
 
 
+def test_a_file_of_more_than_16_mebibytes_is_not_read(tmp_path: Path) -> None:
+    with (tmp_path / "row.json").open("wb") as sparse:
+        sparse.truncate(2**24 + 1)
+    with pytest.raises(DamagedFileError, match=f"{2**24 + 1} bytes; expected at most {2**24}"):
+        read_results(tmp_path)
+
+
+def test_an_id_of_another_package_is_left_out(folder: Path) -> None:
+    row = result(folder, "zero") | {"env_id": "Other/Body-v0"}
+    write_document(folder / "below" / "other.json", row)
+    assert {found.env_id for found in read_results(folder)} == {ID}
+
+
 def test_only_whole_sets_are_ranked_and_all_else_is_listed_apart(folder: Path) -> None:
     below = folder / "below"
     one = rigid_envs.evaluate(ID, "reference", n=1)
@@ -162,8 +175,10 @@ def test_a_row_that_cannot_be_is_refused(folder: Path, changes: Any, message: st
 
 def test_several_seeds_are_aggregated_with_an_interval(folder: Path) -> None:
     found = [row_of(each)._replace(policy="ppo") for each in read_results(folder)]
-    (line,) = [row for row in markdown(found).splitlines() if row.startswith("| ppo | 1 |")]
-    assert " .. " in line
+    for n, told in ((1, False), (2, True), (4, True)):
+        page = markdown(found[:n]).splitlines()
+        (line,) = [row for row in page if row.startswith(f"| ppo | 1 | {n} |")]
+        assert (" .. " in line) == told
 
 
 def test_one_run_in_one_environment_leaves_all_environments_without_an_interval(
@@ -189,6 +204,15 @@ def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path
         efficiency = rows[record.env_id, record.policy].efficiency
         assert efficiency is not None and efficiency.mean == record.efficiency
     assert main(["leaderboard", str(tmp_path), "--packaged"]) == 0
+
+
+def test_an_id_without_best_known_costs_has_no_rows_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("rigid_envs.leaderboard.rows.best_known", lambda env_id: None)
+    assert [row.policy for row in packaged_rows()] == [
+        published_record(name).policy for name in published()
+    ]
 
 
 def test_the_page_of_the_repository_is_that_of_its_data() -> None:

@@ -1,6 +1,7 @@
 """Records of trainings: what was written is read, and nothing else."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,9 @@ import pytest
 from rigid_envs.documents import write_document
 from rigid_envs.files import DamagedFileError
 from rigid_envs.policies import published
+from rigid_envs.scores import read_evaluation
+from rigid_envs.scores.best import read_best
+from rigid_envs.scores.plans import read_plans
 from rigid_envs.scores.published import published_record
 from rigid_envs.scores.records import read_record, write_record
 
@@ -41,6 +45,19 @@ def test_records_of_other_formats_and_starts_are_refused(
     write_document(file, data)
     with pytest.raises(DamagedFileError, match=r"record\.json: (format|version, seed = |costs)"):
         read_record(file)
+
+
+@pytest.mark.parametrize(
+    ("read", "limit"),
+    [(read_record, 2**20), (read_best, 2**20), (read_evaluation, 2**24), (read_plans, 2**25)],
+)
+def test_a_file_of_more_bytes_than_make_sense_is_not_read(
+    read: Callable[[Path], Any], limit: int, tmp_path: Path
+) -> None:
+    with (tmp_path / "file").open("wb") as sparse:
+        sparse.truncate(limit + 1)
+    with pytest.raises(DamagedFileError, match=f"{limit + 1} bytes; expected at most {limit}"):
+        read(tmp_path / "file")
 
 
 @pytest.mark.parametrize("key", ["policy", "algo", "config", "env_id"])
