@@ -5,7 +5,7 @@ import pytest
 
 from rigid_envs.leaderboard.drawing import draw
 from rigid_envs.leaderboard.rows import Row
-from rigid_envs.leaderboard.style import look
+from rigid_envs.leaderboard.style import dress, look
 from rigid_envs.scores.result import Estimate
 
 pytest.importorskip("matplotlib")
@@ -72,3 +72,11 @@ def test_policies_are_told_from_one_another_and_named_in_the_legend(rows: list[R
     }
     low, high = axes.get_xlim()
     assert -0.1 < low < 0.0 and 1.0 < high < 1.1  # whole, and no room is left empty
+
+
+def test_a_plot_says_what_its_vertical_axis_shows() -> None:
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots()
+    dress(axes, "success")
+    assert axes.get_ylabel() == "success"
