@@ -1,5 +1,6 @@
 """`rigid_envs.evaluate`: any policy, any form of the environment, the same figures."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 from gymnasium.wrappers import RescaleAction, TimeLimit, TransformReward
 
 import rigid_envs
+from rigid_envs.documents import write_document
 from rigid_envs.envs import RigidEnv
 from rigid_envs.files import DamagedFileError
 from rigid_envs.scores import (
@@ -52,6 +54,12 @@ class OneAction:
 
     def predict(self, observation, deterministic=False):
         return [0.0, 0.0], None
+
+
+class OfAnother(OneAction):
+    """A policy that says what it takes."""
+
+    observation_space = gym.spaces.Box(-1.0, 1.0, (3,))
 
 
 def test_a_function_a_model_and_a_controller_are_played_alike():
@@ -226,6 +234,27 @@ def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
             read_evaluation(file)
 
 
+def scaled(value, factor):
+    """A value of JSON with all its numbers multiplied."""
+    if isinstance(value, dict):
+        return {name: scaled(part, factor) for name, part in value.items()}
+    if isinstance(value, list):
+        return [scaled(part, factor) for part in value]
+    return value * factor if isinstance(value, float) else value
+
+
+def test_figures_that_were_rounded_otherwise_are_read_and_others_refused(tmp_path):
+    found = rigid_envs.evaluate(TOP, "lqr", n=5)
+    file = tmp_path / "row.json"
+    for name in ("efficiency", "efficiency_95", "metrics"):  # a number, some, and some with names
+        for factor, told in ((1.0 + 1e-12, True), (1.0 + 1e-6, False)):
+            row = found.row()
+            row["policy"][name] = scaled(row["policy"][name], factor)
+            write_document(file, row)
+            with nullcontext() if told else pytest.raises(DamagedFileError, match=name):
+                assert read_evaluation(file).row() == found.row()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -233,6 +262,7 @@ def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
         ((TOP, "pid"), "controller = 'pid'; expected one of"),
         ((TOP, lambda _: np.zeros(2)), r"shape \(2,\); expected \(2, 2\): it is given"),
         ((TOP, from_predict(OneAction())), r"shape \(2,\); expected \(2, 2\): it is given"),
+        ((TOP, OfAnother()), rf"observations have shape \(3,\), those of {TOP} \(12,\); expected"),
         (("RigidEnvs/SleepingTob-v0", "zero"), "did you mean 'RigidEnvs/SleepingTop-v0'"),
     ],
 )
