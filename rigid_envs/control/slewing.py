@@ -109,7 +109,7 @@ class QuaternionPD:
         """The error e, w >= 0, and omega."""
         state = self.body.checked_state(y)
         e = rotations.multiply(rotations.conjugate(goal), state[..., :4])
-        return rotations.canonicalize(e), state[..., 4:7]
+        return rotations.canonicalize(e), state[..., 4:]
 
 
 def slew_acceleration(moments: npt.ArrayLike, torque: float) -> Array:

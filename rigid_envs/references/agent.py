@@ -110,7 +110,7 @@ class Reference:
                 f"{n} rows, or None where an episode begins"
             )
         begins = np.zeros(n, np.bool_)
-        begins |= False if episode_start is None else np.asarray(episode_start, dtype=np.bool_)
+        begins |= np.asarray(episode_start, dtype=np.bool_)  # None is false
         return script.act(states, state, begins)
 
 

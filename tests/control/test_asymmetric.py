@@ -85,6 +85,15 @@ def test_between_the_nodes_and_for_every_drawn_body_the_loop_is_stable():
     assert max(found) < 0.995
 
 
+@pytest.mark.parametrize("sense", [-1.0, 1.0])
+def test_from_the_fastest_spin_on_the_gains_are_those_of_it(sense):
+    balance, x = law(0.3), np.array([0.01, -0.02, 0.03, 0.01])
+    K, P = balance.regulator(3.0 * sense)
+    for spin in (3.0 * sense, 4.0 * sense):
+        np.testing.assert_allclose(balance(leaning(x, spin))[:2], -K @ x / 0.3, rtol=1e-12)
+        np.testing.assert_allclose(balance.value(leaning(x, spin)), x @ P @ x, rtol=1e-12)
+
+
 @pytest.mark.parametrize("spin", [-2.0, 0.0, 1.0])
 def test_limited_torque_brings_back_the_tilts_that_the_law_says(spin):
     balance = law(0.3)

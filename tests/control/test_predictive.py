@@ -175,6 +175,32 @@ def cost_of(law, y, goal):
     return casadi.Function("cost", [actions], [total])
 
 
+def told(problem, y, a):
+    """The cost at the goal (0, 0), by its docstring."""
+    omega, pivot = y[4:7], y[7:]
+    if problem is SPIN:
+        return 0.2 * np.linalg.norm(a) + np.sum((omega - [0.0, 1.0, 0.0]) ** 2)
+    if problem is BALANCE:
+        off = 2.0 - 2.0 * np.cos(TOP.tilt(y)) + omega[0] ** 2 + omega[1] ** 2
+        place, speed = np.sum(pivot[:2] ** 2), np.sum(pivot[2:] ** 2)
+        return 3.0 * np.linalg.norm(a) + 3.0 * (off + 0.05 * place + 0.2 * speed)
+    return np.hypot(y[4], y[5]) + 0.01 * np.sum(y[11:] ** 2)
+
+
+@each_problem
+def test_the_cost_is_the_one_that_is_told(problem):
+    n, m, n_goal = problem.sizes
+    x, a = casadi.SX.sym("x", n), casadi.SX.sym("a", m)
+    cost = casadi.Function("cost", [x, a], [problem.cost(x, a, casadi.DM.zeros(n_goal))])
+    rng, y = np.random.default_rng(0), STARTS[problem]
+    for _ in range(10):
+        action = rng.uniform(-0.7, 0.7, m)
+        found = float(cost(problem.coordinates(y), action))
+        # the length of an action is rounded off by 0.01 at the most, and weighed by 3
+        assert found == pytest.approx(told(problem, y, action), abs=0.03)
+        y = advanced(problem, y, action, 0.05)
+
+
 @each_problem
 def test_no_plan_beside_it_costs_less(problem):
     law = PredictiveControl(problem, doubling(0.1, 4, 4, 2))

@@ -294,6 +294,10 @@ def test_polygons_along_paths_park_every_ball_of_the_environment():
     np.testing.assert_allclose(cost, lengths(), rtol=0.01)
 
 
+def test_a_path_that_coarse_polygons_lead_past_is_found():
+    assert np.max(shortest_path(random_pose(1155), HOME).missed()) < EXACT
+
+
 def test_what_has_no_path_or_too_few_sides_is_refused():
     with pytest.raises(ValueError, match=r"^(start|goal) has shape \(2, 6\); expected \(6,\)"):
         shortest_path(np.tile(HOME, (2, 1)), HOME)

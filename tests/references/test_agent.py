@@ -1,5 +1,6 @@
 """References act on observations as trained policies do, wherever those act."""
 
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -10,7 +11,7 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor
 
 import rigid_envs
-from rigid_envs import ENVIRONMENTS
+from rigid_envs import ENVIRONMENTS, registry
 from rigid_envs.errors import ConfigError
 from rigid_envs.sb3 import make_vec_env
 from rigid_envs.scores import evaluation_seeds, reference_controllers
@@ -173,6 +174,15 @@ def test_what_cannot_be_is_refused_by_name(
 ) -> None:
     with pytest.raises(ConfigError, match=message):
         rigid_envs.reference(*words, **settings)
+
+
+@pytest.mark.parametrize("lacking", [{"controllers": {}}, {"decoder": ""}])
+def test_an_id_without_a_controller_or_a_decoder_is_refused(
+    lacking: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(registry._RECORDS, PARK, replace(ENVIRONMENTS[PARK], **lacking))
+    with pytest.raises(ConfigError, match=f"env_id = '{PARK}'; expected one with a controller and"):
+        rigid_envs.reference(PARK)
 
 
 def test_observations_and_states_that_do_not_fit_are_refused() -> None:

@@ -1,5 +1,6 @@
 """What is decoded from observations is the state, up to the rounding of float32."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import rigid_envs
 from rigid_envs import ENVIRONMENTS, rotations
+from rigid_envs.catalogue import task_of
 from rigid_envs.control.disk import rolling
 from rigid_envs.control.following import pose_error
 from rigid_envs.errors import ConfigError
@@ -101,6 +103,15 @@ def test_states_are_found_in_any_representation_of_the_attitude(env_id: str, rot
 @pytest.mark.parametrize("env_id", IDS)
 def test_parameters_that_are_observed_too_change_nothing(env_id: str) -> None:
     compare(env_id, observe_params=True)
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_states_are_found_at_other_values_of_all_settings(env_id: str) -> None:
+    task = task_of(env_id)
+    numbers = {key: value for key, value in asdict(task).items() if type(value) is float}
+    if task.n_choices:
+        del numbers["dt"]  # which is 1
+    compare(env_id, **{key: 0.9 * value for key, value in numbers.items()})
 
 
 @pytest.mark.parametrize("env_id", IDS)
