@@ -37,5 +37,4 @@ def bench(
     speeds = time_interleaved(
         workloads, rounds, seconds, lambda done: progress(f"round {done} of {rounds}")
     )
-    progress("")
     return Figures(rounds, seconds, speeds, settings, runs, startups)

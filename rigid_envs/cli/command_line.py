@@ -52,15 +52,14 @@ def run(argv: Sequence[str] | None = None) -> int:
     try:
         status = options.act(options, rest) or 0
         sys.stdout.flush()
-    except ValueError as error:
-        print(f"rigid-envs: {shown(str(error))}", file=sys.stderr)
-        return 2
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (DependencyNotInstalled, MissingPackageError, OSError) as error:
+    except (ValueError, DependencyNotInstalled, MissingPackageError, OSError) as error:
+        tell("")
         print(f"rigid-envs: {shown(str(error))}", file=sys.stderr)
-        return 1
+        return 2 if isinstance(error, ValueError) else 1
     except KeyboardInterrupt:
+        tell("")
         return 128 + signal.SIGINT
     return status
 
@@ -220,6 +219,7 @@ def _bench(options: argparse.Namespace, rest: list[str]) -> None:
     where = provenance()  # before the run: its own load does not count
     startup_ids = ids[:1] if options.quick else catalogue.one_of_each(ids)
     figures = bench(ids, startup_ids, options.quick, tell)
+    tell("")
     print(as_text(where, figures))
     if options.json:
         document = {"provenance": where, **figures.as_json()}

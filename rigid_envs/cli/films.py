@@ -45,4 +45,5 @@ def _films(options: argparse.Namespace, rest: list[str]) -> int:
             print(f"{env_id}: {why}")
         return 1 if stale else 0
     write_films(options.folder, ids, tell)
+    tell("")
     return 0

@@ -52,6 +52,7 @@ def _frames(options: argparse.Namespace, rest: list[str]) -> None:
         "frames": [asdict(times) for times in frame_times(ids, report=tell)],
         "bytes": installed_size(),
     }
+    tell("")
     if options.page is None:
         print(as_text(data))
         return

@@ -1,10 +1,17 @@
 """Progress of commands: one line on a terminal, and elsewhere a line now and then."""
 
+import io
 import itertools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
-from rigid_envs.cli import progress
+from rigid_envs.cli import main, progress
+from rigid_envs.laws import SUBJECTS, Outcome
+from rigid_envs.scores import best_known, evaluate
+from tests.bench.examples import FIGURES
 
 
 @pytest.fixture
@@ -44,3 +51,90 @@ def test_on_a_terminal_it_is_one_line(
     progress.tell("1 of 500")
     progress.tell("")
     assert capsys.readouterr().err == "\r\x1b[K1 of 500\r\x1b[K"
+
+
+CLEAR = "\r\x1b[K"
+WORK = {  # of the verbs that tell progress: what does it, and what it gives; None is left to do it
+    "dataset BallPark --policy zero": ("rigid_envs.datasets.write", "name"),
+    "evaluate BallGrid --policy zero --starts 1": None,
+    "best BallGrid": ("rigid_envs.cli.scoring._measured", best_known("BallGrid")),
+    "bench --ids BallGrid": ("rigid_envs.bench.bench", FIGURES),
+    "verify upright_coin": (
+        "rigid_envs.laws.check_all",
+        [Outcome(SUBJECTS["upright_coin"].laws[0], 0.0, 0.0)],
+    ),
+    "verify --policies BallGrid": None,
+    "verify --scores BallGrid": ("rigid_envs.scores.best_known", None),
+    "verify row.json": None,
+    "gallery racket --out .": ("rigid_envs.gallery.writing.write_figures", []),
+    "films . --ids BallGrid": ("rigid_envs.pages.films.write_films", None),
+    "frames --ids BallGrid": ("rigid_envs.bench.frames.frame_times", []),
+    "compile BallGrid": ("rigid_envs.precompiling.compile_all", [("BallGrid step", True)]),
+}
+
+
+class Stream(io.StringIO):
+    """One of the streams of a command to a terminal, where what both say stands together."""
+
+    def __init__(self, screen: list[str]) -> None:
+        super().__init__()
+        self.screen = screen
+
+    def isatty(self) -> bool:
+        return True
+
+    def write(self, text: str) -> int:
+        self.screen.append(text)
+        return super().write(text)
+
+    def lines(self) -> list[str]:
+        """What stands on the terminal in the end."""
+        return [line.rpartition(CLEAR)[2] for line in "".join(self.screen).split("\n")]
+
+
+def streams(monkeypatch: pytest.MonkeyPatch) -> tuple[Stream, Stream]:
+    """Those of output and of errors, from here on."""
+    screen: list[str] = []
+    out, err = Stream(screen), Stream(screen)
+    monkeypatch.setattr("sys.stdout", out)
+    monkeypatch.setattr("sys.stderr", err)
+    return out, err
+
+
+def told(result: Any) -> Callable[..., Any]:
+    """Work that tells progress wherever it can, and gives a result or an error."""
+
+    def work(*args: Any, **more: Any) -> Any:
+        for each in (*args, *more.values()):
+            if callable(each):
+                each("half way")
+        if isinstance(result, BaseException):
+            raise result
+        return result
+
+    return work
+
+
+@pytest.mark.parametrize("words", WORK)
+def test_on_a_terminal_nothing_stands_behind_the_progress_and_in_the_end_it_is_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    evaluate("BallGrid", "zero", n=1).save("row.json")
+    if work := WORK[words]:
+        monkeypatch.setattr(work[0], told(work[1]))
+    out, err = streams(monkeypatch)
+    assert main(words.split()) in (0, 1)
+    assert any(err.getvalue().split(CLEAR))
+    assert err.lines() == out.getvalue().split("\n")
+
+
+@pytest.mark.parametrize("error", [ValueError("bad"), OSError("bad"), KeyboardInterrupt()])
+def test_what_ends_a_command_has_a_line_of_its_own(
+    monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    monkeypatch.setattr("rigid_envs.laws.check_all", told(error))
+    _, err = streams(monkeypatch)
+    assert main(["verify", "upright_coin"]) > 0
+    assert "half way" in err.getvalue()
+    assert "\n".join(err.lines()) == ("rigid-envs: bad\n" if error.args else "")

@@ -248,20 +248,6 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "both are the same function to a rounding; which one is faster depends on the processor",
     ),
     Equivalent(
-        "rigid_envs/cli/collecting.py",
-        "_dataset",
-        'tell("")',
-        "tell('') -> pass",
-        "the line of progress is left standing in a terminal; nothing else differs",
-    ),
-    Equivalent(
-        "rigid_envs/cli/scoring.py",
-        "_best",
-        'tell("")',
-        "tell('') -> pass",
-        "the line of progress is left standing in a terminal; nothing else differs",
-    ),
-    Equivalent(
         "rigid_envs/replays/page.py",
         "module",
         (
