@@ -342,13 +342,6 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "a look is a choice",
     ),
     Equivalent(
-        "rigid_envs/sb3/making.py",
-        "make_vec_env",
-        "if seed is not None:",
-        "if seed is not None -> if True",
-        "seeding with None draws the seeds of the rows, as they are drawn without it",
-    ),
-    Equivalent(
         "rigid_envs/core.py",
         "Core.step_into",
         "if self._n_threads > 1:",

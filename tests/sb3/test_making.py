@@ -1,5 +1,6 @@
 """Rows of a registered id, made as Stable-Baselines3 makes them."""
 
+import random
 import subprocess
 import sys
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+import torch
 from stable_baselines3 import A2C, PPO, SAC
 from stable_baselines3.common.env_util import make_vec_env as their_make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
@@ -28,6 +30,19 @@ def test_a_seed_gives_the_episodes_that_their_function_gives(env_id: str) -> Non
     assert make_vec_env(env_id, seed=3).action_space.sample() == pytest.approx(
         make_vec_env(env_id, seed=3).action_space.sample()
     )
+
+
+@pytest.mark.parametrize("seed", [None, 0])
+def test_the_random_numbers_of_the_process_are_left_alone(seed: int | None) -> None:
+    def drawn_next() -> tuple[Any, ...]:
+        legacy = str(np.random.get_state())  # noqa: NPY002
+        return random.getstate(), legacy, torch.get_rng_state().tolist()
+
+    before = drawn_next()
+    venv = make_vec_env("BallPark", 2, seed=seed)
+    venv.reset()
+    venv.step(np.stack([venv.action_space.sample()] * 2))
+    assert drawn_next() == before
 
 
 def test_short_ids_and_settings_are_taken() -> None:
