@@ -26,16 +26,14 @@ def labelled(pictures: Sequence[Image], labels: Sequence[str]) -> Image:
         pictures: at least one.
         labels: one each; if all are empty there is no line.
     """
+    width = pictures[0].shape[1]
     if any(labels):
-        width = pictures[0].shape[1]
         pictures = [
             np.concatenate([_strip(label, width), picture])
             for label, picture in zip(labels, pictures, strict=True)
         ]
     page = tiled(pictures)
-    if len(pictures) > 1:
-        width = pictures[0].shape[1]
-        page[:, width::width] = _RULE  # between neighbours
+    page[:, width::width] = _RULE  # between neighbours
     return page
 
 
@@ -45,11 +43,12 @@ def _strip(label: str, width: int) -> Image:
     pictures, fonts, pens = pillow()
     size = max(11, width // 26)
     font = fonts.load_default(size)
-    strip = pictures.new("RGB", (width, 2 * size), _PAPER)
-    draw = pens.Draw(strip)
+    image = pictures.new("RGB", (width, 2 * size), _PAPER)
+    draw = pens.Draw(image)
     text = label
     while draw.textlength(text, font=font) > width - size and len(text) > len(_CUT):
         text = text.removesuffix(_CUT)[:-1] + _CUT
     draw.text((size // 2, size), text, fill=_INK, font=font, anchor="lm")
-    draw.line([(0, 2 * size - 1), (width, 2 * size - 1)], fill=_RULE)
-    return np.array(strip)
+    strip = np.array(image)
+    strip[-1] = _RULE
+    return strip

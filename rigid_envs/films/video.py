@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
+from contextlib import closing
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -49,21 +51,15 @@ def write(path: Path, pictures: Iterator[Image], fps: float) -> tuple[int, int, 
     Raises:
         OSError: ffmpeg failed.
     """
-    n, width, height = 0, 0, 0
+    even, n = map(_even, pictures), 0
+    first = next(even)
+    height, width, _ = first.shape
     with tempfile.TemporaryDirectory(prefix="rigid-envs-") as folder:
         draft = Path(folder) / "film.mp4"
-        writer: Any = None
-        try:
-            for picture in pictures:
-                even = _even(picture)
-                if writer is None:
-                    height, width, _ = even.shape
-                    writer = _writer(draft, width, height, fps)
-                writer.send(even)
+        with closing(_writer(draft, width, height, fps)) as writer:
+            for picture in chain([first], even):
+                writer.send(picture)
                 n += 1
-        finally:
-            if writer is not None:
-                writer.close()
         if not draft.is_file() or not draft.stat().st_size:
             raise OSError(f"{path}: ffmpeg wrote nothing; it says why above")
         write_atomic(path, draft.read_bytes())
@@ -87,6 +83,5 @@ def _writer(path: Path, width: int, height: int, fps: float) -> Any:
 
 def _even(picture: Image) -> Image:
     height, width, _ = picture.shape
-    if height % 2 or width % 2:
-        picture = np.pad(picture, [(0, height % 2), (0, width % 2), (0, 0)], mode="edge")
-    return np.ascontiguousarray(picture)
+    sides = [(0, height % 2), (0, width % 2), (0, 0)]
+    return np.ascontiguousarray(np.pad(picture, sides, mode="edge"))

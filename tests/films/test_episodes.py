@@ -69,7 +69,17 @@ def test_no_labels_take_no_room_and_long_ones_are_cut() -> None:
     assert np.array_equal(one, other)
     short, none = (labelled([picture], [text])[: len(one) - 96] for text in ("x", " "))
     assert 0 < np.count_nonzero(short != none) < np.count_nonzero(one[: len(none)] != none)
-    assert len(np.unique(none)) > 1  # a line below the text
+    assert len(np.unique(none[:-1])) == 1  # a line below the text, and nothing else
+    assert np.all(none[-1] == none[-1, 0]) and np.all(none[-1] != none[0])
+    narrow = labelled([np.zeros((8, 8, 3), np.uint8)], ["x" * 9])
+    assert narrow.shape[1] == 8
+
+
+def test_a_line_stands_between_neighbours_and_nowhere_else() -> None:
+    picture = np.zeros((8, 8, 3), np.uint8)
+    for n, lines in ((1, []), (2, [8]), (9, [8, 16])):
+        page = labelled([picture] * n, [""] * n)
+        assert np.flatnonzero(page.any(axis=(0, 2))).tolist() == lines
 
 
 def test_control_periods_are_met_exactly() -> None:
@@ -120,9 +130,15 @@ def test_episodes_of_several_tasks_share_a_film() -> None:
     assert len(pictures(found, fps=5.0, hold=0.0)) == round(seconds * 5.0) + 1
 
 
-def test_nothing_to_show_is_refused() -> None:
+def test_nothing_to_show_and_numbers_that_cannot_be_are_refused() -> None:
     with pytest.raises(ValueError, match=r"episodes = \(\); expected at least one"):
         next(episode_pictures([]))
+    found = played(PARK)
+    for name, bad in (("fps", (0.0, -1.0)), ("speed", (0.0, -1.0)), ("hold", (-1.0,))):
+        for value in (*bad, np.nan, np.inf, "1"):
+            options: Any = {name: value}
+            with pytest.raises(ValueError, match=f"^{name} = {value!r}; expected"):
+                next(episode_pictures([(found.task, found.episode)], SMALL, **options))
 
 
 @pytest.mark.long

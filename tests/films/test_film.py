@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.films import SUFFIXES, write_film
+from rigid_envs.films import SUFFIXES, animation, write_film
 from rigid_envs.films.film import checked_film
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
@@ -52,9 +52,12 @@ def read_animation(path: Path) -> tuple[list[Any], list[float], int]:
         return pictures, times, film.info.get("loop", -1)
 
 
-def test_mp4_is_h264_in_yuv420p_with_every_picture(tmp_path: Path) -> None:
+def test_mp4_is_h264_in_yuv420p_with_every_picture_written_without_a_word(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
+) -> None:
     pictures = moving_square()
     film = write_film(tmp_path / "a.mp4", pictures, FPS)
+    assert not caplog.records and capfd.readouterr() == ("", "")
     meta, shown = read_video(film.path)
     assert meta["codec"] == "h264" and meta["pix_fmt"].startswith("yuv420p")
     assert meta["fps"] == FPS and meta["size"] == (64, 48) == (film.width, film.height)
@@ -69,9 +72,17 @@ def test_mp4_begins_with_its_index_so_that_a_browser_can_start_at_once(tmp_path:
     assert 0 < data.find(b"moov") < data.find(b"mdat")
 
 
-def test_mp4_of_odd_size_gets_one_more_line_and_column(tmp_path: Path) -> None:
-    film = write_film(tmp_path / "a.mp4", moving_square(height=47, width=63), FPS)
+@pytest.mark.parametrize("size", [(47, 63), (47, 64), (48, 63)])
+def test_mp4_of_odd_size_repeats_its_last_line_or_column(
+    tmp_path: Path, size: tuple[int, int]
+) -> None:
+    pictures = moving_square(5, *size)
+    film = write_film(tmp_path / "a.mp4", pictures, FPS)
     assert (film.width, film.height) == (64, 48)
+    for ours, theirs in zip(pictures, read_video(film.path)[1], strict=True):
+        ours = ours[np.minimum(np.arange(48), size[0] - 1)]
+        ours = ours[:, np.minimum(np.arange(64), size[1] - 1)]
+        assert np.abs(ours.astype(int) - theirs.astype(int)).mean() < 6
 
 
 def test_mp4_is_encoded_while_pictures_come(tmp_path: Path) -> None:
@@ -112,10 +123,23 @@ def test_one_picture_is_a_film(tmp_path: Path, suffix: str) -> None:
     assert (film.n_pictures, film.width, film.height) == (1, 64, 48)
 
 
-def test_a_gif_leaves_pictures_out_above_50_a_second(tmp_path: Path) -> None:
-    film = write_film(tmp_path / "a.gif", moving_square(30), 100.0)
-    assert film.fps == pytest.approx(50.0) and film.n_pictures == 15
-    assert read_animation(film.path)[1][-1] == pytest.approx(0.3, abs=0.011)
+@pytest.mark.parametrize(
+    ("suffix", "fps", "kept"),
+    [(".gif", 50.0, 30), (".gif", 60.0, 15), (".gif", 100.0, 15), (".webp", 60.0, 30)],
+)
+def test_a_gif_alone_leaves_pictures_out_above_50_a_second(
+    tmp_path: Path, suffix: str, fps: float, kept: int
+) -> None:
+    film = write_film(tmp_path / f"a{suffix}", moving_square(30), fps)
+    assert film.fps == pytest.approx(fps * kept / 30) and film.n_pictures == kept
+    tick = 0.01 if suffix == ".gif" else 0.001  # [s], in which the format counts
+    due = np.append(np.arange(0, 30, 30 // kept), 30) / fps
+    assert np.allclose(read_animation(film.path)[1], due, rtol=0.0, atol=0.51 * tick)
+
+
+def test_each_level_of_quality_has_fewer_pixels_a_second_than_the_one_before() -> None:
+    sizes = [level.scale**2 * level.fps for level in animation._LEVELS]
+    assert sizes == sorted(set(sizes), reverse=True)  # it is searched by bisection
 
 
 # to look for a palette takes long
