@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from rigid_envs.core import Core
 from rigid_envs.kernels.actions import clip_to_disk
-from rigid_envs.kernels.layout import CLOCK, FLAGS
+from rigid_envs.kernels.layout import FLAGS
 from rigid_envs.planning.conditions import Conditions, conditions_of, first_steps
 from rigid_envs.planning.limits import Limits
 from rigid_envs.tasks import Task
@@ -33,7 +33,6 @@ class Motion(NamedTuple):
     Attributes:
         actions: As they were applied, float32, shape (T, N, m).
         y: States before each step and at the end, shape (T + 1, N, n).
-        aux: The same of the auxiliary states.
         errors: Of the conditions after each step, over the tolerances, shape (T, N, q).
         costs: Sum of the costs until the end, or the time until success, to stay, shape (N,).
         successes: Whether the last step before the end was a success, shape (N,).
@@ -41,7 +40,6 @@ class Motion(NamedTuple):
 
     actions: npt.NDArray[np.float32]
     y: Array
-    aux: Array
     errors: Array
     costs: Array
     successes: Bools
@@ -149,13 +147,12 @@ class Model:
         core, steps = self._core, range(self.n_steps)
         core.set_state(self._state)
         y = np.empty((self.n_steps + 1, *self._state["y"].shape))
-        aux = np.empty((self.n_steps + 1, core.n_rows, len(self.task.aux_names)))
         actions = np.empty((self.n_steps, core.n_rows, self._n_actions), dtype=np.float32)
         errors: list[Array] = []
         costs: Array = np.zeros(core.n_rows)
         successes, ended = np.zeros((2, core.n_rows), dtype=bool)
         failed = np.zeros(core.n_rows, dtype=np.int64)
-        y[0], aux[0] = core.y, self._state.get("aux", aux[0])
+        y[0] = core.y
         for t in steps:
             action = plan[t]
             if tracking is not None:
@@ -173,17 +170,16 @@ class Model:
                 failed[~ended & ~won] = k + 1
                 ended |= flags[FLAGS.terminated]
             y[t + 1] = core.y
-            if aux.shape[2]:
-                aux[t + 1] = core.auxiliary(*self.task.aux_names).reshape(core.n_rows, -1)
             errors.append(self._errors(core))
         if self.timed:
             costs = np.asarray(self.task.dt * (failed + 1.0), dtype=np.float64)
-        return Motion(actions, y, aux, np.stack(errors), costs, successes)
+        return Motion(actions, y, np.stack(errors), costs, successes)
 
     def linearise(self, motion: Motion) -> Linear:
         """Linearise the steps of a motion, by differences of copies of the rows.
 
-        An action is changed towards 0: so it stays within its limits.
+        An action is changed towards 0: so it stays within its limits. Clocks and auxiliary states
+        stay those of the start: of them errors read goals alone.
         """
         rows, m, q = self.n_rows, self._n_actions, motion.errors.shape[2]
         x = np.stack([self.coordinates(y) for y in motion.y])
@@ -207,8 +203,6 @@ class Model:
             size = np.full((rows, d, 1), _SMALL)
             size[:, n_y:, 0] = a[:, n_y + entry, entry].astype(np.float64) - old
             state["y"] = y.reshape(rows * d, -1)
-            if motion.aux.shape[2]:
-                state["aux"] = motion.aux[t].repeat(d, axis=0)
             copies.set_state(state)
             start = copies.y  # attitudes are of length 1
             copies.actions[...] = a.reshape(rows * d, m)
@@ -225,7 +219,6 @@ class Model:
                 shown = (shown - motion.errors[t][:, None]) / size
                 linear.Ey[t] = shown[:, :n_y].swapaxes(1, 2) @ back
                 linear.Ea[t] = shown[:, n_y:].swapaxes(1, 2)
-            state["clock"][:, CLOCK.elapsed] += self.repeat
         return linear
 
     def _errors(self, core: Core) -> Array:

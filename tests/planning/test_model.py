@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from rigid_envs.catalogue import task_of
+from rigid_envs.core import Core
 from rigid_envs.planning import Model, conditions_of
+from rigid_envs.planning.model import Linear, Tracking, tracking_gains
 from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.planner import RECIPES
 from rigid_envs.scores.policies import untrained_policies
@@ -50,7 +52,8 @@ def test_the_errors_say_what_success_is(env_id):
     n, T = 16, record.max_episode_steps
     envs = make_rows(env_id, n)
     seen, _ = envs.reset(seed=row_seeds(SEED, n, "test"))
-    model = Model(task_of(env_id), envs.get_state(), T)
+    start = envs.get_state()
+    model = Model(task_of(env_id), start, T)
     name = next(iter(untrained_policies(env_id)))
     name = {"shortest_path": "three_rolls"}.get(name, name)
     act, actions = untrained_policies(env_id)[name](envs), []
@@ -70,8 +73,12 @@ def test_the_errors_say_what_success_is(env_id):
     assert met.any()
     np.testing.assert_array_equal(met, motion.successes)
     if "held" in model.task.aux_names:  # the time of success so far
-        held = motion.aux[1:, :, model.task.aux_names.index("held")] > 0.0
-        np.testing.assert_array_equal(sizes <= 1.0, held)
+        core = Core(model.task, n)
+        core.set_state(start)
+        for action, size in zip(motion.actions, sizes, strict=True):
+            core.actions[...] = action
+            core.step()
+            np.testing.assert_array_equal(size <= 1.0, core.auxiliary("held") > 0.0)
 
 
 @pytest.mark.parametrize("env_id", IDS)
@@ -93,3 +100,33 @@ def test_the_linearisation_is_that_of_small_changes(env_id):
         np.testing.assert_allclose(x, seen, atol=2e-5 * max(1.0, np.abs(seen).max() / h))
         shown = 0.5 * (ahead.errors[t] - behind.errors[t])
         np.testing.assert_allclose(e, shown, atol=1e-2 * np.abs(shown).max() + 1e-6)
+
+
+def test_tracking_gains_are_those_of_least_squares():
+    T, n, m, weight, rng = 4, 3, 2, 0.7, np.random.default_rng(1)
+    A, B = rng.normal(size=(T, 1, n, n)), rng.normal(size=(T, 1, n, m))
+    gains = tracking_gains(Linear(A, B, A, B), weight)
+    for t in range(T):
+        by_x, by_u, parts = np.eye(n), np.zeros((n, T * m)), []
+        for k in range(t, T):  # the states to come by this one and by the actions
+            by_x, by_u = A[k, 0] @ by_x, A[k, 0] @ by_u
+            by_u[:, k * m : (k + 1) * m] += B[k, 0]
+            parts.append((by_x, by_u))
+        X, U = (np.concatenate(each) for each in zip(*parts, strict=True))
+        best = -np.linalg.solve(np.eye(T * m) / weight + U.T @ U, U.T @ X)
+        np.testing.assert_allclose(gains[t, 0], best[t * m : (t + 1) * m], atol=1e-10)
+
+
+def test_a_rollout_that_tracks_returns_to_the_motion_that_it_left():
+    n_steps = 40
+    model = model_of("RigidEnvs/SleepingTop-v0", 4, n_steps)
+    plan = some_actions(model, n_steps, 0.1)
+    motion = model.roll(plan)
+    x = np.stack([model.coordinates(y) for y in motion.y])
+    tracking = Tracking(tracking_gains(model.linearise(motion), 100.0), x[:-1])
+    plan[0] += 0.5
+    led, left = (
+        np.linalg.norm(model.coordinates(model.roll(plan, each).y[-1]) - x[-1], axis=-1)
+        for each in (tracking, None)
+    )
+    assert (led < 0.1 * left).all()

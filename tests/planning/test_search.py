@@ -136,7 +136,7 @@ def test_rows_of_motions_are_taken_and_merged_whole():
     rng, T, n = np.random.default_rng(5), 3, 4
 
     def motion():
-        shapes = ((T, n, 2), (T + 1, n, 5), (T + 1, n, 0), (T, n, 3), (n,), (n,))
+        shapes = ((T, n, 2), (T + 1, n, 5), (T, n, 3), (n,), (n,))
         return Motion(*(rng.normal(size=shape) for shape in shapes))
 
     one, other = motion(), motion()
@@ -152,7 +152,7 @@ def test_a_plan_is_replaced_by_one_that_succeeds_and_costs_less_alone():
     plans = Plans(old.copy(), np.array([3.0, 3.0, 3.0, np.inf]))
     found = np.zeros((T + 1, 4, 1))
     costs, successes = np.array([2.0, 2.0, 3.0, 9.0]), np.array([True, False, True, True])
-    plans.keep(np.arange(4), Motion(new, found, found, found, costs, successes))
+    plans.keep(np.arange(4), Motion(new, found, found, costs, successes))
     assert plans.actions[0, :, 0].tolist() == [1.0, 0.0, 0.0, 1.0]
     assert plans.costs.tolist() == [2.0, 3.0, 3.0, 9.0]
 
@@ -182,7 +182,7 @@ def deadlines(monkeypatch, first, least, n_cuts, repeat=1):
         def roll(self, actions):
             costs = np.asarray(first) * dt * repeat
             empty = np.zeros((T, n, 1))
-            return Motion(actions, empty, empty, empty, costs, np.ones(n, dtype=bool))
+            return Motion(actions, empty, empty, costs, np.ones(n, dtype=bool))
 
     def improve(model, plan, n_rounds):
         tried.append(dict(zip(model.rows.tolist(), model.first.tolist(), strict=True)))
