@@ -85,6 +85,109 @@ def test_a_file_of_more_than_256_mebibytes_is_not_read(tmp_path: Path) -> None:
         rigid_envs.load(file)
 
 
+def damaged(arrays: dict[str, Any], document: dict[str, Any], how: str) -> None:
+    """Files whose checksum is right and whose content is not."""
+    if how == "another format":
+        document["format"] = "policy 9"
+    elif how == "no format":
+        del document["format"]
+    elif how == "no network":
+        del document["network"]
+    elif how == "network is a list":
+        document["network"] = []
+    elif how == "unknown activation":
+        document["network"]["activation"] = "os.system"
+    elif how == "unknown distribution":
+        document["network"]["distribution"] = "cauchy"
+    elif how == "no layers":
+        for name in list(arrays):
+            if name.startswith("layers"):
+                del arrays[name]
+    elif how == "a gap":
+        arrays["layers.7.weight"] = arrays.pop("layers.1.weight")
+    elif how == "too many layers":
+        arrays |= {f"layers.{k}.weight": np.zeros((1, 1), np.float32) for k in range(3, 200)}
+    elif how == "not finite":
+        arrays["layers.0.weight"][0, 0] = np.nan
+    elif how == "65 layers":
+        square = {"weight": np.eye(2, dtype=np.float32), "bias": np.zeros(2, np.float32)}
+        arrays |= {f"layers.{k}.{name}": a for k in range(2, 65) for name, a in square.items()}
+    elif how == "double":
+        arrays["layers.0.weight"] = arrays["layers.0.weight"].astype(np.float64)
+    elif how == "a vector":
+        arrays["layers.1.weight"] = arrays["layers.1.weight"][0]
+    elif how == "layers that do not fit":
+        arrays["layers.1.weight"] = arrays["layers.1.weight"][:, :-1]
+    elif how == "bias that does not fit":
+        arrays["layers.1.bias"] = arrays["layers.1.bias"][:-1]
+    elif how == "no spread":
+        del arrays["log_std"]
+    elif how == "statistics without use":
+        arrays["observation.mean"] = np.zeros(2)
+    elif how == "statistics missing":
+        document["network"]["normalized"] = True
+    elif how == "spread of another kind":
+        document["network"]["distribution"] = "squashed gaussian"
+    elif how == "bounds of no box":
+        document["network"]["distribution"] = "greedy"
+    elif how == "inputs that do not fit":
+        document["network"]["inputs"] = [["achieved_goal", 11]]
+    elif how == "attitudes that do not fit":
+        document["network"]["attitudes"] = [0, 9]
+    elif how == "bounds that do not fit":
+        arrays["action.low"] = np.zeros(3, np.float32)
+    else:
+        raise AssertionError(how)
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        "another format", "no format", "no network", "network is a list", "unknown activation",
+        "unknown distribution", "no layers", "a gap", "too many layers", "65 layers", "not finite",
+        "double", "a vector", "layers that do not fit", "bias that does not fit", "no spread",
+        "statistics without use", "statistics missing", "bounds that do not fit",
+        "spread of another kind", "bounds of no box", "inputs that do not fit",
+        "attitudes that do not fit",
+    ],
+)  # fmt: skip
+def test_a_malformed_policy_is_refused_by_name(tmp_path: Path, how: str) -> None:
+    document, arrays = example()
+    damaged(arrays, document, how)
+    save_tensors(tmp_path / "policy.safetensors", arrays, document)
+    with pytest.raises(DamagedFileError, match=r"policy\.safetensors: "):
+        rigid_envs.load(tmp_path)
+
+
+@pytest.mark.parametrize("n_layers", [1, 2, 64])
+def test_a_policy_has_1_to_64_layers(n_layers: int) -> None:
+    document, arrays = example()
+    weight, bias = arrays["layers.1.weight"], arrays["layers.1.bias"]
+    if n_layers == 1:
+        arrays["layers.0.weight"] = weight @ arrays["layers.0.weight"]
+        arrays["layers.0.bias"] = bias
+        del arrays["layers.1.weight"], arrays["layers.1.bias"]
+    for k in range(2, n_layers):
+        arrays[f"layers.{k}.weight"], arrays[f"layers.{k}.bias"] = np.eye(2, dtype="f"), bias
+    policy = CompiledPolicy(document, arrays)
+    assert policy.predict(np.zeros(policy.n_obs))[0].shape == (2,)
+
+
+def test_relative_rotations_are_taken_from_observations_as_they_are() -> None:
+    document, arrays = example(attitudes=[0, 9])
+    n_obs = 20
+    arrays["layers.0.weight"] = 0.1 * STREAM.normal(size=(16, n_obs + 18)).astype(np.float32)
+    policy = CompiledPolicy(document, arrays)
+    assert policy.n_obs == n_obs
+    obs = STREAM.normal(size=(5, n_obs)).astype(np.float32)
+    R, S = obs[:, :9].reshape(-1, 3, 3), obs[:, 9:18].reshape(-1, 3, 3)
+    back = R.transpose(0, 2, 1)
+    x = np.concatenate([obs, (back @ S).reshape(5, 9), (S @ back).reshape(5, 9)], axis=1)
+    hidden = np.tanh(x @ arrays["layers.0.weight"].T + arrays["layers.0.bias"])
+    expected = hidden @ arrays["layers.1.weight"].T + arrays["layers.1.bias"]
+    np.testing.assert_allclose(policy.predict(obs)[0], np.clip(expected, -1.0, 1.0), atol=1e-5)
+
+
 def test_one_observation_is_acted_on_as_among_others() -> None:
     policy = CompiledPolicy(*example())
     obs = STREAM.normal(size=(40, policy.n_obs)).astype(np.float32)
@@ -97,7 +200,8 @@ def test_one_observation_is_acted_on_as_among_others() -> None:
 @pytest.mark.parametrize("shape", [(1,), (1, 1), (1, 1, 0), (0,)])
 def test_an_observation_of_another_shape_or_not_finite_is_refused(shape: tuple[int, ...]) -> None:
     policy = CompiledPolicy(*example())
-    for obs in (np.zeros(shape), np.full(policy.n_obs, np.nan)):
+    one_bad = np.where(np.arange(policy.n_obs) == 1, np.nan, 0.0)
+    for obs in (np.zeros(shape), np.zeros((2, 1, policy.n_obs)), one_bad):
         with pytest.raises(ValueError, match="every entry finite"):
             policy.predict(obs)
 

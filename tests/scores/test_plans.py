@@ -6,12 +6,13 @@ import zipfile
 import numpy as np
 import pytest
 
+from rigid_envs.catalogue import task_of
 from rigid_envs.cli import main
 from rigid_envs.files import DamagedFileError
 from rigid_envs.scores import best_known, evaluate
 from rigid_envs.scores.best import file_of
 from rigid_envs.scores.finding import replayed
-from rigid_envs.scores.planner import RECIPES, recipe_of, spread
+from rigid_envs.scores.planner import RECIPES, _guess, recipe_of, spread
 from rigid_envs.scores.plans import FOLDER, PLANNER, StoredPlans, file_of_plans, read_plans
 from rigid_envs.scores.plans import write_plans as write
 
@@ -129,6 +130,17 @@ def test_every_recipe_names_an_id():
     from rigid_envs import ENVIRONMENTS
 
     assert {f"RigidEnvs/{name}-v0" for name in RECIPES} <= set(ENVIRONMENTS)
+
+
+def test_guesses_roll_a_ball_3_to_9_radii_along_a_curve():
+    n_steps, task = 24, task_of("RigidEnvs/BallPark-v0")
+    guess = _guess(np.random.default_rng(0), n_steps, 200, task)
+    steps = np.linalg.norm(guess, axis=-1) * task.roll_per_step
+    np.testing.assert_allclose(steps, np.broadcast_to(steps[0], steps.shape), rtol=1e-12)
+    length = n_steps * steps[0]
+    assert 3.0 < length.min() < 3.3 and 8.7 < length.max() < 9.0
+    heading = guess[..., 0] + 1j * guess[..., 1]
+    assert np.abs(np.angle(heading[1:] / heading[:-1])).max() < 1.0
 
 
 def test_plans_are_spread_over_the_steps_there_are_in_equal_parts():
