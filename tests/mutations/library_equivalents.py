@@ -418,4 +418,152 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "2 -> 3",
         "where a line of text begins is a choice",
     ),
+    Equivalent(
+        "rigid_envs/analytic/free_body/_polhode.py",
+        "_normal_frame",
+        "return axes, np.array([first, parity * first * third, third]), float(abs(above - below))",
+        "parity * first * third -> parity * first / third",
+        "third is 1 or -1, by which to divide is to multiply",
+    ),
+    Equivalent(
+        "rigid_envs/analytic/rolling_disk/_fall.py",
+        "_depth",
+        "for k in range(series.size - 3, 1, -1):",
+        "3 -> 4",
+        (
+            "the last of some hundred coefficients, which is left out then, is a "
+            "rounding of the first"
+        ),
+    ),
+    Equivalent(
+        "rigid_envs/control/coin.py",
+        "_legs",
+        "none = np.abs(room) < _EXACT  # then S^2 = D^2 where there is a plan, of a single roll",
+        "np.abs(room) < _EXACT -> np.abs(room) <= _EXACT",
+        "a difference that is 1e-12 to the last bit leads to either plan within the tolerance",
+    ),
+    Equivalent(
+        "rigid_envs/control/mppi.py",
+        "PathIntegral.draw",
+        "return scales[:, None] * e",
+        "return scales[:, None] * e -> return -(scales[:, None] * e)",
+        "a normal number and its opposite are drawn as often",
+    ),
+    Equivalent(
+        "rigid_envs/control/three_rolls.py",
+        "_guesses",
+        "return size[:, None] * rng.uniform(-1.0, 1.0, (_N_GUESSES, 4))",
+        (
+            "size[:, None] * rng.uniform(-1.0, 1.0, (_N_GUESSES, 4)) -> size[:, None] / "
+            "rng.uniform(-1.0, 1.0, (_N_GUESSES, 4))"
+        ),
+        "guesses: plans that are found from others are as short",
+    ),
+    Equivalent(
+        "rigid_envs/scores/bindings/ball.py",
+        "module",
+        (
+            "_AHEAD, _ANEW = 200, 100  # steps that a follower looks ahead, and after "
+            "which it looks again"
+        ),
+        "200 -> 201",
+        "how far a follower looks ahead is a choice: what is claimed of it holds for any",
+    ),
+    Equivalent(
+        "rigid_envs/planning/conditions.py",
+        "module",
+        '"TopPrecession": Conditions(_TOP, _precessing, _in_body, 10),',
+        "10 -> 11",
+        "how a plan is searched for is a choice: what it costs is checked when it is replayed",
+    ),
+    Equivalent(
+        "rigid_envs/planning/descent.py",
+        "Search.step",
+        "self._rho = np.where(good & (gained > 0.5 * expected), self._rho / 3.0, self._rho)",
+        "3.0 -> 6.0",
+        "how a plan is searched for is a choice: what it costs is checked when it is replayed",
+    ),
+    Equivalent(
+        "rigid_envs/planning/subproblem.py",
+        "Subproblem.solve",
+        "if (gap <= _SOLVED * np.abs(value) + 1e-12).all():",
+        "if (gap <= _SOLVED * np.abs(value) + 1e-12).all() -> if False",
+        (
+            "only time is lost: a further step is taken in rows where it lowers the gap "
+            "or raises the value"
+        ),
+    ),
+    Equivalent(
+        "rigid_envs/planning/subproblem.py",
+        "Subproblem._newton",
+        "scale = 1.0 / np.maximum(scale, 1e-300)",
+        "1.0 / np.maximum(scale, 1e-300) -> 1.0 * np.maximum(scale, 1e-300)",
+        "it cancels from a Newton step but for the damping, which is sought by trial in any scale",
+    ),
+    Equivalent(
+        "rigid_envs/planning/subproblem.py",
+        "Subproblem._newton",
+        "scale = 1.0 / np.maximum(scale, 1e-300)",
+        "1.0 -> 2.0",
+        "it cancels from a Newton step but for the damping, which is sought by trial in any scale",
+    ),
+    Equivalent(
+        "rigid_envs/policies/layers.py",
+        "module",
+        '"tanh": Tanh if _MKL_IS_SLOW else nn.Tanh,',
+        "if _MKL_IS_SLOW -> if True",
+        "both are the same function to a rounding; which one is faster depends on the processor",
+    ),
+    Equivalent(
+        "rigid_envs/leaderboard/drawing.py",
+        "draw",
+        'figsize=(8.0, 1.4 + 0.36 * len(ids)), dpi=150, layout="constrained", facecolor="white"',
+        "8.0 -> 16.0",
+        "the size of a plot is a choice",
+    ),
+    Equivalent(
+        "rigid_envs/leaderboard/drawing.py",
+        "draw",
+        'figsize=(8.0, 1.4 + 0.36 * len(ids)), dpi=150, layout="constrained", facecolor="white"',
+        "1.4 -> 2.8",
+        "the size of a plot is a choice",
+    ),
+    Equivalent(
+        "rigid_envs/leaderboard/drawing.py",
+        "draw",
+        'dress(axes, "")',
+        "dress(axes, '') -> pass",
+        "a look is a choice",
+    ),
+    Equivalent(
+        "rigid_envs/leaderboard/style.py",
+        "dress",
+        "axes.grid(True, color=_GRID, lw=0.8)",
+        "0.8 -> 1.6",
+        "a look is a choice",
+    ),
+    Equivalent(
+        "rigid_envs/leaderboard/style.py",
+        "dress",
+        'axes.spines[["top", "right", "left"]].set_visible(False)',
+        "axes.spines[['top', 'right', 'left']].set_visible(False) -> pass",
+        "a look is a choice",
+    ),
+    Equivalent(
+        "rigid_envs/leaderboard/page.py",
+        "_is_row",
+        (
+            'return str(content.get("format")).startswith(kind) or {"starts", "sha256"} '
+            "<= content.keys()"
+        ),
+        "{'starts', 'sha256'} <= content.keys() -> {'starts', 'sha256'} < content.keys()",
+        "a result has a dozen entries beside these two",
+    ),
+    Equivalent(
+        "rigid_envs/references/ball.py",
+        "ball_steer.decode",
+        "heading = action(seen) / np.where(speed > 0.0, speed, 1.0)",
+        "1.0 -> 2.0",
+        "an action of length 0 is 0, whatever it is divided by",
+    ),
 )

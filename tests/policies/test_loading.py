@@ -95,10 +95,6 @@ def damaged(arrays: dict[str, Any], document: dict[str, Any], how: str) -> None:
         del document["network"]
     elif how == "network is a list":
         document["network"] = []
-    elif how == "unknown activation":
-        document["network"]["activation"] = "os.system"
-    elif how == "unknown distribution":
-        document["network"]["distribution"] = "cauchy"
     elif how == "no layers":
         for name in list(arrays):
             if name.startswith("layers"):
@@ -143,8 +139,8 @@ def damaged(arrays: dict[str, Any], document: dict[str, Any], how: str) -> None:
 @pytest.mark.parametrize(
     "how",
     [
-        "another format", "no format", "no network", "network is a list", "unknown activation",
-        "unknown distribution", "no layers", "a gap", "too many layers", "65 layers", "not finite",
+        "another format", "no format", "no network", "network is a list", 
+        "no layers", "a gap", "too many layers", "65 layers", "not finite",
         "double", "a vector", "layers that do not fit", "bias that does not fit", "no spread",
         "statistics without use", "statistics missing", "bounds that do not fit",
         "spread of another kind", "bounds of no box", "inputs that do not fit",
@@ -157,6 +153,13 @@ def test_a_malformed_policy_is_refused_by_name(tmp_path: Path, how: str) -> None
     save_tensors(tmp_path / "policy.safetensors", arrays, document)
     with pytest.raises(DamagedFileError, match=r"policy\.safetensors: "):
         rigid_envs.load(tmp_path)
+
+
+@pytest.mark.parametrize("what", ["activation", "distribution"])
+def test_a_network_of_an_unknown_kind_is_refused_with_the_kinds_there_are(what: str) -> None:
+    document, arrays = example(**{what: "os.system"})
+    with pytest.raises(ValueError, match=f"^{what} = 'os.system'; expected one of [a-z]+, "):
+        CompiledPolicy(document, arrays)
 
 
 @pytest.mark.parametrize("n_layers", [1, 2, 64])
@@ -174,18 +177,23 @@ def test_a_policy_has_1_to_64_layers(n_layers: int) -> None:
 
 
 def test_relative_rotations_are_taken_from_observations_as_they_are() -> None:
-    document, arrays = example(attitudes=[0, 9])
     n_obs = 20
+    document, arrays = example(attitudes=[0, n_obs - 9])
     arrays["layers.0.weight"] = 0.1 * STREAM.normal(size=(16, n_obs + 18)).astype(np.float32)
     policy = CompiledPolicy(document, arrays)
     assert policy.n_obs == n_obs
     obs = STREAM.normal(size=(5, n_obs)).astype(np.float32)
-    R, S = obs[:, :9].reshape(-1, 3, 3), obs[:, 9:18].reshape(-1, 3, 3)
+    R, S = obs[:, :9].reshape(-1, 3, 3), obs[:, -9:].reshape(-1, 3, 3)
     back = R.transpose(0, 2, 1)
     x = np.concatenate([obs, (back @ S).reshape(5, 9), (S @ back).reshape(5, 9)], axis=1)
     hidden = np.tanh(x @ arrays["layers.0.weight"].T + arrays["layers.0.bias"])
     expected = hidden @ arrays["layers.1.weight"].T + arrays["layers.1.bias"]
     np.testing.assert_allclose(policy.predict(obs)[0], np.clip(expected, -1.0, 1.0), atol=1e-5)
+    for outside in (n_obs - 8, -1, 0.0, True):
+        for places in ([outside, 0], [0, outside]):
+            document["network"]["attitudes"] = places
+            with pytest.raises(ValueError, match="expected where matrices are in the input"):
+                CompiledPolicy(document, arrays)
 
 
 def test_one_observation_is_acted_on_as_among_others() -> None:

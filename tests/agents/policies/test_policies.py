@@ -27,6 +27,8 @@ from agents.policies.policy_file import load_policy, save_policy
 from agents.training.algorithms import build_model
 from agents.training.exporting import export_policy
 from rigid_envs import load, rotations
+from rigid_envs.files import DamagedFileError
+from rigid_envs.policies.loading import write_policy
 from rigid_envs.sb3 import GymnasiumVecEnv
 from rigid_envs.tensorfile import load_tensors
 
@@ -208,6 +210,14 @@ def test_a_dictionary_that_does_not_fit_is_refused(change: dict[str, Any], messa
 @functools.cache
 def example(**entries: Any) -> Policy:
     return trained("box", **entries)[1]  # type: ignore[no-any-return]
+
+
+def test_a_file_that_is_no_policy_is_refused_by_name(tmp_path: Path) -> None:
+    policy = example()
+    document = {key: value for key, value in policy.document.items() if key != "network"}
+    write_policy(tmp_path / "policy.safetensors", document, policy.arrays)
+    with pytest.raises(DamagedFileError, match=r"policy\.safetensors: not a policy: KeyError"):
+        load_policy(tmp_path)
 
 
 def test_a_missing_policy_is_said_to_be_missing(tmp_path: Path) -> None:
