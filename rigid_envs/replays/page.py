@@ -145,41 +145,32 @@ def _plots(
     packer: Packer, found: Sequence[Sequence[Curve]], shown: Sequence[tuple[Replay, Episode]]
 ) -> list[dict[str, Any]]:
     """One plot for each kind of curve, with the lines of all episodes that have it."""
-    kinds: dict[tuple[str, tuple[str, ...]], Curve] = {}
-    for curve in (curve for several in found for curve in several):
-        kinds.setdefault((curve.key, curve.names), curve)
-    plots = []
-    for (key, names), first in kinds.items():
-        lines = []
-        for several, (_, episode) in zip(found, shown, strict=True):
-            same = [curve for curve in several if (curve.key, curve.names) == (key, names)]
-            lines.append(_lines(packer, same[0], episode) if same else None)
-        held = any(line is not None and line.pop("held") for line in lines)
-        plots.append(
-            {
-                "key": key,
-                "title": first.title,
-                "unit": first.unit,
-                "kind": first.kind,
-                "names": first.names,
-                "held": held,
-                "episodes": lines,
-            }
-        )
-    return plots
+    kinds: dict[tuple[Any, ...], dict[int, Curve]] = {}
+    for k, (several, (_, episode)) in enumerate(zip(found, shown, strict=True)):
+        for curve in several:
+            held = len(curve.values) == len(episode)
+            kind = curve.key, curve.title, curve.unit, curve.kind, curve.names, held
+            kinds.setdefault(kind, {})[k] = curve
+    return [
+        {
+            **dict(zip(("key", "title", "unit", "kind", "names", "held"), kind, strict=True)),
+            "episodes": [
+                _lines(packer, here[k], episode) if k in here else None
+                for k, (_, episode) in enumerate(shown)
+            ],
+        }
+        for kind, here in kinds.items()
+    ]
 
 
 def _lines(packer: Packer, curve: Curve, episode: Episode) -> dict[str, Any]:
     """The lines of an episode: over the moments, or over the steps, which end at their times."""
-    held = curve.kind == "time" and len(curve.values) == len(episode)
-    times = episode.times[1:] if held else episode.times
-    result = {"end": float(episode.times[-1]), "held": held}
+    times = packer.array(episode.times[-len(curve.values) :], "f8")
+    x, *lines = [packer.array(column, "f8") for column in curve.values.T]
+    end = float(episode.times[-1])
     if curve.kind == "plan":
-        x, y = curve.values.T
-        columns = {"x": packer.array(x, "f8"), "times": packer.array(times, "f8")}
-        return result | columns | {"lines": [packer.array(y, "f8")]}
-    lines = [packer.array(column, "f8") for column in curve.values.T]
-    return result | {"x": packer.array(times, "f8"), "lines": lines}
+        return {"end": end, "x": x, "times": times, "lines": lines}
+    return {"end": end, "x": times, "lines": [x, *lines]}
 
 
 def _labels(episodes: Sequence[Episode]) -> list[str]:

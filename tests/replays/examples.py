@@ -76,12 +76,12 @@ def view_of(task: Any, parameters: dict[str, float]) -> View:
     return (BodyView if "omega_body" in task.system_type.components else BallView)(task, parameters)
 
 
-def free_body(n_steps: int = 60) -> Replay:
+def free_body(n_steps: int = 60, env_id: str = "RigidEnvs/IntermediateAxis-v0") -> Replay:
     """A body that nothing acts on, near the unstable axis."""
-    env = RecordReplay(gym.make("RigidEnvs/IntermediateAxis-v0"), label="free")
+    env = RecordReplay(gym.make(env_id), label="free")
     env.reset(seed=1)
     for _ in range(n_steps):
-        env.step(np.zeros(3, dtype=np.float32))
+        env.step(np.zeros(env.action_space.shape, dtype=np.float32))
     return env.replay()
 
 

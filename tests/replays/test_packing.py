@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from rigid_envs.replays import Replay
+from rigid_envs.replays.curves import curves
 from rigid_envs.replays.packing import Packer
 from rigid_envs.replays.page import html
-from tests.replays.examples import rolling_ball, view_of
+from tests.replays.examples import free_body, rolling_ball, view_of
 
 
 def unpacked(blob: str, place: list[Any]) -> Any:
@@ -23,9 +24,9 @@ def unpacked(blob: str, place: list[Any]) -> Any:
     return np.frombuffer(block, f"<{kind}", count, offset)
 
 
-def shown(replay: Replay) -> dict[str, Any]:
-    """What a page is given to show."""
-    text = html([(replay, 0)], view_of)
+def shown(*replays: Replay) -> dict[str, Any]:
+    """What a page of the first episode of each is given to show."""
+    text = html([(replay, 0) for replay in replays], view_of)
     (document,) = re.findall(r'id="replay">(.*)</script>', text)
     found: dict[str, Any] = json.loads(document)
     return found
@@ -72,3 +73,61 @@ def test_a_page_says_success_where_the_last_step_was_one(ball: Replay) -> None:
         result = f"{episode.rewards.sum():.4g} return, 12 steps"
         assert found["success"] is flags[-1]
         assert found["result"] == (f"success, {result}" if flags[-1] else result)
+
+
+@pytest.fixture(scope="module")
+def body() -> Replay:
+    return free_body(5)
+
+
+def test_a_plot_has_the_curve_of_every_episode_and_none_of_one_that_has_no_such_curve(
+    ball: Replay, body: Replay
+) -> None:
+    other = rolling_ball("reference", 1, 7)
+    coin = free_body(5, "RigidEnvs/CoinPark-v0")
+    for replays in ((ball,), (ball, other), (body, ball), (coin, ball, other)):
+        page = shown(*replays)
+        told = ("key", "title", "unit", "kind", "names", "held")
+        plots = {str([plot[name] for name in told]): plot["episodes"] for plot in page["plots"]}
+        assert len(plots) == len(page["plots"])
+        for k, replay in enumerate(replays):
+            (episode,) = replay.episodes
+            drawn = {place: lines[k] for place, lines in plots.items() if lines[k] is not None}
+            for curve in curves(replay.task, episode, driven=True):
+                of_steps = len(curve.values) == len(episode)
+                place = [curve.key, curve.title, curve.unit, curve.kind, [*curve.names], of_steps]
+                lines = drawn.pop(str(place))
+                x, *columns = (unpacked(page["blob"], y) for y in (lines["x"], *lines["lines"]))
+                if curve.kind == "plan":
+                    x, columns = unpacked(page["blob"], lines["times"]), [x, *columns]
+                assert np.array_equal(x, episode.times[1:] if of_steps else episode.times)
+                assert np.array_equal(columns, curve.values.T)
+                assert lines["end"] == episode.times[-1]
+            assert not drawn
+
+
+def test_a_page_says_what_it_shows_and_what_is_equal_once(ball: Replay, body: Replay) -> None:
+    body = replace(body, provenance=ball.provenance)
+    alone, twice, both = shown(ball), shown(ball, ball), shown(ball, body)
+    assert alone["title"] == twice["title"] == "BallPark-v0"
+    summary = str(type(ball.task).__doc__).splitlines()[0].replace("`", "")
+    assert alone["subtitle"] == twice["subtitle"] == summary
+    assert both["title"] == "BallPark-v0 and IntermediateAxis-v0" and both["subtitle"] == ""
+    assert [each["label"] for each in twice["episodes"]] == ["policy 1", "policy 2"]
+    assert [each["label"] for each in both["episodes"]] == ["policy", "free"]
+    assert [name for name, _ in twice["facts"]] == ["parameters", "made with"]
+    assert twice["facts"] == alone["facts"]
+    names = [name for name, _ in both["facts"]]
+    assert names == ["parameters: policy", "made with", "parameters: free"]
+    for (_, text), replay in zip([both["facts"][0], both["facts"][2]], (ball, body), strict=True):
+        values = replay.episodes[0].parameters.items()
+        assert text == f"{', '.join(f'{k} = {x:.6g}' for k, x in values)} ({replay.env_id})"
+    assert f"numpy {np.__version__}" in dict(alone["facts"])["made with"]
+
+
+def test_too_many_and_unknown_episodes_are_refused() -> None:
+    replay = rolling_ball("one", 0, 3)
+    with pytest.raises(ValueError, match="5 episodes; expected 1 to 4"):
+        html(5 * [(replay, 0)], view_of)
+    with pytest.raises(ValueError, match="episode = 1; expected 0 to 0"):
+        html([(replay, 1)], view_of)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-import rigid_envs  # noqa: F401 - registers the ids
+from rigid_envs.envs import RigidEnv, RigidVectorEnv
 from rigid_envs.replays import (
     RecordReplay,
     RecordRows,
@@ -128,6 +128,25 @@ def test_the_first_episode_of_each_row_can_be_recorded_alone(tmp_path: Path) -> 
         envs.step(envs.action_space.sample())
     envs.close()
     assert [len(e) for e in load_replay(tmp_path / "rows.npz").episodes] == [3, 3]
+
+
+@pytest.mark.parametrize("file", [None, "rows.npz"])
+def test_to_close_the_recorder_closes_what_it_records(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str | None
+) -> None:
+    closed: list[Any] = []
+    for kind in (RigidEnv, RigidVectorEnv):
+        monkeypatch.setattr(kind, "close", lambda env, **_: closed.append(env))
+    place = None if file is None else tmp_path / file
+    for env in (
+        RecordReplay(gym.make(PARK), place),
+        RecordRows(gym.make_vec(PARK, 2, vectorization_mode="vector_entry_point"), file=place),
+    ):
+        env.close()
+        assert closed.pop() is env.unwrapped and not closed
+    policy = from_controller(reference_controllers(PARK)["shortest_path"])
+    assert len(record_starts(policy, PARK).episodes) == 1
+    assert [env.num_envs for env in closed] == [1]
 
 
 def test_what_cannot_be_recorded_is_refused() -> None:

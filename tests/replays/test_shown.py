@@ -10,12 +10,14 @@ import pytest
 
 from rigid_envs import ENVIRONMENTS, rotations
 from rigid_envs.replays import Episode, RecordReplay, Replay, play_again
-from rigid_envs.replays.curves import conservation_errors, curves, is_driven
+from rigid_envs.replays.curves import Curve, conservation_errors, curves, is_driven
 from rigid_envs.replays.inbetween import moment_at, moments
 from rigid_envs.replays.insets import insets
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import Task
 from tests.replays.examples import free_body
+
+Array = np.ndarray[Any, Any]
 
 
 def idle(env_id: str, state: dict[str, Any], n_steps: int = 20, **config: Any) -> Replay:
@@ -61,6 +63,44 @@ def test_one_input_in_one_step_drives_an_episode(free: tuple[Task, Episode]) -> 
         assert not is_driven(replace(episode, **{name: pushed}))
         pushed[3, 1] = 1e-9
         assert is_driven(replace(episode, **{name: pushed}))
+
+
+def drawn(name: str, key: str) -> tuple[Curve, Array, Any]:
+    """One of the curves of five random steps, the states, and the system."""
+    env = RecordReplay(gym.make(f"RigidEnvs/{name}-v0"))
+    env.reset(seed=1)
+    env.action_space.seed(1)
+    for _ in range(5):
+        env.step(env.action_space.sample())
+    replay = env.replay()
+    (episode,) = replay.episodes
+    (found,) = (curve for curve in curves(replay.task, episode, True) if curve.key == key)
+    return found, episode.y, replay.task.system(episode.parameters)
+
+
+def test_curves_show_what_they_are_called() -> None:
+    omega, y, _ = drawn("SpinCapture", "omega")
+    assert (omega.title, omega.unit) == ("Angular velocity", "rad/s, body axes")
+    assert np.array_equal(omega.values, y[:, 4:7])
+    omega, y, _ = drawn("RollPump", "omega")
+    assert (omega.title, omega.unit) == ("Velocity", "m/s")
+    assert np.array_equal(omega.values, y[:, 1:])
+    tilt, y, _ = drawn("SleepingTop", "tilt")
+    assert (tilt.title, tilt.unit) == ("Tilt", "deg, from the vertical")
+    upward = rotations.rotate(rotations.normalize(y[:, :4]), [0.0, 0.0, 1.0])[:, 2:]
+    assert np.allclose(tilt.values, np.degrees(np.arccos(upward)), atol=1e-5)
+    tilt, y, _ = drawn("BallPark", "tilt")
+    assert (tilt.title, tilt.unit) == ("Attitude", "deg, from upright")
+    assert np.allclose(tilt.values, np.degrees(2.0 * np.arccos(np.abs(y[:, :1]))), atol=1e-5)
+    tilt, y, coin = drawn("CoinPark", "tilt")
+    assert (tilt.title, tilt.names) == ("Heading and roll phase", ("heading", "phase"))
+    both = [coin.accessors[name](y) for name in tilt.names]
+    assert np.array_equal(tilt.values.T, np.degrees(both))
+    path, y, _ = drawn("BallPark", "plan")
+    assert path.title == "Path on the plane, from above"
+    assert np.array_equal(path.values, y[:, 4:6])
+    assert drawn("PivotTop", "plan")[0].title == "Path of the pivot, from above"
+    assert drawn("BallPark", "momentum")[0].title == "|q|\N{SUPERSCRIPT TWO} error"
 
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
@@ -138,6 +178,34 @@ def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense() -> None:
 def test_budget_limits_the_moments_but_keeps_all_steps(free: tuple[Task, Episode]) -> None:
     task, episode = free
     assert len(moments(task, episode, 1)) == len(episode) + 1
+
+
+def test_lines_stand_a_little_above_what_they_are_drawn_on(free: tuple[Task, Episode]) -> None:
+    task, episode = free
+    system = task.system(episode.parameters)
+    path = moments(task, episode, 1)
+    (rolling,), (driven,) = (insets(system, path, driven=acts) for acts in (False, True))
+    state = {"q": [np.cos(0.2), np.sin(0.2), 0.0, 0.0], "omega_body": [0.0, 0.0, 3.0]}
+    top = idle("RigidEnvs/SleepingTop-v0", state, 5)
+    (spun,) = top.episodes
+    (sphere,) = insets(top.task.system(spun.parameters), moments(top.task, spun, 1), driven=True)
+    for points in (
+        *([f.points["polhode"] for f in panel.frames] for panel in (rolling, driven)),
+        [frame.points["axis"] for frame in sphere.frames],
+        *(panel.whole["separatrices"] for panel in (rolling, driven)),
+        sphere.whole["equator"],
+    ):
+        sizes = np.linalg.norm(points, axis=-1)
+        assert np.nanmin(sizes) > 1.002 and np.nanmax(sizes) < 1.02
+    assert rolling.scene.floor is not None
+    for frame in rolling.frames:
+        x, y, z = frame.points["herpolhode"]
+        assert (x, y) == tuple(frame.arrows["omega"][1][:2])
+        assert 0.0 < z - rolling.scene.floor.height < 0.02
+    lines = [sphere.whole["equator"], *np.split(rolling.whole["separatrices"], 2)]
+    for line in map(np.asarray, lines):  # that come back to where they begin
+        around = line[np.isfinite(line).all(axis=-1)]
+        assert len(around) > 90 and np.allclose(around[0], around[-1])
 
 
 def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free: tuple[Task, Episode]) -> None:
