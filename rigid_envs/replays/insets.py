@@ -64,8 +64,7 @@ def _poinsot(body: FreeBody, y: Array, times: Array) -> Panel:
     size = float(np.sqrt(body.moments.min()))
     root = np.sqrt(2.0 * body.kinetic_energy(y))
     L = body.L_world(y[0])
-    down = _turn_between(L, np.array([0.0, 0.0, -1.0]))
-    q = rotations.multiply(down, rotations.normalize(y[:, :4]))
+    q = rotations.multiply(_turn_down(L), rotations.normalize(y[:, :4]))
     rho = size * body.omega_body(y) / root[:, None]
     contact = rotations.rotate(q, rho)
     height = -size * float(root[0] / np.linalg.norm(L))
@@ -178,10 +177,10 @@ def _axes() -> dict[str, Arrow]:
     return {f"e{k + 1}": Arrow(_INK, 0.02, name) for k, name in enumerate(names)}
 
 
-def _turn_between(start: Array, end: Array) -> Array:
-    """Quaternion of the shortest turn from one direction to another; about x of opposite ones."""
-    a, b = start / np.linalg.norm(start), end / np.linalg.norm(end)
-    q = np.array([1.0 + a @ b, *np.cross(a, b)])
+def _turn_down(direction: Array) -> Array:
+    """Quaternion of the shortest turn of a direction to straight down; about x if it points up."""
+    x, y, z = direction / np.linalg.norm(direction)
+    q = np.array([1.0 - z, -y, x, 0.0])
     return rotations.normalize(q) if np.linalg.norm(q) > 1e-6 else np.array([0.0, 1.0, 0.0, 0.0])
 
 

@@ -127,6 +127,7 @@ def test_a_page_says_what_it_shows_and_what_is_equal_once(ball: Replay, body: Re
 
 def test_too_many_and_unknown_episodes_are_refused() -> None:
     replay = rolling_ball("one", 0, 3)
+    assert html(4 * [(replay, 0)], view_of)
     with pytest.raises(ValueError, match="5 episodes; expected 1 to 4"):
         html(5 * [(replay, 0)], view_of)
     with pytest.raises(ValueError, match="episode = 1; expected 0 to 0"):
