@@ -1,8 +1,10 @@
 """Data sets load with Minari, play again to the bit, and are there whole or not at all."""
 
 import json
+import os
 import shlex
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +16,9 @@ import pytest
 from rigid_envs import datasets
 from rigid_envs.cli import main
 from rigid_envs.datasets import writing
+from rigid_envs.envs import RigidEnv, RigidVectorEnv
 from rigid_envs.policies import FOLDER
-from rigid_envs.scores import evaluation_seeds
+from rigid_envs.scores import best_known, evaluation_seeds
 from tests.page_code import run_page
 
 Capture = pytest.CaptureFixture[str]
@@ -96,6 +99,43 @@ def test_one_changed_bit_is_found_and_named(capsys: Capture) -> None:
         assert f"FAILS: {message}" in told and told.count("FAILS: ") == 1
         with h5py.File(place, "r+") as file:
             file[key][2] = before
+    assert not datasets.check(name).differences
+
+
+def test_kernels_that_have_changed_are_named_where_something_differs(root: Path) -> None:
+    name = datasets.write("BallPark", "three_rolls", 1)
+    file = root / name / "data/metadata.json"
+    about = json.loads(file.read_text())
+    about["rigid_envs"]["kernel_hash"] = "other"
+    file.write_text(json.dumps(about))
+    assert not datasets.check(name).differences
+    with h5py.File(root / name / "data/main_data.hdf5", "r+") as main_data:
+        main_data["episode_0/rewards"][0] += 1.0
+    _, kernels = datasets.check(name).differences
+    assert kernels.startswith("written with kernels other; these: ")
+
+
+def test_nothing_is_left_open_or_said_or_changed_in_the_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder
+) -> None:
+    closed: list[type] = []
+    for kind in (RigidEnv, RigidVectorEnv):
+        monkeypatch.setattr(kind, "close", lambda env, **_: closed.append(type(env)))
+    monkeypatch.setattr(writing, "_ROWS", 2)
+    for before in (None, "elsewhere"):
+        if before is None:
+            monkeypatch.delenv("MINARI_DATASETS_PATH")
+        else:
+            monkeypatch.setenv("MINARI_DATASETS_PATH", before)
+        told: list[str] = []
+        closed.clear()
+        options: Any = {"folder": tmp_path / str(before), "tell": told.append}
+        name = datasets.write("BallGrid", "random", 5, **options)
+        assert told == [f"{k} of 5 episodes" for k in (0, 2, 4)]
+        assert not datasets.check(name, options["folder"]).differences
+        assert os.environ.get("MINARI_DATASETS_PATH") == before
+        assert Counter(closed) == {RigidVectorEnv: 3, RigidEnv: 2}  # one of them to check
+    assert not [each for each in recwarn if each.category is UserWarning]
 
 
 def test_provenance_says_how_it_came_about() -> None:
@@ -148,6 +188,10 @@ def test_scores_are_between_the_random_policy_and_the_reference() -> None:
         mean[policy] = minari.get_normalized_score(dataset, returns).mean()
     assert mean["random"] == pytest.approx(0.0, abs=0.05)
     assert mean["riccati"] == pytest.approx(1.0, abs=0.05)
+    known = best_known("RigidEnvs/Detumble-v0")
+    assert known is not None
+    for key, policy in (("ref_min_score", "random"), ("ref_max_score", "riccati")):
+        assert dataset.storage.metadata[key] == known.policies[policy]["return_mean"]
     other = minari.load_dataset(datasets.write("Detumble", "random", 2, name="o-v0",
                                                config={"impulse": 0.3}))  # fmt: skip
     assert "ref_max_score" not in other.storage.metadata

@@ -615,4 +615,18 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "0.93 -> 1.86",
         "a colour is a choice",
     ),
+    Equivalent(
+        "rigid_envs/datasets/behaviour.py",
+        "module",
+        "def behaviour(env_id: str, policy: str, settings: Mapping[str, Any], seed: int = 0) -> Behaviour:",
+        "0 -> 1",
+        "a default seed is a choice",
+    ),
+    Equivalent(
+        "rigid_envs/datasets/behaviour.py",
+        "behaviour",
+        'stream = np.random.default_rng(row_seeds(seed, 1, "random policy"))',
+        "1 -> 2",
+        "which stream of random numbers a seed stands for is a choice: each seed has one of its own",
+    ),
 )
