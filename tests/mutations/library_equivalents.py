@@ -618,7 +618,10 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
     Equivalent(
         "rigid_envs/datasets/behaviour.py",
         "module",
-        "def behaviour(env_id: str, policy: str, settings: Mapping[str, Any], seed: int = 0) -> Behaviour:",
+        (
+            "def behaviour(env_id: str, policy: str, settings: Mapping[str, Any], "
+            "seed: int = 0) -> Behaviour:"
+        ),
         "0 -> 1",
         "a default seed is a choice",
     ),
@@ -627,6 +630,6 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "behaviour",
         'stream = np.random.default_rng(row_seeds(seed, 1, "random policy"))',
         "1 -> 2",
-        "which stream of random numbers a seed stands for is a choice: each seed has one of its own",
+        "which random numbers a seed stands for is a choice: each seed has its own",
     ),
 )
