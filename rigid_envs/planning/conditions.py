@@ -107,7 +107,7 @@ def _turned(core: Core) -> list[Array]:
     task: Any = core.task
     y, goal = core.y, core.auxiliary(*core.task.aux_names)
     off = rotations.log(rotations.multiply(rotations.conjugate(goal), y[:, :4]))
-    return [off / task.largest_angle, y[:, 4:7] / task.rate_tolerance]
+    return [off / task.largest_angle, y[:, 4:] / task.rate_tolerance]
 
 
 def _spin(sense: float) -> Callable[[Core], list[Array]]:
@@ -116,7 +116,7 @@ def _spin(sense: float) -> Callable[[Core], list[Array]]:
     def errors(core: Core) -> list[Array]:
         task: Any = core.task
         goal = np.array([0.0, sense * task.spin_rate, 0.0])
-        return [(core.y[:, 4:7] - goal) / (task.tolerance * task.spin_rate)]
+        return [(core.y[:, 4:] - goal) / (task.tolerance * task.spin_rate)]
 
     return errors
 
@@ -124,7 +124,7 @@ def _spin(sense: float) -> Callable[[Core], list[Array]]:
 def _axis(core: Core) -> list[Array]:
     """The angle of the spin from e2 in two directions."""
     task: Any = core.task
-    omega = core.y[:, 4:7]
+    omega = core.y[:, 4:]
     across = omega[:, [0, 2]]
     length = np.linalg.norm(across, axis=-1, keepdims=True)
     angle = np.arctan2(length, omega[:, 1:2])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -138,7 +138,6 @@ def improve(
     actions: npt.NDArray[np.floating],
     n_rounds: int,
     price: float = 2.0,
-    tell: Callable[[str], None] = lambda text: None,
 ) -> Plans:
     """Improve plans until they settle.
 
@@ -147,7 +146,6 @@ def improve(
         actions: Plans to begin with, shape (T, N, m).
         n_rounds: At most so many linearisations.
         price: Of a violation, a part of the first cost.
-        tell: Where to say how it goes.
     """
     plans = Plans(np.array(actions, dtype=np.float32), np.full(model.n_rows, np.inf))
     rows = np.arange(model.n_rows)
@@ -158,7 +156,6 @@ def improve(
         plans.keep(rows, motion)
         if k % _PATIENCE == _PATIENCE - 1:
             going = search.going()
-            tell(f"{k + 1} rounds, {len(rows)} rows, cost {np.mean(plans.costs):.4f}")
             if not going.any():
                 break
             rows = rows[going]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import numpy.typing as npt
 
@@ -23,7 +21,6 @@ def shorten(
     actions: npt.NDArray[np.floating],
     n_cuts: int,
     n_rounds: int,
-    tell: Callable[[str], None] = lambda text: None,
 ) -> Plans:
     """Shorten plans: where a deadline is met the next is as much earlier, else half as much.
 
@@ -32,13 +29,12 @@ def shorten(
         actions: Plans that succeed, shape (T, N, m).
         n_cuts: Number of deadlines.
         n_rounds: Linearisations for each.
-        tell: Where to say how it goes.
     """
     plans = Plans(np.array(actions, dtype=np.float32), np.full(model.n_rows, np.inf))
     plans.keep(np.arange(model.n_rows), model.roll(np.asarray(actions, dtype=np.float64)))
     period = model.task.dt * model.repeat
     cut = _FIRST_CUT * plans.costs / period
-    for k in range(n_cuts):
+    for _ in range(n_cuts):
         steps = np.ceil(np.where(np.isinf(plans.costs), 0.0, plans.costs) / period - 1e-6)
         goal = np.maximum(steps - np.maximum(np.round(cut), 1.0), 1.0)
         rows = np.nonzero((cut >= 0.5) & (steps > 1.0))[0]
@@ -52,7 +48,6 @@ def shorten(
         plans.actions[:, rows[met]] = found.actions[:, met]
         plans.costs[rows[met]] = found.costs[met]
         cut[rows[~met]] /= 2.0
-        tell(f"deadline {k + 1}: {met.mean():.2f} met, mean {plans.costs.mean():.3f} s")
     return plans
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,7 +76,6 @@ def plan(
     env_id: str,
     n: int = N_STARTS,
     stored: StoredPlans | None = None,
-    tell: Callable[[str], None] = lambda text: None,
 ) -> StoredPlans:
     """Plan from the starts of the evaluation set.
 
@@ -85,7 +83,6 @@ def plan(
         env_id: Gymnasium's id.
         n: Number of starts.
         stored: Plans that are improved; None, or plans of fewer starts, begins as the recipe says.
-        tell: Where to say how it goes.
 
     Raises:
         ValueError: There is no recipe for the id.
@@ -102,7 +99,6 @@ def plan(
         hold, firsts = stored.hold, [stored.actions[:, :n].astype(np.float64)]
     for k in range(0, n, _BLOCK):
         rows = np.arange(k, min(k + _BLOCK, n))
-        tell(f"starts {k} to {rows[-1]}")
         block = {key: part[rows] for key, part in state.items()}
         if stored is None and recipe.n_guesses:
             parts.append(_best_of_guesses(task_of(env_id), recipe, block, k))

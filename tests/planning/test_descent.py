@@ -67,6 +67,15 @@ def test_a_ball_is_pushed_straight_home_in_the_least_time():
     assert least <= plans.costs[0] + 1e-9 and plans.costs[0] < least + 1.01 * task.dt
 
 
+def test_a_plan_that_succeeds_is_kept_until_there_is_a_better_one():
+    q = rotations.exp([0.0, 1.5, 0.0])
+    model = model_from("RigidEnvs/BallPark-v0", 20, q=q, position=(1.5, 0.0))
+    straight = crooked(20, 1.5 / model.task.roll_per_step, side=0.0)
+    plans = improve(model, straight, 0)
+    np.testing.assert_array_equal(plans.actions, straight.astype(np.float32))
+    np.testing.assert_array_equal(plans.costs, model.roll(straight).costs)
+
+
 def test_a_plan_is_a_success_in_the_environment_at_the_cost_that_it_says():
     env_id, n = "RigidEnvs/SleepingTop-v0", 4
     found = evaluate(env_id, plan(env_id, n).policy(n), n=n)

@@ -4,7 +4,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from rigid_envs.analytic.heavy_top import steady_precession
 from rigid_envs.catalogue import task_of
+from rigid_envs.control.precession import nutation_of
 from rigid_envs.core import Core
 from rigid_envs.planning import Model, conditions_of
 from rigid_envs.planning.model import Linear, Tracking, tracking_gains
@@ -130,3 +132,17 @@ def test_a_rollout_that_tracks_returns_to_the_motion_that_it_left():
         for each in (tracking, None)
     )
     assert (led < 0.1 * left).all()
+
+
+def test_errors_of_a_precession_are_above_0_where_it_is_too_steep_or_too_fast():
+    model = model_of("RigidEnvs/TopPrecession-v0", 16, 20)
+    motion, task = model.roll(some_actions(model, 20)), model.task
+    goal = model._state["aux"][:, list(task.aux_names).index("goal_tilt")]
+    top = task.system()
+    for y, errors in zip(motion.y[1:], motion.errors, strict=True):
+        tilt, _, rate = nutation_of(y).T
+        slow, _ = steady_precession(
+            goal, y[:, 6], i_perp=top.I1, i3=top.I3, mgl=top.m * top.g * top.ell
+        )
+        np.testing.assert_allclose(errors[:, 0], (tilt / goal - 1.0) / task.tolerance, atol=1e-9)
+        np.testing.assert_array_equal(np.sign(errors[:, 1]), np.sign(rate - slow))

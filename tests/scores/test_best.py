@@ -9,6 +9,7 @@ import pytest
 from rigid_envs import ENVIRONMENTS, load
 from rigid_envs.cli import main
 from rigid_envs.cli.scoring import verify_scores
+from rigid_envs.documents import write_document
 from rigid_envs.files import DamagedFileError
 from rigid_envs.replays import record_starts
 from rigid_envs.scores import best_known, evaluate, find, from_controller, reference_controllers
@@ -93,6 +94,11 @@ def test_the_name_of_a_finder_is_one_that_can_be_shown(tmp_path):
     file = tmp_path / "grid.json"
     write_best(file, replace(find(GRID, n=2), finders=("a\x1b[2J",) * 2))
     with pytest.raises(DamagedFileError, match="can be printed"):
+        read_best(file)
+    write_best(file, find(GRID, n=2))
+    said = {"finders": ["zero", 3], "finder": [0, 1]}
+    write_document(file, json.loads(file.read_text()) | said)
+    with pytest.raises(DamagedFileError, match="expected names"):
         read_best(file)
 
 
