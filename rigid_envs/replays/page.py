@@ -165,7 +165,7 @@ def _plots(
 
 def _lines(packer: Packer, curve: Curve, episode: Episode) -> dict[str, Any]:
     """The lines of an episode: over the moments, or over the steps, which end at their times."""
-    times = packer.array(episode.times[-len(curve.values) :], "f8")
+    times = packer.array(episode.times[len(episode.times) - len(curve.values) :], "f8")
     x, *lines = [packer.array(column, "f8") for column in curve.values.T]
     end = float(episode.times[-1])
     if curve.kind == "plan":

@@ -73,7 +73,7 @@ class GymnasiumVecEnv(VecEnv):
 
         Args:
             seed: An integer s gives row i the seed s + i, as in SB3 and Gymnasium; a sequence
-                gives each row its own.
+                gives each row its own; None draws an integer from NumPy's global generator.
 
         Returns:
             The seed of each row.
@@ -82,10 +82,9 @@ class GymnasiumVecEnv(VecEnv):
             gymnasium.error.Error: No integer of at least 0, and no sequence of such.
             ValueError: A sequence with other than one seed per row.
         """
-        seeds = seeds_of(seed, self.num_envs, type(self).__name__)
-        if seed is None or isinstance(seed, (int, np.integer)):
-            return super().seed(None if seed is None else int(seed))
-        self._seeds = seeds
+        if seed is None:
+            return super().seed()
+        self._seeds = seeds_of(seed, self.num_envs, type(self).__name__)
         return self._seeds
 
     def set_options(self, options: Any = None) -> None:

@@ -24,7 +24,7 @@ def all_finite(arrays: NDArray[Any] | Mapping[str, NDArray[Any]] | tuple[Any, ..
     Args:
         arrays: An array or a collection of arrays.
     """
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         return all(math.isfinite(array.sum()) for array in _each(arrays))
 
 

@@ -108,6 +108,16 @@ def test_consecutive_seeds_go_as_one_integer_and_others_as_a_list() -> None:
     assert script.seen_seed is None
     with pytest.raises(ValueError, match="seed has 2 entries; expected 3"):
         env.seed([1, 2])
+    for seed in (5, np.int64(5)):
+        assert env.seed(seed) == [5, 6, 7]
+
+
+def test_no_seed_is_one_of_the_global_generator_as_in_sb3() -> None:
+    seeds = []
+    for env in (GymnasiumVecEnv(Script()), DummyVecEnv([lambda: gym.make("CartPole-v1")] * 3)):
+        np.random.seed(3)  # noqa: NPY002
+        seeds.append([int(seed) for seed in env.seed()])
+    assert seeds[0] == seeds[1]
 
 
 def test_options_go_to_the_next_reset_only() -> None:
@@ -121,6 +131,31 @@ def test_options_go_to_the_next_reset_only() -> None:
     env.set_options([{"tilt": 1}, {"tilt": 2}, {"tilt": 3}])
     with pytest.raises(ValueError, match="expected the same for all rows"):
         env.reset()
+    env.set_options(None)
+    env.reset()
+    assert script.seen_options is None
+    for bad in (3, [{}] * 2, [{}, 3, {}], [3, {}, {}], [None] * 3):
+        with pytest.raises(
+            ValueError, match=r"^options = .*; expected a dictionary, or a list of 3"
+        ):
+            env.set_options(bad)
+
+
+def test_pictures_are_one_for_each_row_or_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    env, pictures = GymnasiumVecEnv(Script()), tuple(np.zeros((3, 2, 2, 3), np.uint8))
+    monkeypatch.setattr(env.venv, "render", lambda: pictures)
+    assert [*map(id, env.get_images())] == [*map(id, pictures)]
+    monkeypatch.setattr(env.venv, "render", lambda: None)
+    assert env.get_images() == [None] * 3
+
+
+def test_rows_that_there_are_not_are_refused() -> None:
+    env = GymnasiumVecEnv(Drift(3))
+    assert env.get_attr("limit", np.array([0, 2])) == [20, 20] and env.get_attr("limit", []) == []
+    bads: list[Any] = [3, -1, [0, 3], [-1, 0], [0.0, 1.0], 1.0, [True, False], "a", [[0, 1]]]
+    for bad in bads:
+        with pytest.raises(ValueError, match=r"^indices = .*; expected integers from 0 to 2"):
+            env.get_attr("limit", bad)
 
 
 def test_attributes_and_methods_reach_the_environment() -> None:
@@ -160,6 +195,28 @@ def test_a_nan_reward_stops_at_its_step_and_names_row_and_action() -> None:
     env.reset()
     steps(env, 5)
     with pytest.raises(NonFiniteError, match=r"reward of row 2 .* step 6 of the run.*\[0.0, 0.0\]"):
+        steps(env, 1)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_an_action_that_is_not_finite_is_named_and_not_taken(bad: float) -> None:
+    env = GymnasiumVecEnv(Drift(4))
+    env.reset()
+    steps(env, 2)
+    actions = np.zeros((4, 2), np.float32)
+    actions[1, 0] = bad
+    with pytest.raises(NonFiniteError, match=r"action of row 1 .* step 3 of the run"):
+        env.step(actions)
+    assert env.venv.state["elapsed"].tolist() == [2] * 4
+
+
+def test_returns_that_overflow_are_said_to() -> None:
+    env = GymnasiumVecEnv(Drift(4))
+    env.reset()
+    env._returns[:] = np.finfo(float).max
+    with pytest.raises(
+        NonFiniteError, match="the sum of rewards of an episode overflowed at step 1"
+    ):
         steps(env, 1)
 
 
