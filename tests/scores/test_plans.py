@@ -2,6 +2,7 @@
 
 import io
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from rigid_envs.files import DamagedFileError
 from rigid_envs.scores import best_known, evaluate
 from rigid_envs.scores.best import file_of
 from rigid_envs.scores.finding import replayed
-from rigid_envs.scores.planner import RECIPES, _guess, recipe_of, spread
+from rigid_envs.scores.planner import RECIPES, _guess, plan, recipe_of, spread
 from rigid_envs.scores.plans import FOLDER, PLANNER, StoredPlans, file_of_plans, read_plans
 from rigid_envs.scores.plans import write_plans as write
 
@@ -130,6 +131,14 @@ def test_every_recipe_names_an_id():
     from rigid_envs import ENVIRONMENTS
 
     assert {f"RigidEnvs/{name}-v0" for name in RECIPES} <= set(ENVIRONMENTS)
+
+
+def test_a_ball_is_planned_from_guesses_alone(monkeypatch):
+    few = replace(RECIPES["BallPark"], n_rounds=12, n_guesses=2)
+    monkeypatch.setitem(RECIPES, "BallPark", few)
+    plans = plan("RigidEnvs/BallPark-v0", 3)
+    assert plans.actions.shape == (few.n_steps, 3, 2) and plans.hold == 1
+    assert evaluate("RigidEnvs/BallPark-v0", plans.policy(3), n=3).successes.all()
 
 
 def test_guesses_roll_a_ball_3_to_9_radii_along_a_curve():
