@@ -21,7 +21,7 @@ from tests.mutations.process import run_copy
 __all__ = ["Checkout", "main"]
 
 ROOT = Path(__file__).parents[2]
-_COPIED = ("agents", "configs", "docs", "rigid_envs", "tests", "pyproject.toml")
+_COPIED = ("agents", "configs", "docs", "rigid_envs", "tests", "pyproject.toml", "README.md")
 _LIMIT = 600.0  # [s] a bug that takes so long makes something wait for ever: it counts as noticed
 _PASSED, _FAILED = 0, 1  # statuses of pytest
 
