@@ -185,7 +185,7 @@ class Core:
     @property
     def begun(self) -> npt.NDArray[np.bool_]:
         """Rows that have begun an episode, whether or not it has ended, shape (N,)."""
-        return self.running | (self.elapsed > 0.0)
+        return self._format.begun({"clock": self._columns(self._slots.clock, self._slots.frame)})
 
     @property
     def running(self) -> npt.NDArray[np.bool_]:

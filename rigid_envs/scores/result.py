@@ -45,8 +45,9 @@ class Evaluation:
         config: Hyperparameters of the task.
         seed: Seed that the starts are drawn from.
         cost: What an episode costs; None for an environment that has no record.
-        values: "success", "return", "length", "cost" (sum of ``info["cost"]``) and the metrics of
-            the id by name, each of shape (n,).
+        values: "success", "return", "length", "cost" and the metrics of the id by name, each of
+            shape (n,). Success and cost are what the rows themselves publish; in environments of
+            others what ``info`` says.
         best: Best known costs, shape (n,), NaN where nobody succeeded; None for an id without data,
             or where this is not ranked.
         bounds: Least costs that theory allows, shape (n,); None where it says nothing.
