@@ -47,6 +47,15 @@ def test_half_periods_change_the_signs_of_sn_and_cn_only():
             np.testing.assert_allclose(ours, expected, rtol=0, atol=4 * n * half_period * EPS)
 
 
+@pytest.mark.parametrize("m1", [1.0, 0.3, 1e-10])
+def test_what_is_left_of_whole_half_periods_is_at_most_a_quarter_period(m1):
+    quarter = elliptic.quarter_period(m1)
+    u = quarter * np.arange(-2001.0, 2002.0, 2.0)  # in the middle between two multiples of 2 K
+    n, v = elliptic.split_half_periods(u, m1)
+    assert np.abs(v).max() <= quarter
+    np.testing.assert_allclose(2.0 * quarter * n + v, u, rtol=2 * EPS)
+
+
 @pytest.mark.parametrize("nu", [0.0, 0.01, 0.99, 1.01, 30.0, 1e6])
 @pytest.mark.parametrize("m1", [1.0, 0.4, 1e-6, 0.0])
 def test_the_integral_of_the_third_kind_agrees_with_quadrature(m1, nu):

@@ -83,6 +83,12 @@ def test_the_interval_of_flips_reaches_its_asymptote_with_the_square_of_the_pert
         assert gap == pytest.approx(excess, rel=2.0 * path.m1 * 9.0, abs=32 * EPS)
 
 
+@pytest.mark.parametrize("omega0", [(0.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+def test_a_body_at_rest_or_on_its_intermediate_axis_never_flips(omega0):
+    path = free_body.polhode(BODY, omega0)
+    assert path.flip_asymptote == path.flip_interval == path.period == math.inf
+
+
 def test_a_relative_error_of_the_perturbation_moves_the_flip_by_twice_that_over_p():
     eps, share = 1e-6, 1e-3
     path, moved = (free_body.polhode(BODY, (x, 1.0, 0.0)) for x in (eps, eps * (1.0 + share)))

@@ -115,6 +115,11 @@ def test_the_three_kinds_of_path_part_at_the_axis_let_go_at_rest():
     assert paths == ["looping", "looping", "cusped", "smooth", "smooth"]
 
 
+def test_an_axis_let_go_at_rest_draws_cusps_however_fast_the_top_spins():
+    # The nutation falls with spin^2, from a tenth to 1e-10: its ends are rounded at 1e-16.
+    assert {of(1.0, 0.0, 0.0, spin).path for spin in np.geomspace(8.0, 3e5, 60)} == {"cusped"}
+
+
 def test_a_loop_or_wave_below_the_tolerance_counts_as_a_cusp():
     # phi' sin^2 = b - a u leaves a highest point at which it is 1e-9 of the way, or more, or less.
     theta, spin = 1.0, 8.0

@@ -217,6 +217,20 @@ def test_no_plan_beside_it_costs_less(problem):
             assert float(cost(other.T)) > least * (1.0 - 1e-3)
 
 
+def test_the_cost_of_balance_does_not_depend_on_the_direction_in_which_the_top_leans():
+    def quarter_turn(pair):
+        return [-pair[1], pair[0]]
+
+    x, a = np.array([0.1, -0.05, 0.3, -0.2, 1.5, 0.04, 0.07, -0.3, 0.2]), [0.3, -0.2]
+    turned = x.copy()
+    for first in (0, 2, 5, 7):  # lean, transverse rates, place and velocity of the pivot
+        turned[first : first + 2] = quarter_turn(x[first : first + 2])
+    cost = float(BALANCE.cost(casadi.DM(x), casadi.DM(a), None))
+    assert float(BALANCE.cost(casadi.DM(turned), casadi.DM(quarter_turn(a)), None)) == (
+        pytest.approx(cost, rel=1e-12)
+    )
+
+
 def test_the_table_can_always_stop_within_its_limit():
     law = PredictiveControl(TABLE, doubling(0.1, 4, 8, 3))
     plan = law.plan(BALL.state(position=[2.0, 0.0]), [-1.0, 0.5])

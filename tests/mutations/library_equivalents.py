@@ -695,4 +695,18 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "1 -> 2",
         "which random numbers a seed stands for is a choice: each seed has its own",
     ),
+    Equivalent(
+        "rigid_envs/control/shortest_path.py",
+        "_straight",
+        "if rotations.distance(total, turn) > _EXACT:",
+        "rotations.distance(total, turn) > _EXACT -> rotations.distance(total, turn) >= _EXACT",
+        "an attitude that is 1e-12 away to the last bit is as good as one beside it",
+    ),
+    Equivalent(
+        "rigid_envs/control/predicted.py",
+        "HeldBall.step",
+        "y, change = ca.vertcat(1.0, 0.0, 0.0, 0.0, x), (self.tilt_rate * a - x[7:]) / h",
+        "1.0 -> 2.0",
+        "what comes after the attitude does not depend on it, as the docstring says",
+    ),
 )
