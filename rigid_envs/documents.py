@@ -83,15 +83,18 @@ def checked_values(values: Mapping[str, Any], kinds: Mapping[str, Any]) -> dict[
 
     Args:
         values: JSON values.
-        kinds: Types by key, ``str`` or ``int | None``; a boolean is no number.
+        kinds: Types by key, ``str`` or ``int | None``; a boolean is no number. Or the types of
+            entries of an entry, likewise.
 
     Raises:
         KeyError: A key that is not there.
         ValueError: A value of another kind, or text that cannot be printed.
     """
-    for name, kind in kinds.items():
+    for name, inside in kinds.items():
+        kind, parts = (dict, inside) if isinstance(inside, Mapping) else (inside, {})
         ok = type(values[name]) in (get_args(kind) or (kind,))
         require(ok, values[name], name, f"a value of type {getattr(kind, '__name__', kind)}")
+        checked_values(values[name], parts)
     return {name: printable(values[name], name) for name in kinds}
 
 

@@ -17,8 +17,9 @@ from rigid_envs.kernels.cache import kernel_hash
 __all__ = ["KINDS", "commit", "cpu_name", "heading", "provenance", "versions"]
 
 KINDS = {
-    **{"versions": dict, "kernel_hash": str, "cpu": str, "cores": int | None, "system": str},
-    **{"load": float | None, "git_commit": str | None, "git_dirty": bool | None, "date": str},
+    **{"versions": {"rigid-envs": str}, "kernel_hash": str, "cpu": str, "cores": int | None},
+    **{"system": str, "load": float | None, "git_commit": str | None},
+    **{"git_dirty": bool | None, "date": str},
 }
 """Types of the entries of a `provenance`."""
 

@@ -91,10 +91,17 @@ def test_a_boolean_is_no_number_and_text_is_one_line_that_can_be_printed() -> No
         (None, str),
         ([], dict),
         (1, str | None),
+        ([], {"b": int}),
     ):
         with pytest.raises(ValueError, match=r"a = .*; expected a value of type"):
             checked_values({"a": value}, {"a": kind})
     assert checked_values({"a": None, "b": 1}, {"a": float | None}) == {"a": None}
+    inside = {"a": {"b": 1, "c": 2}}
+    assert checked_values(inside, {"a": {"b": int}}) == inside
+    with pytest.raises(ValueError, match=r"b = 1; expected a value of type str"):
+        checked_values(inside, {"a": {"b": str}})
+    with pytest.raises(KeyError, match="d"):
+        checked_values(inside, {"a": {"d": int}})
     with pytest.raises(ValueError, match="can be printed"):
         checked_values({"a": {"b": "\x1b[2J"}}, {"a": dict})
 

@@ -28,7 +28,7 @@ FOLDER = Path(__file__).with_name("best")
 
 _LIMIT = 2**20  # bytes
 _KINDS = {
-    **{"env_id": str, "evaluation_set": dict, "provenance": dict},
+    **{"env_id": str, "evaluation_set": dict, "provenance": KINDS},
     **{"cost": str, "policies": dict, "finders": list},
 }
 _SUMMARY = {
@@ -125,7 +125,6 @@ def read_best(file: Path) -> Best:
         require(all(type(name) is str for name in finders), own["finders"], "finders", "names")
         if [name == "" for name in finders] != np.isnan(costs).tolist() or (costs < 0.0).any():
             raise ValueError("costs, finder: expected a cost from 0 and a finder, or neither")
-        checked_values(own["provenance"], KINDS)
         for summary in own["policies"].values():
             checked_values(summary, _SUMMARY)
             for name in ("success_rate_95", "efficiency_95"):

@@ -30,13 +30,13 @@ __all__ = ["Record", "read_record", "read_records", "record_file", "record_of", 
 FORMAT = "rigid-envs record 1"
 
 _LIMIT = 2**20  # bytes
+_TRAINING = {"timesteps": int, "policy_timesteps": int, "seconds": float, "cpu_seconds": float}
 _PLAIN = {
     **dict.fromkeys(("env_id", "policy", "algo", "frame"), str),
-    **{"seed": int, "config": dict, "training": dict, "policy_sha256": str},
-    **{"provenance": dict, "curve": dict},
+    **{"seed": int, "config": dict, "training": _TRAINING, "policy_sha256": str},
+    **{"provenance": KINDS, "curve": dict},
 }
 _EVALUATION = {"version": int, "seed": int, "starts": int, "settings": dict}
-_TRAINING = {"timesteps": int, "policy_timesteps": int, "seconds": float, "cpu_seconds": float}
 _CURVE = ("timesteps", "success_rate", "return_mean")
 
 
@@ -200,8 +200,6 @@ def read_record(file: Path) -> Record:
         successes = np.array([{"0": False, "1": True}[won] for won in data["successes"]])
         if not len(costs) == len(successes) == about["starts"]:
             raise ValueError("costs, successes: expected a number and 0 or 1 for each start")
-        checked_values(own["provenance"], KINDS)
-        checked_values(own["training"], _TRAINING)
         n = len(column(own["curve"]["cost_mean"], "cost_mean"))
         exact_array([own["curve"][name] for name in _CURVE], "curve", len(_CURVE), n)
         own["env_id"] = id_in_file(own["env_id"])

@@ -11,12 +11,15 @@ import pytest
 from rigid_envs.documents import write_document
 from rigid_envs.files import DamagedFileError
 from rigid_envs.policies import published
+from rigid_envs.provenance import provenance
 from rigid_envs.scores import read_evaluation
 from rigid_envs.scores.best import read_best
 from rigid_envs.scores.plans import read_plans
 from rigid_envs.scores.published import published_record
 from rigid_envs.scores.records import read_record, write_record
+from tests.loading.readers import READERS
 
+PROVENANCE = tuple(provenance())
 FORGED = "ppo |\n| forged"
 
 
@@ -45,6 +48,48 @@ def test_records_of_other_formats_and_starts_are_refused(
     write_document(file, data)
     with pytest.raises(DamagedFileError, match=r"record\.json: (format|version, seed = |costs)"):
         read_record(file)
+
+
+@pytest.mark.parametrize(
+    ("kind", "part", "names"),
+    [
+        ("record", "provenance", PROVENANCE),
+        ("record", "training", ("timesteps", "policy_timesteps", "seconds", "cpu_seconds")),
+        ("record", "curve", ("timesteps", "success_rate", "return_mean", "cost_mean")),
+        ("record", "evaluation", ("version", "seed", "starts", "settings")),
+        ("best", "provenance", PROVENANCE),
+        ("best", "evaluation_set", ("version", "seed", "starts")),
+        ("result", "", PROVENANCE),
+    ],
+)
+def test_what_figures_come_from_is_told_in_full_by_every_file_of_figures(
+    kind: str, part: str, names: tuple[str, ...], tmp_path: Path
+) -> None:
+    file = tmp_path / READERS[kind].name
+    READERS[kind].write(file)
+    whole = json.loads(file.read_text())
+    assert READERS[kind].read(file)
+    wrong: dict[str, Any]
+    for name in names:
+        for wrong in ({}, {name: [{}]}):
+            told = whole[part] if part else whole
+            told = {key: value for key, value in told.items() if key != name} | wrong
+            write_document(file, whole | {part: told} if part else told)
+            with pytest.raises(DamagedFileError, match=f"{name}|{part or name}"):
+                READERS[kind].read(file)
+
+
+@pytest.mark.parametrize("kind", ["record", "best", "result"])
+def test_figures_of_no_version_of_this_library_are_refused(kind: str, tmp_path: Path) -> None:
+    file = tmp_path / READERS[kind].name
+    READERS[kind].write(file)
+    whole = json.loads(file.read_text())
+    told = whole.get("provenance", whole)
+    for versions in ("", [{}]):
+        told["versions"] = {"rigid-envs": versions} if versions else {}
+        write_document(file, whole)
+        with pytest.raises(DamagedFileError, match="rigid-envs"):
+            READERS[kind].read(file)
 
 
 @pytest.mark.parametrize(
