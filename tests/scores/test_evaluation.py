@@ -100,6 +100,26 @@ def test_detumbling_reaches_both_of_its_optima():
     np.testing.assert_allclose(times, optimum["time"], rtol=1e-12)
 
 
+@pytest.mark.parametrize(("name", "config"), [("BallSteer", {}), ("BallGrid", {"start_cells": 1})])
+def test_a_ball_of_twice_the_radius_is_led_alike_on_twice_the_scale(name, config):
+    """No length of these two tasks is given but the radius."""
+    env_id = f"RigidEnvs/{name}-v0"
+    for controller in reference_controllers(env_id).values():
+        one, two = (make_rows(env_id, 5, {**config, "radius": radius}) for radius in (1.0, 2.0))
+        for envs in (one, two):
+            envs.reset(seed=evaluation_seeds(5))
+        for metric in ENVIRONMENTS[env_id].limits:
+            least, larger = (limit_of(env_id, metric).values(envs) for envs in (one, two))
+            np.testing.assert_allclose(larger, least * (2.0 if metric == "path" else 1.0))
+        policy, larger_policy = controller(one.task), controller(two.task)
+        for _ in range(5):
+            action, larger_action = policy(one), larger_policy(two)
+            np.testing.assert_allclose(larger_action, action, rtol=1e-6, atol=1e-9)
+            for envs in (one, two):
+                envs.step(np.asarray(action, dtype=envs.single_action_space.dtype))
+            np.testing.assert_allclose(two.y[:, 4:6], 2.0 * one.y[:, 4:6], rtol=1e-12, atol=1e-12)
+
+
 @pytest.mark.parametrize("place", [(3.0, 0.0), (0.0, -2.0), (-1.5, 2.0)])
 def test_the_bound_of_an_upright_ball_is_the_straight_line_to_the_edge_of_the_tolerance(place):
     env_id = "RigidEnvs/BallPark-v0"
@@ -272,3 +292,4 @@ def test_every_id_has_metrics_that_matter():
     for env_id in ENVIRONMENTS:
         names = [metric.name for metric in metrics_of(env_id)]
         assert {"success", "return"} < set(names) and len(set(names)) == len(names)
+    assert metrics_of("Mine/Top-v0") == ()

@@ -85,8 +85,9 @@ def test_figures_of_no_version_of_this_library_are_refused(kind: str, tmp_path: 
     READERS[kind].write(file)
     whole = json.loads(file.read_text())
     told = whole.get("provenance", whole)
-    for versions in ("", [{}]):
-        told["versions"] = {"rigid-envs": versions} if versions else {}
+    wrong: dict[str, Any]
+    for wrong in ({}, {"rigid-envs": [{}]}):
+        told["versions"] = wrong
         write_document(file, whole)
         with pytest.raises(DamagedFileError, match="rigid-envs"):
             READERS[kind].read(file)
