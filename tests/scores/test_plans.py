@@ -133,12 +133,14 @@ def test_every_recipe_names_an_id():
     assert {f"RigidEnvs/{name}-v0" for name in RECIPES} <= set(ENVIRONMENTS)
 
 
-def test_a_ball_is_planned_from_guesses_alone(monkeypatch):
-    few = replace(RECIPES["BallPark"], n_rounds=12, n_guesses=2)
+def test_a_ball_is_planned_from_guesses_alone_nearly_as_well_as_is_known(monkeypatch):
+    few = replace(RECIPES["BallPark"], n_rounds=8, n_guesses=2)
     monkeypatch.setitem(RECIPES, "BallPark", few)
     plans = plan("RigidEnvs/BallPark-v0", 3)
     assert plans.actions.shape == (few.n_steps, 3, 2) and plans.hold == 1
-    assert evaluate("RigidEnvs/BallPark-v0", plans.policy(3), n=3).successes.all()
+    # of few guesses not all lead to the shortest path
+    found = evaluate("RigidEnvs/BallPark-v0", plans.policy(3), n=3).efficiencies
+    assert (found > 0.7).all() and (found > 0.99).sum() >= 2
 
 
 def test_guesses_roll_a_ball_3_to_9_radii_along_a_curve():
