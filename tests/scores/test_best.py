@@ -43,6 +43,11 @@ def test_the_data_can_be_computed_again(capsys):
     assert capsys.readouterr().out.count("holds") == 5
 
 
+def test_the_random_policy_draws_the_actions_that_its_figures_are_of():
+    told, found = best_known(DETUMBLE).policies["random"], evaluate(DETUMBLE, "random").summary()
+    assert found["return_mean"] == pytest.approx(told["return_mean"], rel=1e-9)
+
+
 def test_published_policies_are_among_those_who_search():
     (found,) = trained(GRID, 20)
     assert found.n == 20 and found.policy == load(GRID).name and found.successes.all()
