@@ -31,7 +31,7 @@ def draw(results: Sequence[Row]) -> Figure:
     """One line for each environment, with the efficiency of each policy and its interval.
 
     Args:
-        results: In the order of the lines.
+        results: Ranked ones, in the order of the lines.
     """
     from matplotlib.figure import Figure
 
@@ -42,8 +42,8 @@ def draw(results: Sequence[Row]) -> Figure:
     )
     axes = figure.subplots()
     for k, name in enumerate(names):
-        own = [each for each in results if kind_of(each) == name and each.efficiency is not None]
-        figures = np.array([each.efficiency for each in own]).reshape(-1, 3)
+        own = [each for each in results if kind_of(each) == name]
+        figures = np.array([each.efficiency for each in own])
         at = [-ids.index(r.env_id) - 0.5 * (k / max(len(names) - 1, 1) - 0.5) for r in own]
         colour, marker = look(k)
         axes.hlines(at, figures[:, 1], figures[:, 2], color=colour, lw=1.6, alpha=0.6)

@@ -128,9 +128,9 @@ def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
     """Aggregates of each kind of policy, the best first."""
     kinds: dict[str, dict[str, list[float]]] = {}
     for each in results:
-        if each.efficiency is not None:
-            runs = kinds.setdefault(kind_of(each), {})
-            runs.setdefault(each.env_id, []).append(each.efficiency.mean)
+        assert each.efficiency is not None  # as of all that are ranked
+        runs = kinds.setdefault(kind_of(each), {})
+        runs.setdefault(each.env_id, []).append(each.efficiency.mean)
     found = []
     for name, runs in kinds.items():
         by_id, n = list(runs.values()), sum(map(len, runs.values()))

@@ -26,7 +26,7 @@ class Row(NamedTuple):
         env_id: Gymnasium's id.
         policy: Who acted.
         success: Rate of success.
-        efficiency: Mean efficiency; None where no best is known.
+        efficiency: Mean efficiency; None where no best is known, of what is not ranked.
         cost: What an episode costs.
         means: Of the successes, the mean cost, best known cost and bound; NaN where there is none.
         gap: How far the mean cost is above the mean bound; None without a bound.
@@ -110,7 +110,7 @@ def _objection(found: Evaluation) -> str | None:
     """Why an evaluation is listed apart; None if it is ranked. Few starts may be easy ones."""
     if found.unranked is None and found.n != N_STARTS:
         return f"n = {found.n}; expected all {N_STARTS} starts"
-    return found.unranked or ("no best is known" if found.best is None else None)
+    return found.unranked or ("no best is known" if found.efficiencies is None else None)
 
 
 def _rank(row: Row) -> float:

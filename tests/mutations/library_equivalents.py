@@ -594,6 +594,13 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
     Equivalent(
         "rigid_envs/leaderboard/drawing.py",
         "draw",
+        'figsize=(8.0, 1.4 + 0.36 * len(ids)), dpi=150, layout="constrained", facecolor="white"',
+        "150 -> 151",
+        "the size of a plot is a choice",
+    ),
+    Equivalent(
+        "rigid_envs/leaderboard/drawing.py",
+        "draw",
         'dress(axes, "")',
         "dress(axes, '') -> pass",
         "a look is a choice",
