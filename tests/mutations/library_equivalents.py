@@ -227,6 +227,13 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "no vector but 0 is as short as either",
     ),
     Equivalent(
+        "rigid_envs/planning/descent.py",
+        "condense",
+        "if hit.any():",
+        "if hit.any() -> if True",
+        "only time is lost: where nothing is looked at, zeros are added",
+    ),
+    Equivalent(
         "rigid_envs/planning/limits.py",
         "Limits.shrink",
         "over = np.abs(v).max(axis=-1) > 1.0",

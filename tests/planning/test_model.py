@@ -4,6 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from rigid_envs import rotations
 from rigid_envs.analytic.heavy_top import steady_precession
 from rigid_envs.catalogue import task_of
 from rigid_envs.control.precession import nutation_of
@@ -132,6 +133,35 @@ def test_a_rollout_that_tracks_returns_to_the_motion_that_it_left():
         for each in (tracking, None)
     )
     assert (led < 0.1 * left).all()
+
+
+def test_a_spin_that_is_due_at_a_time_is_asked_for_from_the_first_step_that_ends_then():
+    env_id, n, T, hold = "RigidEnvs/AxisFlip-v0", 8, 300, 5
+    envs = make_rows(env_id, n)
+    envs.reset(seed=row_seeds(SEED, n, "test"))
+    models = [Model(task_of(env_id), envs.get_state(), T // k, k) for k in (1, hold)]
+    left = [envs.step(np.zeros((n, 3), np.float32))[0][:, 3] for _ in range(T)]
+    due = 1 + np.argmax(np.array(left) < 1e-6, axis=0)
+    assert due.min() > 1
+    np.testing.assert_array_equal(models[0].first, due)
+    np.testing.assert_array_equal(models[1].first, np.ceil(due / hold))
+
+
+@pytest.mark.parametrize("name", ["BallPark", "BallParkGoal", "BallParkDynamic"])
+def test_errors_of_a_ball_are_its_distance_angle_and_speed_over_their_tolerances(name):
+    n, home = 8, np.eye(1, 6)
+    model = model_of(f"RigidEnvs/{name}-v0", n, 5)
+    motion, task = model.roll(some_actions(model, 5)), model.task
+    goal = model._state["aux"] if task.n_goal else np.tile(home, (n, 1))
+    for y, errors in zip(motion.y[1:], motion.errors, strict=True):
+        expected = [
+            np.linalg.norm(y[:, 4:6] - goal[:, 4:], axis=1) / task.position_tolerance,
+            rotations.distance(y[:, :4], goal[:, :4]) / task.angle_tolerance,
+        ]
+        if name == "BallParkDynamic":
+            expected.append(np.linalg.norm(y[:, 6:8], axis=1) / task.speed_tolerance)
+        found = [np.linalg.norm(errors[:, group], axis=1) for group in model.groups]
+        np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
 def test_errors_of_a_precession_are_above_0_where_it_is_too_steep_or_too_fast():

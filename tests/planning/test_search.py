@@ -32,10 +32,13 @@ def test_axes_along_a_vector_are_orthonormal_and_the_first_lies_along_it():
         np.testing.assert_allclose(along, np.linalg.norm(e, axis=1), atol=1e-12)
 
 
-def test_errors_are_looked_at_at_both_ends_of_their_time_and_where_they_are_largest():
-    rng, T, groups = np.random.default_rng(1), 12, (np.arange(2), np.array([2]))
-    errors, first = rng.normal(size=(T, 5, 3)), np.array([1, 4, 9, 12, 12])
-    found = looked_at(errors, groups, first, 1, np.full(5, 0.5))
+@pytest.mark.parametrize("n_parts", [1, 3])
+def test_errors_are_looked_at_at_both_ends_of_their_time_and_where_they_are_largest(n_parts):
+    rng, T, groups = np.random.default_rng(1), 13, (np.arange(2), np.array([2]))
+    first = np.repeat([3, 6, 9, 12, 13], 6)  # of twelve steps, in which three parts are equal
+    n = len(first)
+    errors = rng.normal(size=(T, n, 3))
+    found = looked_at(errors, groups, first, n_parts, np.full(n, 0.5))
     for row, begin in enumerate(first):
         due = range(begin - 1, T)  # the steps after which the conditions must hold
         sizes = [np.linalg.norm(errors[:, row, group], axis=1) for group in groups]
@@ -45,10 +48,11 @@ def test_errors_are_looked_at_at_both_ends_of_their_time_and_where_they_are_larg
         seen = {(t, group) for t, d in looks for group in range(2) if d[groups[group]].any()}
         for group, size in enumerate(sizes):
             # the last step is none of the parts: it is looked at by itself
-            most = max(range(begin - 1, T), key=lambda t: size[t] if begin <= t < T - 1 else -1.0)
+            length = (T - 1 - begin) // n_parts
+            parts = [range(k, k + length) for k in range(begin, T - 1, max(length, 1))]
             assert {(begin - 1, group), (T - 1, group)} <= seen
-            assert begin >= T - 1 or (most, group) in seen
-    for row in range(5):
+            assert {(max(part, key=size.__getitem__), group) for part in parts} <= seen
+    for row in range(n):
         for t, direction, value in zip(
             found.steps[row], found.directions[row], found.values[row], strict=True
         ):
@@ -169,6 +173,8 @@ def test_a_plan_run_faster_comes_as_far_in_less_time():
     np.testing.assert_allclose(place(found[0]), place(push), atol=1e-12)
     assert np.flatnonzero(found[0])[-1] == 11 and found[0][0] == pytest.approx(0.4)
     np.testing.assert_array_equal(found[1], push)
+    whole = np.random.default_rng(0).normal(size=(T, 1, 2))
+    np.testing.assert_array_equal(least_time.compressed(whole, np.array([T]), np.array([T])), whole)
 
 
 def deadlines(monkeypatch, first, least, n_cuts, repeat=1):
