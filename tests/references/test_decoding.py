@@ -97,7 +97,7 @@ def test_states_of_the_defaults_are_found(env_id: str) -> None:
 @pytest.mark.parametrize("rotation", SEEN)
 @pytest.mark.parametrize("env_id", [each for each in IDS if "RollPump" not in each])
 def test_states_are_found_in_any_representation_of_the_attitude(env_id: str, rotation: str) -> None:
-    compare(env_id, rotation=rotation)
+    compare(env_id, rotation=rotation, observe_params=True)  # which come after the attitude
 
 
 @pytest.mark.parametrize("env_id", IDS)
