@@ -62,6 +62,13 @@ def test_the_t_handle_turns_over_when_spun_about_its_stem():
     assert np.array_equal(np.abs(long_stem.principal().axes[:, 0]), [0, 1, 0])
 
 
+def test_the_t_handle_is_of_aluminium_and_fits_a_hand():
+    handle = bodies.t_handle()
+    crossbar, stem = (2700.0 * np.pi * 0.006**2 * length for length in (0.1, 0.06))
+    assert handle.mass == pytest.approx(crossbar + stem, rel=ROUNDING)
+    assert handle.mass * handle.com[1] == pytest.approx(stem * (0.006 + 0.03), rel=4 * ROUNDING)
+
+
 def test_the_racket_balances_and_swings_like_those_that_are_measured():
     racket = bodies.tennis_racket()
     assert racket.mass == pytest.approx(0.32, rel=ROUNDING)

