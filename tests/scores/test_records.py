@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +24,14 @@ PROVENANCE = tuple(provenance())
 FORGED = "ppo |\n| forged"
 
 
-def test_a_record_is_read_as_it_was_written(tmp_path: Path) -> None:
+@pytest.mark.parametrize("won", [False, True])
+def test_a_record_is_read_as_it_was_written(tmp_path: Path, won: bool) -> None:
     record, file = published_record(published()[0]), tmp_path / "new" / "record.json"
+    record = replace(record, successes=np.full(500, won))
     write_record(file, record)
     np.testing.assert_equal(vars(read_record(file)), vars(record))
+    cost = json.loads(file.read_text())["evaluation"]["cost_mean"]
+    assert cost == (pytest.approx(record.costs.mean()) if won else None)
 
 
 @pytest.mark.parametrize(
