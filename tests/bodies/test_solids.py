@@ -132,11 +132,12 @@ def test_round_slices_of_falling_radius_are_half_a_ball_and_all_of_a_shell(m, r)
     assert_same_body(shell, bodies.hollow_sphere(m, r))  # Archimedes: equal zones, equal areas
 
 
+@pytest.mark.parametrize("thickness", [0.3, 1.0])  # of a ring with a hole, of one that just closes
 @given(sizes, sizes)
-def test_hoops_around_the_section_of_a_ring_are_a_torus(m, r):
+def test_hoops_around_the_section_of_a_ring_are_a_torus(thickness, m, r):
     # On a circle of r / sqrt(2) points have the second moments of the full section. Mass goes as
     # the distance x from the axis, so I_z as x^3: no even moment of the section beyond these.
-    R, turn = 3.0 * r, 2 * np.pi * np.arange(8) / 8
+    R, turn = r / thickness, 2 * np.pi * np.arange(8) / 8
     x, z = R + r * np.sqrt(0.5) * np.cos(turn), r * np.sqrt(0.5) * np.sin(turn)
     masses = m * x / x.sum()
     rings = stack([(bodies.hoop(*part), h) for *part, h in zip(masses, x, z, strict=True)])

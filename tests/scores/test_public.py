@@ -234,6 +234,19 @@ def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
             read_evaluation(file)
 
 
+def test_starts_without_an_outcome_are_refused_by_name(tmp_path):
+    found, file = rigid_envs.evaluate(GRID, "zero", n=2), tmp_path / "row.json"
+    for name, wrong in (
+        ("success", 0.5),
+        *((name, None) for name in ("success", "return", "length", "cost")),
+    ):
+        row = found.row()
+        row["starts"][name][0] = wrong
+        write_document(file, row)
+        with pytest.raises(DamagedFileError, match=rf"starts\.{name}"):
+            read_evaluation(file)
+
+
 def scaled(value, factor):
     """A value of JSON with all its numbers multiplied."""
     if isinstance(value, dict):
