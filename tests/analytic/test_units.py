@@ -110,14 +110,20 @@ def form_of(name: str) -> Callable[..., Any]:
     return form
 
 
+def arguments_of(name: str) -> dict[str, Any]:
+    return {
+        key: OTHERS.get(name, {}).get(key, PARAMETERS[key][1])
+        for key in inspect.signature(form_of(name)).parameters
+    }
+
+
 def called(name: str, unit: int, exponent: int) -> list[np.ndarray]:
     """The closed form with the same motion, of a unit that is 2^-exponent of the old one."""
-    form, arguments = form_of(name), {}
-    for key in inspect.signature(form).parameters:
-        powers, value = PARAMETERS[key]
-        scaled = np.ldexp(np.array(OTHERS.get(name, {}).get(key, value)), powers[unit] * exponent)
+    arguments = {}
+    for key, value in arguments_of(name).items():
+        scaled = np.ldexp(np.array(value), PARAMETERS[key][0][unit] * exponent)
         arguments[key] = float(scaled) if scaled.ndim == 0 else scaled
-    return list(numbers_of(form(**arguments)))
+    return list(numbers_of(form_of(name)(**arguments)))
 
 
 @pytest.mark.parametrize("name", list(closed_forms()))
@@ -135,6 +141,24 @@ def test_units_change_exponents_alone(name: str, unit: int, exponent: int) -> No
             expected = np.ldexp(before[finite], power)
             # a few roundings: some quadratures choose their panels by the size of their results
             np.testing.assert_allclose(after[finite], expected, rtol=1e-14, atol=0)
+
+
+WRONG = {
+    **dict.fromkeys(("circle_radius", "i3", "i_perp", "m", "mgl", "moments", "radius"), (0.0, -1.0)),
+    "g": (-1.0,),
+}
+
+
+@pytest.mark.parametrize("name", list(closed_forms()))
+def test_what_is_no_number_or_no_size_is_refused_by_name(name: str) -> None:
+    arguments = arguments_of(name)
+    arguments.pop("precession", None)  # which may be NaN, where there is none
+    for key, value in arguments.items():
+        for wrong in (np.nan, *WRONG.get(key, ())):
+            changed = np.array(value, dtype=np.float64)
+            changed[(-1,) * changed.ndim] = wrong
+            with pytest.raises(ValueError, match=rf"^{key}\b"):
+                form_of(name)(**{**arguments_of(name), key: changed[()]})
 
 
 def test_what_is_left_out_is_zero_in_all_units() -> None:
