@@ -309,6 +309,21 @@ def test_a_disk_without_any_spin_falls_flat_and_with_a_little_it_stands_up_again
     assert math.isfinite(little.period)
 
 
+def test_a_nod_is_the_same_from_whichever_face_it_starts():
+    c = 1e-9, 1e-9  # so little spin that it turns back 1e-9 from either face
+    energy = 20.0 + rolling_disk.effective_potential(UPRIGHT, *c, **DISK)
+    tipping, found = BODY["i_perp"] + BODY["m"] * BODY["radius"] ** 2, []
+    for theta in (1e-6, math.pi - 1e-6):
+        kinetic = energy - rolling_disk.effective_potential(theta, *c, **DISK)
+        spins = (float(spin) for spin in rolling_disk.spins(theta, *c, **BODY))
+        found.append(rolling_disk.fall(theta, math.sqrt(2.0 * kinetic / tipping), *spins, **DISK))
+    low, high = found
+    assert 0.0 < low.theta_min < 1e-8 and low.theta_max < math.pi
+    assert high.theta_min == pytest.approx(low.theta_min, rel=1e-9)
+    assert high.theta_max == pytest.approx(low.theta_max, rel=4 * EPS)
+    assert high.period == pytest.approx(low.period, rel=1e-6)
+
+
 def test_the_disk_and_its_mirror_image_nod_alike():
     start = np.array([1.1, 0.3, 2.0, -3.0])
     motion = rolling_disk.fall(*start, **DISK)

@@ -23,8 +23,9 @@ __all__ = ["Fall", "fall"]
 Slope = Callable[[Array], Array]
 
 # Distances in u at which the search for a turning point looks: each panel is short beside its
-# distance from the start and beside pi / 2, the width of the strip. u = 36 is a lean of 5e-16.
-_DISTANCES = np.concatenate([[0.0], np.geomspace(1e-14, 1.0, 150), np.arange(1.2, 36.1, 0.2)])
+# distance from the start and beside pi / 2, the width of the strip. u = 36 is a lean of 5e-16, and
+# 72 the way to it from the other face.
+_DISTANCES = np.concatenate([[0.0], np.geomspace(1e-14, 1.0, 150), np.arange(1.2, 72.1, 0.2)])
 _NODES, _WEIGHTS = roots_legendre(12)
 
 # Half the swing in u below which it is harmonic to 1e-10, which the roundings of the slope are not.
