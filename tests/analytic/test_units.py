@@ -144,7 +144,9 @@ def test_units_change_exponents_alone(name: str, unit: int, exponent: int) -> No
 
 
 WRONG = {
-    **dict.fromkeys(("circle_radius", "i3", "i_perp", "m", "mgl", "moments", "radius"), (0.0, -1.0)),
+    **dict.fromkeys(
+        ("circle_radius", "i3", "i_perp", "m", "mgl", "moments", "radius"), (0.0, -1.0)
+    ),
     "g": (-1.0,),
 }
 

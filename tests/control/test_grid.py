@@ -81,6 +81,12 @@ def test_no_way_takes_more_than_six_moves_above_the_straight_one(policy):
     np.testing.assert_array_equal(policy.moves(everywhere(policy, REACH)), moves[near, near])
 
 
+@pytest.mark.parametrize("reach", [0, 1, 2])
+def test_numbers_of_moves_do_not_depend_on_the_reach(policy, reach):
+    poses = everywhere(policy, reach)
+    np.testing.assert_array_equal(QuarterRolls(BALL, reach).moves(poses), policy.moves(poses))
+
+
 def test_every_goal_is_reached_in_the_fewest_moves(policy):
     rng, n = np.random.default_rng(0), 300
     y = policy.state(rng.integers(-1, 2, (n, 2)), rng.integers(0, 24, n))

@@ -55,8 +55,9 @@ def test_a_roll_of_no_length_takes_no_step():
     assert not PUSHER.plan(rest(4), np.zeros((4, 3, 2))).steps.any()
 
 
-def test_a_pushed_ball_moves_as_planned_and_rolls_as_the_polygon_turns_it():
-    rolls = polygons(20)
+@pytest.mark.parametrize("size", [2.0, 0.005])  # [m]; short ones take one period and back
+def test_a_pushed_ball_moves_as_planned_and_rolls_as_the_polygon_turns_it(size):
+    rolls = polygons(20, size)
     plan, y = PUSHER.plan(rest(20), rolls), rest(20)
     for k, push in enumerate(plan.pushes):
         # the motion in a period is a parabola of the acceleration: rounding, and 5 steps for it

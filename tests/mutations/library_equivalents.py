@@ -79,7 +79,7 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "module",
         (
             "_DISTANCES = np.concatenate([[0.0], np.geomspace(1e-14, 1.0, 150), np.arange(1.2, "
-            "36.1, 0.2)])"
+            "72.1, 0.2)])"
         ),
         "1.0 -> 2.0",
         (
@@ -736,5 +736,46 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "y, change = ca.vertcat(1.0, 0.0, 0.0, 0.0, x), (self.tilt_rate * a - x[7:]) / h",
         "1.0 -> 2.0",
         "what comes after the attitude does not depend on it, as the docstring says",
+    ),
+    Equivalent(
+        "rigid_envs/control/grid.py",
+        "attitudes",
+        "if np.all(rotations.distance(np.array(found), new) > 0.1):",
+        (
+            "rotations.distance(np.array(found), new) > 0.1 -> "
+            "rotations.distance(np.array(found), new) >= 0.1"
+        ),
+        "two attitudes of a cube are the same or a quarter turn or more apart",
+    ),
+    Equivalent(
+        "rigid_envs/bodies/principal.py",
+        "module",
+        "NOTHING = 16 * np.finfo(np.float64).eps  # of the largest: the rounding of one tensor",
+        "16 -> 17",
+        "how many roundings are nothing is a choice: no moment that is meant is so small",
+    ),
+    Equivalent(
+        "rigid_envs/analytic/rolling_disk/_disk.py",
+        "disk_of",
+        "near = 1e-100 < ratio < 1e100",
+        "1e-100 < ratio < 1e+100 -> 1e-100 < ratio <= 1e+100",
+        "where a moment is refused as far from any disk's is a choice, and not to the last bit",
+    ),
+    Equivalent(
+        "rigid_envs/analytic/heavy_top/_start.py",
+        "start_of",
+        'require(largest < 1e100, rates, "omega0", expected)',
+        "1e+100 -> 2e+100",
+        "where ratios are refused, far below those that overflow, is a choice",
+    ),
+    Equivalent(
+        "rigid_envs/analytic/rolling_disk/_fall.py",
+        "module",
+        (
+            "_DISTANCES = np.concatenate([[0.0], np.geomspace(1e-14, 1.0, 150), np.arange(1.2, "
+            "72.1, 0.2)])"
+        ),
+        "72.1 -> 144.2",
+        "from one face to the other it is 72: what is further away is flat to double precision",
     ),
 )
