@@ -68,7 +68,7 @@ def test_no_plan_is_shorter_than_distance_and_phase_ask_for():
     assert np.mean(length / bound) < 1.5
 
 
-def test_no_first_heading_and_no_number_of_turns_nearby_takes_fewer_steps():
+def test_no_first_heading_and_no_number_of_turns_nearby_takes_fewer_steps_or_as_many_on_less_way():
     """All plans of two rolls whose sum is next to the distance, its opposite or 0, on either side.
 
     With rolls a and b from the offset D in directions u_1 and u_2: a u_1 + b u_2 = D, a + b = S, so
@@ -96,6 +96,8 @@ def test_no_first_heading_and_no_number_of_turns_nearby_takes_fewer_steps():
             steps = sum(np.ceil(turn / SIZES[1] - 1e-9) for turn in turns)
             steps += sum(np.ceil(np.abs(roll) / SIZES[0] - 1e-9) for roll in (a, b))
             assert plan.steps[k] <= steps.min()
+            way = COIN.radius * (np.abs(a) + np.abs(b))[steps == plan.steps[k]]
+            assert (plan.length[k] <= way + EXACT).all()
 
 
 @pytest.mark.parametrize(

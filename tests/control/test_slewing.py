@@ -88,6 +88,10 @@ def test_within_its_level_the_torque_is_free_of_limits_and_the_level_is_kept():
     # V = |angle / 2|^2 + |omega|^2 / (4 k), less what is of fourth order in the angle
     y = BODY.state(q=rotations.exp(2.0 * x[:, :3]), omega_body=2.0 * np.sqrt(law.k) * x[:, 3:])
     assert 0.5 < np.abs(law(y, UP)).max() < 1.0
+    # with omega = 4 sqrt(k) e about the axis of the largest moment the torque is nearly the largest
+    along = np.sqrt(law.limit_free / 5.0) * (BODY.moments == BODY.moments.max())
+    worst = BODY.state(q=rotations.exp(2.0 * along), omega_body=4.0 * np.sqrt(law.k) * along)
+    assert 0.97 < np.abs(law(worst, UP)).max() < 1.0
     value = law.lyapunov(simulate_closed_loop(step(law, UP, 0.01), y, 400), UP)
     # where omega passes 0, V rests, and held torque may add (k dt^2) to it
     assert (np.diff(value, axis=0) < 10.0 * law.k * 0.01**2 * value[:-1]).all()

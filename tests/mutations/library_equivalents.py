@@ -778,4 +778,18 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "72.1 -> 144.2",
         "from one face to the other it is 72: what is further away is flat to double precision",
     ),
+    Equivalent(
+        "rigid_envs/control/saddle.py",
+        "SeparatrixSteering._caught",
+        "near = (np.abs(d) < self.reach / self.rate) & (np.abs(s) < _NEAR)",
+        "np.abs(s) < _NEAR -> np.abs(s) <= _NEAR",
+        "where steering ends and the catch begins is a choice, and not to the last bit",
+    ),
+    Equivalent(
+        "rigid_envs/control/shortest_path.py",
+        "_starts",
+        "rate**2 * np.sin(angle_of_pull),",
+        "rate ** 2 * np.sin(angle_of_pull) -> rate ** 2 / np.sin(angle_of_pull)",
+        "guesses: paths that are found from others are as short",
+    ),
 )
