@@ -86,7 +86,8 @@ def looked_at(
         if (first < T).any():
             edges = np.linspace(first, T - 1, n_parts + 1).round().astype(int)
             parts = ((t >= low) & (t < high) for low, high in itertools.pairwise(edges))
-            looks += [first - 1, *(np.where(part, size, -1.0).argmax(axis=0) for part in parts)]
+            largest = (np.where(part, size, -1.0).argmax(axis=0) for part in parts)
+            looks += [first - 1, *(np.maximum(at, first - 1) for at in largest)]  # 0 if none
         for at in looks:
             edge = np.sqrt(1.0 - (len(group) - 1) * across**2)
             along = np.minimum(np.maximum(len(group) ** -0.5, _ROOM * size[at, row]), edge)

@@ -135,11 +135,12 @@ def test_a_rollout_that_tracks_returns_to_the_motion_that_it_left():
     assert (led < 0.1 * left).all()
 
 
-def test_a_spin_that_is_due_at_a_time_is_asked_for_from_the_first_step_that_ends_then():
+@pytest.mark.parametrize("config", [{}, {"flip_time": 2.0}])  # which a step ends at
+def test_a_spin_that_is_due_at_a_time_is_asked_for_from_the_first_step_that_ends_then(config):
     env_id, n, T, hold = "RigidEnvs/AxisFlip-v0", 8, 300, 5
-    envs = make_rows(env_id, n)
+    envs = make_rows(env_id, n, config)
     envs.reset(seed=row_seeds(SEED, n, "test"))
-    models = [Model(task_of(env_id), envs.get_state(), T // k, k) for k in (1, hold)]
+    models = [Model(task_of(env_id, config), envs.get_state(), T // k, k) for k in (1, hold)]
     left = [envs.step(np.zeros((n, 3), np.float32))[0][:, 3] for _ in range(T)]
     due = 1 + np.argmax(np.array(left) < 1e-6, axis=0)
     assert due.min() > 1

@@ -52,6 +52,7 @@ def test_errors_are_looked_at_at_both_ends_of_their_time_and_where_they_are_larg
             parts = [range(k, k + length) for k in range(begin, T - 1, max(length, 1))]
             assert {(begin - 1, group), (T - 1, group)} <= seen
             assert {(max(part, key=size.__getitem__), group) for part in parts} <= seen
+        assert all(t in due for t, _ in seen)
     for row in range(n):
         for t, direction, value in zip(
             found.steps[row], found.directions[row], found.values[row], strict=True
