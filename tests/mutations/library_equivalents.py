@@ -792,4 +792,89 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "rate ** 2 * np.sin(angle_of_pull) -> rate ** 2 / np.sin(angle_of_pull)",
         "guesses: paths that are found from others are as short",
     ),
+    Equivalent(
+        "rigid_envs/planning/descent.py",
+        "looked_at",
+        "if (first < T).any():",
+        "if (first < T).any() -> if True",
+        "only time is lost: an error that is looked at twice is bound as it is by one look",
+    ),
+    Equivalent(
+        "rigid_envs/planning/descent.py",
+        "looked_at",
+        "if (first < T).any():",
+        "first < T -> first <= T",
+        "only time is lost: an error that is looked at twice is bound as it is by one look",
+    ),
+    Equivalent(
+        "rigid_envs/planning/descent.py",
+        "looked_at",
+        "largest = (np.where(part, size, -1.0).argmax(axis=0) for part in parts)",
+        "-1.0 -> -2.0",
+        "no size is below 0: either is less than all",
+    ),
+    Equivalent(
+        "rigid_envs/planning/descent.py",
+        "Search.going",
+        "going = self._merit < self._before - _SETTLED * np.abs(self._merit)",
+        (
+            "self._merit < self._before - _SETTLED * np.abs(self._merit) -> self._merit <= "
+            "self._before - _SETTLED * np.abs(self._merit)"
+        ),
+        "when a search has settled is a choice, and not to the last bit",
+    ),
+    Equivalent(
+        "rigid_envs/planning/descent.py",
+        "Search.step",
+        "self._rho = np.where(good & (gained > 0.5 * expected), self._rho / 3.0, self._rho)",
+        "gained > 0.5 * expected -> gained >= 0.5 * expected",
+        "how a plan is searched for is a choice: what it costs is checked when it is replayed",
+    ),
+    Equivalent(
+        "rigid_envs/policies/layers.py",
+        "module",
+        '_MKL_IS_SLOW = _MKL.is_available() and "AMD" in cpu_name()',
+        (
+            "_MKL.is_available() and 'AMD' in cpu_name() -> "
+            "_MKL.is_available() or 'AMD' in cpu_name()"
+        ),
+        "both are the same function to a rounding; which one is faster depends on the processor",
+    ),
+    Equivalent(
+        "rigid_envs/policies/layers.py",
+        "module",
+        '_MKL_IS_SLOW = _MKL.is_available() and "AMD" in cpu_name()',
+        "'AMD' in cpu_name() -> 'AMD' not in cpu_name()",
+        "both are the same function to a rounding; which one is faster depends on the processor",
+    ),
+    Equivalent(
+        "rigid_envs/planning/subproblem.py",
+        "module",
+        (
+            "_WITHIN = 1.0 - 1e-5  # plans end so far within the tolerances: actions and goals "
+            "are float32"
+        ),
+        "1e-05 -> 2e-05",
+        "how far within the tolerances plans end is a choice: whether they succeed is replayed",
+    ),
+    Equivalent(
+        "rigid_envs/planning/model.py",
+        "module",
+        (
+            "_GRID = 2.0**14  # actions that track are multiples of its inverse, so that files "
+            "of plans are small"
+        ),
+        "2.0 -> 4.0",
+        (
+            "how finely actions are stored is a choice: what they cost is checked when they are "
+            "replayed"
+        ),
+    ),
+    Equivalent(
+        "rigid_envs/scores/aggregates.py",
+        "module",
+        "n_resamples: int = 2000,",
+        "2000 -> 2001",
+        "a default number of samples is a choice: what is claimed of the interval holds for any",
+    ),
 )
