@@ -877,4 +877,18 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "2000 -> 2001",
         "a default number of samples is a choice: what is claimed of the interval holds for any",
     ),
+    Equivalent(
+        "rigid_envs/scores/planner.py",
+        "module",
+        '"IntermediateAxis": Recipe("nmpc", 32),',
+        "32 -> 33",
+        "how a plan is searched for is a choice: what it costs is checked when it is replayed",
+    ),
+    Equivalent(
+        "rigid_envs/scores/planner.py",
+        "module",
+        '"IntermediateAxisSingle": Recipe("energy_casimir", 32, hold=2),',
+        "32 -> 33",
+        "how a plan is searched for is a choice: what it costs is checked when it is replayed",
+    ),
 )

@@ -150,14 +150,14 @@ def test_the_bound_of_a_coin_is_the_way_or_the_roll_to_the_edge_of_the_tolerance
 
 def test_the_bound_of_a_turn_is_reached_by_a_body_of_equal_moments_that_may_still_turn():
     """Full torque on all axes gives a = sqrt(3) torque / I, about the diagonal of the body."""
-    env_id = "RigidEnvs/Reorient-v0"
-    body = {"I1": 1.0, "I2": 1.0, "I3": 1.0}
+    env_id, moment = "RigidEnvs/Reorient-v0", 2.0
+    body = dict.fromkeys(("I1", "I2", "I3"), moment)
     envs = make_rows(env_id, 20, {**body, "rate_tolerance": 0.4})
     envs.reset(seed=evaluation_seeds(20))
     task = envs.task
     goal = envs.auxiliary(*task.aux_names)
     angle = rotations.distance(envs.y[:, :4], goal) - task.angle_tolerance
-    a, w = np.sqrt(3.0) * task.torque, 0.4
+    a, w = np.sqrt(3.0) * task.torque / moment, 0.4
     limit = limit_of(env_id, "time")
     # areas below speed over time: forward a t^2 / 2, then down from a t to w
     up = (limit.values(envs) + w / a) / 2.0
