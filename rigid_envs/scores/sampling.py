@@ -64,10 +64,8 @@ class Rollouts:
             alive &= ~core.flags[FLAGS.terminated]
         return cost.reshape(-1, self._k)
 
-    def _distance(self) -> Array | float:
-        n = self._task.n_goal
-        if not n:
-            return 0.0
+    def _distance(self) -> Array:
+        n = self._task.n_goal  # 0 without a goal: no entries, and no distance
         off = self._core.observations[:, :n] - self._core.observations[:, n : 2 * n]
         return np.asarray(np.sum(off.astype(np.float64) ** 2, axis=-1))
 
