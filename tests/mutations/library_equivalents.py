@@ -891,4 +891,11 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "32 -> 33",
         "how a plan is searched for is a choice: what it costs is checked when it is replayed",
     ),
+    Equivalent(
+        "rigid_envs/leaderboard/drawing.py",
+        "draw",
+        "axes.set_xlim(-0.02, 1.02)",
+        "-0.02 -> -0.04",
+        "how much room is left beside the points is a choice",
+    ),
 )

@@ -196,6 +196,23 @@ def test_relative_rotations_are_taken_from_observations_as_they_are() -> None:
                 CompiledPolicy(document, arrays)
 
 
+@pytest.mark.parametrize("head", ["gaussian", "squashed gaussian"])
+def test_actions_are_in_the_box_of_the_policy_and_squashed_ones_fill_it(head: str) -> None:
+    document, arrays = example(distribution=head)
+    low, high = np.array([-3.0, 0.5], np.float32), np.array([1.0, 2.0], np.float32)
+    arrays |= {"action.low": low, "action.high": high}
+    if head == "squashed gaussian":
+        del arrays["log_std"]
+        arrays |= {"log_std.weight": np.zeros((2, 16), "f"), "log_std.bias": np.zeros(2, "f")}
+    policy = CompiledPolicy(document, arrays)
+    obs = STREAM.normal(size=(20, policy.n_obs)).astype(np.float32)
+    hidden = np.tanh(obs @ arrays["layers.0.weight"].T + arrays["layers.0.bias"])
+    out = hidden @ arrays["layers.1.weight"].T + arrays["layers.1.bias"]
+    squashed = 0.5 * ((high + low) + (high - low) * np.tanh(out))
+    expected = np.clip(out, low, high) if head == "gaussian" else squashed
+    np.testing.assert_allclose(policy.predict(obs)[0], expected, atol=1e-4)
+
+
 def test_one_observation_is_acted_on_as_among_others() -> None:
     policy = CompiledPolicy(*example())
     obs = STREAM.normal(size=(40, policy.n_obs)).astype(np.float32)

@@ -14,7 +14,15 @@ from rigid_envs import ENVIRONMENTS, evaluate, load
 from rigid_envs.cli import main
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
 from rigid_envs.replays import record_starts
-from rigid_envs.scores import Cost, Evaluation, find, from_function, recorded
+from rigid_envs.scores import (
+    Cost,
+    Evaluation,
+    find,
+    from_function,
+    recorded,
+    reference_controllers,
+)
+from rigid_envs.scores.proof import Witness
 from rigid_envs.scores.standing import refuse_impossible
 from rigid_envs.scores.starts import TEST_SEED
 
@@ -289,6 +297,23 @@ def test_an_environment_steps_as_before_once_it_is_evaluated() -> None:
     step = envs._core.step_into
     evaluate(TOP, "zero", n=N, env=envs)
     assert envs._core.step_into is step
+    single: Any = gym.make(TOP)
+    evaluate(TOP, "zero", n=1, env=single)
+    env = single.unwrapped
+    assert env._used_by_step[0].func is env._core.step_into.func
+
+
+def test_of_several_steps_the_last_success_counts_and_all_costs() -> None:
+    envs, cost = rows(DETUMBLE), np.zeros(N)
+    witness, brake = Witness(envs), reference_controllers(DETUMBLE)["brake"](envs.task)
+    envs.reset(seed=0)
+    with witness.watching():
+        while not (infos := envs.step(np.asarray(brake(envs), np.float32))[4])["is_success"].any():
+            cost += infos["cost"]
+    told = witness.told({}, ("is_success", "cost"), np.zeros(N, bool))
+    np.testing.assert_array_equal(told["is_success"], infos["is_success"])
+    np.testing.assert_allclose(told["cost"], cost + infos["cost"], rtol=1e-12)
+    assert cost.all()
 
 
 def test_a_policy_may_try_its_actions_in_copies() -> None:
