@@ -60,6 +60,16 @@ def test_only_rows_that_begin_are_planned_for():
     np.testing.assert_array_equal(plan.times, [1, 2, 1, 2])
 
 
+def test_rows_that_count_no_more_keep_their_last_plan():
+    envs, plan = rows(3), Counted(3)
+    script = Script(plan)
+    for begun in ([1, 1, 1], [1, 2, 1]):
+        envs.reset(seed=0)
+        script(envs.unwrapped)
+        np.testing.assert_array_equal(plan.times, begun)
+        envs.unwrapped.uncounted = np.array([True, False, True])
+
+
 def test_a_script_that_comes_late_begins_where_rows_are():
     envs = rows(2)
     envs.reset(seed=0)
