@@ -898,4 +898,18 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "-0.02 -> -0.04",
         "how much room is left beside the points is a choice",
     ),
+    Equivalent(
+        "rigid_envs/planning/conditions.py",
+        "_precessing",
+        'tilt, rate = (1.0 / np.maximum(shown[name], 1e-300) - 1.0 for name in ("tilt", "rate"))',
+        "1e-300 -> 2e-300",
+        "no term 1 / (1 + 10 error) is as small as either",
+    ),
+    Equivalent(
+        "rigid_envs/planning/conditions.py",
+        "_in_space",
+        "axis = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))[:, :2]",
+        "1.0 -> 2.0",
+        "in which unit a coordinate is measured is a choice: what a plan costs is replayed",
+    ),
 )

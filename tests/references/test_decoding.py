@@ -139,6 +139,12 @@ def test_noise_is_no_reason_to_stop(env_id: str) -> None:
         start = terminated | truncated
 
 
+def test_a_reference_that_seems_to_rest_has_no_heading() -> None:
+    agent = rigid_envs.reference("BallSteer")
+    seen = np.zeros(make_rows("RigidEnvs/BallSteer-v0", 1).observation_space.shape)
+    np.testing.assert_array_equal(agent.decode(seen).auxiliary("heading_X", "heading_Y"), 0.0)
+
+
 def test_the_radius_cancels_where_it_is_hidden_and_is_asked_for_where_it_does_not() -> None:
     settings = {"radius": (0.5, 2.0), "start_half_width": 2.0}
     found = rigid_envs.evaluate(
