@@ -191,8 +191,12 @@ def test_observations_and_states_that_do_not_fit_are_refused() -> None:
     for bad in (np.zeros(3), np.zeros((2, 12)), np.zeros((2, 1, 11)), one_bad):
         with pytest.raises(ValueError, match=r"expected \(11,\) or \(N, 11\), every entry finite"):
             agent.predict(bad)
-    with pytest.raises(ValueError, match="expected a dictionary of achieved_goal, desired_goal"):
-        quickest(GOAL).predict(np.zeros(33))
+    goal = quickest(GOAL)
+    for part in (np.zeros(33), {"observation": np.zeros(11)}):
+        with pytest.raises(
+            ValueError, match="expected a dictionary of achieved_goal, desired_goal"
+        ):
+            goal.predict(part)
     seen, _ = make_rows(PARK, 3).reset(seed=0)
     _, state = agent.predict(seen)
     with pytest.raises(ValueError, match="for the same 2 rows, or None"):
