@@ -912,4 +912,11 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "1.0 -> 2.0",
         "in which unit a coordinate is measured is a choice: what a plan costs is replayed",
     ),
+    Equivalent(
+        "rigid_envs/planning/subproblem.py",
+        "square_root",
+        "F[..., i, j] = rest / np.where(left > 1e-14, F[..., j, j], np.inf)",
+        "left > 1e-14 -> left >= 1e-14",
+        "what is left of a pivot is a rounding on either side, and not to the last bit",
+    ),
 )
