@@ -22,6 +22,7 @@ from rigid_envs.scores.theory import TheoreticalLimit
 each_id = pytest.mark.parametrize("env_id", list(ENVIRONMENTS))
 PARK = "RigidEnvs/BallPark-v0"
 
+_NO_TASKS = ("other.Park", "other:Park:Goal", "")
 _HOOP = '''
 import rigid_envs
 from rigid_envs.tasks import BallPark
@@ -86,16 +87,25 @@ def test_wrong_records_are_refused_and_equal_ones_harmless() -> None:
         add(replace(record, max_episode_steps=99))
     other = EnvironmentRecord("Other/Park-v0", "other:Park", 10, "Ball")
     for change, complaint in (
-        ({"task": "other.Park"}, "task = 'other.Park'; expected 'module:Class'"),
-        ({"max_episode_steps": True}, "max_episode_steps = True; expected an integer from 1"),
-        ({"metrics": ("error",)}, "expected an ErrorTerm"),
-        ({"metrics": ("return", "success")}, "expected one of .* first"),
+        *(({"task": task}, f"task = '{task}'; expected 'module:Class'") for task in _NO_TASKS),
+        *(({"max_episode_steps": no}, "expected an integer from 1") for no in (True, 0, -1, 2.0)),
+        ({"metrics": ("time", "error")}, "expected an ErrorTerm"),
+        ({"metrics": ("return", "time")}, "expected one of .* first"),
+        ({"metrics": ()}, "expected one of .* first"),
     ):
         with pytest.raises(ConfigError, match=f"^Other/Park-v0: .*{complaint}"):
             add(replace(other, **change))
     with pytest.raises(ConfigError, match=r"'rigid_envs\.tasks:Nothing'; expected 'module:name'"):
         rigid_envs.register("Other/Park-v0", "rigid_envs.tasks:Nothing", 10)
     assert "Other/Park-v0" not in ENVIRONMENTS
+
+
+def test_an_episode_may_have_one_step_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    known: dict[str, EnvironmentRecord] = {}
+    for name in ("_RECORDS", "ENVIRONMENTS"):
+        monkeypatch.setattr(f"rigid_envs.registry.{name}", known)
+    add(other := EnvironmentRecord("Other/Park-v0", "other:Park", 1, "Ball"))
+    assert known == {other.id: other}
 
 
 def test_an_id_may_be_short() -> None:

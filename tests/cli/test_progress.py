@@ -129,12 +129,21 @@ def test_on_a_terminal_nothing_stands_behind_the_progress_and_in_the_end_it_is_g
     assert err.lines() == out.getvalue().split("\n")
 
 
-@pytest.mark.parametrize("error", [ValueError("bad"), OSError("bad"), KeyboardInterrupt()])
-def test_what_ends_a_command_has_a_line_of_its_own(
-    monkeypatch: pytest.MonkeyPatch, error: BaseException
+@pytest.mark.parametrize(
+    ("error", "status"), [(ValueError("bad"), 2), (OSError("bad"), 1), (KeyboardInterrupt(), 130)]
+)
+def test_what_ends_a_command_has_a_status_and_a_line_of_its_own(
+    monkeypatch: pytest.MonkeyPatch, error: BaseException, status: int
 ) -> None:
     monkeypatch.setattr("rigid_envs.laws.check_all", told(error))
     _, err = streams(monkeypatch)
-    assert main(["verify", "upright_coin"]) > 0
+    assert main(["verify", "upright_coin"]) == status
     assert "half way" in err.getvalue()
     assert "\n".join(err.lines()) == ("rigid-envs: bad\n" if error.args else "")
+
+
+def test_ctrl_c_ends_a_command_that_has_not_begun_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "show_messages", told(KeyboardInterrupt()))
+    _, err = streams(monkeypatch)
+    assert main(["list"]) == 130
+    assert err.getvalue() == ""

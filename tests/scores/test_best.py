@@ -132,6 +132,23 @@ def test_another_finder_is_added_by_its_recorded_actions(tmp_path, capsys):
     assert f"{told:.3f}" in said
 
 
+@pytest.mark.parametrize(
+    ("env_id", "config", "label", "name"),
+    [(DETUMBLE, {"dt": 0.09}, "somebody", "somebody"), (GRID, {}, "", "found")],
+)
+def test_a_replay_is_evaluated_as_whoever_played_it(env_id, config, label, name, tmp_path, capsys):
+    told = evaluate(env_id, "reference", n=5, config=config)
+    policy = from_controller(reference_controllers(env_id)[told.policy])
+    replay = record_starts(policy, env_id, 5, label, config=config)
+    lengths = {len(episode) for episode in replay.episodes}
+    assert (len(lengths) > 1) == (env_id == GRID)  # its episodes end at success
+    file = replay.save(tmp_path / "found.npz")
+    assert main(["evaluate", env_id, "--policy", str(file), "--json"]) == 0
+    row, expected = json.loads(capsys.readouterr().out), told.row()
+    assert row["algo"] == name
+    assert all(row[key] == expected[key] for key in ("env_id", "config", "policy", "starts"))
+
+
 def test_what_others_found_stays_when_the_controllers_are_played_anew():
     better = find(DETUMBLE, n=5).improved("somebody", [1, 0, 1], [0.0, 0.0, 0.0])
     again = find(DETUMBLE, better, n=5)
@@ -160,6 +177,8 @@ def test_what_makes_no_sense_is_refused(capsys, tmp_path):
         (["best", DETUMBLE, "--starts", "5"], "with --out if it is less"),
         (["best", "--with", "x.npz"], "expected the one id"),
         (["best", DETUMBLE, "--out", str(tmp_path / "none")], "expected a folder that exists"),
+        (["evaluate", DETUMBLE, "--policy", "a.npz", "--starts", "5"], "expected no other option"),
+        (["evaluate", DETUMBLE, "--policy", "a.npz", "--dt", "0.1"], "expected no other option"),
         (["evaluate", DETUMBLE, "--policy", "pid"], "controller = 'pid'; expected one of"),
     ):
         assert main(words) == 2
