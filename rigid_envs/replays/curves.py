@@ -144,10 +144,10 @@ def _motion(system: System, episode: Episode) -> list[Curve]:
 
 
 def _path(system: System, y: Array) -> list[Curve]:
-    """Path of the contact, or of a pivot that moves."""
+    """Path of a contact or of a pivot that moves."""
     named = system.accessors
     for name in ("contact", "position", "pivot"):
-        if name in named and np.ptp(path := named[name](y)[..., :2]) > 0.0:
+        if name in named and np.ptp(path := named[name](y)[..., :2], axis=0).any():
             title = {"pivot": "Path of the pivot"}.get(name, "Path on the plane")
             return [Curve("plan", f"{title}, from above", "m", ("x", "y"), path, "plan")]
     return []

@@ -12,7 +12,7 @@ from rigid_envs import ENVIRONMENTS, rotations
 from rigid_envs.replays import Episode, RecordReplay, Replay, play_again
 from rigid_envs.replays.curves import Curve, conservation_errors, curves, is_driven
 from rigid_envs.replays.inbetween import moment_at, moments
-from rigid_envs.replays.insets import insets
+from rigid_envs.replays.insets import _PALE, _WARM, insets
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import Task
 from tests.replays.examples import free_body
@@ -208,6 +208,36 @@ def test_lines_stand_a_little_above_what_they_are_drawn_on(free: tuple[Task, Epi
         assert len(around) > 90 and np.allclose(around[0], around[-1])
 
 
+def test_an_axis_is_an_arrow_from_the_centre_through_the_end_of_its_path(
+    free: tuple[Task, Episode],
+) -> None:
+    task, episode = free
+    system: Any = task.system(episode.parameters)
+    (body,) = insets(system, moments(task, episode, 1), driven=True)
+    state = {"q": [np.cos(0.2), np.sin(0.2), 0.0, 0.0], "omega_body": [0.0, 0.0, 3.0]}
+    top = idle("RigidEnvs/SleepingTop-v0", state, 5)
+    (spun,) = top.episodes
+    (sphere,) = insets(top.task.system(spun.parameters), moments(top.task, spun, 1), driven=True)
+    scale = body.frames[0].poses["ellipsoid"].scale
+    for panel, arrow, path, sizes in (
+        (body, "omega", "polhode", scale),
+        (sphere, "e3", "axis", (1.0, 1.0, 1.0)),
+    ):
+        for frame in panel.frames:
+            (begin, tip), end = frame.arrows[arrow], sizes * np.asarray(frame.points[path])
+            assert np.array_equal(begin, np.zeros(3))
+            ahead = np.linalg.norm(tip) / np.linalg.norm(end)
+            assert 1.1 < ahead < 1.4 and np.allclose(tip, ahead * end, atol=1e-12)
+
+
+def test_what_rests_in_a_place_has_no_path() -> None:
+    for name in ("BallPark", "CoinPark", "PivotTop"):
+        replay = free_body(2, f"RigidEnvs/{name}-v0")
+        (episode,) = replay.episodes
+        found = {curve.key for curve in curves(replay.task, episode, driven=False)}
+        assert "tilt" in found and "plan" not in found
+
+
 def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free: tuple[Task, Episode]) -> None:
     task, episode = free
     system = task.system(episode.parameters)
@@ -273,6 +303,11 @@ def test_the_ball_of_an_inset_is_closed_and_round(free: tuple[Task, Episode]) ->
     assert 0.5 * np.linalg.norm(outward, axis=1).sum() == pytest.approx(4.0 * np.pi, rel=0.02)
     assert (a * outward).sum() / 6.0 == pytest.approx(4.0 / 3.0 * np.pi, rel=0.02)  # its volume
     assert np.allclose(outward.sum(axis=0), 0.0, atol=1e-4)
+    faces = np.asarray(mesh.vertices).reshape(-1, 4, 3).mean(axis=1)
+    octants = np.prod(np.sign(faces), axis=-1) > 0.0  # which have two colours in turn
+    for color, here in ((_WARM, octants), (_PALE, ~octants)):
+        seen = mesh.colors.reshape(-1, 4, 3)[here] / 255.0
+        assert np.allclose(seen, color, rtol=0.0, atol=0.51 / 255.0)
 
 
 def test_axis_of_a_top_is_on_the_unit_sphere() -> None:
