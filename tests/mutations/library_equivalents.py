@@ -919,4 +919,38 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "left > 1e-14 -> left >= 1e-14",
         "what is left of a pivot is a rounding on either side, and not to the last bit",
     ),
+    Equivalent(
+        "rigid_envs/replays/insets.py",
+        "_separatrices",
+        "return (_LIFT - 0.004) * lines.reshape(-1, 3)",
+        (
+            "return (_LIFT - 0.004) * lines.reshape(-1, 3) -> return -((_LIFT - 0.004) * "
+            "lines.reshape(-1, 3))"
+        ),
+        "the two lines lie as far on one side of the centre as on the other: the same points",
+    ),
+    Equivalent(
+        "rigid_envs/replays/insets.py",
+        "_turn_down",
+        (
+            "return rotations.normalize(q) if np.linalg.norm(q) > 1e-6 else np.array([0.0, "
+            "1.0, 0.0, 0.0])"
+        ),
+        "np.linalg.norm(q) > 1e-06 -> np.linalg.norm(q) >= 1e-06",
+        "a direction that is 1e-6 from straight up to the last bit may be turned either way",
+    ),
+    Equivalent(
+        "rigid_envs/replays/insets.py",
+        "_ball",
+        "polar = np.linspace(0.0, np.pi, n + 1)",
+        "n + 1 -> n - 1",
+        "into how many faces a ball is cut is a choice",
+    ),
+    Equivalent(
+        "rigid_envs/replays/insets.py",
+        "_ball",
+        "azimuth = np.linspace(0.0, 2.0 * np.pi, 2 * n + 1)",
+        "2 * n + 1 -> 2 * n - 1",
+        "into how many faces a ball is cut is a choice",
+    ),
 )
