@@ -16,6 +16,7 @@ from rigid_envs import ENVIRONMENTS
 from rigid_envs.archive import write_arrays
 from rigid_envs.files import DamagedFileError, digest
 from rigid_envs.replays import RecordReplay, RecordRows, Replay, load_replay, play_again, same_bits
+from rigid_envs.scores import best_known
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 
@@ -80,6 +81,15 @@ def test_every_environment_is_saved_and_read_to_the_bit(env_id: str, tmp_path: P
             after.terminated,
             after.truncated,
         )
+
+
+@pytest.mark.parametrize("env_id", ENVIRONMENTS)
+def test_a_file_says_what_an_episode_costs(env_id: str, tmp_path: Path) -> None:
+    replay, known = recorded(env_id, n_steps=1), best_known(env_id)
+    with np.load(replay.save(tmp_path / "replay")) as archive:
+        units = json.loads(archive["header"].tobytes())["units"]
+    assert known is not None
+    assert units == {"cost": replay.task.cost_unit, "metric": known.cost}
 
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
