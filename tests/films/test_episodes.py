@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS, rotations
+from rigid_envs.errors import ConfigError
 from rigid_envs.films import Look, Played, episode_pictures, pictures_per_second, play_episode
 from rigid_envs.films.labels import labelled
+from rigid_envs.render.drawing import Drawing
 from rigid_envs.replays.inbetween import moment_at
 from rigid_envs.scores.policies import untrained_policy
 
@@ -128,6 +130,27 @@ def test_episodes_of_several_tasks_share_a_film() -> None:
     assert pictures_per_second(*tasks) == pictures_per_second(tasks[1]) == 40.0
     seconds = max(len(each.episode) * each.task.dt for each in found)
     assert len(pictures(found, fps=5.0, hold=0.0)) == round(seconds * 5.0) + 1
+
+
+def test_what_draws_is_closed_also_if_no_more_pictures_are_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    closed: list[Drawing] = []
+    close = Drawing.close
+    monkeypatch.setattr(Drawing, "close", lambda each: (closed.append(each), close(each)))
+    found = played(PARK, "zero")
+    source = episode_pictures([(found.task, found.episode)] * 2, SMALL)
+    next(source)
+    assert not closed
+    del source
+    assert len(set(closed)) == 2
+
+
+def test_what_is_no_setting_of_the_task_is_not_played() -> None:
+    _, policy = untrained_policy(PARK, "zero")
+    for name in ("num_envs", "max_episode_steps", "radii"):
+        with pytest.raises(ConfigError, match=f"^config.{name}: unknown key"):
+            play_episode(policy, PARK, 7, {name: 2})
 
 
 def test_nothing_to_show_and_numbers_that_cannot_be_are_refused() -> None:

@@ -1,5 +1,6 @@
 """Films are what they say, in formats that others read, and nothing half-written stays."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -164,9 +165,36 @@ def test_max_bytes_lowers_the_quality_and_says_so_but_not_the_duration(
 def test_max_bytes_that_cannot_be_met_is_refused_with_the_least_size(
     tmp_path: Path, suffix: str
 ) -> None:
-    with pytest.raises(ValueError, match=r"max_bytes = 100; expected at least \d+, the size"):
-        write_film(tmp_path / f"a{suffix}", noise(), FPS, 100)
+    with pytest.raises(ValueError, match=r"max_bytes = 1; expected at least \d+, the size"):
+        write_film(tmp_path / f"a{suffix}", noise(), FPS, 1)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("height", "width"), [(1, 40), (40, 1)])
+def test_the_least_size_that_a_refusal_names_is_enough(
+    tmp_path: Path, height: int, width: int
+) -> None:
+    thin = [picture[:height, :width] for picture in noise()]
+    with pytest.raises(ValueError, match="expected at least") as refusal:
+        write_film(tmp_path / "a.webp", thin, FPS, 1)
+    (least,) = re.findall(r"expected at least (\d+)", str(refusal.value))
+    film = write_film(tmp_path / "a.webp", thin, FPS, int(least))
+    assert film.n_bytes == int(least)
+    assert (film.height, film.width) == (min(height, 14), min(width, 14))  # 0.35 of 40
+
+
+@pytest.mark.parametrize("bad", [0, -1, 2.5, True, "1"])
+def test_max_bytes_is_a_positive_integer(tmp_path: Path, bad: Any) -> None:
+    with pytest.raises(ValueError, match=f"^max_bytes = {bad!r}; expected an integer of at least"):
+        write_film(tmp_path / "a.webp", noise(), FPS, bad)
+
+
+def test_a_colour_that_comes_in_the_end_alone_is_seen_in_a_gif(tmp_path: Path) -> None:
+    pictures = [np.full((8, 8, 3), (40, 80, 160), np.uint8) for _ in range(4)]
+    pictures.append(np.full((8, 8, 3), (230, 160, 30), np.uint8))
+    shown, _, _ = read_animation(write_film(tmp_path / "a.gif", pictures, FPS).path)
+    for picture, due in zip((shown[0], shown[-1]), (pictures[0], pictures[-1]), strict=True):
+        assert np.abs(picture.astype(int) - due.astype(int)).max() < 6
 
 
 @pytest.mark.parametrize(
