@@ -176,10 +176,20 @@ def test_a_description_as_json_has_the_entries_of_the_spaces(capsys: Capture, en
 
 
 def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys: Capture, tmp_path: Path) -> None:
-    words = ("evaluate", "BallGrid", "--policy", "zero", "--starts", "5", "--out")
+    words = (
+        "evaluate",
+        "BallGrid",
+        "--policy",
+        "zero",
+        "--starts",
+        "5",
+        "--rotation",
+        "quat",
+        "--out",
+    )
     row = json.loads(said(capsys, *words, str(tmp_path / "row.json"), "--json"))
     assert row == json.loads((tmp_path / "row.json").read_text())
-    assert len(row["starts"]["success"]) == 5
+    assert len(row["starts"]["success"]) == 5 and row["config"] == {"rotation": "quat"}
 
 
 def test_what_the_package_logs_is_printed_from_a_command_on() -> None:

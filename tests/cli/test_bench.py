@@ -4,12 +4,15 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from rigid_envs import ENVIRONMENTS
+from rigid_envs.bench import Figures
+from rigid_envs.bench.interleaved import Throughput
 from rigid_envs.cli import main
-from rigid_envs.cli.bench import as_text
+from rigid_envs.cli.bench import _speed, as_factor, as_text, as_time
 from rigid_envs.provenance import provenance
 from tests.bench.examples import FIGURES
 
@@ -47,6 +50,39 @@ def test_unknown_ids_and_a_missing_folder_are_refused(
     out, err = capsys.readouterr()
     assert out == ""
     assert complaint in err
+
+
+def test_three_digits_are_shown_and_the_unit_that_they_need() -> None:
+    speeds = [Throughput("", "", [each, each]) for each in (40e3, 999.4e3, 999.6e3, 1.234e6, 12e6)]
+    assert [_speed(each).split()[0] for each in speeds] == ["40k", "999k", "1M", "1.23M", "12M"]
+    assert [as_time(each) for each in (45.64e-9, 999.9e-9, 1e-6, 1.234e-6)] == [
+        *("45.6 ns", "999.9 ns", "1.00 us", "1.23 us"),
+    ]
+    factors = [as_factor(each) for each in (0.1234, 4.75, 999.4, 999.6, 12345.6)]
+    assert factors == ["0.123 x", "4.75 x", "999 x", "1000 x", "12346 x"]
+
+
+@pytest.mark.parametrize(
+    ("quick", "started"), [([], ["BallPark", "BallGrid"]), (["--quick"], ["BallPark"])]
+)
+def test_start_up_is_measured_of_each_kind_of_task_and_in_a_quick_look_of_the_first(
+    quick: list[str], started: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Any] = []
+
+    def measured(*given: Any) -> Figures:
+        asked.append(given[:3])
+        return FIGURES
+
+    monkeypatch.setattr("rigid_envs.bench.bench", measured)
+    file, names = tmp_path / "bench.json", ["BallPark", "Detumble", "BallGrid"]
+    words = ["--ids", *names, "BallPark", "--json", str(file)]
+    assert main(["bench", *quick, *words]) == 0
+    ids, starts = ([f"RigidEnvs/{name}-v0" for name in each] for each in (names, started))
+    assert asked == [(ids, starts, bool(quick))]
+    document = json.loads(file.read_text())
+    assert {"versions", "cpu", "load"} <= document.pop("provenance").keys()
+    assert document == json.loads(json.dumps(FIGURES.as_json()))
 
 
 @pytest.mark.long

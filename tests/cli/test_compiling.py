@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -51,6 +52,23 @@ def test_both_frames_are_compiled_and_the_rewards_of_goals() -> None:
         "BallPark-v0 step, frame = reduced",
         "BallPark-v0 reset, frame = reduced",
     ]
+
+
+def test_what_was_compiled_and_what_was_there_is_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[Any] = []
+
+    def compiled(kernels: list[Any], jobs: int) -> list[tuple[str, bool]]:
+        asked.append(([str(kernel) for kernel in kernels], jobs))
+        return [("reset", True), ("step", False), ("reward", True)]
+
+    monkeypatch.setattr("rigid_envs.precompiling.compile_all", compiled)
+    assert main(["compile", "BallParkGoal", "BallParkGoal", "--frame", "world", "--jobs", "1"]) == 0
+    parts = ("step", "reset", "reward")
+    assert asked == [([f"BallParkGoal-v0 {part}, frame = world" for part in parts], 1)]
+    said = capsys.readouterr().out
+    assert said.startswith("1 kernels compiled in ") and ", 2 were there; in /" in said
 
 
 def test_what_cannot_be_compiled_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,6 +12,7 @@ import pytest
 from rigid_envs.cli import main
 from rigid_envs.policies import FOLDER, loading
 from rigid_envs.policies.loading import read_policy, write_policy
+from rigid_envs.provenance import heading, provenance
 from rigid_envs.scores import published
 from rigid_envs.scores.records import Record, write_record
 
@@ -87,6 +88,7 @@ def test_what_is_as_it_was_published_holds(shelf: Path, capsys: Capture) -> None
     out = capsys.readouterr().out
     assert rows(out) == dict.fromkeys(NAMES, "holds") and "FAILS" not in out
     assert "to the last digit: 2 policies" in out
+    assert out.startswith(heading(provenance()).partition("\n")[0])
 
 
 @pytest.mark.parametrize("what", CHANGES)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from rigid_envs.cli import main
@@ -37,6 +38,24 @@ def test_the_status_says_whether_a_file_tells_what_its_actions_lead_to(
     edited = replace(replay, episodes=(better,)).save(tmp_path / "edited.npz")
     assert main(["replay", str(files[1]), str(edited)]) == 1
     assert "other bits" in capsys.readouterr().out
+
+
+def test_a_row_says_whether_the_last_step_was_a_success_and_how_the_episode_ended(
+    files: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    replay = load_replay(files[1])
+    (episode,) = replay.episodes
+    first, last = ([k == end for k in range(len(episode))] for end in (0, len(episode) - 1))
+    told = ((last, True, False), (first, False, True), (first, False, False))
+    episodes = [
+        replace(episode, success=np.array(won), terminated=ended, truncated=cut)
+        for won, ended, cut in told
+    ]
+    file = replace(replay, episodes=tuple(episodes)).save(tmp_path / "ends.npz")
+    assert main(["replay", str(file)]) == 1
+    rows = [line.split("  ") for line in capsys.readouterr().out.splitlines()[3:]]
+    words = [[word.strip() for word in row if word.strip()][-3:-1] for row in rows]
+    assert words == [["yes", "ended"], ["no", "cut off"], ["no", "left"]]
 
 
 def test_a_page_of_several_files_is_written(

@@ -9,7 +9,8 @@ import pytest
 from rigid_envs import laws
 from rigid_envs.cli import main
 from rigid_envs.cli.verify import Verdict, verify
-from rigid_envs.laws import SUBJECTS, Subject
+from rigid_envs.laws import SUBJECTS, Outcome, Subject
+from rigid_envs.provenance import heading, provenance
 
 LAWS = [law for subject in SUBJECTS.values() for law in subject.laws]
 Capture = pytest.CaptureFixture[str]
@@ -52,6 +53,7 @@ def broken() -> float:
 
 def test_the_table_shows_every_law_on_a_page_of_100_columns(found: Verdict) -> None:
     text = found.as_text()
+    assert text.startswith(heading(provenance()).partition("\n")[0])
     assert max(map(len, text.splitlines())) <= 100
     for subject in SUBJECTS.values():
         assert f"\n{subject.name}: {subject.title}\n" in text
@@ -91,7 +93,7 @@ def test_json_goes_into_a_file_beside_the_table(
     ("measure", "complaint"),
     [
         (bad, "FAILS: planted: bad. error 2, bound 1: it has to be something"),
-        (no_number, "FAILS: planted: no number. error nan, bound 1"),
+        (no_number, "FAILS: planted: no number. error nan, bound 1: it has to be something"),
         (broken, "FAILS: planted: broken. ZeroDivisionError: nothing to divide by"),
     ],
 )
@@ -102,9 +104,17 @@ def test_a_law_that_fails_fails_the_run_and_says_why(
     plant(planted, good)
     assert main(["verify"]) == 1
     text = capsys.readouterr().out
-    assert complaint in text
+    assert f"\n{complaint}\n" in f"{text}\n"
     assert "1 of 2 laws FAIL" in text
     assert "good" in text  # the others are checked all the same
+
+
+@pytest.mark.parametrize(("length", "cut"), [(299, ""), (300, ""), (301, " ...")])
+def test_a_long_message_is_cut(length: int, cut: str) -> None:
+    said = ("of all words " * 30)[:length]
+    text = Verdict(provenance(), [], [Outcome(LAWS[0], math.nan, 0.0, said)], 0.0).as_text()
+    start = f"FAILS: {LAWS[0].subject}: {LAWS[0].name}. "
+    assert f"{start}{said[:300].strip()}{cut} 1 of 1 laws FAIL" in " ".join(text.split())
 
 
 def test_an_error_that_is_no_number_is_null_in_json(planted: Subject) -> None:
@@ -133,6 +143,13 @@ def test_subjects_can_be_chosen(capsys: Capture) -> None:
             "--json = nowhere/laws.json; expected a file in a folder that exists",
         ),
         (["--fast"], "argument = '--fast'; expected"),
+        (["--scores", "--json"], "--json = -; expected no --json beside --scores"),
+        (["--policies", "--json", "x.json"], "--policies: expected no subject, no --json"),
+        (
+            ["--policies", "BallPark", "--scores"],
+            "--policies: expected no subject, no --json",
+        ),
+        (["--seed", "3"], "--seed = 3; expected --policies beside it"),
     ],
 )
 def test_words_that_make_no_sense_are_refused(

@@ -1,5 +1,6 @@
 """Data sets load with Minari, play again to the bit, and are there whole or not at all."""
 
+import inspect
 import json
 import os
 import shlex
@@ -15,6 +16,7 @@ import pytest
 
 from rigid_envs import datasets
 from rigid_envs.cli import main
+from rigid_envs.cli.command_line import _parser
 from rigid_envs.datasets import writing
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
 from rigid_envs.policies import FOLDER
@@ -64,7 +66,8 @@ def test_what_is_written_loads_and_plays_again_to_the_bit(
 ) -> None:
     assert main(["dataset", *words, "--episodes", "4", "--seed", "3"]) == 0
     name = f"rigid-envs/{name}-v0"
-    assert name in capsys.readouterr().out
+    told = f"written: {name}\nto play it again: rigid-envs dataset --check {name}\n"
+    assert capsys.readouterr().out == told
     dataset = minari.load_dataset(name)
     assert dataset.total_episodes == 4 and name in minari.list_local_datasets()
     env = dataset.recover_environment()
@@ -157,6 +160,13 @@ def test_provenance_says_how_it_came_about() -> None:
         np.testing.assert_array_equal(values, before[key])
 
 
+def test_the_command_and_the_function_have_the_same_defaults() -> None:
+    options = vars(_parser().parse_args(["dataset", "BallPark", "--policy", "random"]))
+    defaults = inspect.signature(datasets.write).parameters
+    for name in ("episodes", "seed", "name", "overwrite"):
+        assert options[name] == defaults[name].default
+
+
 def test_starts_are_none_of_the_evaluation_and_all_differ() -> None:
     found = everything(datasets.write("Detumble", "random", 40, seed=314159))
     seeds = [int(value) for key, value in found.items() if key.endswith("/seed")]
@@ -197,12 +207,16 @@ def test_scores_are_between_the_random_policy_and_the_reference() -> None:
     assert "ref_max_score" not in other.storage.metadata
 
 
-def test_another_folder_is_used_for_this_one_only(root: Path, tmp_path: Path) -> None:
+def test_another_folder_is_used_for_this_one_only(
+    root: Path, tmp_path: Path, capsys: Capture
+) -> None:
     out = tmp_path / "elsewhere"
     words = ["dataset", "Detumble", "--policy", "random", "--episodes", "2", "--out", str(out)]
     assert main(words) == 0
     assert not root.exists() and (out / "rigid-envs/Detumble/random-v0/data").is_dir()
-    assert main(["dataset", "--check", "rigid-envs/Detumble/random-v0", "--out", str(out)]) == 0
+    again = ["dataset", "--check", "rigid-envs/Detumble/random-v0", "--out", str(out)]
+    assert capsys.readouterr().out.endswith(f"to play it again: rigid-envs {shlex.join(again)}\n")
+    assert main(again) == 0
 
 
 @pytest.mark.parametrize("overwrite", [False, True])

@@ -12,9 +12,12 @@ from rigid_envs import ENVIRONMENTS, rotations
 from rigid_envs.errors import ConfigError
 from rigid_envs.films import Look, Played, episode_pictures, pictures_per_second, play_episode
 from rigid_envs.films.labels import labelled
+from rigid_envs.moment import Moment
 from rigid_envs.render.drawing import Drawing
+from rigid_envs.replays import Episode
 from rigid_envs.replays.inbetween import moment_at
 from rigid_envs.scores.policies import untrained_policy
+from rigid_envs.tasks import Task
 
 pytest.importorskip("panda3d")
 pytest.importorskip("PIL")
@@ -53,6 +56,22 @@ def test_speed_and_rate_change_the_number_of_pictures() -> None:
     steps = len(found[0].episode)
     assert len(pictures(found, fps=10.0, hold=0.0)) == steps + 1
     assert len(pictures(found, fps=10.0, speed=0.5, hold=0.0)) == 2 * steps + 1
+
+
+def test_pictures_are_of_the_times_at_which_they_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    times: list[float] = []
+
+    def noted(task: Task, episode: Episode, time: float) -> Moment:
+        times.append(time)
+        return moment_at(task, episode, time)
+
+    monkeypatch.setattr("rigid_envs.films.episodes.moment_at", noted)
+    found = played(PARK)
+    for fps, speed in ((8.0, 2.0), (4.0, 0.5)):
+        times.clear()
+        assert len(pictures([found], fps=fps, speed=speed, hold=0.0)) == len(times)
+        assert times == pytest.approx(speed / fps * np.arange(len(times)))
+        assert times[-2] < len(found.episode) * found.task.dt <= times[-1] + 1e-9
 
 
 def test_pictures_of_two_episodes_are_side_by_side_under_their_labels() -> None:

@@ -10,6 +10,8 @@ import pytest
 
 from rigid_envs.cli import main
 from rigid_envs.gallery import FIGURES
+from rigid_envs.gallery.entry import Number
+from rigid_envs.gallery.making import Made
 from rigid_envs.gallery.page import SHEET, page
 from rigid_envs.gallery.writing import DATA, hash_of_sources
 
@@ -83,6 +85,7 @@ def test_command_writes_pictures_and_data(tmp_path: Path, capsys: Capture) -> No
     [
         (["nothing", "--list"], "figure = 'nothing'; expected one of"),
         (["race"], "--out = None; expected either --out DIR or --docs DIR"),
+        (["--out", "x", "--docs", "y"], "expected either --out DIR or --docs DIR"),
         (["race", "--docs", "x"], "expected none beside --docs"),
         (["race", "--out", __file__], "expected a folder: this is a file"),
         (["--frames", "3"], "argument = '--frames'"),
@@ -91,6 +94,23 @@ def test_command_writes_pictures_and_data(tmp_path: Path, capsys: Capture) -> No
 def test_wrong_words_are_refused(words: list[str], complaint: str, capsys: Capture) -> None:
     assert main(["gallery", *words]) == 2
     assert complaint in capsys.readouterr().err
+
+
+def test_a_number_beyond_its_bound_fails_the_command(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    good, bad = (Number("drift", error, 0.0, 1.0) for error in (0.5, 1.5))
+    made = {
+        "race": Made(FIGURES["race"], b"", b"", (good, good)),
+        "chandler": Made(FIGURES["chandler"], b"", b"", (good, bad)),
+    }
+    for names, status in ((["race"], 0), (["race", "chandler"], 1)):
+        drawn = [made[name] for name in names]
+        monkeypatch.setattr("rigid_envs.gallery.writing.write_figures", lambda *_, d=drawn: d)
+        assert main(["gallery", *names, "--out", str(tmp_path)]) == status
+        said = capsys.readouterr().out
+        assert all(f"{name} " in said for name in names) and said.count(str(good)) == len(names)
+        assert ("\nbeyond their bounds: chandler\n" in said) == bool(status)
 
 
 def test_command_without_matplotlib_says_how_to_install_it(

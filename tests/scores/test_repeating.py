@@ -12,6 +12,7 @@ from rigid_envs.cli import main
 from rigid_envs.documents import sealed
 from rigid_envs.files import DamagedFileError
 from rigid_envs.policies.loading import file_of
+from rigid_envs.provenance import heading, provenance
 from rigid_envs.scores import evaluate, read_evaluation, repeat
 
 ID = "RigidEnvs/Detumble-v0"
@@ -105,9 +106,13 @@ def test_the_digest_does_not_depend_on_the_order_of_keys_or_on_the_locale(saved)
 def test_the_command_plays_results_again(saved, tmp_path, capsys):
     policy = shutil.copy(file_of("Detumble"), tmp_path / "policy.safetensors")
     assert main(["verify", str(saved), "--policy", str(policy)]) == 0
-    assert "every number of every start is the same, to the last digit" in capsys.readouterr().out
-    assert main(["verify", str(saved), "--policy", "zero"]) == 1
-    assert "FAILS: return" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert said.startswith(heading(provenance()).partition("\n")[0])
+    assert "every number of every start is the same, to the last digit" in said
+    assert main(["verify", str(saved), str(saved), "--policy", "zero"]) == 1
+    said = capsys.readouterr().out
+    assert said.count("FAILS: return") == said.count("success 100.0 % then, 0.0 % now") == 2
+    assert "every number" not in said
     for words, said in (
         ([str(saved), "rotations"], "expected nothing beside results but --policy"),
         (["--policy", "zero"], "expected a FILE.json beside it"),
