@@ -231,6 +231,12 @@ def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it() -> None:
         harmless = replace(changes["if m1 == 0.0 -> if False"], new="m1 <= 0.0")
         assert copy.noticed(harmless, reach).test == ""
         assert (copy.folder / file).read_bytes() == (ROOT / file).read_bytes() == before
+        file = "rigid_envs/registry.py"
+        refused = {c.what: c for c in changes_of((ROOT / file).read_text(), file)}
+        change = replace(
+            refused["not isinstance(limit, int) -> isinstance(limit, int)"], in_body=False
+        )
+        assert copy.noticed(change, reach).test == "none: nothing can be imported"
     finally:
         copy.close()
 
