@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from rigid_envs.errors import ConfigError
@@ -94,7 +93,7 @@ def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         path: The file.
 
     Raises:
-        DamagedFileError: Another format, or numbers that are not finite.
+        DamagedFileError: Another format.
         FileNotFoundError: There is no such file.
     """
     arrays, document = load_tensors(path, _SIZE_LIMIT)
@@ -102,9 +101,6 @@ def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         raise DamagedFileError(
             f"{path}: expected format {FORMAT!r}, got {document.get('format')!r}"
         )
-    bad = [name for name, array in arrays.items() if not np.isfinite(array).all()]
-    if bad:
-        raise DamagedFileError(f"{path}: {bad[0]} is not finite")
     return document, arrays
 
 

@@ -53,6 +53,8 @@ class StoredPolicy(abc.ABC):
         for name in _SHOWN:
             printable(document.get(name), name)
         self.arrays = {key: np.array(value) for key, value in arrays.items()}
+        if bad := [name for name, array in self.arrays.items() if not np.isfinite(array).all()]:
+            raise ValueError(f"{bad[0]} is not finite")
         network = document["network"]
         self.activation = _one_of(ACTIVATIONS[1:], network["activation"], "activation")
         self.head = _one_of(HEADS, network["distribution"], "distribution")

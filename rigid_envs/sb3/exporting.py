@@ -49,6 +49,7 @@ def export(model: BaseAlgorithm, path: str | Path) -> Path:
 
     Raises:
         ConfigError: A model or environment that a policy file does not hold; names what.
+        ValueError: Weights that are not finite, or more layers than a policy file holds.
     """
     file = Path(path)
     if file.suffix != ".safetensors":

@@ -165,6 +165,26 @@ def test_what_a_file_does_not_hold_is_refused_by_name(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_weights_that_are_not_finite_are_refused_and_an_older_file_stays(
+    tmp_path: Path, bad: float
+) -> None:
+    model = trained(PPO, make_vec_env(BODY))
+    file = export(model, tmp_path / "policy.safetensors")
+    before = file.read_bytes()
+    model.policy.action_net.bias.data[0] = bad
+    with pytest.raises(ValueError, match=r"^layers\.2\.bias is not finite"):
+        export(model, file)
+    assert file.read_bytes() == before
+
+
+def test_more_layers_than_a_file_holds_are_refused(tmp_path: Path) -> None:
+    model = PPO("MlpPolicy", make_vec_env(BODY), device="cpu", **layers(nn.Tanh, *[2] * 64))
+    with pytest.raises(ValueError, match=r"^expected 1 to 64 layers, found 65"):
+        export(model, tmp_path / "of it" / "policy.safetensors")
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_model_without_environment_and_another_kind_of_file_are_refused(tmp_path: Path) -> None:
     model = trained(PPO, make_vec_env(BODY))
     with pytest.raises(ConfigError, match=r"expected a file NAME\.safetensors"):
