@@ -1,5 +1,6 @@
 """What is exported acts as the model did; what a policy file does not hold is refused by name."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from torch import Tensor, nn
 import rigid_envs
 from rigid_envs.errors import ConfigError
 from rigid_envs.sb3 import export, make_vec_env
+from rigid_envs.sb3.networks import network_of
 
 GOAL, GRID, BODY = "BallParkGoal", "BallGrid", "Detumble"
 SHORT: dict[type, dict[str, Any]] = {
@@ -143,6 +145,12 @@ def part_scaled() -> Any:
         (RecurrentPPO, BODY, {"policy": "MlpLstmPolicy"}, "model = RecurrentPPO; expected one of"),
         (PPO, BODY, {"use_sde": True}, "use_sde = True; expected False"),
         (PPO, BODY, layers(nn.LeakyReLU, 8), r"activation_fn = LeakyReLU\(.*; expected ELU, ReLU"),
+        (
+            PPO,
+            BODY,
+            {"policy_kwargs": {"activation_fn": partial(nn.ELU, alpha=2.0)}},
+            r"activation_fn = ELU\(alpha=2\.0\); expected ELU, ReLU",
+        ),
         (PPO, BODY, {"policy": Own}, "policy = Own; expected MlpPolicy"),
         (
             PPO,
@@ -163,6 +171,40 @@ def test_what_a_file_does_not_hold_is_refused_by_name(
     with pytest.raises(ConfigError, match=message):
         export(model, tmp_path / "policy.safetensors")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "head", "more"),
+    [
+        (PPO, BODY, "gaussian", {"log_std", "action.low", "action.high"}),
+        (PPO, GRID, "categorical", set()),
+        (DQN, GRID, "greedy", set()),
+        (
+            SAC,
+            BODY,
+            "squashed gaussian",
+            {"log_std.weight", "log_std.bias", "action.low", "action.high"},
+        ),
+    ],
+)
+def test_the_head_is_that_of_the_algorithm_and_the_actions(
+    kind: Any, name: str, head: str, more: set[str]
+) -> None:
+    network = network_of(kind("MlpPolicy", make_vec_env(name), device="cpu", **SHORT[kind]))
+    assert network.head == head
+    assert {key for key in network.arrays if not key.startswith("layers.")} == more
+
+
+def test_a_network_that_was_built_by_hand_is_refused_where_a_file_does_not_hold_it() -> None:
+    for place, module, message in (
+        (3, nn.ReLU(), "activation_fn = relu, tanh; expected one for all hidden layers"),
+        (1, nn.Hardtanh(), "activation_fn = Hardtanh"),
+        (2, nn.Identity(), r"layer = Identity\(\); expected linear layers"),
+    ):
+        model = PPO("MlpPolicy", make_vec_env(BODY), device="cpu")
+        model.policy.mlp_extractor.policy_net[place] = module
+        with pytest.raises(ConfigError, match=message):
+            network_of(model)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
