@@ -1033,4 +1033,11 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         ),
         "the margin of a line of text is a choice, to a pixel",
     ),
+    Equivalent(
+        "rigid_envs/replays/insets.py",
+        "module",
+        "_BLUE, _RED, _GREEN = (0.0, 0.447, 0.698), (0.835, 0.369, 0.0), (0.0, 0.62, 0.451)",
+        "0.0 -> 1.0 (2)",
+        "a colour is a choice",
+    ),
 )

@@ -103,6 +103,14 @@ def test_recorded_actions_lead_to_the_same_bits_again(env_id: str, tmp_path: Pat
     assert len(episode) == 6 or episode.terminated
 
 
+def test_the_name_of_a_file_ends_in_npz_whatever_was_asked_for(tmp_path: Path) -> None:
+    replay = recorded("RigidEnvs/Detumble-v0", n_steps=1)
+    for name, written in (("a", "a.npz"), ("b.npz", "b.npz"), ("of.mine", "of.mine.npz")):
+        file = replay.save(tmp_path / "new" / name)
+        assert file == tmp_path / "new" / written and file.is_file()
+    assert len(list(file.parent.iterdir())) == 3
+
+
 def test_equal_replays_are_equal_bytes(tmp_path: Path) -> None:
     replay = recorded("RigidEnvs/Detumble-v0")
     files = [replay.save(tmp_path / name) for name in ("one.npz", "two.npz")]

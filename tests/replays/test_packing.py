@@ -12,6 +12,8 @@ import pytest
 
 from rigid_envs.replays import Replay
 from rigid_envs.replays.curves import curves
+from rigid_envs.replays.inbetween import moments
+from rigid_envs.replays.insets import insets
 from rigid_envs.replays.packing import Packer
 from rigid_envs.replays.page import html
 from tests.replays.examples import free_body, rolling_ball, view_of
@@ -44,6 +46,19 @@ def test_equal_arrays_are_kept_once_and_all_are_read_back() -> None:
     expected = [values.astype(np.float32)] * 2 + [values, [7, 8, 255], values[::-1]]
     for place, array in zip(places, expected, strict=True):
         assert np.array_equal(unpacked(packer.blob(), place), array)
+
+
+def test_a_trace_is_what_it_passed_or_whole_from_the_beginning(body: Replay) -> None:
+    (episode,) = body.episodes
+    path = moments(body.task, episode, 1)
+    (panel,) = insets(body.task.system(episode.parameters), path, driven=True)
+    packer = Packer()
+    traces = packer.stage(panel)["traces"]
+    assert [trace["whole"] for trace in traces] == [True, False]
+    expected = (panel.whole["separatrices"], [frame.points["polhode"] for frame in panel.frames])
+    for trace, points in zip(traces, expected, strict=True):
+        found = unpacked(packer.blob(), trace["points"]).reshape(-1, 3)
+        np.testing.assert_array_equal(found, np.asarray(points, np.float32))
 
 
 @pytest.fixture(scope="module")

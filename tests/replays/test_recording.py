@@ -1,6 +1,7 @@
 """Recording wrappers: what they keep is what the environment did."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
+from rigid_envs import ENVIRONMENTS
+from rigid_envs.catalogue import task_of
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
 from rigid_envs.replays import (
     RecordReplay,
@@ -18,6 +21,7 @@ from rigid_envs.replays import (
     record_starts,
     same_bits,
 )
+from rigid_envs.replays.replay import id_of
 from rigid_envs.scores import evaluate, from_controller
 from rigid_envs.scores.controllers import reference_controllers
 from rigid_envs.testing.environments import break_physics
@@ -159,6 +163,23 @@ def test_what_cannot_be_recorded_is_refused() -> None:
         RecordRows(gym.make_vec(PARK, 2), rows=(3,))
     with pytest.raises(ValueError, match="play an episode first"):
         RecordReplay(gym.make(PARK)).replay()
+
+
+def test_the_id_is_that_of_the_environment_or_else_that_of_its_task(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mine = replace(ENVIRONMENTS[PARK], id="Mine/Park-v0")  # another id of the same task
+    known = {**ENVIRONMENTS, mine.id: mine}
+    monkeypatch.setattr("rigid_envs.replays.replay.ENVIRONMENTS", known)
+    env, task = gym.make(PARK), task_of(PARK)
+    for made, told in ((PARK, PARK), (mine.id, mine.id), ("Strange/Park-v0", PARK)):
+        assert env.spec is not None
+        env.spec.id = made
+        assert id_of(env, task) == told
+    assert id_of(RigidEnv(mine.task), task) == PARK  # without a spec
+    monkeypatch.setattr("rigid_envs.replays.replay.ENVIRONMENTS", {})
+    with pytest.raises(ValueError, match=r"^env = Strange/Park-v0; expected an .* registered"):
+        id_of(env, task)
 
 
 def test_a_state_that_is_set_past_the_wrapper_is_noticed() -> None:

@@ -16,6 +16,17 @@ from rigid_envs.replays.insets import _PALE, _WARM, insets
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import Task
 from tests.replays.examples import free_body
+from tests.systems.examples import (
+    BALL,
+    BODY,
+    COIN,
+    DISK,
+    ROLLER,
+    SYSTEMS,
+    TOP,
+    name_of,
+    states,
+)
 
 Array = np.ndarray[Any, Any]
 
@@ -43,6 +54,19 @@ def test_errors_are_those_of_the_definitions(free: tuple[Task, Episode]) -> None
     found = conservation_errors(task.system(episode.parameters), episode.y)
     assert np.allclose(found["energy"], energy / energy[0] - 1.0, rtol=0.0, atol=1e-14)
     assert np.allclose(found["L"], L / L[0] - 1.0, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "system", [BODY, TOP, replace(TOP, I2=TOP.I1), BALL, DISK, COIN, ROLLER], ids=name_of
+)
+def test_what_is_called_conserved_stays_as_it_is_where_nothing_acts(system: Any) -> None:
+    (like,) = (each for each in SYSTEMS if type(each) is type(system))
+    path = [states(like, np.random.default_rng(1))]
+    for _ in range(50):
+        path.append(system.advance(path[-1], np.zeros(len(system.input_entries)), 0.01))
+    found = conservation_errors(system, path)
+    assert found and all(np.abs(error).max() < 1e-8 for error in found.values())
+    assert ("L_spin" in found) == (system not in SYSTEMS)  # those have no axis of symmetry
 
 
 def test_what_is_driven_has_changes_and_what_is_free_has_errors(
@@ -142,21 +166,23 @@ def test_success_is_shown_when_its_step_is_made_and_not_while_it_is_going_on(
 ) -> None:
     task, episode = free
     rng = np.random.default_rng(0)
-    won, rewards = rng.random(len(episode)) < 0.5, rng.random(len(episode))
+    won, (rewards, costs) = rng.random(len(episode)) < 0.5, rng.random((2, len(episode)))
     assert {(False, True), (True, False), (True, True)} <= {*pairwise(won.tolist())}
-    episode = replace(episode, success=won, rewards=rewards)
+    episode = replace(episode, success=won, rewards=rewards, costs=costs)
     path = moments(task, episode, 10_000)
     n = (len(path) - 1) // len(episode)
     for k, moment in enumerate(path):
         step, between = divmod(k, n)
         assert moment.success == (step > 0 and won[step - 1])
         # but what the step does is shown from its beginning on
-        shown = rewards[step] if between else rewards[step - 1] if step else 0.0
-        assert moment.reward == shown
+        k_shown = step if between else step - 1
+        assert moment.reward == (rewards[k_shown] if k else 0.0)
+        assert moment.cost == (costs[k_shown] if k else 0.0)
         time = (step + between / n) * task.dt
         assert moment.time == pytest.approx(time)
         film = moment_at(task, episode, time)
-        assert (film.success, film.reward) == (moment.success, moment.reward)
+        for name in ("success", "reward", "cost"):
+            assert getattr(film, name) == getattr(moment, name)
         assert film.y == pytest.approx(moment.y, abs=1e-9)
     late = moment_at(task, episode, 1.5 * len(episode) * task.dt)
     assert late.success == won[-1] and np.array_equal(late.y, episode.y[-1])
