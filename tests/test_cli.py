@@ -281,6 +281,16 @@ def test_command_survives_a_reader_that_stops_reading() -> None:
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, IDS[0], "")
 
 
+def test_nothing_is_left_to_be_written_when_a_command_is_over(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    with open(writing, "w") as out:  # a reader that has gone
+        monkeypatch.setattr("sys.stdout", out)
+        assert main(["list"]) == 0
+
+
 def test_long_cells_are_wrapped_and_columns_stay_aligned() -> None:
     text = table(("key", "meaning"), [("a", "word " * 30), ("bb", "short")], indent=0, width=40)
     lines = text.splitlines()

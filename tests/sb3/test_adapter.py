@@ -185,6 +185,15 @@ def test_attributes_and_methods_reach_the_environment() -> None:
     assert calls == ["shared", "row 0", "row 1", "row 1"]
 
 
+def test_what_wrappers_do_not_have_is_that_of_the_environment_behind_them() -> None:
+    inner = Drift(3)
+    env = GymnasiumVecEnv(gym.vector.VectorWrapper(inner))
+    assert env.get_attr("limit") == [20, 20, 20]
+    assert env.env_method("get_state", indices=0)[0].keys() == inner.state.keys()
+    with pytest.raises(AttributeError, match="has no attribute or method 'nonsense'"):
+        env.get_attr("nonsense")
+
+
 def test_another_autoreset_mode_is_refused() -> None:
     with pytest.raises(ValueError, match="SameStep"):
         GymnasiumVecEnv(Drift(2, autoreset_mode="NextStep"))

@@ -11,8 +11,16 @@ from rigid_envs.cli import main
 from rigid_envs.cli.scoring import verify_scores
 from rigid_envs.documents import write_document
 from rigid_envs.files import DamagedFileError
+from rigid_envs.provenance import heading, provenance
 from rigid_envs.replays import record_starts
-from rigid_envs.scores import best_known, evaluate, find, from_controller, reference_controllers
+from rigid_envs.scores import (
+    best_known,
+    evaluate,
+    find,
+    from_controller,
+    read_evaluation,
+    reference_controllers,
+)
 from rigid_envs.scores.best import FOLDER, FORMAT, file_of, nobody, read_best, write_best
 from rigid_envs.scores.finding import trained
 
@@ -40,7 +48,8 @@ def test_the_data_are_of_every_id_and_say_where_they_come_from():
 
 def test_the_data_can_be_computed_again(capsys):
     assert verify_scores([DETUMBLE])
-    assert capsys.readouterr().out.count("holds") == 5
+    out = capsys.readouterr().out
+    assert out.startswith(heading(provenance()).partition("\n")[0]) and out.count("holds") == 5
 
 
 def test_the_random_policy_draws_the_actions_that_its_figures_are_of():
@@ -67,7 +76,7 @@ def test_figures_that_differ_are_told_of_their_policies_alone(monkeypatch, capsy
     start = int(np.flatnonzero(found.successes)[0])
     finders = (*known.finders[:start], found.policy, *known.finders[start + 1 :])
     who = found.policy.split()[0]
-    for cost, rate, told in ((1e-8, 0.9e-3, {who}), (0.0, 2e-3, {"zero"})):
+    for cost, rate, told in ((1e-8, 0.9e-3, {who}), (0.0, 1.1e-3, {"zero"})):
         costs, zero = known.costs.copy(), dict(known.policies["zero"])
         costs[start] = found.costs[start] * (1.0 - cost)
         zero["success_rate"] += rate
@@ -118,8 +127,12 @@ def test_another_finder_is_added_by_its_recorded_actions(tmp_path, capsys):
     replay = record_starts(brake, DETUMBLE, 5, "somebody").save(tmp_path / "found.npz")
     command = ["best", DETUMBLE, "--starts", "5", "--out", str(tmp_path)]
     file = file_of(DETUMBLE, tmp_path)
-    assert main(command) == 0
+    assert main([*command, "--rows", str(tmp_path / "rows")]) == 0
     assert read_best(file).shares == {"riccati": 5}
+    for name in ("riccati", "brake", "zero", "random"):
+        row = read_evaluation(tmp_path / "rows/Detumble-v0" / f"{name}.json", anew=True)
+        assert (row.policy, row.n) == (name, 5)
+        np.testing.assert_array_equal(row.best, read_best(file).costs)
     assert main([*command, "--with", str(replay)]) == 0
     assert read_best(file).shares == {"riccati": 5}  # a worse one changes nothing
     command[1] = "RigidEnvs/BallParkDynamic-v0"
@@ -147,6 +160,23 @@ def test_a_replay_is_evaluated_as_whoever_played_it(env_id, config, label, name,
     row, expected = json.loads(capsys.readouterr().out), told.row()
     assert row["algo"] == name
     assert all(row[key] == expected[key] for key in ("env_id", "config", "policy", "starts"))
+
+
+@pytest.mark.parametrize("who", ["breadth_first 500", "nobody"])
+def test_the_command_says_who_found_what_and_how_well_each_policy_does(who, monkeypatch, capsys):
+    found = best_known(GRID)
+    if who == "nobody":
+        found = replace(found, costs=np.full(500, np.nan), finders=("",) * 500)
+    monkeypatch.setattr("rigid_envs.cli.scoring._measured", lambda *_: found)
+    assert main(["best", "BallGrid"]) == 0
+    title, *lines = capsys.readouterr().out.splitlines()
+    assert title.endswith(f" s   best path: {who}")
+    rows = {line.split()[0]: line.split()[1:3] for line in lines[2:-2] if line.strip()}
+    figures = [(each["success_rate"], each["efficiency"]) for each in found.policies.values()]
+    assert rows == {
+        name: [f"{each:.4g}" for each in pair]
+        for name, pair in zip(found.policies, figures, strict=True)
+    }
 
 
 def test_what_others_found_stays_when_the_controllers_are_played_anew():
