@@ -68,6 +68,15 @@ def header_with(**entries: Any) -> Any:
     return change
 
 
+def header_without(name: str) -> Any:
+    def change(arrays: Arrays) -> None:
+        header = json.loads(arrays["header"].tobytes())
+        del header[name]
+        arrays["header"] = as_bytes(header)
+
+    return change
+
+
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_every_environment_is_saved_and_read_to_the_bit(env_id: str, tmp_path: Path) -> None:
     replay = recorded(env_id, n_episodes=2)
@@ -200,6 +209,8 @@ CHANGES = {
     r"another format": header_with(format="video"),
     r"version = 99; expected 2 or 3": header_with(version=99),
     r"did you mean 'RigidEnvs/BallPark-v0'": header_with(env_id="RigidEnvs/BallPork-v0"),
+    r"header has keys .*'more', .*; expected \['config'": header_with(more=1),
+    r"header has keys .*'rows', 'version'\]; expected .*'units'": header_without("units"),
     r"env_id = 3; expected a str": header_with(env_id=3),
     r"config.radius: radius": header_with(config={"radius": "large"}),
     r"rows = .*another version": header_with(rows={"y": ["w"]}),
