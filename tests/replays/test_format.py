@@ -210,7 +210,7 @@ CHANGES = {
     r"version = 99; expected 2 or 3": header_with(version=99),
     r"did you mean 'RigidEnvs/BallPark-v0'": header_with(env_id="RigidEnvs/BallPork-v0"),
     r"header has keys .*'more', .*; expected \['config'": header_with(more=1),
-    r"header has keys .*'rows', 'version'\]; expected .*'units'": header_without("units"),
+    r"'sha256', 'version'\]; expected .*'units'": header_without("units"),
     r"env_id = 3; expected a str": header_with(env_id=3),
     r"config.radius: radius": header_with(config={"radius": "large"}),
     r"rows = .*another version": header_with(rows={"y": ["w"]}),
