@@ -10,7 +10,7 @@ import pytest
 from rigid_envs.core import Core
 from rigid_envs.kernels.layout import FLAGS
 from rigid_envs.kernels.rows import LANES
-from rigid_envs.tasks import BallPark
+from rigid_envs.tasks import BallPark, RollPump
 from rigid_envs.tasks.fields import span
 from rigid_envs.testing.environments import IDS, task_of
 
@@ -172,6 +172,15 @@ def test_saved_state_restores_memory(task):
     core.set_state(state)
     act(core, 1)
     assert core.observations.tobytes() == expected.tobytes()
+
+
+def test_a_state_without_an_attitude_is_taken_as_it_is():
+    core = begun(RollPump(), LANES + 1)
+    act(core)
+    state = core.get_state()
+    core.set_state(state)
+    for name, part in core.get_state().items():
+        assert part.tobytes() == state[name].tobytes()
 
 
 @pytest.mark.parametrize("wrong", ["missing", "unknown", "shape", "rows"])

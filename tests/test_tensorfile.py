@@ -4,6 +4,7 @@ import json
 import re
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -114,6 +115,7 @@ def header(text: str) -> bytes:
 HOSTILE = {
     "empty": b"",
     "short": b"\x02\x00",
+    "no header": bytes(8),
     "length of the header beyond the file": (2**62).to_bytes(8, "little") + b"{}",
     "no metadata": header("{}"),
     "deep": header("[" * 100_000),
@@ -136,6 +138,32 @@ def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
     with pytest.raises(DamagedFileError, match="hostile"):
         load_tensors(path, 10**6)
     assert time.process_time() - begin < 1
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_a_header_has_at_most_16_mebibytes(tmp_path: Path, more: int) -> None:
+    path = tmp_path / "a.safetensors"
+    save_tensors(path, ARRAYS, DOCUMENT)
+    data = path.read_bytes()
+    size = int.from_bytes(data[:8], "little")
+    long = data[8 : 8 + size].ljust(2**24 + more)
+    path.write_bytes(len(long).to_bytes(8, "little") + long + data[8 + size :])
+    with (
+        pytest.raises(DamagedFileError, match="16777217; expected at most")
+        if more
+        else nullcontext()
+    ):
+        assert load_tensors(path, 2**25)[1] == DOCUMENT
+
+
+@pytest.mark.parametrize("n_axes", [32, 33])
+def test_an_array_has_at_most_32_axes(tmp_path: Path, n_axes: int) -> None:
+    path, array = tmp_path / "a.safetensors", np.ones((1,) * n_axes)
+    save_tensors(path, {"a": array}, {})
+    with (
+        pytest.raises(DamagedFileError, match="expected integers") if n_axes > 32 else nullcontext()
+    ):
+        assert load_tensors(path, 10**6)[0]["a"].shape == array.shape
 
 
 @pytest.mark.parametrize(

@@ -91,6 +91,27 @@ def test_what_a_row_of_a_refused_state_would_index_is_never_read(env_id):
         assert "expected whole numbers" in refusal(envs, {**state, part: other})
 
 
+def test_clocks_and_delayed_actions_are_taken_up_to_their_ends_and_no_further(env_id):
+    envs = played(env_id)
+    state, n = envs.get_state(), envs.task.n_choices
+    ends = {
+        ("clock", CLOCK.key_high): (0.0, 2.0**32 - 1.0),
+        ("clock", CLOCK.key_low): (0.0, 2.0**32 - 1.0),
+        ("clock", CLOCK.episode): (0.0, 2.0**53),
+        ("clock", CLOCK.elapsed): (0.0, 2.0**44),
+        ("clock", CLOCK.running): (0.0, 1.0),
+        ("history", 0): (0.0, n - 1.0) if n else (-1.0, 1.0),
+    }
+    for (part, k), (low, high) in ends.items():
+        for number, beyond in ((low, -1.0), (high, 1.0)):
+            other = {name: each.copy() for name, each in state.items()}
+            other[part][1, k] = number
+            assert refusal(envs, other) is None or number == 0.0  # less than has been played
+            other[part][1, k] = np.nextafter(number, np.inf * beyond)
+            assert f"state: {part}" in refusal(envs, other)
+            envs.set_state(state)
+
+
 @pytest.mark.parametrize(
     "change",
     [

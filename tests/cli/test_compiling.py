@@ -3,13 +3,14 @@
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from rigid_envs.cli import main
-from rigid_envs.precompiling import kernels_of
+from rigid_envs.precompiling import compile_all, kernels_of
 
 STEP = """
 import logging
@@ -52,6 +53,24 @@ def test_both_frames_are_compiled_and_the_rewards_of_goals() -> None:
         "BallPark-v0 step, frame = reduced",
         "BallPark-v0 reset, frame = reduced",
     ]
+
+
+@pytest.mark.parametrize(("jobs", "started"), [(1, 1), (2, 2), (100, 3)])
+def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels(
+    jobs: int, started: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+
+    def pool(count: int, context: Any) -> ThreadPoolExecutor:
+        asked.append(count)
+        return ThreadPoolExecutor(count)
+
+    monkeypatch.setattr("rigid_envs.precompiling.ProcessPoolExecutor", pool)
+    monkeypatch.setattr("rigid_envs.precompiling._compile", lambda kernel: True)
+    kernels = kernels_of("BallParkGoal", {"frame": "world"})
+    found = [str(kernel) for kernel, _ in compile_all(kernels, jobs)]
+    assert sorted(found) == sorted(map(str, kernels))
+    assert asked == [started]
 
 
 def test_what_was_compiled_and_what_was_there_is_told(
