@@ -125,9 +125,7 @@ def array(value: ArrayLike, name: str, *shape: int, entries: str = "") -> Array:
         expected = ", ".join(["...", *map(str, shape)])
         layout = f": the last axis is ({entries})" if entries else ""
         raise ValueError(f"{name} has shape {rows.shape}; expected ({expected}){layout}")
-    finite = np.isfinite(rows)
-    if not finite.all():
-        require(finite, rows, name, "finite numbers")
+    require(np.isfinite(rows), rows, name, "finite numbers")
     return rows
 
 

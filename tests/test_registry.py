@@ -120,12 +120,14 @@ def test_a_short_id_means_the_newest_version_and_never_one_of_two_namespaces(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     balls = (f"RigidEnvs/BallPark-v{k}" for k in (0, 10, 9))
-    known = dict.fromkeys((*balls, "RigidEnvs/Coin-v0", "Other/Coin-v0", "Plain"))
+    coins = ("RigidEnvs/Coin-v0", "Other/Coin-v0")
+    known = dict.fromkeys((*balls, *coins, "Plain", "RigidEnvs/Top", "RigidEnvs/Top-v1"))
     monkeypatch.setattr("rigid_envs.catalogue.ENVIRONMENTS", known)
     assert full_id("BallPark") == "RigidEnvs/BallPark-v10"
     assert full_id("BallPark-v9") == "RigidEnvs/BallPark-v9"
     assert full_id("Coin") == "Coin"
     assert full_id("Plain") == "Plain"
+    assert full_id("Top") == "RigidEnvs/Top-v1"  # without a version it is older than any
 
 
 @pytest.mark.parametrize("no_text", [7, None, [], b"BallPark"])
