@@ -120,7 +120,7 @@ def unknown_key(key: str, known: Iterable[str]) -> UnknownKeywordError:
         known: Those that do.
     """
     keys = list(known)
-    near = difflib.get_close_matches(key.replace("-", "_"), keys, n=1)
+    near = difflib.get_close_matches(key.replace("-", "_"), keys)
     hint = f"did you mean {near[0]!r}? " if near else ""
     return UnknownKeywordError(
         f"config.{key}: unknown key; {hint}expected one of {', '.join(keys)} "
