@@ -170,6 +170,32 @@ def test_human_mode_renders_in_each_reset_and_step_and_no_other_mode_does(kind, 
         assert found == counts
 
 
-def test_the_camera_may_look_at_any_point_from_right_above():
-    camera = {"target": (1.0, -2.0, 0.5), "elevation": 90.0}
-    RigidEnv("rigid_envs.tasks:BallPark", camera=camera)
+def asked(field, value):
+    """An environment whose pictures are asked for so; a target is given in all three numbers."""
+    if field in ("width", "height"):
+        return RigidEnv("rigid_envs.tasks:BallPark", **{field: value})
+    value = [value] * 3 if field == "target" else value
+    return RigidEnv("rigid_envs.tasks:BallPark", camera={field: value})
+
+
+@pytest.mark.parametrize(
+    ("field", "low", "high"),
+    [
+        ("width", 16, 8192),
+        ("height", 16, 8192),
+        ("target", -1e6, 1e6),
+        ("distance", 5e-324, 1e6),
+        ("azimuth", -360.0, 360.0),
+        ("elevation", -90.0, 90.0),
+        ("field_of_view", 1.0, 150.0),
+    ],
+)
+def test_numbers_of_pictures_are_taken_up_to_their_ends_and_no_further(field, low, high):
+    for number, beyond in ((low, -1), (high, 1)):
+        asked(field, number)
+        if isinstance(number, int):
+            further = number + beyond
+        else:
+            further = np.nextafter(number, beyond * np.inf)
+        with pytest.raises(ConfigError, match=rf"^config\.(camera\.)?{field}\S*: .*expected"):
+            asked(field, further)

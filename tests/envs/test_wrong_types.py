@@ -113,4 +113,5 @@ def test_a_moment_is_that_of_a_row(row):
     envs.reset(seed=0)
     with pytest.raises(ValueError, match=r"row = .*; expected an integer from 0 to 1"):
         envs.moment(row)
-    assert (envs.moment(np.int64(1)).y == envs.y[1]).all()
+    for good in (0, 1, np.int64(1)):
+        assert (envs.moment(good).y == envs.y[good]).all()

@@ -1040,4 +1040,11 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "0.0 -> 1.0 (2)",
         "a colour is a choice",
     ),
+    Equivalent(
+        "rigid_envs/envs/vector.py",
+        "RigidVectorEnv._allow_steps",
+        "self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)",
+        "if left > 0 -> if False",
+        "the length is checked step by step then, as it is after the checked steps",
+    ),
 )

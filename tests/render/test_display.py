@@ -220,6 +220,27 @@ else:
     assert done.returncode == 0, done.stderr
 
 
+def test_to_close_an_environment_closes_its_window_once(monkeypatch):
+    calls = []
+
+    class Window:
+        def __init__(self, title):
+            calls.append(title)
+
+        def show(self, picture, fps):
+            calls.append((picture.shape, fps))
+
+        def close(self):
+            calls.append("close")
+
+    monkeypatch.setattr("rigid_envs.render.window.Window", Window)
+    env = gym.make(PARK, render_mode="human", width=64, height=32)
+    env.reset(seed=0)
+    env.close()
+    env.close()
+    assert calls == [PARK, ((32, 64, 3), 10), "close"]
+
+
 @pytest.mark.parametrize("call", ["gym.make(ID, **MODE)", "gym.make_vec(ID, num_envs=3, **MODE)"])
 def test_human_mode_shows_every_step_in_a_window(call):
     code = f"""
