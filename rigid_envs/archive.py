@@ -40,13 +40,14 @@ def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
         ValueError: More than can be read again.
         OSError: As `write_atomic`.
     """
-    size = sum(array.nbytes for array in arrays.values())
+    size, buffer = sum(array.nbytes for array in arrays.values()), io.BytesIO()
+    if len(arrays) <= _MOST and size <= _LIMIT:
+        named: dict[str, Any] = dict(arrays)
+        np.savez_compressed(buffer, **named)
+        size = buffer.tell()  # more than is in it where nothing can be packed
     if len(arrays) > _MOST or size > _LIMIT:
         raise ValueError(f"{len(arrays)} arrays of {size} bytes; expected at most {_MOST} of "
                          f"{_LIMIT}: write several files")  # fmt: skip
-    buffer = io.BytesIO()
-    named: dict[str, Any] = dict(arrays)
-    np.savez_compressed(buffer, **named)
     write_atomic(path, buffer.getvalue())
 
 

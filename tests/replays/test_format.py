@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS
-from rigid_envs.archive import write_arrays
+from rigid_envs.archive import read_arrays, write_arrays
 from rigid_envs.files import DamagedFileError, digest
 from rigid_envs.replays import RecordReplay, RecordRows, Replay, load_replay, play_again, same_bits
 from rigid_envs.scores import best_known
@@ -190,6 +190,38 @@ def test_more_than_can_be_read_again_is_not_written(tmp_path: Path) -> None:
         with pytest.raises(ValueError, match=r"expected at most 50000 of .*: write several files"):
             write_arrays(tmp_path / "a.npz", arrays)
     assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_whatever_is_written_can_be_read_again_up_to_the_last_byte(
+    packed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, sizes = tmp_path / "a.npz", range(1700, 2003)
+    noise = np.frombuffer(np.random.default_rng(0).bytes(sizes[-1]), np.uint8)
+    monkeypatch.setattr("rigid_envs.archive._LIMIT", 2000)
+    monkeypatch.setattr("rigid_envs.archive.write_atomic", Path.write_bytes)  # at once
+    taken = []
+    for size in sizes:
+        array = noise[:size] * (0 if packed else 1)
+        try:
+            write_arrays(path, {"a": array})
+        except ValueError:
+            continue
+        assert np.array_equal(read_arrays(path, 2000)["a"], array)
+        taken.append(size)
+    assert taken == [*range(1700, taken[-1] + 1)]
+    assert (taken[-1] if packed else path.stat().st_size) == 2000  # what is in it, or the file
+
+
+def test_as_many_arrays_are_written_as_can_be_read_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rigid_envs.archive._MOST", 3)
+    path = tmp_path / "a.npz"
+    write_arrays(path, dict.fromkeys("abc", np.zeros(1)))
+    assert read_arrays(path).keys() == set("abc")
+    with pytest.raises(ValueError, match="4 arrays of 32 bytes; expected at most 3 of "):
+        write_arrays(path, dict.fromkeys("abcd", np.zeros(1)))
 
 
 CHANGES = {
