@@ -133,6 +133,13 @@ def test_what_is_no_rotation_matrix_is_refused():
         assert refusal(checks.rotation_matrix, bad, "R").startswith("R")
 
 
+def test_rotation_matrices_are_taken_whatever_is_rounded():
+    q = rotations.normalize(np.random.default_rng(0).normal(size=(1000, 4)))
+    R = rotations.matrix_from_quaternion(q)
+    for factor in (1.0, 1.0 - 4e-7, 1.0 + 4e-7):
+        assert checks.rotation_matrix(factor * R, "R").shape == (1000, 3, 3)
+
+
 @pytest.mark.parametrize(
     "bad", ["\x1b]0;title\x07", "a\nb", "\u202eright to left", "\ud800", "x" * 301]
 )

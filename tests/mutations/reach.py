@@ -42,7 +42,7 @@ PACKAGES = {
         *("tests/test_files.py", "tests/test_registry.py", "tests/test_tensorfile.py"),
         *("tests/test_workers.py", "tests/envs", "tests/tasks/test_fields.py"),
         *("tests/tasks/test_not_a_number.py", "tests/cli/test_compiling.py"),
-        *("tests/test_documents.py", "tests/replays/test_format.py"),
+        *("tests/test_documents.py", "tests/test_provenance.py", "tests/replays/test_format.py"),
         *("tests/agents/config", "tests/test_docs.py", "rigid_envs/testing"),
     ),
 }
