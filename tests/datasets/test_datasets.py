@@ -6,6 +6,7 @@ import os
 import shlex
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import minari
 import numpy as np
 import pytest
 
-from rigid_envs import datasets
+from rigid_envs import ENVIRONMENTS, datasets
 from rigid_envs.cli import main
 from rigid_envs.cli.command_line import _parser
 from rigid_envs.datasets import writing
@@ -205,6 +206,21 @@ def test_scores_are_between_the_random_policy_and_the_reference() -> None:
     other = minari.load_dataset(datasets.write("Detumble", "random", 2, name="o-v0",
                                                config={"impulse": 0.3}))  # fmt: skip
     assert "ref_max_score" not in other.storage.metadata
+
+
+def test_there_are_scores_of_the_task_that_is_known_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    env_id = "RigidEnvs/Detumble-v0"
+    known = writing._scores(env_id, {})
+    assert known["ref_min_score"] < known["ref_max_score"]
+    assert known["num_episodes_average_score"] == 500
+    assert writing._scores(env_id, {"rotation": "quat", "frame": "reduced"}) == known  # as seen
+    assert writing._scores(env_id, {"impulse": 0.3}) == {}
+    record = replace(ENVIRONMENTS[env_id], controllers={})
+    with monkeypatch.context() as patch:
+        patch.setattr(writing, "ENVIRONMENTS", {env_id: record})
+        assert writing._scores(env_id, {}) == {}  # no reference
+    monkeypatch.setattr(writing, "best_known", lambda _: None)
+    assert writing._scores(env_id, {}) == {}
 
 
 def test_another_folder_is_used_for_this_one_only(

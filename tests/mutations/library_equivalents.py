@@ -1048,10 +1048,10 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "the length is checked step by step then, as it is after the checked steps",
     ),
     Equivalent(
-        'rigid_envs/checks.py',
-        'unit_length',
-        'require(np.abs(length - 1.0) <= TOLERANCE, rows, name, expected)',
-        'np.abs(length - 1.0) <= TOLERANCE -> np.abs(length - 1.0) < TOLERANCE',
-        'a length that is 1e-6 off to the last bit is as good as one beside it',
+        "rigid_envs/checks.py",
+        "unit_length",
+        "require(np.abs(length - 1.0) <= TOLERANCE, rows, name, expected)",
+        "np.abs(length - 1.0) <= TOLERANCE -> np.abs(length - 1.0) < TOLERANCE",
+        "a length that is 1e-6 off to the last bit is as good as one beside it",
     ),
 )
