@@ -220,7 +220,8 @@ else:
     assert done.returncode == 0, done.stderr
 
 
-def test_to_close_an_environment_closes_its_window_once(monkeypatch):
+@pytest.mark.parametrize("n", [0, 1])
+def test_to_close_an_environment_closes_its_window_once(n, monkeypatch):
     calls = []
 
     class Window:
@@ -234,7 +235,8 @@ def test_to_close_an_environment_closes_its_window_once(monkeypatch):
             calls.append("close")
 
     monkeypatch.setattr("rigid_envs.render.window.Window", Window)
-    env = gym.make(PARK, render_mode="human", width=64, height=32)
+    options = {"render_mode": "human", "width": 64, "height": 32}
+    env = gym.make_vec(PARK, num_envs=n, **options) if n else gym.make(PARK, **options)
     env.reset(seed=0)
     env.close()
     env.close()
