@@ -221,6 +221,20 @@ def test_arrays_follow_each_other_and_fill_the_file(
         load_tensors(path, 10**6)
 
 
+@pytest.mark.parametrize("bad", [-1, True, 1.0, "1", None, [1]])
+@pytest.mark.parametrize(("key", "place"), [("shape", 0), ("data_offsets", 0), ("data_offsets", 1)])
+def test_sizes_and_places_of_arrays_are_whole_numbers_from_0(
+    tmp_path: Path, key: str, place: int, bad: Any
+) -> None:
+    path, value = tmp_path / "a", np.array([0.5])
+    save_tensors(path, {"a": value}, {})
+    content = json.loads(path.read_bytes()[8:-8])
+    content["a"][key][place] = bad
+    path.write_bytes(header(json.dumps(content)) + value.tobytes())
+    with pytest.raises(DamagedFileError, match="a: expected integers from 0, found"):
+        load_tensors(path, 10**6)
+
+
 def test_a_number_that_json_does_not_have_is_damage(tmp_path: Path) -> None:
     path = tmp_path / "a.safetensors"
     save_tensors(path, ARRAYS, DOCUMENT)
