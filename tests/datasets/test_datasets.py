@@ -1,6 +1,5 @@
 """Data sets load with Minari, play again to the bit, and are there whole or not at all."""
 
-import inspect
 import json
 import os
 import shlex
@@ -17,7 +16,6 @@ import pytest
 
 from rigid_envs import ENVIRONMENTS, datasets
 from rigid_envs.cli import main
-from rigid_envs.cli.command_line import _parser
 from rigid_envs.datasets import writing
 from rigid_envs.envs import RigidEnv, RigidVectorEnv
 from rigid_envs.policies import FOLDER
@@ -161,11 +159,22 @@ def test_provenance_says_how_it_came_about() -> None:
         np.testing.assert_array_equal(values, before[key])
 
 
-def test_the_command_and_the_function_have_the_same_defaults() -> None:
-    options = vars(_parser().parse_args(["dataset", "BallPark", "--policy", "random"]))
-    defaults = inspect.signature(datasets.write).parameters
-    for name in ("episodes", "seed", "name", "overwrite"):
-        assert options[name] == defaults[name].default
+def test_the_command_and_the_function_write_the_same_by_default(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written: list[Any] = []
+
+    def fill(name: str, env_id: str, _: Any, seeds: list[int], origin: Any, __: Any) -> None:
+        (Path(os.environ["MINARI_DATASETS_PATH"]) / name / "data").mkdir(parents=True)
+        written.append((name, env_id, seeds, origin))
+
+    monkeypatch.setattr(writing, "_fill", fill)
+    assert datasets.write("Detumble", "random") == "rigid-envs/Detumble/random-v0"
+    words = ["dataset", "Detumble", "--policy", "random"]
+    assert main(words) == 2  # it is there already
+    assert main([*words, "--overwrite"]) == 0
+    first, again = written
+    assert first == again and len(first[2]) == 100 and first[3]["seed"] == 0
 
 
 def test_starts_are_none_of_the_evaluation_and_all_differ() -> None:

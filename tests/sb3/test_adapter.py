@@ -168,6 +168,10 @@ def test_attributes_and_methods_reach_the_environment() -> None:
         env.set_attr("limit", 8, indices=[1])
     with pytest.raises(AttributeError, match="nonsense"):
         env.get_attr("nonsense")
+    no_name: Any = 3
+    for ask in (env.get_attr, env.env_method):
+        with pytest.raises(AttributeError, match="^3 is no name of an attribute or a method"):
+            ask(no_name)
     assert env.env_method("get_state", indices=0)[0].keys() == env.venv.state.keys()
     assert env.env_is_wrapped(Monitor) == [True] * 3
     sync = SyncVectorEnv(
@@ -192,6 +196,12 @@ def test_what_wrappers_do_not_have_is_that_of_the_environment_behind_them() -> N
     assert env.env_method("get_state", indices=0)[0].keys() == inner.state.keys()
     with pytest.raises(AttributeError, match="has no attribute or method 'nonsense'"):
         env.get_attr("nonsense")
+
+
+@pytest.mark.parametrize("bad", [3, None, gym.make("CartPole-v1")])
+def test_what_is_no_vector_environment_is_refused(bad: Any) -> None:
+    with pytest.raises(ValueError, match=r"^venv = .*; expected a gymnasium\.vector\.VectorEnv"):
+        GymnasiumVecEnv(bad)
 
 
 def test_another_autoreset_mode_is_refused() -> None:
