@@ -170,7 +170,7 @@ def test_attributes_and_methods_reach_the_environment() -> None:
         env.get_attr("nonsense")
     no_name: Any = 3
     for ask in (env.get_attr, env.env_method):
-        with pytest.raises(AttributeError, match="^3 is no name of an attribute or a method"):
+        with pytest.raises(AttributeError, match=r"^3 is no name of an attribute or a method"):
             ask(no_name)
     assert env.env_method("get_state", indices=0)[0].keys() == env.venv.state.keys()
     assert env.env_is_wrapped(Monitor) == [True] * 3

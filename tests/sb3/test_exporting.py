@@ -134,6 +134,11 @@ def flat_goals() -> Any:
     return DummyVecEnv([lambda: gym.wrappers.FlattenObservation(env)])
 
 
+def columns() -> Any:
+    env = gym.wrappers.ReshapeObservation(gym.make("Pendulum-v1"), (3, 1))
+    return DummyVecEnv([lambda: env])
+
+
 def part_scaled() -> Any:
     return VecNormalize(make_vec_env(GOAL), norm_obs_keys=["observation"])
 
@@ -160,6 +165,7 @@ def part_scaled() -> Any:
         ),
         (PPO, lambda: VecFrameStack(make_vec_env(BODY), 2), {}, "env = VecFrameStack; expected no"),
         (PPO, part_scaled, {}, r"norm_obs_keys = \['observation'\]; expected all parts"),
+        (PPO, columns, {}, r"observation = Box\(.*; expected a Box of one axis"),
         (PPO, flat_goals, {}, "observations are not those of RigidEnvs/BallParkGoal-v0; expected"),
     ],
     ids=lambda value: getattr(value, "__name__", None),  # no addresses: workers compare the ids
