@@ -165,7 +165,7 @@ def part_scaled() -> Any:
         ),
         (PPO, lambda: VecFrameStack(make_vec_env(BODY), 2), {}, "env = VecFrameStack; expected no"),
         (PPO, part_scaled, {}, r"norm_obs_keys = \['observation'\]; expected all parts"),
-        (PPO, columns, {}, r"observation = Box\(.*; expected a Box of one axis"),
+        (PPO, columns, {}, "; expected a Box of one axis"),
         (PPO, flat_goals, {}, "observations are not those of RigidEnvs/BallParkGoal-v0; expected"),
     ],
     ids=lambda value: getattr(value, "__name__", None),  # no addresses: workers compare the ids
