@@ -13,6 +13,7 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 
 from rigid_envs.sb3 import GymnasiumVecEnv, NonFiniteError
+from rigid_envs.sb3.infos import split
 from tests.agents.drift import Drift
 from tests.sb3.script import Script, steps
 
@@ -196,6 +197,16 @@ def test_what_wrappers_do_not_have_is_that_of_the_environment_behind_them() -> N
     assert env.env_method("get_state", indices=0)[0].keys() == inner.state.keys()
     with pytest.raises(AttributeError, match="has no attribute or method 'nonsense'"):
         env.get_attr("nonsense")
+
+
+def test_an_entry_of_some_rows_is_in_the_infos_of_those_alone() -> None:
+    columns = {"a": np.array([1, 2, 3]), "_a": np.array([True, False, True]), "b": np.arange(3.0)}
+    assert split(columns, np.array([0, 1, 2])) == [
+        *({"a": 1, "b": 0.0}, {"b": 1.0}, {"a": 3, "b": 2.0}),
+    ]
+    assert split(columns, np.array([2, 0])) == [{"a": 3, "b": 2.0}, {"a": 1, "b": 0.0}]
+    assert split(columns, np.array([1])) == [{"b": 1.0}]
+    assert split({}, np.array([0, 2])) == [{}, {}]
 
 
 @pytest.mark.parametrize("bad", [3, None, gym.make("CartPole-v1")])

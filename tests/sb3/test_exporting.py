@@ -21,8 +21,10 @@ from stable_baselines3.common.vec_env import (
 from torch import Tensor, nn
 
 import rigid_envs
+from rigid_envs.catalogue import task_of
 from rigid_envs.errors import ConfigError
 from rigid_envs.sb3 import export, make_vec_env
+from rigid_envs.sb3.extractor import AttitudeExtractor, attitudes
 from rigid_envs.sb3.networks import network_of
 
 GOAL, GRID, BODY = "BallParkGoal", "BallGrid", "Detumble"
@@ -199,6 +201,15 @@ def test_the_head_is_that_of_the_algorithm_and_the_actions(
     network = network_of(kind("MlpPolicy", make_vec_env(name), device="cpu", **SHORT[kind]))
     assert network.head == head
     assert {key for key in network.arrays if not key.startswith("layers.")} == more
+
+
+def test_where_attitudes_are_is_told_of_the_extractor_that_turns_them_into_rotations() -> None:
+    places = attitudes(task_of(GOAL))
+    assert places == {"achieved": 2, "desired": 13}  # behind the positions
+    turning = {"features_extractor_class": AttitudeExtractor, "features_extractor_kwargs": places}
+    for more, told in (({}, None), (turning, [2, 13])):
+        model = PPO("MultiInputPolicy", make_vec_env(GOAL), device="cpu", policy_kwargs=more)
+        assert network_of(model).attitudes == told
 
 
 def test_a_network_that_was_built_by_hand_is_refused_where_a_file_does_not_hold_it() -> None:
