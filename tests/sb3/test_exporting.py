@@ -207,6 +207,7 @@ def test_where_attitudes_are_is_told_of_the_extractor_that_turns_them_into_rotat
     places = attitudes(task_of(GOAL))
     assert places == {"achieved": 2, "desired": 13}  # behind the positions
     turning = {"features_extractor_class": AttitudeExtractor, "features_extractor_kwargs": places}
+    assert attitudes(None) == attitudes(task_of(BODY)) == {}
     for more, told in (({}, None), (turning, [2, 13])):
         model = PPO("MultiInputPolicy", make_vec_env(GOAL), device="cpu", policy_kwargs=more)
         assert network_of(model).attitudes == told
