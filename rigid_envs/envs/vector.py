@@ -197,8 +197,8 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         if raised < 0:  # raises with the entry that is not finite
             actions_of(self.task, actions, (self.num_envs,), self._name)
         core.outputs = outputs
-        if self._ended.size and self.autoreset_mode is AutoresetMode.NEXT_STEP:
-            core.reset_unseen(self._ended)  # rows that had ended are reset instead of stepped
+        if self._ended.size:  # in the mode NEXT_STEP: no other steps where a row has ended
+            core.reset_unseen(self._ended)  # such rows are reset instead of stepped
         infos: dict[str, Any] = {}
         if self._infos_on_request:
             # a quarter of the time of unpacking

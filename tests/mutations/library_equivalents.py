@@ -1103,4 +1103,25 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "0 -> 1",
         "which key a row without a seed of its own gets is a choice: each has another one",
     ),
+    Equivalent(
+        "rigid_envs/envs/vector.py",
+        "RigidVectorEnv.step",
+        "if self._ended.size:  # in the mode NEXT_STEP: no other steps where a row has ended",
+        "if self._ended.size -> if True",
+        "of no rows none is reset: only time is lost",
+    ),
+    Equivalent(
+        "rigid_envs/envs/vector.py",
+        "RigidVectorEnv.step",
+        "elif self.autoreset_mode is AutoresetMode.DISABLED:",
+        "if self.autoreset_mode is AutoresetMode.DISABLED -> if True",
+        "order and clocks are checked at the next step then, which takes time and changes nothing",
+    ),
+    Equivalent(
+        "rigid_envs/states.py",
+        "_check_range",
+        "if not good.all():",
+        "if not good.all() -> if True",
+        "where all numbers are good nothing is refused: only time is lost",
+    ),
 )
