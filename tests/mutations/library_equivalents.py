@@ -1124,4 +1124,11 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "if not good.all() -> if True",
         "where all numbers are good nothing is refused: only time is lost",
     ),
+    Equivalent(
+        "rigid_envs/leaderboard/drawing.py",
+        "draw",
+        'dress(axes, "")',
+        "dress(axes, '') -> pass",
+        "a look is a choice",
+    ),
 )

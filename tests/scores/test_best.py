@@ -116,6 +116,17 @@ def test_the_name_of_a_finder_is_one_that_can_be_shown(tmp_path):
         read_best(file)
 
 
+@pytest.mark.parametrize(
+    ("costs", "finders"), [((1.0, 2.0), ("zero", "")), ((1.0, np.nan), ("zero",) * 2),
+                           ((1.0, -1.0), ("zero",) * 2)]
+)  # fmt: skip
+def test_a_cost_has_a_finder_and_a_finder_a_cost_from_0(costs, finders, tmp_path):
+    known, file = find(GRID, n=2), tmp_path / "grid.json"
+    write_best(file, replace(known, costs=np.array(costs), finders=finders))
+    with pytest.raises(DamagedFileError, match="expected a cost from 0 and a finder, or neither"):
+        read_best(file)
+
+
 def test_what_is_best_is_known_of_the_id_itself_and_of_no_other_of_its_name():
     assert best_known(DETUMBLE).env_id == DETUMBLE
     assert best_known("Mine/Detumble-v0") is None
