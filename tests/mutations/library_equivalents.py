@@ -1131,4 +1131,21 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "dress(axes, '') -> pass",
         "a look is a choice",
     ),
+    Equivalent(
+        "rigid_envs/planning/model.py",
+        "Model._unit_costs",
+        "self._core.set_state(self._state)",
+        "self._core.set_state(self._state) -> pass",
+        "in the tasks that are planned a cost is one of the action: the same from any state",
+    ),
+    Equivalent(
+        "rigid_envs/control/shortest_path.py",
+        "module",
+        (
+            "_G = 1.1673039782614187  # the root of g^5 = g + 1: its powers spread points evenly "
+            "in 4 dimensions"
+        ),
+        "1.1673039782614187 -> 2.3346079565228375",
+        "guesses: paths that are found from others are as short",
+    ),
 )
