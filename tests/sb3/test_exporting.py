@@ -22,6 +22,7 @@ from torch import Tensor, nn
 
 import rigid_envs
 from rigid_envs.catalogue import task_of
+from rigid_envs.envs import RigidEnv
 from rigid_envs.errors import ConfigError
 from rigid_envs.sb3 import export, make_vec_env
 from rigid_envs.sb3.extractor import AttitudeExtractor, attitudes
@@ -252,3 +253,12 @@ def test_a_model_without_environment_and_another_kind_of_file_are_refused(tmp_pa
     model.save(tmp_path / "model.zip")
     with pytest.raises(ConfigError, match="env = None; expected the environment of its training"):
         export(PPO.load(tmp_path / "model.zip"), tmp_path / "policy.safetensors")
+
+
+def test_a_model_of_an_environment_that_was_made_without_an_id_is_refused(tmp_path: Path) -> None:
+    env = DummyVecEnv([partial(RigidEnv, "rigid_envs.tasks:Detumble")])
+    model = PPO("MlpPolicy", env, device="cpu")
+    with pytest.raises(
+        ConfigError, match="env has no spec; expected an environment of a registered"
+    ):
+        export(model, tmp_path / "policy.safetensors")
