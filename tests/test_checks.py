@@ -98,6 +98,12 @@ def test_the_first_bad_entry_is_shown_by_its_index():
     )
 
 
+def test_an_array_of_positive_numbers_holds_no_zero():
+    for rows in ([1.0, 0.0], [1.0, -0.0], [5e-324, np.inf]):
+        assert refusal(checks.positive_array, rows, "y").startswith("y[1] = ")
+    assert checks.positive_array([5e-324, 1e308], "y").min() > 0.0
+
+
 def test_shapes_are_refused_in_words_that_say_which():
     expected = "y has shape (2,); expected (..., 3): the last axis is (a, b, c)"
     assert refusal(checks.array, np.ones(2), "y", 3, entries="a, b, c") == expected
@@ -146,6 +152,11 @@ def test_rotation_matrices_are_taken_whatever_is_rounded():
 def test_text_that_would_steer_a_terminal_is_refused_wherever_it_stands(bad):
     for value in (bad, [1, {"a": [bad]}], {"a": {bad: 1}}):
         refusal(checks.printable, value, "label")
+
+
+def test_text_of_300_characters_is_shown_and_no_longer_one():
+    assert checks.printable("x" * 300, "label")
+    assert "at most 300 characters" in refusal(checks.printable, "x" * 301, "label")
 
 
 def test_printable_text_stays_as_it_is():

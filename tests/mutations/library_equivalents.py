@@ -796,13 +796,6 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "rigid_envs/planning/descent.py",
         "looked_at",
         "if (first < T).any():",
-        "if (first < T).any() -> if True",
-        "only time is lost: an error that is looked at twice is bound as it is by one look",
-    ),
-    Equivalent(
-        "rigid_envs/planning/descent.py",
-        "looked_at",
-        "if (first < T).any():",
         "first < T -> first <= T",
         "only time is lost: an error that is looked at twice is bound as it is by one look",
     ),
@@ -846,29 +839,6 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         '_MKL_IS_SLOW = _MKL.is_available() and "AMD" in cpu_name()',
         "'AMD' in cpu_name() -> 'AMD' not in cpu_name()",
         "both are the same function to a rounding; which one is faster depends on the processor",
-    ),
-    Equivalent(
-        "rigid_envs/planning/subproblem.py",
-        "module",
-        (
-            "_WITHIN = 1.0 - 1e-5  # plans end so far within the tolerances: actions and goals "
-            "are float32"
-        ),
-        "1e-05 -> 2e-05",
-        "how far within the tolerances plans end is a choice: whether they succeed is replayed",
-    ),
-    Equivalent(
-        "rigid_envs/planning/model.py",
-        "module",
-        (
-            "_GRID = 2.0**14  # actions that track are multiples of its inverse, so that files "
-            "of plans are small"
-        ),
-        "2.0 -> 4.0",
-        (
-            "how finely actions are stored is a choice: what they cost is checked when they are "
-            "replayed"
-        ),
     ),
     Equivalent(
         "rigid_envs/scores/aggregates.py",
