@@ -533,13 +533,6 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "how a plan is searched for is a choice: what it costs is checked when it is replayed",
     ),
     Equivalent(
-        "rigid_envs/planning/descent.py",
-        "Search.step",
-        "self._rho = np.where(good & (gained > 0.5 * expected), self._rho / 3.0, self._rho)",
-        "3.0 -> 6.0",
-        "how a plan is searched for is a choice: what it costs is checked when it is replayed",
-    ),
-    Equivalent(
         "rigid_envs/planning/subproblem.py",
         "Subproblem.solve",
         "if (gap <= _SOLVED * np.abs(value) + 1e-12).all():",
