@@ -910,13 +910,6 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "into how many faces a ball is cut is a choice",
     ),
     Equivalent(
-        "rigid_envs/replays/insets.py",
-        "_ball",
-        "azimuth = np.linspace(0.0, 2.0 * np.pi, 2 * n + 1)",
-        "2 * n + 1 -> 2 * n - 1",
-        "into how many faces a ball is cut is a choice",
-    ),
-    Equivalent(
         "rigid_envs/films/animation.py",
         "module",
         "_Level(0.75, 20.0, 65, 128),",
