@@ -156,6 +156,12 @@ def test_a_header_has_at_most_16_mebibytes(tmp_path: Path, more: int) -> None:
         assert load_tensors(path, 2**25)[1] == DOCUMENT
 
 
+def test_a_header_that_is_longer_than_the_file_is_told_by_its_length(tmp_path: Path) -> None:
+    (tmp_path / "a.safetensors").write_bytes((3).to_bytes(8, "little") + b"{}")
+    with pytest.raises(DamagedFileError, match="header length = 3; expected at most 2 bytes"):
+        load_tensors(tmp_path / "a.safetensors", 10**6)
+
+
 @pytest.mark.parametrize("n_axes", [32, 33])
 def test_an_array_has_at_most_32_axes(tmp_path: Path, n_axes: int) -> None:
     path, array = tmp_path / "a.safetensors", np.ones((1,) * n_axes)
