@@ -131,6 +131,12 @@ def test_only_whole_sets_are_ranked_and_all_else_is_listed_apart(folder: Path) -
     assert ranked.count("| `Detumble-v0` |") == 4
 
 
+def test_what_no_best_is_known_of_is_not_ranked(results: Path) -> None:
+    found = read_evaluation(results / "brake.json")
+    assert row_of(found).unranked is None
+    assert row_of(replace(found, best=None)).unranked == "no best is known"
+
+
 def test_a_page_of_which_nothing_is_ranked_has_no_rank(tmp_path: Path) -> None:
     rigid_envs.evaluate(ID, "zero", n=1).save(tmp_path / "row.json")
     assert main(["leaderboard", str(tmp_path)]) == 0
