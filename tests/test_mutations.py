@@ -215,6 +215,7 @@ def test_bugs_that_are_argued_away_are_still_in_the_library(package: str) -> Non
     files = {path.relative_to(ROOT).as_posix() for path in sources(ROOT, package)}
     ours = [equivalent for equivalent in LIBRARY_EQUIVALENTS if equivalent.file in files]
     assert {equivalent.key for equivalent in ours} <= keys
+    assert len({equivalent.key for equivalent in ours}) == len(ours)
     assert all(equivalent.why for equivalent in ours)
 
 

@@ -1081,20 +1081,6 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "where all numbers are good nothing is refused: only time is lost",
     ),
     Equivalent(
-        "rigid_envs/leaderboard/drawing.py",
-        "draw",
-        'dress(axes, "")',
-        "dress(axes, '') -> pass",
-        "a look is a choice",
-    ),
-    Equivalent(
-        "rigid_envs/planning/model.py",
-        "Model._unit_costs",
-        "self._core.set_state(self._state)",
-        "self._core.set_state(self._state) -> pass",
-        "in the tasks that are planned a cost is one of the action: the same from any state",
-    ),
-    Equivalent(
         "rigid_envs/control/shortest_path.py",
         "module",
         (

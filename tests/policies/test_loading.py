@@ -139,7 +139,7 @@ def damaged(arrays: dict[str, Any], document: dict[str, Any], how: str) -> None:
 @pytest.mark.parametrize(
     "how",
     [
-        "another format", "no format", "no network", "network is a list", 
+        "another format", "no format", "no network", "network is a list",
         "no layers", "a gap", "too many layers", "65 layers", "not finite",
         "double", "a vector", "layers that do not fit", "bias that does not fit", "no spread",
         "statistics without use", "statistics missing", "bounds that do not fit",

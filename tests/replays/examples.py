@@ -76,13 +76,40 @@ def view_of(task: Any, parameters: dict[str, float]) -> View:
     return (BodyView if "omega_body" in task.system_type.components else BallView)(task, parameters)
 
 
-def free_body(n_steps: int = 60, env_id: str = "RigidEnvs/IntermediateAxis-v0") -> Replay:
-    """A body that nothing acts on, near the unstable axis."""
-    env = RecordReplay(gym.make(env_id), label="free")
-    env.reset(seed=1)
+def idle(
+    env_id: str,
+    n_steps: int = 20,
+    state: dict[str, Any] | None = None,
+    seed: int = 0,
+    label: str = "",
+    **config: Any,
+) -> Replay:
+    """An episode in which nothing is done, from a start that is drawn or given."""
+    env = RecordReplay(gym.make(env_id, **config), label=label)
+    env.reset(seed=seed, options=None if state is None else {"state": state})
     for _ in range(n_steps):
         env.step(np.zeros(env.action_space.shape, dtype=np.float32))
     return env.replay()
+
+
+def free_body(n_steps: int = 60) -> Replay:
+    """A body that nothing acts on, near the unstable axis."""
+    return idle("RigidEnvs/IntermediateAxis-v0", n_steps, seed=1, label="free")
+
+
+def recorded(env_id: str, n_steps: int = 6, n_episodes: int = 1, **config: Any) -> Replay:
+    """Some random steps of some episodes."""
+    env = RecordReplay(gym.make(env_id, **config), label="random")
+    env.action_space.seed(3)
+    for k in range(n_episodes):
+        env.reset(seed=k)
+        for _ in range(n_steps):
+            _, _, terminated, truncated, _ = env.step(env.action_space.sample())
+            if terminated or truncated:
+                break
+    replay = env.replay()
+    env.close()
+    return replay
 
 
 def rolling_ball(label: str, seed: int, n_steps: int = 40) -> Replay:

@@ -15,25 +15,11 @@ import pytest
 from rigid_envs import ENVIRONMENTS
 from rigid_envs.archive import read_arrays, write_arrays
 from rigid_envs.files import DamagedFileError, digest
-from rigid_envs.replays import RecordReplay, RecordRows, Replay, load_replay, play_again, same_bits
+from rigid_envs.replays import RecordReplay, RecordRows, load_replay, play_again, same_bits
 from rigid_envs.scores import best_known
+from tests.replays.examples import recorded
 
 Arrays = dict[str, np.ndarray[Any, Any]]
-
-
-def recorded(env_id: str, n_steps: int = 6, n_episodes: int = 1, **config: Any) -> Replay:
-    """Some random steps of some episodes."""
-    env = RecordReplay(gym.make(env_id, **config), label="random")
-    env.action_space.seed(3)
-    for k in range(n_episodes):
-        env.reset(seed=k)
-        for _ in range(n_steps):
-            _, _, terminated, truncated, _ = env.step(env.action_space.sample())
-            if terminated or truncated:
-                break
-    replay = env.replay()
-    env.close()
-    return replay
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from rigid_envs.replays.inbetween import moments
 from rigid_envs.replays.insets import insets
 from rigid_envs.replays.packing import Packer
 from rigid_envs.replays.page import html
-from tests.replays.examples import free_body, rolling_ball, view_of
+from tests.replays.examples import free_body, idle, rolling_ball, view_of
 
 
 def unpacked(blob: str, place: list[Any]) -> Any:
@@ -99,7 +99,7 @@ def test_a_plot_has_the_curve_of_every_episode_and_none_of_one_that_has_no_such_
     ball: Replay, body: Replay
 ) -> None:
     other = rolling_ball("reference", 1, 7)
-    coin = free_body(5, "RigidEnvs/CoinPark-v0")
+    coin = idle("RigidEnvs/CoinPark-v0", 5)
     for replays in ((ball,), (ball, other), (body, ball), (coin, ball, other)):
         page = shown(*replays)
         told = ("key", "title", "unit", "kind", "names", "held")

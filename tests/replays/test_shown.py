@@ -4,18 +4,18 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
 from rigid_envs import ENVIRONMENTS, rotations
-from rigid_envs.replays import Episode, RecordReplay, Replay, play_again
+from rigid_envs.replays import Episode, play_again
 from rigid_envs.replays.curves import Curve, conservation_errors, curves, is_driven
 from rigid_envs.replays.inbetween import moment_at, moments
 from rigid_envs.replays.insets import _PALE, _WARM, insets
+from rigid_envs.replays.panels import Panel
 from rigid_envs.systems import FreeBody
 from rigid_envs.tasks import Task
-from tests.replays.examples import free_body
+from tests.replays.examples import free_body, idle, recorded
 from tests.systems.examples import (
     BALL,
     BODY,
@@ -31,19 +31,24 @@ from tests.systems.examples import (
 Array = np.ndarray[Any, Any]
 
 
-def idle(env_id: str, state: dict[str, Any], n_steps: int = 20, **config: Any) -> Replay:
-    """An episode from a given start in which nothing is done."""
-    env = RecordReplay(gym.make(env_id, **config))
-    env.reset(seed=0, options={"state": state})
-    for _ in range(n_steps):
-        env.step(np.zeros(env.action_space.shape, dtype=np.float32))
-    return env.replay()
-
-
 @pytest.fixture(scope="module")
 def free() -> tuple[Task, Episode]:
     replay = free_body()
     return replay.task, replay.episodes[0]
+
+
+@pytest.fixture(scope="module")
+def spun() -> tuple[Task, Episode]:
+    """A top that leans by 0.4 rad and is spun about its axis."""
+    state = {"q": [np.cos(0.2), np.sin(0.2), 0.0, 0.0], "omega_body": [0.0, 0.0, 3.0]}
+    replay = idle("RigidEnvs/SleepingTop-v0", state=state)
+    return replay.task, replay.episodes[0]
+
+
+def inset(task: Task, episode: Episode, driven: bool) -> Panel:
+    """The one inset of a moment of each step."""
+    (panel,) = insets(task.system(episode.parameters), moments(task, episode, 1), driven)
+    return panel
 
 
 def test_errors_are_those_of_the_definitions(free: tuple[Task, Episode]) -> None:
@@ -91,12 +96,7 @@ def test_one_input_in_one_step_drives_an_episode(free: tuple[Task, Episode]) -> 
 
 def drawn(name: str, key: str) -> tuple[Curve, Array, Any]:
     """One of the curves of five random steps, the states, and the system."""
-    env = RecordReplay(gym.make(f"RigidEnvs/{name}-v0"))
-    env.reset(seed=1)
-    env.action_space.seed(1)
-    for _ in range(5):
-        env.step(env.action_space.sample())
-    replay = env.replay()
+    replay = recorded(f"RigidEnvs/{name}-v0", 5)
     (episode,) = replay.episodes
     (found,) = (curve for curve in curves(replay.task, episode, True) if curve.key == key)
     return found, episode.y, replay.task.system(episode.parameters)
@@ -129,12 +129,7 @@ def test_curves_show_what_they_are_called() -> None:
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_every_environment_has_curves_of_every_moment_or_step(env_id: str) -> None:
-    env = RecordReplay(gym.make(env_id))
-    env.reset(seed=1)
-    env.action_space.seed(1)
-    for _ in range(3):
-        env.step(env.action_space.sample())
-    replay = env.replay()
+    replay = recorded(env_id, 3)
     (episode,) = replay.episodes
     found = curves(replay.task, episode, is_driven(episode))
     assert {"omega", "reward", "cost", "action"} <= {curve.key for curve in found}
@@ -190,7 +185,7 @@ def test_success_is_shown_when_its_step_is_made_and_not_while_it_is_going_on(
 
 def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense() -> None:
     state = {"q": [1.0, 0.0, 0.0, 0.0], "omega_body": [0.0, 0.0, 40.0]}
-    replay = idle("RigidEnvs/SleepingTop-v0", state, 2, dt=0.1, n_substeps=40)
+    replay = idle("RigidEnvs/SleepingTop-v0", 2, state, dt=0.1, n_substeps=40)
     (episode,) = replay.episodes
     dt = replay.task.dt
     path = moments(replay.task, episode, 10_000)
@@ -206,15 +201,11 @@ def test_budget_limits_the_moments_but_keeps_all_steps(free: tuple[Task, Episode
     assert len(moments(task, episode, 1)) == len(episode) + 1
 
 
-def test_lines_stand_a_little_above_what_they_are_drawn_on(free: tuple[Task, Episode]) -> None:
-    task, episode = free
-    system = task.system(episode.parameters)
-    path = moments(task, episode, 1)
-    (rolling,), (driven,) = (insets(system, path, driven=acts) for acts in (False, True))
-    state = {"q": [np.cos(0.2), np.sin(0.2), 0.0, 0.0], "omega_body": [0.0, 0.0, 3.0]}
-    top = idle("RigidEnvs/SleepingTop-v0", state, 5)
-    (spun,) = top.episodes
-    (sphere,) = insets(top.task.system(spun.parameters), moments(top.task, spun, 1), driven=True)
+def test_lines_stand_a_little_above_what_they_are_drawn_on(
+    free: tuple[Task, Episode], spun: tuple[Task, Episode]
+) -> None:
+    rolling, driven = (inset(*free, driven=acts) for acts in (False, True))
+    sphere = inset(*spun, driven=True)
     for points in (
         *([f.points["polhode"] for f in panel.frames] for panel in (rolling, driven)),
         [frame.points["axis"] for frame in sphere.frames],
@@ -235,15 +226,9 @@ def test_lines_stand_a_little_above_what_they_are_drawn_on(free: tuple[Task, Epi
 
 
 def test_an_axis_is_an_arrow_from_the_centre_through_the_end_of_its_path(
-    free: tuple[Task, Episode],
+    free: tuple[Task, Episode], spun: tuple[Task, Episode]
 ) -> None:
-    task, episode = free
-    system: Any = task.system(episode.parameters)
-    (body,) = insets(system, moments(task, episode, 1), driven=True)
-    state = {"q": [np.cos(0.2), np.sin(0.2), 0.0, 0.0], "omega_body": [0.0, 0.0, 3.0]}
-    top = idle("RigidEnvs/SleepingTop-v0", state, 5)
-    (spun,) = top.episodes
-    (sphere,) = insets(top.task.system(spun.parameters), moments(top.task, spun, 1), driven=True)
+    body, sphere = (inset(*each, driven=True) for each in (free, spun))
     scale = body.frames[0].poses["ellipsoid"].scale
     for panel, arrow, path, sizes in (
         (body, "omega", "polhode", scale),
@@ -258,7 +243,7 @@ def test_an_axis_is_an_arrow_from_the_centre_through_the_end_of_its_path(
 
 def test_what_rests_in_a_place_has_no_path() -> None:
     for name in ("BallPark", "CoinPark", "PivotTop"):
-        replay = free_body(2, f"RigidEnvs/{name}-v0")
+        replay = idle(f"RigidEnvs/{name}-v0", 2)
         (episode,) = replay.episodes
         found = {curve.key for curve in curves(replay.task, episode, driven=False)}
         assert "tilt" in found and "plan" not in found
@@ -291,7 +276,7 @@ def test_the_polhode_of_a_driven_body_lies_on_its_inertia_ellipsoid(
     task, episode = free
     episode = replace(episode, parameters={k: 3.0 * x for k, x in episode.parameters.items()})
     system: Any = task.system(episode.parameters)
-    (panel,) = insets(system, moments(task, episode, 1), driven=True)
+    panel = inset(task, episode, driven=True)
     semi = np.sqrt(system.moments.min() / system.moments)
     for frame, y in zip(panel.frames, episode.y, strict=True):
         assert np.allclose(frame.poses["ellipsoid"].scale, semi)
@@ -311,7 +296,7 @@ def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, Episod
     task, episode = free
     system = task.system(episode.parameters)
     assert isinstance(system, FreeBody)
-    (panel,) = insets(system, moments(task, episode, 1), driven=True)
+    panel = inset(task, episode, driven=True)
     points = np.asarray(panel.whole["separatrices"])
     points = points[np.isfinite(points).all(axis=-1)]
     omega = points / np.sqrt(system.moments)  # on the ellipsoid, to a factor
@@ -322,7 +307,7 @@ def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, Episod
 
 def test_the_ball_of_an_inset_is_closed_and_round(free: tuple[Task, Episode]) -> None:
     task, episode = free
-    (panel,) = insets(task.system(episode.parameters), moments(task, episode, 1), driven=True)
+    panel = inset(task, episode, driven=True)
     mesh = panel.scene.parts["ellipsoid"].mesh
     a, b, c = (np.asarray(mesh.vertices)[np.asarray(mesh.triangles)[:, k]] for k in range(3))
     outward = np.cross(b - a, c - a)
@@ -336,13 +321,10 @@ def test_the_ball_of_an_inset_is_closed_and_round(free: tuple[Task, Episode]) ->
         assert np.allclose(seen, color, rtol=0.0, atol=0.51 / 255.0)
 
 
-def test_axis_of_a_top_is_on_the_unit_sphere() -> None:
-    state = {"q": [np.cos(0.2), np.sin(0.2), 0.0, 0.0], "omega_body": [0.0, 0.0, 3.0]}
-    replay = idle("RigidEnvs/SleepingTop-v0", state)
-    (episode,) = replay.episodes
-    assert "Momentum error" in [c.title for c in curves(replay.task, episode, False)]
-    system = replay.task.system(episode.parameters)
-    (panel,) = insets(system, moments(replay.task, episode, 1), driven=False)
+def test_axis_of_a_top_is_on_the_unit_sphere(spun: tuple[Task, Episode]) -> None:
+    task, episode = spun
+    assert "Momentum error" in [c.title for c in curves(task, episode, False)]
+    system, panel = task.system(episode.parameters), inset(task, episode, driven=False)
     points = np.array([frame.points["axis"] for frame in panel.frames])
     tilt = system.accessors["tilt"](episode.y)
     assert np.allclose(points[:, 2] / np.linalg.norm(points, axis=-1), np.cos(tilt), atol=1e-12)
