@@ -5,7 +5,7 @@ import sys
 
 if __name__ == "__main__":
     try:
-        from rigid_envs.cli.progress import show_messages
+        from rigid_envs.tools.cli.words import show_messages
 
         from .cli.command_line import main
 

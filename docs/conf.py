@@ -49,7 +49,7 @@ nb_execution_in_temp = True
 nb_merge_streams = True
 
 # Reference
-autodoc_default_options = {"members": True, "imported-members": True}
+autodoc_default_options = {"members": True}
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 napoleon_custom_sections = ["Physics", "Source"]

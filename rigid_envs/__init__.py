@@ -15,19 +15,25 @@ from typing import TYPE_CHECKING, Any
 
 import gymnasium
 
-from rigid_envs.registry import ENVIRONMENTS, EnvironmentRecord, add
-from rigid_envs.registry import load as load_object
+from rigid_envs.tasks.registry import ENVIRONMENTS, EnvironmentRecord, add
+from rigid_envs.tasks.registry import load as load_object
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigid_envs.policies import CompiledPolicy
-    from rigid_envs.references import Reference
+    from rigid_envs.scores.references import Reference
     from rigid_envs.scores.result import Evaluation
+    from rigid_envs.scores.trained import CompiledPolicy
 
 __all__ = ["ENVIRONMENTS", "__version__", "evaluate", "load", "reference", "register"]
 
 __version__ = "0.1.0"
+
+_HANDED_ON = {
+    **{"bodies": "mechanics.bodies", "rotations": "mechanics.rotations", "systems": "systems"},
+    **{"sb3": "sb3", "extending": "extending", "testing": "testing", "scores": "scores"},
+    **{"control": "control", "replays": "watch.replays", "films": "watch.films"},
+}
 
 
 def register(
@@ -51,7 +57,7 @@ def register(
         family: Heading under which tables and pages list it.
         goal: Whether it is a goal environment; None asks the task class, whose module is then
             imported at once.
-        **more: Other attributes of `rigid_envs.registry.EnvironmentRecord`.
+        **more: Other attributes of `rigid_envs.tasks.registry.EnvironmentRecord`.
 
     Raises:
         ConfigError: a wrong task name or time limit, or an id that is registered already.
@@ -94,7 +100,7 @@ def load(name: str | Path) -> CompiledPolicy:
     Raises:
         ConfigError: none of that name; names those that there are.
     """
-    found: CompiledPolicy = importlib.import_module("rigid_envs.policies").load(name)
+    found: CompiledPolicy = importlib.import_module("rigid_envs.scores.trained").load(name)
     return found
 
 
@@ -114,7 +120,7 @@ def reference(env_id: str, name: str | None = None, **settings: Any) -> Referenc
         ConfigError: An unknown id, name or setting, or a setting that hides what the controller
             needs; names it.
     """
-    found: Reference = importlib.import_module("rigid_envs.references").reference(
+    found: Reference = importlib.import_module("rigid_envs.scores.references").reference(
         env_id, name, **settings
     )
     return found
@@ -135,6 +141,13 @@ def _register(record: EnvironmentRecord) -> None:
         disable_env_checker=True,
         order_enforce=False,
     )
+
+
+def __getattr__(name: str) -> Any:
+    """The modules that are used most, wherever they live; imported when they are asked for."""
+    if name in _HANDED_ON:
+        return importlib.import_module(f"rigid_envs.{_HANDED_ON[name]}")
+    raise AttributeError(f"module 'rigid_envs' has no attribute {name!r}")
 
 
 for _record in ENVIRONMENTS.values():

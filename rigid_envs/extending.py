@@ -3,9 +3,33 @@
 The names are collected here from their modules, in which they are documented.
 """
 
-from rigid_envs.checks import non_negative, number, positive
-from rigid_envs.kernels import randoms
-from rigid_envs.kernels.actions import (
+from rigid_envs.base.checks import non_negative, number, positive
+from rigid_envs.base.settings import Choice, Flag, Integer, Number, setting
+from rigid_envs.engine import randoms
+from rigid_envs.engine.algebra import (
+    EXACT,
+    SUZUKI,
+    attitude,
+    cayley,
+    compose,
+    cross,
+    dot,
+    half_turn,
+    log_rotation,
+    normalize,
+    normalize_near_unit,
+    on_ground,
+    rotate,
+    rotate_inverse,
+    tangent,
+)
+from rigid_envs.engine.compiler import scalar
+from rigid_envs.engine.dynamics import Dynamics
+from rigid_envs.engine.elementary import atan2, cbrt, fma, log, select, sincos, sqrt
+from rigid_envs.engine.episode import (
+    Episode,
+    NoAuxiliary,
+    NoConstants,
     clip_to_ball,
     clip_to_box,
     clip_to_disk,
@@ -13,29 +37,10 @@ from rigid_envs.kernels.actions import (
     clip_to_square,
     keep,
 )
-from rigid_envs.kernels.algebra import (
-    attitude,
-    compose,
-    cross,
-    dot,
-    log_rotation,
-    normalize,
-    normalize_near_unit,
-    rotate,
-    rotate_inverse,
-)
-from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.composition import EXACT, SUZUKI
-from rigid_envs.kernels.contact import on_ground
-from rigid_envs.kernels.dynamics import Dynamics
-from rigid_envs.kernels.elementary import atan2, cbrt, fma, log, select, sincos, sqrt
-from rigid_envs.kernels.episode import Episode, NoAuxiliary, NoConstants
-from rigid_envs.kernels.turns import cayley, half_turn, tangent
-from rigid_envs.systems import RollingContact, System
-from rigid_envs.systems.accessors import ATTITUDE
-from rigid_envs.tasks.base import ROTATION, Entry, Task
-from rigid_envs.tasks.fields import Choice, Flag, Integer, Number, Range, physical, setting, span
-from rigid_envs.tasks.ground import Rolling
+from rigid_envs.mechanics.equations import ATTITUDE, RollingContact
+from rigid_envs.mechanics.system import System
+from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical, span
+from rigid_envs.tasks.task import Rolling, Task
 
 __all__ = [
     "ATTITUDE",

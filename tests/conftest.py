@@ -3,8 +3,8 @@
 import pytest
 from hypothesis import HealthCheck, settings
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.testing.compilation import compile_first
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.testing.environments import compile_first
 
 # The first example compiles what it calls, and a machine may be busy: examples are not timed.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])

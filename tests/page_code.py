@@ -5,7 +5,7 @@ import shlex
 from pathlib import Path
 from typing import Any
 
-from rigid_envs.cli import main
+from rigid_envs.tools.cli import main
 
 DOCS = Path(__file__).parents[1] / "docs"
 

@@ -4,31 +4,29 @@ import importlib
 import inspect
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from rigid_envs import analytic, bodies, checks, rotations
-from rigid_envs.analytic import (
-    ball_on_plate,
-    brackets,
-    free_body,
-    heavy_top,
-    roller,
-    rolling_ball,
-    rolling_disk,
-    upright_coin,
-)
-from rigid_envs.control.slewing import QuaternionPD
-from rigid_envs.systems import (
-    DynamicBall,
-    FreeBody,
-    HeavyTop,
-    Roller,
-    RollingBall,
-    RollingDisk,
-    UprightCoin,
-)
+import rigid_envs
+from rigid_envs.base import checks
+from rigid_envs.mechanics import bodies, rotations
+from rigid_envs.systems.dynamic_ball import closed_forms as ball_on_plate
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.free_body.controllers import QuaternionPD
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.roller import closed_forms as roller
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.system import RollingBall
+from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.upright_coin import closed_forms as upright_coin
+from rigid_envs.systems.upright_coin.system import UprightCoin
 
 SYSTEMS = (DynamicBall, FreeBody, HeavyTop, Roller, RollingBall, RollingDisk, UprightCoin)
 NAME = r"[A-Za-z][\w.]*(\([\w.]+\))?(\[[^\]]*\])?"
@@ -189,17 +187,16 @@ GOOD = {  # arguments of the closed forms, by name
     "p_phi": 0.1, "p_psi": 0.2, "phi": 0.1, "psi": 0.2,
 }  # fmt: skip
 OTHERS = {  # where a name means something else
-    ("ball_on_plate", "omega"): (0.1, 0.2, 0.3), ("ball_on_plate", "velocity"): (0.1, 0.2),
+    ("dynamic_ball", "omega"): (0.1, 0.2, 0.3), ("dynamic_ball", "velocity"): (0.1, 0.2),
     ("roller", "velocity"): (1.0, 0.2), ("roller", "omega"): (0.1, 0.2, 0.3),
     ("symmetric_cones", "moments"): (1.0, 1.0, 2.0),
     ("symmetric_rates", "moments"): (1.0, 1.0, 2.0),
     ("roll_wheel", "omega"): 0.5, ("homoclinic_tilt", "omega3"): 0.2,
-    ("rolling_threshold", "omega"): 0.5, ("ball_on_plate", "spin"): 0.1,
+    ("rolling_threshold", "omega"): 0.5, ("dynamic_ball", "spin"): 0.1,
 }  # fmt: skip
 NOT_CHECKED = {"fields", "first", "second", "growth", "dimension"}  # functions and their results
 MAY_BE_NAN = {("nutation_frequency", "precession")}
-ROOMS = (ball_on_plate, brackets, free_body, heavy_top, roller, rolling_ball, rolling_disk,
-         upright_coin)  # fmt: skip
+ROOMS = (ball_on_plate, free_body, heavy_top, roller, rolling_ball, rolling_disk, upright_coin)
 CLOSED_FORMS = [
     (room, name)
     for room in ROOMS
@@ -210,7 +207,7 @@ CLOSED_FORMS = [
 
 
 def good_value(room, function, name):
-    key = room.__name__.rpartition(".")[2]
+    key = room.__name__.split(".")[2]  # the system
     return OTHERS.get((function, name), OTHERS.get((key, name), GOOD.get(name)))
 
 
@@ -229,7 +226,10 @@ def test_closed_forms_refuse_what_is_no_number(room, function):
 
 
 def test_all_closed_forms_are_tried():
-    assert {room.__name__.rpartition(".")[2] for room in ROOMS} <= set(analytic.__all__)
+    folder = Path(rigid_envs.__file__).parent / "systems"
+    assert {room.__name__.split(".")[2] for room in ROOMS} == {
+        file.parent.name for file in folder.glob("*/closed_forms.py")
+    }
     assert len(CLOSED_FORMS) > 50
 
 
@@ -286,37 +286,43 @@ def test_systems_refuse_what_is_no_number(system_type):
 
 BODY, TOP, BALL, PLATE = FreeBody(1.0, 2.0, 3.0), HeavyTop(), RollingBall(), DynamicBall()
 LAWS = {
-    "spin.SpinRegulator": (BODY, {"rate": 1.0, "torque": 0.2, "dt": 0.1, "input_weight": 0.1}),
-    "energy_casimir.SingleTorque": (BODY, {"rate": 1.0, "torque": 0.2, "strength": 3.0}),
-    "energy_casimir.EnergyCasimir": (BODY, {"rate": 1.0, "torque": 0.2, "strength": 3.0}),
-    "flip.ForcedFlip": (BODY, {"rate": 1.0, "torque": 0.2, "gain": 4.0}),
-    "flip.TimedFlip": (BODY, {"rate": 1.0, "torque": 0.2, "margin": 0.03, "gain": 4.0}),
-    "saddle.SeparatrixSteering": (BODY, {"rate": 1.0, "torque": 0.1, "dt": 0.1, "gain": 7.5}),
-    "slewing.QuaternionPD": (BODY, {"torque": 0.5, "stiffness": 6.0}),
-    "momentum.MomentumBrake": (BODY, {"impulse": 0.3}),
-    "momentum.MomentumRegulator": (
+    "free_body.SpinRegulator": (BODY, {"rate": 1.0, "torque": 0.2, "dt": 0.1, "input_weight": 0.1}),
+    "free_body.SingleTorque": (BODY, {"rate": 1.0, "torque": 0.2, "strength": 3.0}),
+    "free_body.EnergyCasimir": (BODY, {"rate": 1.0, "torque": 0.2, "strength": 3.0}),
+    "free_body.ForcedFlip": (BODY, {"rate": 1.0, "torque": 0.2, "gain": 4.0}),
+    "free_body.TimedFlip": (BODY, {"rate": 1.0, "torque": 0.2, "margin": 0.03, "gain": 4.0}),
+    "free_body.SeparatrixSteering": (BODY, {"rate": 1.0, "torque": 0.1, "dt": 0.1, "gain": 7.5}),
+    "free_body.QuaternionPD": (BODY, {"torque": 0.5, "stiffness": 6.0}),
+    "free_body.MomentumBrake": (BODY, {"impulse": 0.3}),
+    "free_body.MomentumRegulator": (
         BODY,
         {"impulse": 0.3, "weight_momentum": 1.0, "weight_impulse": 1.0},
     ),
-    "top_balance.UprightBalance": (TOP, {"limit": 0.3, "dt": 0.05}),
-    "top_balance.PivotBalance": (TOP, {"limit": 3.0, "dt": 0.05}),
-    "asymmetric.AsymmetricBalance": (TOP, {"torque": 0.3, "dt": 0.05, "fastest": 2.0}),
-    "plate.PlateRegulator": (
+    "heavy_top.UprightBalance": (TOP, {"limit": 0.3, "dt": 0.05}),
+    "heavy_top.PivotBalance": (TOP, {"limit": 3.0, "dt": 0.05}),
+    "heavy_top.AsymmetricBalance": (TOP, {"torque": 0.3, "dt": 0.05, "fastest": 2.0}),
+    "dynamic_ball.PlateRegulator": (
         PLATE,
         {"tilt_rate": 0.4, "dt": 0.05, "input_weight": 1.0, "farthest": 1.0},
     ),
-    "polygons.PushAlong": (PLATE, {"force": 3.0, "dt": 0.1, "share": 0.98, "rate": 2.0}),
-    "disk.CircleRegulator": (RollingDisk(), {"torque": 3.0, "dt": 0.05, "input_weight": 1e-5}),
-    "coin.TwoRolls": (
+    "dynamic_ball.PushAlong": (PLATE, {"force": 3.0, "dt": 0.1, "share": 0.98, "rate": 2.0}),
+    "rolling_disk.CircleRegulator": (
+        RollingDisk(),
+        {"torque": 3.0, "dt": 0.05, "input_weight": 1e-5},
+    ),
+    "upright_coin.TwoRolls": (
         UprightCoin(),
         {"roll_per_step": 0.2, "steer_per_step": 0.2, "directions": 180},
     ),
-    "following.DampedFollower": (BALL, {"rate": 2.8, "gain": 0.6, "turn": 1.2}),
-    "following.FarSightedFollower": (BALL, {"rate": 2.8, "dt": 0.1, "input_weight": 0.03}),
-    "grid.QuarterRolls": (BALL, {"reach": 2}),
-    "pumping.Pump": (Roller(curvature=0.3), {"beta_change": 0.3, "dt": 0.05}),
-    "mppi.PathIntegral": (None, {"n_samples": 8, "horizon": 3, "spread": 0.5, "correlation": 0.0}),
-    "mppi.CrossEntropyChoices": (
+    "rolling_ball.DampedFollower": (BALL, {"rate": 2.8, "gain": 0.6, "turn": 1.2}),
+    "rolling_ball.FarSightedFollower": (BALL, {"rate": 2.8, "dt": 0.1, "input_weight": 0.03}),
+    "rolling_ball.QuarterRolls": (BALL, {"reach": 2}),
+    "roller.Pump": (Roller(curvature=0.3), {"beta_change": 0.3, "dt": 0.05}),
+    "predictive.PathIntegral": (
+        None,
+        {"n_samples": 8, "horizon": 3, "spread": 0.5, "correlation": 0.0},
+    ),
+    "predictive.CrossEntropyChoices": (
         None,
         {"n_samples": 8, "horizon": 3, "n_choices": 4, "mixing": 0.1},
     ),
@@ -325,9 +331,10 @@ LAWS = {
 
 @pytest.mark.parametrize("law", LAWS)
 def test_controllers_refuse_what_is_no_number(law):
-    module, name = law.split(".")
-    make = getattr(importlib.import_module(f"rigid_envs.control.{module}"), name)
+    place, name = law.split(".")
     system, good = LAWS[law]
+    module = f"control.{place}" if system is None else f"systems.{place}.controllers"
+    make = getattr(importlib.import_module(f"rigid_envs.{module}"), name)
     first = () if system is None else (system,)
     make(*first, **good)
     for parameter in good:

@@ -16,14 +16,13 @@ import gymnasium
 import pytest
 from gymnasium import spaces
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.catalogue import one_of_each
-from rigid_envs.cli import main
-from rigid_envs.envs.task_spaces import info_keys
-from rigid_envs.pages.describe import describe, example
-from rigid_envs.pages.listing import size_of
-from rigid_envs.pages.tables import table
-from rigid_envs.tasks import Task
+from rigid_envs.envs.lookup import one_of_each
+from rigid_envs.envs.spaces import info_keys
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tasks.task import Task
+from rigid_envs.tools.cli import main
+from rigid_envs.tools.pages.document import describe, example
+from rigid_envs.tools.pages.tables import size_of, table
 
 IDS = list(ENVIRONMENTS)
 Capture = pytest.CaptureFixture[str]
@@ -194,10 +193,10 @@ def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys: Capture, tmp_
 
 def test_what_the_package_logs_is_printed_from_a_command_on() -> None:
     program = (
-        "import logging, rigid_envs.cli\n"
-        "log = logging.getLogger('rigid_envs.kernels.compiler')\n"
+        "import logging, rigid_envs.tools.cli\n"
+        "log = logging.getLogger('rigid_envs.engine.compiler')\n"
         "log.info('before')\n"
-        "rigid_envs.cli.main(['list'])\n"
+        "rigid_envs.tools.cli.main(['list'])\n"
         "log.info('compiled')\n"
     )
     done = subprocess.run(
@@ -208,7 +207,7 @@ def test_what_the_package_logs_is_printed_from_a_command_on() -> None:
 
 def test_ctrl_c_ends_a_command_without_a_word() -> None:
     words = ("evaluate", "BallPark", "--policy", "shortest_path")
-    command = [sys.executable, "-m", "rigid_envs.cli", *words]
+    command = [sys.executable, "-m", "rigid_envs.tools.cli", *words]
     # while LLVM compiles an interrupt can be lost: Python ignores what is raised in its callbacks
     subprocess.run([*command, "--starts", "1"], capture_output=True, check=True)
     process = subprocess.Popen(
@@ -229,7 +228,7 @@ def test_ctrl_c_ends_a_command_without_a_word() -> None:
 def completed(words: str) -> list[str]:
     """What bash suggests for the last word of a line."""
     script = subprocess.run(
-        [sys.executable, "-m", "rigid_envs.cli", "completion", "bash"],
+        [sys.executable, "-m", "rigid_envs.tools.cli", "completion", "bash"],
         capture_output=True,
         text=True,
         check=True,
@@ -255,7 +254,7 @@ def test_a_shell_completes_verbs_options_and_ids() -> None:
 def test_lines_fit_a_narrow_terminal() -> None:
     environment = {**os.environ, "COLUMNS": "60"}
     here, there = pty.openpty()
-    command = [sys.executable, "-m", "rigid_envs.cli", "list"]
+    command = [sys.executable, "-m", "rigid_envs.tools.cli", "list"]
     done = subprocess.Popen(command, stdout=there, env=environment)
     os.close(there)
     text = b""
@@ -270,7 +269,7 @@ def test_lines_fit_a_narrow_terminal() -> None:
 
 
 def test_command_survives_a_reader_that_stops_reading() -> None:
-    command = f"{sys.executable} -m rigid_envs.cli describe {IDS[0]} | head -1"
+    command = f"{sys.executable} -m rigid_envs.tools.cli describe {IDS[0]} | head -1"
     done = subprocess.run(
         ["bash", "-o", "pipefail", "-c", command],
         cwd=Path(__file__).parents[1],

@@ -7,10 +7,11 @@ import pickle
 import numpy as np
 import pytest
 
-from rigid_envs.core import Core
-from rigid_envs.kernels.layout import FLAGS
-from rigid_envs.kernels.rows import LANES
-from rigid_envs.tasks import BallPark, RollPump
+from rigid_envs.engine.layout import FLAGS
+from rigid_envs.engine.rows import LANES
+from rigid_envs.systems.roller.tasks.roll_pump import RollPump
+from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
+from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.fields import span
 from rigid_envs.testing.environments import IDS, task_of
 

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.catalogue import task_of
-from rigid_envs.cli import main
-from rigid_envs.envs.task_spaces import info_keys
-from rigid_envs.pages.sections import docstring_of
-from rigid_envs.pages.writing import INDEX, file_of, pages, with_tables
-from rigid_envs.scores import best_known
-from rigid_envs.tasks import Task
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.envs.spaces import info_keys
+from rigid_envs.scores.best import best_known
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tasks.task import Task
+from rigid_envs.tools.cli import main
+from rigid_envs.tools.pages.tables import docstring_of
+from rigid_envs.tools.pages.writing import INDEX, file_of, pages, with_tables
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "environments"
@@ -278,7 +278,7 @@ def test_command_refuses_a_file_for_a_folder(
 
 def test_tables_of_the_readme_are_those_of_the_registry() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert text == with_tables(text), "write them anew: python -m rigid_envs.pages README.md"
+    assert text == with_tables(text), "write them anew: python -m rigid_envs.tools.pages README.md"
     with pytest.raises(ValueError, match="no marks for its tables"):
         with_tables("# Another README")
 
@@ -336,7 +336,7 @@ def test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("stable_baselines3")
-    from rigid_envs.leaderboard import read_results
+    from rigid_envs.scores.leaderboard import read_results
 
     text = (ROOT / "docs" / "scoring.md").read_text(encoding="utf-8")
     (code, *_) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)

@@ -6,8 +6,13 @@ from typing import Any
 
 import pytest
 
-from rigid_envs.documents import checked_values, column, read_document, write_document
-from rigid_envs.files import DamagedFileError
+from rigid_envs.base.files import (
+    DamagedFileError,
+    checked_values,
+    column,
+    read_document,
+    write_document,
+)
 
 FORMAT = "rigid-envs example 1"
 VALUES = {"format": FORMAT, "n": 3, "costs": [0.1, None, 1e-17], "where": {"cpu": "a"}, "who": "me"}

@@ -31,7 +31,7 @@ print(info["reward/height"], sum(sum(k.stats.cache_hits.values()) for k in kerne
 PICTURE = """
 import math, gymnasium, numpy as np
 from rigid_envs import rotations
-from rigid_envs.render.views import view_of
+from rigid_envs.watch.views import view_of
 env = gymnasium.make("wheel_pendulum:WheelPendulum/HeavySwingUp-v0", render_mode="rgb_array")
 task, places = env.unwrapped.task, []
 for angle in (0.0, 0.5 * math.pi):
@@ -95,7 +95,7 @@ class Package:
 def command(line: str) -> list[str]:
     """A command of the page as arguments of Python."""
     first, *rest = shlex.split(line)
-    return ["-m", "rigid_envs.cli", *rest] if first == "rigid-envs" else rest
+    return ["-m", "rigid_envs.tools.cli", *rest] if first == "rigid-envs" else rest
 
 
 @pytest.fixture(scope="module")

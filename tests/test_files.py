@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_envs.files import DamagedFileError, canonical_json, read_bytes, sweep, write_atomic
+from rigid_envs.base.files import DamagedFileError, canonical_json, read_bytes, sweep, write_atomic
 
 
 def test_what_is_too_large_or_no_file_is_not_read(tmp_path: Path) -> None:

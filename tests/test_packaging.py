@@ -15,7 +15,7 @@ import yaml
 from packaging.requirements import Requirement
 
 import rigid_envs
-from rigid_envs.policies import published
+from rigid_envs.scores.trained import published
 
 ROOT = Path(__file__).parents[1]
 
@@ -79,14 +79,14 @@ def test_wheel_holds_every_module_config_and_the_type_marker(wheel: Path) -> Non
 
 
 def test_wheel_holds_the_viewer_of_replays_and_its_licence(wheel: Path) -> None:
-    viewer = "rigid_envs/replays/viewer"
+    viewer = "rigid_envs/watch/replays/viewer"
     files = files_of(wheel)
     assert {f"{viewer}/viewer.html", f"{viewer}/THREE-LICENSE.txt"} <= files
     assert not [name for name in files if "node_modules" in name]
 
 
 def test_wheel_holds_every_published_policy_and_its_record(wheel: Path) -> None:
-    stems = [f"rigid_envs/policies/{name}" for name in published()]
+    stems = [f"rigid_envs/scores/published/{name}" for name in published()]
     assert stems
     assert {stem + end for stem in stems for end in (".safetensors", ".json")} <= files_of(wheel)
 

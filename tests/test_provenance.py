@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from rigid_envs.provenance import heading
+from rigid_envs.engine.provenance import heading
 
 WHERE: dict[str, Any] = {
     "versions": {"rigid-envs": "1.2", "numpy": "2.0"},

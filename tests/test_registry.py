@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import rigid_envs
-from rigid_envs import ENVIRONMENTS, rotations
-from rigid_envs.catalogue import checked_id, families, full_id, task_of
-from rigid_envs.core import Core
-from rigid_envs.errors import ConfigError
-from rigid_envs.registry import COSTS, EnvironmentRecord, add, load
-from rigid_envs.scores import METRICS
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.envs.lookup import checked_id, families, full_id, task_of
+from rigid_envs.mechanics import rotations
+from rigid_envs.scores.starts import METRICS
 from rigid_envs.scores.theory import TheoreticalLimit
+from rigid_envs.tasks.core import Core
+from rigid_envs.tasks.registry import COSTS, ENVIRONMENTS, EnvironmentRecord, add, load
 
 each_id = pytest.mark.parametrize("env_id", list(ENVIRONMENTS))
 PARK = "RigidEnvs/BallPark-v0"
@@ -25,7 +25,7 @@ PARK = "RigidEnvs/BallPark-v0"
 _NO_TASKS = ("other.Park", "other:Park:Goal", "")
 _HOOP = '''
 import rigid_envs
-from rigid_envs.tasks import BallPark
+from rigid_envs.systems.rolling_ball.tasks import BallPark
 
 class HoopRoll(BallPark):
     """Park a hoop.
@@ -40,8 +40,8 @@ rigid_envs.register("Hoops/Roll-v0", task="hoops:HoopRoll", max_episode_steps=70
 '''
 _USE = """
 import gymnasium, numpy as np
-from rigid_envs.catalogue import checked_id
-from rigid_envs.pages import describe, list_all, write_pages
+from rigid_envs.envs.lookup import checked_id
+from rigid_envs.tools.pages import describe, list_all, write_pages
 from rigid_envs.scores import evaluate, metrics_of, uniform
 from pathlib import Path
 from typing import Any
@@ -103,7 +103,7 @@ def test_wrong_records_are_refused_and_equal_ones_harmless() -> None:
 def test_an_episode_may_have_one_step_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     known: dict[str, EnvironmentRecord] = {}
     for name in ("_RECORDS", "ENVIRONMENTS"):
-        monkeypatch.setattr(f"rigid_envs.registry.{name}", known)
+        monkeypatch.setattr(f"rigid_envs.tasks.registry.{name}", known)
     add(other := EnvironmentRecord("Other/Park-v0", "other:Park", 1, "Ball"))
     assert known == {other.id: other}
 
@@ -122,7 +122,7 @@ def test_a_short_id_means_the_newest_version_and_never_one_of_two_namespaces(
     balls = (f"RigidEnvs/BallPark-v{k}" for k in (0, 10, 9))
     coins = ("RigidEnvs/Coin-v0", "Other/Coin-v0")
     known = dict.fromkeys((*balls, *coins, "Plain", "RigidEnvs/Top", "RigidEnvs/Top-v1"))
-    monkeypatch.setattr("rigid_envs.catalogue.ENVIRONMENTS", known)
+    monkeypatch.setattr("rigid_envs.envs.lookup.ENVIRONMENTS", known)
     assert full_id("BallPark") == "RigidEnvs/BallPark-v10"
     assert full_id("BallPark-v9") == "RigidEnvs/BallPark-v9"
     assert full_id("Coin") == "Coin"

@@ -2,8 +2,9 @@
 
 import pytest
 
-from rigid_envs.pages.sections import SECTIONS, DocstringError, blocks, docstring_of
-from rigid_envs.tasks import BallPark, Task
+from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
+from rigid_envs.tasks.task import Task
+from rigid_envs.tools.pages.tables import SECTIONS, DocstringError, blocks, docstring_of
 
 
 def told_by(docstring: str, base: type[Task] = Task) -> type[Task]:

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 import safetensors.numpy
 
-from rigid_envs.files import DamagedFileError, sweep
-from rigid_envs.tensorfile import load_tensors, save_tensors
+from rigid_envs.base.files import DamagedFileError, load_tensors, save_tensors, sweep
 from tests.agents.sessions import finish, start_writer
 
 ARRAYS: dict[str, Any] = {

@@ -9,8 +9,7 @@ import numba
 import numpy as np
 import pytest
 
-from rigid_envs.kernels.team import _read, _write, is_asleep
-from rigid_envs.workers import Workers
+from rigid_envs.engine.threads import Workers, _read, _write, is_asleep
 
 
 @numba.njit(nogil=True)

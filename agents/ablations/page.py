@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rigid_envs.catalogue import task_of
-from rigid_envs.scores.efficiency import cost_of
+from rigid_envs.envs.lookup import task_of
 from rigid_envs.scores.records import Record, read_record
+from rigid_envs.scores.starts import cost_of
 
 from .plan import NAMES, PARTS
 

@@ -17,8 +17,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..config.by_algorithm import Config, config_from
-from ..config.recipes import recipe_for
+from ..config.entries import Config, config_from
+from ..config.reading import recipe_for
 
 __all__ = ["NAMES", "PARTS", "ablation", "variant_id"]
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from rigid_envs import ENVIRONMENTS, register
+from rigid_envs import register
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 from .plan import NAMES, variant_id
 

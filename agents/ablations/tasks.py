@@ -10,13 +10,18 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from rigid_envs.kernels.algebra import Row
-from rigid_envs.kernels.compiler import scalar
-from rigid_envs.tasks import AxisFlip, BallPark, TopPrecession, axis_flip, ball_park, top_precession
-from rigid_envs.tasks.entries import Entry
-from rigid_envs.tasks.reduced import axis_flip as flip
-from rigid_envs.tasks.reduced import ball_pose
-from rigid_envs.tasks.reduced import top_precession as precession
+from rigid_envs.engine.algebra import Row
+from rigid_envs.engine.compiler import scalar
+from rigid_envs.systems.free_body.tasks import axis_flip
+from rigid_envs.systems.free_body.tasks import axis_flip as flip
+from rigid_envs.systems.free_body.tasks.axis_flip import AxisFlip
+from rigid_envs.systems.heavy_top.tasks import top_precession
+from rigid_envs.systems.heavy_top.tasks import top_precession as precession
+from rigid_envs.systems.heavy_top.tasks.top_precession import TopPrecession
+from rigid_envs.systems.rolling_ball.tasks import ball_park
+from rigid_envs.systems.rolling_ball.tasks import ball_park as ball_pose
+from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
+from rigid_envs.tasks.fields import Entry
 
 __all__ = [
     "AxisFlipFeatures",
@@ -31,39 +36,39 @@ __all__ = [
 @scalar
 def ball_features(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """What the world shows of a ball, and the features of its reduction."""
-    return (*ball_park.observe(y, aux, p, c), *ball_pose.observe(y, aux, p, c))
+    return (*ball_park.observe(y, aux, p, c), *ball_pose.observe_reduced(y, aux, p, c))
 
 
 @scalar
 def ball_coordinates(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Offset and rotation vector in the frame."""
-    seen = ball_pose.observe(y, aux, p, c)
+    seen = ball_pose.observe_reduced(y, aux, p, c)
     return seen[0], seen[1], seen[2], seen[3]
 
 
 @scalar
 def flip_features(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """What the world shows of a flip, and the features of its reduction."""
-    return (*axis_flip.observe(y, aux, p, c), *flip.observe(y, aux, p, c))
+    return (*axis_flip.observe(y, aux, p, c), *flip.observe_reduced(y, aux, p, c))
 
 
 @scalar
 def flip_coordinates(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Angular velocity in the frame, and time left."""
-    seen = flip.observe(y, aux, p, c)
+    seen = flip.observe_reduced(y, aux, p, c)
     return seen[0], seen[1], seen[2], seen[3]
 
 
 @scalar
 def top_features(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """What the world shows of a precessing top, and the features of its reduction."""
-    return (*top_precession.observe(y, aux, p, c), *precession.observe(y, aux, p, c))
+    return (*top_precession.observe(y, aux, p, c), *precession.observe_reduced(y, aux, p, c))
 
 
 @scalar
 def top_coordinates(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Tilt, goal and rates in the frame."""
-    seen = precession.observe(y, aux, p, c)
+    seen = precession.observe_reduced(y, aux, p, c)
     return seen[0], seen[1], seen[2], seen[4], seen[5]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rigid_envs.files import write_atomic
+from rigid_envs.base.files import write_atomic
 from rigid_envs.scores.starts import N_STARTS
 
 from .words import add_sweep_options, refuse, seeds_of, workers_of
@@ -39,8 +39,7 @@ def ablate(options: argparse.Namespace, rest: list[str]) -> int:
     refuse(rest)
     from ..ablations.page import markdown
     from ..ablations.plan import ablation
-    from ..sweeps.sweep import train_all
-    from ..sweeps.training import Training
+    from ..sweeps.sweep import Training, train_all
 
     records = options.records or Path(options.out) / "records"
     trainings = []

@@ -10,24 +10,20 @@ from pathlib import Path
 
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs import ENVIRONMENTS, __version__
-from rigid_envs.checks import shown
-from rigid_envs.errors import ConfigError
-from rigid_envs.files import DamagedFileError
+from rigid_envs import __version__
+from rigid_envs.base.checks import ConfigError, shown
+from rigid_envs.base.files import DamagedFileError
 from rigid_envs.scores.starts import N_STARTS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
-from ..config.by_algorithm import ALGORITHMS
-from ..config.options import add_config_options
-from ..environments.registering import import_allowed
+from ..config.entries import ALGORITHMS
+from ..config.reading import add_config_options
+from ..environments import import_allowed
 from ..storage.runs import RunInUseError
 from . import verbs
 from .ablating import add_ablate
-from .evaluating import add_evaluate
-from .publishing import add_baselines, add_publish, add_zoo
-from .searching import add_search
+from .evaluating import add_baselines, add_evaluate, add_publish, add_search, add_zoo
 from .words import add_policy_options, add_sweep_options
-
-__all__ = ["main"]
 
 _SHORT = ("train", "--total_timesteps", "1_500_000")
 """Without a word: less than half of the steps of the recipe, for who sees it for the first time."""

@@ -1,22 +1,33 @@
-"""The verb `evaluate`: success and efficiency of a policy or of controllers."""
+"""Verbs beside training: evaluate, enjoy, publish, search."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.catalogue import full_id
-from rigid_envs.errors import ConfigError
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import write_atomic
+from rigid_envs.envs.lookup import full_id
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
-from .words import add_policy_options, is_run, policy_file, refuse, refuse_episodes
+from ..storage.runs import find_run
+from .words import (
+    add_policy_options,
+    is_run,
+    policy_file,
+    refuse,
+    refuse_episodes,
+    refuse_jobs,
+    require_ray,
+)
 
-__all__ = ["add_evaluate"]
+# The verb `evaluate`: success and efficiency of a policy or of controllers.
 
 _RESULTS = Path("logs/results")
 
@@ -89,7 +100,7 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> int:
     if options.save_replays:
         from rigid_envs.scores.policies import from_predict
 
-        from ..policies.policy_file import load_policy
+        from ..policies import load_policy
 
         policy = load_policy(policy_file(options.path, options.which))
         config = policy.document["env_kwargs"]
@@ -146,7 +157,7 @@ def _save_replays(
         raise ConfigError(
             f"--save-replays: env_id = {env_id!r}; expected an environment of rigid_envs"
         )
-    from rigid_envs.replays import record_starts
+    from rigid_envs.watch.replays.recording import record_starts
 
     n = min(options.save_replays, options.episodes)
     replay = record_starts(policy, env_id, n, label, options.seed, config)
@@ -157,3 +168,136 @@ def _save_replays(
 def _note(options: argparse.Namespace, line: str) -> None:
     """Say what was written, beside the JSON that a program reads."""
     print(line, file=sys.stderr if options.json else sys.stdout, flush=True)
+
+
+# The verbs `publish`, `baselines` and `zoo`: policies and records, and configs, for others.
+
+
+def add_publish(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb.
+
+    Args:
+        parser: Parser of the verb.
+    """
+    parser.set_defaults(run=_publish)
+    parser.description = (
+        "Copy the best policy of complete runs into rigid_envs/scores/published, where "
+        "rigid_envs.load finds it, and write beside it the record of its evaluation from the "
+        "500 test starts."
+    )
+    parser.add_argument("paths", nargs="+", type=Path, metavar="RUN")
+
+
+def add_baselines(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb.
+
+    Args:
+        parser: Parser of the verb.
+    """
+    parser.set_defaults(run=_baselines)
+    parser.description = (
+        "Write FOLDER.md about all records below a folder, those of `benchmark`, and figures into "
+        "the folder: learning curves, interquartile means, profiles, probabilities of improvement."
+    )
+    parser.add_argument("folder", type=Path, metavar="FOLDER")
+
+
+def add_zoo(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb.
+
+    Args:
+        parser: Parser of the verb.
+    """
+    parser.set_defaults(run=_zoo)
+    parser.description = (
+        "Write the shipped configs into a folder as hyperparameter files of RL Baselines3 Zoo, one "
+        "for each algorithm: ALGO.yml."
+    )
+    parser.add_argument("folder", type=Path, metavar="FOLDER")
+
+
+def _publish(options: argparse.Namespace, rest: list[str]) -> int:
+    refuse(rest)
+    from ..training.recording import publish
+
+    for path in options.paths:
+        print(f"written: {publish(find_run(path))}, and its record", flush=True)
+    return 0
+
+
+def _baselines(options: argparse.Namespace, rest: list[str]) -> int:
+    refuse(rest)
+    from ..evaluation.baselines import write_baselines
+
+    write_baselines(options.folder)
+    print(f"written: {options.folder}.md, and figures in {options.folder}")
+    return 0
+
+
+def _zoo(options: argparse.Namespace, rest: list[str]) -> int:
+    refuse(rest)
+    from ..config.zoo import ALGOS, zoo_file
+
+    options.folder.mkdir(parents=True, exist_ok=True)
+    for algo in ALGOS:
+        write_atomic(options.folder / f"{algo}.yml", zoo_file(algo))
+    print(f"written: {', '.join(f'{algo}.yml' for algo in ALGOS)} in {options.folder}")
+    return 0
+
+
+# The verb `search`: search hyperparameters by Optuna under Ray Tune.
+
+
+def add_search(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the verb.
+
+    Args:
+        parser: Parser of the verb.
+    """
+    parser.set_defaults(run=_search)
+    parser.description = (
+        "Search hyperparameters, as a YAML file says: a recipe in which any value may be a range. "
+        "Optuna proposes, Ray Tune trains, and what counts are evaluations on validation starts. "
+        "Writes a table of all trials and the best as configs for `train --config`. With "
+        "--resume, the same command goes on where it was stopped."
+    )
+    parser.add_argument("file", type=Path, metavar="FILE", help="such as configs/searches/*.yaml")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="(logs/search/NAME)")
+    parser.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with the search in the folder, which must be your own: Ray keeps pickles there",
+    )
+    parser.add_argument(
+        "--ray", metavar="ADDRESS", default="local", help="of a cluster (%(default)s)"
+    )
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        default=os.cpu_count() or 1,
+        help="trials at the same time, without a cluster (%(default)s)",
+    )
+
+
+def _search(options: argparse.Namespace, rest: list[str]) -> int:
+    refuse(rest)
+    refuse_jobs(options.jobs)
+    from ..config.search import read_search
+
+    search = read_search(options.file)
+    require_ray()
+    from ..sweeps.cluster import connect
+    from ..sweeps.search import search_recipe
+
+    connect(options.ray, options.jobs)
+    out = options.out or Path("logs/search") / options.file.stem
+    found = search_recipe(search, out, tuple(options.allow_import), options.resume)
+    for path in found.configs:
+        note = path.read_text(encoding="utf-8").splitlines()[0]
+        print(f"{path}  {note}")
+    print(f"all trials: {out / 'trials.csv'}")
+    if found.n_trials < search.trials:
+        print(f"{found.n_trials} of {search.trials} trials are done; --resume goes on")
+        return 1
+    return 0

@@ -1,7 +1,4 @@
-"""The verbs of the command line: train, leaderboard, enjoy, benchmark.
-
-Importing torch and SB3 takes seconds, so it waits until it is clear that there is work to do.
-"""
+"""Verbs of training."""
 
 from __future__ import annotations
 
@@ -10,27 +7,58 @@ import dataclasses
 import re
 import signal
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rigid_envs.catalogue import full_id
-from rigid_envs.errors import ConfigError
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.envs.lookup import full_id
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
 
-from ..config.by_algorithm import ALGORITHMS, config_to_dict
-from ..config.options import entry_value, env_keywords, load_config
-from ..config.yaml_data import dump_yaml, parse_yaml, read_yaml
+from ..config.entries import ALGORITHMS, config_to_dict
+from ..config.reading import (
+    dump_yaml,
+    entry_value,
+    env_keywords,
+    load_config,
+    parse_yaml,
+    read_yaml,
+)
+from ..evaluation.plots import draw_learning_curve
+from ..evaluation.reports import report, try_film, write_report
+from ..policies import load_policy
 from ..storage.runs import Run, create_run, find_run, open_run
+from ..training.trainer import Outcome
 from .words import is_run, policy_file, refuse, refuse_episodes, seeds_of, workers_of
 
-if TYPE_CHECKING:
-    from ..training.trainer import Outcome
+# Final evaluation of a complete run.
 
-__all__ = [
-    "benchmark",
-    "enjoy",
-    "leaderboard",
-    "train",
-]
+
+def conclude(run: Run, outcome: Outcome, n: int, seed: int, quiet: bool = False) -> dict[str, Any]:
+    """Evaluate the best policy of a run, and write figures, learning curve and film into it.
+
+    Args:
+        run: A complete run.
+        outcome: Its steps and seconds.
+        n: Number of unseen starts.
+        seed: Seed of the starts.
+        quiet: Whether no progress is shown.
+
+    Returns:
+        The figures of `report`, where `training_timesteps` is the age of that policy, and of all
+        the training `run_timesteps` and `training_seconds`.
+    """
+    path = run / "best_model" / "policy.safetensors"
+    figures, episodes = report(path, n, seed, quiet)
+    figures["run_timesteps"] = outcome.timesteps
+    figures["training_seconds"] = round(outcome.seconds, 3)
+    write_report(run.folder, figures, episodes)
+    draw_learning_curve(run)
+    try_film(load_policy(path), run.folder, seed)
+    return figures
+
+
+# The verbs of the command line: train, leaderboard, enjoy, benchmark.
+#
+# Importing torch and SB3 takes seconds, so it waits until it is clear that there is work to do.
 
 _DEFAULT = "RigidEnvs/BallPark-v0"
 
@@ -72,7 +100,7 @@ def _started(options: argparse.Namespace, entries: dict[str, str], rest: list[st
 
 def _recipe(path: Path | None, entries: dict[str, str], rest: list[str]) -> dict[str, Any]:
     """Entries of the config file that was named, or else of the environment's own."""
-    from ..config.recipes import frame_of, recipe_for, shipped_config
+    from ..config.reading import frame_of, recipe_for, shipped_config
 
     if path is not None:
         return read_yaml(path if path.exists() else shipped_config(path))
@@ -96,9 +124,7 @@ def _resumed(options: argparse.Namespace, entries: dict[str, str], rest: list[st
 
 
 def _finish(run: Run, outcome: Outcome, imports: str, quiet: bool) -> int:
-    from ..evaluation.reports import table
-    from ..evaluation.short_film import NAME
-    from ..training.conclusion import conclude
+    from ..evaluation.reports import NAME, table
 
     figures = conclude(run, outcome, N_STARTS, TEST_SEED, quiet)
     film = f"  {NAME:<39} what it does\n" if (run / NAME).exists() else ""
@@ -116,7 +142,7 @@ def _finish(run: Run, outcome: Outcome, imports: str, quiet: bool) -> int:
 
 def _next(run: Run, imports: str) -> str:
     """Three commands to go on with, each with what it is for."""
-    from ..config.recipes import recipe_for
+    from ..config.reading import recipe_for
     from ..training.recording import frame_of
 
     config = run.config()
@@ -138,7 +164,7 @@ def _next(run: Run, imports: str) -> str:
 def leaderboard(options: argparse.Namespace, rest: list[str]) -> int:
     """Write the leaderboard of all results below a folder."""
     refuse(rest)
-    from rigid_envs.leaderboard import write_leaderboard
+    from rigid_envs.scores.leaderboard import write_leaderboard
 
     text = write_leaderboard(options.folder, options.packaged)
     print(f"{text}\nwritten to {options.folder}: leaderboard.md, .png")
@@ -148,9 +174,8 @@ def leaderboard(options: argparse.Namespace, rest: list[str]) -> int:
 def enjoy(options: argparse.Namespace, rest: list[str]) -> int:
     """Print one episode of a policy, and show it."""
     refuse(rest)
-    from ..evaluation.showing import Show, refuse_early
-    from ..evaluation.watching import watch
-    from ..policies.policy_file import load_policy
+    from ..evaluation.showing import Show, refuse_early, watch
+    from ..policies import load_policy
 
     video, html = refuse_early(options.video, options.html, options.table, options.against)
     file = policy_file(options.path, options.which)
@@ -170,9 +195,8 @@ def benchmark(options: argparse.Namespace, rest: list[str]) -> int:
     """Train and evaluate several environments with several seeds."""
     refuse(rest)
     refuse_episodes(options.episodes)
-    from ..config.recipes import config_for
-    from ..sweeps.sweep import train_all
-    from ..sweeps.training import Training
+    from ..config.reading import config_for
+    from ..sweeps.sweep import Training, train_all
     from ..training.recording import frame_of
 
     entries = {"log_dir": options.out}

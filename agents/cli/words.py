@@ -10,25 +10,12 @@ from typing import TYPE_CHECKING
 
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.errors import ConfigError
+from rigid_envs.base.checks import ConfigError
 
-from ..sweeps.patience import PATIENCE
+from ..sweeps.sweep import PATIENCE
 
 if TYPE_CHECKING:
     from ..sweeps.sweep import Workers
-
-__all__ = [
-    "add_policy_options",
-    "add_sweep_options",
-    "is_run",
-    "policy_file",
-    "refuse",
-    "refuse_episodes",
-    "refuse_jobs",
-    "require_ray",
-    "seeds_of",
-    "workers_of",
-]
 
 
 def add_policy_options(parser: argparse.ArgumentParser, number: str | None = None) -> None:
@@ -95,7 +82,7 @@ def workers_of(options: argparse.Namespace, imports: Sequence[str] = ()) -> Work
         from ..sweeps.cluster import RayTasks
 
         return RayTasks(options.ray, imports)
-    from ..sweeps.processes import Processes
+    from ..sweeps.sweep import Processes
 
     refuse_jobs(options.jobs)
     return Processes(options.jobs, imports)

@@ -1,17 +1,33 @@
-"""Entries of the config of a training run that every algorithm has."""
+"""Entries of a config with their rules, for each algorithm."""
 
 from __future__ import annotations
 
 import abc
+import dataclasses
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rigid_envs.rules import Choice, Either, Flag, Integer, Keywords, List, Null, Number, Text
-from rigid_envs.settings import Settings, check_fields, setting
+from rigid_envs.base.settings import (
+    Choice,
+    Either,
+    Flag,
+    Integer,
+    Keywords,
+    List,
+    Null,
+    Number,
+    Settings,
+    Text,
+    check_fields,
+    from_config,
+    refusal,
+    setting,
+)
+from rigid_envs.envs.lookup import full_id
 
-__all__ = ["Config", "Count", "is_folder_name"]
+# Entries of the config of a training run that every algorithm has.
 
 _NAME = re.compile(r"[A-Za-z0-9._-]{1,80}")
 
@@ -165,3 +181,228 @@ class Config(Settings, abc.ABC):
             ConfigError: "config.<key>: <key> = ...; expected ...".
         """
         check_fields(self)
+
+
+# Config of a training run: one frozen dataclass for each algorithm.
+
+_TAU = "fraction by which a target network moves to its network at each update"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PPOConfig(Config):
+    """Proximal policy optimisation. Source: Schulman et al. (2017), arXiv:1707.06347."""
+
+    n_steps: int = setting(64, Count("steps of each row between updates", 1, 10**6))
+    batch_size: int = setting(2048, Count("samples per gradient step", 2, 10**7))
+    n_epochs: int = setting(4, Count("passes over the samples of one update", 1, 1000))
+    gae_lambda: float = setting(
+        0.95, Number("trace decay of the advantage estimate", low=0, high=1)
+    )
+    clip_range: float = setting(
+        0.2, Number("largest change of the probability ratio", low=0, high=1, above=True)
+    )
+    ent_coef: float = setting(0.0, Number("weight of the entropy of the policy", low=0, high=100))
+    vf_coef: float = setting(0.5, Number("weight of the value loss", low=0, high=100))
+    max_grad_norm: float = setting(
+        0.5, Number("largest norm of a gradient", low=0, high=1e6, above=True)
+    )
+    target_kl: float | None = setting(
+        None,
+        Either(
+            "stop an update early at 1.5 times this KL divergence; null: never",
+            (Null(), Number(low=0, high=100, above=True)),
+        ),
+    )
+    log_std_init: float = setting(
+        -0.5, Number("logarithm of the initial standard deviation of the actions", low=-20, high=2)
+    )
+    action_std: tuple[float, float] | None = setting(
+        None,
+        Either(
+            "standard deviation of the actions: [start, end] goes from one to the other over the "
+            "run, by equal factors; null: learnt, from log_std_init on",
+            (Null(), List("", Number(low=1e-6, high=10), 2, 2)),
+        ),
+    )
+
+    @property
+    def steps_per_update(self) -> int:
+        """See `Config`."""
+        return self.n_envs * self.n_steps
+
+    def __post_init__(self) -> None:
+        """Check the entries, and that the batch size divides the samples.
+
+        Raises:
+            ConfigError: "config.<key>: <key> = ...; expected ...".
+        """
+        super().__post_init__()
+        samples = self.steps_per_update
+        if samples % self.batch_size:
+            raise refusal(
+                "batch_size",
+                self.batch_size,
+                f"a divisor of n_envs * n_steps = {samples} in [2, {samples}]",
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class OffPolicyConfig(Config):
+    """Algorithms with a replay buffer. A round is a few steps of every row, then gradient steps.
+
+    In a goal environment with hindsight experience replay (HER): goals are replaced by what the
+    episode achieved later. Source: Andrychowicz et al. (2017), arXiv:1707.01495.
+    """
+
+    n_envs: int = setting(64, Count("rows stepped together", 1, 65536))
+    buffer_size: int = setting(
+        500_000, Count("steps in the replay buffer, of all rows together", 1, 10**9)
+    )
+    learning_starts: int = setting(
+        10_000, Count("steps of random actions before the first gradient step", 0, 10**12)
+    )
+    batch_size: int = setting(256, Count("samples per gradient step", 2, 10**7))
+    train_freq: int = setting(1, Count("steps of each row in a round", 1, 10**6))
+    gradient_steps: int = setting(4, Count("gradient steps in a round", 1, 10**6))
+    tau: float = setting(0.005, Number(_TAU, low=0, high=1, above=True))
+    log_every: int = setting(
+        2_000,
+        Count("least steps between rows of the log, all rows together, in whole rounds", 1, 10**12),
+    )
+    n_sampled_goal: int = setting(
+        4,
+        Count(
+            "hindsight goals for each real one, in goal environments in the frame of the world; "
+            "0: none",
+            0,
+            100,
+        ),
+    )
+
+    @property
+    def rounds(self) -> int:
+        """Rounds of an update."""
+        return -(-self.log_every // (self.n_envs * self.train_freq))
+
+    @property
+    def steps_per_update(self) -> int:
+        """See `Config`."""
+        return self.rounds * self.n_envs * self.train_freq
+
+
+@dataclass(frozen=True, kw_only=True)
+class SACConfig(OffPolicyConfig):
+    """Soft actor-critic, for Box actions. Source: Haarnoja et al. (2018), arXiv:1812.05905.
+
+    The defaults are the recipe of every environment without a config of its own.
+    """
+
+    total_timesteps: int = 200_000
+    gradient_steps: int = 8
+    learning_rate: float | tuple[float, float] = (1e-3, 3e-4)
+    activation: str = "relu"
+    eval_every: int = 20_000
+    ent_coef: str | float = setting(
+        "auto",
+        Either(
+            "weight of the entropy of the policy; auto: learnt",
+            (Choice("", ("auto",)), Number(low=0, high=100)),
+        ),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TQCConfig(SACConfig):
+    """Truncated quantile critics: SAC, whose critics are distributions without their upper tail.
+
+    Source: Kuznetsov et al. (2020), arXiv:2005.04269.
+    """
+
+    n_quantiles: int = setting(25, Count("quantiles of each of the two critics", 1, 1000))
+    n_dropped: int = setting(
+        2, Count("of them, the largest that a target leaves out, for each critic", 0, 999)
+    )
+
+    def __post_init__(self) -> None:
+        """Check the entries, and that quantiles are left.
+
+        Raises:
+            ConfigError: "config.<key>: <key> = ...; expected ...".
+        """
+        super().__post_init__()
+        if self.n_dropped >= self.n_quantiles:
+            raise refusal(
+                "n_dropped", self.n_dropped, f"less than n_quantiles = {self.n_quantiles}"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class DQNConfig(OffPolicyConfig):
+    """Deep Q-network, for Discrete actions. Source: Mnih et al. (2015), doi:10.1038/nature14236."""
+
+    tau: float = setting(1.0, Number(_TAU, low=0, high=1, above=True))
+    target_update_interval: int = setting(
+        5_000, Count("steps between updates of the target network", 1, 10**12)
+    )
+    exploration_fraction: float = setting(
+        0.3,
+        Number(
+            "fraction of the run over which the exploration rate falls", low=0, high=1, above=True
+        ),
+    )
+    exploration_initial_eps: float = setting(
+        1.0, Number("exploration rate at the start", low=0, high=1)
+    )
+    exploration_final_eps: float = setting(
+        0.05, Number("exploration rate at the end", low=0, high=1)
+    )
+    max_grad_norm: float = setting(
+        10.0, Number("largest norm of a gradient", low=0, high=1e6, above=True)
+    )
+
+    def __post_init__(self) -> None:
+        """Check the entries, and that the target network does not change within a step of all rows.
+
+        Raises:
+            ConfigError: "config.<key>: <key> = ...; expected ...".
+        """
+        super().__post_init__()
+        if self.target_update_interval < self.n_envs:
+            raise refusal(
+                "target_update_interval",
+                self.target_update_interval,
+                f"at least n_envs = {self.n_envs}",
+            )
+
+
+ALGORITHMS: dict[str, type[Config]] = {
+    "ppo": PPOConfig,
+    "sac": SACConfig,
+    "tqc": TQCConfig,
+    "dqn": DQNConfig,
+}
+"""Class of the config of each algorithm."""
+
+
+def config_from(values: Mapping[str, Any]) -> Config:
+    """The config of some entries, with defaults for the others.
+
+    Args:
+        values: Entries by key, as a YAML file gives them; `env_id` may be short: "BallPark".
+
+    Raises:
+        ConfigError: An unknown key or a value that is not allowed: "config.<key>: ...".
+    """
+    if isinstance(values.get("env_id"), str):
+        values = {**values, "env_id": full_id(values["env_id"].strip())}
+    kind = ALGORITHMS.get(str(values.get("algo", "ppo")), PPOConfig)  # refuses another `algo`
+    config: Config = from_config(kind, values)
+    return config
+
+
+def config_to_dict(config: Config) -> dict[str, Any]:
+    """The entries of a config as JSON or YAML values; `config_from` takes them back."""
+    return {
+        key: list(value) if isinstance(value, tuple) else value
+        for key, value in dataclasses.asdict(config).items()
+    }

@@ -8,13 +8,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rigid_envs.errors import ConfigError
-from rigid_envs.rules import Integer, Keywords, List
-from rigid_envs.settings import Settings, check_fields, from_config, refusal, setting
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.settings import (
+    Integer,
+    Keywords,
+    List,
+    Settings,
+    check_fields,
+    from_config,
+    refusal,
+    setting,
+)
 
-from .by_algorithm import Config, config_from
-from .recipes import frame_of, recipe_for
-from .yaml_data import read_yaml
+from .entries import Config, config_from
+from .reading import frame_of, read_yaml, recipe_for
 
 __all__ = ["FIGURES", "Range", "Search", "read_search"]
 

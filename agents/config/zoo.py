@@ -8,11 +8,11 @@ from typing import Any
 import yaml
 from gymnasium import spaces
 
-from rigid_envs import ENVIRONMENTS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
-from ..environments.factory import make, part_for
-from .by_algorithm import ALGORITHMS, Config, PPOConfig, config_from, config_to_dict
-from .recipes import recipe_for
+from ..environments import make, part_for
+from .entries import ALGORITHMS, Config, PPOConfig, config_from, config_to_dict
+from .reading import recipe_for
 
 __all__ = ["ALGOS", "hyperparameters", "zoo_config", "zoo_file"]
 

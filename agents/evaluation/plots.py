@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
-from rigid_envs.files import write_atomic
-from rigid_envs.leaderboard.style import INK, MUTED, dress
-from rigid_envs.scores.intervals import wilson_interval
+from rigid_envs.base.files import write_atomic
+from rigid_envs.scores.leaderboard import INK, MUTED, dress
+from rigid_envs.scores.statistics import wilson_interval
 
-from ..storage.evaluations import read_evaluations
+from ..storage.logs import read_evaluations
 from ..storage.runs import Run
 
 __all__ = ["draw_learning_curve", "short_number"]

@@ -1,24 +1,117 @@
-"""One episode of a policy to look at: in a window, a film or a page, beside a controller or not."""
+"""Episodes that are watched."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
+import numpy as np
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.errors import ConfigError
-from rigid_envs.scores.policies import PolicyFactory, from_predict, uniform, untrained_policy
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.scores.policies import (
+    PolicyFactory,
+    RandomPolicy,
+    from_predict,
+    uniform,
+    untrained_policy,
+)
+from rigid_envs.scores.starts import SupportsPredict
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
-from .evaluate import SupportsPredict
+from ..environments import make
 
 if TYPE_CHECKING:
-    from rigid_envs.films import Film, Played
+    from rigid_envs.watch.films import Film, Played
 
-__all__ = ["Show", "refuse_early"]
+
+# One episode, step by step, as a table to read.
+
+_LEFT_OUT = ("is_success", "action_clipped", "physics_error")  # said in words where they are true
+
+
+def watch(
+    policy: SupportsPredict | None,
+    env_id: str,
+    env_kwargs: dict[str, Any],
+    seed: int,
+    out: TextIO | None = None,
+) -> bool:
+    """Play one episode and print every step of it.
+
+    Args:
+        policy: The policy; None plays at random.
+        env_id: The environment.
+        env_kwargs: Hyperparameters of the task.
+        seed: Seed of the start.
+        out: Where to print; None for standard output.
+
+    Returns:
+        Whether it ended in success.
+    """
+    out = sys.stdout if out is None else out
+    venv = make(env_id, env_kwargs, 1)
+    if policy is None:
+        policy = RandomPolicy(venv.single_action_space, np.random.default_rng(seed))
+    env: Any = venv.unwrapped
+    dt = getattr(getattr(env, "task", None), "dt", None)
+    total, success, names = 0.0, False, None
+    for step, (action, reward, info) in enumerate(_episode(policy, venv, seed), start=1):
+        total += reward
+        success = bool(info.get("is_success", False))
+        if names is None:
+            names = [key for key in info if key not in _LEFT_OUT and np.isscalar(info[key])]
+            _print_header(out, f"{env_id}   seed {seed}", names, np.size(action), dt)
+        clock = f"{step:6d}" if dt is None else f"{step * dt:6.2f}"
+        cells = [f"{float(a):7.3f}" for a in np.atleast_1d(action)] + [f"{reward:9.4f}"]
+        cells += [f"{float(info[name]):>{_width(name)}.4g}" for name in names]
+        notes = [key for key in _LEFT_OUT if info.get(key)]
+        print(f"{step:5d}", clock, *cells, *notes, file=out)
+    print(f"return {total:.4f} in {step} steps: {'success' if success else 'no success'}", file=out)
+    venv.close()
+    return success
+
+
+def _episode(
+    policy: SupportsPredict, venv: Any, seed: int
+) -> Iterator[tuple[Any, float, dict[str, Any]]]:
+    obs, _ = venv.reset(seed=[seed])
+    done = False
+    while not done:
+        actions, _ = policy.predict(obs, deterministic=True)
+        obs, rewards, terminated, truncated, infos = venv.step(actions)
+        done = bool(terminated[0] or truncated[0])
+        columns = infos["final_info"] if done else infos
+        row = {
+            key: np.asarray(column)[0]
+            for key, column in columns.items()
+            if not key.startswith("_") and not key.startswith("final_")
+        }
+        yield actions[0], float(rewards[0]), row
+
+
+def _print_header(
+    out: TextIO, title: str, names: list[str], n_action: int, dt: float | None
+) -> None:
+    actions = [f"   a[{k}]" for k in range(n_action)]
+    clock = "  step" if dt is None else " t [s]"
+    titles = [f"{_title(name):>{_width(name)}}" for name in names]
+    header = [" step", clock, *actions, "   reward", *titles]
+    print(title, " ".join(header), sep="\n", file=out)
+
+
+def _title(name: str) -> str:
+    """The name of an info entry; unweighted terms of the reward are `r:term`."""
+    return name.replace("reward/", "r:")
+
+
+def _width(name: str) -> int:
+    return max(len(_title(name)), 9)
+
+
+# One episode of a policy to look at: in a window, a film or a page, beside a controller or not.
 
 
 def refuse_early(
@@ -45,7 +138,7 @@ def refuse_early(
         raise ConfigError(f"--html = {html}; expected NAME.html in a folder that exists")
     if video is None:
         return None, page
-    from rigid_envs.films import checked_film
+    from rigid_envs.watch.films import checked_film
 
     try:
         return checked_film(video), page
@@ -125,7 +218,7 @@ class Show:
 
     def play(self) -> list[Played]:
         """Play an episode of each."""
-        from rigid_envs.films import play_episode
+        from rigid_envs.watch.films import play_episode
 
         return [
             play_episode(act, self._env_id, self._seed, config, name)
@@ -134,7 +227,7 @@ class Show:
 
     def film(self, played: list[Played], path: Path) -> Film:
         """Write a film of episodes side by side."""
-        from rigid_envs.films import episode_pictures, pictures_per_second, write_film
+        from rigid_envs.watch.films import episode_pictures, pictures_per_second, write_film
 
         task = played[0].task
         pictures = episode_pictures([each.captioned() for each in played])
@@ -142,9 +235,9 @@ class Show:
 
     def _window(self, played: list[Played]) -> bool:
         """Show episodes in a window; False where there is no display."""
-        from rigid_envs.films import episode_pictures, pictures_per_second
-        from rigid_envs.films.window import show
-        from rigid_envs.render.window import has_display
+        from rigid_envs.watch.animation import show
+        from rigid_envs.watch.drawing import has_display
+        from rigid_envs.watch.films import episode_pictures, pictures_per_second
 
         if not has_display():
             return False
@@ -158,8 +251,8 @@ class Show:
 
 def _page(played: list[Played], path: Path) -> Path:
     """Write a page of episodes side by side."""
-    from rigid_envs.replays import Replay
-    from rigid_envs.replays.page import write_html
+    from rigid_envs.watch.replays.page import write_html
+    from rigid_envs.watch.replays.replay import Replay
 
     first = played[0]
     replay = Replay(first.env_id, first.task, tuple(each.captioned()[1] for each in played))

@@ -1,20 +1,31 @@
-"""Logs that a resumed run continues as if it had never stopped: CSV rows and TensorBoard events."""
+"""Files of a run: logs, evaluations, checkpoints."""
 
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from stable_baselines3.common.logger import KVWriter, TensorBoardOutputFormat
 from torch.utils.tensorboard import SummaryWriter
 
-from rigid_envs.files import DamagedFileError
+from rigid_envs.base.checks import exact_array, require
+from rigid_envs.base.files import (
+    DamagedFileError,
+    load_tensors,
+    named_damage,
+    read_arrays,
+    save_tensors,
+    write_atomic,
+)
 
-__all__ = ["CsvLog", "ProgressLog", "TensorBoardLog", "check_position"]
+# Logs that a resumed run continues as if it had never stopped: CSV rows and TensorBoard events.
 
 _LONGEST = 2**16  # bytes of a row
 
@@ -186,3 +197,99 @@ def _cell(value: Any) -> str:
         return ""
     item = value.item() if hasattr(value, "item") else value
     return str(item)
+
+
+# `evaluations.npz` of a run: evaluations during training, as SB3's EvalCallback writes them.
+
+_NAMES = ("timesteps", "results", "ep_lengths", "successes", "costs")
+_LIMIT = 2**26  # bytes
+
+
+def write_evaluations(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Write them, atomically.
+
+    Args:
+        path: File to write.
+        arrays: `timesteps` of shape (k,), and of shape (k, n) what each of n episodes gave.
+    """
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays)  # type: ignore[arg-type]
+    write_atomic(path, buffer.getvalue())
+
+
+def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
+    """Read what `write_evaluations` wrote.
+
+    Args:
+        path: File to read.
+
+    Raises:
+        DamagedFileError: Anything but that; names the file.
+        FileNotFoundError: There is no such file.
+    """
+    arrays = read_arrays(path, _LIMIT, _NAMES)
+    with named_damage(path):
+        exact_array(arrays["timesteps"], "timesteps", "k")
+        shape = arrays["results"].shape
+        for name in _NAMES[1:]:
+            exact_array(arrays[name].astype(np.float64), name, len(arrays["timesteps"]), "n")
+            require(arrays[name].shape == shape, arrays[name].shape, f"shape of {name}", str(shape))
+    return arrays
+
+
+# Checkpoints, from which a run resumes: one file each; the last two are kept.
+
+Arrays = dict[str, NDArray[Any]]
+Check = Callable[[Arrays, dict[str, Any]], None]
+_SIZE_LIMIT = 64 * 2**30
+_KEPT = 2
+
+
+def save_newest(folder: Path, timesteps: int, arrays: Arrays, document: dict[str, Any]) -> None:
+    """Write a checkpoint, and drop all but the last two.
+
+    Args:
+        folder: Folder of checkpoints; made if it is not there.
+        timesteps: Age of the run, which names the file.
+        arrays: Arrays of numbers by name.
+        document: JSON values.
+    """
+    folder.mkdir(exist_ok=True)
+    save_tensors(folder / f"{timesteps:015d}.safetensors", arrays, document)
+    for old in sorted(folder.glob("*.safetensors"))[:-_KEPT]:
+        old.unlink()
+
+
+def load_newest(folder: Path, check: Check) -> tuple[Arrays, dict[str, Any], list[str]] | None:
+    """Read the newest checkpoint that is whole and good.
+
+    Args:
+        folder: Folder of checkpoints.
+        check: Raises a DamagedFileError for arrays and a document that no run can have written.
+
+    Returns:
+        Arrays, document, and a line about each newer one that is damaged; None if there is none.
+
+    Raises:
+        DamagedFileError: There are some, and all are damaged.
+    """
+    damaged: list[str] = []
+    for path in sorted(folder.glob("*.safetensors"), reverse=True):
+        try:
+            arrays, document = _load(path, check)
+        except DamagedFileError as error:
+            damaged.append(str(error))
+        else:
+            return arrays, document, damaged
+    if damaged:
+        raise DamagedFileError("; ".join(damaged))
+    return None
+
+
+def _load(path: Path, check: Check) -> tuple[Arrays, dict[str, Any]]:
+    arrays, document = load_tensors(path, _SIZE_LIMIT)
+    try:
+        check(arrays, document)
+    except DamagedFileError as error:
+        raise DamagedFileError(f"{path}: {error}") from None
+    return arrays, document

@@ -1,34 +1,102 @@
-"""Run folders, in the layout that SB3 and rl_zoo3 users know; one process at a time in each.
-
-logs/<algo>/<environment>_<n>/
-    config.yaml             all entries, defaults included, with their digest
-    progress.csv            one row per update          (times.csv: the clock, kept apart)
-    monitor.csv             one row per episode, as SB3's Monitor writes it
-    evaluations.npz         as SB3's EvalCallback writes it
-    tensorboard/            events
-    best_model/, last_model/    policy.safetensors, policy.json
-    checkpoints/            what `--resume` continues from
-    results.json, episodes.csv, learning_curve.png      the final evaluation
-    film.mp4                one episode of it, to look at
-    evaluated/              later evaluations, by `agents evaluate`: WHICH-EPISODES-SEED/
-"""
+"""Folders of runs: config, manifest, trials."""
 
 from __future__ import annotations
 
 import fcntl
+import hashlib
+import math
 import os
 import platform
 import re
 import shutil
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from rigid_envs.files import canonical_json, read_json, sync_folder
+import torch
 
-from ..config.by_algorithm import Config
-from .run_config import read_config, write_config
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import (
+    canonical_json,
+    checked_values,
+    read_document,
+    read_json,
+    sync_folder,
+    write_atomic,
+    write_document,
+)
+from rigid_envs.engine.provenance import versions
 
-__all__ = ["Run", "RunInUseError", "create_run", "find_run", "is_in_use", "open_run"]
+from ..config.entries import Config, config_from, config_to_dict
+from ..config.reading import dump_yaml, parse_yaml, read_yaml
+from ..config.search import FIGURES
+
+# `config.yaml` of a run: all entries, below a line with their digest.
+#
+# The line is a comment, so that the file is a config like any other: `train --config` starts a new
+# run from it, changed by hand or not. Only the run itself must be what it was.
+
+_MARK = "# sha256 of the entries: "
+
+
+def write_config(path: Path, config: Config) -> None:
+    """Write the config of a run, atomically.
+
+    Args:
+        path: File to write.
+        config: The config.
+    """
+    text = dump_yaml(config_to_dict(config))
+    write_atomic(path, f"{_MARK}{_digest(parse_yaml(text))}\n{text}")
+
+
+def read_config(path: Path) -> Config:
+    """Read the config of a run. One of an older version, without a digest, is taken as it is.
+
+    Args:
+        path: File to read.
+
+    Raises:
+        ConfigError: Its entries are not those that were written, or none that can be.
+        FileNotFoundError: There is no such file.
+    """
+    values = read_yaml(path)
+    first = path.read_text(encoding="utf-8").partition("\n")[0]
+    if first.startswith(_MARK) and first != f"{_MARK}{_digest(values)}":
+        raise ConfigError(
+            f"{path}: its entries do not match their digest, so they are not what the run was "
+            "started with; put them back, or start a new run with them: "
+            f"python -m agents train --config {path} --run_name NAME"
+        )
+    try:
+        return config_from(values)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+
+
+def _digest(values: dict[str, Any]) -> str:
+    """SHA-256 of the entries, whatever their order and spelling in the file."""
+    try:
+        text = canonical_json(values)
+    except (TypeError, ValueError):  # NaN: no config has it
+        return "none"
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+# Run folders, in the layout that SB3 and rl_zoo3 users know; one process at a time in each.
+#
+# logs/<algo>/<environment>_<n>/
+#     config.yaml             all entries, defaults included, with their digest
+#     progress.csv            one row per update          (times.csv: the clock, kept apart)
+#     monitor.csv             one row per episode, as SB3's Monitor writes it
+#     evaluations.npz         as SB3's EvalCallback writes it
+#     tensorboard/            events
+#     best_model/, last_model/    policy.safetensors, policy.json
+#     checkpoints/            what `--resume` continues from
+#     results.json, episodes.csv, learning_curve.png      the final evaluation
+#     film.mp4                one episode of it, to look at
+#     evaluated/              later evaluations, by `agents evaluate`: WHICH-EPISODES-SEED/
 
 _LOCK = "run.lock"
 
@@ -212,3 +280,82 @@ def _owner(path: Path) -> str:
         return f"process {owner['pid']} on {owner['host']}"
     except (OSError, ValueError, LookupError, TypeError):
         return "another process"
+
+
+# The machine and the versions that the bits of a training run depend on.
+
+_PACKAGES = ("gymnasium", "numba", "numpy", "stable-baselines3", "torch")
+
+
+def manifest() -> dict[str, Any]:
+    """Versions and machine that the bits of a training run depend on, besides its config.
+
+    Returns:
+        Versions, processor and threads, as JSON values.
+    """
+    return {
+        "versions": versions(_PACKAGES),
+        "machine": platform.machine(),
+        "system": platform.system(),
+        "cpu_capability": torch.backends.cpu.get_cpu_capability(),
+        "torch_threads": torch.get_num_threads(),
+    }
+
+
+def differences(before: dict[str, Any], now: dict[str, Any]) -> list[str]:
+    """The entries in which two manifests differ.
+
+    Args:
+        before: Older manifest.
+        now: Newer manifest.
+
+    Returns:
+        A line "key: before -> now" for each.
+    """
+    lines = []
+    for key in sorted(before.keys() | now.keys()):
+        old, new = before.get(key), now.get(key)
+        if isinstance(old, dict) and isinstance(new, dict):
+            lines += [f"{key}.{line}" for line in differences(old, new)]
+        elif old != new:
+            lines.append(f"{key}: {old} -> {new}")
+    return lines
+
+
+# `trial.json` of a trial of a search: the values that it tried, and what came of them.
+
+WORST = {name: math.inf if way == "min" else -math.inf for name, way in FIGURES.items()}
+"""Figures of a training that diverged."""
+
+_FORMAT = "rigid-envs trial 1"
+_LIMIT = 2**20  # bytes
+
+
+def write_trial(file: Path, values: Mapping[str, Any], figures: Mapping[str, float]) -> None:
+    """Write a trial, atomically. JSON has no infinity: a figure of a divergence is null.
+
+    Args:
+        file: Its path.
+        values: By path of the entry.
+        figures: Those of `FIGURES`, by name.
+    """
+    finite = {name: each if math.isfinite(each) else None for name, each in figures.items()}
+    write_document(file, {"format": _FORMAT, "values": values, "figures": finite})
+
+
+def read_trial(file: Path) -> dict[str, Any]:
+    """The values and the figures of a trial.
+
+    Args:
+        file: Its path.
+
+    Raises:
+        DamagedFileError: Anything but what `write_trial` wrote; names the file.
+        FileNotFoundError: There is no such file.
+    """
+    mend = "search anew: --out names another folder"
+    with read_document(file, _FORMAT, _LIMIT, mend) as document:
+        found = checked_values(document, {"values": dict, "figures": dict})
+        figures = checked_values(found["figures"], dict.fromkeys(FIGURES, float | None))
+        known = {name: each for name, each in figures.items() if each is not None}
+        return {"values": found["values"], "figures": WORST | known}

@@ -13,8 +13,7 @@ from typing import Any
 
 import ray
 
-from .sweep import Ended
-from .training import FAILED, Training, work
+from .sweep import FAILED, Ended, Training, work
 
 __all__ = ["RayTasks", "connect"]
 

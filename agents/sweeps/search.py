@@ -20,17 +20,16 @@ from optuna.distributions import (
 from ray import tune
 from ray.tune.search.optuna import OptunaSearch
 
-from rigid_envs.errors import ConfigError
-from rigid_envs.files import write_atomic
-from rigid_envs.sb3.finite import NonFiniteError
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import write_atomic
+from rigid_envs.sb3.adapter import NonFiniteError
 
-from ..config.by_algorithm import config_to_dict
+from ..config.entries import config_to_dict
+from ..config.reading import dump_yaml
 from ..config.search import FIGURES, Range, Search
-from ..config.yaml_data import dump_yaml
-from ..environments.registering import import_allowed
-from ..storage.evaluations import read_evaluations
-from ..storage.runs import Run, create_run, open_run
-from ..storage.trials import WORST, read_trial, write_trial
+from ..environments import import_allowed
+from ..storage.logs import read_evaluations
+from ..storage.runs import WORST, Run, create_run, open_run, read_trial, write_trial
 from ..training.recording import is_complete
 from ..training.trainer import train_in
 

@@ -1,20 +1,256 @@
-"""All trainings of a sweep, each in a process of its own, until each has its record."""
+"""Many trainings on this machine."""
 
 from __future__ import annotations
 
+import contextlib
+import multiprocessing
+import os
+import shutil
+import signal
 import sys
+import threading
+import traceback
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from pathlib import Path
 from time import monotonic
 from typing import Protocol
 
-from rigid_envs.cli.progress import tell
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.sb3.adapter import NonFiniteError
+from rigid_envs.scores.records import Record, read_record, record_file, write_record
+from rigid_envs.tools.cli.words import tell
 
-from ..training.signals import StopSignals
-from .patience import PATIENCE, Patience
-from .training import DONE, IN_USE, Training
+from ..config.entries import Config, config_from, config_to_dict
+from ..environments import import_allowed
+from ..storage.runs import (
+    Run,
+    RunInUseError,
+    create_run,
+    differences,
+    find_run,
+    is_in_use,
+    open_run,
+)
+from ..training.recording import frame_of, is_complete, make_record
+from ..training.trainer import StopSignals, train_in
 
-__all__ = ["Ended", "Workers", "train_all"]
+# One training of a sweep: a config, and the record of what came of it.
+
+DONE, FAILED, IN_USE = 0, 1, 2
+"""Statuses of `work`."""
+
+
+@dataclass(frozen=True)
+class Training:
+    """A config to train, and where its record goes.
+
+    Attributes:
+        config: Its config, with a `run_name` of its own.
+        records: Folder of the records.
+        n: Number of test starts.
+    """
+
+    config: Config
+    records: Path
+    n: int
+
+    @property
+    def folder(self) -> Path:
+        """Folder of its run."""
+        return Path(self.config.log_dir) / self.config.algo / str(self.config.run_name)
+
+    @property
+    def file(self) -> Path:
+        """File of its record."""
+        config = self.config
+        return record_file(self.records, config.env_id, config.algo, frame_of(config), config.seed)
+
+    def is_done(self) -> bool:
+        """Whether its record is there."""
+        return self._changed_record() == []
+
+    def is_in_use(self) -> bool:
+        """Whether a process works in its run."""
+        return is_in_use(self.folder)
+
+    def age(self) -> int:
+        """Steps at its newest checkpoint."""
+        files = (self.folder / "checkpoints").glob("*.safetensors")
+        return max((int(file.stem) for file in files), default=0)
+
+    def last_sign(self) -> float:
+        """When its run last wrote anything [s since 1970]; 0 before it has."""
+        times = [0.0]
+        for path in self.folder.rglob("*"):
+            with contextlib.suppress(OSError):  # it is gone
+                times.append(path.stat().st_mtime)
+        return max(times)
+
+    def progress(self) -> str:
+        """How far it has come, in a word."""
+        return f"{min(self.age() / self.config.total_timesteps, 1.0):.0%}"
+
+    def refuse_another(self) -> None:
+        """Refuse a run or a record that is there, of another config.
+
+        Raises:
+            ConfigError: There is one; names what differs.
+        """
+        for place, changed in (
+            (self.file, self._changed_record()),
+            (self.folder, self._changed_run()),
+        ):
+            if changed:
+                raise ConfigError(
+                    f"{place} is of another config ({'; '.join(changed)}); --overwrite trains it "
+                    "anew, --out and --records name other folders"
+                )
+
+    def run(self) -> int | None:
+        """Train to the end without a word, and write the record.
+
+        Returns:
+            The signal that ended it early, or None.
+
+        Raises:
+            RunInUseError: Another process works in the run.
+            NonFiniteError: A NaN came up.
+        """
+        if self.is_done():
+            return None
+        run = self._open()
+        try:
+            if self.is_done():  # another process was faster
+                return None
+            if run.new is not None or not is_complete(run):
+                outcome = train_in(run, quiet=True)
+                if outcome.stopped_by is not None:
+                    return outcome.stopped_by
+            write_record(self.file, make_record(run, self.n))
+            # Nothing is left to go on with, and a replay buffer is large.
+            shutil.rmtree(run / "checkpoints", ignore_errors=True)
+        finally:
+            run.close()
+        return None
+
+    def line(self) -> str:
+        """What came of it, in a line."""
+        return _line(read_record(self.file))
+
+    def _open(self) -> Run:
+        """Its run: new, as it was left, or anew if it was of another config."""
+        changed = self._changed_run()
+        if changed is None:
+            return create_run(self.config)
+        return create_run(self.config, overwrite=True) if changed else open_run(self.folder)
+
+    def _changed_run(self) -> list[str] | None:
+        """What differs between the config and that of the run; None without a run."""
+        if not (self.folder / "config.yaml").is_file():
+            return None
+        try:
+            before = find_run(self.folder).config()
+        except ConfigError as error:
+            return [str(error)]
+        return differences(config_to_dict(before), config_to_dict(self.config))
+
+    def _changed_record(self) -> list[str] | None:
+        """What differs between the config and that of the record; None without a record."""
+        if not self.file.is_file():
+            return None
+        here = {"log_dir": self.config.log_dir, "run_name": self.config.run_name}
+        try:
+            before = config_from({**read_record(self.file).config, **here})
+        except ConfigError as error:
+            return [str(error)]
+        return differences(config_to_dict(before), config_to_dict(self.config))
+
+
+def work(training: Training, imports: Sequence[str]) -> tuple[int, str]:
+    """What the process of a training does.
+
+    Args:
+        training: The training.
+        imports: Modules that register its environment.
+
+    Returns:
+        A status: `DONE`, `FAILED`, `IN_USE` by another process, or 128 + k if signal k ended it
+        early; and what to say of it.
+    """
+    try:
+        import_allowed(imports)
+        stopped_by = training.run()
+    except RunInUseError as error:
+        return IN_USE, str(error)
+    except (ConfigError, NonFiniteError, OSError) as error:
+        return FAILED, f"{training.config.env_id}: {error}"
+    except Exception:
+        return FAILED, f"{training.config.env_id}: {traceback.format_exc()}"
+    return (DONE, training.line()) if stopped_by is None else (128 + stopped_by, "")
+
+
+def _line(record: Record) -> str:
+    efficiency = "-" if record.efficiency is None else f"{record.efficiency:.3f}"
+    training = record.training
+    return (
+        f"{record.env_id} {record.policy}, seed {record.seed}: success "
+        f"{100 * record.success_rate:.1f} %, efficiency {efficiency}, cost {record.cost_mean:.4g}; "
+        f"{training['timesteps']:,} steps, {training['seconds']:.0f} s, "
+        f"{training['cpu_seconds']:.0f} s of processors"
+    )
+
+
+# How long trainings that hang are waited for.
+
+PATIENCE = 3600.0
+"""Seconds for which a training may write nothing. Each update writes, and takes far less."""
+
+_LONGEST = 5.0
+"""Seconds that count between two looks: longer ones are of this process, stopped or asleep too."""
+
+
+class Patience:
+    """Watches what trainings write, and says which have written nothing for too long."""
+
+    def __init__(self, seconds: float) -> None:
+        """Watch none yet.
+
+        Args:
+            seconds: How long a training may write nothing.
+        """
+        self._seconds, self._looked = seconds, monotonic()
+        self._signs: dict[int, float] = {}  # time of the last one that was seen
+        self._silent: dict[int, float] = {}  # seconds since then
+
+    def lost(self, running: Mapping[int, Training]) -> list[int]:
+        """Look at them.
+
+        Args:
+            running: Those that train now, each with its number.
+
+        Returns:
+            Numbers of those that have written nothing for too long, though a process works in their
+            run: what waits in a queue is let be. They are counted anew from here on.
+        """
+        now = monotonic()
+        passed, self._looked = min(now - self._looked, _LONGEST), now
+        for number, training in running.items():
+            sign = training.last_sign()
+            is_silent = sign == self._signs.get(number)
+            self._silent[number] = self._silent.get(number, 0.0) + passed if is_silent else 0.0
+            self._signs[number] = sign
+        for number in self._signs.keys() - running.keys():
+            del self._signs[number], self._silent[number]
+        late = [number for number, silent in self._silent.items() if silent > self._seconds]
+        self._silent.update(dict.fromkeys(late, 0.0))
+        return [number for number in late if running[number].is_in_use()]
+
+
+# All trainings of a sweep, each in a process of its own, until each has its record.
 
 _PAUSE = 5.0  # [s] until a run that other processes work in is looked at again
 _SHOWN = 3  # trainings, in the line of progress
@@ -200,3 +436,109 @@ class _Sweep:
 
     def _again_later(self, number: int) -> None:
         self._waiting.append((number, monotonic() + _PAUSE))
+
+
+# Processes on this machine, one for each training.
+
+_WAIT = 1.0  # [s]
+
+
+class Processes:
+    """Workers of `train_all` on this machine."""
+
+    def __init__(self, jobs: int, imports: Sequence[str] = ()) -> None:
+        """Start none yet.
+
+        Args:
+            jobs: How many train at the same time.
+            imports: Modules that register environments.
+        """
+        self._jobs, self._imports = jobs, tuple(imports)
+        # Forked from a server that has imported torch and SB3 once, and has no threads.
+        self._context = multiprocessing.get_context("forkserver")
+        self._context.set_forkserver_preload([work.__module__])
+        self._running: dict[Connection, tuple[int, BaseProcess]] = {}
+
+    def has_room(self) -> bool:
+        """Whether one more may start."""
+        return len(self._running) < self._jobs
+
+    def start(self, number: int, training: Training) -> None:
+        """Train in a process of its own.
+
+        Args:
+            number: Names the training.
+            training: What to train.
+        """
+        ours, theirs = self._context.Pipe(duplex=False)
+        process = self._context.Process(target=_main, args=(theirs, training, self._imports))
+        process.start()
+        theirs.close()  # now its end is the end of the process
+        self._running[ours] = number, process
+
+    def is_idle(self) -> bool:
+        """Whether none trains."""
+        return not self._running
+
+    def wait(self) -> list[Ended]:
+        """The trainings that ended; waits for one, a second at most."""
+        ended: list[Ended] = []
+        for pipe in wait(list(self._running), _WAIT):
+            assert isinstance(pipe, Connection)
+            number, process = self._running.pop(pipe)
+            try:
+                status, text = pipe.recv()
+            except EOFError:
+                process.join()
+                status, text = None, _cause(process.exitcode)
+            pipe.close()
+            process.join()
+            ended.append((number, status, text))
+        return ended
+
+    def kill(self, number: int) -> None:
+        """End one that hangs, without a word.
+
+        Args:
+            number: Names the training.
+        """
+        for own, process in self._running.values():
+            if own == number:
+                process.kill()
+
+    def stop(self) -> None:
+        """Ask all to save and end."""
+        for _, process in self._running.values():
+            process.terminate()
+            assert process.pid is not None
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(process.pid, signal.SIGCONT)  # one that was paused could not save
+
+    def close(self) -> None:
+        """End what is left of them."""
+        self.stop()
+        for _, process in self._running.values():
+            process.join()
+
+
+def _main(pipe: Connection, training: Training, imports: tuple[str, ...]) -> None:
+    """Train; saves and ends with the sweep, even if that is killed."""
+    # Ctrl-C reaches all processes of a terminal. The sweep gets it, and asks the others to stop.
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    ended = work(training, imports)
+    with contextlib.suppress(BrokenPipeError):  # the sweep was killed
+        pipe.send(ended)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
+def _cause(status: int | None) -> str:
+    if status is not None and status < 0:
+        return f"its process was ended by {signal.Signals(-status).name}"
+    return f"its process ended with status {status}"

@@ -1,27 +1,64 @@
-"""The record of a run: read from its files, and evaluated as its published policy would be."""
+"""What is made of a finished training: policy file, record, report."""
 
 from __future__ import annotations
 
 import csv
 import hashlib
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rigid_envs import ENVIRONMENTS, load
-from rigid_envs.errors import ConfigError
-from rigid_envs.files import write_atomic
-from rigid_envs.policies import FOLDER
-from rigid_envs.provenance import provenance
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from rigid_envs import load
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import write_atomic
+from rigid_envs.engine.provenance import provenance
+from rigid_envs.sb3.exporting import contents
 from rigid_envs.scores.records import Record, record_of, write_record
 from rigid_envs.scores.starts import N_STARTS
+from rigid_envs.scores.trained import FOLDER
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
-from ..config.by_algorithm import Config, config_to_dict
-from ..evaluation.evaluate import evaluate
-from ..storage.evaluations import read_evaluations
-from ..storage.manifest import manifest
-from ..storage.runs import Run
+from ..config.entries import Config, config_to_dict
+from ..evaluation.reports import evaluate
+from ..policies import Policy
+from ..storage.logs import read_evaluations
+from ..storage.runs import Run, manifest
 
-__all__ = ["frame_of", "is_complete", "make_record", "publish"]
+# Export of the policy of a model in training.
+
+
+def export_policy(model: BaseAlgorithm, config: Config) -> Policy:
+    """The policy of a model.
+
+    Args:
+        model: SB3 model.
+        config: Config of the run.
+    """
+    document, arrays = contents(model, config.env_id, config.env_kwargs)
+    return Policy({**document, "seed": config.seed}, arrays)
+
+
+def with_gain(arrays: Mapping[str, NDArray[Any]], gain: float) -> dict[str, NDArray[Any]]:
+    """Arrays of a Gaussian policy whose actions are those of another times a factor.
+
+    Args:
+        arrays: Arrays of its file.
+        gain: The factor.
+    """
+    last = sum(name.startswith("layers.") and name.endswith(".weight") for name in arrays) - 1
+    factor = np.float32(gain)
+    scaled = {
+        name: arrays[name] * factor for name in (f"layers.{last}.weight", f"layers.{last}.bias")
+    }
+    return {**arrays, **scaled, "log_std": arrays["log_std"] + np.float32(math.log(gain))}
+
+
+# The record of a run: read from its files, and evaluated as its published policy would be.
 
 _PLACES = ("log_dir", "run_name")  # entries that say where a run is, not what
 _STEPS = "time/total_timesteps"

@@ -1,32 +1,388 @@
-"""Snapshot of training as arrays and JSON, from which it resumes to the bit.
-
-Weights, optimisers, replay buffer, counters, random streams (Python's, NumPy's, torch's, the
-environment's and that of its actions), running episodes, and statistics.
-"""
+"""Snapshots, from which a training goes on to the bit."""
 
 from __future__ import annotations
 
+import math
+import random
 from collections import deque
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from fnmatch import fnmatch
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
+from gymnasium.spaces import Discrete
 from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import VecNormalize
 from torch.optim import Optimizer
 
-from ..environments.training_rows import TrainingRows
-from .algorithms import algorithm_of
-from .array_check import check_arrays
-from .random_streams import capture_random, check_random, restore_random
-from .replay_buffer import buffer_arrays, restore_buffer
+from rigid_envs.base.checks import require
 
-__all__ = ["capture", "check", "restore"]
+from ..config.entries import Config
+from ..environments import TrainingRows
+from .algorithms import algorithm_of
+
+# The random streams of a training: captured, checked and restored.
+#
+# They are the global ones of Python, NumPy and torch (SB3 permutes batches with NumPy's and
+# explores with torch's), and that of the first, random actions and of DQN's exploration.
 
 Arrays = dict[str, NDArray[Any]]
+Stream = np.random.BitGenerator
+
+
+def capture_random(actions: Stream) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """States of all streams.
+
+    Args:
+        actions: Stream of the actions.
+
+    Returns:
+        Arrays and JSON values that `restore_random` takes.
+    """
+    version, words, next_gauss = random.getstate()
+    kind, key, position, has_gauss, gauss = np.random.get_state()  # noqa: NPY002
+    arrays = {
+        "python": np.array(words, dtype=np.uint64),
+        "numpy": np.asarray(key),
+        "torch": torch.get_rng_state().numpy(),
+    }
+    document = {
+        "python": [version, next_gauss],
+        "numpy": [kind, position, has_gauss, gauss],
+        "actions": actions.state,
+    }
+    return arrays, document
+
+
+def restore_random(actions: Stream, arrays: Arrays, document: Mapping[str, Any]) -> None:
+    """Bring all streams to captured states.
+
+    Args:
+        actions: Stream of the actions.
+        arrays: From `capture_random`.
+        document: From `capture_random`.
+    """
+    random.setstate(_python(arrays, document))
+    np.random.set_state(_numpy(arrays, document))  # noqa: NPY002
+    torch.set_rng_state(torch.tensor(arrays["torch"]))
+    actions.state = document["actions"]
+
+
+def check_random(actions: Stream, arrays: Arrays, document: Mapping[str, Any]) -> None:
+    """Refuse states that streams of their kind do not take, or do not give back.
+
+    Args:
+        actions: Stream of the actions.
+        arrays: From `capture_random`.
+        document: From `capture_random`.
+
+    Raises:
+        ValueError: "member = value; expected ...".
+    """
+    python, numpy = random.Random(), np.random.RandomState()
+    generator, other = torch.Generator(), type(actions)()
+    _check(
+        "python",
+        lambda: python.setstate(_python(arrays, document)),
+        lambda: python.getstate() == _python(arrays, document),
+    )
+    _check(
+        "numpy",
+        lambda: numpy.set_state(_numpy(arrays, document)),
+        lambda: _equal(numpy.get_state(), _numpy(arrays, document)),
+    )
+    position, has_gauss = document["numpy"][1:3]  # which NumPy does not check
+    require(
+        0 <= position <= len(arrays["numpy"]) and has_gauss in (0, 1),
+        document["numpy"],
+        "random.numpy",
+        "a position in [0, 624], and whether a number is kept",
+    )
+    _check(
+        "torch",
+        lambda: generator.set_state(torch.tensor(arrays["torch"])),
+        lambda: np.array_equal(generator.get_state().numpy(), arrays["torch"]),
+    )
+    _check(
+        "actions",
+        lambda: setattr(other, "state", document["actions"]),
+        lambda: other.state == document["actions"],
+    )
+
+
+def _check(name: str, give: Callable[[], object], is_back: Callable[[], bool]) -> None:
+    try:
+        give()
+        same, why = is_back(), "another state"
+    except (ValueError, TypeError, OverflowError, LookupError, RuntimeError) as error:
+        same, why = False, f"{error}"
+    require(same, why.splitlines()[:1], f"random/{name}", "a state of its random stream")
+
+
+def _equal(state: Any, other: Any) -> bool:
+    return all(np.array_equal(a, b) for a, b in zip(state, other, strict=True))
+
+
+def _python(arrays: Arrays, document: Mapping[str, Any]) -> tuple[Any, ...]:
+    version, next_gauss = document["python"]
+    return version, tuple(arrays["python"].tolist()), next_gauss
+
+
+def _numpy(arrays: Arrays, document: Mapping[str, Any]) -> tuple[Any, ...]:
+    kind, *rest = document["numpy"]
+    return kind, arrays["numpy"], *rest
+
+
+# Replay buffers as arrays, and back, to the bit.
+
+# The last two are those of HER: start and length of the episode of each step.
+_TABLES = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts",
+           "ep_start", "ep_length")  # fmt: skip
+
+
+def buffer_arrays(buffer: ReplayBuffer) -> Arrays:
+    """Content of a replay buffer; of one that is not full, the part that is filled."""
+    arrays = {name: table[: buffer.size()] for name, table in _tables(buffer).items()}
+    arrays["place"] = np.array([buffer.pos, buffer.full], dtype=np.int64)
+    if hasattr(buffer, "_current_ep_start"):
+        arrays["current_start"] = buffer._current_ep_start
+    return arrays
+
+
+def restore_buffer(buffer: ReplayBuffer, arrays: Arrays) -> None:
+    """Fill an empty replay buffer of the same size with the arrays of `buffer_arrays`."""
+    position, full = arrays["place"].tolist()
+    buffer.pos, buffer.full = position, bool(full)
+    for name, table in _tables(buffer).items():
+        table[: buffer.size()] = arrays[name]
+    if hasattr(buffer, "_current_ep_start"):
+        buffer._current_ep_start = arrays["current_start"]
+
+
+def _tables(buffer: ReplayBuffer) -> Arrays:
+    """Arrays of a buffer by name, one row per step; each part of a dictionary by itself."""
+    tables: Arrays = {}
+    for name in _TABLES:
+        table: Any = getattr(buffer, name, None)
+        if isinstance(table, dict):
+            tables |= {f"{name}/{key}": part for key, part in table.items()}
+        elif table is not None:
+            tables[name] = table
+    return tables
+
+
+# Check of the arrays of a checkpoint, before anything is restored from them.
+#
+# A checksum tells that a file is as it was written, not that what was written is good. Types and
+# shapes must be those of a fresh model of the same config. What follows from the age of a run, as
+# the place in its replay buffer, must be just that; all else must be finite and in its range.
+
+_LAST, _ORIGINAL = "_last_obs", "_last_original_obs"
+_WHOLE = ("/step", "/dones", "/timeouts")
+_OF_FIXED_SHAPE = ("memory/place", "memory/current_start")
+
+
+class _Part(NamedTuple):
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+
+
+def check_arrays(
+    found: Arrays,
+    fresh: Arrays,
+    model: BaseAlgorithm,
+    counters: Mapping[str, Any],
+    evaluations: Sequence[int],
+) -> None:
+    """Refuse arrays that a run cannot have written.
+
+    Args:
+        found: Arrays of the checkpoint.
+        fresh: Those of a checkpoint of a run that has not begun.
+        model: Its model, set up to learn.
+        counters: Those of the checkpoint, checked.
+        evaluations: Ages at which the run has been evaluated [steps].
+
+    Raises:
+        ValueError: "member = value; expected ...".
+    """
+    steps, capacity = counters["num_timesteps"] // model.n_envs, _capacity(model)
+    parts = {name: _Part(array.dtype, array.shape) for name, array in fresh.items()}
+    if counters["_n_updates"]:
+        parts |= _parts_of_moments(model)
+    if any(name.startswith(_ORIGINAL) for name in found):  # there from the first step on
+        parts |= {k.replace(_LAST, _ORIGINAL): v for k, v in parts.items() if k.startswith(_LAST)}
+    rows = {"memory/": min(steps, capacity), "validation/": len(evaluations)}
+    for name, array in found.items():
+        if name.startswith("window/"):
+            rows[name] = min(len(array) if array.ndim else 0, model._stats_window_size)
+    _check_parts(found, {name: _with_rows(name, part, rows) for name, part in parts.items()})
+    _check_values(found, fresh, _ranges(model, capacity))
+    exact: dict[str, Any] = {"adapter/steps": steps, "validation/timesteps": evaluations}
+    if capacity:
+        exact["memory/place"] = [steps % capacity, int(steps >= capacity)]
+    for name, expected in exact.items():
+        value = found[name]
+        require(np.array_equal(value, expected), value, name, f"{expected}, from the age")
+    lengths, returns = len(found["window/lengths"]), len(found["window/returns"])
+    require(lengths == returns, lengths, "len(window/lengths)", f"{returns}, as of the returns")
+
+
+def _with_rows(name: str, part: _Part, rows: Mapping[str, int]) -> _Part:
+    """A part with its number of rows, if that is not always the same."""
+    for prefix, n in rows.items():
+        if name.startswith(prefix) and name not in _OF_FIXED_SHAPE:
+            return _Part(part.dtype, (n, *part.shape[1:]))
+    return part
+
+
+def _parts_of_moments(model: BaseAlgorithm) -> dict[str, _Part]:
+    """Parts of the state of Adam, which there is from the first update on."""
+    parts = {}
+    for name, optimizer in algorithm_of(model).parts(model).optimizers.items():
+        weights = [weight for group in optimizer.param_groups for weight in group["params"]]
+        for k, weight in enumerate(weights):
+            if weight.requires_grad:
+                shapes = {"step": (), "exp_avg": weight.shape, "exp_avg_sq": weight.shape}
+                for key, shape in shapes.items():
+                    place = f"optimizer/{name}/{k}/{key}"
+                    parts[place] = _Part(np.dtype(np.float32), tuple(shape))
+    return parts
+
+
+def _check_parts(found: Arrays, parts: Mapping[str, _Part]) -> None:
+    for name in sorted(found.keys() ^ parts.keys()):
+        if name in found:
+            raise ValueError(f"{name} is there; expected no such array")
+        part = parts[name]
+        raise ValueError(f"{name} is missing; expected {part.dtype} of shape {part.shape}")
+    for name, part in parts.items():
+        array = found[name]
+        if (array.dtype, array.shape) != part:
+            raise ValueError(
+                f"{name} is {array.dtype} of shape {array.shape}; "
+                f"expected {part.dtype} of shape {part.shape}"
+            )
+
+
+def _capacity(model: BaseAlgorithm) -> int:
+    """Steps of each row in a full replay buffer; 0 without one."""
+    buffer = getattr(model, "replay_buffer", None)
+    return 0 if buffer is None else int(buffer.buffer_size)
+
+
+def _ranges(model: BaseAlgorithm, capacity: int) -> dict[str, tuple[float, float]]:
+    """Smallest and largest values that make sense."""
+    ranges = {
+        "adapter/lengths": (0, math.inf),
+        "memory/current_start": (0, capacity - 1),
+        "memory/dones": (0, 1),
+        "memory/ep_length": (0, capacity),
+        "memory/ep_start": (0, capacity - 1),
+        "memory/timeouts": (0, 1),
+        "normalize/*.count": (float(np.finfo(float).tiny), math.inf),
+        "normalize/*.var": (0, math.inf),
+        "optimizer/*/exp_avg_sq": (0, math.inf),
+        "optimizer/*/step": (1, math.inf),
+        "validation/ep_lengths": (1, math.inf),
+        "window/lengths": (1, math.inf),
+    }
+    if isinstance(model.action_space, Discrete):
+        ranges["memory/actions"] = (0, int(model.action_space.n) - 1)
+    return ranges
+
+
+def _check_values(found: Arrays, fresh: Arrays, ranges: Mapping[str, tuple[float, float]]) -> None:
+    for name, array in found.items():
+        if array.dtype == bool:
+            require(array.view(np.uint8) <= 1, array.view(np.uint8), name, "0 or 1")
+        elif np.isfinite(fresh.get(name, 0)).all():  # an environment may begin with an infinity
+            require(np.isfinite(array), array, name, "finite numbers")
+        if name.endswith(_WHOLE):
+            require(array == np.floor(array), array, name, "a whole number")
+        for low, high in (ends for pattern, ends in ranges.items() if fnmatch(name, pattern)):
+            within = (array >= low) & (array <= high)
+            require(within, array, name, f"numbers in [{low:g}, {high:g}]")
+
+
+# Check of the document of a checkpoint, before anything is restored from it.
+
+_FREE = ("config", "manifest")  # compared elsewhere, where it is told how they differ
+_SIGNED = ("_current_progress_remaining",)
+
+
+def check_document(found: Mapping[str, Any], fresh: Mapping[str, Any], config: Config) -> None:
+    """Refuse a document that a run cannot have written.
+
+    Args:
+        found: Document of the checkpoint.
+        fresh: That of a checkpoint of a run that has not begun.
+        config: Config of the run.
+
+    Raises:
+        ValueError: "member = value; expected ...".
+    """
+    _check_alike(found, fresh, "document")
+    updates, most = found["iterations"], -(-config.total_timesteps // config.steps_per_update)
+    require(0 <= updates <= most, updates, "iterations", f"an integer in [0, {most}]")
+    counters, age = found["counters"], updates * config.steps_per_update
+    ages = {
+        "counters.num_timesteps": (counters["num_timesteps"], age),
+        "counters._current_progress_remaining": (
+            counters["_current_progress_remaining"],
+            1.0 - age / config.total_timesteps,
+        ),
+        "logs.timesteps": (found["logs"]["timesteps"], age),
+    }
+    for name, (value, expected) in ages.items():
+        require(value == expected, value, name, f"{expected} after {updates} updates")
+    amounts = {f"counters.{key}": counters[key] for key in counters if key not in _SIGNED}
+    amounts |= {f"spent[{k}]": value for k, value in enumerate(found["spent"])}
+    amounts |= {f"learning_rates.{key}": min(each) for key, each in found["learning_rates"].items()}
+    for name, value in (amounts | {"logs.seconds": found["logs"]["seconds"]}).items():
+        require(value >= 0, value, name, "a number of at least 0")
+    rate = counters.get("exploration_rate", 0.0)
+    require(rate <= 1.0, rate, "counters.exploration_rate", "a number of at most 1")
+
+
+def _check_alike(found: Any, like: Any, name: str) -> None:
+    """Compare names and types of JSON values with those of others."""
+    if isinstance(like, Mapping):
+        require(isinstance(found, dict), found, name, "a mapping")
+        keys = () if name.removeprefix("document.") in _FREE else like.keys()
+        require(not keys or found.keys() == keys, sorted(found), name, f"entries {sorted(keys)}")
+        for key in keys:
+            _check_alike(found[key], like[key], f"{name}.{key}")
+    elif isinstance(like, list):
+        fits = isinstance(found, list) and len(found) == len(like)
+        require(fits, found, name, f"a list of {len(like)}")
+        for k, (value, each) in enumerate(zip(found, like, strict=True)):
+            _check_alike(value, each, f"{name}[{k}]")
+    elif isinstance(like, str):
+        require(found == like, found, name, repr(like))
+    else:
+        _check_number(found, like, name)
+
+
+def _check_number(found: Any, like: Any, name: str) -> None:
+    if like is None:
+        require(found is None or isinstance(found, float), found, name, "a number or null")
+    elif isinstance(like, float):
+        is_number = isinstance(found, int | float) and not isinstance(found, bool)
+        require(is_number and math.isfinite(found), found, name, "a finite number")
+    else:
+        require(type(found) is type(like), found, name, "an integer")
+
+
+# Snapshot of training as arrays and JSON, from which it resumes to the bit.
+#
+# Weights, optimisers, replay buffer, counters, random streams (Python's, NumPy's, torch's, the
+# environment's and that of its actions), running episodes, and statistics.
+
 _COUNTERS = ("num_timesteps", "_n_updates", "_episode_num", "_current_progress_remaining")
 _OBSERVATIONS = ("_last_obs", "_last_original_obs")
 

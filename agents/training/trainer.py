@@ -1,42 +1,145 @@
-"""Training of a run: collect, learn, log, evaluate, save; resumed to the bit."""
+"""Training of a model by a config."""
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import signal
+import threading
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType, TracebackType
 from typing import Any
 
 import torch
+from gymnasium.spaces import Box
+from gymnasium.vector import VectorEnv
 from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.utils import safe_mean
+from stable_baselines3.common.vec_env import VecEnv, VecExtractDictObs, VecNormalize
 
-from rigid_envs.errors import ConfigError
-from rigid_envs.files import DamagedFileError, sweep
-from rigid_envs.sb3.finite import NonFiniteError
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import DamagedFileError, sweep
+from rigid_envs.base.settings import refusal
+from rigid_envs.sb3.adapter import NonFiniteError
 from rigid_envs.scores.starts import row_seeds
 
-from ..config.by_algorithm import Config, config_to_dict
-from ..environments.factory import make
-from ..environments.training_rows import TrainingRows
-from ..policies.mlp import Policy
-from ..policies.policy_file import save_policy
-from ..storage.checkpoints import load_newest, save_newest
-from ..storage.manifest import differences, manifest
-from ..storage.runs import Run, create_run, open_run
-from .algorithms import build_model, iterate
-from .clock import Clock, Spent
-from .document_check import check_document
-from .environment import checked_environment, wrapped
-from .exporting import export_policy, with_gain
-from .progress_bar import Progress
-from .records import Records
-from .signals import StopSignals
-from .snapshots import capture, check, restore
-from .validation import Validation
+from ..config.entries import Config, config_to_dict
+from ..environments import TrainingRows, make, part_for
+from ..policies import Policy, save_policy
+from ..storage.logs import load_newest, save_newest
+from ..storage.runs import Run, create_run, differences, manifest, open_run
+from .algorithms import build_model, check_fit, iterate
+from .recording import export_policy, with_gain
+from .snapshots import capture, check, check_document, restore
+from .validation import Clock, Progress, Records, Spent, Validation
 
-__all__ = ["Outcome", "train", "train_in"]
+# Signals that ask a run to stop are answered between two updates.
+
+_STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class StopSignals:
+    """While in this context, the first stop signal is noted and the second ends the process.
+
+    Attributes:
+        received: The signal that came, or None.
+    """
+
+    def __init__(self) -> None:
+        """Note nothing yet."""
+        self.received: int | None = None
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> StopSignals:
+        """Take the signals over, where Python allows it: in the main thread."""
+        if threading.current_thread() is threading.main_thread():
+            self._before = {number: signal.signal(number, self._note) for number in _STOPS}
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Give the signals back."""
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def stopping(self) -> bool:
+        """Whether a signal came."""
+        return self.received is not None
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        if self.received is not None:
+            os._exit(128 + number)
+        self.received = number
+        if multiprocessing.parent_process() is None:  # of several processes, one says it
+            name = signal.Signals(number).name
+            text = f"\n{name}: finishing this update, then saving; once more ends at once\n"
+            os.write(2, text.encode())
+
+
+# The environment of a training: refused if it cannot be, wrapped as the model sees it.
+
+
+def checked_environment(config: Config) -> VectorEnv[Any, Any, Any]:
+    """The environment of a training.
+
+    Args:
+        config: Config of the run.
+
+    Raises:
+        ConfigError: The algorithm is not for it, or its spaces are not those of the evaluations.
+    """
+    tested = make(config.env_id, config.env_kwargs, 1)
+    trained = make(config.env_id, config.training_kwargs, 1, "train_kwargs")
+    check_fit(config, trained)
+    for key, entry in (("cost_price", "cost"), ("success_bonus", "is_success")):
+        if (value := getattr(config, key)) and entry not in trained.reset()[1]:
+            raise refusal(key, value, f"0: {config.env_id} reports no {entry}")
+    if config.policy_gain != 1.0 and not _is_gaussian(config, trained):
+        raise refusal("policy_gain", config.policy_gain, "1: not for this algorithm and id")
+    spaces = [
+        (venv.single_observation_space, venv.single_action_space) for venv in (tested, trained)
+    ]
+    tested.close()
+    if spaces[0] != spaces[1]:
+        raise refusal(
+            "train_kwargs",
+            dict(config.train_kwargs),
+            "what leaves the spaces of observations and actions as they are with env_kwargs alone",
+        )
+    return trained
+
+
+def _is_gaussian(config: Config, venv: VectorEnv[Any, Any, Any]) -> bool:
+    return config.algo == "ppo" and isinstance(venv.single_action_space, Box)
+
+
+def wrapped(adapter: TrainingRows, config: Config) -> VecEnv:
+    """What the model sees: the part that networks read, normalised as the config says.
+
+    Args:
+        adapter: The environment of the training.
+        config: Config of the run.
+    """
+    part = part_for(config.env_kwargs, adapter.observation_space)
+    seen = adapter if part is None else VecExtractDictObs(adapter, part)
+    if not (config.normalize_observation or config.normalize_reward):
+        return seen
+    return VecNormalize(
+        seen,
+        norm_obs=config.normalize_observation,
+        norm_reward=config.normalize_reward,
+        gamma=config.gamma,
+    )
+
+
+# Training of a run: collect, learn, log, evaluate, save; resumed to the bit.
 
 _SHARE = 0.02  # largest share of the time that goes into checkpoints
 _LEAST_GAP = 2.0  # seconds between them, lest a fast disk be worn for nothing

@@ -1,21 +1,69 @@
-"""Evaluations during training, on fixed held-out starts; they choose the best policy."""
+"""What a training tells: validation, records, progress."""
 
 from __future__ import annotations
 
+import json
+import sys
+import threading
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from stable_baselines3.common.logger import Logger
+from tqdm import tqdm  # type: ignore[import-untyped]
 
-from rigid_envs.scores.starts import row_seeds
+from rigid_envs.scores.starts import Episodes, SupportsPredict, row_seeds
 
-from ..config.by_algorithm import Config
-from ..environments.factory import make
-from ..evaluation.evaluate import Episodes, SupportsPredict, play
-from ..storage.evaluations import write_evaluations
+from ..config.entries import Config
+from ..environments import EpisodeEnds, make
+from ..evaluation.reports import play
+from ..storage.logs import CsvLog, ProgressLog, TensorBoardLog, check_position, write_evaluations
+from ..storage.runs import Run
+from .algorithms import progress_columns
 
-__all__ = ["VALIDATION_SEED", "Validation"]
+# Time spent on a run.
+
+
+class Spent(NamedTuple):
+    """Time spent on a run, all sessions together.
+
+    Attributes:
+        seconds: Of the clock on the wall [s].
+        cpu_seconds: Of processors, user and system, all threads [s].
+    """
+
+    seconds: float
+    cpu_seconds: float
+
+
+_NOTHING = Spent(0.0, 0.0)
+
+
+class Clock:
+    """A clock that goes on from where an earlier session of a run stopped it."""
+
+    def __init__(self, before: Spent = _NOTHING) -> None:
+        """Start it.
+
+        Args:
+            before: Time spent in earlier sessions.
+        """
+        self._before, self._begin = before, _now()
+
+    def spent(self) -> Spent:
+        """Time spent so far."""
+        now = _now()
+        return Spent(*(b + n - a for b, n, a in zip(self._before, now, self._begin, strict=True)))
+
+
+def _now() -> Spent:
+    return Spent(time.perf_counter(), time.process_time())
+
+
+# Evaluations during training, on fixed held-out starts; they choose the best policy.
 
 VALIDATION_SEED = 271828
 """Seed of the starts of the evaluations during training, which choose the best policy."""
@@ -119,3 +167,202 @@ class Validation:
     def close(self) -> None:
         """Close the environment."""
         self._venv.close()
+
+
+# The logs of a run: progress, episodes, clock, TensorBoard; cut back together when it resumes.
+
+_LOGS = ("progress", "monitor", "times")
+_STEPS = "time/total_timesteps"  # the first column of the first and of the last
+
+
+class Records:
+    """All logs of a run.
+
+    Attributes:
+        logger: SB3's logger, which writes `progress.csv` and TensorBoard events.
+    """
+
+    START: Mapping[str, Any] = {**dict.fromkeys(_LOGS, 0), "timesteps": 0, "seconds": 0.0}
+    """What `sync` gives for a run that has not begun, without headers."""
+
+    def __init__(self, run: Run, config: Config, positions: Mapping[str, Any] | None) -> None:
+        """Start the logs, or cut them back to a checkpoint.
+
+        Args:
+            run: Run folder of the files.
+            config: Config of the run.
+            positions: From `sync`; None starts anew.
+        """
+        at: Mapping[str, Any] = positions or {}
+        # `t` of SB3's monitor files is a time. Steps keep two equal runs equal, byte by byte.
+        about = json.dumps({"env_id": config.env_id, "t_start": 0, "t_unit": "steps"})
+        self._n_envs = config.n_envs
+        self._csv = {
+            "progress": CsvLog(
+                run / "progress.csv", progress_columns(config), "", at.get("progress")
+            ),
+            "monitor": CsvLog(
+                run / "monitor.csv", ("r", "l", "t", "is_success"), f"#{about}\n", at.get("monitor")
+            ),
+            "times": CsvLog(
+                run / "times.csv", (_STEPS, *Spent._fields, "steps_per_second"), "", at.get("times")
+            ),
+        }
+        self._last = (at.get("timesteps", 0), at.get("seconds", 0.0))
+        purge = None if positions is None else at["timesteps"] + 1
+        self._tensorboard = TensorBoardLog(run / "tensorboard", purge)
+        self.logger = Logger(
+            str(run.folder), [ProgressLog(self._csv["progress"]), self._tensorboard]
+        )
+
+    @staticmethod
+    def check(run: Run, positions: Mapping[str, Any]) -> None:
+        """Refuse positions to which the logs cannot be cut back.
+
+        Args:
+            run: Run folder of the files.
+            positions: From `sync`.
+
+        Raises:
+            DamagedFileError: A log is not there, or has no row that ends there; names it.
+        """
+        begin = f"{positions['timesteps']}," if positions["timesteps"] else ""
+        for name in _LOGS:
+            check_position(run / f"{name}.csv", positions[name], "" if name == "monitor" else begin)
+
+    def write(
+        self,
+        timesteps: int,
+        figures: Mapping[str, Any],
+        ends: Sequence[EpisodeEnds],
+        spent: Spent,
+    ) -> None:
+        """Log one update.
+
+        Args:
+            timesteps: Age of the run [steps].
+            figures: Values by name, beside those that SB3 recorded itself.
+            ends: Episodes that ended in the update.
+            spent: Time spent on the run.
+        """
+        for name, value in figures.items():
+            self.logger.record(name, value)
+        self.logger.record(_STEPS, timesteps, exclude="tensorboard")
+        speed = self._speed(timesteps, spent.seconds)
+        self.logger.record("time/fps", speed)
+        self.logger.dump(timesteps)
+        self._csv["monitor"].write(row for end in ends for row in self._rows(end))
+        times = {name: round(value, 3) for name, value in spent._asdict().items()}
+        self._csv["times"].write([{_STEPS: timesteps, **times, "steps_per_second": speed}])
+        self._last = (timesteps, spent.seconds)
+
+    def sync(self, timesteps: int) -> dict[str, Any]:
+        """Bring the logs to the disk.
+
+        Args:
+            timesteps: Age of the run [steps].
+
+        Returns:
+            How far they have come, as JSON values.
+        """
+        positions = {name: csv.sync() for name, csv in self._csv.items()}
+        return {**positions, "timesteps": timesteps, "seconds": self._last[1]}
+
+    def close(self) -> None:
+        """Close the files."""
+        self._tensorboard.close()
+        for csv in self._csv.values():
+            csv.close()
+
+    def _speed(self, timesteps: int, seconds: float) -> int:
+        return int((timesteps - self._last[0]) / max(seconds - self._last[1], 1e-9))
+
+    def _rows(self, end: EpisodeEnds) -> list[dict[str, Any]]:
+        n, wins = len(end.rows), end.successes
+        successes = [None] * n if wins is None else wins.astype(int).tolist()
+        pairs = zip(end.returns.tolist(), end.lengths.tolist(), successes, strict=True)
+        age = end.step * self._n_envs
+        return [{"r": r, "l": length, "t": age, "is_success": won} for r, length, won in pairs]
+
+
+# Progress bar on the terminal, and a line for each evaluation.
+
+_LOOK = 5.0  # [s] of training, after which the time that is left is told
+
+
+class Progress:
+    """A progress bar with speed, success and return. Off a terminal, only the lines."""
+
+    def __init__(self, quiet: bool) -> None:
+        """Show nothing yet.
+
+        Args:
+            quiet: Show nothing at all.
+        """
+        self._quiet = quiet
+        self._bar: Any = None
+        self._begun: tuple[float, int, int] | None = None  # time, steps made and to make
+
+    def start(self, total: int, done: int) -> None:
+        """Show the bar.
+
+        Args:
+            total: Steps of the run.
+            done: Steps made before.
+        """
+        self._begun = time.perf_counter(), done, total
+        tqdm.set_lock(threading.RLock())  # its own would leave a semaphore behind after a kill
+        self._bar = tqdm(
+            total=total,
+            initial=done,
+            unit=" steps",
+            unit_scale=True,
+            disable=self._quiet or not sys.stderr.isatty(),
+            dynamic_ncols=True,
+            smoothing=0.05,
+        )
+
+    def show(self, timesteps: int, figures: Mapping[str, Any]) -> None:
+        """Move the bar, and add a line if there was an evaluation.
+
+        Args:
+            timesteps: Steps made.
+            figures: Values by name.
+        """
+        success, total = figures.get("rollout/success_rate"), figures.get("rollout/ep_rew_mean")
+        shown = {} if success is None else {"success": f"{100 * success:.1f} %"}
+        if total is not None:
+            shown["return"] = f"{total:.3g}"
+        self._bar.set_postfix(shown, refresh=False)
+        self._bar.update(timesteps - self._bar.n)
+        self._tell_time(timesteps)
+        if "eval/success_rate" in figures:
+            self.say(
+                f"{timesteps:>12,} steps   held-out starts: success "
+                f"{100 * figures['eval/success_rate']:5.1f} %   "
+                f"return {figures['eval/mean_reward']:8.3f}   "
+                f"length {figures['eval/mean_ep_length']:6.1f}   "
+                f"cost {figures['eval/mean_cost']:8.3f}"
+            )
+
+    def _tell_time(self, timesteps: int) -> None:
+        """Say once how long it will take, at the speed of the first seconds."""
+        if self._begun is None:
+            return
+        since, done, total = self._begun
+        if (spent := time.perf_counter() - since) < _LOOK:
+            return
+        self._begun = None
+        speed = (timesteps - done) / spent
+        if left := max(0, round((total - timesteps) / speed)):
+            self.say(f"{speed:,.0f} steps per second: about {left // 60} min {left % 60} s to go")
+
+    def say(self, line: str) -> None:
+        """Print a line above the bar."""
+        if not self._quiet:
+            tqdm.write(line, file=sys.stderr)
+
+    def close(self) -> None:
+        """End the bar."""
+        if self._bar is not None:
+            self._bar.close()

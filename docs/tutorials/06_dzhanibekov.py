@@ -10,11 +10,12 @@
 # %%
 import matplotlib.pyplot as plt
 import numpy as np
-
-from rigid_envs.analytic import free_body
 from rigid_envs.bodies import t_handle
-from rigid_envs.control import SingleTorque, simulate_closed_loop
+
+from rigid_envs.control import simulate_closed_loop
 from rigid_envs.systems import FreeBody
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.free_body.controllers import SingleTorque
 
 handle = t_handle().principal()
 body = FreeBody(*handle.moments)
@@ -131,7 +132,7 @@ plt.show()
 # $$
 #
 # The sign of $\omega_2$ changes every $2 K(m) / p$, with $K$ the complete elliptic integral of the first
-# kind: that is the time from flip to flip. `rigid_envs.analytic` evaluates this with 1 - $m$ as the
+# kind: that is the time from flip to flip. `rigid_envs.systems.free_body.closed_forms` evaluates this with 1 - $m$ as the
 # parameter, so that it stays exact close to the separatrix. It shares no formula with the simulation.
 
 # %%

@@ -9,14 +9,15 @@
 # %%
 import matplotlib.pyplot as plt
 import numpy as np
+from rigid_envs.films import play_episode
 
 import rigid_envs
 from rigid_envs import rotations
-from rigid_envs.analytic import brackets, rolling_ball
-from rigid_envs.control import shortest_path, three_rolls
-from rigid_envs.films import play_episode
 from rigid_envs.scores import best_known, from_predict
 from rigid_envs.systems import RollingBall
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.controllers import three_rolls
+from rigid_envs.systems.rolling_ball.shortest_path import shortest_path
 
 ball = RollingBall(radius=1.0)
 
@@ -84,11 +85,11 @@ plt.show()
 # $\varepsilon^3$. The dimensions that are spanned up to each depth are the *growth vector*.
 
 # %%
-fields = brackets.ball_fields(1.0)
+fields = rolling_ball.ball_fields(1.0)
 somewhere = [0.3, -0.2, *rotations.exp([0.4, -0.7, 0.2])]
-growth = brackets.growth_vector(fields, somewhere, depth=3)
+growth = rolling_ball.growth_vector(fields, somewhere, depth=3)
 print("growth vector              ", growth)
-print("degree of nonholonomy      ", brackets.degree_of_nonholonomy(growth, 5))
+print("degree of nonholonomy      ", rolling_ball.degree_of_nonholonomy(growth, 5))
 
 # %% [markdown]
 # By the theorem of Chow and Rashevskii, five dimensions at depth three mean that every pose can be reached,
@@ -191,7 +192,7 @@ print(
 # 2. Which closed path of given length turns the ball most about the vertical? (Dido's problem.)
 # 3. Let the ball spin as well: `ball.advance(y, [VX, VY, spin], ...)`. What is the growth vector then?
 # 4. An upright coin has four coordinates and two controls. Compute its growth vector with
-#    `brackets.coin_fields` and compare with parking a car.
+#    `rolling_ball.coin_fields` and compare with parking a car.
 #
 # ## Sources
 #

@@ -1,4 +1,4 @@
-"""Linear feedback: sampled linear models, linear-quadratic regulators, gain scheduling."""
+"""Linear control: Riccati, gains, closed loops, saturation."""
 
 from __future__ import annotations
 
@@ -9,11 +9,77 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import expm, solve_discrete_are
 
-from rigid_envs.checks import positive_array
+from rigid_envs.base.checks import Array, array, exact_array, integer, positive_array, require
 
-__all__ = ["Regulator", "lqr", "scheduled", "step_jacobian", "zero_order_hold"]
+# Saturation: actions projected onto the action space.
 
-Array = npt.NDArray[np.float64]
+
+def clip_to_box(action: Array) -> Array:
+    """Actions, shape (..., m), with each entry clipped to [-1, 1]."""
+    return np.asarray(np.clip(action, -1.0, 1.0))
+
+
+def clip_to_ball(action: Array) -> Array:
+    """Actions, shape (..., m), with vectors longer than 1 scaled to length 1."""
+    size = np.linalg.norm(action, axis=-1, keepdims=True)
+    return np.asarray(action / np.maximum(size, 1.0))
+
+
+# Sampled closed loops: simulation and region of attraction.
+
+
+def simulate_closed_loop(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Array:
+    """States of a closed loop under repeated steps: y, step(y), step(step(y)) and so on.
+
+    With ``step = lambda y: system.advance(y, law.inputs(law(y)), dt, n_substeps)`` this is the
+    closed loop as an environment runs it, the limits of the actuator included.
+
+    Args:
+        step: the state after a control period, as a function of states (..., n).
+        y: first states, shape (..., n).
+        n_steps: number of steps.
+
+    Returns:
+        Shape (n_steps + 1, ..., n).
+    """
+    states = [array(y, "y")]
+    for _ in range(integer(n_steps, "n_steps", 0)):
+        states.append(step(states[-1]))
+    return np.stack(states)
+
+
+def region_of_attraction(
+    succeeds: Callable[[Array], npt.NDArray[np.bool_]],
+    directions: npt.ArrayLike,
+    sizes: npt.ArrayLike,
+) -> Array:
+    """Region of attraction of a closed loop, sampled along several directions.
+
+    Every size is tried; what lies beyond the first failure does not count.
+
+    Args:
+        succeeds: whether motions succeed that start with perturbations of shape (..., k); of shape
+            (...).
+        directions: shape (N, k).
+        sizes: what the directions are multiplied by, ascending, positive, shape (M,).
+
+    Returns:
+        For each direction the last size before the first failure, 0 if already the first one fails;
+        shape (N,).
+
+    Raises:
+        ValueError: sizes that are not positive and ascending.
+    """
+    tried = exact_array(sizes, "sizes", "M")
+    ascending = bool((np.diff(tried, prepend=0.0) > 0.0).all())
+    require(ascending, tried, "sizes", "positive numbers in ascending order")
+    won = succeeds(tried[:, None, None] * exact_array(directions, "directions", "N", "k"))
+    n_won = np.sum(np.logical_and.accumulate(won, axis=0), axis=0)
+    return np.asarray(np.concatenate([[0.0], tried])[n_won])
+
+
+# Linear feedback: sampled linear models, linear-quadratic regulators, gain scheduling.
+
 Matrix = npt.NDArray[Any]  # real or complex
 _H = 1e-5  # differences: truncation h^2, rounding eps / h, both near 1e-10
 
@@ -144,3 +210,25 @@ def scheduled(regulator: Callable[..., Regulator], *grids: Array) -> Callable[..
         )
 
     return look_up
+
+
+# Piecewise constant plans.
+
+
+def piecewise_constant(values: Array, counts: npt.NDArray[np.int64]) -> Array:
+    """Piecewise constant sequence: each value repeated for its number of steps, then zero.
+
+    Args:
+        values: K of them for each row, shape (..., K, m).
+        counts: shape (..., K).
+
+    Returns:
+        Shape (T + 1, ..., m), T the steps of the longest row: the last step is zero for all.
+    """
+    lead, m = counts.shape[:-1], values.shape[-1]
+    last = int(np.max(np.sum(counts, axis=-1), initial=0))
+    steps = np.zeros((last + 1, *lead, m))
+    for row in np.ndindex(lead):
+        whole = np.repeat(values[row], counts[row], axis=0)
+        steps[: len(whole), *row] = whole
+    return steps

@@ -1,4 +1,4 @@
-"""Gymnasium environments on `rigid_envs.core`: spaces, seeding, autoreset; no physics."""
+"""Gymnasium environments on `rigid_envs.tasks.core`: spaces, seeding, autoreset; no physics."""
 
 from rigid_envs.envs.goal import RigidGoalEnv, RigidGoalVectorEnv
 from rigid_envs.envs.single import RigidEnv

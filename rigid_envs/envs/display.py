@@ -1,26 +1,40 @@
-"""Display of an environment: pictures of its rows, or a window that shows them."""
+"""Packages of the extra "render", imported where they are needed."""
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium as gym
-import numpy as np
-import numpy.typing as npt
+from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.core import Core
-from rigid_envs.rules import Either, Integer, List, Null, Number, Rule, Text
-from rigid_envs.settings import refusal
-from rigid_envs.tasks import Task
+from rigid_envs.base.checks import Image
+from rigid_envs.base.settings import Either, Integer, List, Null, Number, Rule, Text, refusal
+from rigid_envs.tasks.core import Core
+from rigid_envs.tasks.task import Task
 
-if TYPE_CHECKING:
-    from rigid_envs.render.viewer import Viewer
-    from rigid_envs.render.window import Window
+# Packages of the extra "render", imported where they are needed.
 
-__all__ = ["MODES", "Shown", "frames_per_second"]
 
-Image = npt.NDArray[np.uint8]
+def needed(module: str, why: str) -> Any:
+    """A module of the extra "render".
+
+    Args:
+        module: its name.
+        why: the begin of the message, as "pictures need Pillow".
+
+    Raises:
+        DependencyNotInstalled: it is missing; names the command that installs it.
+    """
+    try:
+        importlib.import_module(module.partition(".")[0])
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise DependencyNotInstalled(f'{why}: pip install "rigid-envs[render]"') from error
+
+
+# Display of an environment: pictures of its rows, or a window that shows them.
 
 MODES = ("human", "rgb_array")
 _SIZE = Integer("width or height of a picture in pixels", 16, 8192)
@@ -94,11 +108,11 @@ class Display:
 
     def __init__(self, core: Core, look: Mapping[str, Any], title: str) -> None:
         """Nothing is drawn yet."""
-        from rigid_envs.render.drawing import Look
-
-        self._core, self._title, self._look = core, title, Look(**look)
-        self._viewers: dict[int, Viewer] = {}
-        self._window: Window | None = None
+        self._core, self._title = core, title
+        self._drawing: Any = importlib.import_module("rigid_envs.watch.drawing")
+        self._look = self._drawing.Look(**look)
+        self._viewers: dict[int, Any] = {}
+        self._window: Any = None
 
     def pictures(self, rows: Iterable[int]) -> tuple[Image, ...]:
         """RGB pictures of rows, each of shape (height, width, 3)."""
@@ -106,12 +120,9 @@ class Display:
 
     def show(self, rows: Iterable[int], fps: float) -> None:
         """Show rows side by side in a window, in real time."""
-        from rigid_envs.render.picture import tiled
-        from rigid_envs.render.window import Window
-
         if self._window is None:
-            self._window = Window(self._title)
-        self._window.show(tiled(self.pictures(rows)), fps)
+            self._window = self._drawing.Window(self._title)
+        self._window.show(self._drawing.tiled(self.pictures(rows)), fps)
 
     def close(self) -> None:
         """Close the window and free the memory."""
@@ -122,11 +133,9 @@ class Display:
             self._window.close()
             self._window = None
 
-    def _viewer(self, row: int) -> Viewer:
-        from rigid_envs.render.viewer import Viewer
-
+    def _viewer(self, row: int) -> Any:
         if row not in self._viewers:
-            self._viewers[row] = Viewer(self._core, row, self._look)
+            self._viewers[row] = self._drawing.Viewer(self._core, row, self._look)
         return self._viewers[row]
 
 
@@ -136,7 +145,7 @@ def frames_per_second(task: Task) -> int:
 
 
 def _checked_camera(camera: Any) -> dict[str, Any]:
-    """Fields of `rigid_envs.render.scene.Camera`."""
+    """Fields of `rigid_envs.watch.scene.Camera`."""
     keys = f"None or a dictionary with some of the keys {list(_CAMERA)}"
     if camera is None:
         return {}

@@ -14,13 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.checks import real_numbers
+from rigid_envs.base.checks import real_numbers
 from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.task_spaces import goal_parts
+from rigid_envs.envs.spaces import goal_parts
 from rigid_envs.envs.vector import RigidVectorEnv
-from rigid_envs.tasks import Task
-
-__all__ = ["RigidGoalEnv", "RigidGoalVectorEnv"]
+from rigid_envs.tasks.task import Task
 
 Part = npt.NDArray[np.float32]
 

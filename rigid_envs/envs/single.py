@@ -1,4 +1,4 @@
-"""A single environment: one row."""
+"""Single environments, as Gymnasium has them, also with goals."""
 
 from __future__ import annotations
 
@@ -13,20 +13,24 @@ import numpy.typing as npt
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy import ndarray
 
-from rigid_envs.checks import require
-from rigid_envs.core import Core
-from rigid_envs.envs.arguments import FLOAT32, INTEGERS, actions_of, new_task, options_of
+from rigid_envs.base.checks import Array, require
 from rigid_envs.envs.display import MODES, Shown, frames_per_second
-from rigid_envs.envs.durations import checked_steps, further_steps
-from rigid_envs.envs.streams import python_seed, stream_key, undone_if_refused
-from rigid_envs.envs.task_spaces import action_space, info_flags, info_numbers, observation_space
-from rigid_envs.moment import Moment
-from rigid_envs.systems import System
+from rigid_envs.envs.lookup import FLOAT32, INTEGERS, actions_of, new_task, options_of
+from rigid_envs.envs.spaces import (
+    action_space,
+    checked_steps,
+    further_steps,
+    info_flags,
+    info_numbers,
+    observation_space,
+    python_seed,
+    stream_key,
+    undone_if_refused,
+)
+from rigid_envs.mechanics.system import System
+from rigid_envs.tasks.core import Core, Moment
 from rigid_envs.tasks.starts import Start, start_from
 
-__all__ = ["RigidEnv"]
-
-Array = npt.NDArray[np.float64]
 Observation = npt.NDArray[np.float32]
 
 _FRESH, _RUNNING, _ENDED, _CLOSED = range(4)
@@ -40,7 +44,7 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
         render_mode: "rgb_array", "human" or None.
         width: of a picture in pixels.
         height: of a picture in pixels.
-        camera: fields of `rigid_envs.render.scene.Camera` that differ from those of the task.
+        camera: fields of `rigid_envs.watch.scene.Camera` that differ from those of the task.
         **config: hyperparameters of the task; unknown keys and wrong values are refused.
 
     Raises:

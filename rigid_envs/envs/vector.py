@@ -14,9 +14,11 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy import ndarray
 
-from rigid_envs.checks import safe_repr
-from rigid_envs.core import Core
-from rigid_envs.envs.arguments import (
+from rigid_envs.base.checks import Array, Bools, safe_repr
+from rigid_envs.base.settings import Flag, checked
+from rigid_envs.engine.loops import ENDED
+from rigid_envs.envs.display import MODES, Shown, frames_per_second
+from rigid_envs.envs.lookup import (
     FLOAT32,
     actions_of,
     autoreset_of,
@@ -27,23 +29,21 @@ from rigid_envs.envs.arguments import (
     rows_of,
     shown_rows,
 )
-from rigid_envs.envs.display import MODES, Shown, frames_per_second
-from rigid_envs.envs.durations import checked_steps, further_steps
-from rigid_envs.envs.infos import Infos
-from rigid_envs.envs.streams import seeded_key, seeds_of, undone_if_refused
-from rigid_envs.envs.task_spaces import action_space, observation_space
-from rigid_envs.kernels.step_loop import ENDED
-from rigid_envs.moment import Moment
-from rigid_envs.rules import Flag
-from rigid_envs.settings import checked
-from rigid_envs.systems import System
-from rigid_envs.tasks import Task
+from rigid_envs.envs.spaces import (
+    Infos,
+    action_space,
+    checked_steps,
+    further_steps,
+    observation_space,
+    seeded_key,
+    seeds_of,
+    undone_if_refused,
+)
+from rigid_envs.mechanics.system import System
+from rigid_envs.tasks.core import Core, Moment
 from rigid_envs.tasks.starts import start_from
+from rigid_envs.tasks.task import Task
 
-__all__ = ["RigidVectorEnv"]
-
-Array = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.int64]
 Observations = npt.NDArray[np.float32]
 
@@ -70,7 +70,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         render_mode: "rgb_array", "human" (one window with all of `render_rows`) or None.
         width: of a picture in pixels.
         height: of a picture in pixels.
-        camera: fields of `rigid_envs.render.scene.Camera` that differ from those of the task.
+        camera: fields of `rigid_envs.watch.scene.Camera` that differ from those of the task.
         render_rows: indices of the rows of which `render` makes pictures; None for all.
         **config: hyperparameters of the task.
 

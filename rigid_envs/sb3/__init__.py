@@ -12,6 +12,10 @@
 Everything else of `rigid_envs` works without Stable-Baselines3.
 """
 
+from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError
+from rigid_envs.sb3.exporting import export
+from rigid_envs.sb3.making import make_vec_env
+
 try:
     import stable_baselines3  # noqa: F401
 except ImportError as error:
@@ -19,9 +23,5 @@ except ImportError as error:
         f'rigid_envs.sb3 needs Stable-Baselines3: pip install "rigid-envs[train]" ({error})'
     ) from error
 
-from rigid_envs.sb3.adapter import GymnasiumVecEnv
-from rigid_envs.sb3.exporting import export
-from rigid_envs.sb3.finite import NonFiniteError
-from rigid_envs.sb3.making import make_vec_env
 
 __all__ = ["GymnasiumVecEnv", "NonFiniteError", "export", "make_vec_env"]

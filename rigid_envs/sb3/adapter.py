@@ -1,13 +1,9 @@
-"""Gymnasium vector environments as Stable-Baselines3 sees them.
-
-SB3 accepts only its own `VecEnv`. The two protocols mean the same thing when the Gymnasium
-environment resets a finished row within the step (`AutoresetMode.SAME_STEP`); what differs is the
-packing: Gymnasium gives one dictionary of arrays over the rows, SB3 wants one dictionary per row.
-"""
+"""Environments for Stable-Baselines3."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -22,12 +18,98 @@ from stable_baselines3.common.vec_env.base_vec_env import (
     VecEnvStepReturn,
 )
 
-from rigid_envs.checks import as_array, require, safe_repr
-from rigid_envs.envs.streams import seeds_of
-from rigid_envs.sb3.finite import NonFiniteError, all_finite, bad_row
-from rigid_envs.sb3.infos import rows_of, split
+from rigid_envs.base.checks import as_array, require, safe_repr
+from rigid_envs.envs.spaces import seeds_of
 
-__all__ = ["GymnasiumVecEnv"]
+# Infos of some rows, from Gymnasium's one dictionary of arrays.
+
+
+def split(columns: Mapping[str, Any], rows: NDArray[np.intp]) -> list[dict[str, Any]]:
+    """One dictionary for each of some rows.
+
+    Args:
+        columns: Info entries over all rows, each with its mask `_key` where not every row has it.
+        rows: Indices of the rows, shape (k,).
+
+    Returns:
+        k dictionaries of Python scalars and copied arrays.
+    """
+    keys = [key for key in columns if not (key.startswith("_") and key[1:] in columns)]
+    if not keys:
+        return [{} for _ in rows]
+    values = zip(*[rows_of(columns[key], rows) for key in keys], strict=True)
+    infos = [dict(zip(keys, row, strict=True)) for row in values]
+    for key in keys:
+        mask = columns.get(f"_{key}")
+        if mask is not None and not mask[rows].all():
+            for info, there in zip(infos, mask[rows].tolist(), strict=True):
+                if not there:
+                    del info[key]
+    return infos
+
+
+def rows_of(column: Any, rows: NDArray[np.intp]) -> list[Any]:
+    """Some rows of one info entry.
+
+    Args:
+        column: Array over the rows, shape (N, ...), or a dictionary of such.
+        rows: Indices of the rows, shape (k,).
+
+    Returns:
+        k Python scalars, copied arrays, or dictionaries of them.
+    """
+    if isinstance(column, dict):
+        return split(column, rows)
+    picked = np.asarray(column)[rows]
+    return picked.tolist() if picked.ndim == 1 else list(picked)
+
+
+# Checks of arrays for NaN and infinity, which stop a run before they reach the weights.
+
+
+class NonFiniteError(FloatingPointError):
+    """A reward, an observation or a gradient is NaN or infinite."""
+
+
+def all_finite(arrays: NDArray[Any] | Mapping[str, NDArray[Any]] | tuple[Any, ...]) -> bool:
+    """Whether there is no NaN and no infinity.
+
+    One sum is not finite when any of its terms is not, and costs less than looking at each.
+
+    Args:
+        arrays: An array or a collection of arrays.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        return all(math.isfinite(array.sum()) for array in _each(arrays))
+
+
+def bad_row(arrays: NDArray[Any] | Mapping[str, NDArray[Any]] | tuple[Any, ...]) -> int | None:
+    """The first row with a NaN or an infinity.
+
+    Args:
+        arrays: An array of shape (N, ...) or a collection of such.
+
+    Returns:
+        Its index, or None if all is finite.
+    """
+    for array in _each(arrays):
+        bad = ~np.isfinite(array.reshape(len(array), -1)).all(axis=1)
+        if bad.any():
+            return int(bad.argmax())
+    return None
+
+
+def _each(arrays: Any) -> tuple[Any, ...]:
+    if isinstance(arrays, dict):
+        return tuple(arrays.values())
+    return arrays if isinstance(arrays, tuple) else (arrays,)
+
+
+# Gymnasium vector environments as Stable-Baselines3 sees them.
+#
+# SB3 accepts only its own `VecEnv`. The two protocols mean the same thing when the Gymnasium
+# environment resets a finished row within the step (`AutoresetMode.SAME_STEP`); what differs is the
+# packing: Gymnasium gives one dictionary of arrays over the rows, SB3 wants one dictionary per row.
 
 
 class GymnasiumVecEnv(VecEnv):

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigid_envs.catalogue import checked_id
+from rigid_envs.envs.lookup import checked_id
 from rigid_envs.sb3.adapter import GymnasiumVecEnv
 from rigid_envs.scores.evaluation import make_rows
-
-__all__ = ["make_vec_env"]
 
 
 def make_vec_env(

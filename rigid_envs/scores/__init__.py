@@ -4,40 +4,48 @@ The efficiency of an episode is ``s b / max(b, c)``: 0 for a failure, and for a 
 known cost b from its start over its own cost c. See `evaluate`.
 """
 
-from rigid_envs.scores.aggregates import (
-    interquartile_mean,
-    performance_profile,
-    probability_of_improvement,
-    stratified_band,
-    stratified_bootstrap,
-)
 from rigid_envs.scores.best import Best, best_known
-from rigid_envs.scores.controllers import (
-    Controller,
-    ControllerFactory,
-    States,
-    reference_controllers,
-)
-from rigid_envs.scores.efficiency import Cost, cost_of, efficiencies
-from rigid_envs.scores.episodes import ActionFunction, Episodes, SupportsPredict
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.finding import find
-from rigid_envs.scores.intervals import mean_interval, wilson_interval
-from rigid_envs.scores.metrics import METRICS, Metric, metrics_of
 from rigid_envs.scores.policies import (
+    Controller,
+    ControllerFactory,
     PolicyFactory,
+    RandomPolicy,
+    States,
     constant_zero,
     from_controller,
     from_function,
     from_predict,
     recorded,
+    reference_controllers,
     uniform,
 )
-from rigid_envs.scores.random_policy import RandomPolicy
-from rigid_envs.scores.reading import read_evaluation
+from rigid_envs.scores.records import read_evaluation
 from rigid_envs.scores.repeating import Repeat, repeat
 from rigid_envs.scores.result import Estimate, Evaluation
-from rigid_envs.scores.starts import N_STARTS, evaluation_seeds
+from rigid_envs.scores.starts import (
+    METRICS,
+    N_STARTS,
+    ActionFunction,
+    Cost,
+    Episodes,
+    Metric,
+    SupportsPredict,
+    cost_of,
+    efficiencies,
+    evaluation_seeds,
+    metrics_of,
+)
+from rigid_envs.scores.statistics import (
+    interquartile_mean,
+    mean_interval,
+    performance_profile,
+    probability_of_improvement,
+    stratified_band,
+    stratified_bootstrap,
+    wilson_interval,
+)
 
 __all__ = [
     "METRICS",

@@ -1,4 +1,4 @@
-"""Evaluation of a policy of any kind on the evaluation set of an id."""
+"""Evaluation of a policy from the fixed starts."""
 
 from __future__ import annotations
 
@@ -8,33 +8,33 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-import numpy.typing as npt
 
-from rigid_envs.catalogue import changed, checked_id, full_id, task_of
-from rigid_envs.checks import integer, printable, require, safe_repr
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.errors import ConfigError
-from rigid_envs.provenance import provenance
-from rigid_envs.registry import ENVIRONMENTS, ErrorTerm
-from rigid_envs.scores.efficiency import cost_of
-from rigid_envs.scores.episodes import Episodes, joined
-from rigid_envs.scores.metrics import metrics_of
-from rigid_envs.scores.playing import play
+from rigid_envs.base.checks import Array, ConfigError, integer, printable, require, safe_repr
+from rigid_envs.engine.provenance import provenance
+from rigid_envs.envs.lookup import changed, checked_id, full_id, task_of
+from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.scores.policies import PolicyFactory, policy_of
-from rigid_envs.scores.proof import Witness, difference
-from rigid_envs.scores.result import Evaluation
-from rigid_envs.scores.standing import (
+from rigid_envs.scores.proof import (
+    Witness,
     best_of,
     bounds_of,
+    difference,
     objection,
     other_task,
     refuse_impossible,
 )
-from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
-
-__all__ = ["evaluate", "make_rows"]
-
-Array = npt.NDArray[np.float64]
+from rigid_envs.scores.result import Evaluation
+from rigid_envs.scores.starts import (
+    N_STARTS,
+    TEST_SEED,
+    Episodes,
+    cost_of,
+    joined,
+    metrics_of,
+    play,
+    row_seeds,
+)
+from rigid_envs.tasks.registry import ENVIRONMENTS, ErrorTerm
 
 
 def evaluate(

@@ -1,39 +1,375 @@
-"""Policies of any kind, made into one: a function from a vector environment to actions in it."""
+"""What acts: functions, reference controllers, random and recorded actions."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium import spaces
 
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.kernels.layout import CLOCK
-from rigid_envs.scores.controllers import (
-    ControllerFactory,
-    predictive_controllers,
-    reference_controllers,
+from rigid_envs.base.checks import Array, Bools
+from rigid_envs.control.predictive import (
+    CrossEntropyChoices,
+    PathIntegral,
+    Prediction,
+    PredictiveControl,
 )
-from rigid_envs.scores.episodes import ActionFunction, Observations, SupportsPredict
-from rigid_envs.scores.random_policy import RandomPolicy
-from rigid_envs.scores.sampling import sampling
-from rigid_envs.scores.starts import TEST_SEED, row_seeds
+from rigid_envs.engine.layout import CLOCK, FLAGS
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.mechanics.system import System
+from rigid_envs.scores.starts import (
+    TEST_SEED,
+    ActionFunction,
+    Observations,
+    SupportsPredict,
+    row_seeds,
+)
+from rigid_envs.tasks.core import Core
+from rigid_envs.tasks.registry import ENVIRONMENTS, load
+from rigid_envs.tasks.task import Task
 
-__all__ = [
-    "PolicyFactory",
-    "constant_zero",
-    "from_controller",
-    "from_function",
-    "from_predict",
-    "policy_of",
-    "recorded",
-    "uniform",
-    "untrained_policies",
-    "untrained_policy",
-]
+# The random policy: actions drawn uniformly from the action space.
+
+
+class RandomPolicy:
+    """Actions drawn uniformly from the action space: the baseline that has score 0."""
+
+    def __init__(self, action_space: spaces.Space[Any], rng: np.random.Generator) -> None:
+        """Draw from a space.
+
+        Args:
+            action_space: A box or a discrete space, of one row.
+            rng: Source of the draws.
+        """
+        self._space, self._rng = action_space, rng
+
+    def predict(
+        self, observation: Observations, *, deterministic: bool = True
+    ) -> tuple[npt.NDArray[Any], None]:
+        """Draw an action for each observation.
+
+        Args:
+            observation: Shape (N, ...), or a dictionary of such.
+            deterministic: Ignored.
+        """
+        part = next(iter(observation.values())) if isinstance(observation, dict) else observation
+        n, space = len(part), self._space
+        if isinstance(space, spaces.Discrete):
+            return self._rng.integers(space.start, space.start + space.n, n), None
+        assert isinstance(space, spaces.Box)
+        actions = self._rng.uniform(space.low, space.high, (n, *space.shape))
+        return actions.astype(space.dtype), None
+
+
+# Controllers of all rows of an environment: those of each id.
+
+
+class States(Protocol):
+    """What a controller reads of N rows: native rows have it, and so has a decoded observation."""
+
+    @property
+    def y(self) -> npt.NDArray[np.float64]:
+        """Physical states, shape (N, n_state)."""
+
+    @property
+    def systems(self) -> Sequence[System]:
+        """The physical system of every row."""
+
+    def auxiliary(self, *names: str) -> npt.NDArray[np.float64]:
+        """Parts of the auxiliary state, by name: shape (N,), or (N, k) of k > 1 names."""
+
+
+Controller = Callable[[Any], npt.NDArray[Any]]
+"""Actions (N, n_action) of all rows, or choices (N,), from their `States`.
+
+One that reads more takes a `RigidVectorEnv`, and acts in native rows only.
+"""
+
+ControllerFactory = Callable[[Any], Controller]
+"""A function from a task, with its settings, to a controller of its rows."""
+
+
+def reference_controllers(env_id: str) -> dict[str, ControllerFactory]:
+    """The reference controllers of an id by name, the best first; none for an unknown id."""
+    record = ENVIRONMENTS.get(env_id)
+    return {} if record is None else {key: load(code) for key, code in record.controllers.items()}
+
+
+def predictive_controllers(env_id: str) -> dict[str, ControllerFactory]:
+    """The predictive controller of an id, "nmpc", if it has one; it needs the extra "control"."""
+    record = ENVIRONMENTS.get(env_id)
+    return {"nmpc": load(record.predictive)} if record is not None and record.predictive else {}
+
+
+# Open-loop plans, made for each row at the start of its episode.
+
+AnyArray = npt.NDArray[Any]
+Rows = npt.NDArray[np.int64]
+
+Plan = Callable[[Any, Rows], npt.NDArray[np.float64]]
+"""From `States` and the indices of n rows their entries for each step from now on, (T, n, ...).
+
+The last entry stays.
+"""
+
+
+class Memory(NamedTuple):
+    """The plans of N rows.
+
+    Attributes:
+        entries: Shape (T, N, ...).
+        age: Steps since the plan of each row was made, shape (N,).
+    """
+
+    entries: AnyArray
+    age: Rows
+
+
+class Script:
+    """A controller by plans: that of each row is made when its episode begins.
+
+    Rows may begin at any time: it also works across automatic resets. A row that `play` counts no
+    more keeps its last plan, for planning may take long.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        follow: Callable[[Any, AnyArray], AnyArray] = lambda states, due: due,
+        period: float = math.inf,
+    ) -> None:
+        """A script without plans.
+
+        Args:
+            plan: Makes the plans of rows.
+            follow: Actions from `States` and the entries that are due; those entries, if left out.
+            period: Number of steps after which a row's plan is made again.
+        """
+        self._plan, self._follow, self._period = plan, follow, period
+        self._memory: Memory | None = None
+
+    def act(self, states: States, memory: Memory | None, begins: Bools) -> tuple[AnyArray, Memory]:
+        """Actions of all rows, and the plans that they follow.
+
+        Args:
+            states: Of the rows.
+            memory: From the step before; None where there was none. It is left as it is.
+            begins: Rows whose episode begins, shape (N,).
+        """
+        n = len(begins)
+        if memory is None:
+            memory, begins = Memory(np.zeros((0, n)), np.zeros(n, np.int64)), np.ones(n, np.bool_)
+        entries, age = memory
+        new = np.flatnonzero(begins | (age >= self._period))
+        if len(new):
+            entries = _written(entries, np.asarray(self._plan(states, new)), new)
+            age = age.copy()
+            age[new] = 0
+        due = entries[np.minimum(age, len(entries) - 1), np.arange(n)]
+        return np.asarray(self._follow(states, due)), Memory(entries, age + 1)
+
+    def __call__(self, envs: Any) -> AnyArray:
+        """Actions of native rows, whose clocks say when episodes begin; it keeps the plans."""
+        begins = envs.get_state()["clock"][:, CLOCK.elapsed] == 0
+        over = getattr(envs, "uncounted", None)
+        actions, self._memory = self.act(
+            envs, self._memory, begins if over is None else begins & ~over
+        )
+        return actions
+
+
+def _written(entries: AnyArray, new: AnyArray, rows: Rows) -> AnyArray:
+    """Entries with those of some rows replaced; the shorter ones go on with their last."""
+    length = max(len(entries), len(new))
+    if not len(entries):
+        entries = np.zeros((1, entries.shape[1], *new.shape[2:]))
+    written = _prolonged(entries, length)
+    written[:, rows] = _prolonged(new, length)
+    return written
+
+
+def _prolonged(entries: AnyArray, n: int) -> AnyArray:
+    """The last entry repeated up to n of them, in a new array."""
+    more = np.repeat(entries[-1:], n - len(entries), axis=0)
+    return np.concatenate([entries, more])
+
+
+# Predictive control of the rows of an environment: plans that are made anew as time goes on.
+
+
+def predicting(
+    law: PredictiveControl,
+    dt: float,
+    period: int,
+    goals: Callable[[RigidVectorEnv], npt.NDArray[Any]] = lambda envs: np.zeros((envs.num_envs, 0)),
+) -> Controller:
+    """A controller that plans every row anew after some steps, beginning with its last plan.
+
+    Args:
+        law: The plans; their first `period` intervals are control periods.
+        dt: Control period [s].
+        period: Number of steps after which a row is planned again.
+        goals: Numbers that the cost of each row depends on, shape (N, n_goal).
+    """
+    plans: dict[int, Prediction] = {}
+
+    def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
+        y, goal = envs.y, goals(envs)
+        begins = envs.get_state()["clock"][:, CLOCK.elapsed] == 0
+        for row in rows:
+            last = None if begins[row] or row not in plans else plans[row]
+            near = None if last is None else law.later(last, period * dt)
+            plans[row] = law.plan(y[row], goal[row], near)
+        return np.stack([plans[row].actions[:period] for row in rows], axis=1)
+
+    return Script(plan, period=period)
+
+
+# Predictive controllers; of drawn parameters they know the middle. They need CasADi.
+
+PREDICTION_PERIOD = 4
+
+
+# Sampling model predictive control of any environment: its own kernels are the model.
+#
+# Every decision copies the state of a row K times, rolls out K plans, and takes the first step of
+# the plan improved by their costs. The copies are stepped and rewarded by the functions that step
+# and reward the rows.
+
+_COPIES = 8192  # rows that are rolled out together: they stay in the cache
+
+
+class Rollouts:
+    """Copies of rows, for the costs of plans from their states.
+
+    A copy goes on as its row would, with the same parameters and the same noise. Its cost is the
+    negative sum of its rewards until its episode ends; in a goal task, where the reward says
+    nothing on the way, each step also costs the squared distance of the achieved goal from the
+    desired one.
+    """
+
+    def __init__(self, task: Task, n_rows: int, n_samples: int) -> None:
+        """Make room for copies.
+
+        Args:
+            task: Task of the rows.
+            n_rows: Number of rows N.
+            n_samples: Copies of each row K.
+        """
+        self._task, self._k = task, n_samples
+        self._core = Core(task, n_rows * n_samples)
+
+    def __call__(self, state: Mapping[str, Array], actions: npt.NDArray[Any]) -> Array:
+        """Costs of plans, shape (N, K).
+
+        Args:
+            state: From `RigidVectorEnv.get_state`, of N rows.
+            actions: Shape (T, N, K, m).
+        """
+        core = self._core
+        core.set_state({key: part.repeat(self._k, axis=0) for key, part in state.items()})
+        cost, alive = np.zeros(core.n_rows), np.ones(core.n_rows, dtype=bool)
+        for action in actions.reshape(len(actions), *core.actions.shape):
+            core.actions[...] = action
+            core.step()
+            cost -= np.where(alive, core.results[-1] - self._distance(), 0.0)
+            alive &= ~core.flags[FLAGS.terminated]
+        return cost.reshape(-1, self._k)
+
+    def _distance(self) -> Array:
+        n = self._task.n_goal  # 0 without a goal: no entries, and no distance
+        off = self._core.observations[:, :n] - self._core.observations[:, n : 2 * n]
+        return np.asarray(np.sum(off.astype(np.float64) ** 2, axis=-1))
+
+
+class SamplingController:
+    """Sampling controller of the rows of any task.
+
+    The same draws are added to the plans of all rows: what a row does is what it would do alone.
+
+    Attributes:
+        planner: Method by which plans are drawn and improved.
+    """
+
+    def __init__(
+        self,
+        planner: PathIntegral | CrossEntropyChoices,
+        rng: np.random.Generator,
+    ) -> None:
+        """Plan nothing yet.
+
+        Args:
+            planner: Method by which plans are drawn and improved.
+            rng: Generator of the random draws.
+        """
+        self.planner, self._rng = planner, rng
+        self._plan = np.zeros((0, 0, 0))
+        self._blocks: list[slice] = []
+        self._rollouts: dict[int, Rollouts] = {}
+
+    def __call__(self, envs: RigidVectorEnv) -> npt.NDArray[Any]:
+        """Actions of all rows; a row at its first step gets a new plan."""
+        task, n, m = envs.task, envs.num_envs, len(envs.task.actions())
+        state = envs.get_state()
+        fresh = state["clock"][:, CLOCK.elapsed] == 0
+        if self._plan.shape[1] != n:
+            self._make_room(task, n)
+            fresh[:] = True
+        self._plan[:, fresh] = self.planner.start((int(fresh.sum()),), m)
+        draws = self.planner.draw(self._rng, m)
+        for block in self._blocks:
+            samples: Any = self.planner.sample(self._plan[:, block], draws)
+            rollouts = self._rollouts[samples.shape[1]]
+            costs = rollouts({key: part[block] for key, part in state.items()}, samples)
+            self._plan[:, block] = self.planner.improve(samples, costs)
+        due = self._plan[0]
+        self._plan = self.planner.shift(self._plan)
+        return np.asarray(np.argmax(due, axis=-1) if task.n_choices else due)
+
+    def _make_room(self, task: Task, n: int) -> None:
+        """Plans of n rows, and copies of as many of them at a time as stay in the cache."""
+        self._plan = self.planner.start((n,), len(task.actions()))
+        size = max(1, _COPIES // self.planner.n_samples)
+        self._blocks = [slice(k, min(k + size, n)) for k in range(0, n, size)]
+        sizes = {block.stop - block.start for block in self._blocks}
+        self._rollouts = {size: Rollouts(task, size, self.planner.n_samples) for size in sizes}
+
+
+def sampling(
+    task: Task,
+    n_samples: int = 256,
+    horizon: int | None = None,
+    spread: float = 1.0,
+    temperature: float = 0.2,
+    memory: float = 0.8,
+    seed: int = 0,
+) -> Controller:
+    """Sampling model predictive control of any task.
+
+    Args:
+        task: Any task, with its settings.
+        n_samples: Plans that are tried in each step.
+        horizon: Their number of steps; None for those of 3 s, and 30 at least.
+        spread: See `PathIntegral`.
+        temperature: See `PathIntegral`.
+        memory: See `PathIntegral`.
+        seed: Seed of the draws.
+    """
+    horizon = max(30, round(3.0 / task.dt)) if horizon is None else horizon
+    planner: PathIntegral | CrossEntropyChoices
+    if task.n_choices:
+        planner = CrossEntropyChoices(n_samples, horizon, task.n_choices, temperature)
+    else:
+        planner = PathIntegral(n_samples, horizon, spread, temperature, memory)
+    return SamplingController(planner, np.random.default_rng(seed))
+
+
+# Policies of any kind, made into one: a function from a vector environment to actions in it.
 
 
 @dataclass(frozen=True)

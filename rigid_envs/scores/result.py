@@ -1,4 +1,4 @@
-"""Result of an evaluation: figures with intervals, a table, a row of the leaderboard as JSON."""
+"""The result of an evaluation: its row, its file, its standing."""
 
 from __future__ import annotations
 
@@ -10,16 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.checks import printable
-from rigid_envs.documents import sealed, write_document
-from rigid_envs.scores.efficiency import Cost, efficiencies
-from rigid_envs.scores.intervals import mean_interval, wilson_interval
-from rigid_envs.scores.metrics import METRICS
-from rigid_envs.scores.starts import VERSION, row_seeds
-
-__all__ = ["FORMAT", "Estimate", "Evaluation"]
-
-Array = npt.NDArray[np.float64]
+from rigid_envs.base.checks import Array, printable
+from rigid_envs.base.files import sealed, write_document
+from rigid_envs.scores.starts import METRICS, VERSION, Cost, efficiencies, row_seeds
+from rigid_envs.scores.statistics import mean_interval, wilson_interval
 
 FORMAT = "rigid-envs result 3"
 

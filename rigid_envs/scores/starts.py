@@ -1,12 +1,20 @@
-"""The evaluation set: starts from a published seed, the same for all policies."""
+"""The fixed starts, the episodes played from them, and what is measured of them."""
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import VectorEnv
 
-__all__ = ["N_STARTS", "TEST_SEED", "VERSION", "evaluation_seeds", "row_seeds"]
+from rigid_envs.base.checks import Array, Bools, ConfigError
+from rigid_envs.tasks.registry import ENVIRONMENTS, ErrorTerm
+from rigid_envs.tasks.task import Task
+
+# The evaluation set: starts from a published seed, the same for all policies.
 
 VERSION = 1
 """Version of the evaluation sets; figures on other starts have another one."""
@@ -49,3 +57,362 @@ def row_seeds(
     """
     root = np.random.SeedSequence(int(seed), spawn_key=(_PURPOSES.index(purpose),))
     return [int(child.generate_state(1, np.uint64)[0]) >> 1 for child in root.spawn(n)]
+
+
+# Episodes from many fixed starts, one from each, played together.
+
+Observations = npt.NDArray[Any] | dict[str, npt.NDArray[Any]]
+
+ActionFunction = Callable[[Observations], npt.NDArray[Any]]
+"""A function from the observations of all rows to their actions."""
+
+
+class SupportsPredict(Protocol):
+    """A policy of observations: a trained one, or a model of Stable-Baselines3.
+
+    One that has a memory also takes ``state`` and ``episode_start``, as Stable-Baselines3 has it.
+    """
+
+    def predict(
+        self, observation: Observations, *, deterministic: bool = True
+    ) -> tuple[npt.NDArray[Any], Any]:
+        """Actions for a batch of observations, and the state of the memory."""
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """One episode from each start.
+
+    Attributes:
+        seeds: Seed of each start; `reset(seed=[...])` gives it again.
+        returns: Sums of rewards, shape (n,).
+        lengths: Numbers of steps, shape (n,).
+        successes: `info["is_success"]` at the end, shape (n,).
+        since: Step from which `info["is_success"]` was true to the end, shape (n,); where it is not
+            true at the end, one step after it.
+        terminated: Whether the task ended the episode, and not its time limit, shape (n,).
+        costs: Sums of `info["cost"]`, in the unit that the task says, shape (n,).
+        errors: Root mean squares of the error over the steps, shape (n,); None if none was asked
+            for.
+        limit: Number of steps after which an episode is cut off.
+    """
+
+    seeds: list[int]
+    returns: Array
+    lengths: npt.NDArray[np.int64]
+    successes: Bools
+    since: npt.NDArray[np.int64]
+    terminated: Bools
+    costs: Array
+    errors: Array | None
+    limit: int
+
+
+def joined(parts: Sequence[Episodes], n: int, limit: int) -> Episodes:
+    """The first n episodes of several.
+
+    Args:
+        parts: Each with at least one episode.
+        n: Number of episodes.
+        limit: Number of steps after which an episode is cut off.
+    """
+    errors = [part.errors for part in parts if part.errors is not None]
+    return Episodes(
+        seeds=[seed for part in parts for seed in part.seeds][:n],
+        returns=np.concatenate([part.returns for part in parts])[:n],
+        lengths=np.concatenate([part.lengths for part in parts])[:n],
+        successes=np.concatenate([part.successes for part in parts])[:n],
+        since=np.concatenate([part.since for part in parts])[:n],
+        terminated=np.concatenate([part.terminated for part in parts])[:n],
+        costs=np.concatenate([part.costs for part in parts])[:n],
+        errors=np.concatenate(errors)[:n] if errors else None,
+        limit=limit,
+    )
+
+
+# Metrics of an episode, and the metrics of an id.
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One number of an episode.
+
+    Attributes:
+        name: Short name.
+        text: Definition, with the unit.
+        higher_is_better: Whether a larger value is better.
+        values: Values of episodes of a task, shape (n,).
+        of_successes: Whether a mean is that of the successes alone: failures may well be cheap.
+    """
+
+    name: str
+    text: str
+    higher_is_better: bool
+    values: Callable[[Episodes, Task], Array]
+    of_successes: bool = False
+
+    def unit(self, task: Task) -> str:
+        """Unit of its values in a task; empty where they have none."""
+        if self.name in ("path", "effort"):
+            return task.cost_unit.rpartition("[")[2].rstrip("]") if "[" in task.cost_unit else ""
+        return "s" if self.name == "time" else ""
+
+
+def _success(episodes: Episodes, _: Task) -> Array:
+    return episodes.successes.astype(np.float64)
+
+
+def _time(episodes: Episodes, task: Task) -> Array:
+    """Time from which on success lasts, less the time for which it must hold; else the limit."""
+    held = round(getattr(task, "hold", 0.0) / task.dt)
+    steps = np.where(episodes.successes, episodes.since - held, episodes.limit)
+    return np.asarray(task.dt * steps)
+
+
+def _error(episodes: Episodes, task: Task) -> Array:
+    assert episodes.errors is not None
+    return episodes.errors
+
+
+_ALL = (
+    Metric("success", "rate of success", True, _success),
+    Metric("return", "sum of rewards", True, lambda episodes, _: episodes.returns),
+    Metric("time", "time [s] until success, to stay", False, _time, True),
+    Metric("path", "distance rolled [m]", False, lambda episodes, _: episodes.costs, True),
+    Metric(
+        "effort",
+        'sum of info["cost"], mostly an impulse',
+        False,
+        lambda episodes, _: episodes.costs,
+        True,
+    ),
+    Metric("error", "root mean square of the error", False, _error, True),
+    Metric("loss", "minus the return, a quadratic cost", False, lambda e, _: -e.returns, True),
+)
+METRICS = {metric.name: metric for metric in _ALL}
+"""All metrics by name."""
+
+
+def metrics_of(env_id: str) -> tuple[Metric, ...]:
+    """The metrics of an id, its cost first; none for an unknown id."""
+    record = ENVIRONMENTS.get(env_id)
+    return () if record is None else tuple(METRICS[name] for name in record.metrics)
+
+
+# Figures of episodes while they are played.
+
+
+class Tally:
+    """Sums over the steps of one episode in each row, from which metrics follow at any time.
+
+    Args:
+        seeds: Seed of each start.
+        error: Reward term whose error is recorded; None for none.
+        limit: Number of steps after which an episode is cut off; None for that of the longest one.
+
+    Attributes:
+        keys: What `add` reads of an info.
+        running: Rows whose episode has not ended, shape (n,).
+        lengths: Steps counted, shape (n,).
+    """
+
+    def __init__(
+        self, seeds: Sequence[int], error: ErrorTerm | None = None, limit: int | None = None
+    ) -> None:
+        """No step yet."""
+        n = len(seeds)
+        self._seeds, self._error, self._limit = list(seeds), error, limit
+        self.keys = ("cost", "is_success", *([] if error is None else [f"reward/{error.term}"]))
+        self.running = np.ones(n, dtype=bool)
+        self.lengths = np.zeros(n, dtype=np.int64)
+        self._failed = np.zeros(n, dtype=np.int64)
+        self._returns, self._costs, self._squares = np.zeros(n), np.zeros(n), np.zeros(n)
+        self._terminated = np.zeros(n, dtype=bool)
+
+    def add(
+        self,
+        rewards: npt.ArrayLike,
+        terminated: npt.ArrayLike,
+        truncated: npt.ArrayLike,
+        info: Mapping[str, Any],
+    ) -> None:
+        """Count a step of the rows that are running.
+
+        Args:
+            rewards: As `step` returns them, shape (n,); of one row also a number, as all others.
+            terminated: As `step` returns it.
+            truncated: As `step` returns it.
+            info: Of the step itself, also where another episode has begun since.
+        """
+        running = self.running
+        self.lengths += running
+        self._returns += np.where(running, rewards, 0.0)
+        self._costs += np.where(running, info["cost"], 0.0)
+        missed = running & ~np.asarray(info["is_success"]).astype(bool)
+        self._failed[missed] = self.lengths[missed]
+        ended = running & np.logical_or(terminated, truncated)
+        self._terminated |= ended & np.asarray(terminated)
+        if self._error is not None:
+            # rows that are not running may hold anything
+            term = np.where(running, info[self.keys[-1]], 1.0)
+            self._squares += ((1.0 / term - 1.0) / self._error.sharpness) ** 2
+        self.running = running & ~ended
+
+    def episodes(self) -> Episodes:
+        """The episodes so far."""
+        counted = np.maximum(self.lengths, 1)
+        return Episodes(
+            seeds=self._seeds,
+            returns=self._returns,
+            lengths=self.lengths,
+            successes=self._failed < self.lengths,
+            since=self._failed + 1,
+            terminated=self._terminated,
+            costs=self._costs,
+            errors=None if self._error is None else np.sqrt(self._squares / counted),
+            limit=self._limit or int(self.lengths.max()),
+        )
+
+    @property
+    def success(self) -> bool:
+        """Whether the last step of the first row was a success."""
+        return bool(self._failed[0] < self.lengths[0])
+
+    def value(self, metric: Metric, task: Task) -> float:
+        """A metric of the first row, also where it failed."""
+        return float(metric.values(self.episodes(), task)[0])
+
+
+# What an episode costs, and the efficiency of a success.
+#
+# Success and cost are never mixed in a number that hides either. From each start the efficiency is
+# ``s b / max(b, c)``: s is 1 for a success and 0 for a failure, c the cost of the episode, b the
+# best cost that is known from that start. A failure has 0, however little it spent; a success has 1
+# if nobody is known to have done better.
+#
+# Source: Anderson et al. 2018, *On Evaluation of Embodied Navigation Agents*, arXiv:1807.06757
+# (SPL).
+
+FLOOR = 0.01
+"""Least path [m], effort [unit of the task], error and loss that count; of times, it is a step."""
+
+
+class Cost(NamedTuple):
+    """The number of an episode that its efficiency is computed from.
+
+    Attributes:
+        name: Name of the metric, one of `rigid_envs.tasks.registry.COSTS`.
+        unit: Its unit; empty where it has none.
+        floor: Costs below it count as it, so that nothing is divided by 0.
+    """
+
+    name: str
+    unit: str
+    floor: float
+
+
+def cost_of(env_id: str, task: Task) -> Cost:
+    """The cost of an id: the first of its metrics.
+
+    Args:
+        env_id: Gymnasium's id.
+        task: Its task, with its settings.
+    """
+    metric = metrics_of(env_id)[0]
+    return Cost(metric.name, metric.unit(task), task.dt if metric.name == "time" else FLOOR)
+
+
+def efficiencies(
+    successes: npt.ArrayLike, costs: npt.ArrayLike, best: npt.ArrayLike, floor: float
+) -> Array:
+    """Success-weighted efficiency from each start, shape (n,).
+
+    Args:
+        successes: Whether the episodes succeeded, shape (n,).
+        costs: What they cost, shape (n,); of failures it may be anything.
+        best: Best known costs, shape (n,); NaN where nobody is known to have succeeded: then the
+            first to succeed has 1.
+        floor: See `Cost`.
+    """
+    won = np.asarray(successes).astype(bool)
+    cost = np.where(won, costs, np.inf)
+    known = np.maximum(np.where(np.isnan(best), cost, best), floor)
+    return np.where(won, known, 0.0) / np.where(won, np.maximum(known, cost), 1.0)
+
+
+# Episodes played in all rows of an environment, and counted.
+
+Told = Callable[[Mapping[str, Any], Iterable[str], Bools], dict[str, npt.NDArray[Any]]]
+
+_MOST = 100_000  # steps of an episode; those of this package have hundreds
+
+
+def play(
+    act: ActionFunction,
+    venv: VectorEnv[Any, Any, Any],
+    seeds: list[int],
+    error: ErrorTerm | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+    limit: int | None = None,
+    told: Told | None = None,
+) -> Episodes:
+    """Play exactly one episode in each row.
+
+    Rows that are done go on with another episode, which is not counted: so every start weighs the
+    same.
+
+    Args:
+        act: Actions of all rows.
+        venv: A vector environment whose rows start anew by themselves.
+        seeds: One seed per row.
+        error: Reward term whose error is recorded; None for none.
+        progress: Called with a few words in every step.
+        limit: Number of steps after which an episode is cut off here; None leaves that to the
+            environment.
+        told: Function from infos, names of entries and the rows that ended to the entries; None
+            for those of the infos.
+
+    Raises:
+        ConfigError: No end after a hundred thousand steps.
+    """
+    first_seeds: Any = seeds  # native environments take one seed for each row
+    obs, _ = venv.reset(seed=first_seeds)
+    tally = Tally(seeds, error, limit or getattr(venv.spec, "max_episode_steps", None))
+    rows: Any = venv.unwrapped
+    step = 0
+    try:
+        while left := np.count_nonzero(tally.running):
+            if step == _MOST:
+                raise ConfigError(
+                    f"env: {left} episodes of more than {_MOST} steps; expected a time limit: "
+                    "wrap it in gymnasium.wrappers.TimeLimit"
+                )
+            step += 1
+            progress(f"{len(seeds) - left} of {len(seeds)} episodes")
+            rows.uncounted = ~tally.running  # nobody needs to plan for them
+            obs, rewards, terminated, truncated, infos = venv.step(act(obs))
+            truncated = truncated | (step == limit)
+            ended = tally.running & (terminated | truncated)
+            tally.add(
+                rewards, terminated, truncated, (told or entries_of)(infos, tally.keys, ended)
+            )
+    finally:
+        rows.uncounted = None
+    return tally.episodes()
+
+
+def entries_of(
+    infos: Mapping[str, Any], keys: Iterable[str], ended: Bools
+) -> dict[str, npt.NDArray[Any]]:
+    """Info entries of the step itself, also in rows that started anew within it.
+
+    Args:
+        infos: Of all rows.
+        keys: Names of the entries; one that is missing is 0.
+        ended: Rows whose episode ended in the step, shape (N,).
+    """
+    values = {key: np.asarray(infos.get(key, np.zeros(len(ended)))) for key in keys}
+    if ended.any() and "final_info" in infos:  # else rows start anew in the next step
+        last = infos["final_info"]
+        values = {key: np.where(ended, last.get(key, 0), now) for key, now in values.items()}
+    return values

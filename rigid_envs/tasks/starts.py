@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.checks import real_numbers, require, safe_repr
-from rigid_envs.rotations.vectors import direction, norm
-from rigid_envs.tasks.base import Array, Task
+from rigid_envs.base.checks import Array, real_numbers, require, safe_repr
+from rigid_envs.mechanics.rotations import direction, norm
 from rigid_envs.tasks.fields import span
-
-__all__ = ["Start", "of_unit_length", "start_from"]
+from rigid_envs.tasks.task import Task
 
 _NEAR = 1e-9  # of a length: entries of a matrix are then at most 1 in float32, as observed
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from rigid_envs.errors import ConfigError
-from rigid_envs.testing import selection
-from rigid_envs.testing.compilation import compile_first
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.testing import environments as selection
+from rigid_envs.testing.environments import compile_first
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -9,13 +9,14 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.kernels.layout import CLOCK
+from rigid_envs.engine.layout import CLOCK
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     DISCRETE,
     EARLY_ENDS,
     GOALS,
     IDS,
+    OWN,
     actions,
     assert_same_bits,
     counted,
@@ -27,7 +28,6 @@ from rigid_envs.testing.environments import (
     task_of,
     vector,
 )
-from rigid_envs.testing.selection import OWN
 
 SEED, HORIZON, N_ROWS = 3, 4, 20
 MODES = ("NextStep", "SameStep", "Disabled")

@@ -7,8 +7,8 @@ import gymnasium as gym
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from rigid_envs.render.window import Window
 from rigid_envs.testing.environments import GOALS, rich, single
+from rigid_envs.watch.drawing import Window
 
 
 @pytest.fixture(autouse=True)

@@ -11,10 +11,11 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from rigid_envs.tasks import ConfigError, Task
-from rigid_envs.tasks.fields import Choice, Flag, Integer, span
-from rigid_envs.testing.environments import IDS, rules, single, task_of, vector
-from rigid_envs.testing.selection import OWN
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.settings import Choice, Flag, Integer
+from rigid_envs.tasks.fields import span
+from rigid_envs.tasks.task import Task
+from rigid_envs.testing.environments import IDS, OWN, rules, single, task_of, vector
 
 MANY_ROWS = 2**40  # more than any machine can lay out: what is refused, is refused before
 NEVER = (None, "1.0", "", {}, {"low": 1}, object(), 1j, (), (1.0,), (1.0, 2.0, 3.0), math.nan)
@@ -295,7 +296,7 @@ def test_the_least_cost_is_known_from_the_state_alone(env_id):
     ],
 )
 def test_settings_of_the_shell_are_refused_by_key(env_id, key, value):
-    from rigid_envs.envs import RigidVectorEnv
+    from rigid_envs.envs.vector import RigidVectorEnv
 
     module = type(task_of(env_id))
     task = f"{module.__module__}:{module.__qualname__}"

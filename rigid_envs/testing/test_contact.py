@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid_envs.tasks.ground import Rolling
+from rigid_envs.tasks.task import Rolling
 from rigid_envs.testing.environments import (
     ROLLING,
     actions,

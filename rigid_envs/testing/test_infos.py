@@ -6,7 +6,7 @@ import pytest
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy.testing import assert_equal
 
-from rigid_envs import ENVIRONMENTS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     ROLLING,
     actions,

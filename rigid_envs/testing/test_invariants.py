@@ -5,9 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.testing.environments import CONTINUOUS, IDS, task_of, vector
-from rigid_envs.testing.selection import OWN
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.testing.environments import CONTINUOUS, IDS, OWN, task_of, vector
 
 N = 20
 EPS = np.finfo(float).eps

@@ -11,7 +11,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs.envs import RigidEnv, RigidVectorEnv
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.testing.environments import IDS, assert_same_bits, single, vector
 
 REFUSALS = (ValueError, gym.error.Error)  # the latter where Gymnasium prescribes it

@@ -6,7 +6,9 @@ import gymnasium as gym
 import pytest
 from gymnasium.envs.registration import EnvSpec
 
-from rigid_envs.envs import RigidEnv, RigidGoalEnv, RigidGoalVectorEnv, RigidVectorEnv
+from rigid_envs.envs.goal import RigidGoalEnv, RigidGoalVectorEnv
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.testing.environments import (
     GOALS,
     assert_same_bits,

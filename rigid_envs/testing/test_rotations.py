@@ -1,4 +1,4 @@
-"""The observed attitude is that of the state, in each representation, by `rigid_envs.rotations`."""
+"""The observed attitude is that of the state, in each representation."""
 
 from contextlib import suppress
 from functools import lru_cache
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
+from rigid_envs.mechanics import rotations
 from rigid_envs.testing.environments import (
     ATTITUDES,
     IDS,

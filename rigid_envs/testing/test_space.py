@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.tasks import ConfigError
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     CONTINUOUS,
     DISCRETE,

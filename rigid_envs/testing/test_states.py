@@ -5,8 +5,8 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
-from rigid_envs.kernels.layout import CLOCK
-from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.engine.layout import CLOCK
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     actions,
     assert_same_bits,

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.symmetries import Point
-from rigid_envs.tasks import Task
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.tasks.symmetry import Point
+from rigid_envs.tasks.task import Task
 from rigid_envs.testing.environments import (
     DISCRETE,
     actions,

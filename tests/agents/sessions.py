@@ -54,7 +54,7 @@ def finish(process: BaseProcess, timeout: float = 60) -> int:
 
 def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
     import tests.agents.drift  # noqa: F401, registers the environment
-    from agents.config.by_algorithm import config_from
+    from agents.config.entries import config_from
     from agents.training.trainer import train
 
     config = None if values is None else config_from(values)
@@ -69,7 +69,7 @@ def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
 def _write(path: Path, size: int) -> None:
     import numpy as np
 
-    from rigid_envs.tensorfile import save_tensors
+    from rigid_envs.base.files import save_tensors
 
     for k in range(10**9):
         save_tensors(path, {"a": np.full(size, k)}, {"k": k})

@@ -39,7 +39,7 @@ def test_no_source_loads_pickles_or_evaluates_text(path: Path) -> None:
 def test_a_run_leaves_files_in_its_folder_only(tmp_path: Path) -> None:
     code = f"""
 import tests.agents.drift
-from agents.config.by_algorithm import config_from
+from agents.config.entries import config_from
 from agents.training.trainer import train
 train(config_from({ {**SMALL, "total_timesteps": 2048}!r}), quiet=True)
 """

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.analytic import ball_on_plate
-from rigid_envs.analytic._phi import phi1, phi2
+from rigid_envs.mechanics.special import phi1, phi2
+from rigid_envs.systems.dynamic_ball import closed_forms as ball_on_plate
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.analytic import brackets, rolling_ball, upright_coin
-from rigid_envs.analytic._dual import Dual
+from rigid_envs.systems.rolling_ball import closed_forms as brackets
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.closed_forms import Dual
+from rigid_envs.systems.upright_coin import closed_forms as upright_coin
 
 EPS = np.finfo(np.float64).eps
 RADIUS = 0.4

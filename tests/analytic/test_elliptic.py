@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import integrate, special
 
-from rigid_envs.analytic import elliptic
+from rigid_envs.mechanics import special as elliptic
 
 EPS = np.finfo(np.float64).eps
 # Every five decades: from some on the arithmetic-geometric mean takes one step more.

@@ -4,7 +4,7 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
-from rigid_envs.analytic import heavy_top
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps

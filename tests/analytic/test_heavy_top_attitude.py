@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj
 
-from rigid_envs.analytic import free_body, heavy_top
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps

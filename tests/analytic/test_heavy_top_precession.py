@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from rigid_envs.analytic import heavy_top
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps

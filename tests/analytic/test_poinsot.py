@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.analytic import free_body
+from rigid_envs.systems.free_body import closed_forms as free_body
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps

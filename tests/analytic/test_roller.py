@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rigid_envs.analytic import roller
+from rigid_envs.systems.roller import closed_forms as roller
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps

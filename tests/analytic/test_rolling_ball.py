@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.analytic import rolling_ball
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps

@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from rigid_envs.analytic import rolling_disk
-from rigid_envs.analytic.rolling_disk._conical import conical
+from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
+from rigid_envs.systems.rolling_disk.closed_forms import conical
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps

@@ -12,7 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs import analytic
+from rigid_envs.systems.dynamic_ball import closed_forms as dynamic_ball
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
+from rigid_envs.systems.roller import closed_forms as roller
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
+from rigid_envs.systems.upright_coin import closed_forms as upright_coin
 
 MASS, LENGTH, TIME = range(3)
 # of each parameter: exponents of mass, length and time, and an ordinary value
@@ -78,14 +84,29 @@ OTHERS: dict[str, dict[str, Any]] = {
 }
 
 
+ROOMS = {
+    room.__name__.split(".")[2]: room
+    for room in (
+        dynamic_ball,
+        free_body,
+        heavy_top,
+        roller,
+        rolling_ball,
+        rolling_disk,
+        upright_coin,
+    )
+}  # by system
+
+
 def closed_forms() -> Iterator[str]:
     """Names of those whose parameters have units."""
-    for module in ("ball_on_plate", "free_body", "heavy_top", "roller", "rolling_ball",
-                   "rolling_disk", "upright_coin"):  # fmt: skip
-        for name in getattr(analytic, module).__all__:
-            function = getattr(getattr(analytic, module), name)
-            if inspect.isfunction(function) and set(inspect.signature(function).parameters) <= set(
-                PARAMETERS
+    for module, forms in ROOMS.items():
+        for name in forms.__all__:
+            function = getattr(forms, name)
+            if (
+                inspect.isfunction(function)
+                and not name.endswith("_fields")
+                and set(inspect.signature(function).parameters) <= set(PARAMETERS)
             ):
                 yield f"{module}.{name}"
 
@@ -106,7 +127,7 @@ def numbers_of(result: Any) -> Iterator[np.ndarray]:
 
 def form_of(name: str) -> Callable[..., Any]:
     module, _, function = name.partition(".")
-    form: Callable[..., Any] = getattr(getattr(analytic, module), function)
+    form: Callable[..., Any] = getattr(ROOMS[module], function)
     return form
 
 

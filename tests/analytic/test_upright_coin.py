@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from scipy.special import fresnel
 
-from rigid_envs.analytic import upright_coin
+from rigid_envs.systems.upright_coin import closed_forms as upright_coin
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps

@@ -1,10 +1,8 @@
 """Figures that a benchmark run could have measured."""
 
-from rigid_envs.bench import Figures
-from rigid_envs.bench.accuracy import FreeRun
-from rigid_envs.bench.interleaved import Throughput
-from rigid_envs.bench.mujoco_body import MujocoSetting
-from rigid_envs.bench.startup import Startup
+from rigid_envs.tools.bench.accuracy import FreeRun, MujocoSetting
+from rigid_envs.tools.bench.figures import Figures, Startup
+from rigid_envs.tools.bench.measuring import Throughput
 
 __all__ = ["FIGURES"]
 

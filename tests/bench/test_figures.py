@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from rigid_envs.bench.costs import costs
+from rigid_envs.tools.bench.measuring import costs
 from tests.bench.examples import FIGURES
 
 

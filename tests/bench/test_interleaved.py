@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from rigid_envs.bench.interleaved import Workload, time_interleaved
+from rigid_envs.tools.bench.measuring import Workload, time_interleaved
 
 
 def test_workloads_take_turns_and_their_steps_are_counted() -> None:

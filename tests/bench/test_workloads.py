@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
-from rigid_envs.bench.accuracy import free_run
-from rigid_envs.bench.interleaved import time_interleaved
-from rigid_envs.bench.mujoco_body import mujoco_settings, mujoco_workloads
-from rigid_envs.bench.workloads import COLUMNS, gymnasium_workloads, our_workloads, staggered
+from rigid_envs.tools.bench.accuracy import free_run, mujoco_settings, mujoco_workloads
+from rigid_envs.tools.bench.measuring import (
+    COLUMNS,
+    gymnasium_workloads,
+    our_workloads,
+    staggered,
+    time_interleaved,
+)
 
 KINDS = ["RigidEnvs/IntermediateAxis-v0", "RigidEnvs/Reorient-v0", "RigidEnvs/BallGrid-v0"]
 """Numbers as actions, a goal beside the observation, choices as actions."""

@@ -14,13 +14,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.bench import bench
-from rigid_envs.bench.mujoco_body import is_installed
-from rigid_envs.catalogue import one_of_each
-from rigid_envs.cli.progress import tell
-from rigid_envs.files import lined_json, write_atomic
-from rigid_envs.provenance import provenance
+from rigid_envs.base.files import lined_json, write_atomic
+from rigid_envs.engine.provenance import provenance
+from rigid_envs.envs.lookup import one_of_each
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.bench import bench
+from rigid_envs.tools.bench.accuracy import is_installed
+from rigid_envs.tools.cli.words import tell
 from tests.benchmarks.frames import by_frame
 from tests.benchmarks.growth import by_option, by_size
 from tests.benchmarks.kernel_vs_c import compare

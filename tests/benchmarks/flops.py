@@ -14,11 +14,11 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-from rigid_envs.catalogue import task_of
-from rigid_envs.kernels import elementary
-from rigid_envs.kernels.dynamics import Dynamics
-from rigid_envs.pages.tables import table
-from rigid_envs.symbolic.tracing import Tracer
+from rigid_envs.engine import elementary
+from rigid_envs.engine.dynamics import Dynamics
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.mechanics.symbolic import Tracer
+from rigid_envs.tools.pages.tables import table
 
 __all__ = ["IDS", "KINDS", "count", "flops", "of_period", "of_substep"]
 

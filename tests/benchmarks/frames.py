@@ -19,12 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.bench.interleaved import Workload, time_interleaved
-from rigid_envs.bench.workloads import staggered, vector_workload
-from rigid_envs.catalogue import task_of
-from rigid_envs.files import lined_json, write_atomic
-from rigid_envs.provenance import provenance
+from rigid_envs.base.files import lined_json, write_atomic
+from rigid_envs.engine.provenance import provenance
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleaved, vector_workload
 from tests.benchmarks.growth import growth_of
 from tests.benchmarks.page import markdown
 

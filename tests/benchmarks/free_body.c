@@ -1,4 +1,4 @@
-/* The integration loops of rigid_envs.kernels.free_body in C, see kernel_vs_c.py. */
+/* The integration loops of rigid_envs.systems.free_body.dynamics in C, see kernel_vs_c.py. */
 #include "vectors.h"
 #include "free_rotation.h"
 

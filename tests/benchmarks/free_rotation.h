@@ -1,4 +1,4 @@
-/* rigid_envs.kernels.free_body.free_rotation: y begins with q and omega, r are the six ratios. */
+/* rigid_envs.systems.free_body.dynamics.free_rotation: y begins with q and omega, r are the six ratios. */
 
 static INLINE void turn_about_1(vec y[], vec a, vec r23, vec r32) {
     vec s = 2.0 * a / (a * a + 1.0), m = s * a;

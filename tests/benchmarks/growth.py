@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.bench.interleaved import Workload, time_interleaved
-from rigid_envs.bench.workloads import staggered, vector_workload
-from rigid_envs.pages.tables import table
+from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleaved, vector_workload
+from rigid_envs.tools.pages.tables import table
 
 __all__ = ["OPTIONS", "SIZES", "Growth", "by_option", "by_size", "growth_of"]
 

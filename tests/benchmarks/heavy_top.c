@@ -1,4 +1,4 @@
-/* The integration loops of rigid_envs.kernels.heavy_top in C, see kernel_vs_c.py. */
+/* The integration loops of rigid_envs.systems.heavy_top.dynamics in C, see kernel_vs_c.py. */
 #include "vectors.h"
 #include "free_rotation.h"
 

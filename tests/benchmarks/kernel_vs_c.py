@@ -19,15 +19,19 @@ from pathlib import Path
 
 import numba
 import numpy as np
-import numpy.typing as npt
 
-from rigid_envs import rotations
-from rigid_envs.bench.interleaved import Throughput, Workload, time_interleaved
-from rigid_envs.kernels.rows import LANES, integrate
-from rigid_envs.pages.tables import table
-from rigid_envs.provenance import provenance
-from rigid_envs.systems import FreeBody, HeavyTop, RollingBall, RollingDisk, System
-from rigid_envs.tasks.buffer import aligned_zeros
+from rigid_envs.base.checks import Array
+from rigid_envs.engine.provenance import provenance
+from rigid_envs.engine.rows import LANES, integrate
+from rigid_envs.mechanics import rotations
+from rigid_envs.mechanics.system import System
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.rolling_ball.system import RollingBall
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.tasks.task import aligned_zeros
+from rigid_envs.tools.bench.measuring import Throughput, Workload, time_interleaved
+from rigid_envs.tools.pages.tables import table
 
 __all__ = [
     "CASES",
@@ -42,13 +46,12 @@ __all__ = [
     "workload",
 ]
 
-KERNELS = "rigid_envs.kernels"
+KERNELS = "rigid_envs.engine"
 N = 4096
 _FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC")
 _VARIANTS = ("stage_by_stage", "in_registers")
 _TARGET = 1.2  # of the free body
 
-Array = npt.NDArray[np.float64]
 Loop = Callable[[Array, int, float, int], None]
 """``loop(buffer, n_blocks, h, n_substeps)``."""
 

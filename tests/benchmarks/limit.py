@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from rigid_envs.bench.interleaved import Workload, time_interleaved
-from rigid_envs.bench.workloads import staggered, vector_workload
-from rigid_envs.catalogue import full_id, task_of
+from rigid_envs.base.checks import Array
+from rigid_envs.envs.lookup import full_id, task_of
+from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleaved, vector_workload
 from tests.benchmarks.flops import IDS, flops, of_period
 from tests.benchmarks.kernel_vs_c import CASES, KERNELS, Case, N, loops, workload
 from tests.benchmarks.throughput import CORE, throughputs
@@ -22,8 +21,6 @@ _TURN = 0.01  # [s]
 _STEP = "step"
 _UNITS = {"sum": "sum", "product": "fma", "fma": "fma", "quotient": "quotient", "root": "root"}
 """Throughput that bounds each kind of operation: products are made where multiply-adds are."""
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

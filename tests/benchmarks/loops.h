@@ -1,6 +1,6 @@
 /* The integration loops of a system, whose file defines its sizes, WEIGHTS, step and restore.
  *
- * Same memory as rigid_envs.kernels.rows: blocks of LANES rows, structure of arrays.
+ * Same memory as rigid_envs.engine.rows: blocks of LANES rows, structure of arrays.
  */
 #define LANES 64
 #define SIZE ((N_STATE + N_INPUT + N_PARAMETER) * LANES)
@@ -17,7 +17,7 @@ static INLINE void write(double *block, int n, int i, const vec in[]) {
     for (int k = 0; k < n; k++) *(vec *)(block + k * LANES + i) = in[k];
 }
 
-/* The loop of rigid_envs.kernels.rows.integrate: every stage goes over the rows of a block. */
+/* The loop of rigid_envs.engine.rows.integrate: every stage goes over the rows of a block. */
 void stage_by_stage(double *memory, long n_blocks, double h, long n_substeps) {
     for (long b = 0; b < n_blocks; b++) {
         double *block = memory + b * SIZE;

@@ -4,9 +4,9 @@ import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from rigid_envs.cli.bench import as_factor, as_time
-from rigid_envs.pages.markdown import table_lines
-from rigid_envs.pages.task_tables import Table
+from rigid_envs.tools.cli.collecting import as_factor, as_time
+from rigid_envs.tools.pages.tables import Table
+from rigid_envs.tools.pages.writing import table_lines
 
 __all__ = ["markdown"]
 

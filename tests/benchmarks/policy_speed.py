@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from agents.policies.policy_file import load_policy
+from agents.policies import load_policy
 from rigid_envs import load
-from rigid_envs.policies import FOLDER, StoredPolicy
+from rigid_envs.scores.trained import FOLDER, StoredPolicy
 
 CALLS, ROUNDS = 50, 100
 

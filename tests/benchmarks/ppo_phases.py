@@ -16,12 +16,12 @@ from unittest.mock import patch
 
 import torch
 
-from agents.config.by_algorithm import config_from
-from agents.config.recipes import recipe_for
+from agents.config.entries import config_from
+from agents.config.reading import recipe_for
 from agents.storage.runs import create_run
-from agents.training.progress_bar import Progress
 from agents.training.trainer import Trainer
-from rigid_envs.pages.tables import table
+from agents.training.validation import Progress
+from rigid_envs.tools.pages.tables import table
 
 __all__ = ["IDS", "PHASES", "Phases", "measure"]
 

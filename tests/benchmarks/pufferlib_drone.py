@@ -27,10 +27,9 @@ from typing import Any
 
 import numpy as np
 
-from rigid_envs.bench.interleaved import Workload, time_interleaved
-from rigid_envs.bench.ratios import Ratio
-from rigid_envs.bench.workloads import staggered, vector_workload
-from rigid_envs.cli.bench import as_factor
+from rigid_envs.tools.bench.figures import Ratio
+from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleaved, vector_workload
+from rigid_envs.tools.cli.collecting import as_factor
 from tests.clients.environments import cache, interpreter
 from tests.clients.running import ROOT
 

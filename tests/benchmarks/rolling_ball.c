@@ -1,4 +1,4 @@
-/* The integration loops of rigid_envs.kernels.rolling_ball in C, see kernel_vs_c.py. */
+/* The integration loops of rigid_envs.systems.rolling_ball.dynamics in C, see kernel_vs_c.py. */
 #include "vectors.h"
 
 #define N_STATE 6

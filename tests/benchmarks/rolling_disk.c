@@ -1,4 +1,4 @@
-/* The integration loops of rigid_envs.kernels.rolling_disk in C, see kernel_vs_c.py. */
+/* The integration loops of rigid_envs.systems.rolling_disk.dynamics in C, see kernel_vs_c.py. */
 #include "vectors.h"
 
 #define N_STATE 9

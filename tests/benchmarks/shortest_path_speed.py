@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.control import shortest_path
+from rigid_envs.systems.rolling_ball.shortest_path import shortest_path
 from tests.control.test_shortest_path import FEW, HOME, best_polygon, poses
 
 

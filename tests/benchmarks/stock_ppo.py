@@ -20,15 +20,15 @@ from stable_baselines3 import PPO
 from stable_baselines3.common import env_util
 from stable_baselines3.common.callbacks import BaseCallback
 
-from agents.config.by_algorithm import PPOConfig, config_from
-from agents.config.recipes import recipe_for
+from agents.config.entries import PPOConfig, config_from
+from agents.config.reading import recipe_for
 from agents.storage.runs import create_run
-from agents.training.exporting import export_policy
-from agents.training.progress_bar import Progress
+from agents.training.recording import export_policy
 from agents.training.trainer import Trainer
+from agents.training.validation import Progress
 from rigid_envs import evaluate
-from rigid_envs.pages.tables import table
-from rigid_envs.sb3 import make_vec_env
+from rigid_envs.sb3.making import make_vec_env
+from rigid_envs.tools.pages.tables import table
 
 __all__ = ["TRAINERS", "Stock", "measure"]
 

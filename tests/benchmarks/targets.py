@@ -10,15 +10,14 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.bench import Figures, bench
-from rigid_envs.bench.accuracy import FreeRun
-from rigid_envs.bench.costs import FORMS, Cost
-from rigid_envs.bench.ratios import Ratio
-from rigid_envs.bench.startup import Startup
-from rigid_envs.catalogue import one_of_each
-from rigid_envs.cli.progress import tell
-from rigid_envs.pages.tables import table
+from rigid_envs.envs.lookup import one_of_each
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.bench import bench
+from rigid_envs.tools.bench.accuracy import FreeRun
+from rigid_envs.tools.bench.figures import Figures, Ratio, Startup
+from rigid_envs.tools.bench.measuring import FORMS, Cost
+from rigid_envs.tools.cli.words import tell
+from rigid_envs.tools.pages.tables import table
 
 __all__ = ["MINUTE", "SIX_THOUSAND_SECONDS", "Target", "targets"]
 

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import pytest
 
-from rigid_envs.kernels.compiler import scalar
-from rigid_envs.kernels.elementary import fma, select, sqrt
-from rigid_envs.kernels.rolling_ball import ROLLING_BALL
+from rigid_envs.engine.compiler import scalar
+from rigid_envs.engine.elementary import fma, select, sqrt
+from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL
 from tests.benchmarks.flops import KINDS, count, flops, of_period, of_substep
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rigid_envs.bench.accuracy import free_run
+from rigid_envs.tools.bench.accuracy import free_run
 from tests.bench.examples import FIGURES
 from tests.benchmarks.targets import MINUTE, SIX_THOUSAND_SECONDS, targets
 

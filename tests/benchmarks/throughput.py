@@ -2,7 +2,7 @@
 
 import ctypes
 
-from rigid_envs.bench.interleaved import Workload
+from rigid_envs.tools.bench.measuring import Workload
 from tests.benchmarks.kernel_vs_c import compiled
 
 __all__ = ["CORE", "throughputs"]

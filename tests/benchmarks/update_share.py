@@ -16,12 +16,12 @@ from unittest.mock import patch
 import numpy as np
 from torch import nn
 
-from agents.config.by_algorithm import config_from
-from agents.config.recipes import recipe_for
+from agents.config.entries import config_from
+from agents.config.reading import recipe_for
 from agents.storage.runs import Run, create_run
-from agents.training.progress_bar import Progress
 from agents.training.trainer import Trainer
-from rigid_envs.policies.layers import ACTIVATIONS, Tanh
+from agents.training.validation import Progress
+from rigid_envs.scores.layers import ACTIVATIONS, Tanh
 
 
 def started(name: str, folder: str) -> tuple[Run, Trainer]:

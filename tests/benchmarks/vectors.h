@@ -1,4 +1,4 @@
-/* Vectors, and the functions of rigid_envs.kernels that several systems use.
+/* Vectors, and the functions of rigid_envs.engine that several systems use.
  *
  * A vector is a register: eight doubles with AVX-512, otherwise four.
  * GCC contracts a * b + c to fma by itself.

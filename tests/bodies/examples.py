@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from rigid_envs import bodies
+from rigid_envs.mechanics import bodies
 
 EPS = np.finfo(np.float64).eps
 ROUNDING = 16 * EPS  # of the largest entry: a dozen roundings, none of which cancels

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from rigid_envs import bodies
-from rigid_envs.bodies import Body
+from rigid_envs.mechanics import bodies
+from rigid_envs.mechanics.bodies.body import Body
 from tests.bodies.examples import (
     EPS,
     ROUNDING,

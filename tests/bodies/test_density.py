@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from rigid_envs import bodies
-from rigid_envs.bodies import Region, from_density
+from rigid_envs.mechanics import bodies
+from rigid_envs.mechanics.bodies.densities import Region, from_density
 
 TOLERANCE = 1e-12  # the quadrature has converged beyond 1e-10; sums of 32^3 roundings are left
 SOLIDS = {

@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull, Delaunay
 
-from rigid_envs import bodies
+from rigid_envs.mechanics import bodies
 from tests.bodies.examples import EPS, ROUNDING, assert_same_body, attitudes, matrix, points, sizes
 
 GOLDEN = (1.0 + 5.0**0.5) / 2.0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from rigid_envs import bodies
-from rigid_envs.bodies import Body
+from rigid_envs.mechanics import bodies
+from rigid_envs.mechanics.bodies.body import Body
 from tests.bodies.examples import ROUNDING
 from tests.reference import cases
 

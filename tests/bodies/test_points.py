@@ -5,8 +5,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from rigid_envs import bodies
-from rigid_envs.rotations import rotate
+from rigid_envs.mechanics import bodies
+from rigid_envs.mechanics.rotations import rotate
 from tests.bodies.examples import (
     EPS,
     ROUNDING,

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigid_envs import bodies
-from rigid_envs.bodies import Body
+from rigid_envs.mechanics import bodies
+from rigid_envs.mechanics.bodies.body import Body
 from tests.bodies.examples import ROUNDING, any_body, attitudes, clouds, matrix, points
 
 REPEATED = 2e-12  # equal moments to 1e-12 of the largest are exchanged, and each may differ so

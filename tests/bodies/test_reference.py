@@ -9,7 +9,7 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
-from rigid_envs import bodies
+from rigid_envs.mechanics import bodies
 from tests.bodies.examples import EPS, ROUNDING
 from tests.reference import cases
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from rigid_envs import bodies
+from rigid_envs.mechanics import bodies
 from tests.bodies.examples import ROUNDING, assert_same_body, attitudes, points, sizes
 
 UPRIGHT, ORIGIN = np.eye(3), np.zeros(3)

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.bench import Figures
-from rigid_envs.bench.interleaved import Throughput
-from rigid_envs.cli import main
-from rigid_envs.cli.bench import _speed, as_factor, as_text, as_time
-from rigid_envs.provenance import provenance
+from rigid_envs.engine.provenance import provenance
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.bench.figures import Figures
+from rigid_envs.tools.bench.measuring import Throughput
+from rigid_envs.tools.cli import main
+from rigid_envs.tools.cli.collecting import _speed, as_factor, as_text, as_time
 from tests.bench.examples import FIGURES
 
 Capture = pytest.CaptureFixture[str]
@@ -74,7 +74,7 @@ def test_start_up_is_measured_of_each_kind_of_task_and_in_a_quick_look_of_the_fi
         asked.append(given[:3])
         return FIGURES
 
-    monkeypatch.setattr("rigid_envs.bench.bench", measured)
+    monkeypatch.setattr("rigid_envs.tools.bench.bench", measured)
     file, names = tmp_path / "bench.json", ["BallPark", "Detumble", "BallGrid"]
     words = ["--ids", *names, "BallPark", "--json", str(file)]
     assert main(["bench", *quick, *words]) == 0

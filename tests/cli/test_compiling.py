@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from rigid_envs.cli import main
-from rigid_envs.precompiling import compile_all, kernels_of
+from rigid_envs.envs.lookup import compile_all, kernels_of
+from rigid_envs.tools.cli import main
 
 STEP = """
 import logging
@@ -36,7 +36,16 @@ def python(*words: str, cache: Path) -> str:
 
 @pytest.mark.long
 def test_later_processes_find_what_was_compiled(tmp_path: Path) -> None:
-    command = ("-m", "rigid_envs.cli", "compile", "BallGrid", "--frame", "world", "--jobs", "2")
+    command = (
+        "-m",
+        "rigid_envs.tools.cli",
+        "compile",
+        "BallGrid",
+        "--frame",
+        "world",
+        "--jobs",
+        "2",
+    )
     assert python(*command, cache=tmp_path).startswith("2 kernels compiled in ")
     assert len(list(tmp_path.rglob("*.nbc"))) == 2
     assert "compiled" not in python("-c", STEP, cache=tmp_path)
@@ -65,8 +74,8 @@ def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels
         asked.append(count)
         return ThreadPoolExecutor(count)
 
-    monkeypatch.setattr("rigid_envs.precompiling.ProcessPoolExecutor", pool)
-    monkeypatch.setattr("rigid_envs.precompiling._compile", lambda kernel: True)
+    monkeypatch.setattr("rigid_envs.envs.lookup.ProcessPoolExecutor", pool)
+    monkeypatch.setattr("rigid_envs.envs.lookup._compile", lambda kernel: True)
     kernels = kernels_of("BallParkGoal", {"frame": "world"})
     found = [str(kernel) for kernel, _ in compile_all(kernels, jobs)]
     assert sorted(found) == sorted(map(str, kernels))
@@ -82,7 +91,7 @@ def test_what_was_compiled_and_what_was_there_is_told(
         asked.append(([str(kernel) for kernel in kernels], jobs))
         return [("reset", True), ("step", False), ("reward", True)]
 
-    monkeypatch.setattr("rigid_envs.precompiling.compile_all", compiled)
+    monkeypatch.setattr("rigid_envs.envs.lookup.compile_all", compiled)
     assert main(["compile", "BallParkGoal", "BallParkGoal", "--frame", "world", "--jobs", "1"]) == 0
     parts = ("step", "reset", "reward")
     assert asked == [([f"BallParkGoal-v0 {part}, frame = world" for part in parts], 1)]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_envs.cli import main
+from rigid_envs.tools.cli import main
 from tests.paths import NOT_A_FILE, NOT_A_FOLDER, PATHS
 
 READ = [

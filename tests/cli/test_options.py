@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from rigid_envs.cli import main
-from rigid_envs.cli.command_line import _parser
-from rigid_envs.cli.completing import _actions
+from rigid_envs.tools.cli import main
+from rigid_envs.tools.cli.command_line import _parser
+from rigid_envs.tools.cli.words import _actions
 
 
 def test_the_default_of_a_number_is_the_one_that_help_tells() -> None:

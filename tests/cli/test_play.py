@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_envs.cli import main
+from rigid_envs.tools.cli import main
 
 COIN = "RigidEnvs/CoinPark-v0"
 
@@ -41,7 +41,7 @@ def test_what_is_played_is_saved(
 ) -> None:
     pygame = pytest.importorskip("pygame")
     pytest.importorskip("panda3d")
-    from rigid_envs.play.loop import Table
+    from rigid_envs.watch.play.loop import Table
 
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     turn = Table.turn

@@ -8,9 +8,12 @@ from typing import Any
 
 import pytest
 
-from rigid_envs.cli import main, progress
-from rigid_envs.laws import SUBJECTS, Outcome
-from rigid_envs.scores import best_known, evaluate
+from rigid_envs.mechanics.laws import Outcome
+from rigid_envs.scores.best import best_known
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.tools.cli import main
+from rigid_envs.tools.cli import words as progress
+from rigid_envs.tools.laws import SUBJECTS
 from tests.bench.examples import FIGURES
 
 
@@ -55,21 +58,21 @@ def test_on_a_terminal_it_is_one_line(
 
 CLEAR = "\r\x1b[K"
 WORK = {  # of the verbs that tell progress: what does it, and what it gives; None is left to do it
-    "dataset BallPark --policy zero": ("rigid_envs.datasets.write", "name"),
+    "dataset BallPark --policy zero": ("rigid_envs.tools.datasets.write", "name"),
     "evaluate BallGrid --policy zero --starts 1": None,
-    "best BallGrid": ("rigid_envs.cli.scoring._measured", best_known("BallGrid")),
-    "bench --ids BallGrid": ("rigid_envs.bench.bench", FIGURES),
+    "best BallGrid": ("rigid_envs.tools.cli.scoring._measured", best_known("BallGrid")),
+    "bench --ids BallGrid": ("rigid_envs.tools.bench.bench", FIGURES),
     "verify upright_coin": (
-        "rigid_envs.laws.check_all",
+        "rigid_envs.tools.laws.check_all",
         [Outcome(SUBJECTS["upright_coin"].laws[0], 0.0, 0.0)],
     ),
     "verify --policies BallGrid": None,
     "verify --scores BallGrid": ("rigid_envs.scores.best_known", None),
     "verify row.json": None,
-    "gallery racket --out .": ("rigid_envs.gallery.writing.write_figures", []),
-    "films . --ids BallGrid": ("rigid_envs.pages.films.write_films", None),
-    "frames --ids BallGrid": ("rigid_envs.bench.frames.frame_times", []),
-    "compile BallGrid": ("rigid_envs.precompiling.compile_all", [("BallGrid step", True)]),
+    "gallery racket --out .": ("rigid_envs.tools.gallery.write_figures", []),
+    "films . --ids BallGrid": ("rigid_envs.tools.pages.films.write_films", None),
+    "frames --ids BallGrid": ("rigid_envs.tools.bench.frames.frame_times", []),
+    "compile BallGrid": ("rigid_envs.envs.lookup.compile_all", [("BallGrid step", True)]),
 }
 
 
@@ -135,7 +138,7 @@ def test_on_a_terminal_nothing_stands_behind_the_progress_and_in_the_end_it_is_g
 def test_what_ends_a_command_has_a_status_and_a_line_of_its_own(
     monkeypatch: pytest.MonkeyPatch, error: BaseException, status: int
 ) -> None:
-    monkeypatch.setattr("rigid_envs.laws.check_all", told(error))
+    monkeypatch.setattr("rigid_envs.tools.laws.check_all", told(error))
     _, err = streams(monkeypatch)
     assert main(["verify", "upright_coin"]) == status
     assert "half way" in err.getvalue()

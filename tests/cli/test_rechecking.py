@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid_envs.cli import main
-from rigid_envs.policies import FOLDER, loading
-from rigid_envs.policies.loading import read_policy, write_policy
-from rigid_envs.provenance import heading, provenance
-from rigid_envs.scores import published
+from rigid_envs.engine.provenance import heading, provenance
+from rigid_envs.scores import repeating as published
+from rigid_envs.scores import trained as loading
 from rigid_envs.scores.records import Record, write_record
+from rigid_envs.scores.trained import FOLDER, read_policy, write_policy
+from rigid_envs.tools.cli import main
 
 Capture = pytest.CaptureFixture[str]
 NAMES = ("BallPark-v0", "Detumble-v0")

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid_envs.cli import main
-from rigid_envs.replays import Replay, load_replay, play_again
+from rigid_envs.tools.cli import main
+from rigid_envs.watch.replays.episode import play_again
+from rigid_envs.watch.replays.replay import Replay, load_replay
 from tests.replays.examples import free_body, rolling_ball
 
 
@@ -94,7 +95,7 @@ def test_the_first_episodes_of_a_file_or_the_first_of_each_are_shown_or_those_th
         shown.extend(len(replay.episodes[k]) for replay, k in chosen)
         return Path(places["MANY"])
 
-    monkeypatch.setattr("rigid_envs.replays.page.write_html", note)
+    monkeypatch.setattr("rigid_envs.watch.replays.page.write_html", note)
     page = str(tmp_path / "page.html")
     assert main(["replay", *(places.get(word, word) for word in words), "--html", page]) == 0
     assert shown == lengths

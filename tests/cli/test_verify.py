@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from rigid_envs import laws
-from rigid_envs.cli import main
-from rigid_envs.cli.verify import Verdict, verify
-from rigid_envs.laws import SUBJECTS, Outcome, Subject
-from rigid_envs.provenance import heading, provenance
+from rigid_envs.engine.provenance import heading, provenance
+from rigid_envs.mechanics.laws import Outcome, Subject
+from rigid_envs.tools import laws
+from rigid_envs.tools.cli import main
+from rigid_envs.tools.cli.scoring import Verdict, verify
+from rigid_envs.tools.laws import SUBJECTS
 
 LAWS = [law for subject in SUBJECTS.values() for law in subject.laws]
 Capture = pytest.CaptureFixture[str]

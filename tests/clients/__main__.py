@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rigid_envs.files import lined_json, write_atomic
-from rigid_envs.provenance import provenance
+from rigid_envs.base.files import lined_json, write_atomic
+from rigid_envs.engine.provenance import provenance
 from tests.clients.page import markdown
 from tests.clients.rows import ROWS, Row
 from tests.clients.running import ROOT, run

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from rigid_envs.pages.markdown import table_lines
-from rigid_envs.pages.task_tables import Table
+from rigid_envs.tools.pages.tables import Table
+from rigid_envs.tools.pages.writing import table_lines
 from tests.clients.rows import ROWS, Row
 
 __all__ = ["markdown"]

@@ -5,7 +5,7 @@ from stable_baselines3 import DQN, PPO, SAC
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
 
-from rigid_envs import ENVIRONMENTS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import DISCRETE, GOALS
 
 IDS = tuple(ENVIRONMENTS)

@@ -20,7 +20,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecVideoRecorder
 
-from rigid_envs import ENVIRONMENTS, sb3
+from rigid_envs import sb3
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import GOALS
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")

@@ -6,7 +6,7 @@ instead of being forked, here and in every test after it, which takes seconds fo
 
 import pytest
 
-from rigid_envs import ENVIRONMENTS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 pytestmark = pytest.mark.long
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rigid_envs import rotations
+from rigid_envs.mechanics import rotations
 
 
 def assert_within_limits_row_by_row(law, *args, ball=False):

@@ -3,11 +3,15 @@
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.control.asymmetric import AsymmetricBalance, vertical_of
-from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
-from rigid_envs.control.linear import step_jacobian, zero_order_hold
-from rigid_envs.systems import HeavyTop
+from rigid_envs.control.linear import (
+    region_of_attraction,
+    simulate_closed_loop,
+    step_jacobian,
+    zero_order_hold,
+)
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.heavy_top.controllers import AsymmetricBalance, vertical_of
+from rigid_envs.systems.heavy_top.system import HeavyTop
 from tests.control.claims import assert_within_limits_row_by_row
 
 TOP = HeavyTop(0.925, 1.15, 0.55)

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
-from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
-from rigid_envs.control.saturation import clip_to_ball, clip_to_box
+from rigid_envs.control.linear import (
+    clip_to_ball,
+    clip_to_box,
+    region_of_attraction,
+    simulate_closed_loop,
+)
 
 
 def saturated(x):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic.upright_coin import roll_coin
-from rigid_envs.control.coin import TwoRolls
-from rigid_envs.systems import UprightCoin
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.upright_coin.closed_forms import roll_coin
+from rigid_envs.systems.upright_coin.controllers import TwoRolls
+from rigid_envs.systems.upright_coin.system import UprightCoin
 
 COIN = UprightCoin(radius=0.4)
 SIZES = (0.3, 0.5)  # roll and steer in a step

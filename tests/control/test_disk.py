@@ -5,10 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from rigid_envs.analytic import rolling_disk
-from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
-from rigid_envs.control.disk import CircleRegulator, Rolling, rolling, rolling_state
-from rigid_envs.systems import RollingDisk
+from rigid_envs.control.linear import region_of_attraction, simulate_closed_loop
+from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
+from rigid_envs.systems.rolling_disk.controllers import (
+    CircleRegulator,
+    Rolling,
+    rolling,
+    rolling_state,
+)
+from rigid_envs.systems.rolling_disk.system import RollingDisk
 
 DT = 0.05
 DISKS = {"disk": RollingDisk.uniform(1.0, 0.8), "hoop": RollingDisk.hoop(2.0, 1.1)}

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rigid_envs.control.closed_loop import simulate_closed_loop
-from rigid_envs.control.flip import ForcedFlip, TimedFlip
-from rigid_envs.systems import FreeBody
+from rigid_envs.control.linear import simulate_closed_loop
+from rigid_envs.systems.free_body.controllers import ForcedFlip, TimedFlip
+from rigid_envs.systems.free_body.system import FreeBody
 from tests.control.claims import assert_within_limits_row_by_row, rate_along, spinning
 
 BODY, RATE = FreeBody(1.1, 1.7, 2.3), 1.3

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.special import ellipj
 
-from rigid_envs import rotations
-from rigid_envs.analytic import rolling_ball
-from rigid_envs.control.following import (
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.controllers import (
     DampedFollower,
     FarSightedFollower,
     elastica_headings,
     pose_error,
 )
-from rigid_envs.systems import RollingBall
+from rigid_envs.systems.rolling_ball.system import RollingBall
 
 BALL = RollingBall(0.7)
 RATE = 4.0

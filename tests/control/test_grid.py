@@ -3,10 +3,15 @@
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic import rolling_ball
-from rigid_envs.control.grid import SIDES, QuarterRolls, attitudes, rolled
-from rigid_envs.systems import RollingBall
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.controllers import (
+    SIDES,
+    QuarterRolls,
+    attitudes,
+    attitudes_after,
+)
+from rigid_envs.systems.rolling_ball.system import RollingBall
 
 BALL = RollingBall(0.7)
 REACH = 6
@@ -41,13 +46,13 @@ def test_the_attitudes_are_the_rotations_of_a_cube():
 def test_a_move_is_a_quarter_roll():
     for side in range(4):
         q = after(np.concatenate([attitudes(), np.zeros((24, 2))], axis=1), side)[:, :4]
-        expected = attitudes()[rolled()[:, side]]
+        expected = attitudes()[attitudes_after()[:, side]]
         np.testing.assert_allclose(np.abs(np.sum(q * expected, axis=1)), 1.0, rtol=0, atol=1e-15)
 
 
 def test_a_move_is_undone_by_the_opposite_one():
     for side in range(4):
-        there_and_back = rolled()[rolled()[:, side], (side + 2) % 4]
+        there_and_back = attitudes_after()[attitudes_after()[:, side], (side + 2) % 4]
         np.testing.assert_array_equal(there_and_back, np.arange(24))
 
 

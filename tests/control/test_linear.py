@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rigid_envs.analytic.heavy_top import sleeping_exponents
 from rigid_envs.control.linear import Regulator, lqr, scheduled, step_jacobian, zero_order_hold
+from rigid_envs.systems.heavy_top.closed_forms import sleeping_exponents
 
 DT = 0.1
 DOUBLE = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])  # x'' = u

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from rigid_envs.control.closed_loop import simulate_closed_loop
-from rigid_envs.control.momentum import MomentumBrake, MomentumRegulator
-from rigid_envs.systems import FreeBody
+from rigid_envs.control.linear import simulate_closed_loop
+from rigid_envs.systems.free_body.controllers import MomentumBrake, MomentumRegulator
+from rigid_envs.systems.free_body.system import FreeBody
 from tests.control.claims import assert_within_limits_row_by_row, spinning
 
 BODY, IMPULSE = FreeBody(1.1, 1.7, 2.3), 0.5

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from rigid_envs.control.mppi import CrossEntropyChoices, PathIntegral, weights
+from rigid_envs.control.predictive import CrossEntropyChoices, PathIntegral, weights
 
 A = np.array([[1.0, 0.1], [0.0, 1.0]])  # a double integrator of period 0.1 s
 B = np.array([[0.005], [0.1]])

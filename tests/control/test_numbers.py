@@ -8,42 +8,39 @@ from typing import Any
 import pytest
 
 from rigid_envs import control
-from rigid_envs.control import (
-    AsymmetricBalance,
-    BalancedTop,
-    CircleRegulator,
-    CrossEntropyChoices,
-    DampedFollower,
+from rigid_envs.control import __all__
+from rigid_envs.control.predictive import CrossEntropyChoices, PathIntegral
+from rigid_envs.systems.dynamic_ball.controllers import HeldBall, PlateRegulator, PushAlong
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.free_body.controllers import (
     EnergyCasimir,
-    FarSightedFollower,
     ForcedFlip,
-    HeldBall,
     HeldSpin,
     MomentumBrake,
     MomentumRegulator,
-    PathIntegral,
-    PivotBalance,
-    PlateRegulator,
-    PrecessionRegulator,
-    Pump,
-    PushAlong,
     QuaternionPD,
     SeparatrixSteering,
     SingleTorque,
     SpinRegulator,
     TimedFlip,
-    TwoRolls,
+)
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.controllers import (
+    AsymmetricBalance,
+    BalancedTop,
+    PivotBalance,
+    PrecessionRegulator,
     UprightBalance,
 )
-from rigid_envs.systems import (
-    DynamicBall,
-    FreeBody,
-    HeavyTop,
-    Roller,
-    RollingBall,
-    RollingDisk,
-    UprightCoin,
-)
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.roller.controllers import Pump
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.rolling_ball.controllers import DampedFollower, FarSightedFollower
+from rigid_envs.systems.rolling_ball.system import RollingBall
+from rigid_envs.systems.rolling_disk.controllers import CircleRegulator
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.upright_coin.controllers import TwoRolls
+from rigid_envs.systems.upright_coin.system import UprightCoin
 
 BODY, TOP, BALL, MOVED = FreeBody(1.0, 2.0, 3.0), HeavyTop(), RollingBall(), DynamicBall()
 LAWS = (
@@ -88,7 +85,7 @@ def test_a_law_refuses_what_is_no_number_by_its_name(law: Any, name: str) -> Non
 def test_every_law_with_numbers_is_tried() -> None:
     found = {
         name
-        for name in control.__all__
+        for name in __all__
         if inspect.isclass(law := getattr(control, name)) and is_dataclass(law)
         if "__post_init__" in dir(law) and any(field.type == "float" for field in fields(law))
     }

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
-from rigid_envs.control.plate import PlateRegulator
-from rigid_envs.systems import DynamicBall
+from rigid_envs.control.linear import region_of_attraction, simulate_closed_loop
+from rigid_envs.systems.dynamic_ball.controllers import PlateRegulator
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
 
 DT, RATE = 0.1, 0.4
 TABLES = (0.0, 1.0, -2.0)

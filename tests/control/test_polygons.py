@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic import rolling_ball
-from rigid_envs.control.polygons import PushAlong, roll_along
-from rigid_envs.systems import DynamicBall, RollingBall
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.dynamic_ball.controllers import PushAlong
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.controllers import roll_along
+from rigid_envs.systems.rolling_ball.system import RollingBall
 
 BALL = DynamicBall(m=3.0, radius=0.7, beta=0.5)
 PUSHER = PushAlong(BALL, force=4.0, dt=0.1, rate=1.5)

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic.heavy_top import nutation_frequency
-from rigid_envs.control.closed_loop import simulate_closed_loop
-from rigid_envs.control.linear import step_jacobian
-from rigid_envs.control.precession import PrecessionRegulator, nutation_of
-from rigid_envs.systems import HeavyTop
+from rigid_envs.control.linear import simulate_closed_loop, step_jacobian
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.heavy_top.closed_forms import nutation_frequency
+from rigid_envs.systems.heavy_top.controllers import PrecessionRegulator, nutation_of
+from rigid_envs.systems.heavy_top.system import HeavyTop
 from tests.control.claims import assert_within_limits_row_by_row
 
 TOP = HeavyTop(1.2, 1.2, 0.6, m=0.8, g=9.5, ell=0.13)

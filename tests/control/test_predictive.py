@@ -6,17 +6,15 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.control import (
-    BalancedTop,
-    HeldBall,
-    HeldSpin,
-    Prediction,
-    PredictiveControl,
-    doubling,
-)
-from rigid_envs.errors import MissingPackageError
-from rigid_envs.systems import DynamicBall, FreeBody, HeavyTop
+from rigid_envs.base.checks import MissingPackageError
+from rigid_envs.control.predictive import Prediction, PredictiveControl, doubling
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.dynamic_ball.controllers import HeldBall
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.free_body.controllers import HeldSpin
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.controllers import BalancedTop
+from rigid_envs.systems.heavy_top.system import HeavyTop
 
 casadi = pytest.importorskip("casadi")
 

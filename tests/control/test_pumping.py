@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rigid_envs.control.pumping import Pump
-from rigid_envs.systems import Roller
+from rigid_envs.systems.roller.controllers import Pump
+from rigid_envs.systems.roller.system import Roller
 
 VALLEY = Roller(beta=0.4, curvature=0.3, g=9.81)
 DT = 0.01

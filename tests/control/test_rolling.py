@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rigid_envs import rotations
-from rigid_envs.analytic import rolling_ball
-from rigid_envs.control.rolling import difference, rolled
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.controllers import difference, rolled
 
 
 def polygons(n_rows, n_sides):

@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from rigid_envs.analytic.free_body import growth_rate
-from rigid_envs.control.closed_loop import simulate_closed_loop
-from rigid_envs.control.saddle import SeparatrixSteering, saddle
-from rigid_envs.systems import FreeBody
+from rigid_envs.control.linear import simulate_closed_loop
+from rigid_envs.systems.free_body.closed_forms import growth_rate
+from rigid_envs.systems.free_body.controllers import SeparatrixSteering, saddle
+from rigid_envs.systems.free_body.system import FreeBody
 from tests.control.claims import assert_within_limits_row_by_row, spinning
 
 BODY, RATE, TORQUE, DT = FreeBody(1.1, 1.7, 2.3), 1.3, 0.1, 0.1

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from rigid_envs import rotations
-from rigid_envs.analytic import rolling_ball
-from rigid_envs.control import ShortestPath
-from rigid_envs.control.shortest_path import shortest_path
-from rigid_envs.control.three_rolls import three_rolls
-from rigid_envs.envs import RigidVectorEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.controllers import three_rolls
+from rigid_envs.systems.rolling_ball.shortest_path import ShortestPath, shortest_path
 
 HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 EXACT = 1e-10  # m and rad; 1e-12 is solved for, at truncation below that
@@ -245,7 +244,7 @@ def test_no_polygon_is_shorter_from_hundreds_of_guesses():
 @pytest.mark.long
 def test_ten_times_as_many_starts_find_nothing_shorter(monkeypatch):
     # the package has the function in the place of the module
-    module = sys.modules["rigid_envs.control.shortest_path"]
+    module = sys.modules["rigid_envs.systems.rolling_ball.shortest_path"]
     monkeypatch.setattr(module, "_N_STARTS", 10_000)
     more = np.array([shortest_path(pose, HOME).length for pose in poses()])
     np.testing.assert_allclose(lengths(ALL), more, rtol=1e-9)

@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.control.closed_loop import simulate_closed_loop
-from rigid_envs.control.linear import step_jacobian
-from rigid_envs.control.slewing import QuaternionPD, least_slew_time, slew_acceleration
-from rigid_envs.systems import FreeBody
+from rigid_envs.control.linear import simulate_closed_loop, step_jacobian
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.free_body.controllers import (
+    QuaternionPD,
+    least_slew_time,
+    slew_acceleration,
+)
+from rigid_envs.systems.free_body.system import FreeBody
 from tests.control.claims import assert_within_limits_row_by_row, spinning
 
 BODY, TORQUE = FreeBody(1.1, 1.7, 2.3), 0.5

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
-from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
-from rigid_envs.control.energy_casimir import EnergyCasimir, SingleTorque
-from rigid_envs.control.linear import step_jacobian
-from rigid_envs.control.saddle import saddle
-from rigid_envs.control.spin import SpinRegulator
-from rigid_envs.systems import FreeBody
+from rigid_envs.control.linear import region_of_attraction, simulate_closed_loop, step_jacobian
+from rigid_envs.systems.free_body.controllers import (
+    EnergyCasimir,
+    SingleTorque,
+    SpinRegulator,
+    saddle,
+)
+from rigid_envs.systems.free_body.system import FreeBody
 from tests.control.claims import assert_within_limits_row_by_row, rate_along, spinning
 
 BODY, RATE, DT = FreeBody(1.1, 1.7, 2.3), 1.3, 0.1

@@ -5,9 +5,9 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic import rolling_ball
-from rigid_envs.control.three_rolls import three_rolls
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.controllers import three_rolls
 from tests.reference import cases
 
 # The attitude is solved for to 1e-12 rad; the rest is rounding, 2.2e-16 times ways of up to 500.

@@ -3,12 +3,16 @@
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic.heavy_top import sleeping_exponents
-from rigid_envs.control.closed_loop import region_of_attraction, simulate_closed_loop
-from rigid_envs.control.linear import step_jacobian, zero_order_hold
-from rigid_envs.control.top_balance import PivotBalance, UprightBalance, axis_of
-from rigid_envs.systems import HeavyTop
+from rigid_envs.control.linear import (
+    region_of_attraction,
+    simulate_closed_loop,
+    step_jacobian,
+    zero_order_hold,
+)
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.heavy_top.closed_forms import sleeping_exponents
+from rigid_envs.systems.heavy_top.controllers import PivotBalance, UprightBalance, axis_of
+from rigid_envs.systems.heavy_top.system import HeavyTop
 from tests.control.claims import assert_within_limits_row_by_row
 
 TOP = HeavyTop(1.2, 1.2, 0.6, m=0.8, g=9.5, ell=0.13)

@@ -14,12 +14,15 @@ import minari
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS, datasets
-from rigid_envs.cli import main
-from rigid_envs.datasets import writing
-from rigid_envs.envs import RigidEnv, RigidVectorEnv
-from rigid_envs.policies import FOLDER
-from rigid_envs.scores import best_known, evaluation_seeds
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.scores.best import best_known
+from rigid_envs.scores.starts import evaluation_seeds
+from rigid_envs.scores.trained import FOLDER
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools import datasets
+from rigid_envs.tools import datasets as writing
+from rigid_envs.tools.cli import main
 from tests.page_code import run_page
 
 Capture = pytest.CaptureFixture[str]

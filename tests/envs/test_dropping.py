@@ -6,7 +6,7 @@ import weakref
 import gymnasium as gym
 import pytest
 
-from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import actions
 
 

@@ -4,9 +4,10 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs.envs import RigidEnv, RigidVectorEnv
-from rigid_envs.errors import ConfigError
-from rigid_envs.registry import ENVIRONMENTS
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 LONG = 1000  # steps; the registered limit of Reorient is 100
 FULL = np.ones(3, dtype=np.float32)

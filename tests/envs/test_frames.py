@@ -9,9 +9,10 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs.errors import ConfigError
-from rigid_envs.pages.writing import with_tables
-from rigid_envs.tasks import BallPark, Task
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
+from rigid_envs.tasks.task import Task
+from rigid_envs.tools.pages.writing import with_tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "symmetry.md"
 PARK, GOAL = "RigidEnvs/BallPark-v0", "RigidEnvs/BallParkGoal-v0"
@@ -34,7 +35,9 @@ def test_the_examples_of_the_page_run(capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_the_table_of_groups_is_that_of_the_tasks() -> None:
     text = PAGE.read_text()
-    assert text == with_tables(text), "write it anew: python -m rigid_envs.pages docs/symmetry.md"
+    assert text == with_tables(text), (
+        "write it anew: python -m rigid_envs.tools.pages docs/symmetry.md"
+    )
 
 
 def test_the_frame_of_the_world_is_the_default() -> None:

@@ -8,7 +8,7 @@ import gymnasium as gym
 import pytest
 
 import rigid_envs
-from rigid_envs.testing.selection import OWN as IDS
+from rigid_envs.testing.environments import OWN as IDS
 
 
 def test_import_registers_every_id_under_the_namespace():
@@ -46,7 +46,7 @@ env.step(env.action_space.sample())
 
 @pytest.mark.parametrize(
     "code",
-    [STEP, "import rigid_envs.cli.command_line", "import agents.cli.command_line"],
+    [STEP, "import rigid_envs.tools.cli.command_line", "import agents.cli.command_line"],
     ids=["step", "rigid-envs", "agents"],
 )
 def test_a_step_and_a_command_import_only_what_they_take(code: str) -> None:

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.envs import RigidEnv, RigidGoalEnv, RigidVectorEnv
-from rigid_envs.tasks import ConfigError
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.envs.goal import RigidGoalEnv
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.tasks.fields import span
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import CONTINUOUS, GOALS, IDS, break_physics, flat
 
 

@@ -9,9 +9,11 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.envs import RigidEnv, RigidGoalEnv, RigidGoalVectorEnv, RigidVectorEnv
+from rigid_envs.envs.goal import RigidGoalEnv, RigidGoalVectorEnv
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.tasks.fields import span
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     CONTINUOUS,
     GOALS,

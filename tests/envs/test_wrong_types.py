@@ -7,7 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs.sb3 import GymnasiumVecEnv
+from rigid_envs.sb3.adapter import GymnasiumVecEnv
 from rigid_envs.testing.environments import single, vector
 
 QUICK = ("RigidEnvs/Reorient-v0", "RigidEnvs/BallGrid-v0")

@@ -8,16 +8,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS, rotations
-from rigid_envs.errors import ConfigError
-from rigid_envs.films import Look, Played, episode_pictures, pictures_per_second, play_episode
-from rigid_envs.films.labels import labelled
-from rigid_envs.moment import Moment
-from rigid_envs.render.drawing import Drawing
-from rigid_envs.replays import Episode
-from rigid_envs.replays.inbetween import moment_at
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.mechanics import rotations
 from rigid_envs.scores.policies import untrained_policy
-from rigid_envs.tasks import Task
+from rigid_envs.tasks.core import Moment
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tasks.task import Task
+from rigid_envs.watch.drawing import Drawing, Look
+from rigid_envs.watch.films import (
+    Played,
+    episode_pictures,
+    labelled,
+    pictures_per_second,
+    play_episode,
+)
+from rigid_envs.watch.replays.episode import Episode, moment_at
 
 pytest.importorskip("panda3d")
 pytest.importorskip("PIL")
@@ -65,7 +70,7 @@ def test_pictures_are_of_the_times_at_which_they_are_shown(monkeypatch: pytest.M
         times.append(time)
         return moment_at(task, episode, time)
 
-    monkeypatch.setattr("rigid_envs.films.episodes.moment_at", noted)
+    monkeypatch.setattr("rigid_envs.watch.films.moment_at", noted)
     found = played(PARK)
     for fps, speed in ((8.0, 2.0), (4.0, 0.5)):
         times.clear()

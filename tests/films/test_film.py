@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.films import SUFFIXES, animation, write_film
-from rigid_envs.films.film import checked_film
+from rigid_envs.watch import animation
+from rigid_envs.watch.films import SUFFIXES, checked_film, write_film
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 Image = pytest.importorskip("PIL.Image")
@@ -269,7 +269,7 @@ def test_without_the_extra_it_says_what_to_install(
 @pytest.mark.long
 def test_importing_films_imports_no_renderer() -> None:
     code = (
-        "import sys, rigid_envs.films; "
+        "import sys, rigid_envs.watch.films; "
         "assert not {'PIL', 'panda3d', 'pygame', 'imageio_ffmpeg', 'moviepy'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

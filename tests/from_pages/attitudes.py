@@ -5,6 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.base.checks import Array
 from tests.vectors import cross
 
 __all__ = [
@@ -21,8 +22,6 @@ __all__ = [
     "shown",
     "tilted",
 ]
-
-Array = npt.NDArray[np.float64]
 
 
 def compose(p: npt.ArrayLike, q: npt.ArrayLike) -> Array:

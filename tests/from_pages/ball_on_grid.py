@@ -6,9 +6,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose, matrix, of_rotation_vector
 from tests.from_pages.balls import RolledBall
-from tests.from_pages.rolling import Array, Judged, Settings
+from tests.from_pages.rolling import Judged, Settings
 
 __all__ = ["BallGrid"]
 

@@ -5,9 +5,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import draw
 from tests.from_pages.pushed_ball import Ball, ball_rate, moved
-from tests.from_pages.rolling import Array, Held, Judged, Model, Settings, in_box, limited
+from tests.from_pages.rolling import Held, Judged, Model, Settings, in_box, limited
 
 __all__ = ["BallPlate"]
 

@@ -5,9 +5,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose, inverse, of_rotation_vector, rotation_vector
 from tests.from_pages.balls import RolledBall
-from tests.from_pages.rolling import Array, Frame, Judged, Settings, limited, single
+from tests.from_pages.rolling import Frame, Judged, Settings, limited, single
 
 __all__ = ["BallSteer"]
 

@@ -5,10 +5,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import angle, compose, draw, of_rotation_vector, rotation_vector
 from tests.from_pages.balls import pose_features, pose_frame, pose_terms
 from tests.from_pages.pushed_ball import Ball, ball_rate, moved
-from tests.from_pages.rolling import Array, Frame, Judged, Model, Settings, in_disk, limited
+from tests.from_pages.rolling import Frame, Judged, Model, Settings, in_disk, limited
 
 __all__ = ["BallParkDynamic"]
 

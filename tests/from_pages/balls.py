@@ -5,6 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import (
     angle,
     compose,
@@ -16,7 +17,6 @@ from tests.from_pages.attitudes import (
     rotation_vector,
 )
 from tests.from_pages.rolling import (
-    Array,
     Frame,
     Judged,
     Model,

@@ -5,8 +5,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import (
-    Array,
     compose,
     draw,
     inverse,

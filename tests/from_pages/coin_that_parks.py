@@ -5,17 +5,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose, matrix
-from tests.from_pages.rolling import (
-    Array,
-    Judged,
-    Model,
-    Settings,
-    in_box,
-    limited,
-    root,
-    smooth,
-)
+from tests.from_pages.rolling import Judged, Model, Settings, in_box, limited, root, smooth
 
 __all__ = ["CoinPark", "angles_of", "attitude_of", "within_half_a_turn"]
 

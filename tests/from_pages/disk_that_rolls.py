@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose, matrix
-from tests.from_pages.rolling import Array, Held, Judged, Model, Settings, in_box, limited
+from tests.from_pages.rolling import Held, Judged, Model, Settings, in_box, limited
 from tests.vectors import cross
 
 __all__ = ["DiskRoll", "DiskRollRandom"]

@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from tests.from_pages.attitudes import Array, shown
+from rigid_envs.base.checks import Array
+from tests.from_pages.attitudes import shown
 
 __all__ = [
     "Outcome",

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose
-from tests.from_pages.rolling import Array
 from tests.vectors import cross
 
 __all__ = ["Ball", "ball_rate", "moved"]

@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from tests.from_pages.rolling import Array, Judged, Model, Settings, in_box, limited
+from rigid_envs.base.checks import Array
+from tests.from_pages.rolling import Judged, Model, Settings, in_box, limited
 
 __all__ = ["RollPump"]
 

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.base.checks import Array
 from tests.from_pages import attitudes
 
 __all__ = [
@@ -30,7 +31,6 @@ __all__ = [
     "smooth",
 ]
 
-Array = npt.NDArray[np.float64]
 Settings = Mapping[str, Any]
 
 

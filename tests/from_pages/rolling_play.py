@@ -5,10 +5,10 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-import numpy.typing as npt
 from scipy import stats
 
 import rigid_envs  # noqa: F401 - registers the ids
+from rigid_envs.base.checks import Array
 from tests.from_pages.rolling import Model
 
 __all__ = [
@@ -23,8 +23,6 @@ __all__ = [
     "same_distribution",
     "started",
 ]
-
-Array = npt.NDArray[np.float64]
 
 _HALF_ULP = 2.0**-24  # relative: observations are rounded to float32
 _OF_A_STEP = ("cost", "is_success", "action_clipped", "physics_error")  # 0 at a reset

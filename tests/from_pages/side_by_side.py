@@ -9,8 +9,9 @@ import numpy as np
 from scipy.stats import ks_2samp, kstest
 
 import rigid_envs  # noqa: F401  (registers the ids)
-from rigid_envs.kernels.layout import CLOCK
-from tests.from_pages.attitudes import Array, matrix
+from rigid_envs.base.checks import Array
+from rigid_envs.engine.layout import CLOCK
+from tests.from_pages.attitudes import matrix
 from tests.from_pages.episodes import Outcome, Page, Start
 
 __all__ = ["Pair", "Rng", "drawn", "is_uniform", "noise", "same_distribution", "same_observation"]

@@ -5,7 +5,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from tests.from_pages.attitudes import Array, matrix, quaternion_rate, tilted
+from rigid_envs.base.checks import Array
+from tests.from_pages.attitudes import matrix, quaternion_rate, tilted
 from tests.from_pages.episodes import Page, in_ball, near, share, shortened, single
 from tests.vectors import cross
 

@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.catalogue import task_of
-from rigid_envs.testing import fingerprint
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.testing.environments import fingerprint
 
 __all__ = ["CASES", "FILE", "computed", "stored"]
 

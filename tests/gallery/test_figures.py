@@ -11,9 +11,8 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from rigid_envs.gallery import FIGURES, Number, UnknownFigureError, checked_name
-from rigid_envs.gallery.making import compose, make
-from rigid_envs.gallery.style import DPI, STYLE
+from rigid_envs.tools.gallery import FIGURES, UnknownFigureError, checked_name, compose, make
+from rigid_envs.watch.figures import DPI, STYLE, Number
 
 pytestmark = pytest.mark.long  # see .ci/run
 

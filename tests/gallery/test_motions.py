@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from rigid_envs.gallery import FIGURES
-from rigid_envs.gallery.motions import MOTIONS, motion_of
-from rigid_envs.gallery.writing import write_figures
+from rigid_envs.tools.gallery import FIGURES, write_figures
+from rigid_envs.tools.motions import MOTIONS, motion_of
 
 pytestmark = pytest.mark.long  # see .ci/run
 

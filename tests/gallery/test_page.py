@@ -8,12 +8,9 @@ from typing import Any
 
 import pytest
 
-from rigid_envs.cli import main
-from rigid_envs.gallery import FIGURES
-from rigid_envs.gallery.entry import Number
-from rigid_envs.gallery.making import Made
-from rigid_envs.gallery.page import SHEET, page
-from rigid_envs.gallery.writing import DATA, hash_of_sources
+from rigid_envs.tools.cli import main
+from rigid_envs.tools.gallery import DATA, FIGURES, SHEET, Made, hash_of_sources, page
+from rigid_envs.watch.figures import Number
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs" / "gallery"
@@ -57,7 +54,7 @@ def test_pictures_are_there_and_small() -> None:
 
 def test_list_names_every_figure_and_imports_no_matplotlib() -> None:
     report = (
-        "import sys; from rigid_envs.cli import main; status = main(['gallery', '--list']); "
+        "import sys; from rigid_envs.tools.cli import main; status = main(['gallery', '--list']); "
         "assert 'matplotlib' not in sys.modules; sys.exit(status)"
     )
     said = subprocess.run(
@@ -106,7 +103,7 @@ def test_a_number_beyond_its_bound_fails_the_command(
     }
     for names, status in ((["race"], 0), (["race", "chandler"], 1)):
         drawn = [made[name] for name in names]
-        monkeypatch.setattr("rigid_envs.gallery.writing.write_figures", lambda *_, d=drawn: d)
+        monkeypatch.setattr("rigid_envs.tools.gallery.write_figures", lambda *_, d=drawn: d)
         assert main(["gallery", *names, "--out", str(tmp_path)]) == status
         said = capsys.readouterr().out
         assert all(f"{name} " in said for name in names) and said.count(str(good)) == len(names)

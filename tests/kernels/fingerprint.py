@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rigid_envs.kernels.network import ACTIVATIONS, perceptron, relative_rotations
+from rigid_envs.engine.network import ACTIVATIONS, perceptron, relative_rotations
 from rigid_envs.testing.environments import actions, ending, flat, vector
 
 __all__ = ["foreign_symbols", "hash_of_networks", "hashes_of"]

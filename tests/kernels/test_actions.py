@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigid_envs.kernels.actions import clip_to_box, clip_to_disk
+from rigid_envs.engine.episode import clip_to_box, clip_to_disk
 
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 INSIDE = st.floats(-1.0, 1.0, width=32)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from rigid_envs.kernels import algebra
+from rigid_envs.engine import algebra
 from tests.rotations.attitudes import ULPS, quaternions, scipy_of, vectors
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.kernels import attitude
+from rigid_envs.engine import publication as attitude
 from tests.reference import cases
 from tests.rotations.attitudes import ULPS, quaternions, scipy_of
 

@@ -20,12 +20,12 @@ import pytest
 from numba.core.registry import cpu_target
 
 import rigid_envs
-from rigid_envs.kernels import cache
+from rigid_envs.engine import compiler as cache
 
 # The vertical momentum of a body, which a kernel of one file makes by `rotate` of another one.
 REPORT = """
-from rigid_envs.kernels.cache import cache_directory
-from rigid_envs.kernels.free_body import FREE_BODY
+from rigid_envs.engine.compiler import cache_directory
+from rigid_envs.systems.free_body.dynamics import FREE_BODY
 from rigid_envs.systems import FreeBody
 
 body = FreeBody(1.0, 1.0, 1.0)
@@ -77,7 +77,7 @@ def source(tmp_path: Path) -> Path:
 
 
 def test_an_edited_helper_in_another_file_is_compiled_anew(source: Path, tmp_path: Path) -> None:
-    cache, helper = tmp_path / "cache", source / "rigid_envs/kernels/algebra.py"
+    cache, helper = tmp_path / "cache", source / "rigid_envs/engine/algebra.py"
     before = helper.read_text()
     cold, warm = run(source, cache), run(source, cache)
     assert (cold[:2], warm[:2]) == ((3.0, 0), (3.0, 1))
@@ -302,8 +302,8 @@ def test_two_processors_share_a_home(tmp_path: Path) -> None:
 PLACES = """
 import sys
 import numpy as np
-from rigid_envs.kernels import free_body, heavy_top, roller
-from rigid_envs.kernels.compiler import address_of, compiled_for
+from rigid_envs.engine import free_body, heavy_top, roller
+from rigid_envs.engine.compiler import address_of, compiled_for
 
 rows = (np.ones((1, 1)), np.ones(1), np.ones((1, 1)))
 systems = {"body": free_body.FREE_BODY, "top": heavy_top.HEAVY_TOP, "roller": roller.ROLLER}
@@ -339,7 +339,7 @@ LOGGED = f"import logging; logging.basicConfig(level='INFO'); {RESET}"
     ("program", "said"),
     [
         pytest.param(RESET, "", marks=pytest.mark.long),
-        (LOGGED, "INFO:rigid_envs.kernels.compiler:compiled tasks.ball_grid.reset in "),
+        (LOGGED, "INFO:rigid_envs.engine.compiler:compiled tasks.ball_grid.reset in "),
     ],
 )
 def test_long_compilations_are_logged_and_not_printed(

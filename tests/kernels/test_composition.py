@@ -3,7 +3,7 @@
 import mpmath
 import pytest
 
-from rigid_envs.kernels.composition import EXACT, SUZUKI
+from rigid_envs.engine.algebra import EXACT, SUZUKI
 
 
 def test_suzuki_coefficients_are_the_closed_form_rounded_once():

@@ -21,7 +21,7 @@ from pathlib import Path
 import pytest
 from llvmlite import binding
 
-from rigid_envs.kernels.cache import kernel_hash
+from rigid_envs.engine.compiler import kernel_hash
 from rigid_envs.testing.environments import IDS, task_of
 from tests.kernels.fingerprint import hash_of_networks, hashes_of
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigid_envs.kernels import elementary
+from rigid_envs.engine import elementary
 
 mpmath.mp.dps = 50
 EXACT = mpmath.mpf

@@ -8,14 +8,12 @@ from pathlib import Path
 import pytest
 
 import rigid_envs
-from rigid_envs.kernels.cache import cache_directory
+from rigid_envs.engine.compiler import cache_directory, compiled_sources
 from tests.kernels.fingerprint import foreign_symbols
 from tests.systems.examples import SYSTEMS
 
 PACKAGE = Path(rigid_envs.__file__).parent
-COMPILED = sorted(
-    path for folder in ("kernels", "tasks") for path in (PACKAGE / folder).rglob("*.py")
-)
+COMPILED = compiled_sources()
 # Correctly rounded by IEEE 754, or exact: the same bits everywhere.
 EXACT = {"ceil", "copysign", "fabs", "floor", "fma", "isfinite", "isinf", "isnan", "sqrt", "trunc"}
 CONSTANTS = {"e", "inf", "nan", "pi", "tau"}

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from rigid_envs.kernels.network import ACTIVATIONS, perceptron, relative_rotations
+from rigid_envs.engine.network import ACTIVATIONS, perceptron, relative_rotations
 
 SIZES = np.array([21, 64, 13, 3])
 NUMPY = {

@@ -10,7 +10,7 @@ from pathlib import Path
 import numba
 import pytest
 
-from rigid_envs.kernels import numba_version
+from rigid_envs import engine as numba_version
 
 PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
 (WANTED,) = (each for each in PROJECT["dependencies"] if each.startswith("numba"))
@@ -71,7 +71,7 @@ from numba.core import codegen
 
 numba.__version__, numba.version_info = "0.70.0", numba.version_info._replace(short=(0, 70))
 del codegen.JITCodeLibrary
-import rigid_envs.kernels.rows
+import rigid_envs.engine.rows
 """
 
 

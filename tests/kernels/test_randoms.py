@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from rigid_envs.kernels import randoms
+from rigid_envs.engine import randoms
 
 SIZE = 20000
 WORD = st.integers(0, 2**64 - 1)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.kernels import turns
+from rigid_envs.engine import algebra as turns
 
 EPS = float(np.finfo(np.float64).eps)
 TINY = [0.0, 1e-300, 1e-20]

@@ -13,9 +13,9 @@ import pytest
 PROGRAM = """
 import sys
 import rigid_envs
-from rigid_envs.core import Core
+from rigid_envs.tasks.core import Core
 from rigid_envs.testing.environments import task_of
-from rigid_envs.kernels.compiler import compiled_for
+from rigid_envs.engine.compiler import compiled_for
 
 step = task_of(sys.argv[1]).compiled.step
 Core(task_of(sys.argv[1]), 64).step_into

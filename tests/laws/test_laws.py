@@ -4,8 +4,10 @@ import re
 
 import pytest
 
-from rigid_envs import laws, systems
-from rigid_envs.laws import SUBJECTS, Law, Subject, UnknownSubjectError, check, checked_subject
+from rigid_envs import systems
+from rigid_envs.mechanics.laws import Law, Subject, check
+from rigid_envs.tools import laws
+from rigid_envs.tools.laws import SUBJECTS, UnknownSubjectError, checked_subject
 
 LAWS = [law for subject in SUBJECTS.values() for law in subject.laws]
 

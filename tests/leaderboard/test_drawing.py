@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid_envs.leaderboard.drawing import draw
-from rigid_envs.leaderboard.rows import Row
-from rigid_envs.leaderboard.style import dress, look
+from rigid_envs.scores.leaderboard import Row, draw, dress, look
 from rigid_envs.scores.result import Estimate
 
 pytest.importorskip("matplotlib")

@@ -14,11 +14,9 @@ import pytest
 from markdown_it import MarkdownIt
 
 import rigid_envs
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.cli import main
-from rigid_envs.documents import write_document
-from rigid_envs.files import DamagedFileError
-from rigid_envs.leaderboard import (
+from rigid_envs.base.files import DamagedFileError, write_document
+from rigid_envs.scores.leaderboard import (
+    look,
     markdown,
     packaged_rows,
     read_results,
@@ -26,11 +24,12 @@ from rigid_envs.leaderboard import (
     sorted_rows,
     write_leaderboard,
 )
-from rigid_envs.leaderboard.style import look
-from rigid_envs.policies import published
-from rigid_envs.scores import Evaluation, read_evaluation
-from rigid_envs.scores.published import published_record
-from rigid_envs.scores.reading import evaluation_of
+from rigid_envs.scores.records import evaluation_of, read_evaluation
+from rigid_envs.scores.repeating import published_record
+from rigid_envs.scores.result import Evaluation
+from rigid_envs.scores.trained import published
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.cli import main
 
 ID = "RigidEnvs/Detumble-v0"
 Capture = pytest.CaptureFixture[str]
@@ -215,7 +214,7 @@ def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path
 def test_an_id_without_best_known_costs_has_no_rows_of_its_own(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("rigid_envs.leaderboard.rows.best_known", lambda env_id: None)
+    monkeypatch.setattr("rigid_envs.scores.leaderboard.best_known", lambda env_id: None)
     assert [row.policy for row in packaged_rows()] == [
         published_record(name).policy for name in published()
     ]

@@ -7,20 +7,18 @@ from typing import Any, NamedTuple
 import gymnasium as gym
 import numpy as np
 
-from agents.config.by_algorithm import config_from
-from agents.config.yaml_data import read_yaml
-from agents.storage.checkpoints import load_newest, save_newest
-from agents.storage.evaluations import read_evaluations, write_evaluations
-from agents.storage.run_config import read_config, write_config
-from agents.storage.trials import WORST, read_trial, write_trial
+from agents.config.entries import config_from
+from agents.config.reading import read_yaml
+from agents.storage.logs import load_newest, read_evaluations, save_newest, write_evaluations
+from agents.storage.runs import WORST, read_config, read_trial, write_config, write_trial
 from rigid_envs import load
-from rigid_envs.policies.loading import file_of as file_of_policy
-from rigid_envs.replays import RecordReplay, load_replay
-from rigid_envs.scores import evaluate, read_evaluation
 from rigid_envs.scores.best import file_of as file_of_best
-from rigid_envs.scores.best import read_best
-from rigid_envs.scores.plans import file_of_plans, read_plans
-from rigid_envs.scores.records import read_record
+from rigid_envs.scores.best import file_of_plans, read_best, read_plans
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.records import read_evaluation, read_record
+from rigid_envs.scores.trained import file_of as file_of_policy
+from rigid_envs.watch.replays.recording import RecordReplay
+from rigid_envs.watch.replays.replay import load_replay
 
 __all__ = ["READERS", "Reader"]
 

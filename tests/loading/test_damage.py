@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs.documents import sealed
-from rigid_envs.errors import ConfigError
-from rigid_envs.files import DamagedFileError, lined_json
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import DamagedFileError, lined_json, sealed
 from tests.loading.readers import READERS, Reader
 
 KEPT = [kind for kind in READERS if kind != "config"]  # which people write by hand: no digest

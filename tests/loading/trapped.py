@@ -20,18 +20,15 @@ import numpy as np
 
 import rigid_envs
 from agents.cli.command_line import main as agents
+from agents.config.reading import dump_yaml
 from agents.config.search import read_search
-from agents.config.yaml_data import dump_yaml
-from rigid_envs.archive import read_arrays, write_arrays
-from rigid_envs.cli import main as command
-from rigid_envs.documents import sealed
-from rigid_envs.files import digest
-from rigid_envs.policies import FOLDER, read_policy, write_policy
-from rigid_envs.replays import load_replay
-from rigid_envs.scores import evaluate, read_evaluation
-from rigid_envs.scores.published import recheck
-from rigid_envs.scores.records import read_records
-from rigid_envs.scores.repeating import repeat
+from rigid_envs.base.files import digest, read_arrays, sealed, write_arrays
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.records import read_evaluation, read_records
+from rigid_envs.scores.repeating import recheck, repeat
+from rigid_envs.scores.trained import FOLDER, read_policy, write_policy
+from rigid_envs.tools.cli import main as command
+from rigid_envs.watch.replays.replay import load_replay
 from tests.loading.readers import ID, READERS
 
 CODE = "trap:Code"

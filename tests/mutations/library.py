@@ -2,7 +2,7 @@
 
 Run from the checkout: ``python -m tests.mutations.library [--sample 320 --seed 0] [--only WORD]
 [--jobs 2] [--seconds 60] [--json FILE [--again]]``. The bugs (`operators.py`) are drawn in equal
-shares from the packages of `reach.PACKAGES`. Every test file is run once, measured; then for each
+shares from the rooms of `reach.ROOMS`. Every test file is run once, measured; then for each
 bug the tests that reach its line run in a copy of the checkout, the quickest first, until one
 fails: seconds each. Prints a table; the status is 1 if a bug survives that is not argued away in
 `library_equivalents.py`, or if one that is argued away no longer survives.
@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from tests.mutations.application import ROOT, Checkout
 from tests.mutations.library_equivalents import EQUIVALENTS
 from tests.mutations.operators import Change, changes_of, sampled
-from tests.mutations.reach import PACKAGES, Reach, sources, words_for
+from tests.mutations.reach import ROOMS, Reach, sources, words_for
 from tests.mutations.warm import WarmPython
 
 __all__ = ["LibraryCopy", "Trial", "all_changes", "main"]
@@ -90,11 +90,11 @@ class LibraryCopy(Checkout):
         return found.failed[0].rpartition("::")[2].partition("[")[0] if found.failed else ""
 
 
-def all_changes(package: str) -> list[Change]:
-    """Every bug that can be planted in a package."""
+def all_changes(room: str) -> list[Change]:
+    """Every bug that can be planted in a room."""
     return [
         change
-        for path in sources(ROOT, package)
+        for path in sources(ROOT, room)
         for change in changes_of(
             path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix()
         )
@@ -109,8 +109,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     copies = [LibraryCopy() for _ in range(options.jobs)]
     try:
         tried = {
-            package: _try_all(package, changes, known, copies, options)
-            for package, changes in chosen.items()
+            room: _try_all(room, changes, known, copies, options)
+            for room, changes in chosen.items()
         }
     finally:
         for copy in copies:
@@ -121,12 +121,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     for trial in trials:
         change = trial.change
         print(f"| `{change.what}` | {_place(change)} | {_verdict(trial, argued)} |")
-    print("\n| package | bugs | noticed | argued | survived |\n|---|---:|---:|---:|---:|")
-    for package, here in tried.items():
+    print("\n| room | bugs | noticed | argued | survived |\n|---|---:|---:|---:|---:|")
+    for room, here in tried.items():
         verdicts = [_verdict(trial, argued).partition(":")[0] for trial in here]
         counts = verdicts.count("ARGUED"), verdicts.count("SURVIVED")
-        name = package or "modules"
-        print(f"| {name} | {len(here)} | {len(here) - sum(counts)} | {counts[0]} | {counts[1]} |")
+        print(f"| {room} | {len(here)} | {len(here) - sum(counts)} | {counts[0]} | {counts[1]} |")
     wrong = [t for t in trials if bool(t.test) == (t.change.key in argued)]
     print(f"\n{len(trials)} bugs, {len(wrong)} not as they should.")
     return 1 if wrong else 0
@@ -147,20 +146,20 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _chosen(options: argparse.Namespace) -> dict[str, list[Change]]:
-    """The sample of each package; packages without any are left out."""
+    """The sample of each room; rooms without any are left out."""
     shares = {
-        package: options.sample // len(PACKAGES) + (k < options.sample % len(PACKAGES))
-        for k, package in enumerate(PACKAGES)
+        room: options.sample // len(ROOMS) + (k < options.sample % len(ROOMS))
+        for k, room in enumerate(ROOMS)
     }
     chosen = {
-        package: [
+        room: [
             change
-            for change in sampled(all_changes(package), share, options.seed)
+            for change in sampled(all_changes(room), share, options.seed)
             if options.only in change.file
         ]
-        for package, share in shares.items()
+        for room, share in shares.items()
     }
-    return {package: changes for package, changes in chosen.items() if changes}
+    return {room: changes for room, changes in chosen.items() if changes}
 
 
 def _known(file: Path | None, again: bool) -> dict[tuple[str, ...], dict[str, Any]]:
@@ -172,20 +171,20 @@ def _known(file: Path | None, again: bool) -> dict[tuple[str, ...], dict[str, An
 
 
 def _try_all(
-    package: str,
+    room: str,
     changes: Sequence[Change],
     known: dict[tuple[str, ...], dict[str, Any]],
     copies: Sequence[LibraryCopy],
     options: argparse.Namespace,
 ) -> list[Trial]:
-    """Trials of a package; each is written to the file as it is done."""
+    """Trials of a room; each is written to the file as it is done."""
     done = {c.key: Trial(c, known[c.key]["test"], known[c.key]["reached"])
             for c in changes if c.key in known}  # fmt: skip
     left = [change for change in changes if change.key not in done]
     free: SimpleQueue[LibraryCopy] = SimpleQueue()
     for copy in copies:
         free.put(copy)
-    reach = Reach(ROOT, PACKAGES[package], copies[0].python) if left else None
+    reach = Reach(ROOT, ROOMS[room].tests, copies[0].python) if left else None
 
     def one(change: Change) -> Trial:
         copy = free.get()

@@ -9,45 +9,86 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from tests.mutations.operators import Change
 from tests.mutations.warm import Outcome, WarmPython
 
-__all__ = ["CONTRACTS", "PACKAGES", "Reach", "sources", "words_for"]
+__all__ = ["CONTRACTS", "ROOMS", "Reach", "sources", "words_for"]
 
-PACKAGES = {
-    "bodies": ("tests/bodies",),
-    "analytic": ("tests/analytic",),
-    "control": ("tests/control",),
-    "scores": ("tests/scores", "tests/leaderboard", "tests/policies/test_published.py"),
-    "leaderboard": ("tests/leaderboard",),
-    "policies": ("tests/policies", "tests/agents/policies", "tests/sb3/test_exporting.py"),
-    "planning": ("tests/planning", "tests/scores/test_plans.py"),
-    "replays": ("tests/replays", "tests/cli/test_replay.py"),
-    "films": ("tests/films",),
-    "references": ("tests/references",),
-    "datasets": ("tests/datasets",),
-    "sb3": ("tests/sb3",),
-    "cli": (
-        *("tests/cli", "tests/test_cli.py", "tests/scores/test_best.py", "tests/leaderboard"),
-        *("tests/scores/test_repeating.py", "tests/policies/test_published.py", "tests/datasets"),
-        *("tests/scores/test_public.py", "tests/films", "tests/gallery/test_page.py"),
+
+class Room(NamedTuple):
+    """Files in which bugs are planted, and what tests them.
+
+    Attributes:
+        files: Patterns of source files, from the package.
+        tests: Test files and folders of tests.
+    """
+
+    files: tuple[str, ...]
+    tests: tuple[str, ...]
+
+
+ROOMS = {
+    "bodies": Room(("mechanics/bodies/*.py",), ("tests/bodies",)),
+    "closed forms": Room(
+        ("systems/*/closed_forms.py", "mechanics/special.py"), ("tests/analytic",)
     ),
-    "envs": (
-        *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
-        "rigid_envs/testing",
+    "control": Room(
+        (
+            *("control/*.py", "systems/*/controllers.py"),
+            *("systems/rolling_ball/shortest_path.py", "systems/free_body/saddle.py"),
+        ),
+        ("tests/control",),
     ),
-    "": (
-        *("tests/test_checks.py", "tests/test_core.py", "tests/test_extending.py"),
-        *("tests/test_files.py", "tests/test_registry.py", "tests/test_tensorfile.py"),
-        *("tests/test_workers.py", "tests/envs", "tests/tasks/test_fields.py"),
-        *("tests/tasks/test_not_a_number.py", "tests/cli/test_compiling.py"),
-        *("tests/test_documents.py", "tests/test_provenance.py", "tests/replays/test_format.py"),
-        *("tests/agents/config", "tests/test_docs.py", "rigid_envs/testing"),
+    "planning": Room(("control/planning/*.py",), ("tests/planning", "tests/scores/test_plans.py")),
+    "scores": Room(
+        ("scores/*.py",),
+        (
+            *("tests/scores", "tests/leaderboard", "tests/references"),
+            *("tests/policies", "tests/agents/policies", "tests/sb3/test_exporting.py"),
+        ),
+    ),
+    "references": Room(("systems/*/references.py",), ("tests/references", "tests/scores")),
+    "replays": Room(("watch/replays/*.py",), ("tests/replays", "tests/cli/test_replay.py")),
+    "films": Room(("watch/films.py", "watch/animation.py"), ("tests/films",)),
+    "datasets": Room(("tools/datasets.py",), ("tests/datasets",)),
+    "sb3": Room(("sb3/*.py",), ("tests/sb3",)),
+    "cli": Room(
+        ("tools/cli/*.py",),
+        (
+            *("tests/cli", "tests/test_cli.py", "tests/scores/test_best.py", "tests/leaderboard"),
+            *("tests/scores/test_repeating.py", "tests/policies/test_published.py"),
+            *("tests/datasets", "tests/scores/test_public.py", "tests/films"),
+            "tests/gallery/test_page.py",
+        ),
+    ),
+    "envs": Room(
+        ("envs/*.py",),
+        (
+            *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
+            *("tests/cli/test_compiling.py", "rigid_envs/testing"),
+        ),
+    ),
+    "ground": Room(
+        (
+            *("*.py", "base/*.py", "engine/provenance.py", "engine/threads.py"),
+            *("tasks/core.py", "tasks/registry.py"),
+        ),
+        (
+            *("tests/test_checks.py", "tests/test_core.py", "tests/test_extending.py"),
+            *("tests/test_files.py", "tests/test_registry.py", "tests/test_tensorfile.py"),
+            *("tests/test_workers.py", "tests/envs", "tests/tasks/test_fields.py"),
+            *("tests/tasks/test_not_a_number.py", "tests/cli/test_compiling.py"),
+            *(
+                "tests/test_documents.py",
+                "tests/test_provenance.py",
+                "tests/replays/test_format.py",
+            ),
+            *("tests/agents/config", "tests/test_docs.py", "rigid_envs/testing"),
+        ),
     ),
 }
-"""Packages below `rigid_envs` in which bugs are planted, and the tests of each; "" is the modules
-that stand in no package."""
 
 CONTRACTS = ("RigidEnvs/BallParkGoal-v0", "RigidEnvs/BallGrid-v0", "RigidEnvs/AxisFlip-v0")
 """Ids for which the contract tests are run: one with goals, one with choices, and one with fast
@@ -58,10 +99,10 @@ _FOLDER = Path(tempfile.gettempdir()) / "rigid-envs-reach"
 _LIMIT = 1800.0  # [s] for one file; measured lines take up to twice their time
 
 
-def sources(root: Path, package: str) -> list[Path]:
-    """Source files of a package in which bugs are planted."""
-    folder = root / "rigid_envs" / package
-    return sorted(folder.rglob("*.py") if package else folder.glob("*.py"))
+def sources(root: Path, room: str) -> list[Path]:
+    """Source files of a room in which bugs are planted."""
+    package = root / "rigid_envs"
+    return sorted(path for pattern in ROOMS[room].files for path in package.glob(pattern))
 
 
 def words_for(files: Iterable[str]) -> list[str]:
@@ -87,7 +128,7 @@ class Reach:
     def __init__(self, root: Path, paths: Sequence[str], python: WarmPython) -> None:
         self.seconds: dict[str, float] = {}
         self._reached: dict[str, dict[int, set[str]]] = {}
-        measured = [f"rigid_envs/{p}/**" if p else "rigid_envs/*.py" for p in PACKAGES]
+        measured = [f"rigid_envs/{p}" for room in ROOMS.values() for p in room.files]
         for path in _test_files(root, paths):
             file = path.relative_to(root).as_posix()
             kept = _FOLDER / f"{path.stem}-{_digest(root, path)}.json"
@@ -173,6 +214,6 @@ def _test_files(root: Path, paths: Sequence[str]) -> list[Path]:
 def _digest(root: Path, test: Path) -> str:
     """Hash of a test file and of the sources that are measured."""
     whole = hashlib.sha256()
-    for path in [test, *(file for package in PACKAGES for file in sources(root, package))]:
+    for path in [test, *(file for room in ROOMS for file in sources(root, room))]:
         whole.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
     return whole.hexdigest()[:16]

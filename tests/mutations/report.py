@@ -57,7 +57,7 @@ def as_json(trials: Iterable[Trial]) -> list[dict[str, Any]]:
     """Every trial with its place, term, law and error."""
     return [
         {
-            "file": f"rigid_envs/kernels/{t.source}.py",
+            "file": f"rigid_envs/{t.source}.py",
             "line": t.mutant.line,
             "function": t.mutant.function,
             "term": t.mutant.term,

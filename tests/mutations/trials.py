@@ -18,7 +18,7 @@ _QUICK = 4  # laws of a subject that are tried interpreted: a step takes a thous
 _PROGRAM = """
 import json, sys
 import rigid_envs
-from rigid_envs.laws import SUBJECTS, check
+from rigid_envs.tools.laws import SUBJECTS, check
 broken, count = None, int(sys.argv[1])
 for law in (law for name in sys.argv[2:] for law in SUBJECTS[name].laws[:count]):
     outcome = check(law)
@@ -46,7 +46,7 @@ class Trial:
     """Result of the laws for one mutant.
 
     Attributes:
-        source: name of the kernel file, without its suffix.
+        source: file of compiled functions, from the package, without its suffix.
         mutant: the wrong sign.
         law: the first law that failed, "subject: name"; empty if all hold.
         error: its error, or the exception.
@@ -74,7 +74,7 @@ class PackageCopy:
         self._folder = Path(tempfile.mkdtemp(prefix="mutants-"))
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(package, self._folder / "rigid_envs", ignore=ignored)
-        with self._path("rows").open("a", encoding="utf-8") as rows:
+        with self._path("engine/rows").open("a", encoding="utf-8") as rows:
             rows.write(_INTERPRETED_ROWS)
 
     def close(self) -> None:
@@ -82,7 +82,7 @@ class PackageCopy:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def source(self, name: str) -> str:
-        """Text of a kernel file."""
+        """Text of a file, named from the package without its suffix."""
         return self._path(name).read_text(encoding="utf-8")
 
     def first_broken(self, subjects: tuple[str, ...]) -> tuple[str, str]:
@@ -129,7 +129,7 @@ class PackageCopy:
         return f"{subject}: {name}", message.splitlines()[0] if message else f"{error:.1e}"
 
     def trial(self, name: str, mutant: Mutant, subjects: tuple[str, ...]) -> Trial:
-        """Put a mutant into the kernel file `name`, check the laws, and restore the file."""
+        """Put a mutant into the file `name`, check the laws, and restore the file."""
         path, source = self._path(name), self.source(name)
         path.write_text(mutant.planted(source), encoding="utf-8")
         try:
@@ -138,4 +138,4 @@ class PackageCopy:
             path.write_text(source, encoding="utf-8")
 
     def _path(self, name: str) -> Path:
-        return self._folder / "rigid_envs" / "kernels" / f"{name}.py"
+        return self._folder / "rigid_envs" / f"{name}.py"

@@ -6,12 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.errors import ConfigError
-from rigid_envs.files import DamagedFileError
-from rigid_envs.pages.films import MAX_BYTES, SHEET, stale_films
-from rigid_envs.pages.pictures import with_table
-from rigid_envs.pages.writing import film_of
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import DamagedFileError
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.pages.films import MAX_BYTES, SHEET, stale_films, with_table
+from rigid_envs.tools.pages.writing import film_of
 
 ROOT = Path(__file__).parents[2]
 FILMS = ROOT / "docs" / "environments" / "films"

@@ -3,11 +3,12 @@
 import gymnasium as gym
 import numpy as np
 
-from rigid_envs import rotations
-from rigid_envs.catalogue import task_of
-from rigid_envs.planning import Model, improve, shorten
-from rigid_envs.scores import evaluate
-from rigid_envs.scores.planner import plan
+from rigid_envs.control.planning.descent import improve, shorten
+from rigid_envs.control.planning.model import Model
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.mechanics import rotations
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.finding import plan
 from rigid_envs.scores.theory import least_time
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from rigid_envs.planning.limits import Limits
+from rigid_envs.control.planning.model import Limits
 
 KINDS = {
     "disk": Limits(True, np.array([True, True])),

@@ -4,17 +4,16 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic.heavy_top import steady_precession
-from rigid_envs.catalogue import task_of
-from rigid_envs.control.precession import nutation_of
-from rigid_envs.core import Core
-from rigid_envs.planning import Model, conditions_of
-from rigid_envs.planning.model import Linear, Tracking, tracking_gains
+from rigid_envs.control.planning.model import Linear, Model, Tracking, conditions_of, tracking_gains
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.mechanics import rotations
 from rigid_envs.scores.evaluation import make_rows
-from rigid_envs.scores.planner import RECIPES
+from rigid_envs.scores.finding import RECIPES
 from rigid_envs.scores.policies import untrained_policies
 from rigid_envs.scores.starts import row_seeds
+from rigid_envs.systems.heavy_top.closed_forms import steady_precession
+from rigid_envs.systems.heavy_top.controllers import nutation_of
+from rigid_envs.tasks.core import Core
 
 IDS = [f"RigidEnvs/{name}-v0" for name in RECIPES]
 ONE_EACH = {conditions_of(task_of(env_id)): env_id for env_id in IDS}.values()

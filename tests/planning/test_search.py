@@ -5,17 +5,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rigid_envs.planning import Plans, least_time, shorten
-from rigid_envs.planning.descent import (
+from rigid_envs.control.planning import descent as least_time
+from rigid_envs.control.planning.descent import (
+    Plans,
     Rows,
     Search,
     axes_along,
     condense,
     looked_at,
     merge,
+    shorten,
     take,
 )
-from rigid_envs.planning.model import Linear, Motion
+from rigid_envs.control.planning.model import Linear, Motion
 from tests.planning.test_model import model_of, some_actions
 
 PARK = "RigidEnvs/BallPark-v0"

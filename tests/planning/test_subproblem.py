@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rigid_envs.planning.limits import Limits
-from rigid_envs.planning.subproblem import Subproblem, square_root
+from rigid_envs.control.planning.descent import Subproblem, square_root
+from rigid_envs.control.planning.model import Limits
 
 LIMITS = Limits(True, np.array([True, True]))
 

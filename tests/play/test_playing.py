@@ -9,14 +9,13 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.play import Game, play
-from rigid_envs.play.loop import Table
-from rigid_envs.play.page import Status, board_height, page
-from rigid_envs.replays import load_replay
 from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.policies import untrained_policy
 from rigid_envs.scores.theory import limit_of
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.watch.play.game import Game
+from rigid_envs.watch.play.loop import Status, Table, board_height, page, play
+from rigid_envs.watch.replays.replay import load_replay
 
 pytestmark = pytest.mark.long  # see .ci/run
 

@@ -5,13 +5,20 @@ import math
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.catalogue import task_of
-from rigid_envs.envs.task_spaces import action_space
-from rigid_envs.play import blended, keys, steering_of
-from rigid_envs.play.hands import dead
-from rigid_envs.play.steering import RIGHT, TWIST, UP, Steering
-from rigid_envs.tasks import Entry
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.envs.spaces import action_space
+from rigid_envs.tasks.fields import Entry
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.watch.play.steering import (
+    RIGHT,
+    TWIST,
+    UP,
+    Steering,
+    blended,
+    dead,
+    keys,
+    steering_of,
+)
 
 FROM_SOUTH = -90.0  # azimuth of a camera that sees +X to the right and +Y away from it
 

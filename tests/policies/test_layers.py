@@ -3,7 +3,7 @@
 import torch
 from torch import nn
 
-from rigid_envs.policies.layers import Tanh
+from rigid_envs.scores.layers import Tanh
 
 
 def test_tanh_and_its_derivative_are_those_of_torch() -> None:

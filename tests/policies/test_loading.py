@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import rigid_envs
-from rigid_envs.errors import ConfigError
-from rigid_envs.files import DamagedFileError
-from rigid_envs.policies import CompiledPolicy, loading
-from rigid_envs.tensorfile import save_tensors
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import DamagedFileError, save_tensors
+from rigid_envs.scores import trained as loading
+from rigid_envs.scores.trained import CompiledPolicy
 
 STREAM = np.random.default_rng(5)
 

@@ -10,13 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.cli import main
-from rigid_envs.policies import FOLDER, load, published
-from rigid_envs.provenance import commit
-from rigid_envs.scores import evaluate, read_evaluation
-from rigid_envs.scores.published import published_evaluation, published_record, recheck
-from rigid_envs.scores.records import read_record, read_records, record_file, write_record
+from rigid_envs.engine.provenance import commit
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.records import (
+    read_evaluation,
+    read_record,
+    read_records,
+    record_file,
+    write_record,
+)
+from rigid_envs.scores.repeating import published_evaluation, published_record, recheck
+from rigid_envs.scores.trained import FOLDER, load, published
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.cli import main
 
 ROOT = Path(__file__).parents[2]
 NAMES = published()
@@ -95,7 +101,7 @@ def test_the_command_says_what_fails(monkeypatch: pytest.MonkeyPatch, capsys: Ca
     name = NAMES[0]
     record = published_record(name)
     changed = replace(record, successes=~record.successes)
-    monkeypatch.setattr("rigid_envs.scores.published.published_record", lambda *_: changed)
+    monkeypatch.setattr("rigid_envs.scores.repeating.published_record", lambda *_: changed)
     assert main(["verify", "--policies", name]) == 1
     out = capsys.readouterr().out
     assert f"FAILS: {name}: success differs from 500 of 500 starts" in out
@@ -137,7 +143,7 @@ def test_a_rate_at_the_end_of_the_published_interval_is_within_it(
     for rate, held in ((1.0, True), (0.9, False)):
         success = {"success": (np.arange(500) < 500 * rate).astype(np.float64)}
         found = replace(like, values={**like.values, **success})
-        monkeypatch.setattr("rigid_envs.scores.published.evaluate", lambda *a, f=found, **k: f)
+        monkeypatch.setattr("rigid_envs.scores.repeating.evaluate", lambda *a, f=found, **k: f)
         assert (recheck(name, OTHER_SEED, tmp_path).differences == ()) == held
 
 

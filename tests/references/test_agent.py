@@ -11,11 +11,13 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor
 
 import rigid_envs
-from rigid_envs import ENVIRONMENTS, registry
-from rigid_envs.errors import ConfigError
-from rigid_envs.sb3 import make_vec_env
-from rigid_envs.scores import evaluation_seeds, reference_controllers
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.sb3.making import make_vec_env
 from rigid_envs.scores.evaluation import make_rows
+from rigid_envs.scores.policies import reference_controllers
+from rigid_envs.scores.starts import evaluation_seeds
+from rigid_envs.tasks import registry
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 IDS = list(ENVIRONMENTS)
 PARK, GRID, GOAL = (f"RigidEnvs/{name}-v0" for name in ("BallPark", "BallGrid", "BallParkGoal"))

@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 import rigid_envs
-from rigid_envs import ENVIRONMENTS, rotations
-from rigid_envs.catalogue import task_of
-from rigid_envs.control.disk import rolling
-from rigid_envs.control.following import pose_error
-from rigid_envs.errors import ConfigError
-from rigid_envs.scores import States, reference_controllers
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.mechanics import rotations
 from rigid_envs.scores.evaluation import make_rows
-from rigid_envs.tasks.entries import ROTATIONS
+from rigid_envs.scores.policies import States, reference_controllers
+from rigid_envs.systems.rolling_ball.controllers import pose_error
+from rigid_envs.systems.rolling_disk.controllers import rolling
+from rigid_envs.tasks.fields import ROTATIONS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 IDS = list(ENVIRONMENTS)
 SEEN = [name for name in ROTATIONS if name != "none"]

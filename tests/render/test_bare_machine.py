@@ -9,8 +9,8 @@ import sys
 import pytest
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.render import without_x11
-from rigid_envs.render.without_x11 import empty_library
+from rigid_envs.watch import panda as without_x11
+from rigid_envs.watch.panda import empty_library
 
 DRAW = """
 import hashlib, gymnasium as gym, rigid_envs

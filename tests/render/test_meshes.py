@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from rigid_envs.render import meshes
-from rigid_envs.render.scene import Mesh
-from rigid_envs.render.views import bodies, solids
+from rigid_envs.watch import meshes
+from rigid_envs.watch import views as bodies
+from rigid_envs.watch.scene import Mesh
 
 GREY = (0.5, 0.5, 0.5)
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 96, endpoint=False)
@@ -28,7 +28,12 @@ SOLIDS = {
     "bar": (meshes.tube([(0, 0, 0), (1, 2, 2)], 0.5, GREY, sides=80), 0.75 * math.pi),
     "bent bar": (meshes.tube(2.0 * QUARTER, 0.5, GREY, sides=80), 0.25 * math.pi**2),
 }
-SHAPES = {name: getattr(room, name) for room in (bodies, solids) for name in room.__all__}
+SHAPES = {
+    name: shape
+    for room in (bodies, meshes)
+    for name, shape in vars(room).items()
+    if hasattr(shape, "cache_info") and shape.__module__ == room.__name__
+}
 OPEN = {"edge_ring", "goal_cone", "goal_ring"}
 
 

@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from rigid_envs.render.picture import tiled
-from rigid_envs.render.pixels import Pixels
-from rigid_envs.render.scene import Arrow, Camera, Floor, Frame, Mesh, Part, Pose, Scene, Trace
+from rigid_envs.watch.drawing import tiled
+from rigid_envs.watch.pixels import Pixels
+from rigid_envs.watch.scene import Arrow, Camera, Floor, Frame, Mesh, Part, Pose, Scene, Trace
 
 SIZE = 240
 RADIUS = 1.0

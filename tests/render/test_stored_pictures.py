@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from tests.render.pictures.drawing import distance, picture_of, stored
 
 MEAN, LARGEST = 0.5, 16.0

@@ -5,13 +5,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs import systems, tasks
-from rigid_envs.kernels.rolling_disk import State as DiskState
-from rigid_envs.moment import Moment
-from rigid_envs.render.scene import Frame
-from rigid_envs.render.views.balls import OUTSIDE
-from rigid_envs.tasks.disks import rolling
-from tests.render.seeing import Array, Q, at, matrix, placed
+from rigid_envs import systems
+from rigid_envs.base.checks import Array
+from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDynamic
+from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
+from rigid_envs.systems.roller.tasks.roll_pump import RollPump
+from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
+from rigid_envs.systems.rolling_ball.tasks.ball_steer import BallSteer
+from rigid_envs.systems.rolling_disk.dynamics import State as DiskState
+from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, rolling
+from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
+from rigid_envs.tasks.core import Moment
+from rigid_envs.watch.scene import Frame
+from rigid_envs.watch.views import OUTSIDE
+from tests.render.seeing import Q, at, matrix, placed
 
 
 def moved(task: Any, y: Array, u: Array, dt: float, **aux: float) -> list[Frame]:
@@ -25,16 +32,16 @@ def moved(task: Any, y: Array, u: Array, dt: float, **aux: float) -> list[Frame]
 
 
 ROLLING = {
-    "given velocity": (tasks.BallPark(), systems.RollingBall.state(q=Q), [0.8, -0.5, 0.0]),
-    "small ball": (tasks.BallPark(radius=0.4), systems.RollingBall.state(q=Q), [0.8, -0.5, 0.0]),
-    "with a spin": (tasks.BallSteer(), systems.RollingBall.state(q=Q), [-0.3, 0.9, 2.0]),
+    "given velocity": (BallPark(), systems.RollingBall.state(q=Q), [0.8, -0.5, 0.0]),
+    "small ball": (BallPark(radius=0.4), systems.RollingBall.state(q=Q), [0.8, -0.5, 0.0]),
+    "with a spin": (BallSteer(), systems.RollingBall.state(q=Q), [-0.3, 0.9, 2.0]),
     "by a force": (
-        tasks.BallParkDynamic(),
+        BallParkDynamic(),
         systems.DynamicBall.state(q=Q, velocity=[0.6, 0.7]),
         [1.0, -2.0, 0.0, 0.0],
     ),
     "on a turning table": (
-        tasks.BallPlate(turntable_rate=0.7, n_substeps=4),
+        BallPlate(turntable_rate=0.7, n_substeps=4),
         systems.DynamicBall.state(q=Q, position=[1, 0.4], velocity=[0.6, 0.7], tilt=[0.1, -0.05]),
         [0.0, 0.0, 0.0, 0.0],
     ),
@@ -71,16 +78,16 @@ def test_the_point_of_contact_is_the_foot_of_the_ball(name: str) -> None:
 
 WHEELS = {
     "coin": (
-        tasks.CoinPark(),
+        CoinPark(),
         systems.UprightCoin.state(
             q=systems.UprightCoin.attitude(0.7, -0.4), roll_rate=1.3, steer_rate=0.8
         ),
     ),
     "disk": (
-        tasks.DiskRoll(),
+        DiskRoll(),
         systems.RollingDisk.state(q=Q, omega_body=[0.2, -0.3, 1.5]),
     ),
-    "wheel": (tasks.RollPump(), systems.Roller.state(arc_length=2.0, velocity=1.5)),
+    "wheel": (RollPump(), systems.Roller.state(arc_length=2.0, velocity=1.5)),
 }
 
 
@@ -110,7 +117,7 @@ def test_the_foot_of_a_wheel_rests_on_its_track(part: str) -> None:
 def test_the_green_circle_is_the_one_of_the_commanded_curvature(spin: float) -> None:
     y = systems.RollingDisk.state(q=Q, omega_body=[0.2, -0.3, spin])
     curvature = float(rolling(DiskState(*y)).curvature)
-    task = tasks.DiskRoll()
+    task = DiskRoll()
     frames = moved(task, y, np.zeros(3), 2e-3, goal_curvature=curvature)
     a, b, c = (np.asarray(frame.points["path"])[:2] for frame in frames)
     rows = 2.0 * np.array([b - a, c - b])

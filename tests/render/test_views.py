@@ -8,16 +8,28 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs import systems, tasks
-from rigid_envs.bodies import solids as bodies
-from rigid_envs.moment import Moment
-from rigid_envs.registry import ENVIRONMENTS
-from rigid_envs.render.scene import Camera, Frame, Scene
-from rigid_envs.render.view import View
-from rigid_envs.render.views import add_view, view_class, view_of
-from rigid_envs.render.views.free_body import sides
-from rigid_envs.render.views.generic import GenericView
-from tests.render.seeing import Array, Q, at, matrix, placed
+from rigid_envs import systems
+from rigid_envs.base.checks import Array
+from rigid_envs.mechanics.bodies import solids as bodies
+from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
+from rigid_envs.systems.free_body.tasks.axis_flip import AxisFlip
+from rigid_envs.systems.free_body.tasks.detumble import Detumble
+from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxis
+from rigid_envs.systems.free_body.tasks.reorient import Reorient
+from rigid_envs.systems.free_body.tasks.spin_capture import SpinCapture
+from rigid_envs.systems.free_body.view import sides
+from rigid_envs.systems.heavy_top.tasks.pivot_top import PivotTop
+from rigid_envs.systems.heavy_top.tasks.sleeping_top import SleepingTop
+from rigid_envs.systems.heavy_top.tasks.top_precession import TopPrecession
+from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
+from rigid_envs.systems.rolling_ball.tasks.ball_park_goal import BallParkGoal
+from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll
+from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
+from rigid_envs.tasks.core import Moment
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.watch.scene import Camera, Frame, Scene, View
+from rigid_envs.watch.views import GenericView, add_view, view_class, view_of
+from tests.render.seeing import Q, at, matrix, placed
 
 IDS = sorted(ENVIRONMENTS)
 
@@ -81,11 +93,11 @@ def flat(frame: Frame) -> list[Array]:
 
 
 BODIES: Mapping[str, tuple[Any, Any, str]] = {
-    "FreeBody": (tasks.Reorient(), systems.FreeBody(), "body"),
-    "HeavyTop": (tasks.SleepingTop(), systems.HeavyTop(), "top"),
-    "RollingBall": (tasks.BallPark(), systems.RollingBall(), "ball"),
-    "DynamicBall": (tasks.BallPlate(), systems.DynamicBall(), "ball"),
-    "RollingDisk": (tasks.DiskRoll(), systems.RollingDisk(), "disk"),
+    "FreeBody": (Reorient(), systems.FreeBody(), "body"),
+    "HeavyTop": (SleepingTop(), systems.HeavyTop(), "top"),
+    "RollingBall": (BallPark(), systems.RollingBall(), "ball"),
+    "DynamicBall": (BallPlate(), systems.DynamicBall(), "ball"),
+    "RollingDisk": (DiskRoll(), systems.RollingDisk(), "disk"),
 }
 
 
@@ -100,7 +112,7 @@ def test_a_part_turns_the_body_axes_to_those_of_the_system(name: str) -> None:
 
 def test_the_coin_turns_as_its_heading_and_phase() -> None:
     q = systems.UprightCoin.attitude(0.7, -0.4)
-    view, moment = at(tasks.CoinPark(), systems.UprightCoin.state(q=q, contact=[1.0, 2.0]))
+    view, moment = at(CoinPark(), systems.UprightCoin.state(q=q, contact=[1.0, 2.0]))
     pose = view.frame(moment).poses["coin"]
     axis, ahead = matrix(pose.q) @ [0.0, 0.0, 1.0], np.array([-math.cos(0.7), -math.sin(0.7), 0.0])
     assert np.allclose(np.cross(axis, [0.0, 0.0, 1.0]), ahead)
@@ -109,7 +121,7 @@ def test_the_coin_turns_as_its_heading_and_phase() -> None:
 
 def test_the_tip_of_a_top_is_where_its_mesh_ends_and_the_path_goes() -> None:
     y = systems.HeavyTop.state(q=Q, pivot=[0.5, -0.3])
-    view, moment = at(tasks.PivotTop(), y)
+    view, moment = at(PivotTop(), y)
     frame, mesh = view.frame(moment), view.scene.parts["top"].mesh
     tip = placed(frame.poses["top"], mesh.vertices[np.argmax(mesh.vertices[:, 2])])
     assert np.allclose(tip, frame.points["tip"], atol=1e-6)
@@ -119,7 +131,7 @@ def test_the_tip_of_a_top_is_where_its_mesh_ends_and_the_path_goes() -> None:
 def test_arrows_are_the_vectors_of_the_system_in_the_world() -> None:
     body = systems.FreeBody(1.0, 2.0, 3.0)
     omega, torque = np.array([0.3, -0.5, 0.4]), np.array([0.1, 0.2, -0.3])
-    view, moment = at(tasks.SpinCapture(), body.state(q=Q, omega_body=omega), torque)
+    view, moment = at(SpinCapture(), body.state(q=Q, omega_body=omega), torque)
     arrows = {name: np.asarray(vector) for name, (_, vector) in view.frame(moment).arrows.items()}
     wanted = {"L": [1.0, 2.0, 3.0] * omega, "omega": omega, "input": torque}
     for name, vector in wanted.items():
@@ -128,7 +140,7 @@ def test_arrows_are_the_vectors_of_the_system_in_the_world() -> None:
 
 
 def test_the_goal_of_a_spin_is_the_arrow_at_which_omega_arrives() -> None:
-    for task, sign in ((tasks.IntermediateAxis(), 1.0), (tasks.AxisFlip(), -1.0)):
+    for task, sign in ((IntermediateAxis(), 1.0), (AxisFlip(), -1.0)):
         y = systems.FreeBody.state(q=Q, omega_body=[0.0, sign * task.spin_rate, 0.0])
         view, moment = at(task, y)
         frame = view.frame(moment)
@@ -138,19 +150,19 @@ def test_the_goal_of_a_spin_is_the_arrow_at_which_omega_arrives() -> None:
 
 def test_ghosts_are_where_the_task_wants_the_body() -> None:
     goal = dict(zip(("goal_w", "goal_x", "goal_y", "goal_z"), Q.tolist(), strict=True))
-    view, moment = at(tasks.Reorient(), systems.FreeBody.state(), **goal)
+    view, moment = at(Reorient(), systems.FreeBody.state(), **goal)
     assert np.allclose(view.frame(moment).poses["goal"].q, Q)
-    view, moment = at(tasks.BallParkGoal(), systems.RollingBall.state(), **goal, goal_X=1.0)
+    view, moment = at(BallParkGoal(), systems.RollingBall.state(), **goal, goal_X=1.0)
     pose = view.frame(moment).poses["goal"]
     assert np.allclose(pose.q, Q) and np.allclose(pose.position, [1.0, 0.0, 1.0])
-    view, moment = at(tasks.BallPark(), systems.RollingBall.state(q=Q, position=[2.0, 1.0]))
+    view, moment = at(BallPark(), systems.RollingBall.state(q=Q, position=[2.0, 1.0]))
     pose = view.frame(moment).poses["goal"]
     assert np.allclose(pose.q, [1.0, 0.0, 0.0, 0.0]) and np.allclose(pose.position, [0, 0, 1])
 
 
 def test_the_axis_of_a_top_at_the_commanded_tilt_lies_on_the_cone() -> None:
     q = [math.cos(0.25), math.sin(0.25), 0.0, 0.0]
-    view, moment = at(tasks.TopPrecession(), systems.HeavyTop.state(q=q), goal_tilt=0.5)
+    view, moment = at(TopPrecession(), systems.HeavyTop.state(q=q), goal_tilt=0.5)
     frame = view.frame(moment)
     x, y, z = np.asarray(frame.points["tip"])
     wide, _, high = frame.poses["goal"].scale
@@ -160,7 +172,7 @@ def test_the_axis_of_a_top_at_the_commanded_tilt_lies_on_the_cone() -> None:
 
 def test_the_ghost_of_the_plate_stands_on_its_tilted_surface() -> None:
     y = systems.DynamicBall.state(position=[0.8, -0.5], tilt=[0.1, -0.2])
-    view, moment = at(tasks.BallPlate(), y, point_X=0.8, point_Y=-0.5)
+    view, moment = at(BallPlate(), y, point_X=0.8, point_Y=-0.5)
     poses = view.frame(moment).poses
     assert np.allclose(poses["goal"].position, poses["ball"].position)
     assert np.allclose(poses["ball"].position, systems.DynamicBall().accessors["centre"](y))
@@ -177,7 +189,7 @@ def test_the_octants_of_the_ball_have_their_colours() -> None:
         (1, -1, -1): (0, 158, 115),
         (-1, -1, -1): (204, 121, 167),
     }
-    view, _ = at(tasks.BallPark(), systems.RollingBall.state())
+    view, _ = at(BallPark(), systems.RollingBall.state())
     mesh = view.scene.parts["ball"].mesh
     middle = mesh.vertices[mesh.triangles].mean(axis=1)
     for signs, color in colors.items():
@@ -193,7 +205,7 @@ def test_a_box_has_the_ratios_of_the_moments_of_its_body(moments: tuple[float, .
 
 
 def test_a_body_in_another_order_of_moments_is_a_box() -> None:
-    view, moment = at(tasks.Detumble(I1=3.0, I2=1.5, I3=2.0), systems.FreeBody.state())
+    view, moment = at(Detumble(I1=3.0, I2=1.5, I3=2.0), systems.FreeBody.state())
     assert view.frame(moment).poses["body"].scale == pytest.approx(tuple(sides((3.0, 1.5, 2.0))))
 
 
@@ -206,16 +218,16 @@ class Empty(View):
 
 
 def test_a_view_can_be_added_for_a_task_and_for_a_system() -> None:
-    class Mine(tasks.BallPark):
+    class Mine(BallPark):
         pass
 
     class Rolled(systems.RollingBall):
         pass
 
-    assert view_class(Mine()) is view_class(tasks.BallPark())
+    assert view_class(Mine()) is view_class(BallPark())
     add_view(Mine, Empty)
     assert view_class(Mine()) is Empty
-    assert view_class(tasks.BallPark()) is not Empty
+    assert view_class(BallPark()) is not Empty
     add_view(Rolled, Empty)
     add_view("wheels:Mine", "somewhere.else:MineView")  # nothing is imported
     with pytest.raises(ValueError, match=r"owner = 'Mine'; expected 'module:Class'"):
@@ -225,7 +237,7 @@ def test_a_view_can_be_added_for_a_task_and_for_a_system() -> None:
 
 
 def test_a_system_without_a_view_is_a_box_with_its_state_in_words() -> None:
-    task = tasks.SleepingTop()
+    task = SleepingTop()
     system = task.system()
     parameters = {name: getattr(system, name) for name in system.parameter_names()}
     y = system.state(q=Q, omega_body=[1.0, 2.0, 3.0])

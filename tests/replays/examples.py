@@ -5,10 +5,10 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from rigid_envs.moment import Moment
-from rigid_envs.render.scene import Arrow, Camera, Floor, Frame, Mesh, Part, Pose, Scene, Trace
-from rigid_envs.render.view import View
-from rigid_envs.replays import RecordReplay, Replay
+from rigid_envs.tasks.core import Moment
+from rigid_envs.watch.replays.recording import RecordReplay
+from rigid_envs.watch.replays.replay import Replay
+from rigid_envs.watch.scene import Arrow, Camera, Floor, Frame, Mesh, Part, Pose, Scene, Trace, View
 
 SIDES = ((0.0, 0.45, 0.7), (0.84, 0.37, 0.0), (0.0, 0.62, 0.45))
 

@@ -12,11 +12,12 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.archive import read_arrays, write_arrays
-from rigid_envs.files import DamagedFileError, digest
-from rigid_envs.replays import RecordReplay, RecordRows, load_replay, play_again, same_bits
-from rigid_envs.scores import best_known
+from rigid_envs.base.files import DamagedFileError, digest, read_arrays, write_arrays
+from rigid_envs.scores.best import best_known
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.watch.replays.episode import play_again, same_bits
+from rigid_envs.watch.replays.recording import RecordReplay, RecordRows
+from rigid_envs.watch.replays.replay import load_replay
 from tests.replays.examples import recorded
 
 Arrays = dict[str, np.ndarray[Any, Any]]
@@ -184,8 +185,8 @@ def test_whatever_is_written_can_be_read_again_up_to_the_last_byte(
 ) -> None:
     path, sizes = tmp_path / "a.npz", range(1700, 2003)
     noise = np.frombuffer(np.random.default_rng(0).bytes(sizes[-1]), np.uint8)
-    monkeypatch.setattr("rigid_envs.archive._LIMIT", 2000)
-    monkeypatch.setattr("rigid_envs.archive.write_atomic", Path.write_bytes)  # at once
+    monkeypatch.setattr("rigid_envs.base.files._LIMIT", 2000)
+    monkeypatch.setattr("rigid_envs.base.files.write_atomic", Path.write_bytes)  # at once
     taken = []
     for size in sizes:
         array = noise[:size] * (0 if packed else 1)
@@ -202,7 +203,7 @@ def test_whatever_is_written_can_be_read_again_up_to_the_last_byte(
 def test_as_many_arrays_are_written_as_can_be_read_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rigid_envs.archive._MOST", 3)
+    monkeypatch.setattr("rigid_envs.base.files._MOST", 3)
     path = tmp_path / "a.npz"
     write_arrays(path, dict.fromkeys("abc", np.zeros(1)))
     assert read_arrays(path).keys() == set("abc")

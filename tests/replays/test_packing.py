@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs.replays import Replay
-from rigid_envs.replays.curves import curves
-from rigid_envs.replays.inbetween import moments
-from rigid_envs.replays.insets import insets
-from rigid_envs.replays.packing import Packer
-from rigid_envs.replays.page import html
+from rigid_envs.watch.replays.episode import moments
+from rigid_envs.watch.replays.page import Packer, html
+from rigid_envs.watch.replays.panels import curves, insets
+from rigid_envs.watch.replays.replay import Replay
 from tests.replays.examples import free_body, idle, rolling_ball, view_of
 
 

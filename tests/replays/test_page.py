@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs.replays import load_replay
-from rigid_envs.replays.curves import conservation_errors
-from rigid_envs.replays.page import MOST_BYTES, html, write_html
+from rigid_envs.watch.replays.page import MOST_BYTES, html, write_html
+from rigid_envs.watch.replays.panels import conservation_errors
+from rigid_envs.watch.replays.replay import load_replay
 from tests.replays.browser import Watched, chromium, wait_until
 from tests.replays.examples import free_body, rolling_ball, view_of
 
@@ -200,7 +200,9 @@ def test_long_episodes_side_by_side_fit_a_page() -> None:
 
 
 def test_shipped_viewer_is_built_from_the_sources_beside_it() -> None:
-    folder = Path(importlib.import_module("rigid_envs.replays").__file__ or "").parent / "viewer"
+    folder = (
+        Path(importlib.import_module("rigid_envs.watch.replays").__file__ or "").parent / "viewer"
+    )
     names = [f"src/{file.name}" for file in (folder / "src").iterdir()]
     digest = hashlib.sha256()
     for name in sorted([*names, "build.mjs", "package.json", "package-lock.json"]):

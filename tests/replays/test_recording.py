@@ -10,21 +10,16 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.catalogue import task_of
-from rigid_envs.envs import RigidEnv, RigidVectorEnv
-from rigid_envs.replays import (
-    RecordReplay,
-    RecordRows,
-    load_replay,
-    play_again,
-    record_starts,
-    same_bits,
-)
-from rigid_envs.replays.replay import id_of
-from rigid_envs.scores import evaluate, from_controller
-from rigid_envs.scores.controllers import reference_controllers
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.policies import from_controller, reference_controllers
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import break_physics
+from rigid_envs.watch.replays.episode import play_again, same_bits
+from rigid_envs.watch.replays.recording import RecordReplay, RecordRows, record_starts
+from rigid_envs.watch.replays.replay import id_of, load_replay
 
 PARK = "RigidEnvs/BallPark-v0"
 
@@ -170,14 +165,14 @@ def test_the_id_is_that_of_the_environment_or_else_that_of_its_task(
 ) -> None:
     mine = replace(ENVIRONMENTS[PARK], id="Mine/Park-v0")  # another id of the same task
     known = {**ENVIRONMENTS, mine.id: mine}
-    monkeypatch.setattr("rigid_envs.replays.replay.ENVIRONMENTS", known)
+    monkeypatch.setattr("rigid_envs.watch.replays.replay.ENVIRONMENTS", known)
     env, task = gym.make(PARK), task_of(PARK)
     for made, told in ((PARK, PARK), (mine.id, mine.id), ("Strange/Park-v0", PARK)):
         assert env.spec is not None
         env.spec.id = made
         assert id_of(env, task) == told
     assert id_of(RigidEnv(mine.task), task) == PARK  # without a spec
-    monkeypatch.setattr("rigid_envs.replays.replay.ENVIRONMENTS", {})
+    monkeypatch.setattr("rigid_envs.watch.replays.replay.ENVIRONMENTS", {})
     with pytest.raises(ValueError, match=r"^env = Strange/Park-v0; expected an .* registered"):
         id_of(env, task)
 

@@ -7,26 +7,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS, rotations
-from rigid_envs.replays import Episode, play_again
-from rigid_envs.replays.curves import Curve, conservation_errors, curves, is_driven
-from rigid_envs.replays.inbetween import moment_at, moments
-from rigid_envs.replays.insets import _PALE, _WARM, insets
-from rigid_envs.replays.panels import Panel
-from rigid_envs.systems import FreeBody
-from rigid_envs.tasks import Task
-from tests.replays.examples import free_body, idle, recorded
-from tests.systems.examples import (
-    BALL,
-    BODY,
-    COIN,
-    DISK,
-    ROLLER,
-    SYSTEMS,
-    TOP,
-    name_of,
-    states,
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tasks.task import Task
+from rigid_envs.watch.replays.episode import Episode, moment_at, moments, play_again
+from rigid_envs.watch.replays.panels import (
+    INSET_PALE,
+    INSET_WARM,
+    Curve,
+    Panel,
+    conservation_errors,
+    curves,
+    insets,
+    is_driven,
 )
+from tests.replays.examples import free_body, idle, recorded
+from tests.systems.examples import BALL, BODY, COIN, DISK, ROLLER, SYSTEMS, TOP, name_of, states
 
 Array = np.ndarray[Any, Any]
 
@@ -316,7 +313,7 @@ def test_the_ball_of_an_inset_is_closed_and_round(free: tuple[Task, Episode]) ->
     assert np.allclose(outward.sum(axis=0), 0.0, atol=1e-4)
     faces = np.asarray(mesh.vertices).reshape(-1, 4, 3).mean(axis=1)
     octants = np.prod(np.sign(faces), axis=-1) > 0.0  # which have two colours in turn
-    for color, here in ((_WARM, octants), (_PALE, ~octants)):
+    for color, here in ((INSET_WARM, octants), (INSET_PALE, ~octants)):
         seen = mesh.colors.reshape(-1, 4, 3)[here] / 255.0
         assert np.allclose(seen, color, rtol=0.0, atol=0.51 / 255.0)
 

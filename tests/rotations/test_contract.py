@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rigid_envs import rotations as rot
+from rigid_envs.mechanics import rotations as rot
 from tests.rotations.attitudes import ULPS
 
 SHAPES = {"a": (), "d": (6,), "e": (3,), "q": (4,), "u": (3,), "v": (3,)}

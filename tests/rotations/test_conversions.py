@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from rigid_envs import rotations as rot
+from rigid_envs.mechanics import rotations as rot
 from tests.reference import cases
 from tests.rotations.attitudes import EPS, ULPS, angles, quaternions, scipy_of, vectors
 

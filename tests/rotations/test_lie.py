@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from rigid_envs import rotations as rot
+from rigid_envs.mechanics import rotations as rot
 from tests.rotations.attitudes import EPS, ULPS, quaternions, random_vectors, scipy_of, vectors
 
 LENGTHS = [(1e-300, 1e-8), (1e-8, 1e-2), (1e-2, np.pi - 1e-9)]

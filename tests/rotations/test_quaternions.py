@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
-from rigid_envs import rotations as rot
+from rigid_envs.mechanics import rotations as rot
 from tests.rotations.attitudes import EPS, ULPS, quaternions, scipy_of, vectors
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigid_envs import rotations as rot
+from rigid_envs.mechanics import rotations as rot
 from tests.rotations.attitudes import ULPS, quaternions, scipy_of, vectors
 
 tensors = st.lists(st.floats(-1.0, 1.0), min_size=9, max_size=9).map(

@@ -12,8 +12,7 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
 
-from rigid_envs.sb3 import GymnasiumVecEnv, NonFiniteError
-from rigid_envs.sb3.infos import split
+from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError, split
 from tests.agents.drift import Drift
 from tests.sb3.script import Script, steps
 

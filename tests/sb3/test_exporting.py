@@ -21,12 +21,11 @@ from stable_baselines3.common.vec_env import (
 from torch import Tensor, nn
 
 import rigid_envs
-from rigid_envs.catalogue import task_of
-from rigid_envs.envs import RigidEnv
-from rigid_envs.errors import ConfigError
-from rigid_envs.sb3 import export, make_vec_env
-from rigid_envs.sb3.extractor import AttitudeExtractor, attitudes
-from rigid_envs.sb3.networks import network_of
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.sb3.exporting import AttitudeExtractor, attitudes, export, network_of
+from rigid_envs.sb3.making import make_vec_env
 
 GOAL, GRID, BODY = "BallParkGoal", "BallGrid", "Detumble"
 SHORT: dict[type, dict[str, Any]] = {

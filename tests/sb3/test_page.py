@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_envs.policies import CompiledPolicy
+from rigid_envs.scores.trained import CompiledPolicy
 from tests.page_code import run_page
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rigid_envs.scores import (
+from rigid_envs.scores.statistics import (
     interquartile_mean,
     performance_profile,
     probability_of_improvement,

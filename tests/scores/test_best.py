@@ -6,23 +6,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS, load
-from rigid_envs.cli import main
-from rigid_envs.cli.scoring import verify_scores
-from rigid_envs.documents import write_document
-from rigid_envs.files import DamagedFileError
-from rigid_envs.provenance import heading, provenance
-from rigid_envs.replays import record_starts
-from rigid_envs.scores import (
+from rigid_envs import load
+from rigid_envs.base.files import DamagedFileError, write_document
+from rigid_envs.engine.provenance import heading, provenance
+from rigid_envs.scores.best import (
+    FOLDER,
+    FORMAT,
     best_known,
-    evaluate,
-    find,
-    from_controller,
-    read_evaluation,
-    reference_controllers,
+    file_of,
+    nobody,
+    read_best,
+    write_best,
 )
-from rigid_envs.scores.best import FOLDER, FORMAT, file_of, nobody, read_best, write_best
-from rigid_envs.scores.finding import trained
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.finding import find, trained
+from rigid_envs.scores.policies import from_controller, reference_controllers
+from rigid_envs.scores.records import read_evaluation
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.cli import main
+from rigid_envs.tools.cli.scoring import verify_scores
+from rigid_envs.watch.replays.recording import record_starts
 
 DETUMBLE = "RigidEnvs/Detumble-v0"
 GRID = "RigidEnvs/BallGrid-v0"
@@ -178,7 +181,7 @@ def test_the_command_says_who_found_what_and_how_well_each_policy_does(who, monk
     found = best_known(GRID)
     if who == "nobody":
         found = replace(found, costs=np.full(500, np.nan), finders=("",) * 500)
-    monkeypatch.setattr("rigid_envs.cli.scoring._measured", lambda *_: found)
+    monkeypatch.setattr("rigid_envs.tools.cli.scoring._measured", lambda *_: found)
     assert main(["best", "BallGrid"]) == 0
     title, *lines = capsys.readouterr().out.splitlines()
     assert title.endswith(f" s   best path: {who}")

@@ -3,17 +3,12 @@
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.catalogue import task_of
-from rigid_envs.scores import (
-    PolicyFactory,
-    best_known,
-    cost_of,
-    efficiencies,
-    evaluate,
-    reference_controllers,
-)
-from rigid_envs.scores.policies import untrained_policy
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.scores.best import best_known
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.policies import PolicyFactory, reference_controllers, untrained_policy
+from rigid_envs.scores.starts import cost_of, efficiencies
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 N = 20
 each_id = pytest.mark.parametrize("env_id", list(ENVIRONMENTS))

@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS, rotations
-from rigid_envs.scores import (
-    evaluate,
-    evaluation_seeds,
+from rigid_envs.mechanics import rotations
+from rigid_envs.scores.evaluation import evaluate, make_rows
+from rigid_envs.scores.policies import (
+    Rollouts,
+    SamplingController,
     from_controller,
-    mean_interval,
-    metrics_of,
     reference_controllers,
+    sampling,
 )
-from rigid_envs.scores.evaluation import make_rows
-from rigid_envs.scores.sampling import Rollouts, SamplingController, sampling
-from rigid_envs.scores.starts import row_seeds
+from rigid_envs.scores.starts import evaluation_seeds, metrics_of, row_seeds
+from rigid_envs.scores.statistics import mean_interval
 from rigid_envs.scores.theory import least_time, limit_of
-from rigid_envs.systems import UprightCoin
+from rigid_envs.systems.upright_coin.system import UprightCoin
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 TOP = "RigidEnvs/SleepingTop-v0"
 DETUMBLE = "RigidEnvs/Detumble-v0"

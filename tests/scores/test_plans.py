@@ -7,22 +7,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigid_envs.catalogue import task_of
-from rigid_envs.cli import main
-from rigid_envs.files import DamagedFileError
-from rigid_envs.scores import best_known, evaluate
-from rigid_envs.scores.best import file_of
-from rigid_envs.scores.finding import replayed
-from rigid_envs.scores.planner import RECIPES, _guess, plan, recipe_of, spread
-from rigid_envs.scores.plans import FOLDER, PLANNER, StoredPlans, file_of_plans, read_plans
-from rigid_envs.scores.plans import write_plans as write
+from rigid_envs.base.files import DamagedFileError
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.scores.best import (
+    PLANNER,
+    PLANS_FOLDER,
+    StoredPlans,
+    best_known,
+    file_of,
+    file_of_plans,
+    read_plans,
+)
+from rigid_envs.scores.best import write_plans as write
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.finding import RECIPES, _guess, plan, recipe_of, replayed, spread
+from rigid_envs.tools.cli import main
 
-PLANNED = sorted(f"RigidEnvs/{file.stem}" for file in FOLDER.glob("*.npz"))
+PLANNED = sorted(f"RigidEnvs/{file.stem}" for file in PLANS_FOLDER.glob("*.npz"))
 
 
 def test_there_are_plans_of_no_other_ids_than_have_a_recipe():
     assert PLANNED and all(recipe_of(env_id) is not None for env_id in PLANNED)
-    assert sum(file.stat().st_size for file in FOLDER.iterdir()) < 2**22
+    assert sum(file.stat().st_size for file in PLANS_FOLDER.iterdir()) < 2**22
 
 
 @pytest.mark.parametrize("env_id", PLANNED)
@@ -128,7 +134,7 @@ def read_best_of(env_id, folder):
 
 
 def test_every_recipe_names_an_id():
-    from rigid_envs import ENVIRONMENTS
+    from rigid_envs.tasks.registry import ENVIRONMENTS
 
     assert {f"RigidEnvs/{name}-v0" for name in RECIPES} <= set(ENVIRONMENTS)
 

@@ -7,13 +7,13 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.catalogue import task_of
-from rigid_envs.cli import main
-from rigid_envs.scores import best_known, evaluate
-from rigid_envs.scores.bindings import predictive
-from rigid_envs.scores.controllers import predictive_controllers
-from rigid_envs.scores.policies import untrained_policies
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.scores import policies as predictive
+from rigid_envs.scores.best import best_known
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.policies import predictive_controllers, untrained_policies
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.cli import main
 
 HELD = ("IntermediateAxis", "PivotTop", "BallPlate")
 each = pytest.mark.parametrize("name", HELD)

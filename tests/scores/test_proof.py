@@ -10,21 +10,17 @@ import pytest
 from gymnasium.vector import SyncVectorEnv, VectorActionWrapper, VectorWrapper
 from gymnasium.wrappers import NormalizeReward, RescaleAction, TimeLimit
 
-from rigid_envs import ENVIRONMENTS, evaluate, load
-from rigid_envs.cli import main
-from rigid_envs.envs import RigidEnv, RigidVectorEnv
-from rigid_envs.replays import record_starts
-from rigid_envs.scores import (
-    Cost,
-    Evaluation,
-    find,
-    from_function,
-    recorded,
-    reference_controllers,
-)
-from rigid_envs.scores.proof import Witness
-from rigid_envs.scores.standing import refuse_impossible
-from rigid_envs.scores.starts import TEST_SEED
+from rigid_envs import evaluate, load
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.scores.finding import find
+from rigid_envs.scores.policies import from_function, recorded, reference_controllers
+from rigid_envs.scores.proof import Witness, refuse_impossible
+from rigid_envs.scores.result import Evaluation
+from rigid_envs.scores.starts import TEST_SEED, Cost
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.cli import main
+from rigid_envs.watch.replays.recording import record_starts
 
 TOP = "RigidEnvs/SleepingTop-v0"  # 300 steps, no bound is known, nobody succeeds by doing nothing
 PARK = "RigidEnvs/BallPark-v0"
@@ -345,7 +341,7 @@ class Endless(gym.Env[Any, Any]):
 
 
 def test_episodes_of_others_that_do_not_end_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rigid_envs.scores.playing._MOST", 100)
+    monkeypatch.setattr("rigid_envs.scores.starts._MOST", 100)
     message = "env: 1 episodes of more than 100 steps; expected a time limit: wrap it in"
     with pytest.raises(ValueError, match=message):
         evaluate("Mine/Endless-v0", "zero", n=1, env=Endless())

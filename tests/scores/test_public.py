@@ -10,18 +10,17 @@ import pytest
 from gymnasium.wrappers import RescaleAction, TimeLimit, TransformReward
 
 import rigid_envs
-from rigid_envs.documents import write_document
-from rigid_envs.envs import RigidEnv
-from rigid_envs.files import DamagedFileError
-from rigid_envs.scores import (
-    best_known,
+from rigid_envs.base.files import DamagedFileError, write_document
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.scores.best import best_known
+from rigid_envs.scores.policies import (
     from_controller,
     from_predict,
-    read_evaluation,
     recorded,
     reference_controllers,
-    wilson_interval,
 )
+from rigid_envs.scores.records import read_evaluation
+from rigid_envs.scores.statistics import wilson_interval
 
 TOP = "RigidEnvs/SleepingTop-v0"
 GOAL = "RigidEnvs/BallParkGoal-v0"

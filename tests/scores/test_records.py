@@ -9,15 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs.documents import write_document
-from rigid_envs.files import DamagedFileError
-from rigid_envs.policies import published
-from rigid_envs.provenance import provenance
-from rigid_envs.scores import read_evaluation
-from rigid_envs.scores.best import read_best
-from rigid_envs.scores.plans import read_plans
-from rigid_envs.scores.published import published_record
-from rigid_envs.scores.records import read_record, write_record
+from rigid_envs.base.files import DamagedFileError, write_document
+from rigid_envs.engine.provenance import provenance
+from rigid_envs.scores.best import read_best, read_plans
+from rigid_envs.scores.records import read_evaluation, read_record, write_record
+from rigid_envs.scores.repeating import published_record
+from rigid_envs.scores.trained import published
 from tests.loading.readers import READERS
 
 PROVENANCE = tuple(provenance())

@@ -8,12 +8,13 @@ from dataclasses import replace
 import pytest
 
 from rigid_envs import load
-from rigid_envs.cli import main
-from rigid_envs.documents import sealed
-from rigid_envs.files import DamagedFileError
-from rigid_envs.policies.loading import file_of
-from rigid_envs.provenance import heading, provenance
-from rigid_envs.scores import evaluate, read_evaluation, repeat
+from rigid_envs.base.files import DamagedFileError, sealed
+from rigid_envs.engine.provenance import heading, provenance
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.records import read_evaluation
+from rigid_envs.scores.repeating import repeat
+from rigid_envs.scores.trained import file_of
+from rigid_envs.tools.cli import main
 
 ID = "RigidEnvs/Detumble-v0"
 N = 6

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 import rigid_envs  # noqa: F401 - registers the ids
-from rigid_envs.scores.controllers import reference_controllers
-from rigid_envs.scores.scripts import Script
+from rigid_envs.scores.policies import Script, reference_controllers
 
 
 def rows(n, mode="NextStep", limit=7):

@@ -7,11 +7,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
 from rigid_envs.scores.evaluation import make_rows
-from rigid_envs.scores.metrics import metrics_of
-from rigid_envs.scores.playing import play
-from rigid_envs.scores.tally import Tally
+from rigid_envs.scores.starts import Tally, metrics_of, play
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 IDS = [f"RigidEnvs/{name}-v0" for name in ("BallPark", "DiskRoll", "SleepingTop", "BallGrid")]
 

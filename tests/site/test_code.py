@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rigid_envs.cli.command_line import _parser as library
-from rigid_envs.cli.words import config_of
+from rigid_envs.tools.cli.command_line import _parser as library
+from rigid_envs.tools.cli.words import config_of
 from tests.site.pages import PAGES, ROOT, blocks_of, commands_of
 
 # Python of these pages is run by the test that is named, which knows what must come out, or runs it

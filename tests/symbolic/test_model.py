@@ -6,7 +6,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from rigid_envs.errors import MissingPackageError
+from rigid_envs.base.checks import MissingPackageError
 from tests.systems.examples import BODY, SYSTEMS, TOP, TURNING, inputs, name_of, states
 
 casadi = pytest.importorskip("casadi")

@@ -2,16 +2,14 @@
 
 import numpy as np
 
-from rigid_envs import rotations
-from rigid_envs.systems import (
-    DynamicBall,
-    FreeBody,
-    HeavyTop,
-    Roller,
-    RollingBall,
-    RollingDisk,
-    UprightCoin,
-)
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.rolling_ball.system import RollingBall
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.upright_coin.system import UprightCoin
 
 BODY = FreeBody(1.1, 1.7, 2.3)
 TOP = HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13)

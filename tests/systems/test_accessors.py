@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.systems import FreeBody, HeavyTop
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.system import HeavyTop
 from tests.systems.examples import (
     BODY,
     COIN,

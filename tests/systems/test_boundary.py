@@ -5,7 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from rigid_envs.systems import FreeBody, HeavyTop, Roller
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.roller.system import Roller
 from tests.systems.examples import BODY, SYSTEMS, name_of
 
 each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)

@@ -6,11 +6,15 @@ import math
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic import rolling_disk
-from rigid_envs.kernels import dynamic_ball
-from rigid_envs.kernels.level_ball import LEVEL
-from rigid_envs.systems import DynamicBall, Roller, RollingBall, RollingDisk, UprightCoin
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.dynamic_ball import dynamics as dynamic_ball
+from rigid_envs.systems.dynamic_ball.dynamics import LEVEL
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.rolling_ball.system import RollingBall
+from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.systems.examples import COIN, DISK, PLATE, ROLLER, inputs, name_of, states
 
 ROLLING = (DISK, PLATE, COIN, ROLLER)

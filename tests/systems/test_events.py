@@ -7,18 +7,12 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from rigid_envs.analytic import free_body
-from rigid_envs.systems import (
-    DynamicBall,
-    Event,
-    FreeBody,
-    Roller,
-    RollingDisk,
-    crossing,
-    flat,
-    lift_off,
-    slip,
-)
+from rigid_envs.mechanics.events import Event, crossing, flat, lift_off, slip
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.rolling_disk.system import RollingDisk
 from tests.systems.examples import BODY, DISK, PLATE, ROLLER, SYSTEMS, inputs, name_of, states
 
 EPS = np.finfo(np.float64).eps

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic import free_body as theory
-from rigid_envs.systems import FreeBody
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.free_body import closed_forms as theory
+from rigid_envs.systems.free_body.system import FreeBody
 
 BODIES = (
     (1.0, 2.0, 3.0),

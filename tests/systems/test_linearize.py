@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
-from rigid_envs.analytic import free_body, heavy_top
-from rigid_envs.systems import DynamicBall, FreeBody, HeavyTop, RollingBall
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.systems.examples import ROLLER, SYSTEMS, inputs, name_of, states
 
 EPS = np.finfo(np.float64).eps

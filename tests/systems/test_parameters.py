@@ -5,8 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from rigid_envs import bodies, rotations
-from rigid_envs.systems import FreeBody, HeavyTop, RollingDisk, UprightCoin
+from rigid_envs.mechanics import bodies, rotations
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.upright_coin.system import UprightCoin
 
 EPS = np.finfo(np.float64).eps
 CALM = {"q": rotations.exp([0.4, -0.3, 0.2]), "omega_body": [0.7, -0.4, 1.1]}

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from rigid_envs.systems import (
-    DynamicBall,
-    FreeBody,
-    HeavyTop,
-    Roller,
-    RollingDisk,
-    UprightCoin,
-)
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.systems.examples import (
     BALL,
     BODY,

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from rigid_envs.analytic import roller
-from rigid_envs.systems import FreeBody, HeavyTop, RollingBall, Trajectory
+from rigid_envs.mechanics.integration import Trajectory
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.roller import closed_forms as roller
+from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.systems.examples import BODY, ROLLER, SYSTEMS, TOP, inputs, name_of, states
 
 EPS = np.finfo(np.float64).eps

@@ -5,16 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from rigid_envs.analytic import free_body, heavy_top
-from rigid_envs.systems import (
-    FreeBody,
-    HeavyTop,
-    RollingDisk,
-    crossing,
-    flat,
-    lyapunov_exponents,
-    poincare_section,
-)
+from rigid_envs.mechanics.events import crossing, flat
+from rigid_envs.mechanics.stability import lyapunov_exponents, poincare_section
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.rolling_disk.system import RollingDisk
 
 BODY = FreeBody(1.0, 2.0, 3.0)
 

@@ -7,10 +7,9 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.controllers import Controller, ControllerFactory
-
-Array = npt.NDArray[np.float64]
+from rigid_envs.base.checks import Array
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.scores.policies import Controller, ControllerFactory
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,16 @@
 import numpy as np
 import pytest
 
-from rigid_envs.control.grid import SIDES, QuarterRolls, attitudes, rolled
-from rigid_envs.envs import RigidEnv, RigidVectorEnv
-from rigid_envs.scores.bindings.ball import quarter_rolls
-from rigid_envs.systems import RollingBall
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.systems.rolling_ball.controllers import (
+    SIDES,
+    QuarterRolls,
+    attitudes,
+    attitudes_after,
+)
+from rigid_envs.systems.rolling_ball.references import quarter_rolls
+from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.tasks.runs import bound
 
 TASK = "rigid_envs.tasks:BallGrid"
@@ -41,7 +47,7 @@ def test_the_moves_are_those_of_the_policy():
     envs.step(np.tile(np.arange(4), 24))
     cells, number = cells_and_attitudes(envs.y, 1.0)
     np.testing.assert_array_equal(cells, np.tile(SIDES, (24, 1)))
-    np.testing.assert_array_equal(number, rolled().ravel())
+    np.testing.assert_array_equal(number, attitudes_after().ravel())
     # on the grid to rounding: nothing but the 24 attitudes comes of the moves
     closest = np.max(np.abs(envs.y[:, :4] @ attitudes().T), axis=1)
     np.testing.assert_allclose(closest, 1.0, rtol=0, atol=1e-15)

@@ -5,11 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic import rolling_ball
-from rigid_envs.envs import RigidEnv, RigidGoalVectorEnv, RigidVectorEnv
-from rigid_envs.scores.bindings.ball import straight_rolls
-from rigid_envs.scores.controllers import reference_controllers
+from rigid_envs.envs.goal import RigidGoalVectorEnv
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.mechanics import rotations
+from rigid_envs.scores.policies import reference_controllers
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.references import straight_rolls
 from tests.tasks.runs import at_random, bound, run, still
 
 HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])

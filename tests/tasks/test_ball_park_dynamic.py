@@ -5,13 +5,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from rigid_envs.control.polygons import PushAlong
-from rigid_envs.control.three_rolls import three_rolls
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.bindings.ball import pushed
-from rigid_envs.systems import RollingBall
-from rigid_envs.tasks import BallParkDynamic
-from rigid_envs.tasks.ball_park_dynamic import speed_bound
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.systems.dynamic_ball.controllers import PushAlong
+from rigid_envs.systems.dynamic_ball.references import pushed
+from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDynamic, speed_bound
+from rigid_envs.systems.rolling_ball.controllers import three_rolls
+from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.tasks.runs import at_random, bound, run, still
 
 N = 200

@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.bindings.ball import plate_regulator
-from rigid_envs.tasks import BallPlate
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.systems.dynamic_ball.references import plate_regulator
+from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
 from tests.tasks.runs import at_random, bound, run, still
 
 N = 200

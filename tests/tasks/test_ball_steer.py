@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.special import ellipe, ellipj, ellipk
 
-from rigid_envs import rotations
-from rigid_envs.analytic import rolling_ball
-from rigid_envs.control.following import elastica_headings
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.bindings.ball import damped, far_sighted
-from rigid_envs.tasks.ball_steer import _EIGHT, _MODULI
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.controllers import elastica_headings
+from rigid_envs.systems.rolling_ball.references import damped, far_sighted
+from rigid_envs.systems.rolling_ball.tasks.ball_steer import _EIGHT, _MODULI
 from tests.tasks.runs import at_random, bound, run, still
 
 N = 200

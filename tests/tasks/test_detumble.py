@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from rigid_envs.control.momentum import MomentumRegulator
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.bindings.free_body import momentum_brake, momentum_regulator
-from rigid_envs.tasks import Detumble
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.systems.free_body.controllers import MomentumRegulator
+from rigid_envs.systems.free_body.references import momentum_brake, momentum_regulator
+from rigid_envs.systems.free_body.tasks.detumble import Detumble
 from tests.tasks.runs import bound, run, still
 
 SETTINGS = [

@@ -8,19 +8,20 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
-from rigid_envs.systems import FreeBody
-from rigid_envs.tasks import ConfigError, IntermediateAxis, SleepingTop
-from rigid_envs.tasks.fields import (
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.settings import (
     Choice,
     Flag,
     Integer,
     Number,
     check_fields,
     from_config,
-    physical,
     setting,
-    span,
 )
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxis
+from rigid_envs.systems.heavy_top.tasks.sleeping_top import SleepingTop
+from rigid_envs.tasks.fields import physical, span
 
 LENGTH = Number("a length", "m", 0.5, 2.0)
 DRAWN = Number("a length", "m", 0.5, 2.0, drawn=True)

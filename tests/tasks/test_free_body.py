@@ -5,9 +5,12 @@ import importlib
 import numpy as np
 import pytest
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.tasks import AxisFlip, ConfigError, IntermediateAxisSingle, SpinCapture
-from rigid_envs.tasks.free_bodies import fastest, spun_up
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.systems.free_body.tasks.axis_flip import AxisFlip
+from rigid_envs.systems.free_body.tasks.intermediate_axis_single import IntermediateAxisSingle
+from rigid_envs.systems.free_body.tasks.shared import fastest, spun_up
+from rigid_envs.systems.free_body.tasks.spin_capture import SpinCapture
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from tests.tasks.runs import at_random, run, still
 
 BOUNDED = ("IntermediateAxisSingle", "SpinCapture", "AxisFlip", "Detumble", "Reorient")

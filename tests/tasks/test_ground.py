@@ -7,10 +7,11 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs.core import Core
-from rigid_envs.tasks import BallPlate, Task
-from rigid_envs.tasks.fields import setting
+from rigid_envs.base.settings import setting
+from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
+from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.starts import start_from
+from rigid_envs.tasks.task import Task
 
 ID = "RigidEnvs/BallParkDynamic-v0"
 NEEDED = 0.4 / 1.4 * 4.0 / 9.81  # beta / (1 + beta) F / (m g), with the largest force

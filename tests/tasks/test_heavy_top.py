@@ -4,17 +4,18 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.analytic.heavy_top import sleeping_exponents, steady_precession
-from rigid_envs.envs import RigidEnv, RigidVectorEnv
-from rigid_envs.scores.bindings.heavy_top import (
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.heavy_top.closed_forms import sleeping_exponents, steady_precession
+from rigid_envs.systems.heavy_top.references import (
     asymmetric_balance,
     pivot_balance,
     precession_regulator,
     upright_balance,
 )
-from rigid_envs.systems import HeavyTop
-from rigid_envs.tasks import SleepingTopRandom
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.heavy_top.tasks.sleeping_top import SleepingTopRandom
 from tests.tasks.runs import at_random, bound, run, still
 
 TOP = {"i_perp": 1.0, "i3": 0.5, "mgl": 1.0}

@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from rigid_envs.systems import RollingDisk
+from rigid_envs.systems.rolling_disk.system import RollingDisk
 
 
 def test_a_top_without_spin_has_a_goal_of_zero_and_an_error_that_is_a_number():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid_envs.envs import RigidEnv
+from rigid_envs.envs.single import RigidEnv
 
 
 def parked(env, x, angle=0.0):

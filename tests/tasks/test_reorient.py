@@ -3,11 +3,11 @@
 import gymnasium as gym
 import numpy as np
 
-from rigid_envs import rotations
-from rigid_envs.control.slewing import least_slew_time
-from rigid_envs.envs import RigidEnv
-from rigid_envs.scores.bindings.free_body import quaternion_pd
-from rigid_envs.tasks import Reorient
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.free_body.controllers import least_slew_time
+from rigid_envs.systems.free_body.references import quaternion_pd
+from rigid_envs.systems.free_body.tasks.reorient import Reorient
 from tests.tasks.runs import bound, run
 
 turn = quaternion_pd(Reorient())

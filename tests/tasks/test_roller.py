@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from rigid_envs.control.pumping import Pump
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.bindings.coin_and_wheel import pump
-from rigid_envs.tasks import RollPump
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.systems.roller.controllers import Pump
+from rigid_envs.systems.roller.references import pump
+from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from tests.tasks.runs import at_random, bound, run, still
 
 GAIN = 10.0 / 7.0  # (1 + 1) / (1 + 2/5)

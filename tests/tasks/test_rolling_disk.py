@@ -5,12 +5,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from rigid_envs.control.disk import Rolling, rolling, rolling_state
-from rigid_envs.envs import RigidEnv, RigidVectorEnv
-from rigid_envs.scores.bindings.coin_and_wheel import circle_regulator
-from rigid_envs.systems import RollingDisk
-from rigid_envs.tasks import DiskRoll, DiskRollRandom
-from rigid_envs.tasks.disks import threshold
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.systems.rolling_disk.controllers import Rolling, rolling, rolling_state
+from rigid_envs.systems.rolling_disk.references import circle_regulator
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, DiskRollRandom, threshold
 from tests.tasks.runs import at_random, bound, run, still
 
 G = 9.81

@@ -6,9 +6,9 @@ from functools import partial
 import numpy as np
 import pytest
 
-from rigid_envs.control.saddle import saddle
-from rigid_envs.envs import RigidVectorEnv
-from rigid_envs.scores.bindings.free_body import (
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.systems.free_body.controllers import saddle
+from rigid_envs.systems.free_body.references import (
     energy_casimir,
     forced_flip,
     separatrix_steering,
@@ -16,7 +16,7 @@ from rigid_envs.scores.bindings.free_body import (
     spin_regulator,
     timed_flip,
 )
-from rigid_envs.tasks import IntermediateAxisRandom
+from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxisRandom
 from tests.tasks.runs import bound, run
 
 GROWTH = 1.0 / math.sqrt(3.0)  # of the default body at Omega = 1, [1/s]

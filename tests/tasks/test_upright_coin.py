@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from rigid_envs.analytic.upright_coin import roll_coin
-from rigid_envs.envs import RigidEnv, RigidVectorEnv
-from rigid_envs.scores.bindings.coin_and_wheel import two_rolls
-from rigid_envs.systems import UprightCoin
-from rigid_envs.tasks import CoinPark
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.systems.upright_coin.closed_forms import roll_coin
+from rigid_envs.systems.upright_coin.references import two_rolls
+from rigid_envs.systems.upright_coin.system import UprightCoin
+from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
 from tests.tasks.runs import at_random, bound, run, still
 
 COIN = UprightCoin()

@@ -12,10 +12,14 @@ from gymnasium.envs.registration import WrapperSpec
 from gymnasium.utils import EzPickle
 from gymnasium.wrappers import RecordEpisodeStatistics, TimeLimit
 
-from rigid_envs import ENVIRONMENTS
-from rigid_envs.errors import ConfigError
-from rigid_envs.testing import DeepCheckError, deep_check
-from tests.testing import copied, improper, unrepeatable  # noqa: F401 - their bugs
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.testing.deep.checking import DeepCheckError, deep_check
+from tests.testing import (
+    copied,  # noqa: F401 - their bugs
+    improper,
+    unrepeatable,
+)
 from tests.testing.slider import LIMIT, PLANTED, Planted, Slider
 
 STOCK = (

@@ -7,9 +7,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
-from rigid_envs.laws.numerics import EPS, matrices
-from rigid_envs.systems import System, Trajectory
-from rigid_envs.systems.integration import Input
+from rigid_envs.base.checks import Array
+from rigid_envs.mechanics.integration import Input, Trajectory
+from rigid_envs.mechanics.laws import EPS, matrices
+from rigid_envs.mechanics.system import System
 
 __all__ = [
     "Refined",
@@ -24,8 +25,6 @@ __all__ = [
     "slope",
     "through",
 ]
-
-Array = npt.NDArray[np.float64]
 
 
 def orders(errors: list[float]) -> Array:

@@ -10,15 +10,17 @@ axis is used. A constraint that is only differentiated drifts; over some seconds
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.systems import DynamicBall, Roller, RollingDisk, UprightCoin
+from rigid_envs.base.checks import Array
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.vectors import cross
 
 __all__ = ["Held", "ball_on_plate", "coin_on_slope", "disk_on_plane", "roller_in_valley"]
 
-Array = npt.NDArray[np.float64]
 E_X, E_Y, E_Z = np.eye(3)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import sympy as sp
 from numba.core.dispatcher import Dispatcher
 
-from rigid_envs.kernels.dynamics import Dynamics
+from rigid_envs.engine.dynamics import Dynamics
 
 __all__ = [
     "ACCELERATIONS",

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rigid_envs.laws.numerics import EPS
-from rigid_envs.systems import DynamicBall
+from rigid_envs.mechanics.laws import EPS
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from tests.verification.measures import is_level, orders, sample_steps, slope
 
 TABLE = DynamicBall(m=1.2, radius=0.5, beta=0.4, turntable_rate=1.7)

@@ -6,8 +6,8 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
-from rigid_envs.laws.numerics import EPS, matrices
-from rigid_envs.systems import DynamicBall
+from rigid_envs.mechanics.laws import EPS, matrices
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from tests.reference import cases
 from tests.verification.measures import orders, random_attitude, refined, slope, through
 from tests.verification.multipliers import ball_on_plate, pack

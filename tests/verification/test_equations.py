@@ -7,9 +7,9 @@ know quaternions only.
 import pytest
 import sympy as sp
 
-from rigid_envs.kernels.free_body import FREE_BODY
-from rigid_envs.kernels.heavy_top import HEAVY_TOP
-from rigid_envs.kernels.rolling_ball import ROLLING_BALL
+from rigid_envs.systems.free_body.dynamics import FREE_BODY
+from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP
+from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL
 from tests.verification.symbols import (
     BY_RATES,
     HALF,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid_envs.systems import FreeBody
+from rigid_envs.systems.free_body.system import FreeBody
 from tests.verification.measures import is_level, random_attitude, random_moments, sample_steps
 
 BODY = FreeBody(1.0, 2.0, 3.0)

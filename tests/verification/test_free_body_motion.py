@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigid_envs.analytic import free_body
-from rigid_envs.laws.newton import integrate_newton
-from rigid_envs.laws.numerics import EPS, matrices
-from rigid_envs.systems import FreeBody
+from rigid_envs.mechanics.laws import EPS, integrate_newton, matrices
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.free_body.system import FreeBody
 from tests.reference import cases
 from tests.verification.measures import orders, same_attitude
 

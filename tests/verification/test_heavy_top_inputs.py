@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.laws.numerics import EPS
-from rigid_envs.systems import FreeBody, HeavyTop
+from rigid_envs.mechanics.laws import EPS
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.system import HeavyTop
 from tests.verification.measures import leaning, random_attitude
 
 TOP = HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13)

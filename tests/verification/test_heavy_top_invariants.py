@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from rigid_envs.systems import HeavyTop
+from rigid_envs.systems.heavy_top.system import HeavyTop
 from tests.verification.measures import (
     is_level,
     leaning,

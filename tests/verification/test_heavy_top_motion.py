@@ -8,10 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigid_envs.analytic import heavy_top
-from rigid_envs.laws.newton import integrate_newton
-from rigid_envs.laws.numerics import EPS, matrices
-from rigid_envs.systems import HeavyTop
+from rigid_envs.mechanics.laws import EPS, integrate_newton, matrices
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
+from rigid_envs.systems.heavy_top.system import HeavyTop
 from tests.reference import cases
 from tests.verification.measures import leaning, orders
 

@@ -18,9 +18,11 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from rigid_envs.analytic import free_body, heavy_top
-from rigid_envs.laws.numerics import EPS, matrices
-from rigid_envs.systems import FreeBody, HeavyTop
+from rigid_envs.mechanics.laws import EPS, matrices
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
+from rigid_envs.systems.heavy_top.system import HeavyTop
 from tests.verification.measures import leaning, orders
 
 PERIODS = 100

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from rigid_envs.laws.numerics import EPS
-from rigid_envs.systems import Roller, UprightCoin
+from rigid_envs.mechanics.laws import EPS
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.reference import cases
 from tests.verification.measures import is_level, orders, sample_steps, slope, through
 from tests.verification.multipliers import pack, roller_in_valley

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.analytic import rolling_ball
-from rigid_envs.laws.numerics import EPS, matrices
-from rigid_envs.systems import RollingBall
+from rigid_envs.mechanics.laws import EPS, matrices
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.reference import cases
 from tests.verification.measures import orders, random_attitude
 

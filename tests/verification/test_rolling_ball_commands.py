@@ -10,8 +10,8 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
-from rigid_envs.laws.numerics import EPS
-from rigid_envs.systems import RollingBall
+from rigid_envs.mechanics.laws import EPS
+from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.reference import cases
 from tests.verification.measures import Refined
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.systems import RollingDisk
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.rolling_disk.system import RollingDisk
 from tests.verification.measures import is_level, orders, sample_steps, slope
 
 DISC = RollingDisk.uniform()

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from rigid_envs import rotations
-from rigid_envs.analytic import free_body
-from rigid_envs.laws.numerics import matrices
-from rigid_envs.systems import RollingDisk
+from rigid_envs.mechanics import rotations
+from rigid_envs.mechanics.laws import matrices
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.rolling_disk.system import RollingDisk
 from tests.reference import cases
 from tests.verification.measures import orders, refined, slope, through
 from tests.verification.multipliers import disk_on_plane, pack

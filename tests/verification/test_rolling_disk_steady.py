@@ -6,9 +6,9 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
-from rigid_envs import rotations
-from rigid_envs.laws.numerics import EPS
-from rigid_envs.systems import RollingDisk
+from rigid_envs.mechanics import rotations
+from rigid_envs.mechanics.laws import EPS
+from rigid_envs.systems.rolling_disk.system import RollingDisk
 from tests.reference import cases
 
 UPRIGHT = 0.5 * math.pi

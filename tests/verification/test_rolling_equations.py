@@ -11,11 +11,11 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from rigid_envs.kernels.dynamic_ball import DYNAMIC_BALL
-from rigid_envs.kernels.dynamics import Dynamics
-from rigid_envs.kernels.roller import ROLLER
-from rigid_envs.kernels.rolling_disk import ROLLING_DISK
-from rigid_envs.kernels.upright_coin import UPRIGHT_COIN
+from rigid_envs.engine.dynamics import Dynamics
+from rigid_envs.systems.dynamic_ball.dynamics import DYNAMIC_BALL
+from rigid_envs.systems.roller.dynamics import ROLLER
+from rigid_envs.systems.rolling_disk.dynamics import ROLLING_DISK
+from rigid_envs.systems.upright_coin.dynamics import UPRIGHT_COIN
 from tests.verification import symbols
 from tests.verification.symbols import (
     ACCELERATIONS,

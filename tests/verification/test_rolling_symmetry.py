@@ -11,8 +11,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rigid_envs import rotations
-from rigid_envs.systems import DynamicBall, Roller, RollingDisk, UprightCoin
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.verification.measures import random_attitude
 
 T = np.linspace(0.0, 3.0, 16)

@@ -22,9 +22,9 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from rigid_envs.analytic import free_body
-from rigid_envs.laws.numerics import EPS
-from rigid_envs.systems import FreeBody
+from rigid_envs.mechanics.laws import EPS
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.free_body.system import FreeBody
 from tests.verification.measures import orders
 
 PER_RADIAN = 32.0  # steps per radian of the fastest rate in the motion

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.systems import FreeBody, HeavyTop, RollingBall
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.verification.measures import random_attitude, random_moments
 
 T = np.linspace(0.0, 8.0, 41)

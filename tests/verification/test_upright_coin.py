@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.laws.numerics import EPS, matrices
-from rigid_envs.systems import RollingDisk, UprightCoin
+from rigid_envs.mechanics.laws import EPS, matrices
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.reference import cases
 from tests.verification.measures import is_level, orders, refined, sample_steps, slope, through
 from tests.verification.multipliers import coin_on_slope, pack

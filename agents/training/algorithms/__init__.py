@@ -9,14 +9,13 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from rigid_envs.sb3.extractor import attitudes
-from rigid_envs.settings import refusal
+from rigid_envs.base.settings import refusal
+from rigid_envs.sb3.exporting import attitudes
 
-from ...config.by_algorithm import Config
-from ...environments.factory import part_for
-from ..gradients import guard_optimizer
+from ...config.entries import Config
+from ...environments import part_for
 from . import dqn, ppo, sac, tqc
-from .common import Parts
+from .common import Parts, guard_optimizer
 
 __all__ = ["Algorithm", "algorithm_of", "build_model", "check_fit", "iterate", "progress_columns"]
 

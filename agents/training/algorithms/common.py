@@ -1,7 +1,8 @@
-"""Common to all algorithms: constructor arguments, trainable parts, layers for export."""
+"""Check of gradients for NaN and infinity, before a weight follows them."""
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import torch
@@ -11,13 +12,36 @@ from stable_baselines3.common.type_aliases import Schedule
 from stable_baselines3.common.vec_env import VecEnv
 from torch.optim import Optimizer
 
-from rigid_envs.policies.layers import ACTIVATIONS
-from rigid_envs.sb3.extractor import AttitudeExtractor, attitudes
+from rigid_envs.sb3.adapter import NonFiniteError
+from rigid_envs.sb3.exporting import AttitudeExtractor, attitudes
+from rigid_envs.scores.layers import ACTIVATIONS
 from rigid_envs.scores.starts import row_seeds
 
-from ...config.by_algorithm import Config
+from ...config.entries import Config
 
-__all__ = ["Parts", "arguments", "policy_arguments"]
+# Check of gradients for NaN and infinity, before a weight follows them.
+
+
+def guard_optimizer(optimizer: Optimizer) -> None:
+    """Make an optimiser refuse gradients that are not finite.
+
+    A loss that is NaN has gradients that are NaN, and so has a loss that is infinite after the
+    clipping of the norm; so this is the one place to look, whatever the algorithm.
+    """
+    optimizer.register_step_pre_hook(_refuse_bad_gradients)
+
+
+def _refuse_bad_gradients(optimizer: Optimizer, *_: Any) -> None:
+    gradients = [p.grad for group in optimizer.param_groups for p in group["params"]]
+    present = [gradient for gradient in gradients if gradient is not None]
+    if not math.isfinite(torch.nn.utils.get_total_norm(present).item()):
+        raise NonFiniteError(
+            "the gradient of the loss is not finite; no weight has followed it. "
+            "Try a lower learning_rate, or max_grad_norm"
+        )
+
+
+# Common to all algorithms: constructor arguments, trainable parts, layers for export.
 
 Arrays = dict[str, NDArray[Any]]
 

@@ -9,7 +9,7 @@ from gymnasium.vector import VectorEnv
 from stable_baselines3 import DQN
 from stable_baselines3.common.vec_env import VecEnv
 
-from ...config.by_algorithm import DQNConfig
+from ...config.entries import DQNConfig
 from .common import Parts, policy_arguments
 from .off_policy import check_buffer_size, check_pay, check_space, iterate, off_policy_arguments
 

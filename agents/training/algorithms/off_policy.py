@@ -12,10 +12,10 @@ from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.type_aliases import TrainFreq, TrainFrequencyUnit
 from stable_baselines3.common.vec_env import VecEnv
 
-from rigid_envs.settings import refusal
+from rigid_envs.base.settings import refusal
 
-from ...config.by_algorithm import OffPolicyConfig
-from ...environments.factory import part_for
+from ...config.entries import OffPolicyConfig
+from ...environments import part_for
 from .common import arguments
 
 __all__ = ["check_buffer_size", "check_pay", "check_space", "iterate", "off_policy_arguments"]

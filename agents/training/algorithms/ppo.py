@@ -12,9 +12,9 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from rigid_envs.settings import refusal
+from rigid_envs.base.settings import refusal
 
-from ...config.by_algorithm import PPOConfig
+from ...config.entries import PPOConfig
 from .common import Parts, arguments, policy_arguments
 
 __all__ = ["COLUMNS", "COUNTERS", "MODEL", "build", "check", "iterate", "parts"]

@@ -10,7 +10,7 @@ from sb3_contrib import TQC
 from stable_baselines3 import SAC
 from stable_baselines3.common.vec_env import VecEnv
 
-from ...config.by_algorithm import SACConfig
+from ...config.entries import SACConfig
 from .common import Parts, policy_arguments
 from .off_policy import check_buffer_size, check_pay, check_space, iterate, off_policy_arguments
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sb3_contrib import TQC
 from stable_baselines3.common.vec_env import VecEnv
 
-from ...config.by_algorithm import TQCConfig
+from ...config.entries import TQCConfig
 from .common import policy_arguments
 from .off_policy import iterate, off_policy_arguments
 from .sac import COLUMNS, COUNTERS, check, parts

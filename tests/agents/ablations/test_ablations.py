@@ -8,10 +8,8 @@ import pytest
 
 from agents.ablations.page import markdown
 from agents.ablations.plan import NAMES, PARTS, ablation
-from agents.environments.factory import make
-from agents.sweeps.processes import Processes
-from agents.sweeps.sweep import train_all
-from agents.sweeps.training import Training
+from agents.environments import make
+from agents.sweeps.sweep import Processes, Training, train_all
 from rigid_envs.scores.records import read_record
 
 

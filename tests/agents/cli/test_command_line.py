@@ -15,9 +15,8 @@ import yaml
 
 from agents.cli import verbs
 from agents.cli.command_line import main
-from agents.config.options import load_config
-from agents.config.recipes import recipe_for
-from rigid_envs.replays import load_replay
+from agents.config.reading import load_config, recipe_for
+from rigid_envs.watch.replays.replay import load_replay
 
 ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow_import", "tests.agents.drift"]
 SMALL = [

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_envs.kernels.cache import cache_directory
+from rigid_envs.engine.compiler import cache_directory
 
 ROOT = Path(__file__).parents[3]
 # Runs a module and prints which files were opened to write, and which were made or renamed.
@@ -39,8 +39,16 @@ TRAIN = ["--n_envs", "16", "--total_timesteps", "8192", "--eval_every", "4096", 
     "words",
     [
         ["agents", "train", "--env_id", "Detumble", *TRAIN, "--log_dir", "HERE"],
-        ["rigid_envs.cli", "evaluate", "Detumble", "--policy", "brake", "--out", "HERE/row.json"],
-        ["rigid_envs.cli", "verify", "rotations", "--json", "HERE/laws.json"],
+        [
+            "rigid_envs.tools.cli",
+            "evaluate",
+            "Detumble",
+            "--policy",
+            "brake",
+            "--out",
+            "HERE/row.json",
+        ],
+        ["rigid_envs.tools.cli", "verify", "rotations", "--json", "HERE/laws.json"],
     ],
     ids=lambda words: words[1],
 )

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import agents.training.trainer as trainer_module
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.cli.command_line import main
-from agents.config.by_algorithm import config_from
+from agents.config.entries import config_from
 from agents.storage.runs import create_run
+from agents.training import trainer as trainer_module
 from agents.training.trainer import Trainer, train
 from tests.agents.sessions import SMALL
 from tests.paths import NOT_A_FILE, NOT_A_FOLDER, PATHS

@@ -8,11 +8,16 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from agents.config.by_algorithm import ALGORITHMS, config_from, config_to_dict
-from agents.config.entries import is_folder_name
-from agents.config.options import entry_value, env_keywords, load_config
-from agents.config.yaml_data import dump_yaml, parse_yaml, read_yaml
-from agents.environments.factory import make
+from agents.config.entries import ALGORITHMS, config_from, config_to_dict, is_folder_name
+from agents.config.reading import (
+    dump_yaml,
+    entry_value,
+    env_keywords,
+    load_config,
+    parse_yaml,
+    read_yaml,
+)
+from agents.environments import make
 from agents.training.algorithms import check_fit
 from agents.training.trainer import train
 

@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from agents.config.recipes import config_for, frame_of, recipe_for
-from agents.config.yaml_data import read_yaml
+from agents.config.reading import config_for, frame_of, read_yaml, recipe_for
 
 REDUCED = sorted((Path(__file__).parents[3] / "configs").glob("*_reduced_*.yaml"))
 BALL_PARK, REORIENT = "RigidEnvs/BallPark-v0", "RigidEnvs/Reorient-v0"

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from agents.config.search import Range, Search, read_search
-from rigid_envs.errors import ConfigError
+from rigid_envs.base.checks import ConfigError
 
 RECIPE: dict[str, Any] = {
     "env_id": "BallPark",

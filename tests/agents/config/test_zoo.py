@@ -6,9 +6,9 @@ import pytest
 import yaml
 
 from agents.cli.command_line import main
-from agents.config.recipes import recipe_for
+from agents.config.reading import recipe_for
 from agents.config.zoo import ALGOS, hyperparameters, zoo_config, zoo_file
-from rigid_envs import ENVIRONMENTS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 FOLDER = Path(__file__).parents[3] / "configs" / "zoo"
 

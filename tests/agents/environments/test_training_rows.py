@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from agents.environments.factory import make
-from agents.environments.training_rows import TrainingRows
+from agents.environments import TrainingRows, make
 from tests.agents.drift import Drift
 from tests.sb3.script import Script, steps
 

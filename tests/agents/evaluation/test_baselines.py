@@ -10,11 +10,11 @@ from PIL import Image
 
 from agents.cli.command_line import main
 from agents.evaluation.baselines import digest_of, grouped, markdown, pictures
-from rigid_envs.policies import published
-from rigid_envs.scores import best_known
-from rigid_envs.scores.efficiency import FLOOR
-from rigid_envs.scores.published import published_record
+from rigid_envs.scores.best import best_known
 from rigid_envs.scores.records import Record, record_file, write_record
+from rigid_envs.scores.repeating import published_record
+from rigid_envs.scores.starts import FLOOR
+from rigid_envs.scores.trained import published
 
 DOCS = Path(__file__).parents[3] / "docs"
 IDS = ("RigidEnvs/BallPark-v0", "RigidEnvs/SpinCapture-v0")

@@ -9,7 +9,7 @@ import pytest
 
 import rigid_envs
 from agents.cli.command_line import main
-from rigid_envs.scores import read_evaluation
+from rigid_envs.scores.records import read_evaluation
 
 ID = "RigidEnvs/Detumble-v0"
 Capture = pytest.CaptureFixture[str]

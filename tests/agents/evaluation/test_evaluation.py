@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.environments.factory import make
-from agents.evaluation.evaluate import RandomPolicy, evaluate, play
-from agents.evaluation.reports import table, write_report
-from rigid_envs.scores import wilson_interval
-from rigid_envs.scores.reading import evaluation_of
+from agents.environments import make
+from agents.evaluation.reports import evaluate, play, table, write_report
+from rigid_envs.scores.policies import RandomPolicy
+from rigid_envs.scores.records import evaluation_of
 from rigid_envs.scores.starts import row_seeds
+from rigid_envs.scores.statistics import wilson_interval
 from tests.agents.drift import Drift
 
 

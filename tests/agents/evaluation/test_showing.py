@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from agents.cli.command_line import main
-from agents.evaluation import short_film
-from agents.evaluation.short_film import try_film
-from agents.policies.policy_file import load_policy
+from agents.evaluation import reports as short_film
+from agents.evaluation.reports import try_film
+from agents.policies import load_policy
 from rigid_envs.scores.starts import TEST_SEED
 
 pytestmark = pytest.mark.long  # see .ci/run
@@ -73,7 +73,7 @@ def test_training_ends_with_the_path_of_the_film_and_shows_no_progress_where_it_
 def test_a_film_costs_at_most_its_time(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from rigid_envs.render.drawing import Drawing
+    from rigid_envs.watch.drawing import Drawing
 
     draw, clock = Drawing.picture, [0.0]
 
@@ -129,7 +129,7 @@ def test_whatever_fails_does_not_fail_the_training(
     def broken(*_: Any, **__: Any) -> None:
         raise OSError("no space")
 
-    monkeypatch.setattr("rigid_envs.films.write_film", broken)
+    monkeypatch.setattr("rigid_envs.watch.films.write_film", broken)
     assert try_film(load_policy(run / "best_model"), tmp_path, TEST_SEED) is None
     assert capsys.readouterr().err == "no film of the policy: OSError: no space\n"
 

@@ -20,17 +20,16 @@ from stable_baselines3 import DQN
 from stable_baselines3.common.vec_env import VecNormalize
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.by_algorithm import config_from
-from agents.environments.factory import make
-from agents.policies.mlp import Policy
-from agents.policies.policy_file import load_policy, save_policy
+from agents.config.entries import config_from
+from agents.environments import make
+from agents.policies import Policy, load_policy, save_policy
 from agents.training.algorithms import build_model
-from agents.training.exporting import export_policy
-from rigid_envs import load, rotations
-from rigid_envs.files import DamagedFileError
-from rigid_envs.policies.loading import write_policy
-from rigid_envs.sb3 import GymnasiumVecEnv
-from rigid_envs.tensorfile import load_tensors
+from agents.training.recording import export_policy
+from rigid_envs import load
+from rigid_envs.base.files import DamagedFileError, load_tensors
+from rigid_envs.mechanics import rotations
+from rigid_envs.sb3.adapter import GymnasiumVecEnv
+from rigid_envs.scores.trained import write_policy
 
 PPO = {"n_steps": 16, "batch_size": 32, "n_epochs": 2}
 MEMORY = {"batch_size": 32, "learning_starts": 420, "train_freq": 8, "gradient_steps": 1}
@@ -173,7 +172,7 @@ import sys
 for name in ("stable_baselines3", "pickle5"):
     sys.modules[name] = None
 import numpy as np
-from agents.policies.policy_file import load_policy
+from agents.policies import load_policy
 print(load_policy({str(path)!r}).predict(np.zeros((1, 2), np.float32))[0].tolist())
 """
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.storage.checkpoints import load_newest, save_newest
-from rigid_envs.files import DamagedFileError
+from agents.storage.logs import load_newest, save_newest
+from rigid_envs.base.files import DamagedFileError
 
 
 def save(folder: Path, *ages: int) -> None:

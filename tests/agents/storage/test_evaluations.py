@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.storage.evaluations import read_evaluations, write_evaluations
-from rigid_envs.files import DamagedFileError
+from agents.storage.logs import read_evaluations, write_evaluations
+from rigid_envs.base.files import DamagedFileError
 
 ARRAYS: dict[str, Any] = {
     "timesteps": np.array([512, 1024]),

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from agents.cli.command_line import main
-from agents.config.by_algorithm import Config, config_from, config_to_dict
-from agents.config.yaml_data import dump_yaml, parse_yaml
-from agents.storage.run_config import read_config, write_config
-from agents.storage.runs import create_run
-from rigid_envs.errors import ConfigError
+from agents.config.entries import Config, config_from, config_to_dict
+from agents.config.reading import dump_yaml, parse_yaml
+from agents.storage.runs import create_run, read_config, write_config
+from rigid_envs.base.checks import ConfigError
 
 VALUES = {
     "learning_rate": [1e-3, 1e-4],

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from agents.config.by_algorithm import config_from
+from agents.config.entries import config_from
 from agents.storage.runs import RunInUseError, create_run, find_run, open_run
 
 HOLDER = """
@@ -21,7 +21,7 @@ time.sleep(60)
 """
 STARTER = """
 import sys
-from agents.config.by_algorithm import config_from
+from agents.config.entries import config_from
 from agents.storage.runs import create_run, RunInUseError
 config = config_from({"log_dir": sys.argv[1], "run_name": "r"})
 sys.stdin.read(1)

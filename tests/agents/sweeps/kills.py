@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.by_algorithm import config_from
-from agents.sweeps.training import Training
+from agents.config.entries import config_from
+from agents.sweeps.sweep import Training
 from rigid_envs.scores.records import read_record
 from tests.agents.sessions import SMALL
 

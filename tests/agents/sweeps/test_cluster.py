@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.sweeps.patience import PATIENCE
-from agents.sweeps.sweep import train_all
-from agents.sweeps.training import Training
+from agents.sweeps.sweep import PATIENCE, Training, train_all
 from tests.agents.sweeps.kills import assert_as_undisturbed, kill_some, stop_once, trainings
 
 pytestmark = pytest.mark.long

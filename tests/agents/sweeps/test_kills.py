@@ -6,9 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from agents.sweeps.processes import Processes
-from agents.sweeps.sweep import train_all
-from agents.sweeps.training import Training
+from agents.sweeps.sweep import Processes, Training, train_all
 from tests.agents.sweeps.kills import assert_as_undisturbed, kill_some, trainings
 
 _context = multiprocessing.get_context("forkserver")

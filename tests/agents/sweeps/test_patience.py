@@ -6,10 +6,8 @@ from typing import Any
 
 import pytest
 
-from agents.sweeps import patience as module
-from agents.sweeps.patience import Patience
-from agents.sweeps.processes import Processes
-from agents.sweeps.sweep import train_all
+from agents.sweeps import sweep as module
+from agents.sweeps.sweep import Patience, Processes, train_all
 from tests.agents.sweeps.kills import assert_as_undisturbed, stop_once, trainings
 
 

@@ -14,9 +14,9 @@ import pytest
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.cli.command_line import main
-from agents.config.by_algorithm import config_from
+from agents.config.entries import config_from
+from agents.config.reading import dump_yaml, read_yaml
 from agents.config.search import read_search
-from agents.config.yaml_data import dump_yaml, read_yaml
 from agents.training.trainer import train
 from tests.agents.sessions import SMALL
 

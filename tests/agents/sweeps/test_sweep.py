@@ -15,16 +15,14 @@ import pytest
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.cli.command_line import main
-from agents.config.by_algorithm import config_from
-from agents.config.recipes import config_for
-from agents.evaluation.evaluate import evaluate
-from agents.policies.policy_file import load_policy
+from agents.config.entries import config_from
+from agents.config.reading import config_for
+from agents.evaluation.reports import evaluate
+from agents.policies import load_policy
 from agents.storage.runs import open_run
 from agents.sweeps import sweep as module
-from agents.sweeps.processes import Processes
-from agents.sweeps.sweep import train_all
-from agents.sweeps.training import Training
-from rigid_envs.errors import ConfigError
+from agents.sweeps.sweep import Processes, Training, train_all
+from rigid_envs.base.checks import ConfigError
 from rigid_envs.scores.records import read_record
 from tests.agents.sessions import SMALL
 

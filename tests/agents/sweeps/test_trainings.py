@@ -6,13 +6,13 @@ from typing import Any
 import pytest
 
 from agents.cli.command_line import main
-from agents.config.by_algorithm import config_from
+from agents.config.entries import config_from
 from agents.storage.runs import Run, create_run
-from agents.sweeps import training as module
-from agents.sweeps.training import Training
+from agents.sweeps import sweep as module
+from agents.sweeps.sweep import Training
 from agents.training.recording import is_complete, publish
 from agents.training.trainer import Outcome
-from rigid_envs.errors import ConfigError
+from rigid_envs.base.checks import ConfigError
 
 
 def asked(monkeypatch: pytest.MonkeyPatch, words: str) -> list[Training]:

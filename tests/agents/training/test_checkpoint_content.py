@@ -9,9 +9,9 @@ import pytest
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.cli.command_line import main
-from agents.config.by_algorithm import config_from
+from agents.config.entries import config_from
 from agents.training.trainer import train
-from rigid_envs.tensorfile import load_tensors, save_tensors
+from rigid_envs.base.files import load_tensors, save_tensors
 from tests.agents.training.changes import Change, add, both, cast, drop, forget, put, say, shape
 from tests.agents.training.test_resume import VARIANTS, assert_same, base, newest
 

@@ -11,7 +11,7 @@ import pytest
 import torch
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.by_algorithm import config_from
+from agents.config.entries import config_from
 from agents.training.trainer import Trainer, train
 from tests.agents.training.test_resume import VARIANTS, assert_same, base
 

@@ -7,12 +7,11 @@ import pytest
 import torch
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.by_algorithm import config_from
-from agents.policies.mlp import Policy
-from agents.policies.policy_file import load_policy
-from agents.training.exporting import with_gain
+from agents.config.entries import config_from
+from agents.policies import Policy, load_policy
+from agents.training.recording import with_gain
 from agents.training.trainer import train
-from rigid_envs.errors import ConfigError
+from rigid_envs.base.checks import ConfigError
 from tests.agents.sessions import SMALL
 
 FEW = SMALL | {"total_timesteps": 512 * 2}

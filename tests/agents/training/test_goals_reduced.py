@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.config.by_algorithm import config_from
-from agents.environments.factory import make
-from agents.policies.policy_file import load_policy
+from agents.config.entries import config_from
+from agents.environments import make
+from agents.policies import load_policy
 from agents.training.trainer import train
 from tests.agents.sessions import SMALL
 

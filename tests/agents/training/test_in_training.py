@@ -7,13 +7,12 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from agents.config.by_algorithm import config_from
-from agents.environments.factory import make
-from agents.environments.training_rows import TrainingRows
-from agents.policies.policy_file import load_policy
+from agents.config.entries import config_from
+from agents.environments import TrainingRows, make
+from agents.policies import load_policy
 from agents.training.trainer import train
 from agents.training.validation import Validation
-from rigid_envs.errors import ConfigError
+from rigid_envs.base.checks import ConfigError
 from tests.agents.drift import Drift
 
 SHORT: dict[str, Any] = {

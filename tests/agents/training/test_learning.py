@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from agents.config.by_algorithm import config_from
-from agents.evaluation.evaluate import evaluate
-from agents.policies.policy_file import load_policy
+from agents.config.entries import config_from
+from agents.evaluation.reports import evaluate
+from agents.policies import load_policy
 from agents.training.trainer import train
 
 EASY: dict[str, dict[str, Any]] = {

@@ -8,9 +8,8 @@ import pytest
 from torch.nn import Linear, SiLU, Tanh
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.by_algorithm import Config, config_from
-from agents.environments.factory import make
-from agents.environments.training_rows import TrainingRows
+from agents.config.entries import Config, config_from
+from agents.environments import TrainingRows, make
 from agents.training.algorithms import algorithm_of, build_model
 from agents.training.trainer import train
 

@@ -10,13 +10,12 @@ import pytest
 import torch
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.by_algorithm import config_from
+from agents.config.entries import config_from
 from agents.training import trainer
-from agents.training.gradients import guard_optimizer
+from agents.training.algorithms.common import guard_optimizer
 from agents.training.trainer import Trainer, train
-from rigid_envs.sb3 import GymnasiumVecEnv
-from rigid_envs.sb3.finite import NonFiniteError, all_finite, bad_row
-from rigid_envs.tensorfile import load_tensors
+from rigid_envs.base.files import load_tensors
+from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError, all_finite, bad_row
 from tests.agents.sessions import SMALL
 
 MEMORY = {"env_id": "Drift-v0", "n_envs": 16, "learning_starts": 32, "log_every": 64}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from agents.training.random_streams import capture_random, check_random, restore_random
+from agents.training.snapshots import capture_random, check_random, restore_random
 
 
 def draws(actions: np.random.Generator) -> list[float]:

@@ -16,7 +16,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.training.trainer import train
-from rigid_envs.tensorfile import load_tensors
+from rigid_envs.base.files import load_tensors
 from tests.agents.sessions import SMALL, finish, start
 
 SAME = (

@@ -8,11 +8,11 @@ import time
 
 import pytest
 
-from agents.training.signals import StopSignals
+from agents.training.trainer import StopSignals
 
 BUSY = """
 import sys, time
-from agents.training.signals import StopSignals
+from agents.training.trainer import StopSignals
 with StopSignals() as signals:
     print("ready", flush=True)
     time.sleep(60)

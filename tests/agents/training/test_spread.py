@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.config.by_algorithm import config_from
-from agents.policies.policy_file import load_policy
+from agents.config.entries import config_from
+from agents.policies import load_policy
 from agents.training.trainer import train
-from rigid_envs.errors import ConfigError
+from rigid_envs.base.checks import ConfigError
 
 SHORT: dict[str, Any] = {
     "env_id": "RigidEnvs/SleepingTop-v0",

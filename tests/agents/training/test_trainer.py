@@ -12,13 +12,13 @@ import pytest
 import torch
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.by_algorithm import config_from
-from agents.policies.policy_file import load_policy
+from agents.config.entries import config_from
+from agents.policies import load_policy
 from agents.storage.runs import create_run
-from agents.training import clock, trainer
-from agents.training.clock import Clock, Spent
-from agents.training.progress_bar import Progress
+from agents.training import trainer
+from agents.training import validation as clock
 from agents.training.trainer import Trainer, train
+from agents.training.validation import Clock, Progress, Spent
 from tests.agents.sessions import SMALL
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.by_algorithm import config_from
+from agents.config.entries import config_from
 from agents.training import validation
 from agents.training.trainer import Trainer
 from agents.training.validation import VALIDATION_SEED, Validation
@@ -31,9 +31,9 @@ def validated(**entries: Any) -> Validation:
 def test_training_validation_and_test_share_no_start(
     tmp_path: Any, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
-    from agents.environments.training_rows import TrainingRows
+    from agents.environments import TrainingRows
     from agents.storage.runs import create_run
-    from agents.training.progress_bar import Progress
+    from agents.training.validation import Progress
 
     seen: dict[str, Any] = {}
 

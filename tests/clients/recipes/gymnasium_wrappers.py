@@ -3,7 +3,7 @@
 import json
 import warnings
 
-from rigid_envs import ENVIRONMENTS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from tests.clients.wrapping import ROWS, SINGLE, fits, play, wrapped, wrapped_rows
 
 warnings.simplefilter("ignore")  # RecordVideo says that its folder is there already

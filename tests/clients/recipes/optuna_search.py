@@ -7,7 +7,7 @@ from pathlib import Path
 import optuna
 
 import rigid_envs
-from agents.config.recipes import config_for
+from agents.config.reading import config_for
 from agents.training.trainer import train
 
 ENV_ID = "RigidEnvs/IntermediateAxis-v0"

@@ -2,7 +2,7 @@
 
 from PIL import Image
 
-from rigid_envs import ENVIRONMENTS
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from tests.render.pictures.drawing import file_of, picture_of
 
 for env_id in ENVIRONMENTS:

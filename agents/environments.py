@@ -1,0 +1,208 @@
+"""Vector environments by id, and what a training adds to their adapter."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import gymnasium as gym
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import VectorEnv
+from numpy.typing import NDArray
+
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.settings import refusal
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.sb3.adapter import GymnasiumVecEnv
+from rigid_envs.scores.starts import entries_of
+from rigid_envs.tasks.registry import ENVIRONMENTS
+
+# Modules that register environments: the only code that a command imports by its name.
+
+
+def import_allowed(modules: Sequence[str]) -> None:
+    """Import modules that --allow_import names, which register environments of their own.
+
+    Args:
+        modules: Their names.
+
+    Raises:
+        ImportError: There is no such module.
+    """
+    for module in modules:
+        importlib.import_module(module)
+
+
+# Environments by id, as data names them: no file and no option says what code is run.
+
+_NO_SETTINGS = (
+    *("id", "num_envs", "vectorization_mode", "vector_kwargs", "wrappers"),  # of gym.make_vec
+    *("autoreset_mode", "render_mode"),
+)
+"""Keywords that say how an environment is made, and not what it is."""
+
+
+def make(
+    env_id: str, env_kwargs: Mapping[str, Any], num_envs: int, entry: str = "env_kwargs"
+) -> VectorEnv[Any, Any, Any]:
+    """A native vector environment whose rows reset in the step that ends their episode.
+
+    Args:
+        env_id: A registered id; `module:id` only of a module that is imported already.
+        env_kwargs: Hyperparameters of its task, and nothing else that a constructor takes.
+        num_envs: Number of rows.
+        entry: Config entry that a refusal of a hyperparameter names.
+
+    Raises:
+        ConfigError: "config.env_id: ..." or "config.env_kwargs....: ...".
+    """
+    module, _, name = env_id.rpartition(":")
+    if module and module not in sys.modules:
+        raise refusal(
+            "env_id", env_id, f"no import of {module}: allow it with --allow_import {module}"
+        )
+    if name not in gym.registry or gym.registry[name].vector_entry_point is None:
+        known = [key for key, spec in gym.registry.items() if spec.vector_entry_point is not None]
+        close = difflib.get_close_matches(name, known, n=1) or sorted(known)
+        raise refusal(
+            "env_id",
+            env_id,
+            "a registered environment with a native vector form: "
+            f"did you mean {', '.join(map(repr, close))}?",
+        )
+    try:
+        _refuse_others(name, env_kwargs)
+        return gym.make_vec(
+            name,
+            num_envs=num_envs,
+            vectorization_mode="vector_entry_point",
+            autoreset_mode="SameStep",
+            **env_kwargs,
+        )
+    except (TypeError, ValueError) as error:
+        why = str(error)
+        prefix = f"config.{entry}."
+        nested = why.startswith("config.")
+        why = prefix + why[7:] if nested else f"config.{entry}: {why}"
+        raise ConfigError(why) from error
+
+
+def _refuse_others(env_id: str, env_kwargs: Mapping[str, Any]) -> None:
+    """Refuse what is no setting: code, wrappers, windows.
+
+    Raises:
+        ConfigError: "config.<key>: ...".
+    """
+    if env_id in ENVIRONMENTS:
+        task_of(env_id, env_kwargs)
+        return
+    registered = gym.registry[env_id].kwargs  # of one of our classes, its task is code
+    for key in (*_NO_SETTINGS, *({"task"} & registered.keys())):
+        if key in env_kwargs:
+            raise refusal(key, env_kwargs[key], f"no such key: it is no setting of {env_id}")
+
+
+def part_for(env_kwargs: Mapping[str, Any], space: spaces.Space[Any]) -> str | None:
+    """Name of the part of an observation that networks read; None for all of it.
+
+    In the reduced frame of a goal task `observation` says where the goal is, seen from the state.
+    The two goals beside it are in the frame of the world: they would undo the reduction.
+
+    Args:
+        env_kwargs: Hyperparameters of its task.
+        space: Space of its observations.
+    """
+    alone = env_kwargs.get("frame") == "reduced" and isinstance(space, spaces.Dict)
+    return "observation" if alone else None
+
+
+# The Stable-Baselines3 adapter of a training: pay of its own, lists of episodes, and its state.
+
+
+class EpisodeEnds(NamedTuple):
+    """The episodes that ended in one step of the adapter.
+
+    Attributes:
+        step: Steps of the adapter so far, this one included.
+        rows: Rows whose episode ended, shape (k,), ascending.
+        returns: Sum of rewards of each episode, shape (k,).
+        lengths: Number of steps of each episode, shape (k,).
+        successes: `info["is_success"]` at the end, shape (k,); None if the environment has none.
+    """
+
+    step: int
+    rows: NDArray[np.intp]
+    returns: NDArray[np.float64]
+    lengths: NDArray[np.int64]
+    successes: NDArray[np.bool_] | None
+
+
+class TrainingRows(GymnasiumVecEnv):
+    """The adapter, with what a training adds to it.
+
+    Attributes:
+        price: What is taken from the reward for a unit of `info["cost"]`.
+        bonus: What is added to it where `info["is_success"]`.
+    """
+
+    def __init__(self, venv: VectorEnv[Any, Any, Any]) -> None:
+        """As the adapter, without price and bonus."""
+        super().__init__(venv)
+        self.price, self.bonus = 0.0, 0.0
+        self._ends: list[EpisodeEnds] = []
+
+    def pop_episodes(self) -> list[EpisodeEnds]:
+        """The episodes that ended since the last call, in order."""
+        ends, self._ends = self._ends, []
+        return ends
+
+    def get_state(self) -> dict[str, NDArray[Any]]:
+        """Everything that a bitwise continuation needs: the environment's state and ours.
+
+        Returns:
+            Arrays by name; `set_state` takes them back.
+        """
+        state = {f"env/{key}": value for key, value in self._find("get_state")().items()}
+        state["returns"] = self._returns.copy()
+        state["lengths"] = self._lengths.copy()
+        state["steps"] = np.array(self._steps)
+        return state
+
+    def set_state(self, state: Mapping[str, NDArray[Any]]) -> None:
+        """Return to a state, to the bit.
+
+        Args:
+            state: From `get_state`.
+        """
+        inner = {key[4:]: value for key, value in state.items() if key.startswith("env/")}
+        self._find("set_state")(inner)
+        self._returns[:] = state["returns"]
+        self._lengths[:] = state["lengths"]
+        self._steps = int(state["steps"])
+        self._ends = []
+
+    def _paid(self, rewards: NDArray[Any], dones: NDArray[np.bool_]) -> NDArray[Any]:
+        told = entries_of(self.vector_infos, ("cost", "is_success"), dones)
+        if self.price:
+            rewards = rewards - self.price * told["cost"]
+        if self.bonus:
+            rewards = rewards + self.bonus * told["is_success"]
+        return rewards
+
+    def _end_episodes(
+        self,
+        rows: NDArray[np.intp],
+        truncated: NDArray[np.bool_],
+        infos: dict[str, Any],
+        row_infos: list[dict[str, Any]],
+    ) -> None:
+        returns, lengths = self._returns[rows], self._lengths[rows]
+        super()._end_episodes(rows, truncated, infos, row_infos)
+        successes = None
+        if "is_success" in row_infos[rows[0]]:
+            successes = np.array([row_infos[row]["is_success"] for row in rows], dtype=bool)
+        self._ends.append(EpisodeEnds(self._steps, rows, returns, lengths, successes))

@@ -1,1 +1,0 @@
-"""Vector environments by id, and the adapter of a training."""

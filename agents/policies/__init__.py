@@ -1,1 +1,0 @@
-"""Trained policies in files, which run without Stable-Baselines3."""

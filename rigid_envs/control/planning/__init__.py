@@ -1,0 +1,12 @@
+"""Planning by optimisation over the environments' own step maps: what the best could have done.
+
+A plan is a sequence of actions from a known state. It is found by sequential convex programming:
+`model` rolls plans out and linearises every step, `subproblem` solves the convex problem that the
+linearisation leaves, `descent` repeats both, and `least_time` shortens plans whose cost is time.
+`conditions` says what success asks of a motion.
+"""
+
+from rigid_envs.control.planning.descent import Plans, improve, shorten
+from rigid_envs.control.planning.model import Conditions, Model, conditions_of
+
+__all__ = ["Conditions", "Model", "Plans", "conditions_of", "improve", "shorten"]

@@ -1,0 +1,526 @@
+"""Actions within their limits, and the proximal map of what they cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.base.checks import Array, Bools, Integers
+from rigid_envs.engine.episode import clip_to_disk
+from rigid_envs.engine.layout import FLAGS
+from rigid_envs.mechanics import rotations
+from rigid_envs.tasks.core import Core
+from rigid_envs.tasks.task import Task
+
+# Actions within their limits, and the proximal map of what they cost.
+
+_N_HALVINGS = 45  # of where the length of an action at a side of the box may lie
+
+
+class Limits(NamedTuple):
+    """Limits of an action of m components, and those that its cost counts.
+
+    Attributes:
+        disk: Whether its length is limited to 1, rather than each component.
+        counted: Which components the cost, a multiple of their joint length, counts, shape (m,).
+    """
+
+    disk: bool
+    counted: Bools
+
+    def clip(self, a: Array) -> Array:
+        """The nearest actions within the limits, shape (..., m)."""
+        if not self.disk:
+            return np.clip(a, -1.0, 1.0)
+        return np.asarray(a / np.maximum(np.linalg.norm(a, axis=-1, keepdims=True), 1.0))
+
+    def length(self, a: Array) -> Array:
+        """Length of the components that count, shape (...)."""
+        return np.asarray(np.linalg.norm(a * self.counted, axis=-1))
+
+    def shrink(self, z: Array, threshold: Array) -> tuple[Array, Array]:
+        """The v within the limits with the least ``threshold |v| + |v - z|^2 / 2``, and dv/dz.
+
+        Args:
+            z: Shape (..., m).
+            threshold: Shape (...).
+
+        Returns:
+            v, shape (..., m), and its derivative, shape (..., m, m).
+        """
+        length = self.length(z)
+        kept = np.maximum(length - threshold, 0.0) / np.maximum(length, 1e-300)
+        v = np.where(self.counted, kept[..., None] * z, z)
+        if self.disk:
+            return self._on_disk(z, v, kept, length)
+        slope = self._slope(z, kept, length)
+        over = np.abs(v).max(axis=-1) > 1.0
+        if over.any():
+            v[over], slope[over] = self._in_box(z[over], threshold[over])
+        return v, slope
+
+    def _slope(self, z: Array, kept: Array, length: Array) -> Array:
+        """Derivative where no limit is reached: kept I + (1 - kept) z z^T / |z|^2."""
+        unit = self.counted * z / np.maximum(length, 1e-300)[..., None]
+        across = unit[..., :, None] * unit[..., None, :]
+        inner = kept[..., None, None] * np.diag(1.0 * self.counted)
+        inner = inner + ((1.0 - kept) * (kept > 0.0))[..., None, None] * across
+        return np.asarray(inner + np.diag(1.0 * ~self.counted))
+
+    def _on_disk(self, z: Array, v: Array, kept: Array, length: Array) -> tuple[Array, Array]:
+        slope = self._slope(z, kept, length)
+        over = kept * length > 1.0
+        if over.any():
+            unit = z[over] / length[over][..., None]
+            v[over] = unit
+            across = np.eye(z.shape[-1]) - unit[..., :, None] * unit[..., None, :]
+            slope[over] = across / length[over][..., None, None]
+        return v, slope
+
+    def _in_box(self, z: Array, threshold: Array) -> tuple[Array, Array]:
+        """Where a side of the box is reached: the length is a fixed point, found by bisection."""
+        low, high = np.zeros(len(z)), np.full(len(z), np.sqrt(z.shape[1]))
+        for _ in range(_N_HALVINGS):
+            length = 0.5 * (low + high)
+            kept = np.where(self.counted, (length / (length + threshold))[..., None], 1.0)
+            v = np.clip(z * kept, -1.0, 1.0)
+            more = self.length(v) > length
+            low, high = np.where(more, length, low), np.where(more, high, length)
+        free = np.abs(z * kept) < 1.0
+        unit = self.counted * v / length[..., None]
+        curved = np.diag(1.0 * self.counted) - unit[..., :, None] * unit[..., None, :]
+        hessian = np.eye(z.shape[-1]) + (threshold / length)[..., None, None] * curved
+        both = free[..., :, None] & free[..., None, :]
+        inverse = np.linalg.inv(np.where(both, hessian, np.eye(z.shape[-1])))
+        return v, np.where(both, inverse, 0.0)
+
+
+# What success asks of a motion: errors, each a vector, that must stay within their tolerances.
+#
+# A norm alone would not do: its derivative knows one direction only.
+
+_SHARPNESS = 10.0  # of the reward terms 1 / (1 + 10 error)
+_ROUNDING_OF_TIME = 1e-9  # of times, in control periods
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Conditions of success of a task.
+
+    Attributes:
+        components: Of the state, those that the conditions depend on, now or later.
+        errors: Function of rows that have just stepped to their errors, each over its tolerance,
+            of shapes (N, q): a step counts as success where no norm is above 1.
+        coordinates: Function of these components, shape (N, n), to as few numbers as the conditions
+            need, shape (N, p); by default the components themselves.
+        n_parts: Parts of the time of success whose largest errors are looked at. An error that
+            grows is looked at in few places: its derivatives are much the same in all of them.
+    """
+
+    components: tuple[str, ...]
+    errors: Callable[[Core], list[Array]]
+    coordinates: Callable[[Array], Array] = np.asarray
+    n_parts: int = 1
+
+
+def conditions_of(task: Task) -> Conditions:
+    """The conditions of a task.
+
+    Raises:
+        ValueError: None are declared.
+    """
+    for kind in type(task).__mro__:
+        if kind.__name__ in _CONDITIONS:
+            return _CONDITIONS[kind.__name__]
+    raise ValueError(f"task = {type(task).__name__}; expected one of {sorted(_CONDITIONS)}")
+
+
+def first_steps(core: Core, n_steps: int) -> Integers:
+    """Number of the first step from which on conditions must hold, shape (N,), of rows at a start.
+
+    Args:
+        core: The rows.
+        n_steps: Number of steps of a plan, the last of which is the last that must hold.
+    """
+    task: Any = core.task
+    if "time_left" in task.aux_names:
+        due: Integers = np.ceil(core.auxiliary("time_left") / task.dt - _ROUNDING_OF_TIME).astype(
+            np.int64
+        )
+        return due
+    held = max(1, round(getattr(task, "hold", 0.0) / task.dt))
+    return np.full(core.n_rows, n_steps - held + 1)
+
+
+def _pose(y: Array, goal: Array | None, task: Any) -> list[Array]:
+    """Offset and rotation vector from a goal, or from the origin, upright."""
+    q, place = y[:, :4], y[:, 4:6]
+    if goal is not None:
+        q = rotations.multiply(q, rotations.conjugate(goal[:, :4]))
+        place = place - goal[:, 4:6]
+    return [place / task.position_tolerance, rotations.log(q) / task.angle_tolerance]
+
+
+def _parked(core: Core) -> list[Array]:
+    goal = core.auxiliary(*core.task.aux_names) if core.task.n_goal else None
+    return _pose(core.y, goal, core.task)
+
+
+def _stopped(core: Core) -> list[Array]:
+    task: Any = core.task
+    y = core.y
+    return [*_pose(y, None, task), y[:, 6:8] / task.speed_tolerance]
+
+
+def _coin_parked(core: Core) -> list[Array]:
+    task: Any = core.task
+    y, coin = core.y, task.system()
+    return [
+        y[:, 4:6] / task.position_tolerance,
+        coin.heading(y)[:, None] / task.heading_tolerance,
+        coin.phase(y)[:, None] / task.phase_tolerance,
+    ]
+
+
+def _turned(core: Core) -> list[Array]:
+    task: Any = core.task
+    y, goal = core.y, core.auxiliary(*core.task.aux_names)
+    off = rotations.log(rotations.multiply(rotations.conjugate(goal), y[:, :4]))
+    return [off / task.largest_angle, y[:, 4:] / task.rate_tolerance]
+
+
+def _spin(sense: float) -> Callable[[Core], list[Array]]:
+    """The error of the spin from the rate Omega about e2, or about -e2."""
+
+    def errors(core: Core) -> list[Array]:
+        task: Any = core.task
+        goal = np.array([0.0, sense * task.spin_rate, 0.0])
+        return [(core.y[:, 4:] - goal) / (task.tolerance * task.spin_rate)]
+
+    return errors
+
+
+def _axis(core: Core) -> list[Array]:
+    """The angle of the spin from e2 in two directions."""
+    task: Any = core.task
+    omega = core.y[:, 4:]
+    across = omega[:, [0, 2]]
+    length = np.linalg.norm(across, axis=-1, keepdims=True)
+    angle = np.arctan2(length, omega[:, 1:2])
+    return [angle / task.tolerance * across / np.maximum(length, 1e-300)]
+
+
+def _tilt(q: Array) -> Array:
+    """The angle of the turned e3 from e3 in two directions [rad], shape (N, 2)."""
+    axis = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))
+    length = np.linalg.norm(axis[:, :2], axis=-1, keepdims=True)
+    return np.asarray(np.arctan2(length, axis[:, 2:]) * axis[:, :2] / np.maximum(length, 1e-300))
+
+
+def _upright(core: Core) -> list[Array]:
+    task: Any = core.task
+    return [_tilt(core.y[:, :4]) / task.tolerance]
+
+
+def _upright_in_body(core: Core) -> list[Array]:
+    """The tilt as the vertical has it in the body, which no heading changes."""
+    task: Any = core.task
+    return [_tilt(rotations.conjugate(core.y[:, :4])) / task.tolerance]
+
+
+def _balanced(core: Core) -> list[Array]:
+    task: Any = core.task
+    y = core.y
+    return [_tilt(y[:, :4]) / task.tilt_tolerance, y[:, 7:9] / task.centre_tolerance]
+
+
+def _precessing(core: Core) -> list[Array]:
+    """Tilt and rate of precession off their goals; sizes from the terms, signs as observed."""
+    task: Any = core.task
+    shown = dict(zip(task.terms, core.results[1:], strict=False))
+    tilt, rate = (1.0 / np.maximum(shown[name], 1e-300) - 1.0 for name in ("tilt", "rate"))
+    signs = np.sign(core.observations[:, 3:5] - core.observations[:, 5:7]).T
+    scale = _SHARPNESS * task.tolerance
+    off = signs[0] * tilt / (scale * core.auxiliary("goal_tilt"))
+    return [off[:, None], (signs[1] * rate / scale)[:, None]]
+
+
+def _in_space(y: Array) -> Array:
+    """Of a symmetric top whatever its phase: the axis, omega and the pivot in world axes."""
+    q = rotations.normalize(y[:, :4])
+    axis = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))[:, :2]
+    return np.concatenate([axis, rotations.rotate(q, y[:, 4:7]), y[:, 7:]], axis=1)
+
+
+def _in_body(y: Array) -> Array:
+    """Of a top whatever its heading: the vertical and omega in body axes."""
+    q = rotations.conjugate(rotations.normalize(y[:, :4]))
+    up = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))[:, :2]
+    return np.concatenate([up, y[:, 4:7]], axis=1)
+
+
+_ATTITUDE, _RATES = ("w", "x", "y", "z"), ("omega1", "omega2", "omega3")
+_POSE, _TOP = (*_ATTITUDE, "X", "Y"), (*_ATTITUDE, *_RATES)
+_CONDITIONS = {
+    "BallPark": Conditions(_POSE, _parked),
+    "BallParkGoal": Conditions(_POSE, _parked),
+    "BallParkDynamic": Conditions((*_POSE, "VX", "VY"), _stopped),
+    "CoinPark": Conditions(_POSE, _coin_parked),
+    "Reorient": Conditions((*_ATTITUDE, *_RATES), _turned),
+    "IntermediateAxis": Conditions(_RATES, _spin(1.0)),
+    "IntermediateAxisSingle": Conditions(_RATES, _axis),
+    "SpinCapture": Conditions(_RATES, _spin(1.0)),
+    "AxisFlip": Conditions(_RATES, _spin(-1.0)),
+    "SleepingTop": Conditions(_TOP, _upright, _in_space),
+    "TopRandom": Conditions(_TOP, _upright_in_body, _in_body),
+    "TopPrecession": Conditions(_TOP, _precessing, _in_body, 10),
+    "PivotTop": Conditions((*_TOP, "X", "Y", "VX", "VY"), _balanced, _in_space),
+}
+
+
+# Plans rolled out, and every step of them linearised, by the compiled step of the environment.
+
+_SMALL = 1e-7  # change of a state for a difference quotient
+_COARSE = 2.0**-10  # the same of an action, which is float32
+_GRID = 2.0**14  # actions that track are multiples of its inverse, so that files of plans are small
+_ROUNDING = 1e-12  # keeps a matrix of such quotients regular
+
+
+class Motion(NamedTuple):
+    """Plans of N rows, and what came of them.
+
+    Attributes:
+        actions: As they were applied, float32, shape (T, N, m).
+        y: States before each step and at the end, shape (T + 1, N, n).
+        errors: Of the conditions after each step, over the tolerances, shape (T, N, q).
+        costs: Sum of the costs until the end, or the time until success, to stay, shape (N,).
+        successes: Whether the last step before the end was a success, shape (N,).
+    """
+
+    actions: npt.NDArray[np.float32]
+    y: Array
+    errors: Array
+    costs: Array
+    successes: Bools
+
+
+class Linear(NamedTuple):
+    """Steps linearised in the n coordinates that matter and in the m actions.
+
+    Attributes:
+        A: Of the next coordinates by the coordinates, shape (T, N, n, n).
+        B: By the actions, shape (T, N, n, m).
+        Ey: Of the errors after the step by the coordinates before, shape (T, N, q, n).
+        Ea: By the actions, shape (T, N, q, m).
+    """
+
+    A: Array
+    B: Array
+    Ey: Array
+    Ea: Array
+
+
+class Tracking(NamedTuple):
+    """Feedback of a rollout: gains, shape (T, N, m, n), of the distance from `targets`.
+
+    Attributes:
+        gains: Of each step.
+        targets: Coordinates before each step, shape (T, N, n).
+    """
+
+    gains: Array
+    targets: Array
+
+
+class Model:
+    """N rows of a task at given starts, for plans of T actions.
+
+    Attributes:
+        task: The task.
+        n_steps: T.
+        limits: Of the actions.
+        weights: Cost of a unit of action in a step, shape (N,).
+        first: Number of the step from which on the conditions must hold, shape (N,).
+        index: Places of the components that matter in the state.
+        groups: Places of the entries of each error beside one another.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        state: Mapping[str, Array],
+        n_steps: int,
+        repeat: int = 1,
+        timed: bool = False,
+    ) -> None:
+        """Make room.
+
+        Args:
+            task: The task.
+            state: Of rows at their starts, as `Core.get_state` gives it.
+            n_steps: T.
+            repeat: Number of control periods for which an action is held.
+            timed: Whether the cost is the time until success, to stay; then actions are free.
+        """
+        self.task, self.n_steps, self.repeat, self.timed = task, n_steps, repeat, timed
+        self._state = {key: np.array(part) for key, part in state.items()}
+        self._conditions: Conditions = conditions_of(task)
+        fields = type(task).episode.dynamics.State._fields
+        self.index = np.array([fields.index(name) for name in self._conditions.components])
+        self._core = Core(task, len(self._state["y"]))
+        self._n_actions = self._core.actions.shape[1]
+        self._copies: Core | None = None
+        self._core.set_state(self._state)
+        self.first = (first_steps(self._core, n_steps * repeat) - 1) // repeat + 1
+        sizes = [each.shape[-1] for each in self._conditions.errors(self._core)]
+        self.groups = tuple(np.split(np.arange(sum(sizes)), np.cumsum(sizes)[:-1]))
+        each = self._unit_costs()
+        disk = type(task).episode.clip is clip_to_disk
+        self.limits = Limits(disk, each.max(axis=1) > 0.0)
+        self.weights = (0.0 if timed else repeat) * each.max(axis=0)
+
+    @property
+    def n_parts(self) -> int:
+        """Parts of the time of success whose largest errors are looked at."""
+        return self._conditions.n_parts
+
+    @property
+    def n_rows(self) -> int:
+        """N."""
+        return self._core.n_rows
+
+    def part(self, rows: Integers) -> Model:
+        """A model of some of the rows."""
+        state = {key: each[rows] for key, each in self._state.items()}
+        part = Model(self.task, state, self.n_steps, self.repeat, self.timed)
+        part.first, part.weights = self.first[rows], self.weights[rows]
+        return part
+
+    def roll(self, plan: Array, tracking: Tracking | None = None) -> Motion:
+        """Roll plans out.
+
+        Args:
+            plan: Actions, shape (T, N, m).
+            tracking: What is added to them where the motion leaves what was expected.
+        """
+        core, steps = self._core, range(self.n_steps)
+        core.set_state(self._state)
+        y = np.empty((self.n_steps + 1, *self._state["y"].shape))
+        actions = np.empty((self.n_steps, core.n_rows, self._n_actions), dtype=np.float32)
+        errors: list[Array] = []
+        costs: Array = np.zeros(core.n_rows)
+        successes, ended = np.zeros((2, core.n_rows), dtype=bool)
+        failed = np.zeros(core.n_rows, dtype=np.int64)
+        y[0] = core.y
+        for t in steps:
+            action = plan[t]
+            if tracking is not None:
+                off = self.coordinates(y[t]) - tracking.targets[t]
+                action = action + (tracking.gains[t] @ off[..., None])[..., 0]
+                action = np.round(_GRID * action) / _GRID
+            actions[t] = self.limits.clip(action)
+            core.actions[...] = actions[t]
+            for k in range(t * self.repeat, (t + 1) * self.repeat):
+                core.step()
+                flags = core.flags
+                won = flags[FLAGS.is_success]
+                costs += np.where(ended, 0.0, core.results[0])
+                successes = np.where(ended, successes, won)
+                failed[~ended & ~won] = k + 1
+                ended |= flags[FLAGS.terminated]
+            y[t + 1] = core.y
+            errors.append(self._errors(core))
+        if self.timed:
+            costs = np.asarray(self.task.dt * (failed + 1.0), dtype=np.float64)
+        return Motion(actions, y, np.stack(errors), costs, successes)
+
+    def linearise(self, motion: Motion) -> Linear:
+        """Linearise the steps of a motion, by differences of copies of the rows.
+
+        An action is changed towards 0: so it stays within its limits. Clocks and auxiliary states
+        stay those of the start: of them errors read goals alone.
+        """
+        rows, m, q = self.n_rows, self._n_actions, motion.errors.shape[2]
+        x = np.stack([self.coordinates(y) for y in motion.y])
+        n, n_y = x.shape[2], len(self.index)
+        d, first = n_y + m, int(self.first.min())
+        copies = self._copies = self._copies or Core(self.task, rows * d)
+        state = {key: part.repeat(d, axis=0) for key, part in self._state.items()}
+        linear = Linear(
+            np.empty((self.n_steps, rows, n, n)),
+            np.empty((self.n_steps, rows, n, m)),
+            np.zeros((self.n_steps, rows, q, n)),
+            np.zeros((self.n_steps, rows, q, m)),
+        )
+        component, entry = np.arange(n_y), np.arange(m)
+        for t in range(self.n_steps):
+            y = motion.y[t].repeat(d, axis=0).reshape(rows, d, -1)
+            y[:, component, self.index] += _SMALL
+            a = motion.actions[t].repeat(d, axis=0).reshape(rows, d, m)
+            old = motion.actions[t]
+            a[:, n_y + entry, entry] = old - np.copysign(_COARSE, old)
+            size = np.full((rows, d, 1), _SMALL)
+            size[:, n_y:, 0] = a[:, n_y + entry, entry].astype(np.float64) - old
+            state["y"] = y.reshape(rows * d, -1)
+            copies.set_state(state)
+            start = copies.y  # attitudes are of length 1
+            copies.actions[...] = a.reshape(rows * d, m)
+            for _ in range(self.repeat):
+                copies.step()
+            before = self._quotients(start, x[t], size)[:, :n_y]
+            after = self._quotients(copies.y, x[t + 1], size)
+            square = before.swapaxes(1, 2) @ before + _ROUNDING * np.eye(n)
+            back = np.linalg.solve(square, before.swapaxes(1, 2)).swapaxes(1, 2)
+            linear.A[t] = after[:, :n_y].swapaxes(1, 2) @ back
+            linear.B[t] = after[:, n_y:].swapaxes(1, 2)
+            if t + 1 >= first:
+                shown = self._errors(copies).reshape(rows, d, q)
+                shown = (shown - motion.errors[t][:, None]) / size
+                linear.Ey[t] = shown[:, :n_y].swapaxes(1, 2) @ back
+                linear.Ea[t] = shown[:, n_y:].swapaxes(1, 2)
+        return linear
+
+    def _errors(self, core: Core) -> Array:
+        """Errors of rows that have just stepped, side by side, shape (N, q)."""
+        return np.concatenate(self._conditions.errors(core), axis=-1)
+
+    def coordinates(self, y: Array) -> Array:
+        """The coordinates that matter of states, shape (N, n)."""
+        return self._conditions.coordinates(y[:, self.index])
+
+    def _quotients(self, y: Array, x: Array, size: Array) -> Array:
+        """Changes of the coordinates from x (N, n) in d copies of each row, over a size."""
+        moved = self.coordinates(y).reshape(*size.shape[:2], -1)
+        return np.asarray((moved - x[:, None]) / size)
+
+    def _unit_costs(self) -> Array:
+        """Cost of a step with each component of the action alone at 1, shape (m, N)."""
+        costs = []
+        for unit in np.eye(self._n_actions):
+            self._core.set_state(self._state)
+            self._core.actions[...] = unit
+            self._core.step()
+            costs.append(self._core.results[0].copy())
+        return np.array(costs)
+
+
+def tracking_gains(linear: Linear, weight: float = 1.0) -> Array:
+    """Gains of the linear-quadratic regulator along a motion, shape (T, N, m, n).
+
+    Args:
+        linear: The motion's steps.
+        weight: Of the squares of the components, beside those of the actions.
+    """
+    A, B = linear.A, linear.B
+    n, m = B.shape[2:]
+    gains = np.empty((len(A), A.shape[1], m, n))
+    P: Any = np.broadcast_to(weight * np.eye(n), A.shape[1:])
+    for t in range(len(A) - 1, -1, -1):
+        right = B[t].swapaxes(1, 2) @ P
+        gains[t] = -np.linalg.solve(np.eye(m) + right @ B[t], right @ A[t])
+        P = weight * np.eye(n) + A[t].swapaxes(1, 2) @ P @ (A[t] + B[t] @ gains[t])
+    return gains

@@ -1,0 +1,454 @@
+"""Decorators by which functions are compiled, and compiled code on disk."""
+
+import functools
+import gc
+import hashlib
+import logging
+import os
+import stat
+import sys
+import sysconfig
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import llvmlite
+import numba
+from numba import extending
+from numba.core import (
+    caching,
+    codegen,
+    compiler,
+    compiler_machinery,
+    event,
+    serialize,
+    typed_passes,
+)
+
+from rigid_envs.base.files import DamagedFileError, write_atomic
+
+# Disk cache of compiled code, and its keys.
+#
+# Numba's own cache checks only the file of the compiled function: after an edit to a helper in
+# another file it would load stale code (numba issue 1833), and it does not distinguish two closures
+# of one factory. Here the key of a kernel consists of the names of its functions and a hash of
+# every source file that can be compiled into it: all kernels and tasks of this package, and all
+# files of any other package from which one of the functions comes; and of the versions and the
+# processor that the code was made for. A checksum of the key and the code is compared before
+# anything is loaded.
+
+_numba: Any = numba  # knows more than its types say
+_serialize: Any = serialize
+_Result: Any = compiler.CompileResult
+_PACKAGE = Path(__file__).resolve().parent.parent
+_COMPILED = (
+    *("engine/*.py", "tasks/*.py", "systems/*/tasks/*.py", "systems/*/dynamics.py"),
+    *("systems/*/saddle.py", "systems/*/elastica.py"),
+)
+_CHECKSUM = hashlib.sha256().digest_size
+_log = logging.getLogger(__name__)
+_said: set[tuple[str, Path]] = set()
+
+
+class KernelCache(caching.NullCache):
+    """Files of one kernel, ``<name>-<hash of the key>.nbc``, in the private folder.
+
+    Each holds the code for one key, see `_key`: a checksum of both, then the code.
+
+    Args:
+        folder: `cache_directory()`.
+        name: Unique name of the kernel: see `cache_name`.
+    """
+
+    def __init__(self, folder: Path, name: str) -> None:
+        """Set the known folder and name, without a search."""
+        self._folder, self._name = folder, name
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled code from its file; None where there is none, or it is another's."""
+        target_context.refresh()  # what the code may call
+        key = _key(self._name, sig, target_context.codegen())
+        try:
+            return _Result._rebuild(target_context, *_serialize.loads(_read(self._file(key), key)))
+        except FileNotFoundError:
+            return None
+        except Exception as error:  # or a class of a third package that is not there any more
+            _say_once("read", self._folder, error)
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep compiled code in a file; where that fails the process goes on without."""
+        key = _key(self._name, sig, data.codegen)
+        try:
+            if data.library.has_dynamic_globals:
+                raise OSError("it holds addresses of this process")
+            code = _serialize.dumps(data._reduce())
+            write_atomic(self._file(key), _checksum(key, code) + code)
+        except OSError as error:  # a full disk, a limit of size, a folder that is gone
+            _say_once("kept", self._folder, error)
+
+    def _file(self, key: bytes) -> Path:
+        return self._folder / f"{self._name}-{hashlib.sha256(key).hexdigest()[:16]}.nbc"
+
+
+def _key(name: str, sig: Any, codegen: Any) -> bytes:
+    """What the code of a kernel depends on: its name, types of arguments, versions, processor."""
+    python = sysconfig.get_config_var("EXT_SUFFIX")  # tag and ABI
+    versions = (python, numba.__version__, llvmlite.__version__)
+    options = (_numba.config.OPT, _numba.config.BOUNDSCHECK)
+    return repr((name, sig, versions, codegen.magic_tuple(), options)).encode()
+
+
+def _checksum(key: bytes, code: bytes) -> bytes:
+    return hashlib.sha256(hashlib.sha256(key).digest() + code).digest()
+
+
+def _read(path: Path, key: bytes) -> bytes:
+    """The code in a file.
+
+    Raises:
+        DamagedFileError: It is not the code that was written for this key.
+        FileNotFoundError: No file.
+    """
+    data = path.read_bytes()
+    if data[:_CHECKSUM] != _checksum(key, data[_CHECKSUM:]):
+        raise DamagedFileError(f"{path.name} is not as it was written")
+    return data[_CHECKSUM:]
+
+
+def _say_once(deed: str, folder: Path, error: Exception) -> None:
+    """Log that files of a folder cannot be used, once in a process."""
+    if (deed, folder) not in _said:
+        _said.add((deed, folder))
+        _log.warning(
+            "compiled code cannot be %s in %s (%s): this process compiles it; where that goes on, "
+            "make room, or set NUMBA_CACHE_DIR",
+            *(deed, folder, error),
+        )
+
+
+def cache_name(label: str, parts: Iterable[Any]) -> str | None:
+    """File name of a kernel, from its functions and types; None if one has no source file.
+
+    Args:
+        label: First part of the name.
+        parts: Functions, classes and tuples of numbers compiled into the kernel.
+    """
+    digest = hashlib.sha256()
+    for part in parts:
+        if isinstance(part, tuple):
+            digest.update(repr(part).encode())
+            continue
+        stamp = _source_hash(part.__module__)
+        if stamp is None or "<" in part.__qualname__:  # typed at a prompt, or a closure
+            return None
+        digest.update(f"{part.__module__}.{part.__qualname__} {stamp}\0".encode())
+    return f"{label}-{digest.hexdigest()[:16]}"
+
+
+def compiled_sources() -> list[Path]:
+    """Files of this package with functions that are compiled."""
+    return sorted(file for each in _COMPILED for file in _PACKAGE.glob(each))
+
+
+@functools.cache
+def kernel_hash() -> str:
+    """SHA-256 over the sources of all compiled code in the package, as 16 hex digits."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    _hash_files(digest, _PACKAGE, compiled_sources())
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
+def _source_hash(module: str) -> str | None:
+    """Hash of the package of a module, or of its file if it has no package."""
+    top: Any = sys.modules.get(module.partition(".")[0])
+    if top is sys.modules[__package__.partition(".")[0]]:
+        return kernel_hash()
+    digest = hashlib.sha256()
+    if hasattr(top, "__path__"):
+        for folder in map(Path, top.__path__):
+            _hash_files(digest, folder, _sources(folder))
+    elif getattr(top, "__file__", None):
+        path = Path(top.__file__)
+        _hash_files(digest, path.parent, [path])
+    else:
+        return None
+    return digest.hexdigest()
+
+
+def _sources(folder: Path) -> list[Path]:
+    return sorted(folder.rglob("*.py"))
+
+
+def _hash_files(digest: Any, base: Path, paths: Iterable[Path]) -> None:
+    for path in paths:
+        digest.update(path.relative_to(base).as_posix().encode() + b"\0")
+        digest.update(path.read_bytes() + b"\0")
+
+
+@functools.cache
+def cache_directory() -> Path | None:
+    """Private folder for compiled code of exactly these sources; None if it cannot be made.
+
+    It lies below ``NUMBA_CACHE_DIR``, else below ``XDG_CACHE_HOME``, else below ``~/.cache``. What
+    lies in it is run. A folder with another owner or writable by others is never read, nor one
+    below a folder in which others could put their own in its place: see `_is_safe`.
+    """
+    base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    try:
+        folder = Path(base).expanduser().absolute() / "rigid-envs" / kernel_hash()
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        usable = os.access(folder, os.W_OK) and _is_private(folder) and _is_safe(folder.resolve())
+    except (OSError, RuntimeError):  # RuntimeError: no home directory to expand
+        usable = False
+    if usable:
+        return folder
+    _log.warning(
+        "compiled code is not kept: no folder below %s that only this user can change; every "
+        "process compiles it: set NUMBA_CACHE_DIR to one",
+        base,
+    )
+    return None
+
+
+def _is_private(folder: Path) -> bool:
+    """Whether the folder belongs to the user, and no other may write to it."""
+    if not hasattr(os, "getuid"):
+        return True
+    status = folder.stat()
+    return status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _is_safe(folder: Path) -> bool:
+    """Whether no other user can rename the folder or one above it.
+
+    Each of these belongs to the user or to the system, and is closed to all others, or open as
+    ``/tmp`` is, where nobody renames what belongs to another. The user's own group is trusted: many
+    systems give each user one.
+    """
+    if not hasattr(os, "getuid"):
+        return True
+    for above in folder.parents:
+        status = above.stat()
+        group = 0 if status.st_gid == os.getgid() else stat.S_IWGRP
+        is_open = status.st_mode & (group | stat.S_IWOTH) and not status.st_mode & stat.S_ISVTX
+        if is_open or status.st_uid not in (0, os.getuid()):
+            return False
+    return True
+
+
+# Compilation of the functions that kernels consist of.
+#
+# Numba makes machine code, and entries for calls from Python and C, of every function that a kernel
+# calls. That takes as long as the kernel itself, and nobody calls them: the kernel contains copies.
+# Here a function is translated to the code of LLVM only, and optimised where it has been copied to.
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# untyped, or with less than there is
+_njit: Any = numba.njit
+_unliteral: Any = numba.types.unliteral
+_JITCodeLibrary: Any = codegen.JITCodeLibrary
+_CompilerBase: Any = compiler.CompilerBase
+_NativeLowering: Any = typed_passes.NativeLowering
+_NopythonRewrites: Any = typed_passes.NopythonRewrites
+_DefaultPassBuilder: Any = compiler.DefaultPassBuilder
+_register_pass: Any = compiler_machinery.register_pass
+
+
+class _Library(_JITCodeLibrary):  # type: ignore[misc]
+    """LLVM code of a function, to be linked into kernels."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+
+class _Place:
+    """Stands for the address of a function that has none."""
+
+
+@_register_pass(mutates_CFG=True, analysis_only=False)
+class _Lowering(_NativeLowering):  # type: ignore[misc]
+    """Translates a typed function to a `_Library`."""
+
+    _name = "rigid_envs_part_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = _Library(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.flags.no_compile = True
+        super().run_pass(state)
+        place = _Place()
+        state.targetctx.insert_user_function(place, state.cr.fndesc, [state.library])
+        state.cr = state.cr._replace(cfunc=place)
+        return True
+
+
+class _Compiler(_CompilerBase):  # type: ignore[misc]
+    """Numba's compiler with another last pass."""
+
+    def define_pipelines(self) -> list[Any]:
+        usual = _DefaultPassBuilder.define_nopython_pipeline(self.state)
+        manager = type(usual)(usual.pipeline_name)
+        for each, text in usual.passes:
+            if each is _NopythonRewrites:  # of expressions of arrays, which parts do not have
+                continue
+            manager.add_pass(_Lowering if each is _NativeLowering else each, text)
+        manager.finalize()
+        return [manager]
+
+
+def part(function: Function, **options: bool) -> Function:
+    """Compile a function for kernels, and as numba does when Python calls it."""
+    compiled = _njit(error_model="numpy", **options)(function)
+    if compiled is function:  # with NUMBA_DISABLE_JIT
+        return function
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    inside = _njit(error_model="numpy", pipeline_class=_Compiler, **options)(function)
+    # numba would keep an address for calls from Python, where there is none
+    inside.add_overload = lambda result: inside.overloads.__setitem__(
+        tuple(result.signature.args), result
+    )
+    # one translation for all values of an argument, where numba makes one for each constant
+    compiled.get_call_template = lambda positional, named: inside.get_call_template(
+        tuple(map(_unliteral, positional)), {key: _unliteral(named[key]) for key in named}
+    )
+    compiled.get_overload = inside.get_overload
+    return cast(Function, compiled)
+
+
+# Decorators that compile functions.
+#
+# =============  ===================================================================================
+# `scalar`       a function of one row, inlined into the loop that calls it
+# `phase`        a part of a kernel, inlined before type inference
+# `routine`      a part of a kernel, called once per block and not inlined
+# `instruction`  a function defined by its LLVM instructions
+# `kernel`       a loop over rows that Python calls, cached on disk
+# =============  ===================================================================================
+
+
+COMPILES: bool = not _numba.config.DISABLE_JIT
+"""Whether functions are compiled; with ``NUMBA_DISABLE_JIT=1`` they run as plain Python."""
+
+_SLOW = 1.0  # [s] compilations longer than this are announced
+
+
+def scalar(function: Function) -> Function:
+    """Compile a function of scalars and tuples, inlined into the loop that calls it."""
+    return part(function, forceinline=True)
+
+
+def instruction(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Define a function by its LLVM instructions."""
+    return cast(Callable[..., Any], extending.intrinsic(function))
+
+
+def phase(function: Function) -> Function:
+    """Inline a function into its caller before type inference: for parts of a kernel."""
+    return cast(Function, numba.njit(inline="always", error_model="numpy")(function))
+
+
+def routine(function: Function) -> Function:
+    """Compile a function that is called once per block, without inlining."""
+    return part(function)
+
+
+def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = ()) -> Function:
+    """Compile a loop over rows; the code is cached on disk and releases the interpreter lock.
+
+    If no private cache folder can be made (read-only home), or a part has no source file, the
+    kernel is compiled again in every process.
+
+    Args:
+        function: The loop: a function of a module, or a closure over `parts`.
+        label: Name for messages and files; by default module and function name.
+        parts: Functions, classes and tuples of numbers in a closure.
+    """
+    label = label or f"{function.__module__}.{function.__name__}"
+    folder, name = cache_directory(), cache_name(label, parts or (function,))
+    if name is not None:
+        # Numba counts the functions of a process in its names for them: the code of two loops that
+        # other processes have compiled could bear the same one, and be taken for each other
+        function.__qualname__ = name
+    compiled = _numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
+    if folder is not None and name is not None:
+        compiled._cache = KernelCache(folder, name)
+    _labels[compiled] = label.removeprefix("rigid_envs.")
+    return cast(Function, compiled)
+
+
+def compiled_for(kernel: Function, *arguments: Any) -> Function:
+    """The machine code of a kernel for arguments of certain types; compiled, or loaded, now.
+
+    A call of it does not look at the types of its arguments, which takes 0.1 us.
+
+    Args:
+        kernel: From `kernel`.
+        arguments: Examples of the types.
+    """
+    if not COMPILES:
+        return kernel
+    compiled: Any = kernel
+    with _no_collection():
+        return cast(Function, compiled.compile(tuple(map(numba.typeof, arguments))))
+
+
+def address_of(kernel: Function, *arguments: Any) -> int:
+    """Address of the machine code of a kernel for arguments of certain types.
+
+    Args:
+        kernel: From `kernel`.
+        arguments: Examples of the types.
+    """
+    compiled_for(kernel, *arguments)
+    compiled: Any = kernel
+    result = compiled.overloads[tuple(map(numba.typeof, arguments))]
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Without garbage collection, which takes a tenth of the time and finds hardly anything."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+class _Announcer(event.Listener):
+    """Logs each long compilation."""
+
+    def __init__(self) -> None:
+        self._started: dict[Any, float] = {}
+
+    def on_start(self, event: event.Event) -> None:
+        if event.data["dispatcher"] in _labels:
+            self._started[event.data["dispatcher"]] = time.perf_counter()
+
+    def on_end(self, event: event.Event) -> None:
+        dispatcher = event.data["dispatcher"]
+        started = self._started.pop(dispatcher, None)
+        if started is None or (took := time.perf_counter() - started) < _SLOW:
+            return
+        is_kept = isinstance(dispatcher._cache, KernelCache)
+        kept = "to be kept for the next process" if is_kept else "not kept: no cache folder"
+        _log.info("compiled %s in %.1f s (%s)", _labels[dispatcher], took, kept)
+
+
+_labels: dict[Any, str] = {}
+cast(Any, event).register("numba:compile", _Announcer())

@@ -1,0 +1,1 @@
+"""What all bodies and systems share."""

@@ -1,7 +1,0 @@
-"""Descriptions of environments, for a terminal and as Markdown pages, made from the code."""
-
-from rigid_envs.pages.describe import describe
-from rigid_envs.pages.listing import list_all
-from rigid_envs.pages.writing import write_pages
-
-__all__ = ["describe", "list_all", "write_pages"]

@@ -1,1 +1,0 @@
-"""Pictures of environments: a view makes a scene (pure data), a backend draws it."""

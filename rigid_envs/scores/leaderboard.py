@@ -1,0 +1,375 @@
+"""Results of policies in one table and one plot."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import read_json, write_atomic
+from rigid_envs.envs.display import needed
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.scores.best import best_known
+from rigid_envs.scores.records import read_evaluation
+from rigid_envs.scores.repeating import published_evaluation
+from rigid_envs.scores.result import FORMAT, Estimate, Evaluation
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION, Cost, cost_of
+from rigid_envs.scores.statistics import interquartile_mean, stratified_bootstrap
+from rigid_envs.scores.trained import published
+from rigid_envs.tasks.registry import ENVIRONMENTS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+# Text that may come from a file, such that Markdown and matplotlib show it letter by letter.
+
+
+def in_markdown(text: str) -> str:
+    """A text as a cell of a table: no markup, no link, no HTML, and no end of the cell.
+
+    Args:
+        text: One line.
+    """
+    return re.sub(r"[\\`*\[\]<>|&~$:]", r"\\\g<0>", text)
+
+
+def in_plot(text: str) -> str:
+    """A text as a label: no formula, which could have errors.
+
+    Args:
+        text: One line.
+    """
+    return text.replace("$", r"\$")
+
+
+# Rows of the leaderboard: of evaluations, of published policies, of what needs no training.
+
+
+class Row(NamedTuple):
+    """A row of the leaderboard.
+
+    Attributes:
+        env_id: Gymnasium's id.
+        policy: Who acted.
+        success: Rate of success.
+        efficiency: Mean efficiency; None where no best is known, of what is not ranked.
+        cost: What an episode costs.
+        means: Of the successes, the mean cost, best known cost and bound; NaN where there is none.
+        gap: How far the mean cost is above the mean bound; None without a bound.
+        source: Starts, versions and commit.
+        unranked: Why it is listed apart; None if it is ranked.
+    """
+
+    env_id: str
+    policy: str
+    success: Estimate
+    efficiency: Estimate | None
+    cost: Cost | None
+    means: tuple[float, float, float]
+    gap: float | None
+    source: str
+    unranked: str | None
+
+
+def row_of(found: Evaluation) -> Row:
+    """The row of an evaluation."""
+    cost, best, bound = (found.mean(each) for each in (found.costs, found.best, found.bounds))
+    return Row(
+        found.env_id,
+        found.policy,
+        found.success,
+        found.efficiency,
+        found.cost,
+        (cost, best, bound),
+        found.gap,
+        _source(found.n, found.seed, found.provenance),
+        _objection(found),
+    )
+
+
+def packaged_rows() -> list[Row]:
+    """Rows of what comes with the package: published policies, and those without training."""
+    rows = [row_of(published_evaluation(name)) for name in published()]
+    for env_id in ENVIRONMENTS:
+        known = best_known(env_id)
+        if known is not None:
+            cost = cost_of(env_id, task_of(env_id))
+            rows += [
+                _untrained(env_id, name, summary, cost, known.provenance)
+                for name, summary in known.policies.items()
+            ]
+    return rows
+
+
+def sorted_rows(rows: Sequence[Row]) -> list[Row]:
+    """By environment, the most efficient first."""
+    known = list(ENVIRONMENTS)
+    return sorted(rows, key=lambda row: (known.index(row.env_id), -_rank(row)))
+
+
+def kind_of(row: Row) -> str:
+    """Legend entry: reference controllers, whose names differ by environment, share one."""
+    best = next(iter(ENVIRONMENTS[row.env_id].controllers), None)
+    return "reference controller" if row.policy == best else row.policy
+
+
+def _untrained(
+    env_id: str, name: str, summary: Mapping[str, Any], cost: Cost, where: Mapping[str, Any]
+) -> Row:
+    """The row of a policy that `rigid-envs best` has played, from its summary."""
+    means = [summary[key] for key in ("cost_mean", "best_mean", "bound_mean")]
+    mean, best, bound = (np.nan if each is None else float(each) for each in means)
+    return Row(
+        env_id,
+        name,
+        Estimate(summary["success_rate"], *summary["success_rate_95"]),
+        Estimate(summary["efficiency"], *summary["efficiency_95"]),
+        cost,
+        (mean, best, bound),
+        summary["gap"],
+        _source(summary["episodes"], TEST_SEED, where),
+        None,
+    )
+
+
+def _objection(found: Evaluation) -> str | None:
+    """Why an evaluation is listed apart; None if it is ranked. Few starts may be easy ones."""
+    if found.unranked is None and found.n != N_STARTS:
+        return f"n = {found.n}; expected all {N_STARTS} starts"
+    return found.unranked or ("no best is known" if found.efficiencies is None else None)
+
+
+def _rank(row: Row) -> float:
+    return -1.0 if row.efficiency is None else row.efficiency.mean
+
+
+def _source(n: int, seed: int, where: Mapping[str, Any]) -> str:
+    commit = "no commit" if where["git_commit"] is None else f"commit {where['git_commit'][:12]}"
+    return (
+        f"{n} starts of seed {seed}, evaluation set {VERSION}; rigid-envs "
+        f"{where['versions']['rigid-envs']}, kernels {where['kernel_hash']}, {commit}"
+        f"{' with changes' if where['git_dirty'] else ''}."
+    )
+
+
+# Looks of the plots of policies: colours, markers, grid.
+
+INK, MUTED, _GRID = "#22272e", "#6b7480", "#e3e7ec"
+_COLOURS = ("#1f5fbf", "#c9772b", "#3a8f5c", "#8a4fbf", "#b8383d", "#2a9aa8", "#7a7f2b", "#6b7480")
+_MARKERS = "osD^v"
+
+
+def look(k: int) -> tuple[str, str]:
+    """Colour and marker of the k-th of many policies; no two of the first 40 look the same."""
+    rounds, colour = divmod(k, len(_COLOURS))
+    return _COLOURS[colour], _MARKERS[rounds % len(_MARKERS)]
+
+
+def dress(axes: Axes, label: str) -> None:
+    """Give a plot our looks.
+
+    Args:
+        axes: The plot.
+        label: What its vertical axis shows.
+    """
+    axes.set_ylabel(label, color=MUTED)
+    axes.grid(True, color=_GRID, lw=0.8)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=MUTED, length=0)
+    axes.spines[["top", "right", "left"]].set_visible(False)
+    axes.spines["bottom"].set_color(_GRID)
+
+
+# The plot of the leaderboard.
+
+
+def require_matplotlib() -> None:
+    """Import matplotlib.
+
+    Raises:
+        DependencyNotInstalled: it is missing; names the command that installs it.
+    """
+    needed("matplotlib", "the plot of the leaderboard needs matplotlib")
+
+
+def draw(results: Sequence[Row]) -> Figure:
+    """One line for each environment, with the efficiency of each policy and its interval.
+
+    Args:
+        results: Ranked ones, in the order of the lines.
+    """
+    from matplotlib.figure import Figure
+
+    ids = list(dict.fromkeys(each.env_id for each in results))
+    names = list(dict.fromkeys(map(kind_of, results)))
+    figure = Figure(
+        figsize=(8.0, 1.4 + 0.36 * len(ids)), dpi=150, layout="constrained", facecolor="white"
+    )
+    axes = figure.subplots()
+    for k, name in enumerate(names):
+        own = [each for each in results if kind_of(each) == name]
+        figures = np.array([each.efficiency for each in own])
+        at = [-ids.index(r.env_id) - 0.5 * (k / max(len(names) - 1, 1) - 0.5) for r in own]
+        colour, marker = look(k)
+        axes.hlines(at, figures[:, 1], figures[:, 2], color=colour, lw=1.6, alpha=0.6)
+        axes.plot(figures[:, 0], at, marker, ms=4.5, color=colour, label=in_plot(name))
+    axes.set_yticks([-k for k in range(len(ids))], [i.split("/")[-1] for i in ids], color=INK)
+    axes.set_xlim(-0.02, 1.02)
+    dress(axes, "")
+    axes.set_xlabel("efficiency", color=MUTED)
+    if names:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8,
+                    labelcolor=MUTED)  # fmt: skip
+    return figure
+
+
+# Leaderboard: all results below a folder in one table and one plot.
+
+_LIMIT = 2**24  # bytes of a result
+_HEADER = ("environment", "policy", "success", "95 %", "efficiency", "95 %", "cost", "mean", "best",
+           "bound", "gap")  # fmt: skip
+_INTRODUCTION = """# Leaderboard
+
+One episode from each start. The efficiency of an episode is 0 for a failure, and for a success
+b / max(b, c): c is its cost, b the best known cost from its start. Policies are ranked by its mean.
+`mean`, `best` (known) and `bound` (of theory) are means of the cost over the starts from which the
+policy succeeded, `gap` is how far the first is above the last.
+
+![Efficiency of all policies in all environments](leaderboard.png)
+"""
+_APART = """## Not ranked
+
+Other tasks and starts than those of the evaluation set, parts of it, and what is not proven.
+"""
+_ALL = """Over all environments and training seeds: the interquartile mean of the efficiencies, with
+a 95 % interval by stratified bootstrap over the seeds where all have several (Agarwal et al. 2021,
+arXiv:2108.13264).
+"""
+
+
+def write_leaderboard(folder: Path, packaged: bool = False) -> str:
+    """Write `leaderboard.md` and `leaderboard.png` of all results below a folder.
+
+    Args:
+        folder: Folder of the results, and of what is written.
+        packaged: Whether what comes with the package has rows too: published policies, and those
+            that need no training.
+
+    Returns:
+        The page.
+
+    Raises:
+        ConfigError: No result below the folder.
+        DependencyNotInstalled: matplotlib is missing.
+    """
+    require_matplotlib()
+    rows = [*map(row_of, read_results(folder)), *(packaged_rows() if packaged else [])]
+    if not rows:
+        raise ConfigError(
+            f"folder = {folder}; expected results below it, of `rigid-envs evaluate --out` or "
+            "`Evaluation.save`"
+        )
+    rows = sorted_rows(rows)
+    text = markdown(rows)
+    write_atomic(folder / "leaderboard.md", text)
+    buffer = io.BytesIO()
+    draw([row for row in rows if row.unranked is None]).savefig(buffer, format="png")
+    write_atomic(folder / "leaderboard.png", buffer.getvalue())
+    return text
+
+
+def read_results(folder: Path) -> list[Evaluation]:
+    """All results below a folder, beside what is known best and what theory says now.
+
+    Args:
+        folder: Where to look for JSON files; what is no result is left out.
+
+    Raises:
+        DamagedFileError: No JSON, or a result that `read_evaluation` refuses.
+    """
+    found = []
+    for path in sorted(folder.rglob("*.json")):
+        content = read_json(path, _LIMIT)
+        if isinstance(content, dict) and _is_row(content):
+            evaluation = read_evaluation(path, anew=True)
+            if evaluation.env_id in ENVIRONMENTS:
+                found.append(evaluation)
+    return found
+
+
+def _is_row(content: Mapping[str, Any]) -> bool:
+    """Whether this is a result, of any version, or was one before its format was damaged."""
+    kind, _, _ = FORMAT.rpartition(" ")
+    return str(content.get("format")).startswith(kind) or {"starts", "sha256"} <= content.keys()
+
+
+def markdown(results: Sequence[Row]) -> str:
+    """The page: the plot, the tables, and under them where their numbers come from.
+
+    Args:
+        results: In the order of the rows.
+    """
+    ranked = [row for row in results if row.unranked is None]
+    overall = [("policy", "environments", "runs", "efficiency", "95 %"),
+               ("---", *["---:"] * 4), *_overall(ranked)]  # fmt: skip
+    sides = ("---", "---", *["---:"] * 4, "---", *["---:"] * 4)
+    rows = [_HEADER, sides, *map(_cells, ranked)]
+    notes = "\n".join(dict.fromkeys(in_markdown(row.source) for row in results))
+    apart = _apart([row for row in results if row.unranked is not None])
+    return f"{_INTRODUCTION}\n{_ALL}\n{_table(overall)}\n\n{_table(rows)}\n\n{apart}{notes}\n"
+
+
+def _apart(results: Sequence[Row]) -> str:
+    """Table of the rows that are not ranked, with the reasons; nothing without any."""
+    if not results:
+        return ""
+    cells = [(*_cells(row)[:4], in_markdown(row.unranked or "")) for row in results]
+    rows = [(*_HEADER[:4], "why"), ("---", "---", "---:", "---:", "---"), *cells]
+    return f"{_APART}\n{_table(rows)}\n\n"
+
+
+def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
+    """Aggregates of each kind of policy, the best first."""
+    kinds: dict[str, dict[str, list[float]]] = {}
+    for each in results:
+        assert each.efficiency is not None  # as of all that are ranked
+        runs = kinds.setdefault(kind_of(each), {})
+        runs.setdefault(each.env_id, []).append(each.efficiency.mean)
+    found = []
+    for name, runs in kinds.items():
+        by_id, n = list(runs.values()), sum(map(len, runs.values()))
+        ends = "-"
+        if all(len(each) > 1 for each in by_id):  # one run says nothing about others
+            ends = "{:.3f} .. {:.3f}".format(*stratified_bootstrap(interquartile_mean, by_id))
+        found.append((interquartile_mean(by_id), name, len(by_id), n, ends))
+    return [
+        (in_markdown(name), str(n_ids), str(n), f"{mean:.3f}", ends)
+        for mean, name, n_ids, n, ends in sorted(found, reverse=True)
+    ]
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _cells(result: Row) -> tuple[str, ...]:
+    success, found, cost = result.success, result.efficiency, result.cost
+    unit = f" [{in_markdown(cost.unit)}]" if cost is not None and cost.unit else ""
+    return (
+        f"`{result.env_id.split('/')[-1]}`",
+        in_markdown(result.policy),
+        f"{100 * success.mean:.1f} %",
+        f"{100 * success.low:.1f} .. {100 * success.high:.1f}",
+        "-" if found is None else f"**{found.mean:.3f}**",
+        "-" if found is None else f"{found.low:.3f} .. {found.high:.3f}",
+        f"{'cost' if cost is None else cost.name}{unit}",
+        *("-" if np.isnan(mean) else f"{mean:.4g}" for mean in result.means),
+        "-" if result.gap is None else f"{100 * result.gap:.1f} %",
+    )

@@ -1,0 +1,1 @@
+"""The free rigid body: Euler's equations."""

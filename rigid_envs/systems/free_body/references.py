@@ -1,0 +1,215 @@
+"""Controllers bound to the tasks of a free body, what they read in observations, and bounds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rigid_envs.base.checks import Array
+from rigid_envs.control.predictive import PredictiveControl, doubling
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.mechanics import rotations
+from rigid_envs.scores.policies import PREDICTION_PERIOD, Controller, predicting
+from rigid_envs.scores.references import Decoded, Decoder, attitude, entries, goal_attitude
+from rigid_envs.scores.theory import TheoreticalLimit, _rows, least_time
+from rigid_envs.systems.free_body.controllers import (
+    EnergyCasimir,
+    ForcedFlip,
+    HeldSpin,
+    MomentumBrake,
+    MomentumRegulator,
+    QuaternionPD,
+    SeparatrixSteering,
+    SingleTorque,
+    SpinRegulator,
+    TimedFlip,
+    slew_acceleration,
+)
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.free_body.tasks.axis_flip import AxisFlip
+from rigid_envs.systems.free_body.tasks.detumble import Detumble
+from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxis
+from rigid_envs.systems.free_body.tasks.intermediate_axis_single import IntermediateAxisSingle
+from rigid_envs.systems.free_body.tasks.reorient import Reorient
+from rigid_envs.systems.free_body.tasks.spin_capture import SpinCapture
+from rigid_envs.tasks.task import Task
+
+# Theoretical limits of metrics: optima and bounds from each start, in closed form.
+
+
+def _turn(envs: RigidVectorEnv) -> Array:
+    """Least time [s] of a turn from rest to within tolerance of the goal.
+
+    With e = sqrt(2 T / I_min), which is at least the rate, ``|e'| <= a`` (`slew_acceleration`); at
+    the end it is sqrt(I_max / I_min) times the tolerated rate at most.
+    """
+    task: Any = envs.task
+    moments = np.stack([_rows(envs, name) for name in ("I1", "I2", "I3")])
+    angle = (
+        rotations.distance(envs.y[:, :4], envs.auxiliary(*task.aux_names)) - task.angle_tolerance
+    )
+    rate = np.sqrt(moments.max(axis=0) / moments.min(axis=0)) * task.rate_tolerance
+    return least_time(np.maximum(angle, 0.0), slew_acceleration(moments, task.torque), rate)
+
+
+def _momentum(envs: RigidVectorEnv) -> Array:
+    """|L| [N m s]."""
+    return np.array(
+        [
+            np.linalg.norm(system.L_body(y))  # type: ignore[attr-defined]
+            for system, y in zip(envs.systems, envs.y, strict=True)
+        ]
+    )
+
+
+def _impulses(envs: RigidVectorEnv) -> Array:
+    """Least number of largest impulses until |L| is within tolerance, as a time [s]."""
+    task: Any = envs.task
+    rest = _momentum(envs) - task.tolerance * task.start_momentum
+    return np.asarray(task.dt * np.maximum(np.ceil(rest / task.impulse), 1.0))
+
+
+def _riccati(envs: RigidVectorEnv) -> Array:
+    """Loss of the optimal law over an infinite horizon; after 50 steps 1e-7 of it is left."""
+    task: Any = envs.task
+    law = MomentumRegulator(
+        task.system(),
+        task.impulse,
+        task.weight_momentum / task.start_momentum**2,
+        task.weight_impulse / task.impulse**2,
+    )
+    return law.riccati * _momentum(envs) ** 2
+
+
+DETUMBLE_LOSS = TheoreticalLimit("exact", "the root of the scalar Riccati equation", _riccati)
+DETUMBLE_TIME = TheoreticalLimit("exact", "|L| over the largest impulse, rounded up", _impulses)
+REORIENT_TIME = TheoreticalLimit(
+    "bound", "2 sqrt(angle / a), a the largest angular acceleration, less tolerances", _turn
+)
+
+
+# Controllers for the tasks of a free body; of drawn moments they know the middle.
+
+
+def body_of(task: Task) -> FreeBody:
+    """The body of a task, with the middle of each range."""
+    body = task.system()
+    assert isinstance(body, FreeBody)
+    return body
+
+
+def spin_regulator(task: IntermediateAxis) -> Controller:
+    """Linear-quadratic regulator of the spin."""
+    law = SpinRegulator(body_of(task), task.spin_rate, task.torque, task.dt)
+    return lambda states: law(states.y)
+
+
+def energy_casimir(task: IntermediateAxis) -> Controller:
+    """Energy-Casimir feedback of the spin."""
+    law = EnergyCasimir(body_of(task), task.spin_rate, task.torque)
+    return lambda states: law(states.y)
+
+
+def single_torque(
+    task: IntermediateAxisSingle, strength: float = 3.0, damping: float = 5.0 / 3.0
+) -> Controller:
+    """Energy-Casimir feedback by one torque; see `SingleTorque` for its two gains."""
+    law = SingleTorque(body_of(task), task.spin_rate, task.torque, strength, damping)
+    return lambda states: law(states.y)
+
+
+def separatrix_steering(task: SpinCapture) -> Controller:
+    """Steering onto the separatrix that leads to e2, and a regulator there."""
+    first, second, third = (torque > 0.0 for torque in task.torques())
+    law = SeparatrixSteering(
+        body_of(task), task.spin_rate, task.torque, task.dt, axes=(first, second, third)
+    )
+    return lambda states: law(states.y)
+
+
+def timed_flip(task: AxisFlip) -> Controller:
+    """Tracking of the free flip that ends within 0.6 of the tolerance at the commanded time."""
+    law = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
+    return lambda states: law(states.y, states.auxiliary("time_left"))
+
+
+def forced_flip(task: AxisFlip) -> Controller:
+    """The flip by linear feedback, at once."""
+    law = ForcedFlip(body_of(task), task.spin_rate, task.torque)
+    return lambda states: law(states.y)
+
+
+def momentum_regulator(task: Detumble) -> Controller:
+    """Optimal impulses for the weights of the reward, from the scalar Riccati equation."""
+    law = MomentumRegulator(
+        body_of(task),
+        task.impulse,
+        weight_momentum=task.weight_momentum / task.start_momentum**2,
+        weight_impulse=task.weight_impulse / task.impulse**2,
+    )
+    return lambda states: law(states.y)
+
+
+def momentum_brake(task: Detumble) -> Controller:
+    """Time-optimal impulses: rest in the least number of steps."""
+    law = MomentumBrake(body_of(task), task.impulse)
+    return lambda states: law(states.y)
+
+
+def quaternion_pd(task: Reorient) -> Controller:
+    """Quaternion feedback to the goal attitude."""
+    law = QuaternionPD(body_of(task), task.torque)
+    return lambda states: law(states.y, states.auxiliary(*task.aux_names))
+
+
+# Predictive controllers; of drawn parameters they know the middle. They need CasADi.
+
+
+def held_spin(task: IntermediateAxis) -> Controller:
+    """Least torque impulse over a horizon of 52 control periods."""
+    problem = HeldSpin(body_of(task), task.spin_rate, task.torque)
+    law = PredictiveControl(problem, doubling(task.dt, 4, 4, 10))
+    return predicting(law, task.dt, PREDICTION_PERIOD)
+
+
+# Decoders of the tasks of a free body: its angular velocity; the attitude where a law needs it.
+
+_SPIN = ("omega1 / Omega", "omega2 / Omega", "omega3 / Omega")
+_RATES = ("omega1", "omega2", "omega3")
+
+
+def intermediate_axis(
+    task: IntermediateAxis | IntermediateAxisSingle | SpinCapture,
+) -> Decoder:
+    """The spin, which is observed divided by Omega."""
+    body, q, spin = body_of(task), attitude(task, needed=False), entries(task, *_SPIN)
+    return lambda seen: Decoded(body, body.state(q=q(seen), omega_body=task.spin_rate * spin(seen)))
+
+
+def axis_flip(task: AxisFlip) -> Decoder:
+    """The spin, and the time until the commanded time, which is 0 after it."""
+    body, q, spin = body_of(task), attitude(task, needed=False), entries(task, *_SPIN)
+    left = entries(task, "time left / longest")
+    return lambda seen: Decoded(
+        body,
+        body.state(q=q(seen), omega_body=task.spin_rate * spin(seen)),
+        {"time_left": task.largest_flip_time * left(seen)},
+    )
+
+
+def detumble(task: Detumble) -> Decoder:
+    """The angular velocity."""
+    body, q, rates = body_of(task), attitude(task, needed=False), entries(task, *_RATES)
+    return lambda seen: Decoded(body, body.state(q=q(seen), omega_body=rates(seen)))
+
+
+def reorient(task: Reorient) -> Decoder:
+    """Pose and goal from the goals, which noise does not touch."""
+    body, rates = body_of(task), entries(task, *_RATES, part="achieved_goal")
+    here, there = goal_attitude(task, "achieved_goal"), goal_attitude(task, "desired_goal")
+    return lambda seen: Decoded(
+        body,
+        body.state(q=here(seen), omega_body=rates(seen)),
+        dict(zip(task.aux_names, there(seen).T, strict=True)),
+    )

@@ -1,0 +1,156 @@
+"""What tasks of a free body share."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigid_envs.base.settings import refusal
+from rigid_envs.engine import randoms
+from rigid_envs.engine.algebra import Quaternion, Row, Vector, attitude, matrix
+from rigid_envs.engine.compiler import scalar
+from rigid_envs.engine.elementary import select
+from rigid_envs.engine.episode import single
+from rigid_envs.mechanics.system import fastest_turn
+from rigid_envs.systems.free_body.dynamics import Input, State
+from rigid_envs.tasks.fields import Range, span
+
+Moments = tuple[Range, Range, Range]
+
+FASTEST = 20.0  # bound of observed rates
+_REST = (0.0, 0.0, 0.0)
+
+
+class BodyTorque(NamedTuple):
+    """Torque about the body axes, as fractions of the maximum."""
+
+    tau1: float
+    tau2: float
+    tau3: float
+
+
+class Held(NamedTuple):
+    """Number of steps for which the state has been within the tolerance."""
+
+    held: float = 0.0
+
+
+class MiddleMoments:
+    """Middles of the ranges of the moments: what a policy knows of a body that is drawn."""
+
+    I1: Range
+    I2: Range
+    I3: Range
+
+    @property
+    def middle1(self) -> float:
+        """Middle of the range of I1 [kg m^2]."""
+        return 0.5 * sum(span(self.I1))
+
+    @property
+    def middle2(self) -> float:
+        """Middle of the range of I2 [kg m^2]."""
+        return 0.5 * sum(span(self.I2))
+
+    @property
+    def middle3(self) -> float:
+        """Middle of the range of I3 [kg m^2]."""
+        return 0.5 * sum(span(self.I3))
+
+
+@scalar
+def perturbed_spin(stream: randoms.Stream, rate: float, spread: float) -> State:
+    """Spin about e2, perturbed uniformly in a ball [rad/s]; attitude uniform on SO(3)."""
+    a, b, d = randoms.in_ball(stream, 0)
+    q = randoms.quaternion(stream, 1 << 20)
+    return State(*q, spread * a, spread * b + rate, spread * d)
+
+
+@scalar
+def torque_about_axes(a: BodyTorque, torque: float) -> Input:
+    """Torque about the three body axes [N m]."""
+    return Input(torque * a.tau1, torque * a.tau2, torque * a.tau3)
+
+
+@scalar
+def observed_rates(y: State, scale: float) -> tuple[float, float, float]:
+    """Angular velocity times a scale, clipped to the bounds of the observation."""
+    return (
+        min(max(scale * y.omega1, -FASTEST), FASTEST),
+        min(max(scale * y.omega2, -FASTEST), FASTEST),
+        min(max(scale * y.omega3, -FASTEST), FASTEST),
+    )
+
+
+@scalar
+def _pose(q: Quaternion, omega: Vector) -> Row:
+    """The nine entries of R and omega [rad/s], rounded to float32 as in the observation."""
+    r = matrix(q)
+    return (
+        single(r[0]),
+        single(r[1]),
+        single(r[2]),
+        single(r[3]),
+        single(r[4]),
+        single(r[5]),
+        single(r[6]),
+        single(r[7]),
+        single(r[8]),
+        single(min(max(omega[0], -FASTEST), FASTEST)),
+        single(min(max(omega[1], -FASTEST), FASTEST)),
+        single(min(max(omega[2], -FASTEST), FASTEST)),
+    )
+
+
+@scalar
+def both_poses(y: State, aux: Any) -> tuple[Row, Row]:
+    """Achieved goal of the body, and desired goal, which is at rest."""
+    achieved = _pose(attitude(y), (y.omega1, y.omega2, y.omega3))
+    return achieved, _pose((aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z), _REST)
+
+
+@scalar
+def held_for(is_near: bool, aux: Any) -> float:
+    """Number of steps for which the state has been within the tolerance, up to this one."""
+    return select(is_near, aux.held + 1.0, 0.0)
+
+
+def check_order(moments: Moments) -> None:
+    """Check that I1 < I2 < I3 for all values in the three ranges.
+
+    Raises:
+        ConfigError: two ranges touch or are in the wrong order.
+    """
+    I1, I2, I3 = moments
+    if not span(I1)[1] < span(I2)[0]:
+        raise refusal("I1", I1, f"less than I2 = {I2}")
+    if not span(I2)[1] < span(I3)[0]:
+        raise refusal("I3", I3, f"more than I2 = {I2}")
+
+
+def spun_up(
+    moments: Moments, rate: float, torques: tuple[float, float, float], time: float
+) -> float:
+    """Bound on sqrt(2 T) of a body after bounded torques have acted for a time.
+
+    ``(sqrt(2 T))' = omega . tau / sqrt(2 T) <= sqrt(sum tau_k^2 / I_k)``, by the Cauchy-Schwarz
+    inequality.
+
+    Args:
+        moments: principal moments [kg m^2].
+        rate: largest norm of omega at the start [rad/s].
+        torques: largest torque about each body axis [N m].
+        time: duration of the torques [s].
+    """
+    gain = sum(tau * tau / span(moment)[0] for tau, moment in zip(torques, moments, strict=True))
+    return rate * math.sqrt(max(span(moment)[1] for moment in moments)) + time * math.sqrt(gain)
+
+
+def fastest(moments: Moments, root: float) -> float:
+    """Bound on the rates of motion and integrator steps [rad/s], at sqrt(2 T) = root.
+
+    For the worst body of the ranges; see `rigid_envs.mechanics.system.fastest_turn`.
+    """
+    low = [span(moment)[0] for moment in moments]
+    high = max(span(moment)[1] for moment in moments)
+    return root * fastest_turn(np.array([min(low), low[1], high]))

@@ -1,0 +1,370 @@
+"""Views of the tasks of a free body, and its polhode beside them."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.base.checks import Array
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.tasks.core import Moment
+from rigid_envs.watch import meshes as look
+from rigid_envs.watch import views as bodies
+from rigid_envs.watch.pixels import from_z
+from rigid_envs.watch.replays.panels import (
+    INSET_BLUE,
+    INSET_GREEN,
+    INSET_INK,
+    INSET_RED,
+    LIFT,
+    Panel,
+    ball_mesh,
+    body_axes,
+)
+from rigid_envs.watch.scene import Arrow, Camera, Floor, Frame, Mesh, Part, Pose, Scene, Trace
+from rigid_envs.watch.views import Arrows, SystemView, ghost, scaled
+
+# Views of free bodies: they float inside a faint sphere, on which the tip of an axis writes.
+
+SPHERE = 1.5  # radius of the sphere, and length of omega at its reference rate [m]
+LONGEST = 2.1  # arrow that is still in the picture [m]
+
+
+def sides(moments: npt.ArrayLike) -> Array:
+    """Sides of the box of these principal moments, its diagonal 2.1; none below a tenth.
+
+    Side k is as sqrt(S_k), where S_k = (I1 + I2 + I3) / 2 - I_k is the second moment along e_k.
+
+    Args:
+        moments: (I1, I2, I3) [kg m^2], shape (3,).
+    """
+    rows = np.asarray(moments, dtype=np.float64)
+    second = np.maximum(0.5 * rows.sum() - rows, 0.0)
+    shape = np.sqrt(np.maximum(second, 0.01 * second.max()))
+    return np.asarray(2.1 * shape / np.linalg.norm(shape))
+
+
+class FreeBodyView(SystemView):
+    """A box with the moments of the body, omega, L and the torque.
+
+    Attributes:
+        axis: body axis whose tip leaves a path on the sphere.
+        goal: axis along which omega is to point, in body axes; None for none.
+    """
+
+    axis: ClassVar[tuple[float, float, float]] = (1.0, 0.0, 0.0)
+    goal: ClassVar[tuple[float, float, float] | None] = None
+
+    @property
+    def rate(self) -> float:
+        """Rate that is drawn as long as the radius of the sphere [rad/s]."""
+        return float(getattr(self.task, "spin_rate", 1.0))
+
+    @property
+    def momentum(self) -> float:
+        """Angular momentum that is drawn as long as the radius of the sphere [N m s]."""
+        return float(self.system.moments[1]) * self.rate
+
+    @property
+    def strongest(self) -> float:
+        """Input that is drawn 1.2 m long [N m]."""
+        return float(getattr(self.task, "torque", 1.0))
+
+    def shape(self) -> Mesh | None:
+        """Mesh that is shown where I1 <= I2 <= I3, of nominal size; None for a box."""
+        return None
+
+    def body(self) -> tuple[Mesh, tuple[float, float, float]]:
+        """Mesh of the body, and its scale."""
+        moments, mesh = self.system.moments, self.shape()
+        if mesh is not None and np.all(np.diff(moments) >= 0.0):
+            return mesh, (1.0, 1.0, 1.0)
+        x, y, z = sides(moments).tolist()
+        return bodies.brick(), (x, y, z)
+
+    def parts(self) -> dict[str, Part]:
+        """Body, sphere, and arrow of the goal."""
+        mesh, self.scale = self.body()
+        parts = {
+            "body": Part(mesh),
+            "sphere": Part(bodies.graticule(), shadow=False, shiny=False),
+        }
+        return parts if self.goal is None else parts | {"goal": ghost(bodies.spin_arrow(), 0.5)}
+
+    def camera(self) -> Camera:
+        """The whole sphere and the arrows."""
+        return Camera(target=(0.0, 0.0, 0.25), distance=7.0, azimuth=-55.0, elevation=24.0)
+
+    def vectors(self) -> dict[str, Arrow]:
+        """Angular velocity, angular momentum, input."""
+        return {
+            "L": Arrow(look.MOMENTUM, 0.045, "L"),
+            "omega": Arrow(look.OMEGA, 0.045, "omega"),
+            "input": Arrow(look.INPUT, 0.07, "torque"),
+        }
+
+    def traces(self) -> dict[str, Trace]:
+        """Path of the axis on the sphere."""
+        return {"axis": Trace(look.PATH, 0.025, length=250)}
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """The body turns about the middle of the sphere, which stays."""
+        q = self.system.accessors["q"](moment.y)
+        poses = {"body": Pose(q=q, scale=self.scale), "sphere": Pose(scale=(SPHERE,) * 3)}
+        if self.goal is not None:
+            turn = rotations.multiply(q, from_z(self.goal))
+            poses["goal"] = Pose(q=turn, scale=(1.3, 1.3, SPHERE))
+        return poses
+
+    def arrows(self, moment: Moment) -> Arrows:
+        """All from the middle."""
+        read, centre = self.system.accessors, (0.0, 0.0, 0.0)
+        torque = rotations.rotate(read["q"](moment.y), moment.u)
+        return {
+            "L": (centre, scaled(read["L_world"](moment.y), SPHERE / self.momentum, LONGEST)),
+            "omega": (centre, scaled(read["omega_world"](moment.y), SPHERE / self.rate, LONGEST)),
+            "input": (centre, scaled(torque, 1.2 / self.strongest, LONGEST)),
+        }
+
+    def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
+        """Tip of the axis."""
+        return {"axis": SPHERE * rotations.rotate(self.system.accessors["q"](moment.y), self.axis)}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Angular velocity in body axes."""
+        a, b, c = np.round(self.system.accessors["omega_body"](moment.y), 2) + 0.0
+        return (f"omega ({a:.2f}, {b:.2f}, {c:.2f}) rad/s in body axes",)
+
+    @staticmethod
+    def insets(system: Any, y: Array, times: Array, driven: bool) -> list[Panel]:
+        """The polhode; of a free motion Poinsot's construction."""
+        if driven or np.linalg.norm(system.omega_body(y), axis=-1).min() < _REST:
+            return [_polhode(system, y, times)]
+        return [_poinsot(system, y, times)]
+
+
+class IntermediateAxisRandomView(FreeBodyView):
+    """A box of the drawn moments whose spin is to be about e2."""
+
+    axis = (0.0, 1.0, 0.0)
+    goal = (0.0, 1.0, 0.0)
+
+
+class IntermediateAxisView(IntermediateAxisRandomView):
+    """A tennis racket whose spin is to be about e2."""
+
+    def shape(self) -> Mesh | None:
+        """The body."""
+        return bodies.tennis_racket()
+
+
+class IntermediateAxisSingleView(IntermediateAxisView):
+    """A book whose spin is to be about e2."""
+
+    def shape(self) -> Mesh | None:
+        """The body."""
+        return bodies.book()
+
+
+class SpinCaptureView(IntermediateAxisView):
+    """A T-handle whose spin is to be about e2."""
+
+    def shape(self) -> Mesh | None:
+        """The body."""
+        return bodies.t_handle()
+
+
+class AxisFlipView(SpinCaptureView):
+    """A T-handle whose spin is to be about -e2 by a commanded time."""
+
+    goal = (0.0, -1.0, 0.0)
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Also the time left."""
+        left = max(moment.aux["time_left"], 0.0)
+        return (*super().readings(moment), f"{left:.1f} s left to turn over")
+
+
+class DetumbleView(FreeBodyView):
+    """A tumbling satellite; L begins within the sphere and is to become 0."""
+
+    def shape(self) -> Mesh | None:
+        """The body."""
+        return bodies.satellite()
+
+    @property
+    def rate(self) -> float:
+        """Rate of the largest momentum about e2 [rad/s]."""
+        return self.momentum / float(self.system.moments[1])
+
+    @property
+    def momentum(self) -> float:
+        """Largest angular momentum at the start [N m s]."""
+        return float(self.task.start_momentum)
+
+    @property
+    def strongest(self) -> float:
+        """Largest impulse [N m s]."""
+        return float(self.task.impulse)
+
+    def traces(self) -> dict[str, Trace]:
+        """Path of the tip of L."""
+        return {"L": Trace(look.MOMENTUM, 0.025)}
+
+    def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
+        """Tip of L."""
+        L = self.system.accessors["L_world"](moment.y)
+        return {"L": scaled(L, SPHERE / self.momentum, LONGEST)}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Angular momentum."""
+        size = float(np.linalg.norm(self.system.accessors["L_body"](moment.y)))
+        goal = self.task.tolerance * self.task.start_momentum
+        return (f"|L| {size:.3f} N m s, to be below {goal:.2g}",)
+
+
+class ReorientView(FreeBodyView):
+    """A satellite, and its goal attitude as a ghost."""
+
+    def shape(self) -> Mesh | None:
+        """The body."""
+        return bodies.satellite()
+
+    @property
+    def rate(self) -> float:
+        """Rate that full torque about e2 gives in 5 s [rad/s]."""
+        return 5.0 * self.strongest / float(self.system.moments[1])
+
+    def parts(self) -> dict[str, Part]:
+        """Also the ghost."""
+        return super().parts() | {"goal": ghost(self.body()[0])}
+
+    def goal_attitude(self, moment: Moment) -> Array:
+        """Quaternion of the goal."""
+        return np.array([moment.aux[f"goal_{k}"] for k in "wxyz"])
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """Also the ghost."""
+        q = self.goal_attitude(moment)
+        return super().poses(moment) | {"goal": Pose(q=q, scale=self.scale)}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Angle to the goal, and rate."""
+        read = self.system.accessors
+        off = float(rotations.distance(read["q"](moment.y), self.goal_attitude(moment)))
+        rate = float(np.linalg.norm(read["omega_body"](moment.y)))
+        return (f"{np.degrees(off):.1f} deg from the goal   {rate:.2f} rad/s",)
+
+
+# Insets of a replay page: Poinsot's construction of a free body, the axis of a top on a sphere.
+
+_REST = 1e-9  # rad/s; a body that turns more slowly has no axis of rotation
+
+
+def _poinsot(body: FreeBody, y: Array, times: Array) -> Panel:
+    """The inertia ellipsoid rolls on the invariable plane: polhode on it, herpolhode below.
+
+    ``rho = omega / sqrt(2 T)`` is on the ellipsoid ``rho . I rho = 1``, whose tangent plane
+    there is normal to L at the distance ``sqrt(2 T) / |L|`` from the centre. The world is turned
+    so that L points down. Lengths are in units of the largest semi-axis.
+
+    Source: Goldstein, Poole & Safko, *Classical Mechanics*, section 5.6.
+    """
+    size = float(np.sqrt(body.moments.min()))
+    root = np.sqrt(2.0 * body.kinetic_energy(y))
+    L = body.L_world(y[0])
+    q = rotations.multiply(_turn_down(L), rotations.normalize(y[:, :4]))
+    rho = size * body.omega_body(y) / root[:, None]
+    contact = rotations.rotate(q, rho)
+    height = -size * float(root[0] / np.linalg.norm(L))
+    scene = Scene(
+        parts={"ellipsoid": Part(ball_mesh(), opacity=0.34)},
+        camera=Camera((0.0, 0.0, 0.4 * height), 4.8, -60.0, 24.0, 32.0),
+        arrows={"omega": Arrow(INSET_GREEN, 0.035, "\u03c9")},
+        traces={
+            "separatrices": Trace(INSET_INK, 0.012, "ellipsoid"),
+            "polhode": Trace(INSET_BLUE, 0.05, "ellipsoid"),
+            "herpolhode": Trace(INSET_RED, 0.05),
+        },
+        floor=Floor(height, 4.4, 0.4),
+    )
+    semi = _semi_axes(body)
+    frames = [
+        Frame(
+            {"ellipsoid": Pose(q=attitude, scale=semi)},
+            {"omega": ((0.0, 0.0, 0.0), point)},
+            {"polhode": inside / semi * LIFT, "herpolhode": (*point[:2], height + 0.012)},
+        )
+        for attitude, point, inside in zip(q, contact, rho, strict=True)
+    ]
+    title = "Polhode and herpolhode"
+    return Panel(title, scene, frames, times, {"separatrices": _separatrices(body)})
+
+
+def _polhode(body: FreeBody, y: Array, times: Array) -> Panel:
+    """Path of the axis of rotation on the inertia ellipsoid, in body axes."""
+    semi = _semi_axes(body)
+    omega = body.omega_body(y)
+    rate = np.linalg.norm(omega, axis=-1)
+    root = np.sqrt(2.0 * body.kinetic_energy(y))
+    turning = rate > _REST
+    rho = np.full_like(omega, np.nan)
+    rho[turning] = omega[turning] / root[turning, None] * np.sqrt(body.moments.min())
+    scene = Scene(
+        parts={"ellipsoid": Part(ball_mesh(), opacity=0.45)},
+        camera=Camera((0.0, 0.0, 0.12), 5.0, 40.0, 22.0, 32.0),
+        arrows={"omega": Arrow(INSET_GREEN, 0.035, "\u03c9"), **body_axes()},
+        traces={
+            "separatrices": Trace(INSET_INK, 0.012, "ellipsoid"),
+            "polhode": Trace(INSET_BLUE, 0.05, "ellipsoid"),
+        },
+    )
+    axes = {
+        f"e{k + 1}": (semi[k] * np.eye(3)[k], (0.28 + 0.0 * semi[k]) * np.eye(3)[k])
+        for k in range(3)
+    }
+    pose = {"ellipsoid": Pose(scale=semi)}
+    frames = [
+        Frame(pose, {**axes, "omega": ((0.0, 0.0, 0.0), 1.25 * point)}, {"polhode": point / semi})
+        for point in LIFT * rho
+    ]
+    title = "\u03c9 on the inertia ellipsoid"
+    return Panel(title, scene, frames, times, {"separatrices": _separatrices(body)})
+
+
+def _semi_axes(body: FreeBody) -> tuple[float, float, float]:
+    """Semi-axes of the inertia ellipsoid, in units of the largest."""
+    a, b, c = np.sqrt(body.moments.min() / body.moments)
+    return float(a), float(b), float(c)
+
+
+def _separatrices(body: FreeBody) -> Array:
+    """Both separatrices on the unit sphere that the ellipsoid is made from, (n, 3); broken by NaN.
+
+    Polhodes of ``L^2 / (2 T) = I_2``, the middle moment: two ellipses through the middle axis, in
+    the planes ``rho_1 sqrt(I_1 (I_2 - I_1)) = +- rho_3 sqrt(I_3 (I_3 - I_2))``. None where two
+    moments are equal.
+    """
+    order = np.argsort(body.moments)
+    low, middle, high = body.moments[order]
+    if low == middle or middle == high:
+        return np.zeros((0, 3))
+    across = np.array([np.sqrt(high - middle), np.sqrt(middle - low)])  # in sphere coordinates
+    across /= np.linalg.norm(across)
+    angle = np.linspace(0.0, 2.0 * np.pi, 121)
+    lines = np.full((2, 122, 3), np.nan)
+    for line, sign in zip(lines, (1.0, -1.0), strict=True):
+        line[:-1, order[0]] = across[0] * np.sin(angle)
+        line[:-1, order[1]] = np.cos(angle)
+        line[:-1, order[2]] = sign * across[1] * np.sin(angle)
+    return (LIFT - 0.004) * lines.reshape(-1, 3)
+
+
+def _turn_down(direction: Array) -> Array:
+    """Quaternion of the shortest turn of a direction to straight down; about x if it points up."""
+    x, y, z = direction / np.linalg.norm(direction)
+    q = np.array([1.0 - z, -y, x, 0.0])
+    return rotations.normalize(q) if np.linalg.norm(q) > 1e-6 else np.array([0.0, 1.0, 0.0, 0.0])

@@ -1,0 +1,1 @@
+"""The heavy top: precession, nutation, sleeping."""

@@ -1,0 +1,264 @@
+"""Views of the tasks of tops, and the path of the axis beside them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.base.checks import Array
+from rigid_envs.mechanics import rotations
+from rigid_envs.tasks.core import Moment
+from rigid_envs.watch import meshes as look
+from rigid_envs.watch import meshes as solids
+from rigid_envs.watch.replays.panels import INSET_BLUE, INSET_INK, INSET_RED, LIFT, Panel, ball_mesh
+from rigid_envs.watch.scene import Arrow, Camera, Floor, Frame, Part, Pose, Scene, Trace
+from rigid_envs.watch.views import Arrows, SystemView, above, ghost, scaled
+
+# Views of tops: on a stand or a carriage, inside a faint dome on which their tip writes.
+
+HEIGHT = 1.5  # of the top, nominal [m]
+STAND = 1.7  # height of the stand: more than that of the top, which may hang down [m]
+
+
+class HeavyTopView(SystemView):
+    """A top on a stand, its rotor as long and wide as its moments; L, omega and the torque.
+
+    Attributes:
+        size: factor of all lengths, which are nominal.
+    """
+
+    size: ClassVar[float] = 1.0
+
+    @property
+    def strongest(self) -> float:
+        """Torque that is drawn 0.9 m long [N m]."""
+        return float(getattr(self.task, "torque", 1.0))
+
+    @property
+    def spin(self) -> float:
+        """Spin that is drawn 0.6 m long [rad/s]."""
+        start = getattr(self.task, "start_spin", 1.0) + getattr(self.task, "start_spread", 0.0)
+        return float(self.system.critical_spin * max(1.0, start))
+
+    def scale(self) -> tuple[float, float, float]:
+        """Factors of the mesh: 1 for I1 = I2 and I3 = m (1 m)^2 / 2."""
+        half = 0.5 * self.system.moments.sum()
+        across = np.maximum(half - self.system.moments[:2], 0.05 * half) / self.system.m
+        x, y = np.clip(2.0 * np.sqrt(across), 0.4, 1.4).tolist()
+        return self.size * x, self.size * y, self.size
+
+    def parts(self) -> dict[str, Part]:
+        """Top, stand and dome."""
+        return {
+            "top": Part(solids.top()),
+            "stand": Part(solids.stand()),
+            "dome": Part(solids.dome(), shadow=False, shiny=False),
+        }
+
+    def camera(self) -> Camera:
+        """From the foot of the stand to the tip, with L."""
+        return Camera(target=(0.0, 0.0, 0.4), distance=8.0, azimuth=-60.0, elevation=20.0)
+
+    def vectors(self) -> dict[str, Arrow]:
+        """Angular momentum, angular velocity, torque."""
+        return {
+            "L": Arrow(look.MOMENTUM, 0.04, "L"),
+            "omega": Arrow(look.OMEGA, 0.06, "omega"),
+            "input": Arrow(look.INPUT, 0.07, "torque"),
+        }
+
+    def traces(self) -> dict[str, Trace]:
+        """Path of the tip."""
+        return {"tip": Trace(look.PATH, 0.03, length=250)}
+
+    def floor(self) -> Floor | None:
+        """Below the stand."""
+        return Floor(-STAND, 16.0, 1.0)
+
+    def pivot(self, moment: Moment) -> Array:
+        """Place of the pivot [m], shape (3,)."""
+        return np.append(self.system.accessors["pivot"](moment.y), 0.0)
+
+    def tip(self, moment: Moment) -> Array:
+        """Place of the tip [m], shape (3,)."""
+        axis = rotations.rotate(
+            self.system.accessors["q"](moment.y), (0.0, 0.0, self.size * HEIGHT)
+        )
+        return np.asarray(self.pivot(moment) + axis)
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """The stand and the dome go with the pivot."""
+        pivot, q = self.pivot(moment), self.system.accessors["q"](moment.y)
+        return {
+            "top": Pose(pivot, q, self.scale()),
+            "stand": Pose(pivot, scale=(1.0, 1.0, STAND)),
+            "dome": Pose(pivot, scale=(self.size * HEIGHT,) * 3),
+        }
+
+    def torque(self, moment: Moment) -> Array:
+        """Torque of the input in world axes [N m], shape (3,)."""
+        turned = rotations.rotate(self.system.accessors["q"](moment.y), moment.u[:3])
+        return np.asarray(turned + moment.u[3:6])
+
+    def arrows(self, moment: Moment) -> Arrows:
+        """All from the tip; L is drawn longer than omega, with which it often coincides."""
+        read, tip = self.system.accessors, self.tip(moment)
+        L = float(self.system.I3) * self.spin
+        return {
+            "L": (tip, scaled(read["L_world"](moment.y), 1.1 / L, 1.6)),
+            "omega": (tip, scaled(read["omega_world"](moment.y), 0.6 / self.spin, 1.2)),
+            "input": (tip, scaled(self.torque(moment), 0.9 / self.strongest, 1.2)),
+        }
+
+    def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
+        """The tip."""
+        return {"tip": self.tip(moment)}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Tilt and spin."""
+        tilt = math.degrees(float(self.system.accessors["tilt"](moment.y)))
+        spin = float(self.system.accessors["omega_body"](moment.y)[2])
+        share = spin / self.system.critical_spin
+        return (f"tilt {tilt:.1f} deg   spin {spin:.2f} rad/s, {share:.2f} of critical",)
+
+    @staticmethod
+    def insets(system: Any, y: Array, times: Array, driven: bool) -> list[Panel]:
+        """The path of the axis on a sphere."""
+        return [_axis_sphere(y, times)]
+
+
+class UprightTopView(HeavyTopView):
+    """A top that is to stand upright: a green rod, and a ring in which the tip is to be."""
+
+    tolerance: ClassVar[str] = "tolerance"
+
+    def parts(self) -> dict[str, Part]:
+        """Also rod and ring."""
+        goals = {"goal": ghost(solids.rod(), 0.6), "goal_ring": ghost(solids.goal_hoop(), 0.9)}
+        return super().parts() | goals
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """The ring has the radius of the tolerance."""
+        pivot, angle = self.pivot(moment), float(getattr(self.task, self.tolerance))
+        size = self.size * HEIGHT
+        wide, high = size * math.sin(angle), size * math.cos(angle)
+        return super().poses(moment) | {
+            "goal": Pose(pivot, scale=(self.size, self.size, size + 0.5)),
+            "goal_ring": Pose(above(pivot, high), scale=(wide, wide, 1.0)),
+        }
+
+
+class PivotTopView(UprightTopView):
+    """A top on a carriage in its arena, whose acceleration is the input."""
+
+    size = 1.6
+    tolerance = "tilt_tolerance"
+
+    @property
+    def strongest(self) -> float:
+        """Acceleration that is drawn 0.9 m long [m/s^2]."""
+        return float(self.task.push)
+
+    def parts(self) -> dict[str, Part]:
+        """A carriage for the stand; the middle and the edge of the arena."""
+        flat = {"shadow": False, "shiny": False}
+        return super().parts() | {
+            "stand": Part(solids.puck()),
+            "edge": Part(solids.edge_ring(), **flat),
+            "centre": Part(solids.goal_disk(), **flat),
+        }
+
+    def camera(self) -> Camera:
+        """The whole arena."""
+        high = 0.3 * self.size * HEIGHT
+        return Camera((0.0, 0.0, high), 3.4 * self.task.arena, azimuth=-60.0, elevation=32.0)
+
+    def vectors(self) -> dict[str, Arrow]:
+        """The input is an acceleration."""
+        return super().vectors() | {"input": Arrow(look.INPUT, 0.12, "acceleration")}
+
+    def traces(self) -> dict[str, Trace]:
+        """Also the path of the pivot."""
+        return {"tip": Trace(look.STEEL, 0.03, length=40), "pivot": Trace(look.PATH, 0.05)}
+
+    def floor(self) -> Floor | None:
+        """The arena and some more."""
+        return Floor(-0.2, 6.0 * self.task.arena, 1.0)
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """No stretched stand; the arena rests."""
+        edge, centre = self.task.arena, max(self.task.centre_tolerance, 0.15)
+        return super().poses(moment) | {
+            "stand": Pose(self.pivot(moment)),
+            "edge": Pose((0.0, 0.0, -0.18), scale=(edge, edge, 1.0)),
+            "centre": Pose((0.0, 0.0, -0.18), scale=(centre, centre, 1.0)),
+        }
+
+    def arrows(self, moment: Moment) -> Arrows:
+        """The acceleration, from the pivot."""
+        push = np.append(moment.u[6:8], 0.0)
+        arrow = scaled(push, 1.5 / self.strongest, 1.6)
+        return super().arrows(moment) | {"input": (above(self.pivot(moment), -0.1), arrow)}
+
+    def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
+        """Also the pivot, on the floor."""
+        return super().points(moment) | {"pivot": above(self.pivot(moment), -0.17)}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Also the distance of the pivot from the middle."""
+        away = float(np.linalg.norm(self.system.accessors["pivot"](moment.y)))
+        return (*super().readings(moment), f"pivot {away:.2f} m from the middle")
+
+
+class TopPrecessionView(HeavyTopView):
+    """A top whose axis is to move on a cone of the commanded tilt."""
+
+    def parts(self) -> dict[str, Part]:
+        """Also the cone and its rim."""
+        goals = {
+            "goal": ghost(solids.goal_cone(), 0.2),
+            "goal_ring": ghost(solids.goal_hoop(), 0.9),
+        }
+        return super().parts() | goals
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """The cone has the commanded tilt."""
+        angle = moment.aux["goal_tilt"]
+        size = self.size * HEIGHT
+        wide, high = size * math.sin(angle), size * math.cos(angle)
+        return super().poses(moment) | {
+            "goal": Pose(scale=(wide, wide, high)),
+            "goal_ring": Pose((0.0, 0.0, high), scale=(wide, wide, 1.0)),
+        }
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Also the commanded tilt."""
+        goal = math.degrees(moment.aux["goal_tilt"])
+        return (*super().readings(moment), f"commanded tilt {goal:.1f} deg, {self.task.branch}")
+
+
+# Insets of a replay page: Poinsot's construction of a free body, the axis of a top on a sphere.
+
+
+def _axis_sphere(y: Array, times: Array) -> Panel:
+    """Path of the axis e3 of a top on the unit sphere, in world axes."""
+    q = rotations.normalize(y[:, :4])
+    axis = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))
+    scene = Scene(
+        parts={"sphere": Part(ball_mesh(), opacity=0.55)},
+        camera=Camera((0.0, 0.0, 0.18), 4.8, -60.0, 38.0, 32.0),
+        arrows={"e3": Arrow(INSET_BLUE, 0.04, "e\u2083")},
+        traces={"axis": Trace(INSET_RED, 0.045), "equator": Trace(INSET_INK, 0.012)},
+    )
+    angle = np.linspace(0.0, 2.0 * np.pi, 97)
+    equator = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
+    pose = {"sphere": Pose()}
+    frames = [
+        Frame(pose, {"e3": ((0.0, 0.0, 0.0), 1.15 * point)}, {"axis": LIFT * point})
+        for point in axis
+    ]
+    title = "Axis e\u2083 on the sphere"
+    return Panel(title, scene, frames, times, {"equator": LIFT * equator})

@@ -1,0 +1,1 @@
+"""Rollers on inclines and in valleys."""

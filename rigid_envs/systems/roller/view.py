@@ -1,0 +1,152 @@
+"""Views of the wheel on an incline or in a valley."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.base.checks import Array
+from rigid_envs.mechanics import rotations
+from rigid_envs.tasks.core import Moment
+from rigid_envs.watch import meshes as look
+from rigid_envs.watch import meshes as solids
+from rigid_envs.watch.pixels import from_z
+from rigid_envs.watch.scene import Arrow, Camera, Floor, Part, Pose, Trace
+from rigid_envs.watch.views import Arrows, SystemView, ghost, scaled
+
+MASSES = 6
+AXLE = from_z((0.0, 1.0, 0.0))  # the axis of the mesh, z, is that of rolling, y
+
+
+class RollerView(SystemView):
+    """A spoked wheel in a valley, on a hill or on an incline, with masses on its spokes.
+
+    The motion is in the plane of x and z. The distance of the masses from the axle is as the root
+    of the inertia ratio.
+    """
+
+    @property
+    def largest(self) -> float:
+        """Largest inertia ratio."""
+        return float(max(self.system.beta + getattr(self.task, "beta_change", 0.0), 1.0))
+
+    @property
+    def bend(self) -> float:
+        """Radius of the path of the centre [m]; that of a plane for a straight one."""
+        curvature = self.system.curvature
+        return math.inf if curvature == 0.0 else float(1.0 / curvature)
+
+    def centre(self, moment: Moment) -> Array:
+        """Centre of the wheel, from that at s = 0 [m], shape (3,)."""
+        x, z = self.system.accessors["place"](moment.y)
+        return np.array([x, 0.0, z])
+
+    def attitude(self, moment: Moment) -> Array:
+        """Quaternion of the wheel."""
+        half = 0.5 * float(self.system.accessors["turn"](moment.y))
+        turn = [math.cos(half), 0.0, math.sin(half), 0.0]
+        return np.asarray(rotations.multiply(turn, AXLE))
+
+    def parts(self) -> dict[str, Part]:
+        """Wheel, masses and track."""
+        track = solids.slab() if self.bend <= 0.0 or math.isinf(self.bend) else solids.valley()
+        masses = {f"mass{k}": Part(solids.mass()) for k in range(MASSES)}
+        return {"wheel": Part(solids.spoked_wheel()), "track": Part(track), **masses}
+
+    def camera(self) -> Camera:
+        """From the side, with the wheel."""
+        return Camera(distance=12.0 * self.system.radius, azimuth=-80.0, follow="wheel")
+
+    def vectors(self) -> dict[str, Arrow]:
+        """Velocity and force."""
+        width = 0.1 * self.system.radius
+        return {
+            "velocity": Arrow(look.SKY, width, "v"),
+            "input": Arrow(look.INPUT, width, "force"),
+        }
+
+    def traces(self) -> dict[str, Trace]:
+        """Path of the centre."""
+        return {"path": Trace(look.PATH, 0.05 * self.system.radius, length=200)}
+
+    def track(self) -> Pose:
+        """Pose of the track: its middle below the centre at s = 0, or its bottom in a valley."""
+        r, bend, slope = self.system.radius, self.bend, self.system.slope
+        tilt = np.array([math.cos(0.5 * slope), 0.0, math.sin(0.5 * slope), 0.0])
+        if bend <= 0.0 or math.isinf(bend):
+            down = np.array([-r * math.sin(slope), 0.0, -r * math.cos(slope)])
+            return Pose(down, tilt, (60.0 * r, 3.0 * r, 0.2 * r))
+        middle = bend * np.array([math.sin(slope), 0.0, math.cos(slope)])
+        return Pose(middle, scale=(bend + r, 2.4 * r, bend + r))
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """The masses stand on the spokes."""
+        r, q, centre = self.system.radius, self.attitude(moment), self.centre(moment)
+        share = (self.system.beta + moment.u[1]) / self.largest
+        out = 0.74 * r * math.sqrt(min(share, 1.0))
+        poses = {"wheel": Pose(centre, q, (r, r, r)), "track": self.track()}
+        for k in range(MASSES):
+            angle = k * math.pi / 3.0
+            spoke = rotations.rotate(q, (out * math.cos(angle), out * math.sin(angle), 0.0))
+            poses[f"mass{k}"] = Pose(centre + spoke, q, (r, r, r))
+        return poses
+
+    def arrows(self, moment: Moment) -> Arrows:
+        """Both in front of the wheel, from its axle."""
+        descent = float(self.system.accessors["descent"](moment.y))
+        along = np.array([math.cos(descent), 0.0, -math.sin(descent)])
+        r, system = self.system.radius, self.system
+        start = self.centre(moment) - (0.0, 0.3 * r, 0.0)
+        speed = float(system.accessors["velocity"](moment.y))
+        pull = scaled(moment.u[0] * along, 2.0 * r / (system.m * system.g), 3.0 * r)
+        return {
+            "velocity": (start, scaled(speed * along, 0.5, 3.0 * r)),
+            "input": (start, pull),
+        }
+
+    def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
+        """The centre, in front of the wheel."""
+        return {"path": self.centre(moment) - (0.0, 0.25 * self.system.radius, 0.0)}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Inertia ratio and speed."""
+        ratio = self.system.beta + moment.u[1]
+        speed = float(self.system.accessors["velocity"](moment.y))
+        return (f"inertia ratio {ratio:.2f}   speed {speed:.2f} m/s",)
+
+
+class RollPumpView(RollerView):
+    """A wheel that is to pass a rim of its valley; the rims are green, with ghosts of the wheel."""
+
+    def parts(self) -> dict[str, Part]:
+        """The valley ends at the rim; ghosts stand there."""
+        ghosts = {f"goal{k}": ghost(solids.goal_wheel(), 0.4) for k in (0, 1)}
+        return super().parts() | {"track": Part(solids.valley(self.task.rim)), **ghosts}
+
+    def camera(self) -> Camera:
+        """The whole valley from the side."""
+        wide = 2.0 * (self.bend + self.system.radius)
+        high = 0.5 * self.bend * (1.25 - math.cos(self.task.rim))
+        return Camera((0.0, 0.0, high), 1.72 * wide, azimuth=-82.0, elevation=14.0)
+
+    def floor(self) -> Floor | None:
+        """Below the valley, which rests on it."""
+        low = self.bend - 1.03 * (self.bend + self.system.radius)
+        return Floor(low, 8.0 * self.bend, 1.0)
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """Also the ghosts."""
+        r, bend, rim = self.system.radius, self.bend, self.task.rim
+        x, z = bend * math.sin(rim), bend * (1.0 - math.cos(rim))
+        ghosts = {
+            f"goal{k}": Pose((side * x, 0.0, z), AXLE, (r, r, r)) for k, side in enumerate((-1, 1))
+        }
+        return super().poses(moment) | ghosts
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Also the angle."""
+        angle = math.degrees(-float(self.system.accessors["descent"](moment.y)))
+        rim = math.degrees(self.task.rim)
+        return (*super().readings(moment), f"{abs(angle):.0f} deg from the bottom, rim {rim:.0f}")

@@ -1,0 +1,1 @@
+"""The ball that rolls on a plane, kinematic and nonholonomic."""

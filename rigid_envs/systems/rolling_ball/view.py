@@ -1,0 +1,162 @@
+"""Views of the ball that rolls at a given velocity: parking, following, the grid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.base.checks import Array
+from rigid_envs.tasks.core import Moment
+from rigid_envs.watch import meshes as look
+from rigid_envs.watch import meshes as solids
+from rigid_envs.watch.scene import Camera, Floor, Part, Pose, Trace
+from rigid_envs.watch.views import BallView, ghost
+
+INSIDE = 0.98  # size of the ghost [radii]: the ball hides it where they coincide
+HOME, UPRIGHT = (0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+
+
+class RollingBallView(BallView):
+    """A ball that the camera follows, and its velocity."""
+
+    @property
+    def strongest(self) -> float:
+        """Largest speed [m/s]; a radius per second where the task has none."""
+        return self.radius * float(getattr(self.task, "largest_roll_rate", 1.0))
+
+    def camera(self) -> Camera:
+        """From above, with the ball."""
+        return Camera((0.0, 0.0, 0.5 * self.radius), 12.0 * self.radius, follow="ball")
+
+
+class BallParkView(RollingBallView):
+    """A ball that is to be parked upright at the origin, where its ghost stands."""
+
+    def camera(self) -> Camera:
+        """The start square and room for manoeuvres."""
+        far = 9.6 + 1.6 * self.task.start_half_width
+        return Camera((0.0, 0.0, 0.7), far, azimuth=-65.0, elevation=38.0)
+
+    def parts(self) -> dict[str, Part]:
+        """Also the ghost."""
+        return super().parts() | self.upright_goal()
+
+    def goal(self, moment: Moment) -> tuple[npt.ArrayLike, npt.ArrayLike]:
+        """Position [m] and attitude of the goal."""
+        return HOME, UPRIGHT
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """Also the ghost."""
+        position, q = self.goal(moment)
+        centre = np.append(position, self.radius)
+        return super().poses(moment) | {"goal": Pose(centre, q, (INSIDE * self.radius,) * 3)}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """How far the goal is."""
+        return (self.off_goal(moment, *self.goal(moment)),)
+
+
+class BallReorientView(BallParkView):
+    """A ball that is to come back to where it started, upright."""
+
+
+class BallParkGoalView(BallParkView):
+    """A ball that is to be parked at a drawn pose."""
+
+    def goal(self, moment: Moment) -> tuple[npt.ArrayLike, npt.ArrayLike]:
+        """Position [m] and attitude of the goal of the episode."""
+        aux = moment.aux
+        return [aux["goal_X"], aux["goal_Y"]], [aux[f"goal_{k}"] for k in "wxyz"]
+
+
+class BallSteerView(BallParkView):
+    """A ball that is to follow a ghost, which rolls along its own path."""
+
+    def camera(self) -> Camera:
+        """It follows the ghost."""
+        far = 11.0 * self.radius
+        return Camera((0.0, 0.0, 0.5 * self.radius), far, -65.0, 38.0, follow="goal")
+
+    def goal(self, moment: Moment) -> tuple[npt.ArrayLike, npt.ArrayLike]:
+        """Position [m] and attitude of the reference."""
+        aux = moment.aux
+        position = [aux["reference_X"], aux["reference_Y"]]
+        return position, [aux[f"reference_{k}"] for k in "wxyz"]
+
+    def floor(self) -> Floor | None:
+        """As far as the reference rolls."""
+        return Floor(0.0, 60.0, 1.0)
+
+    def traces(self) -> dict[str, Trace]:
+        """Also the path of the reference."""
+        paths = super().traces()
+        paths["on_ball"] = replace(paths["on_ball"], length=60)
+        return paths | {"reference": Trace(look.GREEN, 0.05 * self.radius)}
+
+    def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
+        """Also the contact of the reference."""
+        foot = np.append(self.goal(moment)[0], 0.003 * self.radius)
+        return super().points(moment) | {"reference": foot}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Also the mean error so far."""
+        mean = moment.aux["error_sum"] / max(moment.aux["n_errors"], 1.0)
+        return (*super().readings(moment), f"mean error {mean:.2f}, bound {self.task.bound:.2f}")
+
+
+class BallGridView(BallParkView):
+    """A ball that rolls from cell to cell, home to the origin.
+
+    A quarter roll is one step, so the path on the ball would be chords through it, and is left out.
+    """
+
+    @property
+    def cell(self) -> float:
+        """Side of a cell [m]."""
+        return 0.5 * math.pi * self.radius
+
+    def camera(self) -> Camera:
+        """The cells of the start, and one more."""
+        far = (5.0 + 2.4 * self.task.start_cells) * self.cell
+        return Camera((0.0, 0.0, 0.0), min(far, 24.0 * self.cell), azimuth=-65.0, elevation=48.0)
+
+    def parts(self) -> dict[str, Part]:
+        """Also the home cell."""
+        home = ghost(solids.goal_cell(), 0.9)
+        return super().parts() | {"home": home}
+
+    def floor(self) -> Floor | None:
+        """The origin is the middle of a cell."""
+        return Floor(0.0, 25.0 * self.cell, self.cell)
+
+    def traces(self) -> dict[str, Trace]:
+        """The path on the plane alone."""
+        return {"path": super().traces()["path"]}
+
+    def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
+        """The contact on the plane."""
+        return {"path": super().points(moment)["path"]}
+
+    def push(self, moment: Moment) -> Array:
+        """Velocity of the last quarter roll."""
+        return np.append(moment.u[:2], 0.0)
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """Also the home cell."""
+        side = self.cell
+        return super().poses(moment) | {
+            "home": Pose((0.0, 0.0, 0.02 * side), scale=(side, side, 0.02 * side))
+        }
+
+    @property
+    def strongest(self) -> float:
+        """Speed of a quarter roll [m/s]."""
+        return self.radius * float(self.task.roll_rate)
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Cell and angle."""
+        x, y = np.round(self.system.accessors["position"](moment.y) / self.cell)
+        return (f"cell ({x:.0f}, {y:.0f})", *super().readings(moment))

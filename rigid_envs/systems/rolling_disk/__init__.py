@@ -1,0 +1,1 @@
+"""The disk that rolls on a plane without slipping."""

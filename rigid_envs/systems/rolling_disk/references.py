@@ -1,0 +1,32 @@
+"""Controllers bound to the tasks of a disk, and what they read in observations."""
+
+from __future__ import annotations
+
+from rigid_envs.scores.policies import Controller
+from rigid_envs.scores.references import Decoded, Decoder, entries
+from rigid_envs.systems.rolling_disk.controllers import CircleRegulator, Rolling, rolling_state
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll
+
+# Controllers for the tasks of a coin, a disk and a roller, for the middle of drawn ranges.
+
+
+def circle_regulator(task: DiskRoll) -> Controller:
+    """Linear-quadratic regulator of the lean that the circle needs."""
+    disk = task.system()
+    assert isinstance(disk, RollingDisk)
+    law = CircleRegulator(disk, task.torque, task.dt)
+    return lambda states: law(states.y, states.auxiliary("goal_curvature"))
+
+
+# Decoders of the tasks of a coin, a disk and a roller.
+
+
+def disk_roll(task: DiskRoll) -> Decoder:
+    """Lean and rates, all of the state that counts: contact at the origin, heading and phase 0."""
+    disk = task.system()
+    motion = entries(task, "lean", "theta'", "wn", "w3")
+    goal = entries(task, "goal curvature * radius")
+    return lambda seen: Decoded(
+        disk, rolling_state(Rolling(*motion(seen).T)), {"goal_curvature": goal(seen)}
+    )

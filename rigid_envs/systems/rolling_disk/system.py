@@ -1,0 +1,207 @@
+"""Disk or hoop that rolls without slipping on a horizontal plane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.base.checks import Array, non_negative, positive, require
+from rigid_envs.mechanics import rotations
+from rigid_envs.mechanics.equations import ATTITUDE, RollingContact, gamma, quaternion
+from rigid_envs.mechanics.system import AdaptiveStepSystem, axial_moment, principal_moments
+from rigid_envs.systems.rolling_disk.dynamics import ROLLING_DISK
+
+_FLAT = 1e-6  # sin(theta) below which the point of contact is lost in rounding
+
+
+@dataclass(frozen=True)
+class RollingDisk(RollingContact, AdaptiveStepSystem):
+    """Axisymmetric disk with a thin rim that rolls without slipping on the plane z = 0.
+
+    Newton's and Euler's laws with the contact force F at -radius n, n the radius that points up:
+    ``m v' = F - m g e_z``, ``dL/dt = -radius n x F + tau``, and no slip: ``v = omega x radius n``.
+    F is eliminated exactly, so the velocity of the centre is no state and cannot drift. No Euler
+    angle is used: the upright disk is a state like any other. The disk that lies flat is none: it
+    has no point of contact.
+
+    State y = (w, x, y, z, omega1, omega2, omega3, X, Y): attitude, body to world, e3 the axis;
+    angular velocity in body axes [rad/s]; point of contact on the plane [m].
+    Input u = (tau_steer, tau_lean, tau_drive): torque [N m] about n, about the horizontal
+    direction of travel l = e3 x n, and about the axis e3.
+
+    The integrator is a symmetric splitting composed to fourth order: time-reversible, so that the
+    energy error is bounded, and exact on the steady circles. The rate that limits its step is
+    ``|omega3| + |(omega1, omega2)| / sin(theta) + sqrt(g / radius)``, theta from e3 to e_z.
+
+    Attributes:
+        m: mass [kg].
+        radius: radius of the rim [m].
+        I1: moment of inertia about a diameter, at the centre [kg m^2].
+        I3: moment of inertia about the axis, at most m radius^2 [kg m^2].
+        g: gravitational acceleration, along -z of the world [m/s^2].
+        mu: coefficient of static friction, by which `slips` judges; without effect on the motion.
+
+    Raises:
+        ValueError: parameters that no body has.
+
+    Source: Routh, *Advanced Rigid Dynamics*, section 244; Borisov, Mamaev & Kilin 2003,
+    "Dynamics of rolling disk", Regular and Chaotic Dynamics 8:201.
+    """
+
+    m: float = 1.0
+    radius: float = 1.0
+    I1: float = 0.25
+    I3: float = 0.5
+    g: float = 9.81
+    mu: float = 1.0
+
+    dynamics: ClassVar = ROLLING_DISK
+    components: ClassVar[Mapping[str, slice]] = {
+        "q": slice(0, 4),
+        "omega_body": slice(4, 7),
+        "contact": slice(7, 9),
+    }
+    # a disk that rises from near flat turns within a few steps
+    default_step_angle: ClassVar[float] = 1.0 / 128.0
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        positive(self.m, "m", "kg")
+        positive(self.radius, "radius", "m")
+        principal_moments(self.I1, self.I1, self.I3)
+        axial_moment(self.I3, self.m, self.radius)
+        positive(self.g, "g", "m/s^2")
+        non_negative(self.mu, "mu", "1")
+        super().__post_init__()
+
+    @classmethod
+    def uniform(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:
+        """Uniform thin disk: I3 = m radius^2 / 2, I1 = I3 / 2."""
+        rim = m * radius * radius
+        return cls(m, radius, 0.25 * rim, 0.5 * rim, g)
+
+    @classmethod
+    def hoop(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:
+        """Thin hoop: I3 = m radius^2, I1 = I3 / 2."""
+        rim = m * radius * radius
+        return cls(m, radius, 0.5 * rim, rim, g)
+
+    @classmethod
+    def checked_state(cls, y: npt.ArrayLike) -> Array:
+        """The state y as float64 of shape (..., 9).
+
+        Raises:
+            ValueError: as `System.checked_state`; also a disk that lies flat.
+        """
+        rows = super().checked_state(y)
+        _refuse_flat(_sine(rows))
+        return rows
+
+    @classmethod
+    def checked_argument(cls, y: npt.ArrayLike) -> Array:
+        """The argument y of `rhs`, shape (..., 9).
+
+        Raises:
+            ValueError: as `System.checked_argument`; also a disk that lies flat.
+        """
+        rows = super().checked_argument(y)
+        _refuse_flat(_sine(rotations.normalize(rows[..., :4])))
+        return rows
+
+    @property
+    def moments(self) -> Array:
+        """Principal moments at the centre (I1, I1, I3) [kg m^2]."""
+        return np.array([self.I1, self.I1, self.I3])
+
+    def omega_body(self, y: npt.ArrayLike) -> Array:
+        """Angular velocity in body axes [rad/s], shape (..., 3)."""
+        return np.array(np.asarray(y, dtype=np.float64)[..., 4:7])
+
+    def omega_world(self, y: npt.ArrayLike) -> Array:
+        """Angular velocity in world axes [rad/s], shape (..., 3)."""
+        return rotations.rotate(quaternion(y), self.omega_body(y))
+
+    def tilt(self, y: npt.ArrayLike) -> Array:
+        """Angle theta between the axis e3 and the vertical [rad], pi / 2 upright, shape (...)."""
+        return np.asarray(np.arctan2(_sine(y), gamma(y)[..., 2]))
+
+    def radius_up(self, y: npt.ArrayLike) -> Array:
+        """Unit vector n from the contact to the centre, in world axes, shape (..., 3)."""
+        vertical = gamma(y)
+        up = vertical[..., :2] / _sine(y)[..., None]
+        return rotations.rotate(quaternion(y), np.concatenate([up, 0.0 * up[..., :1]], axis=-1))
+
+    def contact(self, y: npt.ArrayLike) -> Array:
+        """Point of contact (X, Y) on the plane [m], shape (..., 2)."""
+        return np.array(np.asarray(y, dtype=np.float64)[..., 7:9])
+
+    def centre(self, y: npt.ArrayLike) -> Array:
+        """Centre of the disk in world axes [m], shape (..., 3)."""
+        foot = self.contact(y)
+        below = np.concatenate([foot, 0.0 * foot[..., :1]], axis=-1)
+        return below + self.radius * self.radius_up(y)
+
+    def velocity(self, y: npt.ArrayLike) -> Array:
+        """Velocity of the centre, omega x radius n, in world axes [m/s], shape (..., 3)."""
+        return np.asarray(self.radius * np.cross(self.omega_world(y), self.radius_up(y)))
+
+    def energy(self, y: npt.ArrayLike) -> Array:
+        """Kinetic energy plus m g times the height of the centre [J], shape (...)."""
+        omega = self.omega_body(y)
+        spin = np.sum(self.moments * omega * omega, axis=-1)
+        speed = np.sum(self.velocity(y) ** 2, axis=-1)
+        height = self.centre(y)[..., 2]
+        return np.asarray(0.5 * (spin + self.m * speed) + self.m * self.g * height)
+
+    @property
+    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
+        """Named quantities of a state."""
+        return {
+            **ATTITUDE,
+            "omega_body": self.omega_body,
+            "omega_world": self.omega_world,
+            "tilt": self.tilt,
+            "contact": self.contact,
+            "centre": self.centre,
+            "velocity": self.velocity,
+            "contact_force": self.contact_force,
+            "normal_force": self.normal_force,
+            "needed_friction": self.needed_friction,
+            "energy": self.energy,
+        }
+
+    def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
+        """The largest `rate`, and its growth."""
+        rows, inputs = self._broadcast(y, u)
+        vertical, omega = gamma(rows), rows[..., 4:7]
+        s = np.hypot(vertical[..., 0], vertical[..., 1])
+        across = np.linalg.norm(omega[..., :2], axis=-1)
+        fall = np.abs(omega[..., 0] * vertical[..., 1] - omega[..., 1] * vertical[..., 0]) / s
+        grown = np.linalg.norm(self._evaluate(rows, inputs, np.float64)[..., 4:7], axis=-1)
+        gain = (grown + across * fall / s) / s
+        natural = self.g / self.radius
+        return (
+            float(np.max(self._rates(rows), initial=math.sqrt(natural))),
+            float(np.max(gain, initial=0.0)) + natural,
+        )
+
+
+def _sine(y: npt.ArrayLike) -> Array:
+    """sin(theta) of the angle between axis and vertical, shape (...)."""
+    vertical = gamma(y)
+    return np.asarray(np.hypot(vertical[..., 0], vertical[..., 1]))
+
+
+def _refuse_flat(s: Array) -> None:
+    """Refuse disks that lie flat.
+
+    Raises:
+        ValueError: sin(theta), s, is too small in one of them.
+    """
+    expected = f"at least {_FLAT:g}: a disk that lies flat has no point of contact"
+    require(s >= _FLAT, s, "sin(theta)", expected)

@@ -1,0 +1,105 @@
+"""Views of the disk that rolls and falls."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.base.checks import Array
+from rigid_envs.mechanics import rotations
+from rigid_envs.tasks.core import Moment
+from rigid_envs.watch import meshes as look
+from rigid_envs.watch import meshes as solids
+from rigid_envs.watch.scene import Arrow, Camera, Floor, Part, Pose, Trace
+from rigid_envs.watch.views import Arrows, SystemView, ghost, scaled
+
+
+class RollingDiskView(SystemView):
+    """A disk with two different faces, its path, omega and the torque."""
+
+    @property
+    def radius(self) -> float:
+        """Radius of the rim [m]."""
+        return float(self.system.radius)
+
+    def along(self, moment: Moment) -> Array:
+        """Horizontal direction of travel l = e3 x n, shape (3,)."""
+        axis = rotations.rotate(self.system.accessors["q"](moment.y), (0.0, 0.0, 1.0))
+        ahead = np.array([axis[1], -axis[0], 0.0])
+        return np.asarray(ahead / np.linalg.norm(ahead))
+
+    def parts(self) -> dict[str, Part]:
+        """The disk."""
+        return {"disk": Part(solids.disk())}
+
+    def camera(self) -> Camera:
+        """With the disk."""
+        return Camera(distance=10.0 * self.radius, elevation=34.0, follow="disk")
+
+    def vectors(self) -> dict[str, Arrow]:
+        """Angular velocity and torque."""
+        return {
+            "omega": Arrow(look.OMEGA, 0.06 * self.radius, "omega"),
+            "input": Arrow(look.INPUT, 0.1 * self.radius, "torque"),
+        }
+
+    def traces(self) -> dict[str, Trace]:
+        """Path of the contact."""
+        return {"path": Trace(look.PATH, 0.07 * self.radius)}
+
+    def floor(self) -> Floor | None:
+        """Chequered, a metre a cell."""
+        return Floor(0.0, 70.0, 1.0)
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """The disk."""
+        read = self.system.accessors
+        return {"disk": Pose(read["centre"](moment.y), read["q"](moment.y), (self.radius,) * 3)}
+
+    def torque(self, moment: Moment) -> Array:
+        """Torque in world axes [N m], shape (3,), of which the input has the components."""
+        along = self.along(moment)
+        axis = rotations.rotate(self.system.accessors["q"](moment.y), (0.0, 0.0, 1.0))
+        steer, lean, drive = moment.u
+        return np.asarray(steer * np.cross(along, axis) + lean * along + drive * axis)
+
+    def arrows(self, moment: Moment) -> Arrows:
+        """Both from the centre."""
+        read, r = self.system.accessors, self.radius
+        centre, rate = read["centre"](moment.y), math.sqrt(self.system.g / r)
+        torque = scaled(self.torque(moment), 1.8 * r / getattr(self.task, "torque", 1.0))
+        omega = scaled(read["omega_world"](moment.y), 1.5 * r / rate, 3.0 * r)
+        return {"omega": (centre, omega), "input": (centre, torque)}
+
+    def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
+        """The contact, a little above the floor."""
+        foot = self.system.accessors["contact"](moment.y)
+        return {"path": np.append(foot, 0.02 * self.radius)}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Lean."""
+        lean = math.degrees(float(self.system.accessors["tilt"](moment.y))) - 90.0
+        return (f"lean {lean:.1f} deg",)
+
+
+class DiskRollView(RollingDiskView):
+    """A disk that is to roll on a circle: the one that touches its path now is green."""
+
+    def parts(self) -> dict[str, Part]:
+        """Also the circle."""
+        return super().parts() | {"goal": ghost(solids.goal_ring(), 0.9)}
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """The circle of the commanded curvature that the direction of travel touches."""
+        foot = np.append(self.system.accessors["contact"](moment.y), 0.015 * self.radius)
+        wide = self.radius / moment.aux["goal_curvature"]
+        left = np.cross((0.0, 0.0, 1.0), self.along(moment))
+        circle = Pose(foot + wide * left, scale=(abs(wide), abs(wide), 1.0))
+        return super().poses(moment) | {"goal": circle}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Also the commanded circle."""
+        wide = self.radius / abs(moment.aux["goal_curvature"])
+        return (*super().readings(moment), f"commanded circle: radius {wide:.1f} m")

@@ -1,0 +1,1 @@
+"""The upright coin that rolls on a plane."""

@@ -1,0 +1,104 @@
+"""Views of the coin that is held upright."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.base.checks import Array
+from rigid_envs.tasks.core import Moment
+from rigid_envs.watch import meshes as look
+from rigid_envs.watch import meshes as solids
+from rigid_envs.watch.scene import Arrow, Camera, Floor, Part, Pose, Trace
+from rigid_envs.watch.views import Arrows, SystemView, above, ghost, scaled
+
+
+class UprightCoinView(SystemView):
+    """A coin with two different faces, its path, its velocity and the rate of steering."""
+
+    @property
+    def radius(self) -> float:
+        """Radius of the rim [m]."""
+        return float(self.system.radius)
+
+    def centre(self, moment: Moment) -> Array:
+        """Centre of the coin [m], shape (3,)."""
+        return np.append(self.system.accessors["contact"](moment.y), self.radius)
+
+    def parts(self) -> dict[str, Part]:
+        """The coin."""
+        return {"coin": Part(solids.coin())}
+
+    def camera(self) -> Camera:
+        """With the coin."""
+        return Camera(distance=10.0 * self.radius, elevation=30.0, follow="coin")
+
+    def vectors(self) -> dict[str, Arrow]:
+        """The two rates that are controlled."""
+        width = 0.1 * self.radius
+        return {
+            "input": Arrow(look.INPUT, width, "velocity"),
+            "steer": Arrow(look.OMEGA, width, "steering"),
+        }
+
+    def traces(self) -> dict[str, Trace]:
+        """Path of the contact."""
+        return {"path": Trace(look.PATH, 0.07 * self.radius)}
+
+    def floor(self) -> Floor | None:
+        """Chequered, a metre a cell."""
+        return Floor(0.0, 40.0, 1.0)
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """The coin."""
+        q = self.system.accessors["q"](moment.y)
+        return {"coin": Pose(self.centre(moment), q, (self.radius,) * 3)}
+
+    def arrows(self, moment: Moment) -> Arrows:
+        """Velocity from the rim in front, rate of steering from the top."""
+        read, r, centre = self.system.accessors, self.radius, self.centre(moment)
+        roll, turn = (
+            float(getattr(self.task, f"largest_{name}_rate", 1.0)) for name in ("roll", "steer")
+        )
+        velocity = np.append(read["velocity"](moment.y), 0.0)
+        speed = float(np.linalg.norm(velocity))
+        front = centre + r * velocity / speed if speed > 0.0 else centre
+        upwards = np.array([0.0, 0.0, float(read["steer_rate"](moment.y))])
+        return {
+            "input": (front, scaled(velocity, 1.2 / roll, 1.5 * r)),
+            "steer": (above(centre, 1.05 * r), scaled(upwards, r / turn, 1.2 * r)),
+        }
+
+    def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
+        """The contact, a little above the floor."""
+        foot = self.system.accessors["contact"](moment.y)
+        return {"path": np.append(foot, 0.004 * self.radius)}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Heading and roll phase."""
+        read = self.system.accessors
+        heading, phase = (round(np.degrees(read[k](moment.y))) for k in ("heading", "phase"))
+        return (f"heading {heading} deg   roll phase {phase} deg",)
+
+
+class CoinParkView(UprightCoinView):
+    """A coin that is to be parked at the origin, where its ghost stands."""
+
+    def parts(self) -> dict[str, Part]:
+        """Also the ghost."""
+        return super().parts() | {"goal": ghost(solids.coin(), 0.35)}
+
+    def camera(self) -> Camera:
+        """The start square and room for manoeuvres."""
+        far = 8.0 + 2.6 * self.task.start_half_width
+        return Camera((0.0, 0.0, 0.5), far, azimuth=-65.0, elevation=34.0)
+
+    def poses(self, moment: Moment) -> dict[str, Pose]:
+        """Also the ghost, with heading and phase 0."""
+        q, r = self.system.attitude(0.0, 0.0), self.radius
+        return super().poses(moment) | {"goal": Pose((0.0, 0.0, r), q, (r, r, r))}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Also the distance."""
+        away = float(np.linalg.norm(self.system.accessors["contact"](moment.y)))
+        return (f"{away:.2f} m from the goal", *super().readings(moment))

@@ -1,1 +1,0 @@
-"""Reductions of the tasks, one file for each family."""

@@ -1,0 +1,359 @@
+"""The environments as data: one record per id.
+
+What a table, page, test or score needs beside the task class is read here. Code is named by strings
+"module:name", so that this module imports nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from rigid_envs.base.checks import ConfigError
+
+COSTS = ("path", "time", "effort", "error", "loss")
+"""Metrics that can be the cost of an episode: the less the better, and above 0."""
+
+
+class ErrorTerm(NamedTuple):
+    """A reward term that shows an error: the term is ``1 / (1 + sharpness error)``.
+
+    Attributes:
+        term: Name of the reward term.
+        sharpness: Factor of the error, in 1 / its unit.
+        text: Meaning of the error, with its unit.
+    """
+
+    term: str
+    sharpness: float
+    text: str
+
+
+@dataclass(frozen=True)
+class EnvironmentRecord:
+    """What is known of an id beside its task class.
+
+    Attributes:
+        id: Gymnasium's id.
+        task: Task class, as "module:Class".
+        max_episode_steps: Time limit in steps.
+        family: Heading under which tables and pages list it.
+        goal: Whether it is a goal environment.
+        early_end: Settings under which episodes also end before the time limit; empty if they
+            never do. Contract tests use them.
+        metrics: Names of the metrics that are reported, of `rigid_envs.scores.METRICS`; the first
+            one, of `COSTS`, is the cost that the efficiency of a success is computed from.
+        error: Reward term that the metric "error" is computed from; None without that metric.
+        controllers: Reference controllers by name, the best first, each a function
+            "module:name" from the task to a controller.
+        limits: Theoretical limits by metric, each the "module:name" of a `TheoreticalLimit`.
+        decoder: Function "module:name" from the task to a function that finds the states that
+            controllers read in observations (`rigid_envs.scores.references.Decoder`); empty if
+            there is none.
+        predictive: Predictive controller, "module:name"; empty where there is none. It needs the
+            extra "control", and so is no reference controller.
+    """
+
+    id: str
+    task: str
+    max_episode_steps: int
+    family: str
+    goal: bool = False
+    early_end: Mapping[str, Any] = field(default_factory=dict)
+    metrics: tuple[str, ...] = ("time", "success", "return")
+    error: ErrorTerm | None = None
+    controllers: Mapping[str, str] = field(default_factory=dict)
+    limits: Mapping[str, str] = field(default_factory=dict)
+    decoder: str = ""
+    predictive: str = ""
+
+
+_RECORDS: dict[str, EnvironmentRecord] = {}
+
+ENVIRONMENTS: Mapping[str, EnvironmentRecord] = MappingProxyType(_RECORDS)
+"""Every registered id with its record."""
+
+
+def add(record: EnvironmentRecord) -> None:
+    """Add a record; adding an equal one again is harmless.
+
+    Raises:
+        ConfigError: a wrong task name or time limit, or an id that has another record.
+    """
+    place = record.id
+    limit: Any = record.max_episode_steps
+    if ENVIRONMENTS.get(place, record) != record:
+        raise ConfigError(f"env_id = {place!r}; expected an id that is not registered yet")
+    if record.task.count(":") != 1:
+        raise ConfigError(f"{place}: task = {record.task!r}; expected 'module:Class'")
+    if isinstance(limit, bool) or not isinstance(limit, int) or limit < 1:
+        raise ConfigError(f"{place}: max_episode_steps = {limit!r}; expected an integer from 1")
+    if not record.metrics or record.metrics[0] not in COSTS:
+        raise ConfigError(f"{place}: metrics = {record.metrics}; expected one of {COSTS} first")
+    if "error" in record.metrics and record.error is None:
+        raise ConfigError(f"{place}: error = None; expected an ErrorTerm for the metric 'error'")
+    _RECORDS[record.id] = record
+
+
+def load(name: str) -> Any:
+    """The object that is named "module:name".
+
+    Raises:
+        ConfigError: the module has no such name.
+    """
+    module, _, attribute = name.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except AttributeError:
+        raise ConfigError(f"name = {name!r}; expected 'module:name' of what exists") from None
+
+
+_BODY, _TOP, _BALL, _DISK = "Free body", "Top", "Ball", "Coin and wheel"
+_SPIN = ErrorTerm("spin", 10.0, "distance from the commanded spin in target rates")
+_TILT = ErrorTerm("upright", 10.0, "tilt [rad]")
+_LAXER_POSE = {"position_tolerance": 1.5, "angle_tolerance": 1.6}
+
+
+def _ours(
+    system: str, family: str, name: str, max_episode_steps: int, metrics: str, **more: Any
+) -> None:
+    """Add an environment of this package.
+
+    Args:
+        system: Folder of the system, below `rigid_envs.systems`.
+        family: Heading in tables and pages.
+        name: Name of the id and of the task class.
+        max_episode_steps: Time limit in steps.
+        metrics: Names of the metrics, separated by blanks; the first one is the cost.
+        **more: Other entries of the record; code is named relative to the references of the system.
+    """
+    room = f"rigid_envs.systems.{system}"
+    for key in ("controllers", "limits"):
+        codes = more.get(key, {})
+        more[key] = {label: f"{room}.references:{code}" for label, code in codes.items()}
+    for key in ("decoder", "predictive"):
+        if key in more:
+            more[key] = f"{room}.references:{more[key]}"
+    more["metrics"] = tuple(metrics.split())
+    env_id, task = f"RigidEnvs/{name}-v0", f"{room}.tasks:{name}"
+    add(EnvironmentRecord(env_id, task, max_episode_steps, family, **more))
+
+
+def _variant(name: str, original: str) -> None:
+    """Add an environment that has another task class than the original and nothing else."""
+    record = ENVIRONMENTS[f"RigidEnvs/{original}-v0"]
+    room = record.task.partition(":")[0]
+    add(replace(record, id=f"RigidEnvs/{name}-v0", task=f"{room}:{name}"))
+
+
+_ours(
+    "free_body",
+    _BODY,
+    "IntermediateAxis",
+    300,
+    "effort success return time error",
+    error=_SPIN,
+    controllers={"lqr": "spin_regulator", "energy_casimir": "energy_casimir"},
+    decoder="intermediate_axis",
+    predictive="held_spin",
+)
+_variant("IntermediateAxisRandom", "IntermediateAxis")
+_ours(
+    "free_body",
+    _BODY,
+    "IntermediateAxisSingle",
+    300,
+    "effort success return time error",
+    error=ErrorTerm("axis", 10.0, "angle of the spin from e2 [rad]"),
+    controllers={"energy_casimir": "single_torque"},
+    decoder="intermediate_axis",
+)
+_ours(
+    "free_body",
+    _BODY,
+    "SpinCapture",
+    600,
+    "effort success return time error",
+    error=_SPIN,
+    controllers={"separatrix": "separatrix_steering"},
+    decoder="intermediate_axis",
+)
+_ours(
+    "free_body",
+    _BODY,
+    "AxisFlip",
+    250,
+    "effort success return",
+    controllers={"timed": "timed_flip", "brute_force": "forced_flip"},
+    decoder="axis_flip",
+)
+_ours(
+    "free_body",
+    _BODY,
+    "Detumble",
+    50,
+    "loss success return time effort",  # its least is known exactly
+    controllers={"riccati": "momentum_regulator", "brake": "momentum_brake"},
+    decoder="detumble",
+    limits={"loss": "DETUMBLE_LOSS", "time": "DETUMBLE_TIME"},
+)
+_ours(
+    "free_body",
+    _BODY,
+    "Reorient",
+    100,
+    "time success return effort",
+    goal=True,
+    controllers={"quaternion_pd": "quaternion_pd"},
+    decoder="reorient",
+    limits={"time": "REORIENT_TIME"},
+)
+_ours(
+    "heavy_top",
+    _TOP,
+    "SleepingTop",
+    300,
+    "effort success return time error",
+    error=_TILT,
+    controllers={"lqr": "upright_balance"},
+    decoder="sleeping_top",
+)
+_ours(
+    "rolling_ball",
+    _BALL,
+    "BallPark",
+    100,
+    "path success return time",
+    early_end=_LAXER_POSE,
+    controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
+    decoder="ball_park",
+    limits={"path": "BALL_PATH"},
+)
+_ours(
+    "rolling_ball",
+    _BALL,
+    "BallParkGoal",
+    100,
+    "path success return time",
+    goal=True,
+    controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
+    decoder="ball_park_goal",
+    limits={"path": "BALL_PATH"},
+)
+_variant("BallParkRandom", "BallPark")
+_variant("BallReorient", "BallPark")
+_ours(
+    "dynamic_ball",
+    _BALL,
+    "BallParkDynamic",
+    100,
+    "time success return effort",
+    early_end={**_LAXER_POSE, "speed_tolerance": 5.0},
+    controllers={"three_rolls": "pushed"},
+    decoder="ball_park_dynamic",
+    limits={"time": "PUSHED_BALL_TIME"},
+)
+_ours(
+    "rolling_ball",
+    _BALL,
+    "BallSteer",
+    300,
+    "error success return path",
+    error=ErrorTerm("close", 5.0, "pose error [radii and rad]"),
+    controllers={"lqr": "far_sighted", "damping": "damped"},
+    decoder="ball_steer",
+    limits={"error": "BALL_STEER_ERROR"},
+)
+_ours(
+    "dynamic_ball",
+    _BALL,
+    "BallPlate",
+    200,
+    "time success return effort error",
+    early_end={"margin": 0.1, "start_speed": 5.0, "n_substeps": 4},
+    error=ErrorTerm("near", 5.0, "distance from the point [m]"),
+    controllers={"lqr": "plate_regulator"},
+    decoder="ball_plate",
+    predictive="held_ball",
+)
+_ours(
+    "rolling_ball",
+    _BALL,
+    "BallGrid",
+    30,
+    "path success return time",
+    early_end={"start_cells": 0},
+    controllers={"breadth_first": "quarter_rolls"},
+    decoder="ball_grid",
+    limits={"path": "GRID_PATH", "time": "GRID_TIME"},
+)
+_ours(
+    "roller",
+    _DISK,
+    "RollPump",
+    400,
+    "time success return",
+    early_end={"dt": 1.0, "n_substeps": 20, "start_part": 0.99, "beta_change": 3.0},
+    controllers={"bang_bang": "pump"},
+    decoder="roll_pump",
+    limits={"time": "ROLL_PUMP_TIME"},
+)
+_ours(
+    "heavy_top",
+    _TOP,
+    "PivotTop",
+    400,
+    "effort success return time error",
+    early_end={"arena": 0.02},
+    error=_TILT,
+    controllers={"lqr": "pivot_balance"},
+    decoder="pivot_top",
+    predictive="balanced_top",
+)
+_ours(
+    "heavy_top",
+    _TOP,
+    "TopPrecession",
+    400,
+    "effort success return time error",
+    error=ErrorTerm("tilt", 10.0, "tilt off the commanded one [rad]"),
+    controllers={"lqr": "precession_regulator"},
+    decoder="top_precession",
+)
+_ours(
+    "heavy_top",
+    _TOP,
+    "TopRandom",
+    300,
+    "effort success return time error",
+    error=_TILT,
+    controllers={"lqr": "asymmetric_balance"},
+    decoder="top_random",
+)
+_variant("SleepingTopRandom", "SleepingTop")
+_ours(
+    "upright_coin",
+    _DISK,
+    "CoinPark",
+    100,
+    "path success return time",
+    early_end={"position_tolerance": 1.5, "heading_tolerance": 1.5, "phase_tolerance": 1.5},
+    controllers={"two_rolls": "two_rolls"},
+    decoder="coin_park",
+    limits={"path": "COIN_PATH"},
+)
+_ours(
+    "rolling_disk",
+    _DISK,
+    "DiskRoll",
+    400,
+    "error success return time effort",
+    early_end={"start_lean": 1.0},
+    error=ErrorTerm("circle", 10.0, "relative error of the curvature"),
+    controllers={"lqr": "circle_regulator"},
+    decoder="disk_roll",
+)
+_variant("DiskRollRandom", "DiskRoll")

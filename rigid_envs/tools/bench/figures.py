@@ -1,0 +1,191 @@
+"""Figures of speed: ratios, start-up."""
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import rigid_envs
+from rigid_envs.tools.bench.accuracy import FreeRun, MujocoSetting
+from rigid_envs.tools.bench.measuring import FREE_BODY, ON_REQUEST, Cost, Throughput, costs
+
+# Speed of some environments against peers in the same run.
+
+_BALL, _TOP = "BallPark-v0", "SleepingTop-v0"
+_SINGLE, _ROWS = "CartPole-v1", "CartPole-v1, NumPy"
+_PEERS = (
+    (FREE_BODY, "made", _SINGLE, "made"),
+    (FREE_BODY, "bare", _SINGLE, "bare"),
+    (FREE_BODY, "16", _ROWS, "16"),
+    (FREE_BODY, "256", _ROWS, "256"),
+    *((FREE_BODY, column, _ROWS, str(n)) for column, n in ON_REQUEST.items()),
+    *((name, "4096", _ROWS, "4096") for name in (FREE_BODY, _BALL, _TOP)),
+    *((name, "2 threads", name, "4096") for name in (FREE_BODY, _BALL, _TOP)),
+)
+_FORMS = {
+    "made": "single, made",
+    "bare": "single, bare",
+    "16": "N = 16",
+    "256": "N = 256",
+    **{column: f"N = {column}" for column in ON_REQUEST},
+    "4096": "N = 4096",
+    "2 threads": "N = 4096, 2 threads",
+}
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """Steps per second over those of a peer.
+
+    Attributes:
+        name: of the environment.
+        form: of the environment, in words.
+        peer: name of the peer; itself in one thread, where its form is 2 threads.
+        median: over the rounds.
+        quartiles: first and third, over the rounds.
+    """
+
+    name: str
+    form: str
+    peer: str
+    median: float
+    quartiles: tuple[float, float]
+
+
+def ratios(speeds: Sequence[Throughput], mujoco: Sequence[MujocoSetting]) -> list[Ratio]:
+    """Ratios to every peer that was measured.
+
+    Of MuJoCo's settings the last RK4 counts: it holds our energy error for longest.
+    """
+    equal = [setting.name for setting in mujoco if setting.integrator == "RK4"][-1:]
+    peers = [*_PEERS, *((FREE_BODY, "4096", peer, "4096") for peer in equal)]
+    found = {(speed.name, speed.column): speed for speed in speeds}
+    made = []
+    for name, column, peer, peer_column in peers:
+        ours, theirs = found.get((name, column)), found.get((peer, peer_column))
+        if ours and theirs:
+            low, median, high = np.percentile(ours.ratio(theirs), (25, 50, 75)).tolist()
+            form = _FORMS[column] + (", equal energy error" if peer in equal else "")
+            made.append(Ratio(name, form, peer, median, (low, high)))
+    return made
+
+
+# Time from the import to the first step in a new process.
+
+_PROGRAM = """
+import time
+start = time.perf_counter()
+import gymnasium
+import rigid_envs
+env = gymnasium.make({env_id!r})
+env.reset(seed=0)
+env.step(env.action_space.sample())
+print(time.perf_counter() - start)
+"""
+
+
+@dataclass(frozen=True)
+class Startup:
+    """Times from the import to the first step, one for each new process.
+
+    Attributes:
+        env_id: the environment that takes the step.
+        cold: with an empty kernel cache [s].
+        warm: with the kernels in the cache [s].
+    """
+
+    env_id: str
+    cold: tuple[float, ...]
+    warm: tuple[float, ...]
+
+    @property
+    def medians(self) -> tuple[float, float]:
+        """Medians of the cold and of the warm times [s]."""
+        return statistics.median(self.cold), statistics.median(self.warm)
+
+
+def startup(env_id: str, n_cold: int, n_warm: int) -> Startup:
+    """Start processes one by one: cold ones, each with its own empty cache, then warm ones."""
+    with tempfile.TemporaryDirectory() as folder:
+        cold = tuple(_seconds(env_id, f"{folder}/{k}") for k in range(n_cold))
+        warm = tuple(_seconds(env_id, f"{folder}/0") for _ in range(n_warm))
+    return Startup(env_id, cold, warm)
+
+
+def _seconds(env_id: str, cache: str) -> float:
+    return seconds_told(_PROGRAM.format(env_id=env_id), {"NUMBA_CACHE_DIR": cache})
+
+
+def seconds_told(program: str, environment: Mapping[str, str]) -> float:
+    """The number that a program prints, run in a new process with this library.
+
+    Args:
+        program: source text.
+        environment: variables that are added to those of this process.
+    """
+    root = str(Path(rigid_envs.__file__).resolve().parents[1])
+    path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", program],
+        env={**os.environ, "PYTHONPATH": path, **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return float(done.stdout)
+
+
+# The figures of one benchmark run.
+
+
+@dataclass(frozen=True)
+class Figures:
+    """All measurements of a run, and what is computed from them.
+
+    Attributes:
+        rounds: rounds of the interleaved timing.
+        seconds: aimed time of a workload per round [s].
+        speeds: throughput of every workload.
+        mujoco: settings of the MuJoCo body; empty if MuJoCo is not installed.
+        runs: errors of torque-free runs.
+        startups: times from import to first step.
+    """
+
+    rounds: int
+    seconds: float
+    speeds: Sequence[Throughput]
+    mujoco: Sequence[MujocoSetting]
+    runs: Sequence[FreeRun]
+    startups: Sequence[Startup]
+
+    @property
+    def costs(self) -> list[Cost]:
+        """Time per step of every environment, against the median of all."""
+        return costs(self.speeds)
+
+    @property
+    def ratios(self) -> list[Ratio]:
+        """Speed against the peers."""
+        return ratios(self.speeds, self.mujoco)
+
+    def as_json(self) -> dict[str, Any]:
+        """JSON values, with every sample."""
+        return {
+            "rounds": self.rounds,
+            "seconds_per_turn": self.seconds,
+            "steps_per_second": [
+                {**asdict(s), "median": s.median, "quartiles": s.quartiles} for s in self.speeds
+            ],
+            "mujoco": [{"name": setting.name, **asdict(setting)} for setting in self.mujoco],
+            "costs": [asdict(cost) for cost in self.costs],
+            "accuracy": [asdict(run) for run in self.runs],
+            "import_to_first_step": [asdict(startup) for startup in self.startups],
+            "ratios": [asdict(ratio) for ratio in self.ratios],
+        }

@@ -1,0 +1,269 @@
+"""Arguments of the command `rigid-envs`, and its verbs."""
+
+import argparse
+import json
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from gymnasium.error import DependencyNotInstalled
+
+from rigid_envs import __version__
+from rigid_envs.base.checks import MissingPackageError, shown
+from rigid_envs.base.files import write_atomic
+from rigid_envs.engine.provenance import provenance
+from rigid_envs.envs import lookup as catalogue
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.cli.collecting import add_compile, add_dataset
+from rigid_envs.tools.cli.scoring import (
+    add_best,
+    add_evaluate,
+    add_leaderboard,
+    verify_policies,
+    verify_results,
+    verify_scores,
+)
+from rigid_envs.tools.cli.watching import add_films, add_frames, add_gallery, add_play, add_replay
+from rigid_envs.tools.cli.words import (
+    add_completion,
+    config_of,
+    refuse,
+    refuse_missing_folder,
+    tell,
+)
+from rigid_envs.tools.pages.document import describe
+from rigid_envs.tools.pages.tables import list_all
+from rigid_envs.tools.pages.writing import description, overview_as_data, write_pages
+
+
+def run(argv: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Args:
+        argv: arguments; None takes those of the process.
+
+    Returns:
+        Exit status: 0; 1 if a law, a score or a figure's number does not hold, a package is
+        missing or a file cannot be read or written; 2 for wrong arguments; 130 after Ctrl-C.
+    """
+    options, rest = _parser().parse_known_args(argv)
+    status = 0
+    try:
+        status = options.act(options, rest) or 0
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (ValueError, DependencyNotInstalled, MissingPackageError, OSError) as error:
+        tell("")
+        print(f"rigid-envs: {shown(str(error))}", file=sys.stderr)
+        return 2 if isinstance(error, ValueError) else 1
+    except KeyboardInterrupt:
+        tell("")
+        return 128 + signal.SIGINT
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="rigid-envs",
+        description="Environments of rotating and rolling rigid bodies.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    verbs = parser.add_subparsers(metavar="VERB", required=True)
+    listing = verbs.add_parser("list", help="all environments", allow_abbrev=False)
+    listing.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    listing.set_defaults(act=_list)
+    _add_describe(verbs)
+    add_compile(verbs)
+    add_play(verbs)
+    _add_docs(verbs)
+    _add_bench(verbs)
+    _add_verify(verbs)
+    add_evaluate(verbs)
+    add_best(verbs)
+    add_leaderboard(verbs)
+    add_dataset(verbs)
+    add_frames(verbs)
+    add_films(verbs)
+    add_gallery(verbs)
+    add_replay(verbs)
+    add_completion(verbs, parser)
+    return parser
+
+
+def _add_describe(verbs: Any) -> None:
+    describing = verbs.add_parser(
+        "describe",
+        help="one environment: action, observation, reward, hyperparameters",
+        usage="rigid-envs describe ID [--json] [--KEY VALUE ...]",
+        description="Describe an environment. Any hyperparameter can be given as an option, "
+        "a range as LOW,HIGH: --dt 0.05 --I1 0.5,0.9",
+        allow_abbrev=False,
+    )
+    describing.add_argument("id", metavar="ID")
+    describing.add_argument("--json", action="store_true", help="print JSON instead of a page")
+    describing.set_defaults(act=_describe)
+
+
+def _add_docs(verbs: Any) -> None:
+    writing = verbs.add_parser(
+        "docs",
+        help="a page for every environment, in Markdown",
+        description="Write a page for every environment, and their index README.md, from the "
+        "docstrings. In the repository they are in docs/environments.",
+        allow_abbrev=False,
+    )
+    writing.add_argument("folder", metavar="FOLDER", type=Path)
+    writing.add_argument("--ids", nargs="+", metavar="ID", help="these environments only")
+    writing.set_defaults(act=_docs)
+
+
+def _add_bench(verbs: Any) -> None:
+    benching = verbs.add_parser(
+        "bench",
+        help="speed and accuracy, beside Gymnasium's environments and MuJoCo",
+        description="Measure environment steps per second of every environment, single and "
+        "vectorised, beside Gymnasium's CartPole and Pendulum and, where it is installed, a free "
+        "body in MuJoCo, all in one interleaved run; then accuracy and start-up. Takes about five "
+        "minutes on an idle machine.",
+        allow_abbrev=False,
+    )
+    benching.add_argument("--ids", nargs="+", metavar="ID", help="only these environments")
+    benching.add_argument("--quick", action="store_true", help="a first look, a minute")
+    benching.add_argument("--json", type=Path, metavar="FILE", help="write every sample there")
+    benching.set_defaults(act=_bench)
+
+
+def _add_verify(verbs: Any) -> None:
+    verifying = verbs.add_parser(
+        "verify",
+        help="the laws of the physics, each with its error and its bound",
+        description="Compare the physics with closed forms, conserved quantities and Newton's law "
+        "in world axes. The exit status is 1 if a law does not hold. Takes half a minute the first "
+        "time, a few seconds later.",
+        allow_abbrev=False,
+    )
+    verifying.add_argument(
+        "subjects",
+        nargs="*",
+        metavar="SUBJECT|FILE.json",
+        help="only these subjects; or instead results of `rigid-envs evaluate --out`, whose "
+        "episodes are played again and compared to the last digit",
+    )
+    verifying.add_argument(
+        "--json",
+        nargs="?",
+        const="-",
+        metavar="FILE",
+        help="print JSON instead of tables, or write it to FILE as well",
+    )
+    verifying.add_argument(
+        "--scores",
+        action="store_true",
+        help="instead play the untrained policies of the ids given as subjects, or of one for "
+        "every system, and compare their success and efficiency with the data",
+    )
+    verifying.add_argument(
+        "--policies",
+        nargs="*",
+        metavar="NAME",
+        help="instead evaluate published policies again, all or those named, and compare success "
+        "and cost from every start with what is published, to the last digit",
+    )
+    verifying.add_argument(
+        "--seed", type=int, help="with --policies: other starts than the published ones"
+    )
+    verifying.add_argument(
+        "--policy",
+        metavar="NAME|FILE",
+        help="with FILE.json: the policy it is of, as of `rigid-envs evaluate`; not needed for "
+        "controllers and published policies, which the file names",
+    )
+    verifying.set_defaults(act=_verify)
+
+
+def _list(options: argparse.Namespace, rest: list[str]) -> None:
+    refuse(rest)
+    as_json = json.dumps([overview_as_data(env_id) for env_id in ENVIRONMENTS], indent=1)
+    print(as_json if options.json else list_all())
+
+
+def _describe(options: argparse.Namespace, rest: list[str]) -> None:
+    config = config_of(rest)
+    if options.json:
+        print(json.dumps(description(options.id, config), indent=1, allow_nan=False))
+    else:
+        print(describe(options.id, config))
+
+
+def _docs(options: argparse.Namespace, rest: list[str]) -> None:
+    refuse(rest)
+    if options.folder.exists() and not options.folder.is_dir():
+        raise ValueError(f"FOLDER = {options.folder}; expected a folder: this is a file")
+    ids = options.ids and list(dict.fromkeys(map(catalogue.checked_id, options.ids)))
+    changed, strangers = write_pages(options.folder, ids)
+    print(f"written to {options.folder}: {', '.join(changed) or 'nothing, all is as it was'}")
+    if strangers:
+        print(f"no id has these, remove them: {', '.join(strangers)}")
+
+
+def _bench(options: argparse.Namespace, rest: list[str]) -> None:
+    refuse(rest)
+    ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
+    refuse_missing_folder("--json", options.json)
+    from rigid_envs.tools.bench import bench  # imports what it measures: only here
+    from rigid_envs.tools.cli.collecting import as_text
+
+    where = provenance()  # before the run: its own load does not count
+    startup_ids = ids[:1] if options.quick else catalogue.one_of_each(ids)
+    figures = bench(ids, startup_ids, options.quick, tell)
+    tell("")
+    print(as_text(where, figures))
+    if options.json:
+        document = {"provenance": where, **figures.as_json()}
+        write_atomic(options.json, json.dumps(document, indent=1) + "\n")
+        print(f"\nwritten to {options.json}")
+
+
+def _verify(options: argparse.Namespace, rest: list[str]) -> int:
+    refuse(rest)
+    if options.seed is not None and options.policies is None:
+        raise ValueError(f"--seed = {options.seed}; expected --policies beside it")
+    results = [name for name in options.subjects if name.endswith(".json")]
+    if options.policy is not None and not results:
+        raise ValueError(f"--policy = {options.policy}; expected a FILE.json beside it")
+    if results:
+        others = options.json, options.scores, options.policies is not None
+        if results != options.subjects or any(others):
+            raise ValueError(f"{results[0]}: expected nothing beside results but --policy")
+        return 0 if verify_results(results, options.policy) else 1
+    if options.policies is not None:
+        if options.json or options.scores or options.subjects:
+            raise ValueError("--policies: expected no subject, no --json and no --scores beside it")
+        return 0 if verify_policies(options.policies, options.seed) else 1
+    if options.scores:
+        if options.json:
+            raise ValueError(
+                f"--json = {options.json}; expected no --json beside --scores: that prints a table"
+            )
+        ids = [catalogue.checked_id(env_id) for env_id in options.subjects]
+        return 0 if verify_scores(list(dict.fromkeys(ids))) else 1
+    from rigid_envs.tools.cli.scoring import verify  # imports SciPy: only here
+    from rigid_envs.tools.laws import SUBJECTS, checked_subject
+
+    names = [checked_subject(name) for name in options.subjects]
+    if options.json in SUBJECTS:
+        raise ValueError(f"--json = {options.json}; expected a file: name subjects before --json")
+    file = Path(options.json) if options.json not in (None, "-") else None
+    refuse_missing_folder("--json", file)
+    verdict = verify(list(dict.fromkeys(names)))
+    document = json.dumps(verdict.as_json(), indent=1, allow_nan=False)
+    print(document if options.json == "-" else verdict.as_text())
+    if file:
+        write_atomic(file, document + "\n")
+        print(f"\nwritten to {file}")
+    return 1 if verdict.failures else 0

@@ -1,0 +1,470 @@
+"""Verbs of scores: evaluate, best, leaderboard, repeat, recheck, verify."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import json
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigid_envs.engine.provenance import heading, provenance
+from rigid_envs.envs import lookup as catalogue
+from rigid_envs.mechanics.laws import Outcome, Subject
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools import laws
+from rigid_envs.tools.cli.words import config_of, refuse, refuse_missing_folder, tell
+from rigid_envs.tools.pages.tables import paragraphs, table
+
+if TYPE_CHECKING:
+    from rigid_envs.scores.best import Best
+
+
+# `rigid-envs leaderboard`: its arguments.
+
+
+def add_leaderboard(verbs: Any) -> None:
+    """Add the verb to the parser of the command."""
+    ranking = verbs.add_parser(
+        "leaderboard",
+        help="one table and plot of evaluations",
+        description="Collect all results below a folder, of `rigid-envs evaluate --out` and of "
+        "rigid_envs.evaluate, into leaderboard.md and leaderboard.png there.",
+        allow_abbrev=False,
+    )
+    ranking.add_argument("folder", type=Path, metavar="FOLDER")
+    ranking.add_argument(
+        "--packaged",
+        action="store_true",
+        help="also of what comes with the package: published policies and controllers",
+    )
+    ranking.set_defaults(act=_leaderboard)
+
+
+def _leaderboard(options: argparse.Namespace, rest: list[str]) -> None:
+    refuse(rest)
+    from rigid_envs.scores.leaderboard import write_leaderboard
+
+    text = write_leaderboard(options.folder, options.packaged)
+    print(f"{text}\nwritten to {options.folder}: leaderboard.md, leaderboard.png")
+
+
+# Evaluated again: `rigid-envs verify --policies` and `rigid-envs verify FILE.json`.
+
+_HEADER = ("policy", "acts as", "success", "published", "efficiency", "published", "seconds", "")
+
+
+def verify_results(files: Sequence[str], policy: str | None) -> bool:
+    """Play the episodes of results again.
+
+    Args:
+        files: From `rigid-envs evaluate --out`.
+        policy: Name or file of the policy; None takes the one that each result names.
+
+    Returns:
+        Whether every number of every start is hit to the last digit.
+    """
+    from rigid_envs.scores.repeating import repeat
+
+    print(heading(provenance()), end="\n\n")
+    holds = True
+    for file in files:
+        tell(file)
+        again = repeat(file, policy)
+        tell("")
+        then, n = again.then, again.then.n
+        print(f"{file}: {then.env_id}, {then.policy}, {n} starts of seed {then.seed}")
+        for line in again.differences:
+            print(f"FAILS: {line}")
+        if again.differences:
+            rates = (f"{100 * each.success.mean:.1f} %" for each in (then, again.now))
+            print("success {} then, {} now".format(*rates))
+        else:
+            print("every number of every start is the same, to the last digit")
+        holds &= not again.differences
+    return holds
+
+
+def verify_policies(names: Sequence[str], seed: int | None) -> bool:
+    """Evaluate published policies again.
+
+    Args:
+        names: Their names; all if there are none.
+        seed: Seed of other starts than the published ones; None takes those.
+
+    Returns:
+        Whether all published figures are hit.
+    """
+    from rigid_envs.scores.repeating import recheck
+    from rigid_envs.scores.trained import published
+
+    print(heading(provenance()), end="\n\n")
+    rows, complaints = [], []
+    for name in names or published():
+        tell(name)
+        begin = time.perf_counter()
+        again = recheck(name, seed)
+        record, found = again.record, again.found
+        efficiency = None if found.efficiency is None else found.efficiency.mean
+        figures = (
+            f"{100 * found.success.mean:.1f} %",
+            f"{100 * record.success_rate:.1f} %",
+            *("-" if each is None else f"{each:.4f}" for each in (efficiency, record.efficiency)),
+            f"{time.perf_counter() - begin:.1f}",
+        )
+        rows.append(
+            (again.name, record.policy, *figures, "FAILS" if again.differences else "holds")
+        )
+        complaints += [f"{again.name}: {line}" for line in again.differences]
+    tell("")
+    print(table(_HEADER, rows, "<<>>>>><"))
+    for line in complaints:
+        print(f"FAILS: {line}")
+    claim = (
+        "success and cost of every published start, compared to the last digit"
+        if seed is None
+        else f"success from starts of seed {seed}, compared with the 95 % interval published"
+    )
+    print(f"\n{claim}: {len(rows)} policies")
+    return not complaints
+
+
+# `rigid-envs verify`: the laws checked, as text for people and as JSON for programs.
+
+_LONGEST = 300  # characters of an error message that are shown: those of compilers fill pages
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The outcomes of all laws that were checked.
+
+    Attributes:
+        provenance: versions, machine and date, see `provenance`.
+        subjects: subjects that were checked.
+        outcomes: one per law, in the order of the subjects.
+        seconds: wall-clock time of all checks, compilation included [s].
+    """
+
+    provenance: dict[str, Any]
+    subjects: Sequence[Subject]
+    outcomes: Sequence[Outcome]
+    seconds: float
+
+    @property
+    def failures(self) -> list[Outcome]:
+        """Outcomes of the laws that do not hold."""
+        return [outcome for outcome in self.outcomes if not outcome.holds]
+
+    def as_json(self) -> dict[str, Any]:
+        """JSON values; an error that is not finite is null."""
+        return {
+            "provenance": self.provenance,
+            "holds": not self.failures,
+            "seconds": self.seconds,
+            "laws": [_entry(outcome) for outcome in self.outcomes],
+        }
+
+    def as_text(self) -> str:
+        """One table per subject, 100 columns wide, then the laws that fail."""
+        parts = [heading(self.provenance)]
+        for subject in self.subjects:
+            found = [o for o in self.outcomes if o.law.subject == subject.name]
+            title = f"{subject.name}: {subject.title}"
+            parts.append(f"{title}\n{'=' * len(title)}\n{_rows(found)}")
+        parts += [_failure(outcome) for outcome in self.failures]
+        return "\n\n".join([*parts, self._summary()])
+
+    def _summary(self) -> str:
+        n, broken = len(self.outcomes), len(self.failures)
+        held = f"All {n} laws hold" if not broken else f"{broken} of {n} laws FAIL"
+        return f"{held} ({self.seconds:.0f} s)."
+
+
+def verify(names: Sequence[str] = ()) -> Verdict:
+    """Check the laws of some subjects.
+
+    Args:
+        names: subjects; all of them if empty.
+    """
+    where, start = provenance(), time.perf_counter()
+    outcomes = laws.check_all(names, tell)
+    tell("")
+    subjects = [laws.SUBJECTS[name] for name in names or laws.SUBJECTS]
+    return Verdict(where, subjects, outcomes, time.perf_counter() - start)
+
+
+def _entry(outcome: Outcome) -> dict[str, Any]:
+    law = outcome.law
+    return {
+        "subject": law.subject,
+        "name": law.name,
+        "statement": inspect.getdoc(law.measure),
+        "compared": law.compared,
+        "error": outcome.error if math.isfinite(outcome.error) else None,
+        "bound": law.bound,
+        "why": law.why,
+        "holds": outcome.holds,
+        "seconds": outcome.seconds,
+        "message": outcome.message,
+    }
+
+
+def _rows(outcomes: Sequence[Outcome]) -> str:
+    rows = [
+        (
+            outcome.law.name,
+            outcome.law.compared,
+            f"{outcome.error:.1e}",
+            f"{outcome.law.bound:.0e}",
+            "holds" if outcome.holds else "FAILS",
+        )
+        for outcome in outcomes
+    ]
+    return table(("law", "compared", "error", "bound", ""), rows, "<<>>")
+
+
+def _failure(outcome: Outcome) -> str:
+    law = outcome.law
+    said = outcome.message or f"error {outcome.error:.3g}, bound {law.bound:.3g}: {law.why}"
+    if len(said) > _LONGEST:
+        said = said[:_LONGEST] + " ..."
+    return paragraphs(f"FAILS: {law.subject}: {law.name}. {said}", 0)
+
+
+# Evaluation and best known costs: `rigid-envs evaluate`, `best` and `verify --scores`.
+
+_TOLERANCE = 1e-3
+"""Difference of a rate. The kernels give the same bits anywhere, but controllers use LAPACK, whose
+roundings differ by machine: an episode in 500 may end some steps earlier or later."""
+
+_ROUNDING = 1e-9
+"""Relative difference of the cost of a plan, which is played without feedback: the same bits."""
+
+
+def add_evaluate(verbs: Any) -> None:
+    """Add the verb `evaluate`."""
+    evaluating = verbs.add_parser(
+        "evaluate",
+        help="success and efficiency of a policy over 500 fixed starts",
+        usage="rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--name NAME] [--out FILE] "
+        "[--json] [--KEY VALUE]",
+        description="Play one episode from each of the fixed starts. Any hyperparameter can be "
+        "given as an option.",
+        allow_abbrev=False,
+    )
+    evaluating.add_argument("id", metavar="ID")
+    evaluating.add_argument(
+        "--policy",
+        required=True,
+        metavar="NAME|FILE",
+        help="a reference controller, `reference` for the best, `nmpc` where there is one (it "
+        "needs the extra `control`), `sampling`, `zero`, `random`; a trained policy: a file "
+        "(.safetensors), or `BallPark`, the published one of that id; or a replay (.npz) of the "
+        "first starts, whose actions are played again",
+    )
+    evaluating.add_argument("--starts", type=int, metavar="N", help="(500, or those of the replay)")
+    evaluating.add_argument("--name", help="of the policy in tables (its own)")
+    evaluating.add_argument(
+        "--out", type=Path, metavar="FILE", help="write a row of the leaderboard"
+    )
+    evaluating.add_argument("--json", action="store_true", help="print that row, not a table")
+    evaluating.set_defaults(act=_evaluate)
+
+
+def add_best(verbs: Any) -> None:
+    """Add the verb `best`."""
+    finding = verbs.add_parser(
+        "best",
+        help="compute the best known cost from each start, and keep it as data",
+        description="Play the untrained policies, the stored plans, the published policy and "
+        "recorded episodes from the starts of the evaluation set, and keep the least cost of a "
+        "success from each start with its finder.",
+        allow_abbrev=False,
+    )
+    finding.add_argument("ids", nargs="*", metavar="ID", help="these environments only")
+    finding.add_argument(
+        "--with",
+        dest="files",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="FILE",
+        help="replays (.npz) of the first starts of one id; their actions are played again, and "
+        "their labels say who found them",
+    )
+    finding.add_argument(
+        "--plan",
+        action="store_true",
+        help="improve the stored plans first, or plan where there are none: minutes for each id "
+        "that has a recipe",
+    )
+    finding.add_argument("--starts", type=int, metavar="N", help="fewer starts, for a first look")
+    finding.add_argument("--out", type=Path, metavar="FOLDER", help="instead of the package's data")
+    finding.add_argument(
+        "--rows", type=Path, metavar="FOLDER", help="leaderboard rows of the untrained policies"
+    )
+    finding.set_defaults(act=_best)
+
+
+def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
+    from rigid_envs.scores.evaluation import evaluate
+    from rigid_envs.scores.repeating import policy_named
+    from rigid_envs.scores.starts import N_STARTS
+
+    env_id, config = catalogue.checked_id(options.id), config_of(rest)
+    refuse_missing_folder("--out", options.out)
+    policy: Any = options.policy
+    n = N_STARTS if options.starts is None else options.starts
+    if policy.endswith(".npz"):
+        if config or options.starts is not None:
+            raise ValueError(f"--policy = {policy}; expected no other option: a replay has its own")
+        found = _again(Path(policy), env_id)
+    else:
+        chosen = policy_named(policy)
+        found = evaluate(env_id, chosen, n=n, config=config or None, progress=tell)
+    tell("")
+    found = found if options.name is None else replace(found, policy=options.name)
+    file = found.save(options.out) if options.out else None
+    if options.json:
+        print(json.dumps(found.row(), indent=1, allow_nan=False))
+        return
+    print(found)
+    if file:
+        print(f"written to {file}")
+
+
+def _again(file: Path, env_id: str) -> Any:
+    """What comes of the actions of a replay from the first starts."""
+    from rigid_envs.scores.evaluation import evaluate
+    from rigid_envs.scores.policies import recorded
+    from rigid_envs.watch.replays.replay import load_replay
+
+    replay = load_replay(file)
+    if replay.env_id != env_id:
+        raise ValueError(f"{file}: env_id = {replay.env_id}; expected {env_id}")
+    longest = max(map(len, replay.episodes))
+    actions = np.stack(
+        [
+            np.pad(each.actions, [(0, longest - len(each)), (0, 0)], mode="edge")
+            for each in replay.episodes
+        ],
+        axis=1,
+    )
+    actions = actions[..., 0] if replay.task.n_choices else actions
+    policy = recorded(actions, replay.episodes[0].label or file.stem)
+    config = catalogue.changed(env_id, replay.task)
+    return evaluate(env_id, policy, n=len(replay.episodes), config=config)
+
+
+def _best(options: argparse.Namespace, rest: list[str]) -> None:
+    refuse(rest)
+    from rigid_envs.scores.best import FOLDER
+    from rigid_envs.scores.starts import N_STARTS
+
+    ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
+    n = N_STARTS if options.starts is None else options.starts
+    if not 1 <= n <= N_STARTS or (n < N_STARTS and options.out is None):
+        raise ValueError(f"--starts = {n}; expected 1 to {N_STARTS}; with --out if it is less")
+    if options.files and len(ids) != 1:
+        raise ValueError(f"--with: ID = {options.ids}; expected the one id that the files are of")
+    folder = options.out or FOLDER
+    if not folder.is_dir():
+        raise ValueError(f"--out = {folder}; expected a folder that exists")
+    for env_id in ids:
+        begin = time.perf_counter()
+        tell(env_id)
+        found = _measured(env_id, n, folder, options)
+        tell("")
+        shares = ", ".join(f"{name} {count}" for name, count in found.shares.items()) or "nobody"
+        print(f"{env_id}   {time.perf_counter() - begin:.1f} s   best {found.cost}: {shares}")
+        rows = [
+            (name, *(_figure(each[key]) for key in _COLUMNS))
+            for name, each in found.policies.items()
+        ]
+        print(table(("", *_COLUMNS), rows, "<" + ">" * len(_COLUMNS)), end="\n\n")
+    print(f"written to {folder}")
+
+
+def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) -> Best:
+    """Plan if that is asked for, play all that is known, and write what is best."""
+    from rigid_envs.scores.best import PLANS_FOLDER as folder_of_plans
+    from rigid_envs.scores.best import (
+        file_of,
+        file_of_plans,
+        read_best,
+        read_plans,
+        write_best,
+        write_plans,
+    )
+    from rigid_envs.scores.finding import find, plan, played, recipe_of, replayed, trained
+
+    file, plans = file_of(env_id, folder), options.out or folder_of_plans
+    known = read_best(file) if file.exists() else None
+    others = [_again(each, env_id) for each in options.files]
+    untrained = played(env_id, n)
+    if options.plan and recipe_of(env_id) is not None:
+        place = file_of_plans(env_id, plans)
+        stored = read_plans(place) if place.exists() else None
+        write_plans(place, plan(env_id, n, stored))
+    others += [*replayed(env_id, n, plans), *trained(env_id, n)]
+    found = find(env_id, known, others, untrained, n)
+    write_best(file, found)
+    for name, each in untrained.items() if options.rows else ():
+        row = options.rows / env_id.rpartition("/")[2] / f"{name}.json"
+        row.parent.mkdir(parents=True, exist_ok=True)
+        each.against(found.costs).save(row)
+    return found
+
+
+_COMPARED = ("success_rate", "efficiency")
+_COLUMNS = ("success_rate", "efficiency", "cost_mean", "bound_mean", "gap", "return_mean")
+
+
+def _figure(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+def verify_scores(ids: Sequence[str]) -> bool:
+    """Play the untrained policies of some ids again, and compare their figures with the data.
+
+    Args:
+        ids: Gymnasium's ids; if there are none, one of each kind of environment.
+
+    Returns:
+        Whether all agree.
+    """
+    from rigid_envs.scores.best import best_known
+    from rigid_envs.scores.finding import played, replayed, trained
+
+    print(heading(provenance()), end="\n\n")
+    rows, holds = [], True
+    for env_id in ids or catalogue.one_of_each():
+        tell(env_id)
+        known = best_known(env_id)
+        if known is None:
+            rows.append((env_id, "", "", "", "", "no data"))
+            holds = False
+            continue
+        for name, found in played(env_id, len(known.costs)).items():
+            now, then = found.against(known.costs).summary(), known.policies.get(name, {})
+            off = max(abs(now[key] - then.get(key, np.inf)) for key in _COMPARED)
+            holds &= off <= _TOLERANCE
+            figures = f"{now['success_rate']:.3f}", f"{now['efficiency']:.4f}", f"{off:.1e}"
+            rows.append((env_id, name, *figures, "holds" if off <= _TOLERANCE else "FAILS"))
+        for found in (*replayed(env_id), *trained(env_id)):
+            own = np.array([name == found.policy for name in known.finders])
+            off = float(np.max(np.abs(found.costs[own] / known.costs[own] - 1.0), initial=0.0))
+            met = bool(found.successes[own].all()) and off <= _ROUNDING
+            holds &= met
+            figures = f"{found.success.mean:.3f}", f"{own.mean():.4f}", f"{off:.1e}"
+            rows.append((env_id, found.policy, *figures, "holds" if met else "FAILS"))
+    tell("")
+    print(table(("id", "policy", "success", "efficiency", "off by", ""), rows, "<<>>><"))
+    print(f"\noff by: the larger difference of success and efficiency; {_TOLERANCE:g}")
+    return holds

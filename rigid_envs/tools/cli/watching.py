@@ -1,0 +1,345 @@
+"""Verbs of pictures: films, frames, gallery, play, replay."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rigid_envs.base.checks import positive
+from rigid_envs.base.files import write_atomic
+from rigid_envs.engine.provenance import provenance
+from rigid_envs.envs.lookup import checked_id
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.cli.words import config_of, refuse, refuse_missing_folder, tell
+from rigid_envs.tools.pages.films import as_text, with_table
+from rigid_envs.tools.pages.tables import table
+
+if TYPE_CHECKING:
+    from rigid_envs.watch.replays.episode import Episode
+    from rigid_envs.watch.replays.replay import Replay
+
+
+# `rigid-envs films`: a short film of every environment, for its page.
+
+
+def add_films(verbs: Any) -> None:
+    """Add the verb to the command.
+
+    Args:
+        verbs: of `argparse`, from `add_subparsers`.
+    """
+    filming = verbs.add_parser(
+        "films",
+        help="a short film of every environment, as animated WebP",
+        description="Film the reference controller of each environment for its page. In the "
+        "repository the films are in docs/environments/films.",
+        allow_abbrev=False,
+    )
+    filming.add_argument("folder", metavar="FOLDER", type=Path)
+    filming.add_argument("--ids", nargs="+", metavar="ID", help="these environments only")
+    filming.add_argument(
+        "--check", action="store_true", help="say which films are missing or old; write nothing"
+    )
+    filming.set_defaults(act=_films)
+
+
+def _films(options: argparse.Namespace, rest: list[str]) -> int:
+    refuse(rest)
+    from rigid_envs.tools.pages.films import (
+        stale_films,
+        write_films,  # draws: only here
+    )
+
+    own = (env_id for env_id in ENVIRONMENTS if env_id.startswith("RigidEnvs/"))
+    ids = [checked_id(name) for name in options.ids or own]
+    if options.check:
+        stale = stale_films(options.folder, ids)
+        for env_id, why in stale.items():
+            print(f"{env_id}: {why}")
+        return 1 if stale else 0
+    write_films(options.folder, ids, tell)
+    tell("")
+    return 0
+
+
+# `rigid-envs frames`: how long a picture takes.
+
+
+def add_frames(verbs: Any) -> None:
+    """Add the verb to the command.
+
+    Args:
+        verbs: of `argparse`, from `add_subparsers`.
+    """
+    timing = verbs.add_parser(
+        "frames",
+        help="time of a picture of every environment",
+        description="Measure pictures of 480 x 480 pixels on one thread, with and without shadows, "
+        "and the first one of a new process. Takes a minute on an idle machine.",
+        allow_abbrev=False,
+    )
+    timing.add_argument("--ids", nargs="+", metavar="ID", help="these environments only")
+    timing.add_argument(
+        "--page",
+        type=Path,
+        metavar="FILE.md",
+        help="write the table into this page, and the data beside it as FILE.json; in the "
+        "repository it is docs/rendering.md",
+    )
+    timing.set_defaults(act=_frames)
+
+
+def _frames(options: argparse.Namespace, rest: list[str]) -> None:
+    refuse(rest)
+    from rigid_envs.tools.bench.frames import (
+        frame_times,
+        installed_size,  # draws: only here
+    )
+
+    ids = [checked_id(name) for name in options.ids or ENVIRONMENTS]
+    page = "" if options.page is None else options.page.read_text(encoding="utf-8")
+    data = {
+        "provenance": provenance(),
+        "frames": [asdict(times) for times in frame_times(ids, report=tell)],
+        "bytes": installed_size(),
+    }
+    tell("")
+    if options.page is None:
+        print(as_text(data))
+        return
+    text = with_table(page, data)
+    write_atomic(options.page.with_suffix(".json"), json.dumps(data, indent=1) + "\n")
+    write_atomic(options.page, text)
+
+
+# `rigid-envs gallery`: draw the figures.
+
+
+def add_gallery(verbs: Any) -> None:
+    """Add the verb to the command.
+
+    Args:
+        verbs: of `argparse`, from `add_subparsers`.
+    """
+    drawing = verbs.add_parser(
+        "gallery",
+        help="figures of rotation and rolling, simulation against closed form",
+        description="Draw figures as PNG and SVG, and write captions, numbers and provenance to "
+        "figures.json. The exit status is 1 if a number is beyond its bound.",
+        allow_abbrev=False,
+    )
+    drawing.add_argument("names", nargs="*", metavar="NAME", help="these figures only")
+    drawing.add_argument("--out", type=Path, metavar="DIR", help="folder of the files")
+    drawing.add_argument("--list", action="store_true", help="name the figures, draw nothing")
+    drawing.add_argument(
+        "--docs",
+        type=Path,
+        metavar="DIR",
+        help="draw all figures, small, into DIR instead, and write the page DIR.md about them; in "
+        "the repository it is docs/gallery",
+    )
+    drawing.set_defaults(act=_gallery)
+
+
+def _gallery(options: argparse.Namespace, rest: list[str]) -> int:
+    refuse(rest)
+    from rigid_envs.tools.gallery import (
+        FIGURES,
+        checked_name,  # imports the systems: only here
+    )
+
+    names = list(dict.fromkeys(map(checked_name, options.names or FIGURES)))
+    if options.list:
+        rows = [(FIGURES[name].name, FIGURES[name].title) for name in names]
+        print(table(("name", "figure"), rows, "<<"))
+        return 0
+    return _draw(names, options)
+
+
+def _draw(names: Sequence[str], options: argparse.Namespace) -> int:
+    from rigid_envs.tools.gallery import FIGURES, write_docs, write_figures
+
+    if (options.out is None) == (options.docs is None):
+        raise ValueError(f"--out = {options.out}; expected either --out DIR or --docs DIR")
+    if options.docs and options.names:
+        raise ValueError(f"names = {names}; expected none beside --docs: the page shows all")
+    folder: Path = options.out or options.docs
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"folder = {folder}; expected a folder: this is a file")
+    folder.mkdir(parents=True, exist_ok=True)
+    if options.docs:
+        drawn = write_docs(folder, tell)
+    else:
+        drawn = write_figures(folder, [FIGURES[name] for name in names], tell)
+    tell("")
+    rows = [(made.entry.name, str(made.numbers[0])) for made in drawn]
+    print(table(("name", "number"), rows, "<<"))
+    print(f"\nwritten to {folder}")
+    broken = [made.entry.name for made in drawn if not all(n.holds for n in made.numbers)]
+    if broken:
+        print(f"beyond their bounds: {', '.join(broken)}")
+    return 1 if broken else 0
+
+
+# `rigid-envs play`: its arguments.
+
+
+def add_play(verbs: Any) -> None:
+    """Add the verb to the parser of the command."""
+    playing = verbs.add_parser(
+        "play",
+        help="steer an environment yourself, by keyboard, mouse or gamepad",
+        usage="rigid-envs play ID [OPTION ...] [--KEY VALUE ...]",
+        description="Open a window in which you steer, in real time, and see your result beside "
+        "what the reference controller makes of the same start. Any hyperparameter can be given as "
+        "an option, as for `describe`.",
+        allow_abbrev=False,
+    )
+    playing.add_argument("id", metavar="ID")
+    playing.add_argument("--seed", type=int, default=0, metavar="N", help="of the first start (0)")
+    playing.add_argument("--size", type=int, default=640, metavar="PIXELS", help="(640)")
+    playing.add_argument("--save", type=Path, metavar="FILE", help="a replay of all you play")
+    playing.add_argument("--help-keys", action="store_true", help="say which keys do what")
+    playing.set_defaults(act=_play)
+
+
+def _play(options: argparse.Namespace, rest: list[str]) -> None:
+    from rigid_envs.watch.play.loop import play
+    from rigid_envs.watch.play.steering import keys
+
+    config = config_of(rest)
+    if options.help_keys:
+        print(keys(options.id, config))
+        return
+    refuse_missing_folder("--save", options.save)
+    saved = play(options.id, options.seed, config, options.size, options.save)
+    if saved:
+        print(f"written to {saved}; to see it: rigid-envs replay {saved}")
+
+
+# `rigid-envs replay`: what is in replays, and a page or a film to watch them.
+
+_SAME = "same bits"
+
+
+def add_replay(verbs: Any) -> None:
+    """Add the verb to the command.
+
+    Args:
+        verbs: of `argparse`, from `add_subparsers`.
+    """
+    replaying = verbs.add_parser(
+        "replay",
+        help="recorded episodes: what happened, and a page or a film to watch them",
+        description="Print the episodes of replays, and whether their actions give the same bits "
+        "again. Several files are shown side by side. The exit status is 1 if other bits come.",
+        allow_abbrev=False,
+    )
+    replaying.add_argument("files", nargs="+", metavar="FILE", type=Path)
+    replaying.add_argument(
+        "--episodes", nargs="+", type=int, metavar="K", help="only these episodes, counted from 0"
+    )
+    replaying.add_argument("--html", type=Path, metavar="OUT", help="write a page that shows them")
+    replaying.add_argument(
+        "--video", metavar="OUT", help="write a film of them: OUT.mp4, .gif or .webp"
+    )
+    replaying.add_argument(
+        "--speed", type=float, default=1.0, metavar="X", help="of the film (1, real time)"
+    )
+    replaying.set_defaults(act=_replay)
+
+
+def _replay(options: argparse.Namespace, rest: list[str]) -> int:
+    refuse(rest)
+    refuse_missing_folder("--html", options.html)
+    if options.video:
+        from rigid_envs.watch.films import checked_film
+
+        positive(options.speed, "--speed")
+        checked_film(options.video)
+    replays = _read(options.files)
+    same = True
+    for replay in replays:
+        rows = [_row(replay, k, episode) for k, episode in enumerate(replay.episodes)]
+        same &= all(row[-1] == _SAME for row in rows)
+        print(_as_text(replay, rows))
+    if options.html:
+        from rigid_envs.watch.replays.page import write_html  # imports the views: only here
+
+        file = write_html(options.html, _chosen(replays, options.episodes))
+        size = file.stat().st_size / 1e6
+        print(f"written to {file} ({size:.2f} MB): open it in a browser")
+    if options.video:
+        _film(options.video, _chosen(replays, options.episodes), options.speed)
+    return 0 if same else 1
+
+
+def _film(file: str, chosen: Sequence[tuple[Replay, int]], speed: float) -> None:
+    """Write a film of episodes side by side; pictures are smaller where there are many."""
+    from rigid_envs.watch.drawing import Look
+    from rigid_envs.watch.films import episode_pictures, pictures_per_second, write_film
+
+    size = 480 if len(chosen) <= 2 else 320
+    shown = [(replay.task, replay.episodes[k]) for replay, k in chosen]
+    fps = pictures_per_second(*(task for task, _ in shown))
+    pictures = episode_pictures(shown, Look(size, size), speed=speed)
+    print(f"written to {write_film(file, pictures, fps)}")
+
+
+def _read(files: Sequence[Path]) -> list[Replay]:
+    """The replays of some files.
+
+    Raises:
+        ValueError: A file that does not exist or is no replay.
+    """
+    from rigid_envs.watch.replays.replay import (
+        load_replay,  # imports what it plays again: only here
+    )
+
+    for file in files:
+        if not file.exists():
+            raise ValueError(f"FILE = {file}; expected a replay: there is no such file")
+    return [load_replay(file) for file in files]
+
+
+def _as_text(replay: Replay, rows: Sequence[Sequence[str]]) -> str:
+    """The episodes of a replay as a table, and whether their actions give the same bits again."""
+    versions = replay.provenance.get("versions")
+    version = versions.get("rigid-envs", "?") if isinstance(versions, dict) else "?"
+    head = f"{replay.env_id}   cost: {replay.task.cost_unit}   rigid-envs {version}"
+    names = ("", "label", "steps", "time [s]", "return", "cost", "success", "end", "again")
+    return f"{head}\n{table(names, rows, '><>>>>')}"
+
+
+def _row(replay: Replay, k: int, episode: Episode) -> tuple[str, ...]:
+    from rigid_envs.watch.replays.episode import play_again, same_bits
+
+    again = play_again(replay.task, episode.start, episode.actions)
+    return (
+        str(k),
+        episode.label,
+        str(len(episode)),
+        f"{episode.times[-1]:.2f}",
+        f"{episode.rewards.sum():.5g}",
+        f"{episode.costs.sum():.4g}",
+        "yes" if len(episode) and episode.success[-1] else "no",
+        "ended" if episode.terminated else "cut off" if episode.truncated else "left",
+        _SAME if same_bits(episode, again) else "other bits",
+    )
+
+
+def _chosen(replays: Sequence[Replay], episodes: Sequence[int] | None) -> list[tuple[Replay, int]]:
+    """Which episodes are shown side by side: of each replay the given ones.
+
+    Where none are given, the first ones of one replay, or the first of each of several.
+    """
+    from rigid_envs.watch.replays.page import MOST_EPISODES
+
+    if episodes is None:
+        several = range(min(len(replays[0].episodes), MOST_EPISODES))
+        episodes = several if len(replays) == 1 else (0,)
+    return [(replay, k) for replay in replays for k in episodes]

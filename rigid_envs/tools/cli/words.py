@@ -1,0 +1,168 @@
+"""Words of the command line: arguments, progress, completion."""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import logging
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from gymnasium.error import DependencyNotInstalled
+
+from rigid_envs.tasks.registry import ENVIRONMENTS
+
+# Progress of a command on the terminal.
+
+
+class _Pace:
+    """When a line is due where none can be written over: after 10 s, then ever more seldom."""
+
+    _LEAST, _SHARE = 10.0, 0.1  # [s], and of the time since the beginning
+
+    def __init__(self) -> None:
+        self.begin()
+
+    def begin(self) -> None:
+        self._begin = self._last = time.monotonic()
+
+    def is_due(self) -> bool:
+        now = time.monotonic()
+        due = now - self._last >= max(self._LEAST, self._SHARE * (now - self._begin))
+        self._last = now if due else self._last
+        return due
+
+
+_pace = _Pace()
+
+
+def show_messages() -> None:
+    """Print what the package logs, such as what it compiles, on standard error.
+
+    Every command begins with it.
+    """
+    _pace.begin()
+    logger = logging.getLogger("rigid_envs")
+    if not logger.handlers:
+        handler = logging.StreamHandler()
+        handler.setFormatter(logging.Formatter("rigid-envs: %(message)s"))
+        logger.addHandler(handler)
+        logger.setLevel(logging.INFO)
+
+
+def tell(what: str) -> None:
+    """Show progress on standard error.
+
+    On a terminal it is one line, in place of the line before. Elsewhere it is a line now and then.
+
+    Args:
+        what: a few words; an empty text clears the line.
+    """
+    if sys.stderr.isatty():
+        print(f"\r\x1b[K{what}", end="", file=sys.stderr, flush=True)
+    elif what and _pace.is_due():
+        print(what, file=sys.stderr, flush=True)
+
+
+# Words of the command line: hyperparameters, and what is refused.
+
+
+def refuse_missing_folder(option: str, file: Path | None) -> None:
+    """Refuse a file that could not be written.
+
+    Raises:
+        ValueError: its folder does not exist.
+    """
+    if file and not file.parent.is_dir():
+        raise ValueError(f"{option} = {file}; expected a file in a folder that exists")
+
+
+def refuse(rest: list[str]) -> None:
+    """Refuse words that no option took.
+
+    Raises:
+        ValueError: there is one.
+    """
+    if rest:
+        raise ValueError(f"argument = {rest[0]!r}; expected one of those that --help lists")
+
+
+def config_of(words: list[str]) -> dict[str, Any]:
+    """Hyperparameters from ``--key value`` or ``--key=value``.
+
+    Raises:
+        ValueError: a word that is neither.
+    """
+    config: dict[str, Any] = {}
+    rest = list(words)
+    while rest:
+        word = rest.pop(0)
+        key, equals, value = word.removeprefix("--").partition("=")
+        if not word.startswith("--") or not key or not (equals or rest):
+            raise ValueError(f"argument = {word!r}; expected --KEY VALUE")
+        config[key] = _value(value if equals else rest.pop(0))
+    return config
+
+
+def _value(text: str) -> Any:
+    """Number, pair, truth value or word."""
+    try:
+        return ast.literal_eval({"true": "True", "false": "False"}.get(text, text))
+    except (ValueError, SyntaxError):
+        return text
+
+
+# Completion of the command in a shell: `rigid-envs completion SHELL`.
+
+_SHELLS = ("bash", "zsh", "tcsh")
+_FUNCTION = "_rigid_envs_ids"
+
+
+def add_completion(verbs: Any, parser: argparse.ArgumentParser) -> None:
+    """Add the verb `completion`.
+
+    Args:
+        verbs: Subparsers of the command.
+        parser: Parser of the whole command.
+    """
+    completing = verbs.add_parser(
+        "completion",
+        help="a script that lets a shell complete verbs, options and ids",
+        description="Print a completion script. For bash: "
+        "rigid-envs completion bash > ~/.local/share/bash-completion/completions/rigid-envs",
+        allow_abbrev=False,
+    )
+    completing.add_argument("shell", choices=_SHELLS)
+    completing.set_defaults(act=lambda options, rest: _complete(options.shell, rest, parser))
+
+
+def _complete(shell: str, rest: list[str], parser: argparse.ArgumentParser) -> None:
+    refuse(rest)
+    try:
+        import shtab
+    except ImportError:
+        raise DependencyNotInstalled(
+            'completion needs shtab: pip install "rigid-envs[completion]"'
+        ) from None
+    ids = " ".join(
+        sorted({env_id.rpartition("/")[2].rpartition("-v")[0] for env_id in ENVIRONMENTS})
+    )
+    for action in _actions(parser):
+        if action.metavar == "ID":
+            ways: Any = action
+            ways.complete = {"bash": _FUNCTION, "zsh": f"({ids})", "tcsh": f"p/*/({ids})/"}
+    # its type is said to be that for one shell
+    names: Any = {"bash": f'{_FUNCTION}() {{ compgen -W "{ids}" -- "$1"; }}'}
+    print(shtab.complete(parser, shell, preamble=names))
+
+
+def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """All arguments and options of a parser and its subparsers."""
+    for action in parser._actions:
+        yield action
+        if isinstance(action, argparse._SubParsersAction):
+            for part in action.choices.values():
+                yield from _actions(part)

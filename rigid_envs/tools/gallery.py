@@ -1,0 +1,393 @@
+"""The figures of the gallery, and their page."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import io
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from rigid_envs.base.files import write_atomic
+from rigid_envs.engine.provenance import provenance, versions
+from rigid_envs.systems.dynamic_ball.figures import TURNTABLE
+from rigid_envs.systems.free_body.figures import CHANDLER, CONES, FLIP, HERPOLHODE, POLHODES, RACKET
+from rigid_envs.systems.heavy_top.figures import NUTATION, POTENTIAL, PRECESSION, SLEEPING
+from rigid_envs.systems.roller.figures import PUMP, RACE, SLIPPING
+from rigid_envs.systems.rolling_ball.figures import BRACKETS, HOLONOMY, SHORTEST
+from rigid_envs.systems.rolling_disk.figures import DISK, STEADY_CIRCLES
+from rigid_envs.systems.upright_coin.figures import COIN
+from rigid_envs.tools.motions import motion_of
+from rigid_envs.watch.figures import (
+    MUTED,
+    STYLE,
+    Entry,
+    Number,
+    lay_out,
+    new_figure,
+    require_matplotlib,
+)
+from rigid_envs.watch.replays.page import write_html
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+# Figures of rigid-body rotation: simulation against closed form, each with the number it shows.
+#
+# A figure is an `Entry`: caption, law, source, and a function that draws it and computes its
+# numbers. `rigid-envs gallery` writes them as PNG and SVG. matplotlib, of the extra `render`, is
+# imported when a figure is drawn.
+
+FIGURES: dict[str, Entry] = {
+    entry.name: entry
+    for entry in (
+        POLHODES,
+        HERPOLHODE,
+        CONES,
+        CHANDLER,
+        FLIP,
+        RACKET,
+        POTENTIAL,
+        NUTATION,
+        PRECESSION,
+        SLEEPING,
+        RACE,
+        SLIPPING,
+        COIN,
+        DISK,
+        STEADY_CIRCLES,
+        HOLONOMY,
+        SHORTEST,
+        BRACKETS,
+        TURNTABLE,
+        PUMP,
+    )
+}
+"""All figures by name, in the order of the page."""
+
+
+class UnknownFigureError(ValueError):
+    """No figure has that name."""
+
+
+def checked_name(name: str) -> str:
+    """The name itself, if it is one of `FIGURES`.
+
+    Raises:
+        UnknownFigureError: names the nearest figure and lists all.
+    """
+    if name in FIGURES:
+        return name
+    (near,) = difflib.get_close_matches(name.lower(), FIGURES, n=1, cutoff=0.0)
+    raise UnknownFigureError(
+        f"figure = {name!r}; expected one of {', '.join(FIGURES)}: did you mean {near!r}?"
+    )
+
+
+# Draw entries of the gallery, as PNG and SVG.
+
+_PNG: dict[str, Any] = {"Software": None}  # neither version nor date: equal pictures, equal bytes
+_SVG: dict[str, Any] = {"Date": None, "Creator": None}
+
+
+@dataclass(frozen=True)
+class Made:
+    """A figure that was drawn.
+
+    Attributes:
+        entry: of the registry.
+        png: picture.
+        svg: the same as vector graphics; empty if it was not asked for.
+        numbers: what the figure shows, the main one first.
+    """
+
+    entry: Entry
+    png: bytes
+    svg: bytes
+    numbers: tuple[Number, ...]
+
+
+def make(entry: Entry, *, svg: bool = True) -> Made:
+    """Draw a figure, with its title above and its numbers below.
+
+    Args:
+        entry: of the registry.
+        svg: whether vector graphics are wanted, too.
+
+    Raises:
+        DependencyNotInstalled: matplotlib is missing.
+    """
+    require_matplotlib()
+    from matplotlib import rc_context
+
+    with rc_context(cast(Any, STYLE)):
+        figure, numbers = compose(entry)
+        vector = _save(figure, "svg", _SVG) if svg else b""
+        return Made(entry, _save(figure, "png", _PNG), vector, numbers)
+
+
+def compose(entry: Entry) -> tuple[Figure, tuple[Number, ...]]:
+    """A figure with all that belongs to it, not yet a picture, and its numbers.
+
+    Args:
+        entry: of the registry.
+    """
+    figure = new_figure(entry.size)
+    numbers = entry.draw(figure)
+    _title_and_numbers(figure, entry, numbers)
+    return figure, numbers
+
+
+def _title_and_numbers(figure: Figure, entry: Entry, numbers: tuple[Number, ...]) -> None:
+    """Title on top; at the bottom the legend of the figure, if it has one, and the numbers."""
+    height = entry.size[1]
+    figure.text(
+        0.014, 1.0 - 0.1 / height, entry.title,
+        va="top", fontsize=12.5, fontweight="bold", in_layout=False,
+    )  # fmt: skip
+    figure.text(
+        0.014, 0.09 / height, "\n".join(map(str, numbers)),
+        va="bottom", fontsize=8.5, color=MUTED, linespacing=1.35, in_layout=False,
+    )  # fmt: skip
+    below = 0.14 + 0.165 * len(numbers)
+    for legend in figure.legends:
+        legend.set_in_layout(False)
+        legend.set_loc("lower center")
+        legend.set_bbox_to_anchor((0.5, below / height))
+        below += 0.07 + 0.2 * math.ceil(len(legend.get_texts()) / legend._ncols)  # type: ignore[attr-defined]
+    lay_out(figure, below, 0.38)
+
+
+def _save(figure: Figure, kind: str, metadata: dict[str, Any]) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=kind, metadata=metadata)
+    return buffer.getvalue()
+
+
+# The page of the gallery, in Markdown, from the data of the figures.
+
+SHEET = "contact_sheet.png"
+_HEADING = (
+    "<!-- Written by `rigid-envs gallery --docs docs/gallery`: change rigid_envs/gallery, "
+    "not this page. -->"
+)
+_INTRODUCTION = (
+    "What rotating and rolling bodies do, simulated with the systems of this library and set "
+    "against closed forms that share no formula with them. Each figure shows the number that says "
+    "how well the two agree.",
+    "`pip install 'rigid-envs[render]'`, then `rigid-envs gallery --out DIR` makes all of them as "
+    "PNG and SVG, and of what moves an interactive replay, NAME.html, to be opened in a browser; "
+    "`rigid-envs gallery NAME ... --out DIR` makes some, `rigid-envs gallery --list` names them.",
+)
+
+
+def page(document: Mapping[str, Any], folder: str) -> str:
+    """The page about figures.
+
+    Args:
+        document: content of `figures.json`.
+        folder: of the pictures, as seen from the page.
+    """
+    figures = document["figures"]
+    data = f"Versions, machine and commit are in [figures.json]({folder}/figures.json)."
+    parts = [_HEADING, "# Gallery", *_INTRODUCTION, data]
+    parts.append(f"![All figures of this page, small]({folder}/{SHEET})")
+    parts += ["\n".join(_contents(figure) for figure in figures)]
+    for figure in figures:
+        parts += _section(figure, folder)
+    return "\n\n".join(parts) + "\n"
+
+
+def _contents(figure: Mapping[str, Any]) -> str:
+    return f"- [{figure['title']}](#{figure['name']})"
+
+
+def _section(figure: Mapping[str, Any], folder: str) -> list[str]:
+    """Heading with an anchor of the figure's name, picture, caption, law, numbers, command."""
+    return [
+        f'<a id="{figure["name"]}"></a>\n\n## {figure["title"]}',
+        f"![{figure['title']}]({folder}/{figure['files']['png']})",
+        figure["caption"],
+        f"```text\n{figure['law']}\n```",
+        "\n".join(_numbers(figure["numbers"])),
+        f"`{figure['command']}`. Source: {figure['source']}.",
+    ]
+
+
+def _numbers(numbers: list[dict[str, Any]]) -> list[str]:
+    rows = ["| number | simulated | theory | difference | bound |"]
+    rows.append("| --- | ---: | ---: | ---: | ---: |")
+    for number in numbers:
+        unit = f" [{number['unit']}]" if number["unit"] else ""
+        what = number["what"].replace("|", r"\|") + unit
+        error = number["expected"] == 0.0
+        cells = ("", "") if error else (_plain(number["value"]), _plain(number["expected"]))
+        difference, bound = f"{number['error']:.1e}", f"{number['bound']:.0e}"
+        rows.append(f"| {' | '.join([what, *cells, difference, bound])} |")
+    return rows
+
+
+def _plain(value: float) -> str:
+    return f"{value:.7g}"
+
+
+# Smaller pictures, and all on one sheet; Pillow comes with matplotlib.
+
+_COLUMNS, _WIDTH, _GAP = 4, 360, 14  # of the sheet [pixels]
+_BACKGROUND = "#e3e7ec"
+
+
+def palette_png(png: bytes, colors: int = 256) -> bytes:
+    """The same picture with few colours, which takes less than half the bytes.
+
+    Args:
+        png: a picture.
+        colors: number of colours, at most 256.
+    """
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    picture = Image.open(io.BytesIO(png)).convert("RGB")
+    small = picture.quantize(colors, kmeans=2, dither=Image.Dither.NONE)
+    small.save(buffer, format="PNG", optimize=True)
+    return buffer.getvalue()
+
+
+def contact_sheet(pngs: Sequence[bytes]) -> bytes:
+    """All pictures, small, in rows.
+
+    Args:
+        pngs: pictures of one width.
+    """
+    from PIL import Image
+
+    small = []
+    for png in pngs:
+        picture = Image.open(io.BytesIO(png)).convert("RGB")
+        size = (_WIDTH, round(_WIDTH * picture.height / picture.width))
+        small.append(picture.resize(size, Image.Resampling.LANCZOS))
+    rows = [small[k : k + _COLUMNS] for k in range(0, len(small), _COLUMNS)]
+    heights = [max(picture.height for picture in row) for row in rows]
+    width = _COLUMNS * (_WIDTH + _GAP) + _GAP
+    sheet = Image.new("RGB", (width, sum(heights) + _GAP * (len(rows) + 1)), _BACKGROUND)
+    top = _GAP
+    for row, height in zip(rows, heights, strict=True):
+        for k, picture in enumerate(row):
+            cell = Image.new("RGB", (_WIDTH, height), "white")
+            cell.paste(picture, (0, 0))
+            sheet.paste(cell, (_GAP + k * (_WIDTH + _GAP), top))
+        top += height + _GAP
+    buffer = io.BytesIO()
+    sheet.save(buffer, format="PNG")
+    return buffer.getvalue()
+
+
+# Figures as files: PNG, SVG and `figures.json`; the page of the documentation.
+
+DATA = "figures.json"
+
+Progress = Callable[[str], None]
+
+
+def write_figures(
+    folder: Path, entries: Sequence[Entry], progress: Progress = lambda _: None
+) -> list[Made]:
+    """Draw figures into a folder: NAME.png, NAME.svg, and what they show in `figures.json`.
+
+    What moves is in NAME.html, too, to be looked at in a browser.
+
+    Args:
+        folder: exists; files of the same names are replaced.
+        entries: figures of the registry.
+        progress: called with the name of a figure before it is drawn.
+
+    Raises:
+        DependencyNotInstalled: matplotlib is missing.
+    """
+    where, drawn = _provenance(), []
+    for entry in entries:
+        progress(entry.name)
+        made = make(entry)
+        write_atomic(folder / f"{entry.name}.png", made.png)
+        write_atomic(folder / f"{entry.name}.svg", made.svg)
+        replay = motion_of(entry.name)
+        if replay is not None:
+            shown = [(replay, k) for k in range(len(replay.episodes))]
+            write_html(folder / f"{entry.name}.html", shown)
+        drawn.append(made)
+    _write_data(folder, where, drawn, ("png", "svg"))
+    return drawn
+
+
+def write_docs(folder: Path, progress: Progress = lambda _: None) -> list[Made]:
+    """Draw all figures for the documentation, small, and write the page about them.
+
+    Args:
+        folder: of the pictures, exists; the page lies beside it, as FOLDER.md.
+        progress: called with the name of a figure before it is drawn.
+
+    Raises:
+        DependencyNotInstalled: matplotlib is missing.
+    """
+    where, drawn = _provenance(), []
+    for entry in FIGURES.values():
+        progress(entry.name)
+        made = make(entry, svg=False)
+        write_atomic(folder / f"{entry.name}.png", palette_png(made.png))
+        drawn.append(made)
+    sheet = contact_sheet([made.png for made in drawn])
+    write_atomic(folder / SHEET, palette_png(sheet))
+    document = _write_data(folder, where, drawn, ("png",))
+    write_atomic(folder.with_name(f"{folder.name}.md"), page(document, folder.name))
+    return drawn
+
+
+def hash_of_sources() -> str:
+    """SHA-256 of the Python files of the gallery: whether pictures are older than what draws them.
+
+    Returns:
+        Hexadecimal digits.
+    """
+    root, digest = Path(__file__).parent, hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        content = path.read_bytes()
+        digest.update(f"{path.relative_to(root).as_posix()} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
+
+
+def _provenance() -> dict[str, Any]:
+    """Taken before anything is written, which would count as a change of the checkout."""
+    where = provenance()
+    where["versions"] |= versions(("matplotlib",))
+    return where
+
+
+def _write_data(
+    folder: Path, where: dict[str, Any], drawn: Sequence[Made], kinds: Sequence[str]
+) -> dict[str, Any]:
+    document = {
+        "provenance": where,
+        "sources": hash_of_sources(),
+        "figures": [_entry(made, kinds) for made in drawn],
+    }
+    write_atomic(folder / DATA, json.dumps(document, indent=1, allow_nan=False) + "\n")
+    return document
+
+
+def _entry(made: Made, kinds: Sequence[str]) -> dict[str, Any]:
+    entry = made.entry
+    return {
+        "name": entry.name,
+        "title": entry.title,
+        "caption": entry.caption,
+        "law": entry.law,
+        "source": entry.source,
+        "command": entry.command,
+        "files": {kind: f"{entry.name}.{kind}" for kind in kinds},
+        "numbers": [number.as_json() for number in made.numbers],
+    }

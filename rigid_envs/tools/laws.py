@@ -1,0 +1,67 @@
+"""All laws of systems, bodies and rotations, and their check."""
+
+import difflib
+from collections.abc import Callable, Sequence
+
+from rigid_envs.mechanics import body_laws as bodies
+from rigid_envs.mechanics import rotation_laws as rotations
+from rigid_envs.mechanics.laws import Outcome, Subject, check
+from rigid_envs.systems.dynamic_ball import laws as dynamic_ball
+from rigid_envs.systems.free_body import laws as free_body
+from rigid_envs.systems.heavy_top import laws as heavy_top
+from rigid_envs.systems.roller import laws as roller
+from rigid_envs.systems.rolling_ball import laws as rolling_ball
+from rigid_envs.systems.rolling_disk import laws as rolling_disk
+from rigid_envs.systems.upright_coin import laws as upright_coin
+
+_MODULES = (
+    rotations,
+    bodies,
+    free_body,
+    heavy_top,
+    rolling_ball,
+    dynamic_ball,
+    rolling_disk,
+    upright_coin,
+    roller,
+)
+SUBJECTS: dict[str, Subject] = {module.SUBJECT.name: module.SUBJECT for module in _MODULES}
+"""All laws by subject, in the order in which they are checked."""
+
+
+class UnknownSubjectError(ValueError):
+    """No subject of laws has that name."""
+
+
+def checked_subject(name: str) -> str:
+    """The name itself, if it is one of `SUBJECTS`.
+
+    Raises:
+        UnknownSubjectError: names the nearest subject and lists all.
+    """
+    if name in SUBJECTS:
+        return name
+    (near,) = difflib.get_close_matches(name.lower(), SUBJECTS, n=1, cutoff=0.0)
+    raise UnknownSubjectError(
+        f"subject = {name!r}; expected one of {', '.join(SUBJECTS)}: did you mean {near!r}?"
+    )
+
+
+def check_all(
+    names: Sequence[str] = (), progress: Callable[[str], None] = lambda _: None
+) -> list[Outcome]:
+    """Check every law of some subjects.
+
+    Args:
+        names: subjects; all of them if empty.
+        progress: called with "subject: law" before each law.
+
+    Returns:
+        One outcome per law, in the order of the subjects.
+    """
+    outcomes = []
+    for subject in (SUBJECTS[name] for name in names or SUBJECTS):
+        for law in subject.laws:
+            progress(f"{subject.name}: {law.name}")
+            outcomes.append(check(law))
+    return outcomes

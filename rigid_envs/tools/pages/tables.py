@@ -1,0 +1,492 @@
+"""Tables of tasks, of what is known of them, and of all ids."""
+
+import inspect
+import re
+import shutil
+import sys
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import Field, dataclass, fields
+from typing import Any
+
+from gymnasium import spaces
+
+from rigid_envs.base.settings import Choice, Flag, Integer, Number
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.envs.spaces import action_space, info_flags, observation_space
+from rigid_envs.scores.best import Best, best_known
+from rigid_envs.scores.starts import METRICS, Metric, cost_of
+from rigid_envs.scores.theory import limit_of
+from rigid_envs.tasks.fields import Entry
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tasks.task import Rolling, Task
+
+# Tables and paragraphs of plain text, of limited width.
+
+WIDTH = 100
+_GAP = 2
+_NARROWEST = 8
+
+
+def line_width() -> int:
+    """Largest length of a line: `WIDTH`, or that of the terminal if it is narrower."""
+    if not sys.stdout.isatty():
+        return WIDTH
+    return min(WIDTH, max(shutil.get_terminal_size().columns, 40))
+
+
+def table(
+    header: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    align: str = "",
+    indent: int = 2,
+    width: int | None = None,
+) -> str:
+    """Aligned columns under a ruled header; cells that are too long are wrapped between words.
+
+    Args:
+        header: Titles of the columns.
+        rows: Cells, one sequence per row.
+        align: "<" or ">" for each column; "<" where it is too short.
+        indent: Blanks before every line.
+        width: Largest length of a line; None for `line_width`.
+    """
+    width = line_width() if width is None else width
+    cells = [list(header), *map(list, rows)]
+    sizes = [max(len(row[k]) for row in cells) for k in range(len(header))]
+    words = [
+        max(len(word) for row in cells for word in row[k].split() or [""])
+        for k in range(len(header))
+    ]
+    room = width - indent - _GAP * (len(header) - 1)
+    while sum(sizes) > room and max(sizes) > _NARROWEST:
+        # the widest column that can be wrapped between words, if there is one
+        k = max(range(len(header)), key=lambda k: (sizes[k] > words[k], sizes[k]))
+        sizes[k] -= 1
+    sides = align.ljust(len(header), "<")
+    lines = [line for row in cells for line in _lines(row, sizes, sides)]
+    n_header = len(_lines(cells[0], sizes, sides))
+    lines.insert(n_header, (" " * _GAP).join("-" * size for size in sizes))
+    return "\n".join((" " * indent + line).rstrip() for line in lines)
+
+
+def paragraphs(text: str, indent: int = 2) -> str:
+    """Text with its paragraphs filled to `line_width`; an item of a list hangs from its dash."""
+    margin = " " * indent
+    return "\n\n".join(
+        textwrap.fill(
+            " ".join(part.split()),
+            line_width(),
+            initial_indent=margin,
+            subsequent_indent=margin + "  " * part.startswith("- "),
+        )
+        for part in text.split("\n\n")
+    )
+
+
+def _lines(row: Sequence[str], sizes: Sequence[int], sides: str) -> list[str]:
+    """The lines of one row of cells."""
+    wrapped = [
+        textwrap.wrap(cell, size, break_on_hyphens=False) or [""]
+        for cell, size in zip(row, sizes, strict=True)
+    ]
+    height = max(map(len, wrapped))
+    return [
+        (" " * _GAP).join(
+            f"{part[k] if k < len(part) else '':{side}{size}}"
+            for part, size, side in zip(wrapped, sizes, sides, strict=True)
+        )
+        for k in range(height)
+    ]
+
+
+# Sections of the docstring of a task, which its page and `rigid-envs describe` show.
+#
+# A docstring has this form. The paragraphs of a section are indented; one may be an item of a list,
+# which begins with "- ". A subclass writes its summary, description and reference, and those other
+# sections in which it differs from its parent.
+#
+#     One-line summary.
+#
+#     Description: paragraphs without a heading.
+#
+#     Physics:
+#         ...
+#
+#     Rewards:
+#         ...
+#
+# and so on, through all `SECTIONS`.
+
+SECTIONS = (
+    "Physics",
+    "Rewards",
+    "Starting State",
+    "Episode End",
+    "Reference",
+    "Version History",
+    "Source",
+)
+"""Sections of a docstring, in their order, after the description."""
+
+_OWN = "Reference"  # the section that is not inherited
+_HEADING = re.compile(r"^(\w[\w ]*):$\n?", re.MULTILINE)
+
+
+class DocstringError(ValueError):
+    """The docstring of a task lacks the form that its page is made from."""
+
+
+@dataclass(frozen=True)
+class TaskDocstring:
+    """A parsed docstring: summary line, paragraphs of the description, and of each section."""
+
+    summary: str
+    description: list[str]
+    sections: Mapping[str, list[str]]
+
+
+def docstring_of(kind: type[Task]) -> TaskDocstring:
+    """The docstring of a task; sections that it leaves out are those of its parents.
+
+    Raises:
+        DocstringError: names the class and what is missing or out of order.
+    """
+    own, *bases = [base for base in kind.__mro__ if issubclass(base, Task)]
+    others = [base for base in bases if not inspect.isabstract(base)]
+    docstring = _read(own)
+    if _OWN not in docstring.sections:
+        raise _refusal(own, f"has no section {_OWN!r} of its own")
+    sections = dict(docstring.sections)
+    for base in others:
+        sections = {**_read(base).sections, **sections}
+    for name in SECTIONS:
+        if name not in sections:
+            raise _refusal(own, f"has no section {name!r}")
+    return TaskDocstring(docstring.summary, docstring.description, sections)
+
+
+def summary_of(kind: type[object]) -> str:
+    """The first line of the docstring of a class."""
+    return text_of(kind)[0]
+
+
+def text_of(kind: type[object]) -> list[str]:
+    """Paragraphs of the docstring of any class, without its lists of attributes and errors."""
+    parts = blocks(inspect.cleandoc(kind.__doc__ or ""))
+    return [part for part in parts if not part.startswith(("Attributes: ", "Raises: "))]
+
+
+def blocks(text: str) -> list[str]:
+    """Paragraphs and items of lists, each on one line; code stands between single backticks."""
+    parts = re.split(r"\n\s*\n|\n(?=- )", text.strip())
+    return [" ".join(part.replace("``", "`").split()) for part in parts]
+
+
+def _read(kind: type[Task]) -> TaskDocstring:
+    """The sections that the docstring of this very class has."""
+    text = inspect.cleandoc(kind.__doc__ or "")
+    summary, _, rest = text.partition("\n\n")
+    description, *parts = _HEADING.split(rest)
+    if not summary.endswith(".") or "\n" in summary:
+        raise _refusal(kind, f"begins with {summary!r}, which is no sentence on one line")
+    if not description.strip():
+        raise _refusal(kind, "has no description after the summary")
+    names, bodies = parts[::2], parts[1::2]
+    if names != [name for name in SECTIONS if name in names]:
+        raise _refusal(kind, f"has the sections {', '.join(names)}")
+    for name, body in zip(names, bodies, strict=True):
+        _check_body(kind, name, body)
+    sections = {
+        name: blocks(textwrap.dedent(body)) for name, body in zip(names, bodies, strict=True)
+    }
+    return TaskDocstring(summary, blocks(description), sections)
+
+
+def _check_body(kind: type[Task], name: str, body: str) -> None:
+    if not body.strip():
+        raise _refusal(kind, f"has nothing in its section {name!r}")
+    for line in body.splitlines():
+        if line and not line.startswith("    "):
+            raise _refusal(kind, f"has the line {line!r}, not indented, in its section {name!r}")
+
+
+def _refusal(kind: type[Task], what: str) -> DocstringError:
+    return DocstringError(
+        f"the docstring of {kind.__name__} {what}; expected a summary on one line, a description, "
+        f"and the sections {', '.join(SECTIONS)}, in this order"
+    )
+
+
+# Tables of a task: entries, reward terms, arguments and info keys, read from its fields.
+
+RANGE_NOTE = "~ or a pair `(low, high)`, from which every reset draws."
+_FLAGS = {
+    "is_success": "the step is a success",
+    "action_clipped": "the action was outside its space",
+    "physics_error": "the motion left what the integrator resolves, which ended the episode",
+    "slips": "needed_friction is larger than mu",
+}
+_GRIP = {
+    "normal_force": "force of the ground along its normal [N]; the body would lift off below 0",
+    "needed_friction": "least coefficient of friction without slip; infinite without contact",
+}
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows under a header.
+
+    Attributes:
+        header: Titles of the columns.
+        rows: Cells, one sequence per row.
+        kinds: One sign per column: "<" words, ">" numbers, "=" symbols and code.
+    """
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    kinds: str
+
+
+def action_table(task: Task) -> Table:
+    """Entries of the action: bounds of the space, and the physical values at these."""
+    space = action_space(task)
+    ends = (0, task.n_choices - 1) if isinstance(space, spaces.Discrete) else (-1, 1)
+    rows = [
+        (*_names(k, entry), *map(str, ends), *_bounds(entry))
+        for k, entry in enumerate(task.actions())
+    ]
+    bounds = ("Control Min", "Control Max", "Value at Min", "Value at Max")
+    return Table(("Num", "Action", "Unit", "Frame", *bounds), rows, ">=<<>>>>")
+
+
+def observation_table(task: Task) -> Table:
+    """Entries of the observation, without those of the goals."""
+    return _entries(task.observations()[2 * task.n_goal :])
+
+
+def reduced_table(task: Task) -> Table:
+    """Entries of the observation in the reduced frame, without those of the goals."""
+    assert task.reduction is not None
+    return _entries(task.reduction.features)
+
+
+def goal_table(task: Task) -> Table:
+    """Entries of the achieved goal; those of the desired one are the same."""
+    return _entries(task.observations()[: task.n_goal])
+
+
+def term_table(task: Task) -> Table:
+    """The reward terms with their weights and the arguments that set these."""
+    weights = task.weights()
+    meaning = {field.name: field.metadata["rule"].text for field in fields(task)}
+    rows = [
+        (term, f"{weight:g}", f"weight_{term}", meaning.get(f"weight_{term}", ""))
+        for term, weight in zip(task.terms, weights, strict=True)
+    ]
+    return Table(("Term", "Weight", "Argument", "Meaning"), rows, "=>=<")
+
+
+def argument_table(task: Task, given: Mapping[str, Any]) -> Table:
+    """Every argument, those of this task first; given values are in the column Here."""
+    rows = []
+    for field in _ordered(task):
+        rule, value = field.metadata["rule"], getattr(task, field.name)
+        here = [_written(value) if field.name in given else ""] if given else []
+        default = _written(field.default)
+        rows.append((field.name, *here, default, rule.unit, _allowed(rule), rule.text))
+    columns = ("Argument", *(["Here"] if given else []), "Default", "Unit", "Allowed", "Meaning")
+    return Table(columns, rows, "=>><=<" if given else "=><=<")
+
+
+def info_table(task: Task) -> Table:
+    """Keys of info with their types."""
+    rows = [
+        ("cost", "float", f"{task.cost_unit}, of this step"),
+        *(
+            (f"reward/{term}", "float", f"the term {term} without its weight")
+            for term in task.terms
+        ),
+        *((key, "float", _GRIP[key]) for key in task.episode.ground.names),
+        *((key, "bool", _FLAGS[key]) for key in info_flags(task)),
+    ]
+    return Table(("Key", "Type", "Meaning"), rows, "==<")
+
+
+def sample_arguments(task: Task) -> dict[str, Any]:
+    """Arguments for an example: a range for a parameter, if none has one, and `observe_params`."""
+    name, *_ = task.physical_parameters()
+    value, drawn = getattr(task, name), any(low < high for low, high in task.ranges().values())
+    ranges = {} if drawn else {name: (value, round(1.1 * value, 6))}
+    return {**ranges, "observe_params": True}
+
+
+def _entries(entries: Sequence[Entry]) -> Table:
+    rows = [(*_names(k, entry), *_bounds(entry)) for k, entry in enumerate(entries)]
+    return Table(("Num", "Observation", "Unit", "Frame", "Min", "Max"), rows, ">=<<>>")
+
+
+def _names(k: int, entry: Entry) -> tuple[str, ...]:
+    return str(k), entry.symbol, entry.unit, entry.frame
+
+
+def _bounds(entry: Entry) -> tuple[str, str]:
+    return f"{entry.low:.6g}", f"{entry.high:.6g}"
+
+
+def _ordered(task: Task) -> list[Field[Any]]:
+    common = {
+        field.name: rank for rank, kind in ((1, Rolling), (2, Task)) for field in fields(kind)
+    }
+    return sorted(fields(task), key=lambda field: common.get(field.name, 0))
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_written, value))})"
+    if not isinstance(value, float):
+        return str(value)
+    short = f"{value:.6g}"
+    return short if float(short) == value else repr(value)
+
+
+def _allowed(rule: Number | Integer | Choice | Flag) -> str:
+    """The allowed values, in short."""
+    if isinstance(rule, Choice):
+        return ", ".join(rule.options)
+    if isinstance(rule, Flag):
+        return "True, False"
+    if rule.low == rule.high:
+        return f"{rule.low:g}"
+    return f"{rule.low:g} .. {rule.high:g}" + (" ~" if rule.drawn else "")
+
+
+# Success, efficiency and cost of the untrained policies of an environment, from its data.
+
+_INTRODUCTION = (
+    "Over the {n} starts of the evaluation set with the default arguments, computed by `rigid-envs "
+    "best`: success [%] and efficiency with their 95 % intervals. `zero` is the action 0 "
+    "throughout, `random` the random policy; the others are controllers."
+)
+_EFFICIENCY = (
+    "- `efficiency`: 0 for a failure; for a success b / max(b, c), c its `{cost}` and b the best "
+    "known `{cost}` from its start, both at least {floor:g}{unit}. The best known are of {finders}."
+)
+
+
+def reference_section(env_id: str, task: Task) -> list[str | Table]:
+    """Table of the untrained policies, and what its columns are; empty for an id without data.
+
+    Args:
+        env_id: Gymnasium's id.
+        task: Its task.
+    """
+    found = best_known(env_id)
+    if found is None:
+        return []
+    names = [name for name in ENVIRONMENTS[env_id].metrics if name != "success"]
+    meanings = [_meaning(env_id, METRICS[name]) for name in names]
+    lead = _INTRODUCTION.format(n=len(found.costs))
+    return [lead, _table(task, names, found), _efficiency(env_id, task, found), *meanings,
+            *_bound(env_id, found)]  # fmt: skip
+
+
+def _table(task: Task, names: list[str], found: Best) -> Table:
+    """One row for each policy."""
+    rows = [_row(policy, names, summary) for policy, summary in found.policies.items()]
+    header = ("Policy", "success", "95 %", "efficiency", "95 %",
+              *(_heading(task, name) for name in names))  # fmt: skip
+    return Table(header, rows, "=" + ">" * (len(header) - 1))
+
+
+def _row(policy: str, names: list[str], summary: Mapping[str, Any]) -> tuple[str, ...]:
+    low, high = (100.0 * end for end in summary["success_rate_95"])
+    least, most = summary["efficiency_95"]
+    return (
+        policy,
+        f"{100.0 * summary['success_rate']:.1f}",
+        f"{low:.1f} .. {high:.1f}",
+        f"{summary['efficiency']:.3f}",
+        f"{least:.3f} .. {most:.3f}",
+        *(_figure(summary["metrics"][name]) for name in names),
+    )
+
+
+def _heading(task: Task, name: str) -> str:
+    """Name of a metric with its unit."""
+    unit = METRICS[name].unit(task)
+    return f"{name} [{unit}]" if unit else name
+
+
+def _figure(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+def _meaning(env_id: str, metric: Metric) -> str:
+    """Definition of a metric, as an item of a list."""
+    text, error = metric.text, ENVIRONMENTS[env_id].error
+    if metric.name == "error" and error is not None:
+        text = text.replace("the error", f"the {error.text}", 1)
+    whose = ", mean of the successes" if metric.of_successes else ""
+    return f"- `{metric.name}`: {text}{whose}."
+
+
+def _efficiency(env_id: str, task: Task, found: Best) -> str:
+    cost = cost_of(env_id, task)
+    finders = ", ".join(f"`{name}` ({count})" for name, count in found.shares.items()) or "nobody"
+    return _EFFICIENCY.format(
+        cost=cost.name, floor=cost.floor, unit=f" {cost.unit}".rstrip(), finders=finders
+    )
+
+
+def _bound(env_id: str, found: Best) -> list[str]:
+    """What theory says of the cost, beside the best known; empty where it says nothing."""
+    limit = limit_of(env_id, found.cost)
+    # the best of the reference controllers stands for all: its successes have the mean bound
+    first = next(iter(found.policies.values()))
+    if limit is None or first["bound_mean"] is None:
+        return []
+    bound, best = first["bound_mean"], first["best_mean"]
+    gap = f", a gap of {100.0 * (best / bound - 1.0):.1f} %" if bound > 0.0 else ""
+    name = "The optimum" if limit.kind == "exact" else "A lower bound"
+    return [
+        f"{name} of `{found.cost}`, {limit.text}: {bound:.4g} where `{next(iter(found.policies))}` "
+        f"succeeds; the best known is {best:.4g}{gap}."
+    ]
+
+
+# All environments in two tables: `rigid-envs list`.
+
+
+def size_of(space: spaces.Space[Any]) -> str:
+    """Size of a space: entries of a box, number of choices, or entries beside those of a goal."""
+    if isinstance(space, spaces.Discrete):
+        return f"{space.n} choices"
+    if isinstance(space, spaces.Dict):
+        return f"{size_of(space['observation'])}, goal {size_of(space['desired_goal'])}"
+    return ", ".join(map(str, space.shape or ()))
+
+
+def time_limit(env_id: str, task: Task) -> str:
+    """Time limit of an id in steps and in seconds."""
+    steps = ENVIRONMENTS[env_id].max_episode_steps
+    return f"{steps} steps ({steps * task.dt:g} s)"
+
+
+def list_all() -> str:
+    """Every id with its summary, then with its sizes, time limit and cost."""
+    tasks = {env_id: task_of(env_id) for env_id in ENVIRONMENTS}
+    summaries = [(env_id, summary_of(type(task))) for env_id, task in tasks.items()]
+    header = ("id", "action", "observation", "time limit", "cost")
+    rows = [
+        (
+            env_id,
+            size_of(action_space(task)),
+            size_of(observation_space(task)),
+            f"{ENVIRONMENTS[env_id].max_episode_steps} x {task.dt:g} s",
+            task.cost_unit,
+        )
+        for env_id, task in tasks.items()
+    ]
+    parts = (table(("id", "task"), summaries, indent=0), table(header, rows, "<>>>", indent=0))
+    return "\n\n".join(parts)

@@ -1,0 +1,450 @@
+"""Pages of environments and the tables of README."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import write_atomic
+from rigid_envs.envs.lookup import checked_id, families, task_of
+from rigid_envs.envs.spaces import action_space, observation_space
+from rigid_envs.scores.best import best_known
+from rigid_envs.scores.proof import bounds_of
+from rigid_envs.scores.starts import TEST_SEED, cost_of
+from rigid_envs.tasks.fields import Entry
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tasks.task import Task
+from rigid_envs.tools.pages.document import Code, Section, document, observed, short
+from rigid_envs.tools.pages.tables import Table, blocks, size_of, summary_of, time_limit
+
+# Sections as Markdown, in the dialect of GitHub.
+
+_RULES = {"<": "---", ">": "---:", "=": "---"}
+
+
+def markdown(sections: Sequence[Section], level: int = 2) -> str:
+    """Headings from the given level on; every paragraph is one line."""
+    parts = []
+    for section in sections:
+        parts += [f"{'#' * level} {section.title}", *map(_block, section.body)]
+        parts += [markdown(section.parts, level + 1)] if section.parts else []
+    return "\n\n".join(parts)
+
+
+def table_lines(table: Table) -> list[str]:
+    """Header, rule and rows of a table."""
+    rows = [
+        [_cell(text, kind) for text, kind in zip(row, table.kinds, strict=True)]
+        for row in table.rows
+    ]
+    rules = [_RULES[kind] for kind in table.kinds]
+    return [f"| {' | '.join(cells)} |" for cells in (table.header, rules, *rows)]
+
+
+def _block(block: str | Table | Code) -> str:
+    if isinstance(block, Table):
+        return "\n".join(table_lines(block))
+    return f"```python\n{block.text}\n```" if isinstance(block, Code) else block
+
+
+def _cell(text: str, kind: str) -> str:
+    """A cell with bars escaped: a bar would end the cell, also between backticks."""
+    escaped = text.replace("|", r"\|")
+    return f"`{escaped}`" if kind == "=" and text else escaped
+
+
+# What holds for all environments: said once, in the index of their pages, to which they link.
+
+_STEP = """
+1. The action is rounded to float32 and clipped: each entry to [-1, 1]; in a disk or ball, if its
+squared norm is above 1 + 2^-22, it is divided by its norm and rounded to float32 again.
+`info["action_clipped"]` is about this.
+
+2. With `frame="reduced"` it is turned to the frame of the task, by the state before the step.
+
+3. To every entry a normal number of the standard deviation `action_noise` is added, and the action
+is clipped again.
+
+4. It acts `action_delay` steps later; until the first one does, the action (or choice) 0 acts.
+
+5. The body moves for `dt` under a constant input.
+
+6. Reward terms, cost, success and end follow from the state after the motion and from the input
+that acted, also in the step that ends an episode. A torque impulse is `|tau| dt`, an impulse of a
+step `|j|`, acceleration times time `|a| dt`.
+
+7. Observed is this state, each entry limited to its Min and Max and rounded to float32; before the
+rounding, a normal number of the standard deviation `observation_noise` is added to every entry
+except goals, and the sum is limited again.
+"""
+_STARTS = """
+Every reset draws the arguments that are ranges, then a start. Numbers are independent and uniform,
+`action_delay` among the integers of its range, both ends included. The start has to be slow enough
+for the integrator; one that is given and is not is refused.
+
+Beside the state a task keeps goals and counters, in the order that its page gives:
+`env.unwrapped.get_state()["aux"]`. `set_state` takes a changed copy of what `get_state` gave.
+"""
+_ENDS = """
+"Throughout the last `hold` seconds" means after each of the last n steps, n the least integer with
+`n dt >= hold`. The start does not count, so a success takes at least n steps. With `hold` = 0 every
+step is a success, whatever its error.
+
+A motion is too fast for the integrator if the rate that the page names, times the integrator step,
+is more than the page accepts, and the episode does not end by itself. Reward, terms and cost are
+then 0. The state, and what the task keeps beside it, is set to attitudes 1 and zeros (a heading to
+(1, 0), a curvature to 1), which is observed.
+"""
+_ATTITUDE = """
+The state has the unit quaternion q = (w, x, y, z), body to world, its matrix is R. `rot6d` is R11,
+R21, R31, R12, R22, R32; `quat` is -q where w < 0, else q; `euler` has `R = Rz(phi) Rx(theta)
+Rz(psi)`, from `theta = 2 atan2(|(x, y)|, |(w, z)|)`, `phi + psi = 2 atan2(z, w)` and `phi - psi = 2
+atan2(y, x)` with `atan2(0, 0) = 0`, phi and psi in [-pi, pi]. None is shown in the reduced frame.
+"""
+_PARAMETERS = """
+`observe_params` shows what is drawn from a range, in its unit, at the end of the observation and in
+the order of Arguments: those of the body, then noise and delay. Formulas of the reduced frame take
+the middle of a range in place of what is drawn, except where they say otherwise.
+"""
+
+COMMON = Section(
+    "What all environments share",
+    [],
+    [
+        Section("A step, in this order", blocks(_STEP)),
+        Section("Starts", blocks(_STARTS)),
+        Section("Successes and ends", blocks(_ENDS)),
+        Section("Attitudes", blocks(_ATTITUDE)),
+        Section("Parameters", blocks(_PARAMETERS)),
+    ],
+)
+"""Section of the index."""
+
+
+# Table of the best known costs beside what theory allows, for a page of the documentation.
+
+PROVEN = 0.02
+"""Gap up to which the best known is called proven."""
+
+
+def best_costs() -> str:
+    """Table of the ids of this package: mean best known cost, mean bound, gap, and who found it."""
+    rows = []
+    for env_id in ENVIRONMENTS:
+        known, cost = best_known(env_id), cost_of(env_id, task_of(env_id))
+        if known is None or not env_id.startswith("RigidEnvs/"):
+            continue
+        bounds = bounds_of(env_id, len(known.costs), TEST_SEED, {})
+        mean = float(np.nanmean(known.costs))
+        bound, gap, verdict = "", "", "no bound is known"
+        if bounds is not None:
+            least = float(bounds.mean())
+            bound = f"{least:.4g}"
+            gap = "" if least <= 0.0 else f"{max(100.0 * (mean / least - 1.0), 0.0):.1f} %"
+            proven = mean <= (1.0 + PROVEN) * least
+            verdict = "proven" if proven else "open"
+        shares = ", ".join(f"`{name}` {count}" for name, count in known.shares.items())
+        name = env_id.removeprefix("RigidEnvs/").removesuffix("-v0")
+        unit = f" [{cost.unit}]" if cost.unit else ""
+        link = f"[`{name}`](environments/{name}.md)"
+        rows.append((link, cost.name + unit, f"{mean:.4g}", bound, gap, verdict, shares))
+    names = ("id", "cost", "best known", "bound", "gap", "", "found by, of the starts")
+    return "\n".join(table_lines(Table(names, rows, "<<>>><<")))
+
+
+# Environments as JSON values, for programs: `rigid-envs list --json` and `describe --json`.
+
+
+def overview_as_data(env_id: str) -> dict[str, Any]:
+    """What a list of environments says of an id.
+
+    Args:
+        env_id: Gymnasium's id.
+    """
+    record, task = ENVIRONMENTS[env_id], task_of(env_id)
+    return {
+        "id": env_id,
+        "summary": summary_of(type(task)),
+        "family": record.family,
+        "goal": record.goal,
+        "max_episode_steps": record.max_episode_steps,
+        "dt": task.dt,
+        "cost": task.cost_unit,
+        "metrics": list(record.metrics),
+        "controllers": list(record.controllers),
+    }
+
+
+def description(env_id: str, config: Mapping[str, Any]) -> dict[str, Any]:
+    """Spaces, rewards and arguments of an environment.
+
+    Args:
+        env_id: Gymnasium's id.
+        config: Hyperparameters that differ from their defaults.
+
+    Raises:
+        UnknownIdError: no such id.
+        ConfigError: unknown key or bad value.
+    """
+    env_id = checked_id(env_id)
+    task = task_of(env_id, config)
+    seen, n = task.observations(), task.n_goal
+    reduced = [] if task.reduction is None else task.reduction.features
+    return overview_as_data(env_id) | {
+        "dt": task.dt,
+        "action": _entries(task.actions()),
+        "choices": task.n_choices,
+        "observation": _entries(seen[2 * n :]),
+        "goal_entries": _entries(seen[:n]),
+        "reduced_observation": _entries(reduced),
+        "reward": dict(zip(task.terms, task.weights(), strict=True)),
+        "arguments": [_argument(task, field) for field in fields(task)],
+    }
+
+
+def _entries(entries: Sequence[Entry]) -> list[dict[str, Any]]:
+    return [asdict(entry) for entry in entries]
+
+
+def _argument(task: Task, field: Any) -> dict[str, Any]:
+    rule = field.metadata["rule"]
+    return {
+        "name": field.name,
+        "value": getattr(task, field.name),
+        "default": field.default,
+        "unit": rule.unit,
+        "allowed": str(rule),
+        "meaning": rule.text,
+    }
+
+
+# Pages of the documentation, one for each id, and their index: `rigid-envs docs`.
+
+INDEX = "README.md"
+FILMS = "films"
+_SMALL = 120  # pixels, in the README
+_SPACE = "RigidEnvs/"
+_DOI = re.compile(r"\bdoi:(10\.[^\s;,]*[^\s;,.])")
+_NOTE = (
+    "<!-- Written by `rigid-envs docs` from the registry, the docstrings and the best known "
+    "costs: change those, not this page. -->"
+)
+_INTRODUCTION = (
+    "The numbers before actions and observations are their sizes; a goal environment has those of "
+    "its `observation` and of each of its goals. `rigid-envs describe ID` shows a page in the "
+    "terminal, for any arguments."
+)
+_BEGIN = "<!-- environments: written by `python -m rigid_envs.tools.pages README.md` -->"
+_END = "<!-- end of environments -->"
+_GROUPS = "<!-- groups: written by `python -m rigid_envs.tools.pages docs/symmetry.md` -->"
+_END_OF_GROUPS = "<!-- end of groups -->"
+_COSTS = "<!-- costs: written by `python -m rigid_envs.tools.pages docs/best_known.md` -->"
+_END_OF_COSTS = "<!-- end of costs -->"
+_FROM_DOCS = "environments"
+
+
+def file_of(env_id: str) -> str:
+    """Name of the file of the page of an id."""
+    return env_id.removeprefix(_SPACE).removesuffix("-v0").replace("/", "-") + ".md"
+
+
+def pages(ids: Iterable[str] | None = None) -> dict[str, str]:
+    """Text of the index and of the page of each id, by the name of the file.
+
+    Args:
+        ids: Gymnasium's ids; None takes those of this package.
+    """
+    ids = _own_ids() if ids is None else list(ids)
+    return {INDEX: index(ids), **{file_of(env_id): page(env_id) for env_id in ids}}
+
+
+def write_pages(folder: Path, ids: Iterable[str] | None = None) -> tuple[list[str], list[str]]:
+    """Write the index and the page of each id, each file atomically.
+
+    Args:
+        folder: Made if it is not there.
+        ids: Gymnasium's ids; None takes those of this package.
+
+    Returns:
+        Names of the files that are new or changed, and of pages in the folder that no id has.
+
+    Raises:
+        DocstringError: a docstring lacks a section; nothing is written.
+    """
+    texts = pages(ids)
+    folder.mkdir(parents=True, exist_ok=True)
+    there = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.md"))}
+    changed = [name for name, text in texts.items() if there.get(name) != text]
+    for name in changed:
+        write_atomic(folder / name, texts[name])
+    return changed, [name for name in there if name not in texts]
+
+
+def page(env_id: str) -> str:
+    """The page of an environment.
+
+    Raises:
+        UnknownIdError: no such id.
+        DocstringError: the docstring of its task lacks a section.
+    """
+    task, name = task_of(env_id), file_of(env_id).removesuffix(".md")
+    parts = [
+        summary_of(type(task)),
+        *([_film(env_id)] if env_id in _own_ids() else []),
+        _family_of(env_id),
+        "\n".join(table_lines(_glance(env_id, task))),
+        markdown(document(env_id, task, {})),
+    ]
+    return "\n\n".join([_NOTE, f"# {name}", *(_linked(part, env_id) for part in parts)]) + "\n"
+
+
+def index(ids: Iterable[str]) -> str:
+    """The page that lists environments by family."""
+    parts = [_NOTE, "# Environments", _INTRODUCTION]
+    for family, members in families(ids).items():
+        parts += [f"## {family}", "\n".join(table_lines(_family(members)))]
+    return "\n\n".join([*parts, markdown([COMMON])]) + "\n"
+
+
+def overview(folder: str = "docs/environments") -> str:
+    """Short tables of the environments of this package by family, for a README.
+
+    Args:
+        folder: Path from the README to the pages.
+    """
+    parts = []
+    for family, members in families(_own_ids()).items():
+        rows = []
+        for env_id in members:
+            task = task_of(env_id)
+            link = f"[`{_name(env_id)}`]({folder}/{file_of(env_id)})"
+            film = f'<img src="{folder}/{FILMS}/{film_of(env_id)}" width="{_SMALL}" alt="film">'
+            row = (film, link, summary_of(type(task)), short(type(task).actions), observed(task))
+            rows.append(row)
+        table = Table(("", family, "task", "action", "observation"), rows, "<<<<<")
+        parts.append("\n".join(table_lines(table)))
+    return "\n\n".join(parts)
+
+
+def groups() -> str:
+    """Table of the symmetries of the environments of this package; one row for those alike."""
+    links: dict[tuple[str, str, str], list[str]] = {}
+    for env_id in _own_ids():
+        reduction = task_of(env_id).reduction
+        assert reduction is not None
+        names = "; ".join(symmetry.name for symmetry in reduction.symmetries)
+        alike = links.setdefault((reduction.group, names, reduction.frame), [])
+        alike.append(f"[`{_name(env_id)}`]({_FROM_DOCS}/{file_of(env_id)}#reduced-frame)")
+    rows = [(", ".join(found), *cells) for cells, found in links.items()]
+    table = Table(("id", "group", "generated by", "reduced frame"), rows, "<<<<")
+    return "\n".join(table_lines(table))
+
+
+def with_tables(text: str) -> str:
+    """A README, or another page with a pair of marks, with the tables between them made anew.
+
+    Raises:
+        ConfigError: there are no such marks.
+    """
+    kinds = (
+        (_BEGIN, _END, overview),
+        (_GROUPS, _END_OF_GROUPS, groups),
+        (_COSTS, _END_OF_COSTS, best_costs),
+    )
+    for begin, end, tables in kinds:
+        before, _, rest = text.partition(begin)
+        _, found, after = rest.partition(end)
+        if found:
+            return f"{before}{begin}\n\n{tables()}\n\n{end}{after}"
+    raise ConfigError(
+        "the page has no marks for its tables; expected "
+        + ", or ".join(f"{begin} and {end}" for begin, end, _ in kinds)
+    )
+
+
+def film_of(env_id: str) -> str:
+    """Name of the file of the film of an id; see `rigid_envs.tools.pages.films`."""
+    return file_of(env_id).removesuffix(".md") + ".webp"
+
+
+def _film(env_id: str) -> str:
+    return f"![A reference controller in {_name(env_id)}]({FILMS}/{film_of(env_id)})"
+
+
+def _own_ids() -> list[str]:
+    return [env_id for env_id in ENVIRONMENTS if env_id.startswith(_SPACE)]
+
+
+def _name(env_id: str) -> str:
+    """An id without its namespace and the first version."""
+    return env_id.rpartition("/")[2].removesuffix("-v0")
+
+
+def _family_of(env_id: str) -> str:
+    family = ENVIRONMENTS[env_id].family
+    common = f"[{COMMON.title}]({_place(COMMON.title)}) is said once for all."
+    return f"One of the [{family}]({_place(family)}) environments. {common}"
+
+
+def _place(heading: str) -> str:
+    """Link to a heading of the index."""
+    return f"{INDEX}#{heading.lower().replace(' ', '-')}"
+
+
+def _glance(env_id: str, task: Task) -> Table:
+    rows = [
+        ("Action Space", _space(action_space(task))),
+        ("Observation Space", _space(observation_space(task))),
+        ("import", f'gym.make("{env_id}")'),
+    ]
+    return Table(("id", f"`{env_id}`"), rows, "<=")
+
+
+def _linked(text: str, env_id: str) -> str:
+    """Text with links to the pages of environments of the same package, and to papers by DOI."""
+    space = env_id.partition("/")[0] + "/"
+    pages = {_name(other): file_of(other) for other in ENVIRONMENTS if other.startswith(space)}
+    del pages[_name(env_id)]
+    if pages:
+        pattern = f"`({'|'.join(sorted(pages))})`"
+        text = re.sub(pattern, lambda found: f"[{found[0]}]({pages[found[1]]})", text)
+    return _DOI.sub(r"[doi:\1](https://doi.org/\1)", text)
+
+
+def _family(ids: Iterable[str]) -> Table:
+    rows = []
+    for env_id in ids:
+        task = task_of(env_id)
+        link = f"[`{env_id.removeprefix(_SPACE)}`]({file_of(env_id)})"
+        summary = summary_of(type(task))
+        rows.append((link, summary, _acts(task), _sees(task), time_limit(env_id, task)))
+    return Table(("id", "Task", "Action", "Observation", "Time limit"), rows, "<<<<<")
+
+
+def _acts(task: Task) -> str:
+    return f"{size_of(action_space(task))}: {short(type(task).actions)}"
+
+
+def _sees(task: Task) -> str:
+    return f"{size_of(observation_space(task))}: {observed(task)}"
+
+
+def _space(space: spaces.Space[Any]) -> str:
+    """A space on one line; bounds that differ by entry are named as in the table."""
+    if isinstance(space, spaces.Dict):
+        parts = ", ".join(f"{name}: {_space(part)}" for name, part in space.items())
+        return f"Dict({parts})"
+    if not isinstance(space, spaces.Box):
+        return repr(space)
+    low, high = (
+        str(bound[0]) if np.all(bound == bound[0]) else name
+        for name, bound in (("Min", space.low), ("Max", space.high))
+    )
+    return f"Box({low}, {high}, {space.shape}, {space.dtype})"

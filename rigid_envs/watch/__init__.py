@@ -1,0 +1,1 @@
+"""Scene and pixels, films, replays, play, the frame of figures."""

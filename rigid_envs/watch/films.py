@@ -1,0 +1,347 @@
+"""Pictures of episodes as films."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from rigid_envs.base.checks import Image, integer, non_negative, positive
+from rigid_envs.envs.lookup import task_of
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.scores.policies import PolicyFactory
+from rigid_envs.scores.starts import Tally, metrics_of
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tasks.task import Task
+from rigid_envs.watch import animation
+from rigid_envs.watch import animation as video
+from rigid_envs.watch.drawing import Drawing, Look, tiled
+from rigid_envs.watch.lettering import pillow
+from rigid_envs.watch.replays.episode import Episode, moment_at, play_again
+
+# Episodes of policies and controllers, recorded to be looked at.
+
+
+@dataclass(frozen=True)
+class Played:
+    """An episode that was played.
+
+    Attributes:
+        env_id: Gymnasium's id.
+        task: The task.
+        episode: What happened.
+        tally: Its figures.
+    """
+
+    env_id: str
+    task: Task
+    episode: Episode
+    tally: Tally
+
+    @property
+    def value(self) -> float:
+        """The cost of this id, its first metric, also where the episode failed."""
+        return self.tally.value(metrics_of(self.env_id)[0], self.task)
+
+    def captioned(self) -> tuple[Task, Episode]:
+        """The task, and the episode with its result in the label: ``PPO: path 8.31 m``."""
+        text = figure(self.env_id, self.task, self.value) if self.tally.success else "no success"
+        return self.task, replace(self.episode, label=f"{self.episode.label}: {text}")
+
+
+def play_episode(
+    policy: PolicyFactory,
+    env_id: str,
+    seed: int,
+    config: Mapping[str, Any] | None = None,
+    label: str = "",
+) -> Played:
+    """Play one episode to its end, from the start that `reset(seed=seed)` gives.
+
+    Args:
+        policy: From `rigid_envs.scores.from_controller` or `from_predict`, for example.
+        env_id: Gymnasium's id.
+        seed: Of the start.
+        config: Hyperparameters of the task.
+        label: Who acts.
+    """
+    task_of(env_id, config)  # refuses what is no setting
+    envs: Any = gym.make_vec(
+        env_id,
+        num_envs=1,
+        vectorization_mode="vector_entry_point",
+        autoreset_mode="Disabled",
+        **(config or {}),
+    )
+    assert isinstance(envs, RigidVectorEnv)
+    record = ENVIRONMENTS[env_id]
+    tally = Tally([seed], record.error, record.max_episode_steps)
+    try:
+        act = policy(envs)
+        obs, _ = envs.reset(seed=[seed])
+        start = {name: part[0].copy() for name, part in envs.get_state().items()}
+        actions, over = [], (False, False)
+        while not any(over):
+            actions.append(act(obs)[0])
+            obs, rewards, terminated, truncated, infos = envs.step(actions[-1][None])
+            over = bool(terminated[0]), bool(truncated[0])
+            tally.add(rewards, terminated, truncated, infos)
+    finally:
+        envs.close()
+    episode = play_again(envs.task, start, actions, label, terminated=over[0], truncated=over[1])
+    return Played(env_id, envs.task, episode, tally)
+
+
+def figure(env_id: str, task: Task, value: float) -> str:
+    """A value of the first metric of an id, its cost, in words: ``path 8.31 m``."""
+    metric = metrics_of(env_id)[0]
+    unit = metric.unit(task)
+    return f"{metric.name} {value:.3g}" + (f" {unit}" if unit else "")
+
+
+# Pictures of several episodes side by side, each under its label.
+
+_CUT = "..."
+_INK, _PAPER, _RULE = (38, 44, 54), (255, 255, 255), (208, 213, 221)
+
+
+def labelled(pictures: Sequence[Image], labels: Sequence[str]) -> Image:
+    """Pictures of one size side by side, each under a line of text where there is any.
+
+    Args:
+        pictures: at least one.
+        labels: one each; if all are empty there is no line.
+    """
+    width = pictures[0].shape[1]
+    if any(labels):
+        pictures = [
+            np.concatenate([_strip(label, width), picture])
+            for label, picture in zip(labels, pictures, strict=True)
+        ]
+    page = tiled(pictures)
+    page[:, width::width] = _RULE  # between neighbours
+    return page
+
+
+@functools.lru_cache(64)
+def _strip(label: str, width: int) -> Image:
+    """Line of text as wide as a picture; what is too long is cut."""
+    pictures, fonts, pens = pillow()
+    size = max(11, width // 26)
+    font = fonts.load_default(size)
+    image = pictures.new("RGB", (width, 2 * size), _PAPER)
+    draw = pens.Draw(image)
+    text = label
+    while draw.textlength(text, font=font) > width - size and len(text) > len(_CUT):
+        text = text.removesuffix(_CUT)[:-1] + _CUT
+    draw.text((size // 2, size), text, fill=_INK, font=font, anchor="lm")
+    strip = np.array(image)
+    strip[-1] = _RULE
+    return strip
+
+
+# Pictures of recorded episodes, in real time.
+
+_ROUNDING = 1e-6  # share of a step or picture that is none
+_SMOOTH = 24.0  # pictures per second that the eye takes for a motion
+
+
+def pictures_per_second(*tasks: Task) -> float:
+    """Least multiple of the rate of control that is at least 24 [1/s]; the largest of several."""
+    return max(math.ceil(_SMOOTH * task.dt - 1e-9) / task.dt for task in tasks)
+
+
+def episode_pictures(
+    episodes: Sequence[tuple[Task, Episode]],
+    look: Look | None = None,
+    *,
+    fps: float | None = None,
+    speed: float = 1.0,
+    hold: float = 1.0,
+) -> Iterator[Image]:
+    """Pictures of episodes side by side, each under its label, until the longest one has ended.
+
+    Between the moments of two steps, motion is interpolated (`rigid_envs.watch.scene`).
+
+    Args:
+        episodes: each with its task; at least one.
+        look: size of a picture of one episode, and point of view.
+        fps: pictures per second; None for `pictures_per_second`.
+        speed: 1 for real time, 0.5 for half as fast.
+        hold: time for which the end stays [s].
+
+    Yields:
+        RGB, all of one shape.
+
+    Raises:
+        ValueError: no episode, or a number that cannot be.
+        DependencyNotInstalled: a package that draws is not installed.
+    """
+    if not episodes:
+        raise ValueError("episodes = (); expected at least one")
+    tasks = [task for task, _ in episodes]
+    rate = pictures_per_second(*tasks) if fps is None else positive(fps, "fps", "1/s")
+    positive(speed, "speed")
+    n_held = round(non_negative(hold, "hold", "s") * rate)
+    longest = max(len(episode) * task.dt for task, episode in episodes)
+    n = math.ceil(longest / speed * rate - _ROUNDING)
+    drawings = [Drawing(task, e.parameters, look or Look()) for task, e in episodes]
+    labels = [episode.label for _, episode in episodes]
+    try:
+        for k in range(n + 1):
+            time = k * speed / rate
+            page = labelled(
+                [
+                    drawing.picture(moment_at(task, episode, time))
+                    for drawing, (task, episode) in zip(drawings, episodes, strict=True)
+                ],
+                labels,
+            )
+            yield page
+        for _ in range(n_held):
+            yield page
+    finally:
+        for drawing in drawings:
+            drawing.close()
+
+
+# Film: a file of pictures in one of three formats.
+
+SUFFIXES = (".mp4", ".gif", ".webp")
+"""Formats: H.264 in MP4, animated GIF, animated WebP."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """What was written.
+
+    Attributes:
+        path: the file.
+        width: of a picture, in pixels.
+        height: of a picture, in pixels.
+        fps: pictures per second.
+        n_pictures: number of pictures.
+        n_bytes: size of the file.
+    """
+
+    path: Path
+    width: int
+    height: int
+    fps: float
+    n_pictures: int
+    n_bytes: int
+
+    @property
+    def duration(self) -> float:
+        """Duration [s]."""
+        return self.n_pictures / self.fps
+
+    def __str__(self) -> str:
+        """In words: file, duration, size."""
+        return (
+            f"{self.path} ({self.duration:.1f} s, {self.width} x {self.height}, "
+            f"{self.fps:.3g} pictures/s, {self.n_bytes / 1000:.0f} kB)"
+        )
+
+
+def checked_film(path: str | Path) -> Path:
+    """The path of a film that can be written here, before there are pictures.
+
+    Args:
+        path: the file.
+
+    Raises:
+        ValueError: another suffix, or a folder that is not there.
+        DependencyNotInstalled: the package that writes the format is not installed.
+    """
+    file = Path(path)
+    if file.suffix.lower() not in SUFFIXES:
+        raise ValueError(f"film = {str(file)!r}; expected a name that ends in {_either(SUFFIXES)}")
+    if not file.parent.is_dir():
+        raise ValueError(f"film = {str(file)!r}; expected a file in a folder that exists")
+    if file.is_dir():
+        raise ValueError(f"film = {str(file)!r}; expected a file: this is a folder")
+    if file.suffix.lower() == ".mp4":
+        video.load_ffmpeg()
+    else:
+        animation.load_pillow()
+    return file
+
+
+def write_film(
+    path: str | Path, pictures: Iterable[Image], fps: float, max_bytes: int | None = None
+) -> Film:
+    """Write pictures as a film; the suffix of the file names the format.
+
+    ``.mp4`` is H.264 with 4:2:0 chroma (yuv420p), which browsers play; its pictures are encoded as
+    they come, and are never all in memory. ``.gif`` and ``.webp`` repeat without end. The file
+    appears when it is complete, at once in place of what was there before.
+
+    Args:
+        path: the file, in a folder that exists.
+        pictures: RGB, all of the same shape (height, width, 3); at least one.
+        fps: pictures per second. GIF counts time in 1/100 s and shows a picture for 2/100 s at
+            least: times are rounded without drift, and pictures are left out above 50 a second.
+        max_bytes: largest size of a GIF or WebP, which is reached by fewer pictures per second,
+            fewer colours or lower quality, and a smaller size; the duration stays. None: best
+            quality.
+
+    Returns:
+        What was written: its size and pictures per second, which `max_bytes` may have lowered.
+
+    Raises:
+        ValueError: another suffix, no or unlike pictures, or a limit that cannot be met.
+        DependencyNotInstalled: the package that writes the format is not installed.
+        OSError: the file cannot be written.
+    """
+    file = checked_film(path)
+    positive(fps, "fps", "1/s")
+    if max_bytes is not None:
+        integer(max_bytes, "max_bytes", 1)
+        if file.suffix.lower() == ".mp4":
+            raise ValueError(
+                f"max_bytes = {max_bytes}; expected None for an mp4: write a gif or webp"
+            )
+    source = _checked(pictures)
+    first = next(source, None)
+    if first is None:
+        raise ValueError("pictures = (); expected at least one")
+    whole = itertools.chain([first], source)
+    if file.suffix.lower() == ".mp4":
+        shape = video.write_mp4(file, whole, fps)
+    else:
+        shape = animation.write_animation(file, whole, fps, max_bytes)
+    return Film(file, *shape, file.stat().st_size)
+
+
+def _checked(pictures: Iterable[Image]) -> Iterator[Image]:
+    """The pictures, each refused unless it is like the first.
+
+    Raises:
+        ValueError: no RGB picture, or one of another size.
+    """
+    shape = None
+    for k, picture in enumerate(pictures):
+        given: Any = picture
+        if not isinstance(given, np.ndarray) or given.dtype != np.uint8:
+            raise ValueError(f"pictures[{k}] = {type(given).__name__}; expected uint8 arrays")
+        if given.ndim != 3 or given.shape[2] != 3 or not given.size:
+            raise ValueError(
+                f"pictures[{k}] has shape {given.shape}; expected (height, width, 3), RGB"
+            )
+        if shape not in (None, given.shape):
+            raise ValueError(f"pictures[{k}] has shape {given.shape}; expected {shape} as before")
+        shape = given.shape
+        yield picture
+
+
+def _either(words: Iterable[str]) -> str:
+    *most, last = words
+    return f"{', '.join(most)} or {last}"

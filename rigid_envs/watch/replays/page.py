@@ -1,0 +1,328 @@
+"""Scenes, frames and curves as JSON and one block of binary numbers, for the replay page."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Callable, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.base.files import write_atomic
+from rigid_envs.engine.provenance import heading
+from rigid_envs.tasks.core import Moment
+from rigid_envs.tasks.task import Task
+from rigid_envs.watch.replays.episode import Episode, moments
+from rigid_envs.watch.replays.panels import Curve, Panel, curves, insets, is_driven
+from rigid_envs.watch.replays.replay import Replay
+from rigid_envs.watch.scene import Frame, Mesh, Scene, View
+
+# Scenes, frames and curves as JSON and one block of binary numbers, for the replay page.
+
+_KINDS = {"f4": np.float32, "f8": np.float64, "u1": np.uint8, "u4": np.uint32}
+_ALIGNED = 8  # bytes
+_SYMBOLS = {"omega": "\u03c9", "tau": "\u03c4"}
+
+
+class Packer:
+    """Collects arrays in one block; equal arrays and meshes are kept once.
+
+    Attributes:
+        meshes: References to the arrays of every mesh.
+    """
+
+    def __init__(self) -> None:
+        """Begin with an empty block."""
+        self.meshes: list[dict[str, Any]] = []
+        self._block = bytearray()
+        self._places: dict[tuple[str, bytes], list[Any]] = {}
+        self._numbers: dict[int, tuple[int, Mesh]] = {}
+
+    def array(self, values: npt.ArrayLike, kind: str = "f4") -> list[Any]:
+        """Reference to an array, [kind, offset in bytes, number of entries]; rows follow rows."""
+        data = np.ascontiguousarray(values, dtype=_KINDS[kind])
+        raw = data.tobytes()
+        if (kind, raw) not in self._places:
+            self._places[kind, raw] = [kind, len(self._block), data.size]
+            self._block += raw + bytes(-len(raw) % _ALIGNED)
+        return self._places[kind, raw]
+
+    def blob(self) -> str:
+        """The block, deflated, in base64."""
+        return base64.b64encode(zlib.compress(bytes(self._block), 9)).decode("ascii")
+
+    def stage(self, panel: Panel) -> dict[str, Any]:
+        """A panel: its scene, and its frames as arrays over time."""
+        scene, frames = panel.scene, panel.frames
+        camera, floor = scene.camera, scene.floor
+        return {
+            "times": self.array(panel.times, "f8"),
+            "camera": {
+                "target": [float(x) for x in camera.target],
+                "distance": camera.distance,
+                "azimuth": camera.azimuth,
+                "elevation": camera.elevation,
+                "fov": camera.field_of_view,
+                "follow": camera.follow,
+            },
+            "floor": None
+            if floor is None
+            else {
+                "height": floor.height,
+                "size": floor.size,
+                "cell": floor.cell,
+                "colors": floor.colors,
+            },
+            "parts": [self._part(name, scene, frames) for name in scene.parts],
+            "arrows": [self._arrow(name, scene, frames) for name in scene.arrows],
+            "traces": [self._trace(name, panel) for name in scene.traces],
+        }
+
+    def _part(self, name: str, scene: Scene, frames: Sequence[Frame]) -> dict[str, Any]:
+        part, poses = scene.parts[name], [frame.poses.get(name) for frame in frames]
+        missing = (np.nan,) * 4
+        rows: dict[str, list[npt.ArrayLike]] = {
+            "position": [missing[:3] if pose is None else pose.position for pose in poses],
+            "q": [missing if pose is None else pose.q for pose in poses],
+            "scale": [missing[:3] if pose is None else pose.scale for pose in poses],
+        }
+        return {
+            "name": name,
+            "mesh": self._mesh(part.mesh),
+            "opacity": part.opacity,
+            "shadow": part.shadow,
+            "shiny": part.shiny,
+            **{key: self._rows(values) for key, values in rows.items()},
+        }
+
+    def _arrow(self, name: str, scene: Scene, frames: Sequence[Frame]) -> dict[str, Any]:
+        arrow = scene.arrows[name]
+        nothing = ((np.nan,) * 3,) * 2
+        ends = [frame.arrows.get(name, nothing) for frame in frames]
+        return {
+            "color": arrow.color,
+            "width": arrow.width,
+            "label": _SYMBOLS.get(arrow.label, arrow.label),
+            "start": self._rows([start for start, _ in ends]),
+            "vector": self._rows([vector for _, vector in ends]),
+        }
+
+    def _trace(self, name: str, panel: Panel) -> dict[str, Any]:
+        trace, whole = panel.scene.traces[name], panel.whole.get(name)
+        points = [frame.points.get(name, (np.nan,) * 3) for frame in panel.frames]
+        return {
+            "color": trace.color,
+            "width": trace.width,
+            "part": trace.part,
+            "length": trace.length,
+            "whole": whole is not None,
+            "points": self.array(np.asarray(points if whole is None else whole, dtype=np.float64)),
+        }
+
+    def _rows(self, values: Sequence[npt.ArrayLike]) -> list[Any]:
+        """Rows over time; one row where they are all the same."""
+        rows = np.array([np.asarray(value, dtype=np.float64) for value in values], dtype=np.float32)
+        constant = np.array_equal(rows, np.broadcast_to(rows[0], rows.shape), equal_nan=True)
+        return self.array(rows[:1] if constant else rows)
+
+    def _mesh(self, mesh: Mesh) -> int:
+        """Number of a mesh."""
+        if id(mesh) not in self._numbers:  # kept, so that no other mesh gets its id
+            self._numbers[id(mesh)] = (len(self.meshes), mesh)
+            self.meshes.append(
+                {
+                    "vertices": self.array(mesh.vertices),
+                    "normals": self.array(mesh.normals),
+                    "colors": self.array(mesh.colors, "u1"),
+                    "triangles": self.array(mesh.triangles, "u4"),
+                }
+            )
+        return self._numbers[id(mesh)][0]
+
+
+# A page to watch replays in a browser: one file, without server or network.
+
+MOST_BYTES = 1_500_000
+MOST_EPISODES = 4
+"""Episodes side by side in a page."""
+
+_BUDGETS = (2400, 1200, 600, 1)  # moments of an episode; fewer where the file would be too large
+_MARK = "/* replay */"
+
+ViewOf = Callable[[Task, dict[str, float]], View]
+
+
+def write_html(
+    path: str | Path, episodes: Sequence[tuple[Replay, int]], view_of: ViewOf | None = None
+) -> Path:
+    """Write a page that shows episodes side by side.
+
+    Args:
+        path: The file, atomically replaced; missing folders are made.
+        episodes: Replays, each with the index of one of its episodes.
+        view_of: Makes the view of a task; None takes `rigid_envs.watch.views.view_of`.
+
+    Returns:
+        The path that was written.
+
+    Raises:
+        ValueError: No episode, too many, an index that does not exist, or more than fits a page.
+    """
+    file = Path(path)
+    text = html(episodes, view_of)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_atomic(file, text)
+    return file
+
+
+def html(episodes: Sequence[tuple[Replay, int]], view_of: ViewOf | None = None) -> str:
+    """The page of `write_html`, as text."""
+    if not 1 <= len(episodes) <= MOST_EPISODES:
+        raise ValueError(f"{len(episodes)} episodes; expected 1 to {MOST_EPISODES} in a page")
+    for replay, k in episodes:
+        if not 0 <= k < len(replay.episodes):
+            raise ValueError(f"episode = {k}; expected 0 to {len(replay.episodes) - 1}")
+    make = view_of or _registered_view()
+    template = (
+        resources.files("rigid_envs.watch.replays").joinpath("viewer/viewer.html").read_text()
+    )
+    head, tail = template.split(_MARK)
+    for budget in _BUDGETS:
+        document = json.dumps(_payload(episodes, make, budget), allow_nan=False)
+        page = head + document.replace("<", "\\u003c") + tail  # no text can end the element
+        if len(page.encode()) < MOST_BYTES:
+            return page
+    raise ValueError(
+        f"page = {len(page.encode())} bytes; expected less than {MOST_BYTES}: show fewer or "
+        "shorter episodes"
+    )
+
+
+def _registered_view() -> ViewOf:
+    from rigid_envs.watch.views import view_of  # all views: only where one is needed
+
+    return view_of
+
+
+def _payload(
+    episodes: Sequence[tuple[Replay, int]], view_of: ViewOf, budget: int
+) -> dict[str, Any]:
+    """All that the page shows, as JSON values."""
+    packer = Packer()
+    shown = [(replay, replay.episodes[k]) for replay, k in episodes]
+    driven = any(is_driven(episode) for _, episode in shown)
+    labels = _labels([episode for _, episode in shown])
+    parts: list[dict[str, Any]] = []
+    for label, (replay, episode) in zip(labels, shown, strict=True):
+        view = view_of(replay.task, dict(episode.parameters))
+        path = moments(replay.task, episode, budget)
+        parts.append({"label": label, **_episode(packer, replay.task, episode, view, path, driven)})
+    ids = list(dict.fromkeys(replay.env_id for replay, _ in shown))
+    first = shown[0][0]
+    summary = (type(first.task).__doc__ or "").strip().splitlines()
+    return {
+        "title": " and ".join(env_id.rpartition("/")[2] for env_id in ids),
+        "subtitle": summary[0].replace("`", "") if summary and len(ids) == 1 else "",
+        "facts": _facts(labels, shown),
+        "plots": _plots(packer, [curves(r.task, e, driven) for r, e in shown], shown),
+        "episodes": parts,
+        "meshes": packer.meshes,
+        "blob": packer.blob(),
+    }
+
+
+def _episode(
+    packer: Packer,
+    task: Task,
+    episode: Episode,
+    view: View,
+    path: Sequence[Moment],
+    driven: bool,
+) -> dict[str, Any]:
+    """An episode: its motion, and what is shown beside it."""
+    steps = [episode.moment(k, task) for k in range(len(episode) + 1)]
+    beside = insets(task.system(episode.parameters), path, driven)
+    won = bool(len(episode) and episode.success[-1])
+    result = f"{float(np.sum(episode.rewards)):.4g} return, {len(episode)} steps"
+    return {
+        "result": f"success, {result}" if won else result,
+        "success": won,
+        "times": packer.array(episode.times, "f8"),
+        "text": [list(view.frame(moment).text) for moment in steps],
+        "stage": packer.stage(_panel(view, path)),
+        "insets": [{"title": panel.title, "stage": packer.stage(panel)} for panel in beside],
+    }
+
+
+def _panel(view: View, path: Sequence[Moment]) -> Panel:
+    """The motion as the view shows it."""
+    frames = [view.frame(moment) for moment in path]
+    return Panel("Motion", view.scene, frames, np.array([moment.time for moment in path]))
+
+
+def _plots(
+    packer: Packer, found: Sequence[Sequence[Curve]], shown: Sequence[tuple[Replay, Episode]]
+) -> list[dict[str, Any]]:
+    """One plot for each kind of curve, with the lines of all episodes that have it."""
+    kinds: dict[tuple[Any, ...], dict[int, Curve]] = {}
+    for k, (several, (_, episode)) in enumerate(zip(found, shown, strict=True)):
+        for curve in several:
+            held = len(curve.values) == len(episode)
+            kind = curve.key, curve.title, curve.unit, curve.kind, curve.names, held
+            kinds.setdefault(kind, {})[k] = curve
+    return [
+        {
+            **dict(zip(("key", "title", "unit", "kind", "names", "held"), kind, strict=True)),
+            "episodes": [
+                _lines(packer, here[k], episode) if k in here else None
+                for k, (_, episode) in enumerate(shown)
+            ],
+        }
+        for kind, here in kinds.items()
+    ]
+
+
+def _lines(packer: Packer, curve: Curve, episode: Episode) -> dict[str, Any]:
+    """The lines of an episode: over the moments, or over the steps, which end at their times."""
+    times = packer.array(episode.times[len(episode.times) - len(curve.values) :], "f8")
+    x, *lines = [packer.array(column, "f8") for column in curve.values.T]
+    end = float(episode.times[-1])
+    if curve.kind == "plan":
+        return {"end": end, "x": x, "times": times, "lines": lines}
+    return {"end": end, "x": times, "lines": [x, *lines]}
+
+
+def _labels(episodes: Sequence[Episode]) -> list[str]:
+    """Who acts in each episode; those of one name are numbered."""
+    names = [episode.label or "episode" for episode in episodes]
+    return [
+        f"{name} {names[: k + 1].count(name)}" if names.count(name) > 1 else name
+        for k, name in enumerate(names)
+    ]
+
+
+def _facts(labels: Sequence[str], shown: Sequence[tuple[Replay, Episode]]) -> list[tuple[str, str]]:
+    """What the page says about its episodes and their origin; what is equal, once."""
+    facts: dict[tuple[str, str], list[str]] = {}
+    for label, (replay, episode) in zip(labels, shown, strict=True):
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in episode.parameters.items())
+        facts.setdefault(("parameters", f"{values} ({replay.env_id})"), []).append(label)
+        facts.setdefault(("made with", _origin(replay)), []).append(label)
+    result = []
+    for (name, text), owners in facts.items():
+        common = len(owners) == len(shown)
+        result.append((name if common else f"{name}: {', '.join(owners)}", text))
+    return result
+
+
+def _origin(replay: Replay) -> str:
+    """Where a replay comes from, as far as the file says it."""
+    try:
+        return heading(replay.provenance)
+    except (LookupError, TypeError, AttributeError, ValueError):
+        return "unknown"

@@ -1,0 +1,308 @@
+"""Checks of the arrays of a replay: names, kinds, shapes and what they must agree with."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from rigid_envs.base.checks import printable
+from rigid_envs.base.files import (
+    canonical_json,
+    digest,
+    named_damage,
+    parse_json,
+    read_arrays,
+    write_arrays,
+)
+from rigid_envs.engine.provenance import provenance
+from rigid_envs.envs import lookup as catalogue
+from rigid_envs.tasks.core import Core
+from rigid_envs.tasks.registry import ENVIRONMENTS, load
+from rigid_envs.tasks.task import Task
+from rigid_envs.watch.replays.episode import ARRAYS, Episode, checked_label, play_again, same_bits
+
+# Checks of the arrays of a replay: names, kinds, shapes and what they must agree with.
+
+Arrays = Mapping[str, npt.NDArray[Any]]
+
+_FLAGS = ("terminated", "truncated")
+
+
+def row_names(task: Task) -> dict[str, list[str]]:
+    """Names of the entries of every row of a task, in their order."""
+    system = task.system_type
+    return {
+        "y": list(system.state_entries),
+        "u": list(system.input_entries),
+        "actions": list(task.episode.Action._fields),
+        "aux": list(task.aux_names),
+        "parameters": list(system.parameter_names()),
+    }
+
+
+def episodes_from(task: Task, entries: Sequence[Any], arrays: Arrays) -> tuple[Episode, ...]:
+    """The episodes of a file.
+
+    Args:
+        task: The task.
+        entries: What the header says of each.
+        arrays: All arrays of the file but the header.
+
+    Raises:
+        ValueError: An entry or array that is missing, unknown, or not what it must be.
+    """
+    parts = Core(task, 1).get_state()
+    names = [*ARRAYS, "parameters", *(f"start/{part}" for part in parts)]
+    expected = {f"{k}/{name}" for k in range(len(entries)) for name in names}
+    if missing := sorted(expected - set(arrays)):
+        raise ValueError(f"no array {missing[0]!r}; expected one for each of {names}")
+    if unknown := sorted(set(arrays) - expected):
+        raise ValueError(f"array {unknown[0]!r}; expected some of {names} of each episode")
+    return tuple(_episode(task, k, entry, arrays, parts) for k, entry in enumerate(entries))
+
+
+def _episode(task: Task, k: int, entry: Any, arrays: Arrays, parts: Arrays) -> Episode:
+    place = f"episodes[{k}]"
+    if not isinstance(entry, dict) or set(entry) != {"label", *_FLAGS}:
+        raise ValueError(f"{place} = {entry!r:.100}; expected label, terminated and truncated")
+    label, ends = entry["label"], {name: entry[name] for name in _FLAGS}
+    if any(not isinstance(flag, bool) for flag in ends.values()):
+        raise ValueError(f"{place} = {entry!r:.100}; expected true or false for {_FLAGS}")
+    found: dict[str, Any] = {name: arrays[f"{k}/{name}"] for name in (*ARRAYS, "parameters")}
+    n_steps = len(found["rewards"]) if found["rewards"].ndim else 0
+    for name, (dtype, shape) in _kinds(task, n_steps).items():
+        _check(f"{k}/{name}", found[name], dtype, shape)
+    start = {name: arrays[f"{k}/start/{name}"] for name in parts}
+    for name, part in parts.items():
+        _check(f"{k}/start/{name}", start[name], np.float64, part.shape[1:])
+    _check_content(task, k, found, start)
+    values = found.pop("parameters").tolist()
+    parameters = dict(zip(task.system_type.parameter_names(), values, strict=True))
+    return Episode(label=label, start=start, parameters=parameters, **found, **ends)
+
+
+def _kinds(task: Task, n: int) -> dict[str, tuple[Any, tuple[int, ...]]]:
+    """Kind of number and shape of every array of an episode of n steps."""
+    size = {name: len(entries) for name, entries in row_names(task).items()}
+    return {
+        "rewards": (np.float64, (n,)),
+        "y": (np.float64, (n + 1, size["y"])),
+        "u": (np.float64, (n, size["u"])),
+        "actions": (np.float32, (n, size["actions"])),
+        "applied": (np.float64, (n, size["actions"])),
+        "costs": (np.float64, (n,)),
+        "success": (np.bool_, (n,)),
+        "times": (np.float64, (n + 1,)),
+        "aux": (np.float64, (n + 1, size["aux"])),
+        "parameters": (np.float64, (size["parameters"],)),
+    }
+
+
+def _check(name: str, array: npt.NDArray[Any], dtype: Any, shape: tuple[int, ...]) -> None:
+    """Refuse another kind of number, another shape, NaN and inf."""
+    if array.dtype != dtype:
+        raise ValueError(f"{name} has dtype {array.dtype}; expected {np.dtype(dtype)}")
+    if array.shape != shape:
+        raise ValueError(f"{name} has shape {array.shape}; expected {shape}")
+    if not np.isfinite(array).all():
+        where = np.argwhere(~np.isfinite(array))[0].tolist()
+        raise ValueError(f"{name}{where} = {array[tuple(where)]}; expected finite numbers")
+
+
+def _check_content(task: Task, k: int, found: Arrays, start: Arrays) -> None:
+    """Refuse states that the system cannot have, and parts that contradict each other."""
+    names = task.system_type.parameter_names()
+    task.system_type(**dict(zip(names, found["parameters"].tolist(), strict=True)))
+    try:
+        task.system_type.checked_state(found["y"])
+    except ValueError as error:
+        raise ValueError(f"{k}/{error}") from None
+    if not np.array_equal(found["y"][0], start["y"]):
+        raise ValueError(f"{k}/y[0] = {found['y'][0].tolist()}; expected start/y")
+    if not np.all(np.diff(found["times"]) > 0.0):
+        raise ValueError(f"{k}/times do not increase; expected multiples of {task.dt} s")
+
+
+# Replay: episodes of one environment in a file that says what they are and runs no code.
+
+FORMAT, VERSION = "rigid-envs replay", 3
+_HEADER = "header"
+_KEYS = {"format", "version", "env_id", "config", "rows", "units", "episodes", "provenance"}
+_SEAL = "sha256"
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """Episodes of one environment with the settings of its task.
+
+    The file is a NumPy archive (.npz). ``header`` holds the bytes of a JSON document (UTF-8):
+    ``format``, ``version``, ``env_id``, ``config`` (every setting of the task), ``rows`` (names of
+    the entries of state, input, action, auxiliary state and parameters), ``units`` (of the cost;
+    the metric that is its cost), ``provenance``, for each episode k ``label``, ``terminated`` and
+    ``truncated``, and ``sha256``, the digest of all of it and of every array. Its arrays are
+    ``k/y``, ``k/u`` and so on, the attributes of `Episode`, with ``k/parameters`` and
+    ``k/start/<part>``. No array is pickled.
+
+    Attributes:
+        env_id: Gymnasium's id.
+        task: Its task.
+        episodes: At least one.
+        provenance: Versions, commit, machine and date that it comes from.
+    """
+
+    env_id: str
+    task: Task
+    episodes: tuple[Episode, ...]
+    provenance: Mapping[str, Any] = field(default_factory=provenance)
+
+    def __post_init__(self) -> None:
+        """Refuse a replay of nothing, and text that cannot be shown."""
+        if not self.episodes:
+            raise ValueError("episodes = (); expected at least one: play an episode first")
+        for k, episode in enumerate(self.episodes):
+            checked_label(episode.label, f"episodes[{k}].label")
+        printable(self.provenance, "provenance")
+
+    def save(self, path: str | Path) -> Path:
+        """Write the file, atomically.
+
+        Args:
+            path: Its path; ".npz" is added where it has no such ending, missing folders are made.
+
+        Returns:
+            The path that was written.
+        """
+        file = Path(path)
+        file = file if file.suffix == ".npz" else file.with_name(f"{file.name}.npz")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        arrays: dict[str, npt.NDArray[Any]] = {}
+        for k, episode in enumerate(self.episodes):
+            arrays |= {f"{k}/{name}": getattr(episode, name) for name in ARRAYS}
+            arrays[f"{k}/parameters"] = np.array(list(episode.parameters.values()))
+            arrays |= {f"{k}/start/{name}": part for name, part in episode.start.items()}
+        header = self._header()
+        text = canonical_json({**header, _SEAL: digest(header, arrays)})
+        write_arrays(file, {_HEADER: np.frombuffer(text.encode(), dtype=np.uint8), **arrays})
+        return file
+
+    def _header(self) -> dict[str, Any]:
+        return {
+            "format": FORMAT,
+            "version": VERSION,
+            "env_id": self.env_id,
+            "config": dataclasses.asdict(self.task),
+            "rows": row_names(self.task),
+            "units": {"cost": self.task.cost_unit, "metric": ENVIRONMENTS[self.env_id].metrics[0]},
+            "provenance": dict(self.provenance),
+            "episodes": [
+                {"label": e.label, "terminated": e.terminated, "truncated": e.truncated}
+                for e in self.episodes
+            ],
+        }
+
+
+def load_replay(path: str | Path) -> Replay:
+    """Read a replay, and check everything in it.
+
+    What a file of version 2 says, which has no digest, is compared with what its actions lead to.
+
+    Args:
+        path: The file.
+
+    Raises:
+        DamagedFileError: Not a replay, cut, changed, of another version or another environment;
+            the message names the file, the entry and what was expected.
+        FileNotFoundError: There is no such file.
+    """
+    file = Path(path)
+    arrays = read_arrays(file)
+    with named_damage(file):
+        header = _read_header(arrays.pop(_HEADER, None), arrays)
+        env_id = catalogue.checked_id(catalogue.id_in_file(header["env_id"]))
+        config = {name: _setting(value) for name, value in header["config"].items()}
+        task = catalogue.task_of(env_id, config)
+        if header["rows"] != row_names(task):
+            raise ValueError(
+                f"rows = {header['rows']}; expected {row_names(task)}: it was written by another "
+                f"version of the environment, {header['provenance'].get('versions')}"
+            )
+        episodes = episodes_from(task, header["episodes"], arrays)
+        if _SEAL not in header:
+            _refuse_others(task, episodes)
+        return Replay(env_id, task, episodes, header["provenance"])
+
+
+def _refuse_others(task: Task, episodes: Sequence[Episode]) -> None:
+    """Refuse episodes that are not what their start and actions lead to."""
+    for k, episode in enumerate(episodes):
+        if not same_bits(episode, play_again(task, episode.start, episode.actions)):
+            raise ValueError(
+                f"episodes[{k}]: other numbers than its start and actions lead to; expected the "
+                "same bits: it was changed since"
+            )
+
+
+def id_of(env: Any, task: Task) -> str:
+    """The registered id that an environment can be made again from.
+
+    Args:
+        env: An environment of either kind; its `spec` may be None.
+        task: Its task.
+
+    Raises:
+        ValueError: None is registered for this task.
+    """
+    env_id = getattr(getattr(env, "spec", None), "id", None)
+    if env_id in ENVIRONMENTS:
+        return str(env_id)
+    for record in ENVIRONMENTS.values():
+        if load(record.task) is type(task):
+            return record.id
+    raise ValueError(
+        f"env = {env_id or type(task).__name__}; expected an environment that is registered, so "
+        "that its replay can be read: see rigid_envs.register"
+    )
+
+
+def _read_header(
+    raw: npt.NDArray[Any] | None, arrays: Mapping[str, npt.NDArray[Any]]
+) -> dict[str, Any]:
+    """The JSON document of a file, with all its keys, and a digest that is that of its content.
+
+    Raises:
+        ValueError: It is none, of another format or version, or the content was changed.
+    """
+    if raw is None or raw.dtype != np.uint8 or raw.ndim != 1:
+        raise ValueError("no header; expected a file that Replay.save wrote")
+    try:
+        header = parse_json(raw.tobytes())
+    except ValueError as error:
+        raise ValueError(f"header is no JSON: {error}") from None
+    if not isinstance(header, dict) or header.get("format") != FORMAT:
+        raise ValueError(f"header has another format; expected {FORMAT!r}")
+    if header.get("version") not in (2, VERSION):
+        raise ValueError(
+            f"version = {header.get('version')!r:.50}; expected 2 or {VERSION}: install the "
+            "version of rigid-envs that wrote it"
+        )
+    keys = _KEYS if header["version"] == 2 else _KEYS | {_SEAL}
+    if set(header) != keys:
+        raise ValueError(f"header has keys {sorted(header)}; expected {sorted(keys)}")
+    for name, kind in (("env_id", str), ("config", dict), ("provenance", dict), ("episodes", list)):
+        if not isinstance(header[name], kind):
+            raise ValueError(f"{name} = {header[name]!r:.100}; expected a {kind.__name__}")
+    content = {name: value for name, value in header.items() if name != _SEAL}
+    if _SEAL in header and header[_SEAL] != digest(content, arrays):
+        raise ValueError(f"{_SEAL}: that of other content; expected the one that was saved")
+    return header
+
+
+def _setting(value: Any) -> Any:
+    """A setting as the task takes it: JSON has lists for its tuples."""
+    return tuple(map(_setting, value)) if isinstance(value, list) else value
