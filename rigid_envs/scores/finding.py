@@ -123,7 +123,7 @@ def plan(
 
 
 def recipe_of(env_id: str) -> Recipe | None:
-    """How an id is planned; None where nobody has said."""
+    """How an id is planned; None where it is not planned."""
     return RECIPES.get(env_id.rpartition("/")[2].rpartition("-")[0])
 
 
