@@ -1,5 +1,6 @@
 """Decorators by which functions are compiled, and compiled code on disk."""
 
+import ast
 import functools
 import gc
 import hashlib
@@ -10,7 +11,7 @@ import sys
 import sysconfig
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -33,11 +34,11 @@ from rigid_envs.base.files import DamagedFileError, write_atomic
 #
 # Numba's own cache checks only the file of the compiled function: after an edit to a helper in
 # another file it would load stale code (numba issue 1833), and it does not distinguish two closures
-# of one factory. Here the key of a kernel consists of the names of its functions and a hash of
-# every source file that can be compiled into it: all kernels and tasks of this package, and all
-# files of any other package from which one of the functions comes; and of the versions and the
-# processor that the code was made for. A checksum of the key and the code is compared before
-# anything is loaded.
+# of one factory. Here code lies in a folder named by a hash of every source file of this package
+# that can be compiled into it. The key of a kernel consists of the names of its functions, with a
+# hash of all files of any other package from which one comes; and of the versions and the processor
+# that the code was made for. A checksum of the key and the code is compared before anything is
+# loaded. Hashes are of syntax trees: comments and docstrings are no part of them, nor line numbers.
 
 _numba: Any = numba  # knows more than its types say
 _serialize: Any = serialize
@@ -155,10 +156,8 @@ def compiled_sources() -> list[Path]:
 
 @functools.cache
 def kernel_hash() -> str:
-    """SHA-256 over the sources of all compiled code in the package, as 16 hex digits."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    _hash_files(digest, _PACKAGE, compiled_sources())
-    return digest.hexdigest()[:16]
+    """Hash of the sources of all compiled code in the package, as 16 hex digits."""
+    return _hash_of(_PACKAGE, compiled_sources())
 
 
 @functools.cache
@@ -166,53 +165,90 @@ def _source_hash(module: str) -> str | None:
     """Hash of the package of a module, or of its file if it has no package."""
     top: Any = sys.modules.get(module.partition(".")[0])
     if top is sys.modules[__package__.partition(".")[0]]:
-        return kernel_hash()
-    digest = hashlib.sha256()
+        return ""  # the folder is named by it
     if hasattr(top, "__path__"):
-        for folder in map(Path, top.__path__):
-            _hash_files(digest, folder, _sources(folder))
-    elif getattr(top, "__file__", None):
+        folders = map(Path, top.__path__)
+        return "".join(_hash_of(folder, sorted(folder.rglob("*.py"))) for folder in folders)
+    if getattr(top, "__file__", None):
         path = Path(top.__file__)
-        _hash_files(digest, path.parent, [path])
-    else:
-        return None
-    return digest.hexdigest()
+        return _hash_of(path.parent, [path])
+    return None
 
 
-def _sources(folder: Path) -> list[Path]:
-    return sorted(folder.rglob("*.py"))
+def _hash_of(base: Path, paths: Iterable[Path]) -> str:
+    """Hash of the syntax trees of source files, as 16 hex digits.
+
+    It takes a third of a second, and is noted in the name of an empty file for these very bytes.
+    """
+    sources = {path.relative_to(base).as_posix(): path.read_bytes() for path in paths}
+    notes = _private_folder("sources")
+    known = _digest((sys.version, sources))
+    for note in notes.glob(f"{known}-*") if notes else ():
+        return note.name.partition("-")[2]
+    found = _digest({name: _tree(source) for name, source in sources.items()})
+    if notes:
+        with suppress(OSError):  # a full disk, a folder that is gone
+            (notes / f"{known}-{found}").touch()
+    return found
 
 
-def _hash_files(digest: Any, base: Path, paths: Iterable[Path]) -> None:
-    for path in paths:
-        digest.update(path.relative_to(base).as_posix().encode() + b"\0")
-        digest.update(path.read_bytes() + b"\0")
+def _digest(value: Any) -> str:
+    return hashlib.sha256(repr(value).encode()).hexdigest()[:16]
+
+
+def _tree(source: bytes) -> str | bytes:
+    """What of a source is executed: its syntax tree without docstrings; all where it has none."""
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError):  # a template, say, that nobody imports
+        return source
+    for node in ast.walk(tree):
+        for _, block in ast.iter_fields(node):
+            if isinstance(block, list):
+                block[:] = [each for each in block if not _is_text(each)]
+    return ast.dump(tree)
+
+
+def _is_text(node: Any) -> bool:
+    """Whether a statement is a string, as docstrings are."""
+    text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+    return text and isinstance(node.value.value, str)
 
 
 @functools.cache
 def cache_directory() -> Path | None:
     """Private folder for compiled code of exactly these sources; None if it cannot be made.
 
-    It lies below ``NUMBA_CACHE_DIR``, else below ``XDG_CACHE_HOME``, else below ``~/.cache``. What
-    lies in it is run. A folder with another owner or writable by others is never read, nor one
+    It lies below ``NUMBA_CACHE_DIR``, else below ``XDG_CACHE_HOME``, else below ``~/.cache``.
+    """
+    folder = _private_folder(kernel_hash())
+    if folder is None:
+        _log.warning(
+            "compiled code is not kept: no folder below %s that only this user can change; every "
+            "process compiles it: set NUMBA_CACHE_DIR to one",
+            _base(),
+        )
+    return folder
+
+
+def _base() -> str:
+    return os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+
+
+def _private_folder(name: str) -> Path | None:
+    """A folder for what this user's processes believe; None if it cannot be made.
+
+    What lies in it is run. A folder with another owner or writable by others is never read, nor one
     below a folder in which others could put their own in its place: see `_is_safe`.
     """
-    base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     try:
-        folder = Path(base).expanduser().absolute() / "rigid-envs" / kernel_hash()
+        folder = Path(_base()).expanduser().absolute() / "rigid-envs" / name
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
         usable = os.access(folder, os.W_OK) and _is_private(folder) and _is_safe(folder.resolve())
     except (OSError, RuntimeError):  # RuntimeError: no home directory to expand
         usable = False
-    if usable:
-        return folder
-    _log.warning(
-        "compiled code is not kept: no folder below %s that only this user can change; every "
-        "process compiles it: set NUMBA_CACHE_DIR to one",
-        base,
-    )
-    return None
+    return folder if usable else None
 
 
 def _is_private(folder: Path) -> bool:

@@ -3,6 +3,7 @@
 import ctypes
 import os
 import random
+import re
 import resource
 import shutil
 import stat
@@ -86,6 +87,14 @@ def test_an_edited_helper_in_another_file_is_compiled_anew(source: Path, tmp_pat
     helper.write_text(before)  # the code of then is still there, under its own name
     assert run(source, cache)[:2] == (3.0, 1)
     assert Path(cold[2]).is_relative_to(cache / "rigid-envs")
+
+
+def test_an_edited_docstring_or_comment_compiles_nothing(source: Path, tmp_path: Path) -> None:
+    assert run(source, tmp_path / "cache")[:2] == (3.0, 0)
+    for path in (source / "rigid_envs").rglob("*.py"):
+        text = re.sub(r'"""(?=\w)', '"""Edited.\n\n    ', path.read_text())
+        path.write_text(f"# An edited file.\n\n{text}")
+    assert run(source, tmp_path / "cache")[:2] == (3.0, 1)
 
 
 @pytest.mark.parametrize("base", ["file", pytest.param("file/below", marks=pytest.mark.long)])
@@ -302,11 +311,13 @@ def test_two_processors_share_a_home(tmp_path: Path) -> None:
 PLACES = """
 import sys
 import numpy as np
-from rigid_envs.engine import free_body, heavy_top, roller
+from rigid_envs.systems.free_body.dynamics import FREE_BODY
+from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP
+from rigid_envs.systems.roller.dynamics import ROLLER
 from rigid_envs.engine.compiler import address_of, compiled_for
 
 rows = (np.ones((1, 1)), np.ones(1), np.ones((1, 1)))
-systems = {"body": free_body.FREE_BODY, "top": heavy_top.HEAVY_TOP, "roller": roller.ROLLER}
+systems = {"body": FREE_BODY, "top": HEAVY_TOP, "roller": ROLLER}
 kernels = [systems[name].measure_rows for name in sys.argv[1:]]
 for kernel in kernels:
     compiled_for(kernel, *rows)
@@ -339,7 +350,7 @@ LOGGED = f"import logging; logging.basicConfig(level='INFO'); {RESET}"
     ("program", "said"),
     [
         pytest.param(RESET, "", marks=pytest.mark.long),
-        (LOGGED, "INFO:rigid_envs.engine.compiler:compiled tasks.ball_grid.reset in "),
+        (LOGGED, "INFO:rigid_envs.engine.compiler:compiled systems.rolling_ball."),
     ],
 )
 def test_long_compilations_are_logged_and_not_printed(
