@@ -21,7 +21,6 @@ from ..config.reading import add_config_options
 from ..environments import import_allowed
 from ..storage.runs import RunInUseError
 from . import verbs
-from .ablating import add_ablate
 from .evaluating import add_baselines, add_evaluate, add_publish, add_search, add_zoo
 from .words import add_policy_options, add_sweep_options
 
@@ -82,7 +81,6 @@ def _parser() -> argparse.ArgumentParser:
     add_baselines(commands.add_parser("baselines", help="page and figures of all records"))
     add_publish(commands.add_parser("publish", help="put a policy into the library"))
     add_zoo(commands.add_parser("zoo", help="write configs for RL Baselines3 Zoo"))
-    add_ablate(commands.add_parser("ablate", help="train recipes with each part of them alone"))
     for verb in commands.choices.values():
         verb.add_argument(
             "--allow_import",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -63,12 +62,11 @@ def add_sweep_options(parser: argparse.ArgumentParser, out: str, seeds: str) -> 
     parser.add_argument("--quiet", action="store_true", help="no progress, only the results")
 
 
-def workers_of(options: argparse.Namespace, imports: Sequence[str] = ()) -> Workers:
+def workers_of(options: argparse.Namespace) -> Workers:
     """The processes that the options of `add_sweep_options` ask for.
 
     Args:
         options: The options.
-        imports: Modules that register environments, besides those of --allow_import.
 
     Raises:
         ConfigError: --jobs or --patience that cannot be.
@@ -76,16 +74,15 @@ def workers_of(options: argparse.Namespace, imports: Sequence[str] = ()) -> Work
     """
     if not options.patience > 0.0:
         raise ConfigError(f"--patience = {options.patience}; expected seconds above 0")
-    imports = (*options.allow_import, *imports)
     if options.ray is not None:
         require_ray()
         from ..sweeps.cluster import RayTasks
 
-        return RayTasks(options.ray, imports)
+        return RayTasks(options.ray, options.allow_import)
     from ..sweeps.sweep import Processes
 
     refuse_jobs(options.jobs)
-    return Processes(options.jobs, imports)
+    return Processes(options.jobs, options.allow_import)
 
 
 def refuse_jobs(jobs: int) -> None:

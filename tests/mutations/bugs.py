@@ -248,8 +248,6 @@ BUGS = (
         "return list(dict.fromkeys(found))", "return found", TRAININGS),
     Bug("seeds of an empty range are none", "agents/cli/words.py",
         " or numbers[0] > numbers[-1]", "", TRAININGS),
-    Bug("a part that is named twice is trained twice", "agents/cli/ablating.py",
-        "dict.fromkeys(options.parts)", "options.parts", TRAININGS),
     Bug("an environment that is named twice is trained twice", "agents/cli/verbs.py",
         "dict.fromkeys(map(full_id, options.ids))", "map(full_id, options.ids)", TRAININGS),
     Bug("a value of a task begins at its last =", "agents/config/reading.py",

@@ -11,10 +11,10 @@ from PIL import Image
 from agents.cli.command_line import main
 from agents.evaluation.baselines import digest_of, grouped, markdown, pictures
 from rigid_envs.scores.best import best_known
-from rigid_envs.scores.records import Record, record_file, write_record
+from rigid_envs.scores.records import Record, read_record, record_file, write_record
 from rigid_envs.scores.repeating import published_record
 from rigid_envs.scores.starts import FLOOR
-from rigid_envs.scores.trained import published
+from rigid_envs.scores.trained import FOLDER, published
 
 DOCS = Path(__file__).parents[3] / "docs"
 IDS = ("RigidEnvs/BallPark-v0", "RigidEnvs/SpinCapture-v0")
@@ -112,7 +112,25 @@ def test_the_page_of_the_repository_is_that_of_its_records() -> None:
             assert image.info["Description"] == digest_of(groups), f"{name}.png: {MEND}"
 
 
+def test_the_page_of_the_ablations_is_that_of_their_records() -> None:
+    name, rows = "", 0
+    for line in (DOCS / "ablations.md").read_text(encoding="utf-8").splitlines():
+        name = line[3:].partition(",")[0] if line.startswith("## ") else name
+        part, *told = [cell.strip() for cell in line.split("|")[1:-1]] or [""]
+        folder = DOCS / "ablations" / part
+        if not (part and folder.is_dir()):
+            continue
+        found = [read_record(file) for file in folder.glob(f"{name}*/*.json")]
+        rates = [100 * each.success_rate for each in found]
+        costs = [each.cost_mean for each in found if each.successes.any()]
+        assert told[0] == str(len(found)) and told[1] == f"{np.mean(rates):.1f} %"
+        assert told[2] == f"({min(rates):.1f} .. {max(rates):.1f})"
+        assert told[3] == (f"{np.mean(costs):.4g}" if costs else "-")
+        rows += 1
+    assert rows == 15
+
+
 def test_baselines_and_policies_take_15_megabytes_at_most() -> None:
-    folders = (DOCS / "baselines", DOCS.parent / "rigid_envs" / "policies")
+    folders = (DOCS / "baselines", FOLDER)
     sizes = [path.stat().st_size for folder in folders for path in folder.rglob("*.*")]
     assert sum(sizes) <= 15e6
