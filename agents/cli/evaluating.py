@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import write_atomic
 from rigid_envs.envs.lookup import full_id
@@ -100,9 +101,7 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> int:
     if options.save_replays:
         from rigid_envs.scores.policies import from_predict
 
-        from ..policies import load_policy
-
-        policy = load_policy(policy_file(options.path, options.which))
+        policy = load(policy_file(options.path, options.which))
         config = policy.document["env_kwargs"]
         _save_replays(options, from_predict(policy), figures["env_id"], folder, "policy", config)
     return 0
@@ -182,8 +181,8 @@ def add_publish(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=_publish)
     parser.description = (
         "Copy the best policy of complete runs into rigid_envs/scores/published, where "
-        "rigid_envs.load finds it, and write beside it the record of its evaluation from the "
-        "500 test starts."
+        "rigid_envs.load finds it, and beside it the record of its evaluation from the 500 test "
+        "starts."
     )
     parser.add_argument("paths", nargs="+", type=Path, metavar="RUN")
 

@@ -9,6 +9,7 @@ import signal
 from pathlib import Path
 from typing import Any
 
+from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.envs.lookup import full_id
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
@@ -24,7 +25,6 @@ from ..config.reading import (
 )
 from ..evaluation.plots import draw_learning_curve
 from ..evaluation.reports import report, try_film, write_report
-from ..policies import load_policy
 from ..storage.runs import Run, create_run, find_run, open_run
 from ..training.trainer import Outcome
 from .words import is_run, policy_file, refuse, refuse_episodes, seeds_of, workers_of
@@ -52,7 +52,7 @@ def conclude(run: Run, outcome: Outcome, n: int, seed: int, quiet: bool = False)
     figures["training_seconds"] = round(outcome.seconds, 3)
     write_report(run.folder, figures, episodes)
     draw_learning_curve(run)
-    try_film(load_policy(path), run.folder, seed)
+    try_film(load(path), run.folder, seed)
     return figures
 
 
@@ -175,11 +175,10 @@ def enjoy(options: argparse.Namespace, rest: list[str]) -> int:
     """Print one episode of a policy, and show it."""
     refuse(rest)
     from ..evaluation.showing import Show, refuse_early, watch
-    from ..policies import load_policy
 
     video, html = refuse_early(options.video, options.html, options.table, options.against)
     file = policy_file(options.path, options.which)
-    policy = load_policy(file)
+    policy = load(file)
     seed = row_seeds(TEST_SEED, 1, "test")[0] if options.seed is None else options.seed
     document = policy.document
     chosen = None if options.random else policy

@@ -116,7 +116,7 @@ def policy_file(path: Path, which: str) -> Path:
         which: Of `add_policy_options`.
 
     Raises:
-        FileNotFoundError: The run has no such policy yet.
+        FileNotFoundError: There is none, or none yet in the run.
     """
     if is_run(path):
         file = path / f"{which}_model" / "policy.safetensors"
@@ -127,7 +127,10 @@ def policy_file(path: Path, which: str) -> Path:
                 f"python -m agents train --resume {path}"
             )
         return file
-    return path / "policy.safetensors" if path.is_dir() else path
+    file = path / "policy.safetensors" if path.is_dir() else path
+    if not file.exists():
+        raise FileNotFoundError(f"{file}: no policy here")
+    return file
 
 
 def is_run(path: Path) -> bool:

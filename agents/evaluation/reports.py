@@ -12,21 +12,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gymnasium.error import DependencyNotInstalled
-from gymnasium.vector import VectorEnv
 
 from rigid_envs.base.checks import Image
 from rigid_envs.base.files import write_atomic, write_document
 from rigid_envs.scores import evaluation
-from rigid_envs.scores import starts as playing
 from rigid_envs.scores.policies import from_predict
 from rigid_envs.scores.result import Evaluation
-from rigid_envs.scores.starts import TEST_SEED, Episodes, SupportsPredict, row_seeds
+from rigid_envs.scores.starts import TEST_SEED, row_seeds
+from rigid_envs.scores.trained import CompiledPolicy, load
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli.words import tell
 from rigid_envs.tools.pages import tables
 
 from ..environments import make
-from ..policies import Policy, load_policy
 from ..storage.runs import manifest
 
 if TYPE_CHECKING:
@@ -74,17 +72,6 @@ def evaluate(
     return found
 
 
-def play(policy: SupportsPredict, venv: VectorEnv[Any, Any, Any], seeds: list[int]) -> Episodes:
-    """Play exactly one episode in each row, as `rigid_envs.scores.starts.play` does.
-
-    Args:
-        policy: What acts.
-        venv: A vector environment that resets in the same step.
-        seeds: Seed of each row.
-    """
-    return playing.play(lambda obs: policy.predict(obs, deterministic=True)[0], venv, seeds)
-
-
 # Report of an evaluation: the policy beside the random baseline, as table, JSON and CSV.
 
 
@@ -101,7 +88,7 @@ def report(path: Path, n: int, seed: int, quiet: bool = False) -> tuple[dict[str
         A row of the leaderboard without its starts, and where it comes from, as JSON values; and
         the evaluation.
     """
-    policy: Policy = load_policy(path)
+    policy = load(path)
     document = policy.document
     row, found = _measured(
         policy, document["env_id"], document["env_kwargs"], n, seed, document["algo"], quiet
@@ -216,7 +203,7 @@ _SLOWEST = 15.0  # pictures per second, below which rather the end is left out
 _TRIALS = 4
 
 
-def try_film(policy: Policy, folder: Path, seed: int) -> Path | None:
+def try_film(policy: CompiledPolicy, folder: Path, seed: int) -> Path | None:
     """Film the episode of the first start of an evaluation, in real time.
 
     It takes `BUDGET` seconds at most, and a moment more: a slow machine draws fewer pictures per
@@ -246,7 +233,7 @@ def try_film(policy: Policy, folder: Path, seed: int) -> Path | None:
     return path
 
 
-def _film(policy: Policy, path: Path, seed: int) -> None:
+def _film(policy: CompiledPolicy, path: Path, seed: int) -> None:
     end = time.perf_counter() + BUDGET
     from rigid_envs.watch.drawing import Look
     from rigid_envs.watch.films import (

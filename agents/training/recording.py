@@ -2,60 +2,101 @@
 
 from __future__ import annotations
 
+import copy
 import csv
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import torch
+from gymnasium.spaces import Dict
 from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.base.files import write_atomic
+from rigid_envs.base.files import canonical_json, write_atomic
 from rigid_envs.engine.provenance import provenance
+from rigid_envs.sb3.adapter import NonFiniteError, all_finite
 from rigid_envs.sb3.exporting import contents
 from rigid_envs.scores.records import Record, record_of, write_record
-from rigid_envs.scores.starts import N_STARTS
-from rigid_envs.scores.trained import FOLDER
+from rigid_envs.scores.starts import N_STARTS, ActionFunction
+from rigid_envs.scores.trained import FOLDER, FORMAT, CompiledPolicy, write_policy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
 from ..config.entries import Config, config_to_dict
 from ..evaluation.reports import evaluate
-from ..policies import Policy
 from ..storage.logs import read_evaluations
 from ..storage.runs import Run, manifest
 
-# Export of the policy of a model in training.
+# The policy of a model in training: as it is saved, and as it acts.
 
 
-def export_policy(model: BaseAlgorithm, config: Config) -> Policy:
-    """The policy of a model.
+@contextmanager
+def stronger(model: Any, gain: float) -> Iterator[None]:
+    """While in this context, a model with a Gaussian policy does what it would times a factor.
+
+    Args:
+        model: SB3 model; it is afterwards, to the bit, what it was before.
+        gain: The factor; with 1 any model is left as it is.
+    """
+    if gain == 1.0:
+        yield
+        return
+    policy = model.policy
+    before = copy.deepcopy(policy.state_dict())
+    try:
+        with torch.no_grad():
+            for weights in policy.action_net.parameters():
+                weights.mul_(gain)
+            policy.log_std.add_(math.log(gain))
+        yield
+    finally:
+        policy.load_state_dict(before)
+
+
+def acting(model: BaseAlgorithm) -> ActionFunction:
+    """What a model does, given observations of its environment, which it sees as in training.
+
+    Args:
+        model: SB3 model.
+
+    Returns:
+        A function of the observations of all rows; it raises a NonFiniteError for bad ones.
+    """
+    scaled, alone = model.get_vec_normalize_env(), not isinstance(model.observation_space, Dict)
+
+    def act(observations: Any) -> NDArray[Any]:
+        seen = (
+            observations["observation"]
+            if alone and isinstance(observations, dict)
+            else observations
+        )
+        if not all_finite(seen):
+            raise NonFiniteError("an observation of the evaluation is not finite")
+        return model.predict(scaled.normalize_obs(seen) if scaled else seen, deterministic=True)[0]
+
+    return act
+
+
+def save_policy(model: BaseAlgorithm, config: Config, folder: Path) -> None:
+    """Write the policy of a model, atomically: for programs, and without its weights for people.
 
     Args:
         model: SB3 model.
         config: Config of the run.
+        folder: Folder of the files; made if it is not there.
     """
     document, arrays = contents(model, config.env_id, config.env_kwargs)
-    return Policy({**document, "seed": config.seed}, arrays)
-
-
-def with_gain(arrays: Mapping[str, NDArray[Any]], gain: float) -> dict[str, NDArray[Any]]:
-    """Arrays of a Gaussian policy whose actions are those of another times a factor.
-
-    Args:
-        arrays: Arrays of its file.
-        gain: The factor.
-    """
-    last = sum(name.startswith("layers.") and name.endswith(".weight") for name in arrays) - 1
-    factor = np.float32(gain)
-    scaled = {
-        name: arrays[name] * factor for name in (f"layers.{last}.weight", f"layers.{last}.bias")
-    }
-    return {**arrays, **scaled, "log_std": arrays["log_std"] + np.float32(math.log(gain))}
+    document = {**document, "seed": config.seed}
+    CompiledPolicy(document, arrays)  # refuses what could not be loaded
+    folder.mkdir(exist_ok=True)
+    write_policy(folder / "policy.safetensors", document, arrays)
+    text = canonical_json({"format": FORMAT, **document}, indent=2)
+    write_atomic(folder / "policy.json", f"{text}\n")
 
 
 # The record of a run: read from its files, and evaluated as its published policy would be.

@@ -28,11 +28,10 @@ from rigid_envs.scores.starts import row_seeds
 
 from ..config.entries import Config, config_to_dict
 from ..environments import TrainingRows, make, part_for
-from ..policies import Policy, save_policy
 from ..storage.logs import load_newest, save_newest
 from ..storage.runs import Run, create_run, differences, manifest, open_run
 from .algorithms import build_model, check_fit, iterate
-from .recording import export_policy, with_gain
+from .recording import acting, save_policy, stronger
 from .snapshots import capture, check, check_document, restore
 from .validation import Clock, Progress, Records, Spent, Validation
 
@@ -306,7 +305,8 @@ class Trainer:
     def save(self) -> None:
         """Write the policy of now and a checkpoint."""
         begin = time.perf_counter()
-        save_policy(self._policy(), self._run / "last_model")
+        with stronger(self.model, self._config.policy_gain):
+            save_policy(self.model, self._config, self._run / "last_model")
         arrays, document = self._state(self._records.sync(self.model.num_timesteps))
         save_newest(self._run / "checkpoints", self.model.num_timesteps, arrays, document)
         self._saved_at = time.perf_counter()
@@ -373,16 +373,11 @@ class Trainer:
             figures["rollout/success_rate"] = safe_mean(successes)
         return figures
 
-    def _policy(self) -> Policy:
-        """The policy that is evaluated and saved."""
-        policy, gain = export_policy(self.model, self._config), self._config.policy_gain
-        return policy if gain == 1.0 else Policy(policy.document, with_gain(policy.arrays, gain))
-
     def _evaluate(self) -> dict[str, Any]:
-        policy = self._policy()
-        episodes, better = self._validation.run(policy, self.model.num_timesteps)
-        if better:
-            save_policy(policy, self._run / "best_model")
+        with stronger(self.model, self._config.policy_gain):
+            episodes, better = self._validation.run(acting(self.model), self.model.num_timesteps)
+            if better:
+                save_policy(self.model, self._config, self._run / "best_model")
         self._validation.save(self._run / "evaluations.npz")
         return {
             "eval/success_rate": episodes.successes.mean(),

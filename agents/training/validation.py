@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 from stable_baselines3.common.logger import Logger
 from tqdm import tqdm  # type: ignore[import-untyped]
 
-from rigid_envs.scores.starts import Episodes, SupportsPredict, row_seeds
+from rigid_envs.scores.starts import ActionFunction, Episodes, play, row_seeds
 
 from ..config.entries import Config
 from ..environments import EpisodeEnds, make
-from ..evaluation.reports import play
 from ..storage.logs import CsvLog, ProgressLog, TensorBoardLog, check_position, write_evaluations
 from ..storage.runs import Run
 from .algorithms import progress_columns
@@ -115,17 +114,17 @@ class Validation:
         ages = range(update, updates * update + 1, update)
         return [age for age in ages if self.is_due(age - update, age, total)]
 
-    def run(self, policy: SupportsPredict, timesteps: int) -> tuple[Episodes, bool]:
+    def run(self, act: ActionFunction, timesteps: int) -> tuple[Episodes, bool]:
         """Evaluate a policy.
 
         Args:
-            policy: The policy.
+            act: The policy.
             timesteps: Age of the run [steps].
 
         Returns:
             The episodes, and whether no policy before was as good.
         """
-        episodes = play(policy, self._venv, self._seeds)
+        episodes = play(act, self._venv, self._seeds)
         self.timesteps.append(timesteps)
         rows = (episodes.returns, episodes.lengths, episodes.successes, episodes.costs)
         for column, row in zip(self._columns.values(), rows, strict=True):

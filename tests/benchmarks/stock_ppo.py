@@ -23,7 +23,6 @@ from stable_baselines3.common.callbacks import BaseCallback
 from agents.config.entries import PPOConfig, config_from
 from agents.config.reading import recipe_for
 from agents.storage.runs import create_run
-from agents.training.recording import export_policy
 from agents.training.trainer import Trainer
 from agents.training.validation import Progress
 from rigid_envs import evaluate
@@ -123,9 +122,7 @@ def _application(config: PPOConfig) -> _Curve:
             trainer.iterate()
             if trainer.checkpoint_is_due():
                 trainer.save()
-            curve.between_updates(
-                trainer.model.num_timesteps, lambda: export_policy(trainer.model, config)
-            )
+            curve.between_updates(trainer.model.num_timesteps, lambda: trainer.model)
         trainer.close()
         run.close()
     return curve

@@ -14,7 +14,7 @@ import pytest
 from agents.cli.command_line import main
 from agents.evaluation import reports as short_film
 from agents.evaluation.reports import try_film
-from agents.policies import load_policy
+from rigid_envs import load
 from rigid_envs.scores.starts import TEST_SEED
 
 pytestmark = pytest.mark.long  # see .ci/run
@@ -84,7 +84,7 @@ def test_a_film_costs_at_most_its_time(
     monkeypatch.setattr(Drawing, "picture", slow)
     monkeypatch.setattr(short_film, "BUDGET", 1.5)
     monkeypatch.setattr(short_film, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
-    path = try_film(load_policy(run / "best_model"), tmp_path, TEST_SEED)
+    path = try_film(load(run / "best_model"), tmp_path, TEST_SEED)
     assert clock[0] < 1.6
     assert path is not None and read(path)[1] > 3
 
@@ -93,7 +93,7 @@ def test_a_film_changes_no_result(run: Path) -> None:
     names = ("results.json", "episodes.csv", "progress.csv")
     before = [(run / name).read_bytes() for name in names]
     state = np.random.get_state()[1].tobytes()  # type: ignore[index, union-attr] # noqa: NPY002
-    try_film(load_policy(run / "best_model"), run, TEST_SEED)
+    try_film(load(run / "best_model"), run, TEST_SEED)
     assert [(run / name).read_bytes() for name in names] == before
     assert np.random.get_state()[1].tobytes() == state  # type: ignore[index, union-attr] # noqa: NPY002
     assert "film" not in json.loads((run / "results.json").read_text())
@@ -130,7 +130,7 @@ def test_whatever_fails_does_not_fail_the_training(
         raise OSError("no space")
 
     monkeypatch.setattr("rigid_envs.watch.films.write_film", broken)
-    assert try_film(load_policy(run / "best_model"), tmp_path, TEST_SEED) is None
+    assert try_film(load(run / "best_model"), tmp_path, TEST_SEED) is None
     assert capsys.readouterr().err == "no film of the policy: OSError: no space\n"
 
 

@@ -18,10 +18,10 @@ from agents.cli.command_line import main
 from agents.config.entries import config_from
 from agents.config.reading import config_for
 from agents.evaluation.reports import evaluate
-from agents.policies import load_policy
 from agents.storage.runs import open_run
 from agents.sweeps import sweep as module
 from agents.sweeps.sweep import Processes, Training, train_all
+from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.scores.records import read_record
 from tests.agents.sessions import SMALL
@@ -50,7 +50,7 @@ def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path: Pa
     for each, name in zip(both, "ab", strict=True):
         config = each.config
         record, run = read_record(place(tmp_path, config.seed)), tmp_path / "ppo" / name
-        found = evaluate(load_policy(run / "best_model"), "Drift-v0", 50)
+        found = evaluate(load(run / "best_model"), "Drift-v0", 50)
         np.testing.assert_array_equal(record.successes, found.successes)
         np.testing.assert_allclose(record.costs, found.costs, rtol=1e-5)
         assert (record.env_id, record.algo, record.frame) == ("Drift-v0", "ppo", "world")
@@ -74,7 +74,7 @@ def test_a_record_has_the_age_of_its_policy_and_the_costs_of_successes(tmp_path:
     record, run = read_record(place(tmp_path)), tmp_path / "ppo" / "a"
     assert record.training["timesteps"] == 512 * 6
     assert record.training["policy_timesteps"] == record.curve["timesteps"][0] == 2560
-    assert load_policy(run / "best_model").document["timesteps"] == 2560
+    assert load(run / "best_model").document["timesteps"] == 2560
     with np.load(run / "evaluations.npz") as held_out:
         won, costs = held_out["successes"].astype(bool), held_out["costs"]
     assert 0 < won[0].sum() < won.shape[1]

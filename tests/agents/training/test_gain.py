@@ -1,56 +1,48 @@
-"""A policy with a gain acts so many times as strongly."""
+"""A policy with a gain acts so many times as strongly; what is trained does not."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-import torch
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.entries import config_from
-from agents.policies import Policy, load_policy
-from agents.training.recording import with_gain
+from agents.environments import TrainingRows, make
+from agents.training.algorithms import build_model
+from agents.training.recording import acting, save_policy, stronger
 from agents.training.trainer import train
+from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
-from tests.agents.sessions import SMALL
+from rigid_envs.base.files import load_tensors
 
-FEW = SMALL | {"total_timesteps": 512 * 2}
-
-
-def trained(folder: Path, name: str, **entries: object) -> Policy:
-    config = config_from({**FEW, "log_dir": str(folder), "run_name": name, **entries})
-    return load_policy(train(config, quiet=True).folder / "last_model")
+SEEN = np.random.default_rng(0).normal(size=(500, 2)).astype(np.float32)
 
 
-def test_actions_within_bounds_are_those_without_it_times_the_gain(tmp_path: Path) -> None:
-    plain = trained(tmp_path, "plain")
-    seen = np.random.default_rng(0).normal(size=(500, 2)).astype(np.float32)
-    actions, _ = plain.predict(seen)
-    for gain in (0.5, 3.0):
-        strong = Policy(plain.document, with_gain(plain.arrays, gain))
-        expected = np.clip(gain * actions, -1.0, 1.0)
-        inside = np.abs(actions) < 1.0
-        np.testing.assert_allclose(strong.predict(seen)[0][inside], expected[inside], 1e-5, 1e-7)
-        draws = [
-            policy.predict(seen, deterministic=False, generator=torch.manual_seed(1))[0]
-            for policy in (plain, strong)
-        ]
-        inside = (np.abs(draws[0]) < 1.0) & (np.abs(draws[1]) < 1.0)
-        np.testing.assert_allclose(draws[1][inside], gain * draws[0][inside], rtol=1e-4, atol=1e-5)
-
-
-def test_what_is_saved_has_it_and_what_is_trained_has_not(tmp_path: Path) -> None:
-    plain = trained(tmp_path, "plain")
-    strong = trained(tmp_path, "strong", policy_gain=2.0)
-    for name, array in with_gain(plain.arrays, 2.0).items():
-        np.testing.assert_array_equal(strong.arrays[name], array, err_msg=name)
+@pytest.mark.parametrize("gain", [0.5, 1.0, 3.0])
+def test_modes_and_spread_are_those_without_it_times_the_gain(tmp_path: Path, gain: float) -> None:
+    config = config_from({"env_id": "Drift-v0", "n_envs": 4, "n_steps": 16, "batch_size": 32})
+    model = build_model(config, TrainingRows(make("Drift-v0", {}, 4)))
+    model.learn(256)
+    plain, before = acting(model)(SEEN), str(model.policy.state_dict())
+    spread = model.policy.log_std.exp().tolist()
+    with stronger(model, gain):
+        strong = acting(model)(SEEN)
+        save_policy(model, config, tmp_path / "policy")
+    assert str(model.policy.state_dict()) == before
+    np.testing.assert_array_equal(acting(model)(SEEN), plain)
+    inside = np.abs(plain) < 1.0
+    np.testing.assert_allclose(strong[inside], np.clip(gain * plain, -1.0, 1.0)[inside], 1e-5, 1e-7)
+    np.testing.assert_allclose(load(tmp_path / "policy").predict(SEEN)[0], strong, 1e-5, 1e-5)
+    saved, _ = load_tensors(tmp_path / "policy" / "policy.safetensors", 10**6)
+    np.testing.assert_allclose(np.exp(saved["log_std"]), gain * np.array(spread), rtol=1e-6)
 
 
 @pytest.mark.parametrize(
     "entries",
     [{"env_id": "RigidEnvs/BallGrid-v0"}, {"algo": "sac"}, {"algo": "dqn"}],
 )
-def test_other_policies_have_none(tmp_path: Path, entries: dict[str, object]) -> None:
+def test_other_policies_have_none(tmp_path: Path, entries: dict[str, Any]) -> None:
     values = {"log_dir": str(tmp_path), "env_id": "RigidEnvs/BallPark-v0"} | entries
     if entries.get("algo") == "dqn":
         values["env_id"] = "RigidEnvs/BallGrid-v0"

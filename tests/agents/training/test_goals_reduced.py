@@ -8,8 +8,8 @@ import pytest
 
 from agents.config.entries import config_from
 from agents.environments import make
-from agents.policies import load_policy
 from agents.training.trainer import train
+from rigid_envs import load
 from tests.agents.sessions import SMALL
 
 OF_PPO = ("n_steps", "batch_size", "n_epochs")
@@ -44,7 +44,7 @@ def test_the_policy_reads_the_observation_and_not_the_goals(
     tmp_path: Path, values: dict[str, Any]
 ) -> None:
     outcome = train(config_from(few(log_dir=str(tmp_path), **values)), quiet=True)
-    policy = load_policy(outcome.folder / "best_model")
+    policy = load(outcome.folder / "best_model")
     venv = make("RigidEnvs/BallParkGoal-v0", {"frame": "reduced"}, 5)
     observation, _ = venv.reset(seed=0)
     venv.close()

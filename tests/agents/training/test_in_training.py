@@ -9,9 +9,9 @@ import pytest
 
 from agents.config.entries import config_from
 from agents.environments import TrainingRows, make
-from agents.policies import load_policy
 from agents.training.trainer import train
 from agents.training.validation import Validation
+from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from tests.agents.drift import Drift
 
@@ -44,7 +44,7 @@ def test_they_change_what_is_learnt_and_not_what_is_evaluated(tmp_path: Path) ->
     for key, column in evaluations(plain).items():  # of the same policy, which did not learn
         np.testing.assert_array_equal(column, evaluations(priced)[key])
     policies = [
-        load_policy(trained(tmp_path, name, train_kwargs=keywords) / "last_model")
+        load(trained(tmp_path, name, train_kwargs=keywords) / "last_model")
         for name, keywords in (("a", {}), ("b", {"weight_effort": 9.0}), ("c", {"dt": 0.01}))
     ]
     assert {str(policy.document["env_kwargs"]) for policy in policies} == {"{}"}
@@ -109,8 +109,7 @@ def test_the_bonus_is_paid_in_the_steps_that_succeed() -> None:
 
 def test_a_price_changes_what_is_learnt_and_goes_along_a_line(tmp_path: Path) -> None:
     plain, priced = (
-        load_policy(trained(tmp_path, str(price), cost_price=price) / "last_model")
-        for price in (0.0, 5.0)
+        load(trained(tmp_path, str(price), cost_price=price) / "last_model") for price in (0.0, 5.0)
     )
     assert (plain.arrays["layers.0.weight"] != priced.arrays["layers.0.weight"]).any()
     config = config_from({**SHORT, "total_timesteps": 1000, "cost_price": [1.0, 3.0]})

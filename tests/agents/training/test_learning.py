@@ -7,8 +7,8 @@ import pytest
 
 from agents.config.entries import config_from
 from agents.evaluation.reports import evaluate
-from agents.policies import load_policy
 from agents.training.trainer import train
+from rigid_envs import load
 
 EASY: dict[str, dict[str, Any]] = {
     "choices": {
@@ -45,7 +45,7 @@ def test_learning_beats_chance_by_far(tmp_path: Path, name: str) -> None:
         config_from(values | {"log_dir": str(tmp_path), "eval_episodes": 10}), quiet=True
     )
     env_id, env_kwargs = values["env_id"], values["env_kwargs"]
-    policy = load_policy(outcome.folder / "last_model")
+    policy = load(outcome.folder / "last_model")
     learnt = evaluate(policy, env_id, 200, env_kwargs=env_kwargs)
     chance = evaluate(None, env_id, 200, env_kwargs=env_kwargs)
     # Measured: 100 % of choices and 67 % of goals, chance 4 % and 2 %.

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from agents.config.entries import config_from
-from agents.policies import load_policy
 from agents.training.trainer import train
+from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 
 SHORT: dict[str, Any] = {
@@ -27,7 +27,7 @@ def test_the_spread_falls_by_equal_factors(tmp_path: Path) -> None:
     config = config_from(
         SHORT | {"log_dir": str(tmp_path), "total_timesteps": 192, "action_std": [0.8, 0.1]}
     )
-    policy = load_policy(train(config, quiet=True).folder / "last_model")
+    policy = load(train(config, quiet=True).folder / "last_model")
     # the last of three updates began after two thirds of the run
     expected = math.log(0.8) + 2 / 3 * math.log(0.1 / 0.8)
     np.testing.assert_allclose(policy.arrays["log_std"], expected, rtol=1e-6)

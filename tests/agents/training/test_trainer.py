@@ -13,12 +13,12 @@ import torch
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.entries import config_from
-from agents.policies import load_policy
 from agents.storage.runs import create_run
 from agents.training import trainer
 from agents.training import validation as clock
 from agents.training.trainer import Trainer, train
 from agents.training.validation import Clock, Progress, Spent
+from rigid_envs import load
 from tests.agents.sessions import SMALL
 
 
@@ -94,8 +94,8 @@ def test_the_best_policy_stays_until_there_is_a_better_one(tmp_path: Path) -> No
     frozen = {"learning_rate": [0.0, 0.0], "total_timesteps": 512 * 4, "eval_every": 512}
     config = config_from({**SMALL, **frozen, "log_dir": str(tmp_path)})
     run = train(config, quiet=True).folder
-    assert load_policy(run / "best_model").document["timesteps"] == 512
-    assert load_policy(run / "last_model").document["timesteps"] == 512 * 4
+    assert load(run / "best_model").document["timesteps"] == 512
+    assert load(run / "last_model").document["timesteps"] == 512 * 4
 
 
 def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(
@@ -132,8 +132,8 @@ def test_the_best_policy_is_the_first_of_the_best_evaluation(tmp_path: Path) -> 
         ages = file["timesteps"].tolist()
     ranked = [tuple(map(float, score)) for score in scores]
     first = ages[ranked.index(max(ranked))]
-    assert load_policy(run / "best_model").document["timesteps"] == first
-    assert load_policy(run / "last_model").document["timesteps"] == 512 * 20
+    assert load(run / "best_model").document["timesteps"] == first
+    assert load(run / "last_model").document["timesteps"] == 512 * 20
 
 
 def test_logged_evaluations_are_those_of_the_file(tmp_path: Path) -> None:
@@ -145,7 +145,7 @@ def test_logged_evaluations_are_those_of_the_file(tmp_path: Path) -> None:
     with np.load(run / "evaluations.npz") as file:
         for column, key in names.items():
             np.testing.assert_allclose([float(r[column]) for r in logged], file[key].mean(axis=1))
-    assert load_policy(run / "best_model").document["seed"] == 5
+    assert load(run / "best_model").document["seed"] == 5
 
 
 def test_episodes_are_logged_at_the_age_of_all_rows_together(tmp_path: Path) -> None:
