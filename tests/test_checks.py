@@ -1,47 +1,20 @@
 """Refusals have one grammar: `name = value; expected what it can be: how to mend it`."""
 
-import importlib
-import inspect
 import math
-import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import rigid_envs
 from rigid_envs.base import checks
 from rigid_envs.mechanics import bodies, rotations
-from rigid_envs.systems.dynamic_ball import closed_forms as ball_on_plate
-from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.free_body import closed_forms as free_body
 from rigid_envs.systems.free_body.controllers import QuaternionPD
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top import closed_forms as heavy_top
-from rigid_envs.systems.heavy_top.system import HeavyTop
-from rigid_envs.systems.roller import closed_forms as roller
-from rigid_envs.systems.roller.system import Roller
-from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.rolling_ball.system import RollingBall
-from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
-from rigid_envs.systems.rolling_disk.system import RollingDisk
-from rigid_envs.systems.upright_coin import closed_forms as upright_coin
-from rigid_envs.systems.upright_coin.system import UprightCoin
+from tests.refusals import NO_NUMBERS, NO_SCALARS, refusal
 
-SYSTEMS = (DynamicBall, FreeBody, HeavyTop, Roller, RollingBall, RollingDisk, UprightCoin)
-NAME = r"[A-Za-z][\w.]*(\([\w.]+\))?(\[[^\]]*\])?"
-GRAMMAR = re.compile(rf"([^;]+: )?{NAME} (= .+|has shape \([\d, ]*\)); expected [^;]+", re.DOTALL)
-NO_NUMBERS = [True, np.True_, math.nan, math.inf, "1", None, 1j, [[1.0], [1.0, 2.0]]]
-NO_SCALARS = [*NO_NUMBERS, [1.0], np.ones(2)]
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
-
-
-def refusal(call, *args, **kwargs):
-    with pytest.raises(ValueError) as refused:
-        call(*args, **kwargs)
-    text = str(refused.value)
-    assert GRAMMAR.fullmatch(text), text
-    return text
 
 
 # The checks
@@ -168,195 +141,3 @@ def test_control_characters_are_shown_and_not_obeyed():
 
 def test_a_message_shows_no_more_of_a_value_than_fits():
     assert len(refusal(checks.number, list(range(10_000)), "x")) < 400
-
-
-# Public functions and constructors
-
-GOOD = {  # arguments of the closed forms, by name
-    "t": 0.5, "u": 0.5, "sn": 0.6, "cn": 0.8, "dn": 0.9, "m1": 0.5, "nu": 0.5,
-    "moments": (1.0, 2.0, 3.0), "omega0": (0.1, 1.0, 0.2), "q0": UPRIGHT, "spin": 1.0,
-    "i_perp": 0.25, "i3": 0.5, "mgl": 1.0, "omega3": 1.0, "theta": 1.2, "precession": 0.5,
-    "m": 1.0, "radius": 1.0, "g": 9.8, "beta": 0.4, "slope": 0.1, "height": 1.0, "mu": 0.3,
-    "curvature": 0.3, "s0": 0.1, "v0": 0.2, "place": (0.1, 0.2), "tilt": 0.1,
-    "turntable_rate": 0.3, "circle_radius": 2.0, "rate": 0.3, "phase": 0.1, "twist": 0.1,
-    "displacement": (0.1, 0.2), "displacements": ((0.1, 0.2), (0.3, 0.1)), "speed": 1.0,
-    "segments": ((1.0, 0.0, 0.1, 2.0),), "heading_acceleration": 0.1, "spin_per_rate": 0.1,
-    "phi_rate": 0.1, "psi_rate": 0.2, "theta_rate": 0.1, "torques": (0.1, 0.2), "heading": 0.1,
-    "steering_rate": 0.2, "contact_radius": 3.0, "amplitudes": (0.1, 0.2), "c1": 0.1, "c2": 0.2,
-    "frequencies": (1.0, 2.0), "state": (0.0, 0.0, 0.0, 0.0), "depth": 2,
-    "p_phi": 0.1, "p_psi": 0.2, "phi": 0.1, "psi": 0.2,
-}  # fmt: skip
-OTHERS = {  # where a name means something else
-    ("dynamic_ball", "omega"): (0.1, 0.2, 0.3), ("dynamic_ball", "velocity"): (0.1, 0.2),
-    ("roller", "velocity"): (1.0, 0.2), ("roller", "omega"): (0.1, 0.2, 0.3),
-    ("symmetric_cones", "moments"): (1.0, 1.0, 2.0),
-    ("symmetric_rates", "moments"): (1.0, 1.0, 2.0),
-    ("roll_wheel", "omega"): 0.5, ("homoclinic_tilt", "omega3"): 0.2,
-    ("rolling_threshold", "omega"): 0.5, ("dynamic_ball", "spin"): 0.1,
-}  # fmt: skip
-NOT_CHECKED = {"fields", "first", "second", "growth", "dimension"}  # functions and their results
-MAY_BE_NAN = {("nutation_frequency", "precession")}
-ROOMS = (ball_on_plate, free_body, heavy_top, roller, rolling_ball, rolling_disk, upright_coin)
-CLOSED_FORMS = [
-    (room, name)
-    for room in ROOMS
-    for name in room.__all__
-    if inspect.isfunction(getattr(room, name))
-    and not NOT_CHECKED & set(inspect.signature(getattr(room, name)).parameters)
-]
-
-
-def good_value(room, function, name):
-    key = room.__name__.split(".")[2]  # the system
-    return OTHERS.get((function, name), OTHERS.get((key, name), GOOD.get(name)))
-
-
-@pytest.mark.parametrize(("room", "function"), CLOSED_FORMS)
-def test_closed_forms_refuse_what_is_no_number(room, function):
-    call = getattr(room, function)
-    good = {name: good_value(room, function, name) for name in inspect.signature(call).parameters}
-    call(**good)
-    for name, value in good.items():
-        if (function, name) in MAY_BE_NAN:
-            continue
-        bad_values = [*NO_NUMBERS] + ([np.ones((2, 5))] if np.ndim(value) else [])
-        for bad in bad_values:
-            text = refusal(call, **{**good, name: bad})
-            assert re.match(rf"{name}\b", text), text
-
-
-def test_all_closed_forms_are_tried():
-    folder = Path(rigid_envs.__file__).parent / "systems"
-    assert {room.__name__.split(".")[2] for room in ROOMS} == {
-        file.parent.name for file in folder.glob("*/closed_forms.py")
-    }
-    assert len(CLOSED_FORMS) > 50
-
-
-ATTITUDE = {
-    "q": UPRIGHT, "p": UPRIGHT, "v": (1.0, 2.0, 3.0), "R": np.eye(3), "euler": (0.1, 0.2, 0.3),
-    "rotation_vector": (0.1, 0.2, 0.3), "axis": (0.0, 0.0, 1.0), "angle": 0.1, "t": 0.5,
-    "skew": np.zeros((3, 3)), "rot6d": (1.0, 0.0, 0.0, 0.0, 1.0, 0.0), "tensor": np.eye(3),
-    "rates": (0.1, 0.2, 0.3), "omega_body": (0.1, 0.2, 0.3), "omega_world": (0.1, 0.2, 0.3),
-    "v_body": (0.1, 0.2, 0.3), "v_world": (0.1, 0.2, 0.3), "rate_body": (0.1, 0.2, 0.3),
-    "rate_world": (0.1, 0.2, 0.3),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", sorted({*rotations.__all__} - {"identity", "random_quaternion"}))
-def test_rotations_refuse_what_is_no_number(name):
-    call = getattr(rotations, name)
-    good = {parameter: ATTITUDE[parameter] for parameter in inspect.signature(call).parameters}
-    call(**good)
-    for parameter, value in good.items():
-        for bad in [*NO_NUMBERS] + ([np.ones((2, 5))] if np.ndim(value) else []):
-            assert refusal(call, **{**good, parameter: bad}).startswith(parameter)
-
-
-SOLIDS = [
-    name
-    for name in bodies.__all__
-    if inspect.isfunction(call := getattr(bodies, name))
-    and inspect.signature(call).parameters
-    and all(p.annotation is float for p in inspect.signature(call).parameters.values())
-]
-
-
-@pytest.mark.parametrize("name", SOLIDS)
-def test_bodies_refuse_what_is_no_number(name):
-    call = getattr(bodies, name)
-    good = {parameter: 1.0 for parameter in inspect.signature(call).parameters}
-    call(**good)
-    for parameter in good:
-        for bad in [*NO_SCALARS, -1.0]:
-            assert refusal(call, **{**good, parameter: bad}).startswith(f"{parameter} = ")
-
-
-@pytest.mark.parametrize("system_type", SYSTEMS)
-def test_systems_refuse_what_is_no_number(system_type):
-    for parameter in system_type.parameter_names():
-        for bad in NO_SCALARS:
-            assert refusal(system_type, **{parameter: bad}).startswith(f"{parameter} = ")
-    for bad in [*NO_NUMBERS, np.ones(99)]:
-        assert refusal(system_type().rhs, bad)[0] in "yq"
-        if bad is not None:
-            assert refusal(system_type().rhs, system_type().state(), bad)[0] == "u"
-        assert refusal(system_type().advance, system_type().state(), None, bad).startswith("dt")
-
-
-BODY, TOP, BALL, PLATE = FreeBody(1.0, 2.0, 3.0), HeavyTop(), RollingBall(), DynamicBall()
-LAWS = {
-    "free_body.SpinRegulator": (BODY, {"rate": 1.0, "torque": 0.2, "dt": 0.1, "input_weight": 0.1}),
-    "free_body.SingleTorque": (BODY, {"rate": 1.0, "torque": 0.2, "strength": 3.0}),
-    "free_body.EnergyCasimir": (BODY, {"rate": 1.0, "torque": 0.2, "strength": 3.0}),
-    "free_body.ForcedFlip": (BODY, {"rate": 1.0, "torque": 0.2, "gain": 4.0}),
-    "free_body.TimedFlip": (BODY, {"rate": 1.0, "torque": 0.2, "margin": 0.03, "gain": 4.0}),
-    "free_body.SeparatrixSteering": (BODY, {"rate": 1.0, "torque": 0.1, "dt": 0.1, "gain": 7.5}),
-    "free_body.QuaternionPD": (BODY, {"torque": 0.5, "stiffness": 6.0}),
-    "free_body.MomentumBrake": (BODY, {"impulse": 0.3}),
-    "free_body.MomentumRegulator": (
-        BODY,
-        {"impulse": 0.3, "weight_momentum": 1.0, "weight_impulse": 1.0},
-    ),
-    "heavy_top.UprightBalance": (TOP, {"limit": 0.3, "dt": 0.05}),
-    "heavy_top.PivotBalance": (TOP, {"limit": 3.0, "dt": 0.05}),
-    "heavy_top.AsymmetricBalance": (TOP, {"torque": 0.3, "dt": 0.05, "fastest": 2.0}),
-    "dynamic_ball.PlateRegulator": (
-        PLATE,
-        {"tilt_rate": 0.4, "dt": 0.05, "input_weight": 1.0, "farthest": 1.0},
-    ),
-    "dynamic_ball.PushAlong": (PLATE, {"force": 3.0, "dt": 0.1, "share": 0.98, "rate": 2.0}),
-    "rolling_disk.CircleRegulator": (
-        RollingDisk(),
-        {"torque": 3.0, "dt": 0.05, "input_weight": 1e-5},
-    ),
-    "upright_coin.TwoRolls": (
-        UprightCoin(),
-        {"roll_per_step": 0.2, "steer_per_step": 0.2, "directions": 180},
-    ),
-    "rolling_ball.DampedFollower": (BALL, {"rate": 2.8, "gain": 0.6, "turn": 1.2}),
-    "rolling_ball.FarSightedFollower": (BALL, {"rate": 2.8, "dt": 0.1, "input_weight": 0.03}),
-    "rolling_ball.QuarterRolls": (BALL, {"reach": 2}),
-    "roller.Pump": (Roller(curvature=0.3), {"beta_change": 0.3, "dt": 0.05}),
-    "predictive.PathIntegral": (
-        None,
-        {"n_samples": 8, "horizon": 3, "spread": 0.5, "correlation": 0.0},
-    ),
-    "predictive.CrossEntropyChoices": (
-        None,
-        {"n_samples": 8, "horizon": 3, "n_choices": 4, "mixing": 0.1},
-    ),
-}
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_controllers_refuse_what_is_no_number(law):
-    place, name = law.split(".")
-    system, good = LAWS[law]
-    module = f"control.{place}" if system is None else f"systems.{place}.controllers"
-    make = getattr(importlib.import_module(f"rigid_envs.{module}"), name)
-    first = () if system is None else (system,)
-    make(*first, **good)
-    for parameter in good:
-        for bad in [*NO_SCALARS, -1.0]:
-            assert refusal(make, *first, **{**good, parameter: bad}).startswith(f"{parameter} = ")
-
-
-EMPTY = [[], (), np.array([]), np.ones(2)]
-SCALARS = {
-    "tilt", "turntable_rate", "spin", "slope", "v0", "speed", "theta"
-}  # fmt: skip
-ONE_NUMBER = [
-    (room, function, name)
-    for room, function in CLOSED_FORMS
-    for name, parameter in inspect.signature(getattr(room, function)).parameters.items()
-    if parameter.annotation in ("float", float) and name in SCALARS
-]
-
-
-@pytest.mark.parametrize(("room", "function", "name"), ONE_NUMBER)
-def test_a_sequence_is_no_number(room, function, name):
-    call = getattr(room, function)
-    good = {key: good_value(room, function, key) for key in inspect.signature(call).parameters}
-    for bad in EMPTY:
-        assert refusal(call, **{**good, name: bad}).startswith(f"{name} = ")

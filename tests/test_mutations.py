@@ -225,7 +225,7 @@ def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it() -> None:
     try:
         file = "rigid_envs/mechanics/special.py"
         before = (ROOT / file).read_bytes()
-        reach = Reach(ROOT, ("tests/analytic/test_elliptic.py",), copy.python)
+        reach = Reach(ROOT, ("tests/mechanics/test_special.py",), copy.python)
         changes = {c.what: c for c in changes_of(before.decode(), file) if c.function == "jacobi"}
         trial = copy.noticed(changes["cn / dn -> cn * dn"], reach)
         assert trial.test.startswith("test_") and 0 < trial.reached < len(reach.seconds)

@@ -1,7 +1,7 @@
 """Time of a shortest path home, beside SciPy's SLSQP on a polygon of 24 sides from one guess.
 
 Run as a program: ``python -m tests.benchmarks.shortest_path_speed``. Both are asked in turns, for
-the poses of tests/control/test_shortest_path.py. SLSQP finds a local minimum: one guess is rarely
+the poses of test_shortest_path.py. SLSQP finds a local minimum: one guess is rarely
 enough for the shortest.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.systems.rolling_ball.shortest_path import shortest_path
-from tests.control.test_shortest_path import FEW, HOME, best_polygon, poses
+from tests.systems.rolling_ball.test_shortest_path import FEW, HOME, best_polygon, poses
 
 
 def seconds(

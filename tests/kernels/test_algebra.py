@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rigid_envs.engine import algebra
-from tests.rotations.attitudes import ULPS, quaternions, scipy_of, vectors
+from tests.mechanics.attitudes import ULPS, quaternions, scipy_of, vectors
 
 
 def row(array):

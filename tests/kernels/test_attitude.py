@@ -9,8 +9,8 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation
 
 from rigid_envs.engine import publication as attitude
+from tests.mechanics.attitudes import ULPS, quaternions, scipy_of
 from tests.reference import cases
-from tests.rotations.attitudes import ULPS, quaternions, scipy_of
 
 
 def row(array):

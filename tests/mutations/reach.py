@@ -22,7 +22,7 @@ class Room(NamedTuple):
 
     Attributes:
         files: Patterns of source files, from the package.
-        tests: Test files and folders of tests.
+        tests: Test files and folders of tests, or patterns of them.
     """
 
     files: tuple[str, ...]
@@ -30,18 +30,30 @@ class Room(NamedTuple):
 
 
 ROOMS = {
-    "bodies": Room(("mechanics/bodies/*.py",), ("tests/bodies",)),
+    "bodies": Room(
+        ("mechanics/bodies/*.py",), ("tests/mechanics/bodies", "tests/mechanics/test_laws.py")
+    ),
     "closed forms": Room(
-        ("systems/*/closed_forms.py", "mechanics/special.py"), ("tests/analytic",)
+        ("systems/*/closed_forms.py", "mechanics/special.py"),
+        (
+            *("tests/systems/**/test_closed_forms.py", "tests/mechanics/test_special.py"),
+            "tests/mechanics/test_laws.py",
+        ),
     ),
     "control": Room(
         (
             *("control/*.py", "systems/*/controllers.py"),
             *("systems/rolling_ball/shortest_path.py", "systems/free_body/saddle.py"),
         ),
-        ("tests/control",),
+        (
+            *("tests/control/test_*.py", "tests/systems/*/test_*controllers.py"),
+            *("tests/systems/upright_coin/test_tasks.py", "tests/systems/roller/test_tasks.py"),
+            "tests/systems/rolling_ball/test_[grs]*.py",
+        ),
     ),
-    "planning": Room(("control/planning/*.py",), ("tests/planning", "tests/scores/test_plans.py")),
+    "planning": Room(
+        ("control/planning/*.py",), ("tests/control/planning", "tests/scores/test_plans.py")
+    ),
     "scores": Room(
         ("scores/*.py",),
         (
@@ -79,7 +91,7 @@ ROOMS = {
             *("tests/test_checks.py", "tests/test_core.py", "tests/test_extending.py"),
             *("tests/test_files.py", "tests/test_registry.py", "tests/test_tensorfile.py"),
             *("tests/test_workers.py", "tests/envs", "tests/tasks/test_fields.py"),
-            *("tests/tasks/test_not_a_number.py", "tests/cli/test_compiling.py"),
+            *("tests/tasks/test_ground.py", "tests/cli/test_compiling.py"),
             *(
                 "tests/test_documents.py",
                 "tests/test_provenance.py",
@@ -205,9 +217,8 @@ class Reach:
 def _test_files(root: Path, paths: Sequence[str]) -> list[Path]:
     """Test files of folders, in order."""
     files = []
-    for path in paths:
-        inside = sorted((root / path).rglob("test_*.py"))
-        files += inside or [root / path]
+    for path in (found for pattern in paths for found in sorted(root.glob(pattern))):
+        files += sorted(path.rglob("test_*.py")) or [path]
     return files
 
 

@@ -1,5 +1,7 @@
-"""Named quantities of a state, against their definitions in plain NumPy and SciPy."""
+"""Named quantities and contact forces of a state, against their definitions and closed values."""
 
+import dataclasses
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -7,8 +9,17 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.dynamic_ball import dynamics as dynamic_ball
+from rigid_envs.systems.dynamic_ball.dynamics import LEVEL
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.rolling_ball.system import RollingBall
+from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
+from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.systems.examples import (
     BODY,
     COIN,
@@ -54,29 +65,6 @@ def test_angular_velocity_and_momentum_are_turned_into_the_world(system):
     close(system.omega_world(y), np.einsum("nij,nj->ni", matrices(y), omega))
     close(system.L_body(y), moments * omega)
     close(system.L_world(y), np.einsum("nij,nj->ni", matrices(y), moments * omega))
-
-
-def test_energies_are_the_textbook_ones():
-    y = states(BODY, np.random.default_rng(3), 20)
-    kinetic = 0.5 * (1.1 * y[:, 4] ** 2 + 1.7 * y[:, 5] ** 2 + 2.3 * y[:, 6] ** 2)
-    close(BODY.kinetic_energy(y), kinetic)
-    close(BODY.invariants(y)["energy"], kinetic)
-    y = states(TOP, np.random.default_rng(4), 20)
-    kinetic = 0.5 * (1.3 * y[:, 4] ** 2 + 1.1 * y[:, 5] ** 2 + 0.6 * y[:, 6] ** 2)
-    potential = 0.8 * 9.5 * 0.13 * matrices(y)[:, 2, 2]
-    close(TOP.energy(y), kinetic + potential)
-    close(TOP.invariants(y)["energy"], kinetic + potential)
-
-
-def test_momenta_among_the_invariants_are_those_of_the_accessors():
-    y = states(BODY, np.random.default_rng(5), 20)
-    found, L = BODY.invariants(y), BODY.L_world(y)
-    close(found["L_squared"], np.sum(BODY.L_body(y) ** 2, axis=-1))
-    close(np.stack([found[f"L_world_{k}"] for k in "xyz"], axis=-1), L)
-    y = states(TOP, np.random.default_rng(6), 20)
-    found = TOP.invariants(y)
-    close(found["L_vertical"], TOP.L_world(y)[:, 2])
-    close(found["L_spin"], TOP.L_body(y)[:, 2])
 
 
 def test_the_tilt_keeps_its_digits_near_both_poles():
@@ -272,3 +260,112 @@ def test_the_rate_bound_is_attained():
     assert body.rate_bound(body.state(omega_body=(3.0, 0.0, 0.0)), np.zeros(3), 9.0) == 3.0
     pushed = body.rate_bound(body.state(), np.array([0.5, 0.0, 0.0]), 2.0)
     assert pushed == pytest.approx(1.0, rel=1e-15)
+
+
+ROLLING = (DISK, PLATE, COIN, ROLLER)
+
+
+def test_the_force_of_a_level_plate_is_that_of_any_plate():
+    rng = np.random.default_rng(75)
+    y, u = states(PLATE, rng, 50), inputs(PLATE, rng, 50)
+    y[:, 9:], u[:, 2:] = 0.0, 0.0
+    p = PLATE.parameters
+    for row, force, expected in zip(y, u, PLATE.contact_force(y, u), strict=True):
+        kinds = (dynamic_ball.State(*row), dynamic_ball.Input(*force), dynamic_ball.Parameters(*p))
+        found = LEVEL.force(*kinds)
+        np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize("system", ROLLING, ids=name_of)
+def test_slip_is_judged_by_the_coefficient_of_the_system(system):
+    rng = np.random.default_rng(76)
+    y, u = states(system, rng, 20), inputs(system, rng, 20)
+    held = np.isfinite(system.needed_friction(y, u))
+    y, u = y[held][0], u[held][0]
+    needed = float(system.needed_friction(y, u))
+    assert not dataclasses.replace(system, mu=1.001 * needed).slips(y, u)
+    assert dataclasses.replace(system, mu=0.999 * needed).slips(y, u)
+    assert not dataclasses.replace(system, mu=0.0).slips(y, u, mu=2.0 * needed)
+    with pytest.raises(ValueError, match=r"^mu = -0\.1; expected a finite number of at least 0"):
+        dataclasses.replace(system, mu=-0.1)
+
+
+def test_a_disk_on_a_steady_circle_needs_the_friction_of_the_circle_of_its_centre():
+    disk = RollingDisk.uniform(1.3, 0.4)
+    theta, around = 1.2, 2.0
+    steady = rolling_disk.steady_circle(
+        theta, contact_radius=around, m=1.3, radius=0.4, i_perp=disk.I1, i3=disk.I3, g=disk.g
+    )
+    y = disk.state(
+        q=rotations.quaternion_from_euler((0.0, theta, 0.0)),
+        omega_body=(0.0, steady.precession * math.sin(theta), steady.omega3),
+    )
+    assert disk.normal_force(y) == pytest.approx(disk.m * disk.g, rel=1e-12)
+    assert disk.needed_friction(y) == pytest.approx(
+        abs(steady.centre_radius) * steady.precession**2 / disk.g, rel=1e-12
+    )
+
+
+@pytest.mark.parametrize(("beta", "share"), [(0.4, 2.0 / 7.0), (2.0 / 3.0, 0.4), (0.0, 0.0)])
+def test_a_ball_on_a_tilted_plate_needs_beta_over_one_plus_beta_of_the_slope(beta, share):
+    ball = DynamicBall(beta=beta)
+    for alpha in (0.05, -0.4, 1.2):
+        y = ball.state(tilt=(alpha, 0.0))
+        assert ball.needed_friction(y) == pytest.approx(share * abs(math.tan(alpha)), abs=1e-14)
+        assert ball.normal_force(y) == pytest.approx(9.81 * math.cos(alpha), rel=1e-14)
+
+
+def test_a_jerked_plate_falls_away_from_under_the_ball():
+    ball, u = DynamicBall(m=1.5), (0.0, 0.0, 10.0, 0.0)
+    for Y in (-2.0, 0.5):  # z = Y sin(alpha_x): the plate accelerates by 10 Y
+        y = ball.state(position=(0.0, Y))
+        assert ball.normal_force(y, u) == pytest.approx(1.5 * (9.81 + 10.0 * Y), rel=1e-12)
+    falling = ball.state(position=(0.0, -2.0))
+    assert ball.needed_friction(falling, u) == np.inf
+    assert ball.slips(falling, u, mu=1e9)
+
+
+def test_an_upright_coin_needs_the_friction_of_its_curve_and_of_its_slope():
+    coin = UprightCoin(m=2.0, radius=0.5, I1=0.125, I3=0.25)
+    turning = coin.state(q=coin.attitude(0.7, 0.0), steer_rate=1.5, roll_rate=4.0)
+    assert coin.needed_friction(turning) == pytest.approx(0.5 * 1.5 * 4.0 / 9.81, rel=1e-14)
+    assert coin.normal_force(turning) == pytest.approx(2.0 * 9.81, rel=1e-15)
+    slope = UprightCoin(m=2.0, radius=0.5, I1=0.125, I3=0.25, slope=0.3)
+    down = slope.state(q=slope.attitude(np.pi, 0.0))  # a disk rolls with a third of the friction
+    assert slope.needed_friction(down) == pytest.approx(math.tan(0.3) / 3.0, rel=1e-12)
+
+
+def test_a_disk_that_is_thrown_over_lifts_off():
+    # Upright, tipping at theta': z = radius sin(theta), so N = m (g - radius theta'^2)
+    disk = RollingDisk.uniform(2.0, 0.5)
+    for rate in (1.0, 4.0, 5.0):
+        y = disk.state(
+            q=rotations.quaternion_from_euler((0.0, 0.5 * np.pi, 0.0)), omega_body=(rate, 0, 0)
+        )
+        expected = 2.0 * (9.81 - 0.5 * rate**2)
+        assert disk.normal_force(y) == pytest.approx(expected, rel=1e-12)
+        assert bool(disk.slips(y, mu=10.0)) == (expected < 0.0)
+
+
+def test_a_roller_says_the_same_as_before_and_takes_another_coefficient():
+    roller = Roller(beta=0.5, slope=0.5, mu=0.1)
+    y = roller.state()
+    assert roller.needed_friction(y) == pytest.approx(math.tan(0.5) / 3.0, rel=1e-14)
+    assert roller.normal_force(y) == pytest.approx(9.81 * math.cos(0.5), rel=1e-15)
+    assert roller.slips(y)
+    assert not roller.slips(y, mu=0.2)
+    hill = Roller(curvature=-1.0)
+    assert hill.slips(hill.state(velocity=4.0))  # 16 m/s^2 bend it less than g
+
+
+@pytest.mark.parametrize("system", ROLLING, ids=name_of)
+def test_forces_of_many_states_have_their_shape_and_are_named_quantities(system):
+    rng = np.random.default_rng(73)
+    y, u = states(system, rng, 3, 2), inputs(system, rng, 3, 2)
+    for call in (system.normal_force, system.needed_friction):
+        assert call(y, u).shape == (3, 2)
+        np.testing.assert_array_equal(system.accessors[call.__name__](y), call(y))
+    assert system.slips(y, u, mu=0.5).shape == (3, 2)
+    with pytest.raises(ValueError, match=r"^mu = -0\.1; expected a finite number of at least 0"):
+        system.slips(y, u, mu=-0.1)
+    assert not hasattr(RollingBall, "needed_friction")

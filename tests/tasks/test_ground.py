@@ -1,4 +1,4 @@
-"""Friction as a parameter of a task: drawn, given, observed; or that of the system."""
+"""Friction as a parameter of a task, and rewards that would be no numbers."""
 
 import dataclasses
 import inspect
@@ -9,6 +9,7 @@ import pytest
 
 from rigid_envs.base.settings import setting
 from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
+from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.starts import start_from
 from rigid_envs.tasks.task import Task
@@ -75,3 +76,28 @@ def test_a_task_need_not_name_every_parameter_of_its_system():
     assert core.system_parameters(0)["mu"] == 1.0
     with pytest.raises(ValueError, match="mu"):
         start_from(task, 3, None, {"mu": 0.5})
+
+
+def test_a_top_without_spin_has_a_goal_of_zero_and_an_error_that_is_a_number():
+    env = gym.make("RigidEnvs/TopPrecession-v0", branch="fast")
+    env.reset(seed=0, options={"state": {"q": [1.0, 0, 0, 0], "omega_body": [0.0, 0, 0]}})
+    _, reward, terminated, _, info = env.step(np.zeros(2, dtype=np.float32))
+    assert not terminated
+    assert np.isfinite(reward)
+    assert info["reward/rate"] == 1.0  # it does not precess, as it should not
+
+
+def test_a_reward_that_is_no_number_is_a_physics_error():
+    env = gym.make("RigidEnvs/DiskRoll-v0").unwrapped
+    rolling = RollingDisk().state(omega_body=(0.0, 0.0, 2.0))  # straight on
+    env.reset(seed=0, options={"state": {"q": rolling[:4], "omega_body": rolling[4:7]}})
+    goal = env._core._slots.aux + env.task.aux_names.index("goal_curvature")
+    env._core._write(np.zeros(1, dtype=np.int64), goal, 0.0)  # the error is relative: 0 / 0
+    with pytest.raises(ValueError, match="goal_curvature"):  # which is why no state may have it
+        env.set_state(env.get_state())
+    observation, reward, terminated, _, info = env.step(np.zeros(1, dtype=np.float32))
+    assert terminated
+    assert info["physics_error"]
+    assert reward == 0.0
+    assert np.isfinite(observation).all()
+    assert all(np.isfinite(value) for value in info.values())

@@ -1,0 +1,192 @@
+"""The ball on its plate against reference cases, Newton's law with multipliers, a million steps."""
+
+import math
+from operator import itemgetter
+
+import numpy as np
+import pytest
+
+from rigid_envs.mechanics.laws import EPS, matrices
+from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from tests.reference import cases
+from tests.systems.measures import (
+    is_level,
+    random_attitude,
+    refined,
+    sample_steps,
+    through,
+)
+from tests.systems.multipliers import ball_on_plate, pack
+
+BETA = {"solid_sphere": 0.4, "hollow_sphere": 2.0 / 3.0}
+
+
+def ball_of(case):
+    given = case["in"]
+    rate = given.get("Omega", 0.0)
+    return DynamicBall(
+        radius=given["a"], beta=BETA[given["beta"]], g=given["g"], turntable_rate=rate
+    )
+
+
+def plate_of(case):
+    """Angles and rates of the plate at the start, input of time, and where O is at a time."""
+    given, still = case["in"], lambda t: np.zeros((len(t), 3))
+    match given["plate"]:
+        case "tilting":
+            size, rate, phase = given["al0"], given["nu"], given["phase"]
+
+            def tilted(t):
+                return (0.0, 0.0, -size * rate**2 * math.sin(rate * t + phase), 0.0)
+
+            start = (size * math.sin(phase), 0.0, size * rate * math.cos(phase), 0.0)
+            return start, tilted, still
+        case "two_axis":
+            a, b, c, d = (given[name] for name in ("ax0", "nux", "ay0", "nuy"))
+
+            def tipped(t):
+                return (0.0, 0.0, -a * b**2 * math.sin(b * t), -c * d**2 * math.sin(d * t))
+
+            return (0.0, 0.0, a * b, c * d), tipped, still
+        case "shaken":  # m = 1: the force that a plate accelerated by A seems to exert is -A
+            a, b, c, d = (given[name] for name in ("A", "nu", "B", "nv"))
+
+            def shaken(t):
+                return (a * b**2 * math.sin(b * t), c * d**2 * math.sin(d * t), 0.0, 0.0)
+
+            def moved(t):
+                return np.stack([a * np.sin(b * t), c * np.sin(d * t), 0.0 * t], axis=-1)
+
+            return (0.0, 0.0, 0.0, 0.0), shaken, moved
+    return (given.get("tilt", 0.0), 0.0, 0.0, 0.0), None, still
+
+
+def rolling(ball, q, position, omega_world, tilt, tilt_rate):
+    """State whose velocity makes the contact move with the surface."""
+    y = ball.state(q=q, position=position, tilt=tilt, tilt_rate=tilt_rate)
+    P = ball.plate(y)
+    w = tilt_rate[0] * np.array([1.0, 0.0, 0.0]) + tilt_rate[1] * P[:, 1]
+    centre, n = ball.centre(y), P[:, 2]
+    surface = np.cross(w + ball.turntable_rate * n, centre - ball.radius * n)
+    velocity = surface + np.cross(omega_world, ball.radius * n)
+    y[6:8] = (P.T @ (velocity - np.cross(w, centre)))[:2]
+    y[8] = n @ omega_world
+    return y
+
+
+@pytest.mark.parametrize("case", cases("ball_dynamic"), ids=itemgetter("id"))
+def test_the_ball_on_its_plate_agrees_with_the_reference(case):
+    given, out, cond = case["in"], case["out"], case["cond"]
+    ball = ball_of(case)
+    (ax, ay, rate_x, rate_y), u, origin = plate_of(case)
+    y = rolling(ball, given["q0"], given["XY0"], given["w0"], (ax, ay), (rate_x, rate_y))
+    np.testing.assert_allclose(ball.centre(y), case["scalars"]["r0"], rtol=0, atol=4 * EPS)
+    t = np.concatenate([[0.0], case["t"]])
+    motion = refined(ball, y, t, u)
+    found = motion.trajectory
+    fields = (
+        ("centre", "r", ball.radius * motion.turned),
+        ("omega_world", "w_space", motion.rate),
+        ("R", "R", motion.turned),
+    )
+    for name, field, size in fields:
+        values = found[name][1:] + (origin(np.array(case["t"])) if name == "centre" else 0.0)
+        expected = np.array(out[field]).reshape(values.shape)
+        atol = motion.tolerance(name, size, cond[field])
+        np.testing.assert_allclose(values, expected, rtol=0, atol=atol)
+
+
+def moving(seed, turntable_rate=0.9):
+    """A ball that is pushed about on a plate which tilts about both axes and turns."""
+    rng = np.random.default_rng([30, seed])
+    ball = DynamicBall(m=1.2, radius=0.4, beta=0.55, g=9.6, turntable_rate=turntable_rate)
+    y = ball.state(
+        q=random_attitude(rng),
+        position=rng.normal(size=2),
+        velocity=rng.normal(size=2),
+        spin=rng.normal(),
+        tilt=0.3 * rng.normal(size=2),
+        tilt_rate=0.3 * rng.normal(size=2),
+    )
+    return ball, y, rng
+
+
+def in_the_world(ball, y):
+    """State of the model with multipliers."""
+    R = matrices(y[:4])
+    return pack(ball.centre(y), ball.velocity_world(y), R, ball.omega_world(y), y[9:])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_forces_and_tilts_agree_with_newtons_law(seed):
+    ball, y, rng = moving(seed)
+    u = rng.uniform(-1.0, 1.0, (20, 4))
+    z = through(lambda z, u: ball_on_plate(ball, z, u).rates, in_the_world(ball, y), 0.1, u)
+    motion = ball.simulate(y, np.arange(21) * 0.1, u)
+    # Default steps, 1e-11 per radian of some 20: 1e-12 to 2e-10 were found. DOP853 adds 1e-12.
+    np.testing.assert_allclose(motion["centre"][1:], z[:, :3], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(motion["velocity_world"][1:], z[:, 3:6], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(motion["R"][1:].reshape(-1, 9), z[:, 6:15], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(motion["omega_world"][1:], z[:, 15:18], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(motion["tilt"][1:], z[:, 18:20], rtol=0, atol=1e-12)
+    force = [ball_on_plate(ball, *at).contact for at in zip(z, u, strict=True)]
+    found = np.einsum("nij,nj->ni", motion["plate"][1:], ball.contact_force(motion.y[1:], u))
+    np.testing.assert_allclose(found, force, rtol=0, atol=1e-8)  # 30 N, by the accelerations
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.4, 2.0 / 3.0])
+@pytest.mark.parametrize("steps", [10, 23])
+def test_on_a_fixed_tilt_the_ball_follows_a_parabola_exactly(beta, steps):
+    ball, tilt = DynamicBall(radius=0.5, beta=beta), (0.2, -0.1)
+    y = ball.state(position=(0.1, 0.2), velocity=(-0.3, 0.4), spin=0.7, tilt=tilt)
+    end, t = ball.advance(y, (0.3, -0.2, 0.0, 0.0), 0.5, steps), 0.5
+    # Gravity in plate axes, from the plate's own matrix; a force divides by the mass, 1 kg.
+    g = ball.plate(y).T @ [0.0, 0.0, -9.81]
+    a = (g[:2] + np.array([0.3, -0.2])) / (1.0 + beta)
+    roundings = 5.0 * EPS * steps
+    np.testing.assert_allclose(end[6:8], y[6:8] + a * t, rtol=0, atol=2.0 * roundings)
+    np.testing.assert_allclose(
+        end[4:6], y[4:6] + y[6:8] * t + 0.5 * a * t**2, rtol=0, atol=roundings
+    )
+    assert end[8] == 0.7  # no moment about the normal
+
+
+TABLE = DynamicBall(m=1.2, radius=0.5, beta=0.4, turntable_rate=1.7)
+CIRCLING = TABLE.state(position=(0.1, 0.2), velocity=(0.3, 0.2), spin=1.0)
+MILLION = 10**6
+
+
+def run(ball, y, dt, n_steps=MILLION):
+    """States at 1500 moments on the way."""
+    return ball.simulate(y, sample_steps(n_steps, 1500) * dt, max_step=dt)
+
+
+def test_a_million_steps_on_a_level_turntable_keep_speed_spin_and_circle():
+    trajectory = run(TABLE, CIRCLING, 0.02)
+    found, speed = trajectory.invariants, np.linalg.norm(trajectory["velocity"], axis=-1)
+    # Turns of the velocity are rotations to rounding: a random walk of 1e7 of them.
+    np.testing.assert_allclose(speed, speed[0], rtol=1e-11)
+    np.testing.assert_allclose(found["energy"], found["energy"][0], rtol=1e-11)
+    np.testing.assert_array_equal(found["spin"], 1.0)
+    assert np.max(np.abs(np.linalg.norm(trajectory["q"], axis=-1) - 1.0)) <= 1e-14
+    # The centre of the circle is r + n x v / (k Omega). It trembles by the fourth power of the
+    # step, but goes nowhere.
+    rate = 2.0 / 7.0 * 1.7
+    v = trajectory["velocity"]
+    centre = trajectory["position"] + np.stack([-v[:, 1], v[:, 0]], axis=-1) / rate
+    moved = centre - centre[0]
+    assert np.max(np.abs(moved)) <= 1e-10
+    for k in range(2):
+        assert is_level(trajectory.t, moved[:, k])
+
+
+def test_on_a_plate_at_rest_a_ball_rolls_straight_for_ever():
+    ball = DynamicBall(radius=0.5)
+    y = ball.state(position=(0.1, 0.2), velocity=(0.3, -0.2), spin=0.7)
+    trajectory = run(ball, y, 0.02)
+    # Nothing is added to velocity or spin, not even a rounding.
+    np.testing.assert_array_equal(trajectory["velocity"], np.tile(y[6:8], (len(trajectory), 1)))
+    np.testing.assert_array_equal(trajectory["spin"], 0.7)
+    way = y[4:6] + np.outer(trajectory.t, y[6:8])
+    # Ten million additions, each rounded by half a unit and to the same side at worst.
+    np.testing.assert_allclose(trajectory["position"], way, rtol=0, atol=5.0 * EPS * MILLION * 6e3)

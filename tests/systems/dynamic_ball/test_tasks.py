@@ -1,0 +1,285 @@
+"""BallParkDynamic and BallPlate: pushed along plans, held by a regulator, on a table that moves."""
+
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.systems.dynamic_ball.controllers import PushAlong
+from rigid_envs.systems.dynamic_ball.references import plate_regulator, pushed
+from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDynamic, speed_bound
+from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
+from rigid_envs.systems.rolling_ball.controllers import three_rolls
+from rigid_envs.systems.rolling_ball.system import RollingBall
+from tests.systems.runs import at_random, bound, run, still
+
+N = 200
+
+
+def rows(n, **config):
+    envs = RigidVectorEnv("rigid_envs.tasks:BallParkDynamic", n, **config)  # without a time limit
+    envs.reset(seed=0)
+    return envs
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_a_plan_that_is_tracked_parks_every_ball_at_rest(noise):
+    found = run("BallParkDynamic", bound(pushed), N, action_noise=noise)
+    assert found.success.all()
+    assert np.mean(found.steps) < 33
+    assert (found.steps < 45).all()
+
+
+@cache
+def plan_of(starts):
+    """Plans, made once for all tests that begin alike."""
+    task, y = BallParkDynamic(), np.frombuffer(starts).reshape(-1, 13)
+    law = PushAlong(task.system(), task.force, task.dt)
+    return law, law.plan(y, three_rolls(y[:, :6], RollingBall.state()))
+
+
+class Blindly:
+    """Forces along plans, without looking where the ball is."""
+
+    def __init__(self):
+        self.k, self.starts = 0, None
+
+    def __call__(self, envs):
+        y = envs.y
+        self.starts = self.starts or y.tobytes()
+        law, plan = plan_of(self.starts)
+        k = min(self.k, len(plan.pushes) - 1)
+        self.k += 1
+        y[:, 4:6], y[:, 6:8] = plan.positions[k], plan.velocities[k]
+        return law(y, plan.pushes[k], plan.positions[k], plan.velocities[k])
+
+
+def test_a_plan_that_is_not_tracked_fails_in_noise():
+    assert run("BallParkDynamic", Blindly(), N).success.all()
+    assert np.mean(run("BallParkDynamic", Blindly(), N, action_noise=0.05).success) < 0.1
+
+
+@pytest.mark.parametrize("policy", [still, at_random()])
+def test_without_a_plan_no_ball_is_parked(policy):
+    assert not run("BallParkDynamic", policy, N).success.any()
+
+
+def test_a_pose_that_is_passed_at_speed_does_not_count():
+    envs = rows(3)
+    y = np.zeros((3, 13))
+    y[:, 0], y[:, 6] = 1.0, (0.0, 0.049, 0.051)
+    envs.reset(options={"state": y})
+    *_, terminated, _, infos = envs.step(np.zeros((3, 2), dtype=np.float32))
+    np.testing.assert_array_equal(infos["is_success"], [True, True, False])
+    np.testing.assert_array_equal(terminated, [True, True, False])
+
+
+def test_the_episode_ends_where_the_plate_does():
+    edge = 2.0 * np.sqrt(2.0) + 7.0
+    envs = rows(2)
+    y = np.zeros((2, 13))
+    y[:, 0], y[:, 4] = 1.0, (edge - 0.01, edge + 0.01)
+    envs.reset(options={"state": y})
+    _, rewards, terminated, _, infos = envs.step(np.zeros((2, 2), dtype=np.float32))
+    np.testing.assert_array_equal(terminated, [False, True])
+    np.testing.assert_array_equal(infos["reward/off"], [0.0, -1.0])
+    assert not infos["is_success"].any()
+    assert rewards[1] < -20.0
+
+
+def test_rolling_off_costs_more_than_staying_for_the_whole_episode():
+    assert np.min(run("BallParkDynamic", still, N).reward) > -BallParkDynamic().weight_off
+
+
+@pytest.mark.parametrize("turntable_rate", [0.0, 0.3])
+def test_no_ball_becomes_faster_than_the_step_allows_for(turntable_rate):
+    config = {"turntable_rate": turntable_rate, "n_substeps": 8}
+    envs = rows(N, **config)
+    system = envs.systems[0]
+    rng, reached = np.random.default_rng(0), np.zeros(N)
+    edge = 2.0 * np.sqrt(2.0) + 7.0
+    y = np.zeros((N, 13))
+    angle = rng.uniform(0.0, 2.0 * np.pi, N)
+    y[:, 0], y[:, 4], y[:, 5] = 1.0, 0.99 * edge * np.cos(angle), 0.99 * edge * np.sin(angle)
+    envs.reset(options={"state": y})
+    # from the edge always onwards, but for the first push, which is inward: a ball that gains most
+    inward = -y[:, 4:6] / np.linalg.norm(y[:, 4:6], axis=1, keepdims=True)
+    ended = np.zeros(N, dtype=bool)
+    for _ in range(150):
+        speed = np.linalg.norm(envs.y[:, 6:8], axis=1, keepdims=True)
+        onward = np.where(speed > 0.0, envs.y[:, 6:8] / np.maximum(speed, 1e-9), inward)
+        _, _, terminated, *_ = envs.step(onward.astype(np.float32))
+        ended |= terminated
+        rate = np.linalg.norm(system.omega_plate(envs.y), axis=1)
+        reached = np.where(ended, reached, np.maximum(reached, rate))
+    largest = BallParkDynamic(**config).largest_rate(10.0)
+    assert ended.all()
+    assert 0.5 * largest < np.max(reached) < largest
+
+
+def test_the_bound_on_the_speed_solves_its_inequality():
+    # w^3 <= 6 w + 1 + 6 kappa in units of reach and push, at the bound w = v - kappa and beyond
+    for kappa in (0.0, 0.1, 1.0, 10.0, 1e3):
+        v = speed_bound(1.0, 1.0, kappa)
+        assert (v - kappa) ** 3 >= 6.0 * (v - kappa) + 1.0 + 6.0 * kappa
+
+
+@pytest.mark.parametrize("turntable_rate", [0.0, -0.7])
+def test_steps_on_the_level_plate_are_those_of_the_system_to_the_bit(turntable_rate):
+    envs = rows(70, turntable_rate=turntable_rate, radius=0.7, beta=0.6, n_substeps=15)
+    task, rng = envs.task, np.random.default_rng(5)
+    y = envs.y
+    y[:, 6:9] = rng.uniform(-1.0, 1.0, (70, 3))  # spinning, too
+    envs.reset(options={"state": y})
+    for _ in range(6):
+        action = rng.uniform(-0.7, 0.7, (70, 2)).astype(np.float32)
+        assert not envs.step(action)[2].any()
+        force = task.force * np.concatenate([action, np.zeros((70, 2))], axis=1)
+        y = task.system().advance(y, force, task.dt, task.n_substeps)
+        np.testing.assert_array_equal(envs.y, y)
+
+
+@pytest.mark.parametrize("name", ["tilt", "tilt_rate"])
+def test_a_tilted_plate_is_refused(name):
+    envs = rows(2)
+    with pytest.raises(ValueError, match=rf"{name} = \[0\. +0\.1\]; expected 0"):
+        envs.reset(options={"state": {name: [0.0, 0.1]}})
+
+
+@pytest.mark.parametrize("rate", [-2.0, 1.0, (0.0, 2.0)])
+def test_what_is_seen_on_a_turntable_is_in_the_space(rate):
+    config = {"frame": "reduced", "turntable_rate": rate, "n_substeps": 30}
+    envs = RigidVectorEnv("rigid_envs.tasks:BallParkDynamic", 200, 100, **config)
+    observations, _ = envs.reset(seed=0)
+    assert (observations[:, 3] < -1.0).any()  # theta_z, which is not mirrored
+    envs.action_space.seed(0)
+    for _ in range(10):
+        assert envs.observation_space.contains(observations)
+        observations, *_ = envs.step(envs.action_space.sample())
+
+
+def table_rows(n, **config):
+    envs = RigidVectorEnv("rigid_envs.tasks:BallPlate", n, **config)  # without a time limit
+    envs.reset(seed=0)
+    return envs
+
+
+@pytest.mark.parametrize("turntable_rate", [0.0, 1.0, -2.0])
+def test_the_regulator_holds_every_ball_on_its_point(turntable_rate):
+    config = {"turntable_rate": turntable_rate, "n_substeps": 6}
+    found = run("BallPlate", bound(plate_regulator), N, **config)
+    assert found.success.all()
+    assert (found.steps == 200).all()
+
+
+@pytest.mark.parametrize("policy", [still, at_random()])
+def test_without_control_no_ball_is_held(policy):
+    assert not run("BallPlate", policy, N).success.any()
+
+
+def test_tilt_rates_are_reached_within_the_step_and_held():
+    envs = table_rows(3, tilt_limit=0.5, n_substeps=4)
+    action = np.array([[0.5, -1.0], [0.0, 0.25], [-1.0, 1.0]], dtype=np.float32)
+    angles = [envs.y[:, 9:11]]
+    for _ in range(4):
+        envs.step(action)
+        np.testing.assert_allclose(envs.y[:, 11:13], 0.4 * action.astype(float), rtol=1e-14)
+        angles.append(envs.y[:, 9:11])
+    # linearly in the first period, constant in the others
+    np.testing.assert_allclose(angles[1], 0.5 * 0.1 * 0.4 * action, rtol=1e-6)
+    for before, after in pairwise(angles[1:]):
+        np.testing.assert_allclose(after - before, 0.1 * 0.4 * action, rtol=1e-6)
+
+
+@pytest.mark.parametrize("n_held", [1, 3, 30])
+def test_no_action_tilts_the_table_beyond_its_limit(n_held):
+    envs = table_rows(N, tilt_rate=1.5, margin=20.0, n_substeps=30)
+    rng = np.random.default_rng(n_held)
+    limit, dt = envs.task.tilt_limit, envs.task.dt
+    for k in range(300):
+        if k % n_held == 0:
+            action = rng.choice([-1.0, -0.3, 0.0, 1.0], (N, 2)).astype(np.float32)
+        angle, rate = envs.y[:, 9:11], envs.y[:, 11:13]
+        envs.step(action)
+        change = envs.y[:, 11:13] - rate
+        # inside a period the angle is a parabola; it is largest where the rate passes through 0
+        passes = (rate * envs.y[:, 11:13] < 0.0) & (change != 0.0)
+        inside = angle - 0.5 * dt * rate**2 / np.where(passes, change, np.inf)
+        largest = np.maximum(np.abs(envs.y[:, 9:11]), np.where(passes, np.abs(inside), 0.0))
+        assert np.max(largest) <= limit * (1.0 + 1e-12)
+    assert np.max(largest) > 0.9 * limit
+
+
+def test_a_table_that_is_held_at_its_limit_is_at_rest_there():
+    envs = table_rows(2)
+    for _ in range(20):
+        envs.step(np.array([[1.0, -1.0], [-1.0, 1.0]], dtype=np.float32))
+    np.testing.assert_allclose(np.abs(envs.y[:, 9:11]), 0.1, rtol=1e-12)
+    np.testing.assert_allclose(envs.y[:, 11:13], 0.0, rtol=0, atol=1e-12)
+
+
+def test_tilting_carries_the_ball_the_wrong_way_first():
+    envs = table_rows(1)
+    envs.reset(options={"state": np.eye(13)[:1]})  # at rest in the middle
+    for k in range(10):
+        envs.step(np.array([[0.0, 1.0]], dtype=np.float32))
+        x, tilt = envs.y[0, 4], envs.y[0, 10]
+        assert tilt > 0.0  # towards +X
+        if k == 0:
+            # X'' = g alpha / (1 + beta) - radius alpha'', and alpha'' = 4 rad/s^2 for 0.1 s
+            np.testing.assert_allclose(x, -0.5 * 4.0 * 0.01 + 7.0 * 4.0 * 1e-4 / 24.0, rtol=1e-3)
+    assert x > 0.0
+
+
+def test_the_episode_ends_where_the_table_does():
+    envs = table_rows(2)
+    y = np.zeros((2, 13))
+    y[:, 0], y[:, 4] = 1.0, (3.99, 4.01)
+    envs.reset(options={"state": y})
+    *_, terminated, _, infos = envs.step(np.zeros((2, 2), dtype=np.float32))
+    np.testing.assert_array_equal(terminated, [False, True])
+    assert not infos["is_success"].any()
+
+
+def test_success_is_two_seconds_near_the_point():
+    envs = table_rows(2)
+    state = envs.get_state()
+    point = state["aux"][:, :2]
+    y = np.zeros((2, 13))
+    y[:, 0], y[:, 4:6] = 1.0, point + np.array([[0.049, 0.0], [0.0, 0.051]])
+    envs.reset(options={"state": y})
+    state = envs.get_state()
+    state["aux"][:, :2] = point
+    envs.set_state(state)
+    for k in range(1, 30):
+        *_, infos = envs.step(np.zeros((2, 2), dtype=np.float32))
+        np.testing.assert_array_equal(infos["is_success"], [k >= 20, False])
+
+
+def test_balls_and_points_are_drawn_in_their_discs():
+    envs = table_rows(5000)
+    y, point = envs.y, envs.auxiliary("point_X", "point_Y")
+    for pair, radius in ((y[:, 4:6], 2.0), (point, 2.0), (y[:, 6:8], 0.5)):
+        square = np.sum(pair**2, axis=1) / radius**2
+        assert np.max(square) <= 1.0
+        # uniform in a disc: its square radius is uniform in [0, 1], of deviation 0.29
+        assert abs(np.mean(square) - 0.5) < 4.0 * 0.29 / np.sqrt(5000)
+    assert not y[:, 8:].any()
+
+
+@pytest.mark.parametrize("turntable_rate", [0.0, 1.0])
+def test_no_ball_on_a_table_becomes_faster_than_the_step_allows_for(turntable_rate):
+    config = {"turntable_rate": turntable_rate, "n_substeps": 6}
+    envs = table_rows(1000, **config)
+    system, largest, reached = envs.systems[0], BallPlate(**config).largest_rate(40.0), 0.0
+    for k in range(400):
+        # downhill along the velocity, by half of the rows; the other half to and fro
+        vx, vy = envs.y[:, 6], envs.y[:, 7]
+        onward = np.sign(np.stack([-vy, vx], axis=1))
+        swing = np.sign(np.sin(0.003 * np.arange(1000)[:, None] * k + np.array([0.0, 1.0])))
+        action = np.where(np.arange(1000)[:, None] % 2, onward, swing)
+        envs.step(action.astype(np.float32))
+        reached = max(reached, np.max(np.linalg.norm(system.omega_plate(envs.y), axis=1)))
+    assert 0.25 * largest < reached < largest

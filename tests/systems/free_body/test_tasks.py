@@ -1,0 +1,389 @@
+"""Tasks of a free body: solved by reference controllers, and within their bounds."""
+
+import importlib
+import math
+from functools import partial
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from scipy.linalg import solve_discrete_are
+
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.free_body.controllers import MomentumRegulator, saddle
+from rigid_envs.systems.free_body.references import (
+    energy_casimir,
+    forced_flip,
+    momentum_brake,
+    momentum_regulator,
+    quaternion_pd,
+    separatrix_steering,
+    single_torque,
+    spin_regulator,
+    timed_flip,
+)
+from rigid_envs.systems.free_body.tasks.axis_flip import AxisFlip
+from rigid_envs.systems.free_body.tasks.detumble import Detumble
+from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxisRandom
+from rigid_envs.systems.free_body.tasks.intermediate_axis_single import IntermediateAxisSingle
+from rigid_envs.systems.free_body.tasks.reorient import Reorient
+from rigid_envs.systems.free_body.tasks.shared import fastest, spun_up
+from rigid_envs.systems.free_body.tasks.spin_capture import SpinCapture
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from tests.systems.runs import at_random, bound, run, still
+
+BOUNDED = ("IntermediateAxisSingle", "SpinCapture", "AxisFlip", "Detumble", "Reorient")
+ALL = ("IntermediateAxis", "IntermediateAxisRandom", *BOUNDED)
+
+
+def spin_up(envs):
+    """As much energy as possible at every moment: each torque along its angular velocity."""
+    omega = envs.y[:, 4:7]
+    if type(envs.task) is IntermediateAxisSingle:
+        omega = omega[:, 2:]
+    if envs.task.n_goal or type(envs.task) in (AxisFlip, SpinCapture, IntermediateAxisSingle):
+        return np.where(omega < 0.0, -1.0, 1.0)
+    momentum = omega * envs.task.system().moments
+    return momentum / np.linalg.norm(momentum, axis=-1, keepdims=True)
+
+
+@pytest.mark.parametrize("policy", [still, at_random()], ids=["still", "random"])
+@pytest.mark.parametrize("name", ALL)
+def test_neither_doing_nothing_nor_random_actions_succeed(name, policy):
+    # of 1000 starts none succeeds, but for one of IntermediateAxisSingle under random actions
+    assert run(name, policy).success.mean() <= 0.005
+
+
+@pytest.mark.parametrize("name", BOUNDED)
+def test_no_motion_before_the_time_limit_is_faster_than_its_bound(name):
+    record = ENVIRONMENTS[f"RigidEnvs/{name}-v0"]
+    module, kind = record.task.split(":")
+    task_type = getattr(importlib.import_module(module), kind)
+    fast = np.linalg.norm(run(name, spin_up).y[..., 4:7], axis=-1).max()
+    task = task_type()
+    assert 0.3 < fast / task.largest_rate(record.max_episode_steps * task.dt) <= 1.0
+
+
+def test_bounds_of_drawn_bodies_are_those_of_the_worst_one():
+    ranges = ((1.0, 1.3), (1.7, 2.1), (2.3, 2.7))
+    torques = (0.1, 0.2, 0.3)
+    worst = fastest(ranges, spun_up(ranges, 1.5, torques, 10.0))
+    for moments in np.random.default_rng(0).uniform(*np.transpose(ranges), (1000, 3)).tolist():
+        body = tuple(moments)
+        assert fastest(body, spun_up(body, 1.5, torques, 10.0)) <= worst
+
+
+@pytest.mark.parametrize("task", [IntermediateAxisSingle, SpinCapture, AxisFlip])
+def test_moments_out_of_order_are_refused_by_name(task):
+    with pytest.raises(ConfigError, match=r"^config\.I1: I1 = 2\.5; expected less than I2 = 2\.0"):
+        task(I1=2.5)
+    with pytest.raises(ConfigError, match=r"^config\.I3: I3 = .*; expected more than I2 = "):
+        task(I2=(1.5, 2.5), I3=(2.4, 2.45))
+
+
+GROWTH = 1.0 / math.sqrt(3.0)  # of the default body at Omega = 1, [1/s]
+LEAST = 2.0 * 2.0 * 1.0  # 2 L = 2 I2 Omega [N m s]
+
+
+def bang_bang(seed=0):
+    rng = np.random.default_rng(seed)
+    return lambda envs: rng.choice([-1.0, 1.0], envs.action_space.shape)
+
+
+@pytest.mark.parametrize("law", [spin_regulator, energy_casimir])
+@pytest.mark.parametrize("name", ["IntermediateAxis", "IntermediateAxisRandom"])
+def test_linear_and_energy_casimir_feedback_hold_the_intermediate_axis(name, law):
+    found = run(name, bound(law))
+    assert found.success.all()
+    assert found.cost.mean() < 0.6  # N m s
+
+
+def test_every_start_of_every_drawn_body_can_be_held_by_the_torque_there_is():
+    """Its growth on the unstable direction is less than what full torque takes away."""
+    rng, task = np.random.default_rng(0), IntermediateAxisRandom()
+    for I1, I2, I3 in rng.uniform(*np.transpose([task.I1, task.I2, task.I3]), (2000, 3)):
+        body = saddle(np.array([I1, I2, I3]))
+        second = task.start_spread * np.linspace(-1.0, 1.0, 41)
+        unstable = np.sqrt(task.start_spread**2 - second**2) * np.hypot(1.0, body.ratio)
+        growth = body.growth * (task.spin_rate + second) * unstable
+        assert growth.max() < task.torque * (1.0 / I1 + body.ratio / I3)
+
+
+def test_one_torque_aligns_the_spin_with_the_intermediate_axis():
+    assert run("IntermediateAxisSingle", bound(single_torque)).success.all()
+
+
+def test_one_torque_stabilises_just_above_its_threshold_and_not_just_below():
+    """With eps = 1 +- 0.05 of I2 - I1 and k = 1 the slow root of ``mu^2 + mu / 3 +- 0.05 / 3``
+    is -0.061 or +0.044 [1/s]: over 115 s, factors of 1e-3 or 150 on a perturbation of 0.05."""
+    success = {}
+    for strength in (0.95, 1.05):
+        success[strength] = run(
+            "IntermediateAxisSingle",
+            bound(partial(single_torque, strength=strength, damping=1.0 / 3.0)),
+            start_spread=0.05,
+            max_episode_steps=1200,
+            n_substeps=7,  # for what full torque could do in that time
+        ).success
+    assert success[1.05].all()
+    assert success[0.95].mean() < 0.01
+
+
+# what no torque about that axis alone can change; the moments are 1, 2, 3
+FORMS = {
+    "e1": (0.0, 2.0, 6.0),  # 0, I2 (I2 - I1), I3 (I3 - I1)
+    "e2": (1.0, 0.0, -3.0),  # I1 (I2 - I1), 0, I3 (I2 - I3): 2 T I2 - L^2
+    "e3": (2.0, 2.0, 0.0),  # I1 (I3 - I1), I2 (I3 - I2), 0
+}
+
+
+@pytest.mark.parametrize("axis", FORMS)
+def test_one_torque_alone_keeps_a_quadratic_form_whatever_it_does(axis):
+    drifts = []
+    for n_substeps in (3, 6, 24):
+        found = run("SpinCapture", bang_bang(), actuators=axis, n_substeps=n_substeps)
+        form = found.y[..., 4:7] ** 2 @ FORMS[axis]
+        drifts.append(np.max(np.abs(form - form[0])))
+    # what is left is the error of a method of fourth order
+    assert drifts[0] < 1e-7
+    assert 14.0 < drifts[0] / drifts[1] < 18.0
+    assert drifts[2] < 1e-10
+
+
+def test_the_invariant_of_the_single_torque_holds_in_its_own_task():
+    found = run("IntermediateAxisSingle", bang_bang(), n_substeps=16)
+    form = found.y[..., 4:7] ** 2 @ FORMS["e3"]
+    np.testing.assert_allclose(form, np.broadcast_to(form[0], form.shape), rtol=1e-10)
+
+
+def test_a_torque_about_e3_alone_captures_no_spin():
+    """It keeps omega1^2 + omega2^2 = c: no nearer to e2 than abs(sqrt(c) - 1)."""
+    for policy in (bound(separatrix_steering), bang_bang()):
+        found = run("SpinCapture", policy, actuators="e3")
+        omega = found.y[..., 4:7]
+        nearest = np.abs(np.hypot(omega[0, :, 0], omega[0, :, 1]) - 1.0)
+        error = np.linalg.norm(omega - [0.0, 1.0, 0.0], axis=-1)
+        assert (error > nearest - 1e-7).all()
+        assert not found.success[nearest > 0.05].any()
+        assert found.success.mean() < 0.1  # the others started with a c that will do
+
+
+@pytest.mark.parametrize(
+    ("actuators", "least"), [("e1 e2 e3", 0.99), ("e1 e3", 0.99), ("e2 e3", 0.93), ("e1 e2", 0.9)]
+)
+def test_steering_onto_the_separatrix_captures_the_spin(actuators, least):
+    """Of 1000 starts: 1000, 1000, 967 and 949."""
+    found = run("SpinCapture", bound(separatrix_steering), actuators=actuators)
+    assert found.success.mean() >= least
+    if actuators == "e1 e2 e3":
+        assert found.cost.mean() < 1.6  # N m s
+
+
+def test_the_timed_flip_comes_in_time_for_a_twentieth_of_brute_force():
+    timed, forced = (run("AxisFlip", bound(law)) for law in (timed_flip, forced_flip))
+    assert timed.success.all()
+    assert forced.success.all()
+    assert timed.cost.mean() < 0.05 * forced.cost.mean()
+    assert timed.reward.mean() > forced.reward.mean() + 20.0
+
+
+def test_brute_force_costs_twice_the_angular_momentum():
+    def reverse(envs):
+        task = envs.task
+        action = np.zeros(envs.action_space.shape)
+        action[:, 1] = 2.0 * (-task.spin_rate - envs.y[:, 5]) / (task.torque * task.dt)
+        return np.maximum(action, -1.0)
+
+    found = run("AxisFlip", reverse, n=1, start_spread=0.0, flip_time=8.0)
+    assert found.success.all()
+    # 80 steps; the actions are rounded to float32
+    np.testing.assert_allclose(found.cost, LEAST, rtol=80 * np.finfo(np.float32).eps)
+
+
+def test_the_impulse_of_a_free_flip_falls_exponentially_with_the_time_that_is_given():
+    """Like exp(-lambda T): a push of this size grows in T to the size of Omega."""
+    times = np.array([16.0, 18.0, 20.0, 22.0])
+    flips = [
+        run(
+            "AxisFlip", bound(timed_flip), n=1, start_spread=0.0, flip_time=t, max_episode_steps=260
+        )
+        for t in times.tolist()
+    ]
+    assert all(flip.success.all() for flip in flips)
+    costs = np.concatenate([flip.cost for flip in flips])
+    # corrections: the square of the push, and the error of the integrator beside the last push
+    np.testing.assert_allclose(np.diff(np.log(costs)) / np.diff(times), -GROWTH, rtol=2e-3)
+    assert costs[-1] < 1e-3 * LEAST
+
+
+def test_a_flip_counts_from_the_commanded_time_on_and_only_if_it_lasts():
+    envs = RigidVectorEnv("rigid_envs.tasks:AxisFlip", 1, flip_time=1.0)
+    flipped = {"omega_body": [0.0, -1.0, 0.0]}
+    envs.reset(seed=0, options={"state": flipped})
+    still, push = np.zeros((1, 3), np.float32), np.array([[0.0, 0.8, 0.0]], np.float32)
+    said = []
+    for action in [still] * 12 + [push] * 3 + [-push] * 3 + [still] * 5:
+        said.append(bool(envs.step(action)[4]["is_success"][0]))
+    # each push changes omega2 by 0.02: the third is too much, and taken back too late
+    assert said == [False] * 9 + [True] * 5 + [False] * 9
+    np.testing.assert_allclose(envs.y[0, 4:7], flipped["omega_body"], atol=1e-6)
+
+
+SETTINGS = [
+    {},
+    {"weight_momentum": 0.2, "weight_impulse": 3.0},
+    {"impulse": 2.0, "n_substeps": 30},  # faster bodies are possible then
+]
+
+
+def sizes(found):
+    """|L| before the first and after every step, shape (T + 1, N)."""
+    return np.linalg.norm(found.y[..., 4:7] * [1.0, 2.0, 3.0], axis=-1)
+
+
+def weights(task):
+    """Of |L + j|^2 and |j|^2 in the cost of a step."""
+    momentum = task.weight_momentum / task.start_momentum**2
+    return momentum, task.weight_impulse / task.impulse**2
+
+
+def regulator(task):
+    return MomentumRegulator(task.system(), task.impulse, *weights(task))
+
+
+def value(task):
+    """P of the cost to go P |L|^2, by SciPy: x' = x + u at the cost a (x + u)^2 + b u^2."""
+    (a, b), one = weights(task), np.eye(1)
+    return solve_discrete_are(one, one, a * one, (a + b) * one, s=a * one)[0, 0]
+
+
+@pytest.mark.parametrize("settings", SETTINGS)
+def test_the_optimal_law_costs_exactly_what_the_riccati_equation_says(settings):
+    task, limit = Detumble(**settings), 50
+    found = run("Detumble", bound(momentum_regulator), **settings)
+    size = sizes(found)
+    # Rounding the actions to float32 changes a least cost in the second order only, by
+    # (6e-8)^2. There remain the roundings of float64: in every step those of a free drift, of 30
+    # turns, which may each change |L|^2 by a few eps.
+    np.testing.assert_allclose(
+        -found.reward, value(task) * (size[0] ** 2 - size[limit] ** 2), rtol=limit * 30 * 2.2e-16
+    )
+
+
+@pytest.mark.parametrize("share", [0.05, 1.0 / 6.0, 0.4, 1.0, 3.0])
+def test_with_equal_weights_the_optimal_law_stays_within_the_ball_for_all_starts(share):
+    task = Detumble(impulse=3.0 * share, n_substeps=100)
+    assert regulator(task).reach > task.start_momentum
+
+
+def test_the_optimal_law_and_the_brake_succeed_from_every_start():
+    for law in (momentum_regulator, momentum_brake):
+        found = run("Detumble", bound(law))
+        assert found.success.all()
+        # both push against L only: |L| is what they cost
+        np.testing.assert_allclose(found.cost, sizes(found)[0], rtol=1e-3)
+
+
+def test_the_least_time_is_the_momentum_over_the_largest_impulse():
+    task = Detumble()
+    found = run("Detumble", bound(momentum_brake))
+    size = sizes(found)
+    least = np.ceil(size[0] / task.impulse)
+    for k in range(1, 8):
+        rest = size[k] < 1e-6  # the actions are rounded to float32
+        np.testing.assert_array_equal(rest, k >= least)
+
+
+def test_an_impulse_acts_at_once_and_in_body_axes():
+    envs = RigidVectorEnv("rigid_envs.tasks:Detumble", 50, dt=1e-4)
+    envs.reset(seed=0)
+    system, before = envs.task.system(), envs.y
+    actions = np.random.default_rng(0).uniform(-0.5, 0.5, (50, 3)).astype(np.float32)
+    *_, infos = envs.step(actions)
+    impulse = envs.task.impulse * actions.astype(np.float64)
+    np.testing.assert_allclose(infos["cost"], np.linalg.norm(impulse, axis=-1), rtol=1e-6)
+    expected = system.L_world(before) + system.L_world(
+        np.concatenate([before[:, :4], impulse / system.moments], axis=-1)
+    )
+    # it acts before the drift, so L in space is what it was and the impulse, whatever dt is
+    np.testing.assert_allclose(system.L_world(envs.y), expected, atol=1e-14)
+
+
+turn = quaternion_pd(Reorient())
+
+
+def goals(envs):
+    return envs.auxiliary(*envs.task.aux_names)
+
+
+def rows(n, **config):
+    return gym.make_vec(
+        "RigidEnvs/Reorient-v0", n, vectorization_mode="vector_entry_point", **config
+    ).unwrapped
+
+
+def test_quaternion_feedback_reaches_every_goal():
+    found = run("Reorient", bound(quaternion_pd))
+    assert found.success.all()
+    assert found.reward.mean() > -75.0  # steps until the goal is reached; 66 of 1000 starts
+
+
+def test_a_goal_is_reached_within_both_tolerances_only():
+    env = RigidEnv("rigid_envs.tasks:Reorient")
+    env.reset(seed=0)
+    state = env.get_state()
+    goal = state["aux"]
+    for angle, rate, expected in (
+        (0.099, 0.0, True),
+        (0.101, 0.0, False),
+        (0.0, 0.049, True),
+        (0.0, 0.051, False),
+        (3.1, 0.0, False),
+    ):
+        q = rotations.multiply(goal, rotations.exp([0.0, 0.0, angle]))
+        env.set_state({**state, "y": np.concatenate([q, [0.0, 0.0, -rate * np.sign(0.5 - angle)]])})
+        _, _, terminated, _, info = env.step(np.zeros(3, dtype=np.float32))
+        assert info["is_success"] == (expected if angle else rate < 0.05)
+        assert not terminated
+
+
+def test_rewards_can_be_computed_anew_and_observations_hold_no_goal():
+    envs = rows(100)
+    observations, _ = envs.reset(seed=0)
+    for _ in range(90):
+        observations, rewards, _, _, infos = envs.step(turn(envs).astype(np.float32))
+        pair = observations["achieved_goal"], observations["desired_goal"]
+        np.testing.assert_array_equal(envs.compute_reward(*pair, {}), rewards)
+        np.testing.assert_array_equal(rewards == 0.0, infos["is_success"])
+        own = envs.compute_reward(pair[0], pair[0], {})
+        assert (own == 0.0).all()  # what was achieved is a goal that was reached
+    state = envs.get_state()
+    state["aux"] = np.roll(state["aux"], 1, axis=0)
+    envs.set_state(state)
+    again = envs._core.observations[:, 2 * envs.task.n_goal :]
+    np.testing.assert_array_equal(again, observations["observation"])
+
+
+def test_dense_terms_are_angle_and_rate_off_the_goal():
+    envs = rows(200, weight_angle=0.3, weight_rate=0.2)
+    envs.reset(seed=0)
+    for _ in range(90):
+        _, rewards, _, _, infos = envs.step(turn(envs).astype(np.float32))
+        angle = -rotations.distance(envs.y[:, :4], goals(envs))
+        # the goals are rounded to float32, most of which is lost beside the sine of a half turn
+        np.testing.assert_allclose(infos["reward/angle"], angle, atol=np.sqrt(2.0**-23))
+        rate = -np.linalg.norm(envs.y[:, 4:], axis=1)
+        np.testing.assert_allclose(infos["reward/rate"], rate, rtol=2.0**-22)
+        both = 0.3 * infos["reward/angle"] + 0.2 * infos["reward/rate"]
+        np.testing.assert_allclose(rewards, infos["reward/reached"] + both, rtol=1e-15)
+
+
+def test_without_their_weights_dense_terms_change_no_bit():
+    envs = rows(200)
+    envs.reset(seed=0)
+    for _ in range(90):
+        _, rewards, _, _, infos = envs.step(turn(envs).astype(np.float32))
+        assert rewards.tobytes() == np.where(infos["is_success"], 0.0, -1.0).tobytes()

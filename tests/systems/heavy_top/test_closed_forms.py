@@ -1,0 +1,578 @@
+"""Tilt, attitude and steady states of the symmetric top against references and equations."""
+
+import math
+from operator import itemgetter
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+from scipy.special import ellipj
+
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
+from tests.reference import cases
+
+EPS = np.finfo(np.float64).eps
+TOP = {"i_perp": 1.0, "i3": 0.5, "mgl": 1.0}
+
+
+def top(case):
+    given_ = case["in"]
+    mgl = given_["M"] * given_["g"] * given_["l"]
+    return {"i_perp": given_["Iperp"], "i3": given_["I3"], "mgl": mgl}
+
+
+def leaning(theta):
+    return (math.cos(0.5 * theta), math.sin(0.5 * theta), 0.0, 0.0)
+
+
+def test_the_smallest_tilt_keeps_its_digits_beside_the_vertical():
+    # A cusp at the start: the smallest tilt is that of the start, from 1e-1 down to 1e-70 rad,
+    # whose fourth power, in the cubic, is still a number.
+    for tilt in 10.0 ** -np.arange(1.0, 71.0, 3.0):
+        for spin in (2.0, 3.999, 4.001, 9.0):
+            swing = heavy_top.nutation((0.0, 0.0, spin), leaning(tilt), **TOP)
+            assert swing.theta_min == pytest.approx(tilt, rel=8 * EPS)
+
+
+@pytest.mark.parametrize("case", cases("steady_precession"), ids=itemgetter("id"))
+def test_steady_precession_agrees_with_the_reference(case):
+    given_, out, body = case["in"], case["out"], top(case)
+    axial = {"i_perp": body["i_perp"], "i3": body["i3"]}
+    rates = heavy_top.steady_precession(given_["theta"], given_["w3"], **body)
+    for rate, name in zip(rates, ("slow", "fast"), strict=True):
+        frequency = heavy_top.nutation_frequency(given_["theta"], rate, given_["w3"], **axial)
+        np.testing.assert_allclose(rate, out[f"phid_{name}"], rtol=8 * EPS)
+        np.testing.assert_allclose(frequency, out[f"nutation_frequency_{name}"], rtol=8 * EPS)
+    threshold = heavy_top.steady_threshold(given_["theta"], **body)
+    np.testing.assert_allclose(threshold, out["w3_min_for_this_theta"], rtol=8 * EPS)
+    fast = heavy_top.fast_top(given_["theta"], given_["w3"], **body)
+    np.testing.assert_allclose(fast.precession, out["fast_top_estimate"], rtol=8 * EPS)
+    sine, cosine = math.sin(given_["theta"]), math.cos(given_["theta"])
+    p_psi = given_["I3"] * given_["w3"]
+    p_phi = given_["Iperp"] * 0.5 * sine**2 + p_psi * cosine
+    potential = heavy_top.effective_potential(
+        given_["theta"], p_phi, p_psi, i_perp=body["i_perp"], mgl=body["mgl"]
+    )
+    # p_phi - p_psi cos theta is the difference of two numbers up to a thousand times larger.
+    np.testing.assert_allclose(potential, out["V_eff_at_theta_for_phid_0.5"], rtol=1e-12)
+
+
+def test_no_steady_precession_below_the_least_spin_and_one_at_the_horizontal():
+    theta = np.array([0.3, 1.2])
+    least = heavy_top.steady_threshold(theta, **TOP)
+    np.testing.assert_allclose(least, 4.0 * np.sqrt(np.cos(theta)), rtol=4 * EPS)
+    assert np.isnan(heavy_top.steady_precession(theta, 0.999 * least, **TOP)).all()
+    assert np.isfinite(heavy_top.steady_precession(theta, 1.001 * least, **TOP)).all()
+    slow, fast = heavy_top.steady_precession(0.5 * np.pi, 6.0, **TOP)
+    assert slow == pytest.approx(1.0 / 3.0, rel=1e-15)
+    assert abs(fast) > 1e15
+    assert heavy_top.steady_threshold(2.0, **TOP) == 0.0
+    assert heavy_top.steady_threshold(0.0, **TOP) == heavy_top.sleeping_threshold(**TOP)
+
+
+@pytest.mark.parametrize("branch", [0, 1])
+@pytest.mark.parametrize("theta", [0.4, 1.3, 2.2])
+def test_steady_precession_sits_at_the_minimum_of_the_effective_potential(theta, branch):
+    omega3 = 7.0
+    rate = float(heavy_top.steady_precession(theta, omega3, **TOP)[branch])
+    p_psi = TOP["i3"] * omega3
+    p_phi = TOP["i_perp"] * rate * math.sin(theta) ** 2 + p_psi * math.cos(theta)
+    h = 1e-3
+    values = heavy_top.effective_potential(
+        theta + h * np.arange(-2, 3), p_phi, p_psi, i_perp=TOP["i_perp"], mgl=TOP["mgl"]
+    )
+    slope = values @ np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * h)
+    curvature = values @ np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * h * h)
+    frequency = heavy_top.nutation_frequency(theta, rate, omega3, i_perp=1.0, i3=0.5)
+    # Five points: h^4 times a sixth derivative of some thousands, and eps / h^2.
+    assert slope == pytest.approx(0.0, abs=1e-8)
+    assert curvature / TOP["i_perp"] == pytest.approx(frequency**2, rel=1e-7)
+
+
+@pytest.mark.parametrize("case", cases("sleeping_top"), ids=itemgetter("id"))
+def test_sleeping_threshold_and_rates_agree_with_the_reference(case):
+    out = case["out"]
+    threshold = heavy_top.sleeping_threshold(**top(case))
+    np.testing.assert_allclose(threshold, out["w3_crit"], rtol=4 * EPS)
+    first, second = heavy_top.sleeping_exponents(case["in"]["w3"], **top(case))
+    # The square root of 1 - (omega3 / threshold)^2 amplifies roundings: it is 1e-3 at the least.
+    if "growth_rate" in out:
+        np.testing.assert_allclose(first.real, out["growth_rate"], rtol=1e3 * EPS)
+        assert second.real == -first.real
+        np.testing.assert_allclose(
+            (first.imag, second.imag), out["precession_rate_of_growing_mode"], rtol=8 * EPS
+        )
+    else:
+        assert first.real == second.real == 0.0
+        np.testing.assert_allclose(
+            (first.imag, second.imag), (out["freq_slow"], out["freq_fast"]), rtol=1e3 * EPS
+        )
+
+
+@pytest.mark.parametrize("case", cases("top_homoclinic"), ids=itemgetter("id"))
+def test_the_homoclinic_tilt_agrees_with_the_reference(case):
+    out = case["out"]
+    tilt = heavy_top.homoclinic_tilt([0.0, out["t"]], case["in"]["w3"], **top(case))
+    expected = out["theta_max"], out["theta_at_t_after_theta_max"]
+    np.testing.assert_allclose(tilt, expected, rtol=1e-14)
+    growth = heavy_top.sleeping_exponents(case["in"]["w3"], **top(case))[0].real
+    np.testing.assert_allclose(growth, out["growth_rate"], rtol=8 * EPS)
+
+
+def test_the_homoclinic_tilt_grows_out_of_the_sleeping_top_at_its_rate():
+    growth = heavy_top.sleeping_exponents(1.0, **TOP)[0].real
+    early = heavy_top.homoclinic_tilt(np.array([-21.0, -20.0]), 1.0, **TOP)
+    assert math.log(early[1] / early[0]) == pytest.approx(growth, rel=1e-13)
+
+
+def test_no_homoclinic_motion_from_the_threshold_on():
+    threshold = heavy_top.sleeping_threshold(**TOP)
+    with pytest.raises(ValueError, match="below the threshold"):
+        heavy_top.homoclinic_tilt(0.0, threshold, **TOP)
+
+
+def test_the_potential_of_the_sleeping_top_is_its_weight_upright():
+    # Its limit: ((p_phi - p_psi cos theta) / sin theta)^2 -> (p_psi theta / 2)^2 for p_phi = p_psi
+    theta, p = np.array([0.0, 1e-300, 1e-8, 1e-3]), 1.7
+    found = heavy_top.effective_potential(theta, p, p, i_perp=1.3, mgl=0.9)
+    assert found[0] == 0.9
+    expected = 0.9 + (p**2 / 8.0 / 1.3 - 0.45) * theta**2
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)  # theta^4 is left out
+    hanging = heavy_top.effective_potential(np.pi, -p, p, i_perp=1.3, mgl=0.9)
+    np.testing.assert_allclose(hanging, -0.9, rtol=1e-15)
+    assert heavy_top.effective_potential(0.0, p, 1.6, i_perp=1.3, mgl=0.9) == np.inf
+
+
+def test_starts_whose_ratios_leave_double_precision_are_refused():
+    body = {"i_perp": 1.0, "i3": 0.5, "mgl": 1.0}
+    for omega, changed in (((0.0, 1e100, 0.0), {}), ((0.1, 0.2, 0.3), {"mgl": 1e-310})):
+        with pytest.raises(ValueError, match=r"^omega0 = .*; expected rates, moments and weight"):
+            heavy_top.tilt(1.0, omega, (0.8, 0.6, 0.0, 0.0), **{**body, **changed})
+    for bad in (None, "fast", 1j, True, 10**400):
+        with pytest.raises(ValueError, match=r"^precession = "):
+            heavy_top.nutation_frequency(0.3, bad, 2.0, i_perp=1.0, i3=0.5)
+
+
+UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
+
+
+def matrices(q):
+    return Rotation.from_quat(q, scalar_first=True).as_matrix()
+
+
+def from_euler(theta, phi, psi):
+    """Quaternion of z-x-z Euler angles."""
+    half = np.array([0.5 * theta, 0.5 * (phi + psi), 0.5 * (phi - psi)])
+    (cos, _, _), (sin, _, _) = np.cos(half), np.sin(half)
+    parts = (cos * np.cos(half[1]), sin * np.cos(half[2]), sin * np.sin(half[2]))
+    return np.stack([*parts, cos * np.sin(half[1])], axis=-1)
+
+
+@pytest.mark.parametrize("case", cases("heavy_top"), ids=itemgetter("id"))
+def test_attitude_rates_and_angles_agree_with_the_reference(case):
+    omega0, q0, body, t = case["in"]["w0"], case["in"]["q0"], top(case), case["t"]
+    theta, phi, psi = heavy_top.euler_angles(t, omega0, q0, **body)
+    found = {
+        "R": matrices(heavy_top.attitude(t, omega0, q0, **body)).reshape(-1, 9),
+        "w": heavy_top.omega(t, omega0, q0, **body),
+        "theta": theta,
+        "phi_unwrapped": phi,
+        "psi_unwrapped": psi,
+    }
+    expected = {name: np.array(values) for name, values in case["out"].items()}
+    for name in {"phi_unwrapped", "psi_unwrapped"} & expected.keys():
+        # Whole turns are counted from another start: the same number for all times.
+        turns = np.rint((expected[name][0] - found[name][0]) / (2.0 * np.pi))
+        found[name] = found[name] + 2.0 * np.pi * turns
+    if "theta" in expected:
+        # The reference goes on beyond pi where the axis swings through the lower vertical.
+        expected["theta"] = np.pi - np.abs(np.pi - expected["theta"])
+    for name, values in expected.items():
+        # A rounding of the input moves the answer by cond eps, and each formula rounds a few times.
+        # A closed form amplifies nothing: where cond is 1e6 and more, beside a pole or the
+        # separatrix, only the roundings of phases of some hundred radians are left.
+        scale = float(np.linalg.norm(omega0)) if name == "w" else 1.0
+        tolerance = EPS * min(8.0 * case["cond"][name], 1000.0 * scale)
+        np.testing.assert_allclose(found[name], values, rtol=0, atol=tolerance, err_msg=name)
+
+
+ANGLE = st.one_of(st.sampled_from([0.0, math.pi, 1e-12, 0.5 * math.pi]), st.floats(-3.2, 3.2))
+RATE = st.one_of(
+    st.sampled_from([0.0, -0.0, 1.0, 1e-13, -1e-6]), st.floats(-2.0, 2.0).map(lambda x: round(x, 9))
+)
+SPIN = st.one_of(st.sampled_from([0.0, 4.0, -4.0, 3.999999]), st.floats(-8.0, 8.0))
+BODY = st.fixed_dictionaries(
+    {
+        "i_perp": st.one_of(st.just(1.0), st.floats(0.5, 2.0)),
+        "i3": st.one_of(st.just(0.5), st.just(1.0), st.floats(0.1, 1.0)),
+        "mgl": st.one_of(st.just(1.0), st.floats(0.3, 2.0)),
+    }
+)
+START = st.tuples(ANGLE, ANGLE, ANGLE).map(lambda x: from_euler(*x))
+OMEGA = st.tuples(RATE, RATE, SPIN)
+
+
+def in_body(q, vector):
+    """A world vector in body axes."""
+    return np.einsum("...ji,j->...i", matrices(q), vector)
+
+
+@given(body=BODY, q0=START, omega0=OMEGA)
+@example(body=TOP, q0=np.array(UPRIGHT), omega0=(0.0, 0.0, 4.0))  # u3 = u1: nothing moves
+@example(body=TOP, q0=np.array(HANGING), omega0=(2.0, 0.0, 0.0))  # just up to the upper vertical
+@example(body=TOP, q0=np.array(HANGING), omega0=(0.0, 0.0, 0.0))
+def test_energy_and_momenta_stay_for_any_top_and_start(body, q0, omega0):
+    t = np.array([0.0, -3.3, 0.7, 2.0, 9.1])
+    q, omega = (solve(t, omega0, q0, **body) for solve in (heavy_top.attitude, heavy_top.omega))
+    assert np.all(np.abs(np.linalg.norm(q, axis=-1) - 1.0) <= 2 * EPS)
+    np.testing.assert_allclose(q[0], q0, rtol=0, atol=8 * EPS)
+    size = 1.0 + float(np.linalg.norm(omega0))
+    np.testing.assert_allclose(omega[0], omega0, rtol=0, atol=16 * EPS * size)
+    gamma = in_body(q, [0.0, 0.0, 1.0])
+    momentum = omega * [body["i_perp"], body["i_perp"], body["i3"]]
+    energy = 0.5 * np.sum(momentum * omega, axis=-1) + body["mgl"] * gamma[..., 2]
+    vertical = np.sum(momentum * gamma, axis=-1)
+    constants = heavy_top.invariants(omega0, q0, **body)
+    # 100 eps: a phase of at most 100 radians is rounded once, and all else a few times.
+    np.testing.assert_allclose(energy, constants.energy, rtol=0, atol=100 * EPS * 2.0 * size**2)
+    np.testing.assert_allclose(vertical, constants.p_phi, rtol=0, atol=100 * EPS * 2.0 * size)
+    assert constants.p_psi == pytest.approx(momentum[0, 2], abs=4 * EPS * size)
+    assert np.all(omega[:, 2] == omega0[2])
+
+
+@given(body=BODY, q0=START, omega0=OMEGA, t=st.floats(-5.0, 5.0))
+def test_the_motion_obeys_eulers_equations(body, q0, omega0, t):
+    h = 1e-3
+    near, weights = t + h * np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0])
+    q_rate, omega_rate = (
+        weights @ solve(near, omega0, q0, **body) / (12.0 * h)
+        for solve in (heavy_top.attitude, heavy_top.omega)
+    )
+    q, omega = (solve(t, omega0, q0, **body) for solve in (heavy_top.attitude, heavy_top.omega))
+    moments = np.array([body["i_perp"], body["i_perp"], body["i3"]])
+    weight = np.cross([0.0, 0.0, body["mgl"]], -in_body(q, [0.0, 0.0, 1.0]))
+    expected = (np.cross(moments * omega, omega) + weight) / moments
+    w, x, y, z = q
+    left = np.array([[-x, -y, -z], [w, -z, y], [z, w, -x], [-y, x, w]])  # q (0, omega)
+    # Five-point difference: h^4 / 30 times a fifth derivative, rate^5, and rounding eps / h; the
+    # rates are those of omega, of the pendulum and of I3 omega3 / I.
+    rate = 3.0 + float(np.linalg.norm(omega)) + abs(omega0[2]) * body["i3"] / body["i_perp"]
+    tolerance = h**4 / 30.0 * rate**5 + 100.0 * EPS * rate / h
+    np.testing.assert_allclose(q_rate, 0.5 * left @ omega, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(omega_rate, expected, rtol=0, atol=rate * tolerance)
+
+
+@given(body=BODY, q0=START, omega0=OMEGA)
+def test_the_angles_are_those_of_the_attitude(body, q0, omega0):
+    t = np.array([0.0, -4.1, 1.3, 7.7])
+    theta, phi, psi = heavy_top.euler_angles(t, omega0, q0, **body)
+    q = heavy_top.attitude(t, omega0, q0, **body)
+    tilt = heavy_top.tilt(t, omega0, q0, **body)
+    # 1e-13: phases of at most some 100 radians; at a pole the angles have no meaning of their own.
+    np.testing.assert_allclose(theta, tilt, rtol=0, atol=1e-13)
+    away = np.sin(theta) > 1e-13
+    same = np.abs(np.sum(q * from_euler(theta, phi, psi), axis=-1))[away]
+    np.testing.assert_allclose(same, 1.0, rtol=0, atol=1e-13)
+    assert np.isfinite(phi).all() and np.isfinite(psi).all()
+    assert abs(phi[0]) <= np.pi + 1e-15 and abs(psi[0]) <= np.pi + 1e-15
+
+
+def test_the_angles_are_continuous_beside_the_pole():
+    omega0, t = (1.0, 1e-2, 1.0), np.linspace(0.0, 40.0, 40001)
+    theta, phi, psi = heavy_top.euler_angles(t, omega0, from_euler(0.5, 0.3, 0.1), **TOP)
+    assert theta.min() < 0.2
+    for angle in (phi, psi):
+        # phi' is at most some 30 rad/s here; a missed half turn would be 3.
+        assert np.max(np.abs(np.diff(angle))) < 0.1
+
+
+def test_through_the_pole_phi_jumps_by_half_a_turn_and_the_attitude_does_not():
+    omega0 = (2.0, 0.5, 3.0)
+    swing = heavy_top.nutation(omega0, UPRIGHT, **TOP)
+    assert swing.theta_min == 0.0
+    for passage in (0.0, swing.period, 5.0 * swing.period):
+        t = passage + np.array([-1e-9, 1e-9])
+        theta, phi, psi = heavy_top.euler_angles(t, omega0, UPRIGHT, **TOP)
+        # In 2e-9 s at 3 rad/s nothing else moves by more than 1e-8.
+        assert theta == pytest.approx([0.0, 0.0], abs=1e-8)
+        assert np.diff(phi) == pytest.approx(np.pi, abs=1e-7)
+        assert np.diff(psi) == pytest.approx(-np.pi, abs=1e-7)
+        q = heavy_top.attitude(t, omega0, UPRIGHT, **TOP)
+        np.testing.assert_allclose(q[0], q[1], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("speed", [1e-3, 1.0, 1.9, 2.1, 5.0])
+def test_without_spin_the_top_is_a_pendulum(speed):
+    # Hanging, pushed about e1: an angle from below of 2 arcsin(k sn t), or past the top 2 am.
+    t, k = np.linspace(-9.0, 20.0, 59), 0.5 * speed
+    if k < 1.0:
+        sn, _, dn, _ = ellipj(t, k * k)
+        half = np.stack([dn, k * sn])  # cosine and sine of half the angle
+    else:
+        sn, cn, _, _ = ellipj(k * t, 1.0 / (k * k))
+        half = np.stack([cn, sn])
+    q = heavy_top.attitude(t, (speed, 0.0, 0.0), HANGING, **TOP)
+    # HANGING is half a turn about e1, on top of which comes the swing about the same axis.
+    zero = np.zeros_like(t)
+    expected = np.stack([-half[1], half[0], zero, zero], axis=-1)
+    np.testing.assert_allclose(q, expected, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("spin", [0.0, 1.0, -3.9, 4.0, 4.0 + 1e-15, 20.0])
+@pytest.mark.parametrize("start", [UPRIGHT, HANGING, (0.6, 0.0, 0.0, 0.8), (0.0, 0.8, -0.6, 0.0)])
+def test_an_axis_exactly_on_the_vertical_stays_there(spin, start):
+    t = np.linspace(-9.0, 40.0, 8)
+    q = heavy_top.attitude(t, (0.0, 0.0, spin), start, **TOP)
+    expected = Rotation.from_quat(start, scalar_first=True) * Rotation.from_rotvec(
+        spin * t[:, None] * [0.0, 0.0, 1.0]
+    )
+    # A phase of up to 800 radians, rounded.
+    np.testing.assert_allclose(matrices(q), expected.as_matrix(), rtol=0, atol=800 * EPS)
+    omega = heavy_top.omega(t, (0.0, 0.0, spin), start, **TOP)
+    np.testing.assert_array_equal(omega, np.tile((0.0, 0.0, spin), (8, 1)))
+    theta, phi, psi = heavy_top.euler_angles(t, (0.0, 0.0, spin), start, **TOP)
+    upright = math.hypot(start[0], start[3]) > 0.5
+    np.testing.assert_array_equal(theta, 0.0 if upright else np.pi)
+    turned = phi + psi if upright else psi - phi
+    np.testing.assert_allclose(turned - turned[0], spin * (t - t[0]), rtol=0, atol=800 * EPS)
+
+
+@pytest.mark.parametrize("start", [UPRIGHT, HANGING])
+def test_what_is_too_little_to_tip_the_top_leaves_it_asleep(start):
+    t, rng = np.linspace(0.0, 5.0, 6), np.random.default_rng(0)
+    expected = heavy_top.attitude(t, (0.0, 0.0, 1.0), start, **TOP)
+    for size in range(80, 310, 5):
+        nothing = 10.0 ** -rng.integers(size, 310, 6)
+        found = heavy_top.attitude(
+            t, (nothing[0], nothing[1], 1.0), np.array(start) + nothing[2:], **TOP
+        )
+        # Where the top is not stable, it is tipped by exp(5) of its start: still nothing.
+        np.testing.assert_allclose(found, expected, rtol=0, atol=4 * EPS)
+
+
+@pytest.mark.parametrize("branch", [0, 1])
+@pytest.mark.parametrize("theta", [1e-6, 0.4, 1.3, 2.2, 3.1])
+def test_steady_precession_turns_all_angles_at_constant_rates(theta, branch):
+    omega3, t = 7.0, np.linspace(0.0, 20.0, 11)
+    rate = float(heavy_top.steady_precession(theta, omega3, **TOP)[branch])
+    omega0 = (0.0, rate * math.sin(theta), omega3)
+    q = heavy_top.attitude(t, omega0, from_euler(theta, 0.0, 0.0), **TOP)
+    spin = omega3 - rate * math.cos(theta)
+    expected = from_euler(np.full_like(t, theta), rate * t, spin * t)
+    # The start is the steady one to a rounding; phases of up to 20 (abs(rate) + abs(spin)).
+    size = 1.0 + 20.0 * (abs(rate) + abs(spin))
+    np.testing.assert_allclose(matrices(q), matrices(expected), rtol=0, atol=8 * EPS * size)
+
+
+@pytest.mark.parametrize("spin", [1.0, -2.5, 3.9])
+def test_the_homoclinic_top_turns_up_to_the_vertical_and_stays(spin):
+    # From its largest tilt; p_phi = p_psi makes phi' = (I3 omega3 / I) / (1 + cos theta).
+    theta = float(heavy_top.homoclinic_tilt(0.0, spin, **TOP))
+    rate = 0.5 * spin / (1.0 + math.cos(theta))
+    omega0, q0 = (0.0, rate * math.sin(theta), spin), from_euler(theta, 0.0, 0.0)
+    growth = heavy_top.sleeping_exponents(spin, **TOP)[0].real
+    t = np.linspace(-8.0, 8.0, 33) / growth
+    tilt, phi, psi = heavy_top.euler_angles(t, omega0, q0, **TOP)
+    expected = heavy_top.homoclinic_tilt(t, spin, **TOP)
+    # Errors of the start grow by exp(8) on the way up.
+    tolerance = math.exp(8.0) * 8 * EPS
+    np.testing.assert_allclose(tilt, expected, rtol=0, atol=tolerance)
+    # The integral of phi' over that tilt: a t / 2 + arctan(2 lambda / a tanh(lambda t)).
+    turned = 0.25 * spin * t + np.arctan(4.0 * growth / spin * np.tanh(growth * t))
+    np.testing.assert_allclose(phi, turned, rtol=0, atol=1e3 * tolerance)
+    np.testing.assert_allclose(phi + psi, phi + psi[16] + (psi - psi[16]), rtol=0, atol=1e-15)
+
+
+@given(body=BODY, q0=START, omega0=OMEGA, t=st.floats(-3.0, 3.0))
+def test_restarting_midway_continues_the_same_motion(body, q0, omega0, t):
+    middle = (
+        heavy_top.omega(t, omega0, q0, **body),
+        heavy_top.attitude(t, omega0, q0, **body),
+    )
+    restarted = heavy_top.attitude(2.0, *middle, **body)
+    straight = heavy_top.attitude(t + 2.0, omega0, q0, **body)
+    # A rounding grows at most by the Lyapunov rate sqrt(mgl / I) <= 2 / s: exp(4) in 2 s, and
+    # phases of at most 100 radians are rounded.
+    tolerance = 1000.0 * EPS * math.exp(4.0) / 8.0
+    np.testing.assert_allclose(matrices(restarted), matrices(straight), rtol=0, atol=tolerance)
+
+
+def of(theta, precession, nutation, omega3, **body):
+    """Precession of the start with Euler angles (0, theta, 0) and these rates."""
+    omega0 = (nutation, precession * math.sin(theta), omega3)
+    return heavy_top.precession(omega0, leaning(theta), **(body or TOP))
+
+
+@pytest.mark.parametrize("case", cases("heavy_top"), ids=itemgetter("id"))
+def test_every_scalar_of_the_reference_is_found(case):
+    omega0, q0, body, scalars = case["in"]["w0"], case["in"]["q0"], top(case), case["scalars"]
+    way = heavy_top.precession(omega0, q0, **body)
+    constants = heavy_top.invariants(omega0, q0, **body)
+    swing = heavy_top.nutation(omega0, q0, **body)
+    found = {
+        "E": constants.energy,
+        "p_phi": constants.p_phi,
+        "p_psi": constants.p_psi,
+        "cubic_roots_u": swing.roots,
+        "w3_sleep_crit": heavy_top.sleeping_threshold(**body),
+        "theta_min": swing.theta_min,
+        "theta_max": swing.theta_max,
+        "nutation_period": swing.period,
+        "dphi_per_nutation": way.per_nutation,
+        "mean_precession": way.mean_rate,
+    }
+    if omega0[2] != 0.0:
+        found["fast_top_estimate"] = heavy_top.fast_top(0.0, omega0[2], **body).precession
+    if "theta_steady" in scalars:
+        theta = scalars["theta_steady"]
+        rates = np.array(heavy_top.steady_precession(theta, omega0[2], **body))
+        rate = rates[np.argmin(np.abs(rates - scalars["phid_steady"]))]
+        axial = {"i_perp": body["i_perp"], "i3": body["i3"]}
+        frequency = heavy_top.nutation_frequency(theta, rate, omega0[2], **axial)
+        found |= {
+            "theta_steady": swing.theta_min,
+            "phid_steady": rate,
+            "nutation_angular_frequency": frequency,
+        }
+    # The oracle took M g l, we its rounded product: 2 eps, through sums of terms of one size.
+    size = max(abs(constants.energy), abs(constants.p_psi), 1.0)
+    absolute = {"E": 4 * EPS * size, "p_phi": 4 * EPS * size, "cubic_roots_u": 4 * EPS}
+    for name, expected in scalars.items():
+        if name == "path":
+            assert way.path == expected
+        else:
+            # A tilt of 1e-17 is what remains of a cancellation: it is exact all the same.
+            np.testing.assert_allclose(
+                found[name], expected, rtol=16 * EPS, atol=absolute.get(name, 0.0), err_msg=name
+            )
+
+
+SMALL_RATE = st.floats(-3.0, 3.0).map(lambda x: round(x, 6))
+
+
+@given(
+    theta=st.floats(0.05, 3.1),
+    phi=SMALL_RATE,
+    swing=SMALL_RATE,
+    spin=SMALL_RATE,
+    t=st.floats(-5.0, 5.0),
+)
+def test_the_angle_per_nutation_is_gained_from_any_moment(theta, phi, swing, spin, t):
+    omega0, q0 = (swing, phi * math.sin(theta), 2.0 * spin), leaning(theta)
+    way, period = (
+        heavy_top.precession(omega0, q0, **TOP),
+        heavy_top.nutation(omega0, q0, **TOP).period,
+    )
+    assume(period < 30.0 and way.path != "sleeping")
+    _, turned, _ = heavy_top.euler_angles([t, t + period], omega0, q0, **TOP)
+    # phi' reaches 1 / sin theta: a rounding of t moves phi by that much beside a pole.
+    nutation = heavy_top.nutation(omega0, q0, **TOP)
+    closest = min(math.sin(nutation.theta_min), math.sin(nutation.theta_max))
+    assume(closest > 1e-6)
+    tolerance = 200.0 * EPS * (1.0 + period) * (1.0 + 10.0 / closest)
+    assert turned[1] - turned[0] == pytest.approx(way.per_nutation, rel=0, abs=tolerance)
+    assert way.mean_rate == pytest.approx(way.per_nutation / period, rel=4 * EPS)
+
+
+@given(theta=st.floats(0.2, 2.9), phi=SMALL_RATE, swing=SMALL_RATE, spin=st.floats(-8.0, 8.0))
+def test_the_kind_of_path_is_that_of_the_precession_along_it(theta, phi, swing, spin):
+    omega0, q0 = (swing, phi * math.sin(theta), spin), leaning(theta)
+    way, nutation = (
+        solve(omega0, q0, **TOP) for solve in (heavy_top.precession, heavy_top.nutation)
+    )
+    assume(way.path in ("smooth", "looping") and nutation.period < 50.0)
+    # phi' sin^2 theta = b - a cos theta is monotone between the turning points.
+    constants = heavy_top.invariants(omega0, q0, **TOP)
+    ends = constants.p_phi - constants.p_psi * np.cos([nutation.theta_min, nutation.theta_max])
+    assume(np.min(np.abs(ends)) > 1e-8)
+    assert way.path == ("looping" if ends[0] * ends[1] < 0.0 else "smooth")
+
+
+def test_the_three_kinds_of_path_part_at_the_axis_let_go_at_rest():
+    # Let go at the highest point: back against the precession, at rest, or along it.
+    paths = [of(1.0, rate, 0.0, 8.0).path for rate in (-0.1, -1e-6, 0.0, 1e-6, 0.1)]
+    assert paths == ["looping", "looping", "cusped", "smooth", "smooth"]
+
+
+def test_an_axis_let_go_at_rest_draws_cusps_however_fast_the_top_spins():
+    # The nutation falls with spin^2, from a tenth to 1e-10: its ends are rounded at 1e-16.
+    assert {of(1.0, 0.0, 0.0, spin).path for spin in np.geomspace(8.0, 3e5, 60)} == {"cusped"}
+
+
+def test_a_loop_or_wave_below_the_tolerance_counts_as_a_cusp():
+    # phi' sin^2 = b - a u leaves a highest point at which it is 1e-9 of the way, or more, or less.
+    theta, spin = 1.0, 8.0
+    swing = heavy_top.nutation((0.0, 0.0, spin), leaning(theta), **TOP)
+    u1, u2, _ = swing.roots
+    unit = 1e-9 * TOP["i3"] * spin * (u2 - u1) / math.sin(theta) ** 2
+    paths = [of(theta, share * unit, 0.0, spin).path for share in (-1.1, -0.9, 0.9, 1.1)]
+    assert paths == ["looping", "cusped", "cusped", "smooth"]
+
+
+def test_steady_precession_counts_as_steady_up_to_its_tolerance():
+    theta, spin = 0.7, 9.0
+    for rate in heavy_top.steady_precession(theta, spin, **TOP):
+        way = of(theta, float(rate), 0.0, spin)
+        assert way.path == "steady"
+        # The start is steady to a rounding of the rates, which are of some 10 rad/s.
+        assert way.mean_rate == pytest.approx(float(rate), rel=64 * EPS)
+        # A push of theta' makes theta swing by theta' / frequency to both sides.
+        frequency = heavy_top.nutation_frequency(theta, rate, spin, i_perp=1.0, i3=0.5)
+        push = 0.5e-12 / math.sin(theta) * float(frequency)
+        paths = [of(theta, float(rate), share * push, spin).path for share in (0.5, 2.0)]
+        assert paths == ["steady", "smooth"]
+
+
+@pytest.mark.parametrize("start", [UPRIGHT, HANGING])
+@pytest.mark.parametrize("spin", [0.0, 1.0, 4.0, 9.0])
+def test_an_axis_on_the_vertical_sleeps_and_one_that_moves_there_passes_through(start, spin):
+    still = heavy_top.precession((0.0, 0.0, spin), start, **TOP)
+    assert still.path == "sleeping"
+    assert math.isnan(still.per_nutation) and math.isnan(still.mean_rate)
+    moving = heavy_top.precession((1.0, 0.0, spin), start, **TOP)
+    assert moving.path == "through_pole"
+    assert math.isfinite(moving.per_nutation) and math.isfinite(moving.mean_rate)
+
+
+def test_on_the_way_to_upright_the_top_precesses_for_ever_at_half_the_rate_of_its_spin():
+    # From the horizontal with phi' = a and theta'^2 = beta - a^2: p_phi = p_psi, E that of upright.
+    omega0, q0 = (1.0, 1.0, 2.0), (0.5**0.5, 0.5**0.5, 0.0, 0.0)
+    way = heavy_top.precession(omega0, q0, **TOP)
+    assert heavy_top.nutation(omega0, q0, **TOP).period == math.inf
+    assert (way.path, way.per_nutation, way.mean_rate) == ("smooth", math.inf, 0.5)
+    rounded = (math.nextafter(1.0, 2.0), 1.0, 2.0)
+    assert 30.0 < heavy_top.nutation(rounded, q0, **TOP).period < 60.0
+
+
+def test_in_a_plane_the_way_to_upright_has_no_precession_but_the_jump_below():
+    swing = heavy_top.precession((2.0, 0.0, 0.0), HANGING, **TOP)
+    assert (swing.path, swing.mean_rate) == ("through_pole", 0.0)
+    assert swing.per_nutation == pytest.approx(math.pi, rel=4 * EPS)
+
+
+@pytest.mark.parametrize("theta", [0.4, 1.0, 2.3])
+def test_the_fast_top_is_approached_with_the_square_of_its_spin(theta):
+    errors = []
+    for omega3 in (50.0, 100.0, 200.0):
+        fast = heavy_top.fast_top(theta, omega3, **TOP)
+        start = (0.0, 0.0, omega3), leaning(theta)
+        swing, way = heavy_top.nutation(*start, **TOP), heavy_top.precession(*start, **TOP)
+        found = np.array(
+            [way.mean_rate, 2.0 * math.pi / swing.period, 0.5 * (swing.theta_max - swing.theta_min)]
+        )
+        expected = np.array([fast.precession, fast.nutation, fast.amplitude])
+        errors.append(np.abs(found / expected - 1.0))
+    # Relative to I mgl / (I3 omega3)^2, some 1e-3 at 50 rad/s; and four times less at twice that.
+    assert np.max(errors[0]) <= 4.0 * 1.0 / 25.0**2
+    np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.1)
+
+
+def test_the_fast_top_takes_arrays_and_refuses_no_spin():
+    fast = heavy_top.fast_top(np.zeros((3, 1)), np.array([-1.0, 2.0]), **TOP)
+    assert fast.precession.shape == fast.nutation.shape == fast.amplitude.shape == (3, 2)
+    np.testing.assert_array_equal(fast.precession[0], [-2.0, 1.0])
+    np.testing.assert_array_equal(fast.nutation[0], [0.5, 1.0])
+    with pytest.raises(ValueError, match=r"^omega3\[?.*\]? = 0.0; expected a spin"):
+        heavy_top.fast_top(0.5, 0.0, **TOP)

@@ -1,0 +1,122 @@
+"""Tops that are kept up, led into steady precession, or known to fall."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from rigid_envs.envs.single import RigidEnv
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.heavy_top.closed_forms import sleeping_exponents
+from rigid_envs.systems.heavy_top.references import (
+    asymmetric_balance,
+    pivot_balance,
+    precession_regulator,
+    upright_balance,
+)
+from rigid_envs.systems.heavy_top.system import HeavyTop
+from rigid_envs.systems.heavy_top.tasks.sleeping_top import SleepingTopRandom
+from tests.systems.runs import at_random, bound, run, still
+
+TOP = {"i_perp": 1.0, "i3": 0.5, "mgl": 1.0}
+UPRIGHT = {
+    "SleepingTop": upright_balance,
+    "SleepingTopRandom": upright_balance,
+    "PivotTop": pivot_balance,
+    "TopRandom": asymmetric_balance,
+}
+
+
+@pytest.mark.parametrize("name", UPRIGHT)
+def test_tops_are_kept_upright_by_linear_feedback_from_every_start(name):
+    assert run(name, bound(UPRIGHT[name])).success.all()
+
+
+@pytest.mark.parametrize("branch", ["slow", "fast"])
+def test_linear_feedback_leads_into_steady_precession_from_every_start(branch):
+    found = run("TopPrecession", bound(precession_regulator), branch=branch)
+    assert found.success.mean() >= 0.99
+
+
+@pytest.mark.parametrize("policy", [still, at_random()], ids=["zero", "random"])
+@pytest.mark.parametrize("name", ["SleepingTopRandom", "PivotTop", "TopPrecession", "TopRandom"])
+def test_neither_rest_nor_chance_succeeds(name, policy):
+    assert not run(name, policy).success.any()
+
+
+def largest_tilts(share):
+    """How far free tops tilt in 15 s that start 0.001 rad tilted, at a share of the critical spin.
+
+    Each is compared with abs(theta / theta_0) of the linear equation, started without nodding.
+    """
+    config = {"start_tilt": 1e-3, "start_spin_low": share, "start_spin_high": share}
+    y = run("SleepingTop", still, n=20, **config).y
+    tilt = HeavyTop().tilt(y)
+    a, b = sleeping_exponents(4.0 * share, **TOP)
+    t = 0.05 * np.arange(len(y))
+    linear = np.abs((a * np.exp(b * t) - b * np.exp(a * t)) / (a - b))
+    return np.max(tilt, axis=0) / tilt[0], np.max(linear)
+
+
+def test_above_the_sleeping_threshold_a_small_tilt_stays_small():
+    for share in (1.03, 1.1, 2.0):
+        found, linear = largest_tilts(share)
+        # the tilt is 1e-3 (1 - 1/4.. 4): what is not linear in it is of the order of its square
+        np.testing.assert_allclose(found, linear, rtol=1e-3)
+        assert linear < 5.0
+
+
+def test_below_the_sleeping_threshold_the_smallest_tilt_grows():
+    for share in (0.97, 0.9, 0.5):
+        found, linear = largest_tilts(share)
+        assert linear > 10.0
+        assert found.min() > 10.0
+
+
+def test_leaving_the_arena_ends_the_episode():
+    env = gym.make("RigidEnvs/PivotTop-v0").unwrapped
+    for x, out in ((4.9, False), (4.99999, True)):
+        env.reset(options={"state": {"pivot": (-x, 0.0), "pivot_velocity": (-1.0, 0.0)}})
+        _, _, terminated, _, info = env.step(np.zeros(2, dtype=np.float32))
+        assert terminated == out
+        assert not info["is_success"]
+
+
+def test_a_fall_ends_the_episode():
+    env = gym.make("RigidEnvs/PivotTop-v0").unwrapped
+    for tilt, fallen in ((0.49, False), (0.51, True)):
+        q = rotations.quaternion_from_axis_angle([0.0, 1.0, 0.0], tilt)
+        env.reset(options={"state": {"q": q, "omega_body": (0.0, 0.0, 0.0)}})
+        _, _, terminated, _, info = env.step(np.zeros(2, dtype=np.float32))
+        assert terminated == fallen  # within a step the tilt grows by tilt dt^2 / 2, 0.6 mrad
+        assert not info["is_success"]
+
+
+def test_the_centre_pays_an_upright_top_only():
+    env = gym.make("RigidEnvs/PivotTop-v0").unwrapped
+    paid = []
+    for tilt in (0.0, 0.4):
+        q = rotations.quaternion_from_axis_angle([0.0, 1.0, 0.0], tilt)
+        env.reset(options={"state": {"q": q, "omega_body": (0.0, 0.0, 0.0)}})
+        paid.append(env.step(np.zeros(2, dtype=np.float32))[4]["reward/centre"])
+    assert paid[0] == 1.0
+    np.testing.assert_allclose(paid[1], 1.0 / (1.0 + 10.0 * 0.4), rtol=2e-3)  # 0.5 mrad of falling
+
+
+def test_accelerating_the_pivot_tilts_the_vertical():
+    """In the frame of the pivot gravity is (-a, 0, -g): a top at rest along it stays there."""
+    env = RigidEnv("rigid_envs.tasks:PivotTop", push=3.0, arena=1e6)
+    lean = np.arctan2(3.0, 9.81)  # forwards, into the acceleration
+    q = rotations.quaternion_from_axis_angle([0.0, 1.0, 0.0], lean)
+    env.reset(options={"state": {"q": q, "omega_body": (0.0, 0.0, 0.0)}})
+    for _ in range(40):
+        env.step(np.array([1.0, 0.0], dtype=np.float32))
+    # an equilibrium, though not a stable one: roundings grow by exp(2 s * 1/s)
+    np.testing.assert_allclose(HeavyTop().tilt(env.y), lean, atol=1e-12)
+
+
+def test_every_drawn_top_can_be_caught_by_the_torque_there_is():
+    """A start is caught if ``m g ell theta sqrt(1 - share^2) < torque`` (see the task)."""
+    task = SleepingTopRandom()
+    heaviest = task.m[1] * task.g * task.ell[1]
+    worst = heaviest * task.start_tilt * np.sqrt(1.0 - task.start_spin_low**2)
+    assert worst < 0.85 * task.torque

@@ -1,0 +1,134 @@
+"""Measures of simulated motions: order of convergence, drift, error estimate by step doubling."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.integrate import solve_ivp
+
+from rigid_envs.base.checks import Array
+from rigid_envs.mechanics.integration import Input, Trajectory
+from rigid_envs.mechanics.laws import EPS, matrices
+from rigid_envs.mechanics.system import System
+
+
+def orders(errors: list[float]) -> Array:
+    """Powers of the step with which errors fall, for steps that are halved each time."""
+    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+
+
+def slope(values: Array, h: float) -> Array:
+    """Time derivative in the middle of five moments at a distance h, to h^4."""
+    weights = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * h)
+    return np.tensordot(weights, values, 1)
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A motion in constant steps, and in steps twice as long.
+
+    Attributes:
+        trajectory: the motion in the shorter steps.
+        coarse: the motion in the longer ones.
+        steps: how many of the shorter ones there are.
+        rate: largest rate on the way [rad/s].
+        turned: rate times the whole time [rad].
+    """
+
+    trajectory: Trajectory
+    coarse: Trajectory
+    steps: float
+    rate: float
+    turned: float
+
+    def tolerance(self, name: str, size: float, cond: float = 1.0) -> float:
+        """How far a named quantity may be from the truth.
+
+        With order four the difference of the two is 15 times the error of the better one: a fifth
+        of it is allowed. Each of the ten kicks of a step rounds a velocity by half a unit, to the
+        same side at worst: `size` is what velocities that are wrong by a part of themselves make of
+        the quantity. Roundings of the start count `cond` times.
+        """
+        missed = np.max(np.abs(self.trajectory[name] - self.coarse[name])) / 5.0
+        return float(missed) + EPS * (64.0 * cond + 5.0 * self.steps * size)
+
+
+def refined(
+    system: System, y0: Array, t: Array, u: Input | None = None, per_radian: float = 16.0
+) -> Refined:
+    """The motion in so many steps per radian of the fastest rate on its way, and in twice as many.
+
+    The rates are those of the motion in default steps.
+    """
+    default = system.simulate(y0, t, u).y
+    rest = system.checked_input(None)
+    rate = max(system.rate_bound(row, rest, 0.0) for row in default)
+    step, span = 1.0 / (per_radian * rate), float(abs(t[-1] - t[0]))
+    coarse, fine = (system.simulate(y0, t, u, max_step=step / k) for k in (1, 2))
+    return Refined(fine, coarse, 2.0 * span / step, rate, rate * span)
+
+
+def is_level(t: Array, values: Array, share: float = 0.1) -> bool:
+    """Whether values oscillate but go nowhere.
+
+    The straight line that fits them best changes by less than a share of their size in all the
+    time. An oscillation seen at 20 000 moments leaves a hundredth; 1e-12 is for roundings.
+    """
+    slope = np.polyfit(t / (t[-1] - t[0]), values, 1)[0]
+    return abs(slope) <= share * np.max(np.abs(values)) + 1e-12
+
+
+def sample_steps(n_steps: int, size: int = 20000) -> Array:
+    """Numbers of steps at which to look, 0 and `n_steps` among them.
+
+    Irregular: regular ones can beat with a periodic motion, and a beat looks like a drift.
+    """
+    inside = np.random.default_rng(0).choice(n_steps - 1, size, replace=False) + 1
+    return np.concatenate([[0], np.sort(inside), [n_steps]])
+
+
+def same_attitude(found: Array, expected: Array) -> float:
+    """Largest difference of the rotation matrices of two series of quaternions."""
+    return float(np.max(np.abs(matrices(found) - matrices(expected))))
+
+
+def leaning(theta: float) -> tuple[float, float, float, float]:
+    """Attitude with Euler angles (0, theta, 0): turned about world x."""
+    return (np.cos(0.5 * theta), np.sin(0.5 * theta), 0.0, 0.0)
+
+
+def seeds(n: int, of: int) -> list[Any]:
+    """Seeds below `of`: the first n by default, the others with `-m long`."""
+    return [*range(n), *(pytest.param(k, marks=pytest.mark.long) for k in range(n, of))]
+
+
+def random_attitude(rng: np.random.Generator) -> Array:
+    """A unit quaternion, uniform on the rotation group."""
+    q = rng.normal(size=4)
+    return q / np.linalg.norm(q)
+
+
+def random_moments(rng: np.random.Generator) -> Array:
+    """Principal moments of a body: second moments of mass along the axes, added in pairs."""
+    a, b, c = rng.uniform(0.05, 1.0, 3)
+    return np.array([b + c, c + a, a + b])
+
+
+def through(
+    rate: Callable[[Array, Array], Array], z: Array, dt: float, inputs: npt.ArrayLike
+) -> Array:
+    """States at the end of each interval of length dt under its input: z' = rate(z, u).
+
+    DOP853 of SciPy at rtol 1e-12.
+    """
+    ends = []
+    for u in np.asarray(inputs, dtype=np.float64):
+        solution = solve_ivp(
+            lambda _, y, u=u: rate(y, u), (0.0, dt), z, "DOP853", rtol=1e-12, atol=1e-14
+        )
+        z = solution.y[:, -1]
+        ends.append(z)
+    return np.array(ends)

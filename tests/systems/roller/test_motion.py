@@ -1,0 +1,91 @@
+"""Wheels, spheres and hoops on inclines and in valleys, against references and multipliers."""
+
+import math
+from operator import itemgetter
+
+import numpy as np
+import pytest
+
+from rigid_envs.mechanics.laws import EPS
+from rigid_envs.systems.roller.system import Roller
+from tests.reference import cases
+from tests.systems.measures import is_level, sample_steps, through
+from tests.systems.multipliers import pack, roller_in_valley
+
+VALLEY = Roller(m=1.1, radius=0.3, beta=0.45, g=9.5, slope=0.4, curvature=0.5)
+MILLION = 10**6
+HILL = Roller(m=1.1, radius=0.3, beta=0.45, g=9.5, slope=0.1, curvature=-0.2)
+
+
+@pytest.mark.parametrize("case", cases("incline"), ids=itemgetter("id"))
+def test_a_body_let_go_on_an_incline_agrees_with_the_reference(case):
+    given, out = case["in"], case["out"]
+    body = Roller(m=1.7, radius=given["R"], beta=given["beta"], g=given["g"], slope=given["alpha"])
+    y = body.state()
+    assert body.rhs(y)[1] == pytest.approx(out["acceleration"], rel=4 * EPS)
+    # In a single step of two to nine seconds: on an incline every step is exact.
+    end = body.advance(y, None, out["time"])
+    assert end[1] == pytest.approx(out["v"], rel=32 * EPS)
+    assert body.place(end)[1] == pytest.approx(-given["h"], rel=32 * EPS)
+    assert end[1] / body.radius == pytest.approx(out["omega"], rel=32 * EPS)
+    assert body.turn(end) / (2.0 * math.pi) == pytest.approx(out["turns"], rel=32 * EPS)
+    friction, normal = body.contact_force(y)
+    share = -friction / (1.7 * given["g"])  # uphill, against the way
+    assert share == pytest.approx(out["friction_over_mg"], rel=8 * EPS, abs=0.0)
+    assert normal == pytest.approx(1.7 * given["g"] * math.cos(given["alpha"]), rel=8 * EPS)
+    assert body.needed_friction(y) == pytest.approx(out["mu_min"], rel=8 * EPS, abs=0.0)
+
+
+def swinging(system, seed):
+    rng = np.random.default_rng([35, seed])
+    return system.state(arc_length=rng.uniform(-0.5, 0.5), velocity=rng.normal()), rng
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("system", [VALLEY, HILL], ids=["valley", "hill"])
+def test_random_forces_agree_with_newtons_law(system, seed):
+    y, rng = swinging(system, seed)
+    u = rng.uniform((-3.0, 0.0), (3.0, 0.6), (20, 2))
+    (x, z), descent = system.place(y), float(system.descent(y))
+    # The middle of the circle lies over s = 0 along the normal there.
+    middle = np.array([math.sin(system.slope), 0.0, math.cos(system.slope)]) / system.curvature
+    v = y[1] * np.array([math.cos(descent), 0.0, -math.sin(descent)])
+    omega = np.array([0.0, y[1] / system.radius, 0.0])
+    start = pack(np.array([x, 0.0, z]), v, np.eye(3), omega, middle)
+    ends = through(lambda z, u: roller_in_valley(system, z, u).rates, start, 0.1, u)
+    motion = system.simulate(y, np.arange(21) * 0.1, u)
+    # Default steps, 1e-11 per radian of some ten. DOP853 adds 1e-12.
+    np.testing.assert_allclose(motion["place"][1:], ends[:, [0, 2]], rtol=0, atol=1e-9)
+    rolled = motion["velocity"][1:] / system.radius
+    np.testing.assert_allclose(rolled, ends[:, 16], rtol=0, atol=1e-9)
+    force = [roller_in_valley(system, *at).contact for at in zip(ends, u, strict=True)]
+    np.testing.assert_allclose(system.contact_force(motion.y[1:], u), force, rtol=0, atol=1e-8)
+    turned = ends[-1, 6:15].reshape(3, 3)  # about +y: the body turns forwards
+    angle = float(system.turn(motion.y[-1]) - system.turn(y))
+    np.testing.assert_allclose(turned[:, 0], (math.cos(angle), 0.0, -math.sin(angle)), atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    # Down from the top of a sphere, at rest there: a block leaves it at cos = 2/3, a rolling
+    # sphere at 10/17, and 2 / (3 + beta) in general.
+    ("beta", "cosine"),
+    [(0.0, 2.0 / 3.0), (0.4, 10.0 / 17.0), (1.0, 1.0 / 2.0)],
+)
+def test_a_body_leaves_the_hill_where_the_textbook_says(beta, cosine):
+    hill = Roller(beta=beta, curvature=-0.5)
+    motion = hill.simulate(hill.state(velocity=1e-4), np.linspace(0.0, 10.0, 2001))
+    off = np.isinf(motion["needed_friction"])
+    first = int(np.argmax(off))
+    before, after = np.cos(motion["descent"][first - 1 : first + 1])
+    assert before > cosine > after
+    assert before - after < 0.02
+    assert hill.slips(motion.y[first])
+
+
+@pytest.mark.parametrize(("dt", "bound"), [(0.1, 2e-5), (0.05, 1.3e-6)])
+def test_a_million_steps_in_a_valley_keep_the_energy(dt, bound):
+    y = VALLEY.state(arc_length=0.2, velocity=1.5)
+    motion = VALLEY.simulate(y, sample_steps(MILLION) * dt, max_step=dt)
+    energy = motion.invariants["energy"] / motion.invariants["energy"][0] - 1.0
+    assert np.max(np.abs(energy)) <= bound  # found: 1.0e-5 and 6.5e-7, the fourth power
+    assert is_level(motion.t, energy)

@@ -1,0 +1,392 @@
+"""Following a ball that rolls ahead: costs along closed loops, elasticae, and BallSteer."""
+
+import numpy as np
+import pytest
+from scipy.special import ellipe, ellipj, ellipk
+
+from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.mechanics import rotations
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_ball import references
+from rigid_envs.systems.rolling_ball.controllers import (
+    DampedFollower,
+    FarSightedFollower,
+    elastica_headings,
+    pose_error,
+)
+from rigid_envs.systems.rolling_ball.system import RollingBall
+from rigid_envs.systems.rolling_ball.tasks.ball_steer import _EIGHT, _MODULI
+from tests.systems.runs import at_random, bound, run, still
+
+BALL = RollingBall(0.7)
+RATE = 4.0
+SPEED = 0.5 * RATE * 0.7
+
+
+def starts(n, offset, angle, seed=0):
+    """Balls near the origin, and a reference there, upright."""
+    rng = np.random.default_rng(seed)
+    q = rotations.exp(angle * rng.uniform(-1.0, 1.0, (n, 3)))
+    return BALL.state(q=q, position=offset * rng.uniform(-1.0, 1.0, (n, 2)))
+
+
+def circle(n_steps, dt, n, curvature=1.0):
+    """Velocities of a reference on a polygon round a circle, shape (n_steps, n, 2)."""
+    heading = SPEED * dt * curvature * np.arange(n_steps)[:, None] + np.arange(n)
+    return SPEED * np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+
+
+def rolled(y, velocity, dt):
+    return BALL.advance(y, np.concatenate([velocity, 0.0 * velocity[..., :1]], axis=-1), dt)
+
+
+def simulate_closed_loop(act, y, velocities, dt):
+    """States of ball and reference, and actions, over all periods."""
+    reference, found = np.broadcast_to(BALL.state(), y.shape), []
+    for k, velocity in enumerate(velocities):
+        action = act(k, y, reference, velocity)
+        found.append((y, reference, action))
+        y, reference = rolled(y, RATE * 0.7 * action, dt), rolled(reference, velocity, dt)
+    return [np.stack(part) for part in zip(*found, strict=True)]
+
+
+@pytest.fixture(scope="module")
+def damped():
+    follower, dt = DampedFollower(BALL, RATE), 0.01
+    return follower, simulate_closed_loop(
+        lambda k, *now: follower(*now), starts(50, 0.7, 0.8), circle(2000, dt, 50), dt
+    )
+
+
+def test_the_lyapunov_function_of_damping_does_not_grow(damped):
+    follower, (y, reference, _) = damped
+    V = follower.lyapunov(y, reference)
+    # Held for dt, a correction w goes on after the slope has changed: by |w|^2 dt / 2 and the like.
+    assert np.max(np.diff(V, axis=0)) < 1e-4 * np.max(V)
+    assert np.max(V[-1]) < 1e-3 * np.max(V[0])
+
+
+def test_it_falls_as_fast_as_its_equation_says(damped):
+    follower, (y, reference, action) = damped
+    V = follower.lyapunov(y, reference)
+    relative = RATE * action - circle(2000, 0.01, 50) / 0.7
+    free = np.linalg.norm(action, axis=-1) < 1.0 - 1e-6  # s = 1
+    fall = np.sum(relative**2, axis=-1) / 0.6
+    found = -np.diff(V, axis=0) / 0.01
+    # of first order in dt, relative to the largest fall of V
+    np.testing.assert_allclose(
+        found[free[:-1]], fall[:-1][free[:-1]], rtol=0, atol=0.03 * np.max(fall)
+    )
+
+
+@pytest.mark.parametrize("curvature", [0.0, 1.0])
+def test_along_a_straight_line_one_error_stays_and_bends_take_it_away(curvature):
+    follower, dt, start = DampedFollower(BALL, RATE), 0.02, starts(20, 0.05, 0.05)
+    way = circle(1500, dt, 20, curvature)
+    y, reference, _ = simulate_closed_loop(lambda k, *now: follower(*now), start, way, dt)
+    error = pose_error(BALL, y, reference)
+    size = np.linalg.norm(error, axis=-1)
+    across = np.stack([error[..., 3], -error[..., 2]], axis=-1) - error[..., :2]
+    stays = np.sum(across * way / SPEED, axis=-1)
+    if curvature == 0.0:  # to first order in the error
+        assert (np.abs(stays[-1] - stays[0]) < size[0] ** 2).all()
+        assert (np.abs(stays[0]) > 5.0 * size[0] ** 2).sum() > 5
+    else:
+        assert (size[-1] < 1e-3 * size[0]).all()
+
+
+@pytest.fixture(scope="module")
+def ahead():
+    follower, velocities = FarSightedFollower(BALL, RATE, 0.1), circle(200, 0.1, 30)
+    return follower, velocities, follower.regulator(velocities)
+
+
+def test_the_riccati_value_is_the_cost_of_small_errors(ahead):
+    follower, velocities, regulator = ahead
+    size = 1e-4
+    y, reference, action = simulate_closed_loop(
+        lambda k, *now: follower(*now, regulator.gain[k]), starts(30, size, size), velocities, 0.1
+    )
+    error, w = pose_error(BALL, y, reference), RATE * action - velocities / 0.7
+    cost = np.sum(error**2, axis=-1) + 0.03 * np.sum(w**2, axis=-1)
+    to_go = np.cumsum(cost[::-1], axis=0)[::-1]
+    value = np.einsum("...i,...ij,...j", error, regulator.riccati, error)
+    # the linearised error is off by its square, in parts of itself; at the end rounding is left
+    big = value > 1e-4 * value[0]
+    np.testing.assert_allclose(to_go[big], value[big], rtol=100 * size)
+    assert (np.diff(value, axis=0)[big[:-1]] < 0.0).all()
+
+
+def test_the_regulator_brings_in_errors_of_a_radius_and_a_radian(ahead):
+    follower, velocities, regulator = ahead
+    y, reference, _ = simulate_closed_loop(
+        lambda k, *now: follower(*now, regulator.gain[k]), starts(30, 0.7, 0.57), velocities, 0.1
+    )
+    size = np.linalg.norm(pose_error(BALL, y, reference), axis=-1)
+    assert (size[150] < 1e-3 * size[0]).all()
+
+
+def test_no_other_linear_feedback_costs_less(ahead):
+    """Perturbed gains cost more, to second order: the first variation vanishes."""
+    follower, velocities, regulator = ahead
+    F, G = follower._steps(velocities)
+    rng = np.random.default_rng(3)
+    change = rng.standard_normal((200, 1, 2, 5))
+
+    def cost(gain):
+        P = np.eye(5)
+        for f, g, K in zip(F[::-1], G[::-1], gain[::-1], strict=True):
+            A = f - g @ K
+            P = np.eye(5) + 0.03 * np.swapaxes(K, -1, -2) @ K + np.swapaxes(A, -1, -2) @ P @ A
+        return np.trace(P, axis1=-2, axis2=-1)
+
+    best = cost(regulator.gain)
+    np.testing.assert_allclose(best, np.trace(regulator.riccati[0], axis1=-2, axis2=-1), rtol=1e-12)
+    for size in (1e-2, -1e-2, 1e-3):
+        assert (cost(regulator.gain + size * change) > best).all()
+
+
+def test_the_linearised_step_is_that_of_the_balls():
+    follower = FarSightedFollower(BALL, RATE, 0.1)
+    velocity = np.array([1.0, 0.6])
+    (F,), (G,) = follower._steps(velocity[None])
+    h = 1e-6
+    for k in range(7):
+        change = h * np.eye(7)[k]
+        y = BALL.state(q=rotations.exp(change[2:5]), position=0.7 * change[:2])
+        after = rolled(y, velocity + 0.7 * change[5:], 0.1)
+        error = pose_error(BALL, after, rolled(BALL.state(), velocity, 0.1)) / h
+        # differences: truncation h, rounding 1e-16 / h
+        np.testing.assert_allclose(error, np.hstack([F, G])[:, k], rtol=0, atol=1e-5)
+
+
+def test_the_pose_error_is_that_of_rolling_there():
+    way = np.array([0.2, -0.3])
+    y = BALL.state(q=rolling_ball.roll_straight(way, 0.7), position=way)
+    expected = np.concatenate([way, [0.3, 0.2, 0.0]]) / 0.7
+    np.testing.assert_allclose(pose_error(BALL, y, BALL.state()), expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_no_velocity_is_larger_than_the_largest_and_the_correction_keeps_its_direction(share):
+    follower = DampedFollower(BALL, RATE)
+    y = starts(200, 10.0, 1.0)
+    velocity = share * RATE * 0.7 * np.array([0.6, 0.8])
+    action = follower(y, BALL.state(), velocity)
+    assert np.max(np.linalg.norm(action, axis=-1)) <= 1.0 + 1e-12
+    p, theta = np.split(pose_error(BALL, y, BALL.state()), [2], axis=-1)
+    wanted = -p - 1.2 * np.stack([theta[:, 1], -theta[:, 0]], axis=-1)
+    added = action - share * np.array([0.6, 0.8])
+    inner = np.sum(wanted * added, axis=-1)
+    assert (inner >= -1e-12).all()
+    np.testing.assert_allclose(
+        inner, np.linalg.norm(wanted, axis=-1) * np.linalg.norm(added, axis=-1), atol=1e-9
+    )
+    # as far as to the edge of the disk
+    assert np.sum(np.linalg.norm(action, axis=-1) > 1.0 - 1e-9) > 50
+
+
+def test_each_row_of_a_batch_is_followed_as_alone(ahead):
+    follower, velocities, regulator = ahead
+    y, reference = starts(30, 0.5, 0.5), starts(30, 0.1, 0.1, seed=1)
+    actions = follower(y, reference, velocities[0], regulator.gain[0])
+    damped = DampedFollower(BALL, RATE)(y, reference, velocities[0])
+    for k in range(0, 30, 7):
+        alone = follower.regulator(velocities[:, k])
+        now = y[k], reference[k], velocities[0, k]
+        np.testing.assert_allclose(follower(*now, alone.gain[0]), actions[k], rtol=1e-12)
+        np.testing.assert_allclose(DampedFollower(BALL, RATE)(*now), damped[k], rtol=1e-12)
+
+
+def test_headings_ahead_are_those_of_the_elastica_to_second_order():
+    k, w = 0.8, 1.3  # modulus, wavenumber [1/m]
+    heading, force = np.array([0.6, 0.8]), w**2 * np.array([0.6, 0.8])
+    errors = []
+    for n in (100, 200):
+        way = 5.0 / n
+        found = elastica_headings(heading, np.array(2.0 * k * w), force, way, n)
+        sn, _, dn, _ = ellipj(w * way * np.arange(n), k**2)
+        # heading - axis = 2 arcsin(k sn)
+        across = heading[0] * found[:, 1] - heading[1] * found[:, 0]
+        errors.append(np.max(np.abs(across - 2.0 * k * sn * dn)))
+    assert errors[1] < 1e-3
+    assert 3.9 < errors[0] / errors[1] < 4.1
+
+
+N = 200
+PATHS = ("eight", "elastica", "both")
+
+
+def rows(n, **config):
+    envs = RigidVectorEnv("rigid_envs.tasks:BallSteer", n, **config)  # without a time limit
+    return envs, envs.reset(seed=0)[0]
+
+
+def aux(envs):
+    return envs.get_state()["aux"]
+
+
+def error(rewards):
+    """Pose error of each row, from its reward 1 / (1 + 5 error)."""
+    return (1.0 / rewards - 1.0) / 5.0
+
+
+def copy(envs):
+    """The action of the reference alone."""
+    return envs.task.reference_speed * aux(envs)[:, 6:8]
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_going_down_the_slope_of_the_error_keeps_up_with_the_reference(path):
+    # a few in a thousand begin so far off that their mean error is beyond the bound
+    assert np.mean(run("BallSteer", bound(references.damped), 1000, path=path).success) > 0.99
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_whoever_knows_the_path_ahead_keeps_up_from_every_start_and_closer(path):
+    found = run("BallSteer", bound(references.far_sighted), N, path=path)
+    assert found.success.all()
+    assert np.mean(found.reward) > 1.1 * np.mean(
+        run("BallSteer", bound(references.damped), N, path=path).reward
+    )
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_the_headings_that_are_looked_ahead_at_are_those_that_come(path):
+    envs, _ = rows(20, path=path, radius=0.7)
+    start, way = aux(envs), envs.task.reference_speed * envs.task.roll_per_step * 0.7
+    ahead = elastica_headings(start[:, 6:8], start[:, 8], start[:, 9:11], way, 100)
+    for heading in ahead:
+        # roundings of 100 turns, and of sines that are not NumPy's
+        np.testing.assert_allclose(aux(envs)[:, 6:8], heading, rtol=0, atol=1e-12)
+        envs.step(np.zeros((20, 2), dtype=np.float32))
+
+
+@pytest.mark.parametrize("policy", [still, at_random(), copy])
+@pytest.mark.parametrize("path", PATHS)
+def test_without_correction_no_ball_keeps_up(path, policy):
+    assert not run("BallSteer", policy, N, path=path).success.any()
+
+
+@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("n_substeps", [1, 3])
+def test_whoever_copies_the_reference_from_no_offset_stays_at_none(path, n_substeps):
+    config = {"path": path, "start_offset": 0.0, "start_angle": 0.0, "n_substeps": n_substeps}
+    envs, seen = rows(N, **config)
+    for _ in range(300):
+        seen, rewards, *_, infos = envs.step(seen[:, 5:7])
+        assert infos["is_success"].all()
+    away = envs.y - aux(envs)[:, :6]
+    # the same operations on the same numbers; in parts of a step the sums are rounded differently:
+    # 900 roundings of positions up to 30 and of attitudes
+    assert np.max(np.abs(away)) <= (0.0 if n_substeps == 1 else 900 * 2.0**-53 * 30)
+    # the reward tells the error to rounding: 1 + 5 error is rounded at 1
+    assert np.max(error(rewards)) < (4e-16 if n_substeps == 1 else 1e-11)
+
+
+def test_the_reference_rolls_without_slipping():
+    envs, _ = rows(1, radius=0.7)
+    places, turn = [aux(envs)[0, 4:6]], aux(envs)[0, :4]
+    for _ in range(100):
+        envs.step(np.zeros((1, 2), dtype=np.float32))
+        places.append(aux(envs)[0, 4:6])
+    rolled = rolling_ball.roll_polygon(np.diff(places, axis=0), 0.7)
+    expected = rotations.multiply(rolled, turn)
+    # 100 rolls, each rounded in the differences of places up to 10 radii
+    assert rotations.distance(aux(envs)[0, :4], expected) < 100 * 10 * 2.3e-16
+    speed = np.linalg.norm(np.diff(places, axis=0), axis=1) / envs.task.dt
+    # directions are rounded to float32, by 3e-8 of the largest speed in each component
+    np.testing.assert_allclose(speed, 0.5 * np.pi / 8 / 0.1 * 0.7, rtol=1e-7)
+
+
+def way_along(n, step, **config):
+    """Way [radii], heading and curvature [1/radius] of references, in steps of this roll [rad]."""
+    envs, _ = rows(50, reference_speed=0.5, roll_per_step=2.0 * step, radius=0.7, **config)
+    found = [aux(envs)]
+    for _ in range(n):
+        envs.step(np.zeros((50, 2), dtype=np.float32))
+        found.append(aux(envs))
+    return step * np.arange(n + 1), np.stack(found)
+
+
+def off_the_pendulum(n, step, **config):
+    """How far curvatures and headings are from the closed form, largest over all rows."""
+    way, found = way_along(n, step, **config)
+    w, curvature = 0.6, 0.7 * found[..., 8]
+    modulus = curvature[0] / (2.0 * w)
+    waves = np.abs(modulus) < 1.0
+    k = np.abs(modulus[waves])
+    sn, cn, _, _ = ellipj(w * way[:, None], k**2)
+    side = np.sign(modulus[waves])
+    axis = found[0, waves, 6:8]
+    heading = found[:, waves, 6:8]
+    across = axis[:, 0] * heading[..., 1] - axis[:, 1] * heading[..., 0]
+    # heading - axis = 2 arcsin(k sn): its sine is 2 k sn dn, and dn^2 = 1 - k^2 sn^2
+    sine = 2.0 * side * k * sn * np.sqrt(1.0 - k**2 * sn**2)
+    return max(
+        np.max(np.abs(curvature[:, waves] - 2.0 * side * k * w * cn)), np.max(np.abs(across - sine))
+    )
+
+
+@pytest.mark.parametrize("path", ["eight", "elastica"])
+def test_paths_tend_to_the_elasticae_of_the_closed_form_to_second_order(path):
+    coarse, fine = off_the_pendulum(150, 0.1, path=path), off_the_pendulum(300, 0.05, path=path)
+    assert fine < 0.05
+    assert 3.8 < coarse / fine < 4.2
+
+
+def test_curls_never_turn_back_and_waves_do():
+    _, found = way_along(1000, 0.1, path="elastica")
+    curvature = found[..., 8]
+    curls = np.abs(curvature[0]) > 2.0 * 0.6 / 0.7
+    turns_back = (np.sign(curvature) != np.sign(curvature[0])).any(axis=0)
+    np.testing.assert_array_equal(turns_back, ~curls)
+    assert 0 < np.sum(curls) < 50
+
+
+def test_the_eight_closes():
+    assert abs(ellipk(_EIGHT**2) - 2.0 * ellipe(_EIGHT**2)) < 1e-14
+    gaps = []
+    for n in (100, 200):
+        step = 4.0 * ellipk(_EIGHT**2) / 0.6 / n
+        _, found = way_along(n, step, path="eight")
+        gaps.append(np.max(np.abs(found[-1, :, 4:6] - found[0, :, 4:6])) / 0.7)
+    assert gaps[1] < 0.02  # of a path that is 15.5 radii long
+    assert 3.8 < gaps[0] / gaps[1] < 4.2
+
+
+def test_the_paths_are_those_that_were_chosen():
+    moduli = {}
+    for path in PATHS:
+        envs, _ = rows(2000, path=path)
+        moduli[path] = np.abs(aux(envs)[:, 8]) / (2.0 * 0.6)
+    np.testing.assert_allclose(moduli["eight"], _EIGHT, rtol=1e-14)
+    assert _MODULI[0] <= np.min(moduli["elastica"]) < 0.61
+    assert 1.19 < np.max(moduli["elastica"]) <= _MODULI[1]
+    share = np.mean(np.abs(moduli["both"] - _EIGHT) < 1e-14)
+    assert abs(share - 0.5) < 4.0 * 0.5 / np.sqrt(2000)  # four standard deviations
+
+
+def test_the_observed_error_is_that_of_the_pose():
+    envs, seen = rows(N, radius=0.7)
+    for _ in range(20):
+        y, reference = envs.y, aux(envs)
+        theta = rotations.log(rotations.multiply(y[:, :4], rotations.conjugate(reference[:, :4])))
+        expected = np.concatenate([(y[:, 4:6] - reference[:, 4:6]) / 0.7, theta], axis=1)
+        np.testing.assert_allclose(seen[:, :5], expected, rtol=1e-6, atol=1e-6)
+        seen, rewards, *_ = envs.step(0.3 * seen[:, 5:7])
+        now = np.linalg.norm(seen[:, :5].astype(float), axis=1)
+        np.testing.assert_allclose(error(rewards), now, rtol=1e-5)
+
+
+def test_success_is_a_mean_error_since_the_start_within_the_bound():
+    envs, _ = rows(N)
+    errors = []
+    follow = bound(references.damped)
+    for _ in range(100):
+        _, rewards, *_, infos = envs.step(follow(envs).astype(np.float32))
+        errors.append(error(rewards))
+        mean = np.mean(errors, axis=0)
+        clear = np.abs(mean - 0.3) > 1e-9
+        np.testing.assert_array_equal(infos["is_success"][clear], (mean <= 0.3)[clear])
+    assert 0 < np.sum(infos["is_success"]) < N

@@ -1,0 +1,277 @@
+"""What holds of all closed forms: units, shapes, and what is refused.
+
+They have the same digits in all units of mass, length and time. Units that differ by even powers of
+two change exponents alone, of numbers and of their roots: so the results are compared to the last
+few bits, however large or small they are.
+"""
+
+import inspect
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rigid_envs
+from rigid_envs.systems.dynamic_ball import closed_forms as dynamic_ball
+from rigid_envs.systems.free_body import closed_forms as free_body
+from rigid_envs.systems.heavy_top import closed_forms as heavy_top
+from rigid_envs.systems.roller import closed_forms as roller
+from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
+from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
+from rigid_envs.systems.upright_coin import closed_forms as upright_coin
+from tests.refusals import NO_NUMBERS, refusal
+
+MASS, LENGTH, TIME = range(3)
+# of each parameter: exponents of mass, length and time, and an ordinary value
+PARAMETERS: dict[str, tuple[tuple[int, int, int], Any]] = {
+    "amplitudes": ((0, 1, 0), [0.1, 0.2]),
+    "beta": ((0, 0, 0), 0.4),
+    "c1": ((0, 0, -1), 0.3),
+    "c2": ((0, 0, -1), 0.5),
+    "circle_radius": ((0, 1, 0), 0.7),
+    "contact_radius": ((0, 1, 0), 0.8),
+    "curvature": ((0, -1, 0), 0.2),
+    "displacement": ((0, 1, 0), [0.4, 0.3]),
+    "displacements": ((0, 1, 0), [[0.4, 0.3], [0.1, -0.6]]),
+    "frequencies": ((0, 0, -1), [1.3, 0.7]),
+    "g": ((0, 1, -2), 9.8),
+    "heading": ((0, 0, 0), 0.2),
+    "heading_acceleration": ((0, 0, -2), 0.3),
+    "height": ((0, 1, 0), 2.0),
+    "i3": ((1, 2, 0), 0.9),
+    "i_perp": ((1, 2, 0), 1.3),
+    "m": ((1, 0, 0), 1.1),
+    "mgl": ((1, 2, -2), 2.1),
+    "moments": ((1, 2, 0), [1.0, 2.0, 2.5]),
+    "mu": ((0, 0, 0), 0.3),
+    "omega": ((0, 0, -1), [0.5, -0.4, 0.7]),
+    "omega0": ((0, 0, -1), [0.3, 1.2, -0.4]),
+    "omega3": ((0, 0, -1), 6.0),
+    "p_phi": ((1, 2, -1), 0.9),
+    "p_psi": ((1, 2, -1), 0.6),
+    "phase": ((0, 0, 0), 0.2),
+    "phi": ((0, 0, 0), 0.1),
+    "phi_rate": ((0, 0, -1), 0.7),
+    "place": ((0, 1, 0), [0.2, -0.3]),
+    "precession": ((0, 0, -1), 0.9),
+    "psi": ((0, 0, 0), 0.2),
+    "psi_rate": ((0, 0, -1), 0.5),
+    "q0": ((0, 0, 0), [0.6, 0.0, 0.8, 0.0]),
+    "radius": ((0, 1, 0), 0.3),
+    "rate": ((0, 0, -1), 0.8),
+    "s0": ((0, 1, 0), 0.2),
+    "slope": ((0, 0, 0), 0.3),
+    "speed": ((0, 1, -1), 0.5),
+    "spin": ((0, 0, -1), 0.4),
+    "spin_per_rate": ((0, 0, 0), 0.1),
+    "steering_rate": ((0, 0, -1), 0.6),
+    "t": ((0, 0, 1), [0.0, 0.3, 1.7]),
+    "theta": ((0, 0, 0), 0.5),
+    "theta_rate": ((0, 0, -1), 0.1),
+    "tilt": ((0, 0, 0), 0.1),
+    "torques": ((1, 2, -2), [0.1, 0.2]),
+    "turntable_rate": ((0, 0, -1), 0.9),
+    "twist": ((0, 0, 0), 0.2),
+    "v0": ((0, 1, -1), 0.4),
+    "velocity": ((0, 1, -1), [1.0, 0.3]),
+}
+# where the value above is outside the range of a function
+OTHERS: dict[str, dict[str, Any]] = {
+    "free_body.chandler_period": {"i_perp": 0.8},
+    "free_body.chandler_turns": {"i_perp": 0.8},
+    "free_body.symmetric_cones": {"moments": [1.0, 1.0, 1.5]},
+    "free_body.symmetric_rates": {"moments": [1.0, 1.0, 1.5]},
+    "heavy_top.homoclinic_tilt": {"omega3": 2.0},
+    "roller.roll_wheel": {"omega": 2.0},
+    "rolling_ball.roll_segments": {"segments": [[1.0, 0.0, 0.1, 2.0]]},
+}
+ROOMS = {
+    room.__name__.split(".")[2]: room
+    for room in (
+        dynamic_ball,
+        free_body,
+        heavy_top,
+        roller,
+        rolling_ball,
+        rolling_disk,
+        upright_coin,
+    )
+}  # by system
+
+
+def named() -> Iterator[str]:
+    """Names of those whose parameters are known, units or not."""
+    for module, forms in ROOMS.items():
+        for name in forms.__all__:
+            function, full = getattr(forms, name), f"{module}.{name}"
+            known = PARAMETERS.keys() | OTHERS.get(full, {}).keys()
+            if (
+                inspect.isfunction(function)
+                and inspect.signature(function).parameters.keys() <= known
+            ):
+                yield full
+
+
+ALL = tuple(named())
+# of functions there are no units, and of segments several
+WITH_UNITS = [n for n in ALL if not n.endswith("_fields") and "segments" not in n]
+each_form = pytest.mark.parametrize("name", ALL)
+
+
+def numbers_of(result: Any) -> Iterator[np.ndarray]:
+    """All arrays and numbers of a result, one after the other."""
+    if is_dataclass(result):
+        for field in fields(result):
+            yield from numbers_of(getattr(result, field.name))
+    elif isinstance(result, tuple):
+        for part in result:
+            yield from numbers_of(part)
+    elif isinstance(result, complex):
+        yield np.array([result.real, result.imag])
+    elif not isinstance(result, str):
+        yield np.asarray(result, dtype=np.float64)
+
+
+def form_of(name: str) -> Callable[..., Any]:
+    module, _, function = name.partition(".")
+    form: Callable[..., Any] = getattr(ROOMS[module], function)
+    return form
+
+
+def arguments_of(name: str) -> dict[str, Any]:
+    return {
+        key: OTHERS.get(name, {}).get(key) or PARAMETERS[key][1]
+        for key in inspect.signature(form_of(name)).parameters
+    }
+
+
+def called(name: str, unit: int, exponent: int) -> list[np.ndarray]:
+    """The closed form with the same motion, of a unit that is 2^-exponent of the old one."""
+    arguments = {}
+    for key, value in arguments_of(name).items():
+        scaled = np.ldexp(np.array(value), PARAMETERS[key][0][unit] * exponent)
+        arguments[key] = float(scaled) if scaled.ndim == 0 else scaled
+    return list(numbers_of(form_of(name)(**arguments)))
+
+
+@pytest.mark.parametrize("name", WITH_UNITS)
+@pytest.mark.parametrize("unit", [MASS, LENGTH, TIME])
+@pytest.mark.parametrize("exponent", [-400, -8, 8, 400])
+def test_units_change_exponents_alone(name: str, unit: int, exponent: int) -> None:
+    for before, after in zip(called(name, unit, 0), called(name, unit, exponent), strict=True):
+        finite = np.isfinite(before) & (before != 0.0)
+        np.testing.assert_array_equal(after[~finite], before[~finite])
+        if finite.any():
+            largest = np.argmax(np.where(finite, np.abs(before), 0.0))
+            with np.errstate(over="ignore"):
+                ratio = after.flat[largest] / before.flat[largest]
+            power = round(np.log2(ratio))
+            expected = np.ldexp(before[finite], power)
+            # a few roundings: some quadratures choose their panels by the size of their results
+            np.testing.assert_allclose(after[finite], expected, rtol=1e-14, atol=0)
+
+
+@pytest.mark.parametrize("key", ["t", "theta"])
+def test_times_and_angles_of_any_shape_are_taken(key: str) -> None:
+    for name in WITH_UNITS:
+        parameter = inspect.signature(form_of(name)).parameters.get(key)
+        if parameter is None or parameter.annotation != "ArrayLike":
+            continue
+        values = np.linspace(0.2, 1.2, 6)
+        one, rows = (
+            [*numbers_of(form_of(name)(**{**arguments_of(name), key: at}))]
+            for at in (values[0], values)
+        )
+        for shape in ((2, 3), (0,)):
+            at = values[: int(np.prod(shape))].reshape(shape)
+            found = numbers_of(form_of(name)(**{**arguments_of(name), key: at}))
+            for part, row, single in zip(found, rows, one, strict=True):
+                if row.ndim > single.ndim:  # else it does not depend on the values
+                    expected = row[: at.size].reshape(*shape, *single.shape)
+                    np.testing.assert_allclose(part, expected, rtol=1e-13, atol=0, strict=True)
+
+
+WRONG = {
+    **dict.fromkeys(
+        ("circle_radius", "i3", "i_perp", "m", "mgl", "moments", "radius"), (0.0, -1.0)
+    ),
+    **dict.fromkeys(("beta", "g", "height", "mu"), (-1.0,)),
+    "curvature": (0.0,),
+}
+
+
+def spoiled(key: str, value: Any) -> Iterator[Any]:
+    """What is no such number or size."""
+    for wrong in (np.nan, *WRONG.get(key, ())):
+        changed = np.array(value, dtype=np.float64)
+        changed[(-1,) * changed.ndim] = wrong
+        yield changed[()]
+    yield from NO_NUMBERS
+    if np.ndim(value) and key != "t":
+        yield np.ones((2, 5))
+
+
+@each_form
+def test_what_is_no_number_or_no_size_is_refused_by_name(name: str) -> None:
+    arguments = arguments_of(name)
+    parameters = inspect.signature(form_of(name)).parameters
+    form_of(name)(**arguments)
+    for key, value in arguments.items():
+        if key == "precession":  # which may be NaN, where there is none
+            continue
+        bad = [*spoiled(key, value)]
+        bad += [[], np.ones(2)] if parameters[key].annotation == "float" else []
+        for wrong in bad:
+            text = refusal(form_of(name), **{**arguments, key: wrong})
+            assert re.match(rf"{key}\b", text), text
+
+
+@pytest.mark.parametrize(
+    ("name", "changed", "message"),
+    [
+        ("roller.descend", {"slope": 2.0}, r"^slope = 2\.0"),
+        ("roller.slide", {"t": -1.0}, r"^t = -1\.0; expected at least 0"),
+        ("upright_coin.drift_across_slope", {"steering_rate": 0.0}, r"^steering_rate = 0\.0"),
+        ("dynamic_ball.roll_on_plate", {"beta": 0.0}, r"^beta = 0\.0"),
+        ("dynamic_ball.turntable_circle", {"turntable_rate": 0.0}, r"^turntable_rate = 0\.0"),
+        ("dynamic_ball.drift_across_slope", {"turntable_rate": 0.0}, r"^turntable_rate = 0\.0"),
+        ("rolling_ball.roll_segments", {"t": 3.0}, "within"),
+        ("rolling_ball.roll_segments", {"segments": [[1.0, 0.0, 0.0, -2.0]]}, "duration"),
+        ("rolling_ball.clothoid_path", {"heading_acceleration": 0.0}, "use roll_straight"),
+        ("rolling_ball.complete_clothoid_angle", {"heading_acceleration": -1.0}, "^heading_acc"),
+    ],
+)
+def test_what_a_formula_does_not_hold_for_is_refused(
+    name: str, changed: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        form_of(name)(**{**arguments_of(name), **changed})
+
+
+def test_what_is_left_out_is_zero_in_all_units() -> None:
+    for name in ALL:
+        for parameter in inspect.signature(form_of(name)).parameters.values():
+            assert parameter.default is parameter.empty or not np.any(parameter.default), name
+
+
+def test_all_closed_forms_are_tried() -> None:
+    folder = Path(rigid_envs.__file__).parent / "systems"
+    assert {file.parent.name for file in folder.glob("*/closed_forms.py")} == ROOMS.keys()
+    functions = {
+        f"{system}.{name}"
+        for system, forms in ROOMS.items()
+        for name in forms.__all__
+        if inspect.isfunction(getattr(forms, name))
+    }
+    # the others take fields, which are functions, or what was made of them
+    assert {name.partition(".")[2] for name in functions - {*ALL}} == {
+        "bracket",
+        "bracket_norms",
+        "degree_of_nonholonomy",
+        "growth_vector",
+        "iterated_brackets",
+    }

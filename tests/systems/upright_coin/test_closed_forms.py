@@ -1,0 +1,160 @@
+"""Closed forms of the upright coin against reference cases, Fresnel and an integrator."""
+
+import math
+from operator import itemgetter
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+from scipy.special import fresnel
+
+from rigid_envs.systems.upright_coin import closed_forms as upright_coin
+from tests.reference import cases
+
+EPS = np.finfo(np.float64).eps
+COIN = {"m": 0.7, "radius": 0.3, "i_perp": 0.02, "i3": 0.04}
+
+
+@pytest.mark.parametrize("case", cases("coin_upright"), ids=itemgetter("id"))
+def test_rolling_and_steering_at_constant_rates_agrees_with_the_reference(case):
+    given, out = case["in"], case["out"]
+    motion = upright_coin.roll_coin(
+        given["t"],
+        radius=given["a"],
+        phi_rate=given["phid"],
+        psi_rate=given["psid"],
+        phi=given["phi0"],
+        psi=given["psi0"],
+        place=given["xy0"],
+    )
+    # Angles of up to 50 radians are rounded, and the centre swings with them.
+    turned = float(max(np.max(np.abs(motion.phi)), np.max(np.abs(motion.psi))))
+    expected = np.stack([out["x"], out["y"]], axis=-1)
+    tolerance = 4 * EPS * max(turned, np.max(np.abs(expected)))
+    np.testing.assert_allclose(motion.place, expected, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(motion.phi, out["phi"], rtol=0, atol=2 * EPS * turned)
+    np.testing.assert_allclose(motion.psi, out["psi"], rtol=0, atol=2 * EPS * turned)
+    attitude = Rotation.from_quat(motion.attitude, scalar_first=True).as_matrix()
+    rows = np.array(out["R"]).reshape(-1, 3, 3)
+    np.testing.assert_allclose(attitude, rows, rtol=0, atol=4 * EPS * turned)
+    if out["radius"] not in ("inf", 0.0):
+        start = np.array(given["xy0"])
+        heading = np.array([math.cos(given["phi0"]), math.sin(given["phi0"])])
+        arm = -given["a"] * given["psid"] / given["phid"] * np.array([-heading[1], heading[0]])
+        distances = np.linalg.norm(motion.place - (start + arm), axis=-1)
+        np.testing.assert_allclose(distances, out["radius"], rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize("case", cases("coin_upright_torques"), ids=itemgetter("id"))
+def test_the_driven_coin_agrees_with_the_reference(case):
+    given, out = case["in"], case["out"]
+    motion = upright_coin.drive_coin(
+        given["t"],
+        m=given["m"],
+        radius=given["a"],
+        i_perp=given["A"],
+        i3=given["C"],
+        torques=(given["tau_phi"], given["tau_psi"]),
+        phi_rate=given["phid0"],
+        psi_rate=given["psid0"],
+    )
+    # Sums of a few dozen terms, all of them below the sum of their sizes.
+    tolerance = 16 * EPS * np.max(np.abs(out["psi"]))
+    for name, value in (("x", motion.place[:, 0]), ("y", motion.place[:, 1])):
+        np.testing.assert_allclose(value, out[name], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(motion.phi, out["phi"], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(motion.psi, out["psi"], rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize("steering", [0.03, -0.2])
+def test_the_driven_coin_draws_fresnels_integrals(steering):
+    # From phi' = 0 and with constant psi': a clothoid.
+    t = np.linspace(-4.0, 9.0, 14)
+    motion = upright_coin.drive_coin(t, torques=(steering, 0.0), psi_rate=2.0, **COIN)
+    scale = math.sqrt(math.pi * COIN["i_perp"] / abs(steering))
+    sine, cosine = fresnel(t / scale)
+    expected = -0.6 * scale * np.stack([cosine, math.copysign(1.0, steering) * sine], axis=-1)
+    # Headings of up to 405 radians are rounded, along a way of up to 5.4 m.
+    np.testing.assert_allclose(motion.place, expected, rtol=0, atol=405 * 5.4 * EPS)
+
+
+def test_the_driven_coin_obeys_its_equations_of_motion():
+    torques, t = (0.05, -0.03), np.linspace(0.0, 6.0, 7)
+
+    def rates(_, y):
+        phi_rate, psi_rate = y[4], y[5]
+        v = -COIN["radius"] * psi_rate
+        rolling = COIN["i3"] + COIN["m"] * COIN["radius"] ** 2
+        along = v * math.cos(y[2]), v * math.sin(y[2])
+        return (*along, phi_rate, psi_rate, torques[0] / COIN["i_perp"], torques[1] / rolling)
+
+    start = [0.3, -0.2, 0.4, 1.0, -2.0, 3.0]
+    solution = solve_ivp(rates, (0.0, 6.0), start, "DOP853", t_eval=t, rtol=1e-12, atol=1e-12)
+    motion = upright_coin.drive_coin(
+        t,
+        torques=torques,
+        phi_rate=-2.0,
+        psi_rate=3.0,
+        phi=0.4,
+        psi=1.0,
+        place=(0.3, -0.2),
+        **COIN,
+    )
+    found = np.column_stack([motion.place, motion.phi, motion.psi])
+    # 1e-12 a step over some hundred steps.
+    np.testing.assert_allclose(found, solution.y[:4].T, rtol=0, atol=1e-9)
+
+
+def test_without_torques_the_driven_coin_is_the_free_one():
+    rates = {"phi_rate": 1.7, "psi_rate": -4.0, "phi": 0.2, "psi": -0.3, "place": (1.0, 2.0)}
+    t = np.linspace(-20.0, 20.0, 9)
+    driven = upright_coin.drive_coin(t, torques=(0.0, 0.0), **rates, **COIN)
+    free = upright_coin.roll_coin(t, radius=COIN["radius"], **rates)
+    for a, b in zip(driven, free, strict=True):
+        # Headings of up to 34 radians are rounded, along a way of up to 24 m.
+        np.testing.assert_allclose(a, b, rtol=0, atol=34 * 24 * EPS)
+
+
+@pytest.mark.parametrize("case", cases("knife_edge_incline"), ids=itemgetter("id"))
+def test_the_knife_edge_on_an_incline_agrees_with_the_reference(case):
+    given, out = case["in"], case["out"]
+    plane = {"slope": given["alpha"], "beta": given["beta"], "g": given["g"]}
+    steer = {"steering_rate": given["omega"]}
+    motion = upright_coin.steer_on_incline(
+        given["t"], speed=given["v0"], heading=given["phi0"], **plane, **steer
+    )
+    # Headings of up to 12 radians and places of some metres.
+    tolerance = 32 * EPS * np.max(np.abs(out["y_across"]))
+    np.testing.assert_allclose(motion.place[:, 0], out["x_downhill"], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(motion.place[:, 1], out["y_across"], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(motion.speed, out["v"], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(motion.heading, out["heading"], rtol=0, atol=16 * EPS)
+    drift = upright_coin.drift_across_slope(**plane, **steer)
+    np.testing.assert_allclose(drift, out["drift_velocity_across"], rtol=8 * EPS)
+
+
+@pytest.mark.parametrize("start", [(0.0, 0.0), (1.3, 2.0), (-0.7, -1.0)])
+@pytest.mark.parametrize("rate", [0.8, -2.1])
+def test_on_an_incline_whole_turns_drift_across_from_any_start(start, rate):
+    plane = {"slope": 0.3, "beta": 0.5, "g": 9.81, "steering_rate": rate}
+    turn = 2.0 * math.pi / abs(rate)
+    motion = upright_coin.steer_on_incline(
+        [0.0, 7.0 * turn], speed=start[0], heading=start[1], **plane
+    )
+    drift = upright_coin.drift_across_slope(**plane)
+    # 44 radians are rounded.
+    np.testing.assert_allclose(
+        motion.place[1], (0.0, 7.0 * turn * drift), rtol=0, atol=512 * EPS * abs(drift * turn)
+    )
+
+
+def test_without_steering_it_slides_straight_and_steering_little_changes_little():
+    plane = {"slope": 0.3, "beta": 0.0, "g": 10.0, "speed": 0.4, "heading": 0.6}
+    t = np.linspace(0.0, 3.0, 4)
+    straight = upright_coin.steer_on_incline(t, steering_rate=0.0, **plane)
+    along = 0.4 * t + 0.5 * 10.0 * math.sin(0.3) * math.cos(0.6) * t * t
+    expected = along[:, None] * np.array([math.cos(0.6), math.sin(0.6)])
+    np.testing.assert_allclose(straight.place, expected, rtol=8 * EPS)
+    bent = upright_coin.steer_on_incline(t, steering_rate=1e-150, **plane)
+    np.testing.assert_allclose(bent.place, straight.place, rtol=8 * EPS)
