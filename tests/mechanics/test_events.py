@@ -14,7 +14,6 @@ from rigid_envs.systems.free_body import closed_forms as free_body
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top import closed_forms as heavy_top
 from rigid_envs.systems.heavy_top.system import HeavyTop
-from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from tests.systems.examples import BODY, DISK, PLATE, ROLLER, SYSTEMS, inputs, name_of, states
 
@@ -167,21 +166,6 @@ def test_a_ball_leaves_a_plate_that_is_jerked_when_the_normal_force_ends():
     assert min(abs(gap), abs(ball.normal_force(end, u(times[0])))) <= 1e-11
 
 
-def test_a_roller_slips_where_its_valley_is_too_steep():
-    # From rest at descent a0: friction m g sin(a) beta / (1 + beta), N = m g (cos a + 2 (cos a -
-    # cos a0) / (1 + beta)); released low it never slips, released high it slips at once.
-    roller = Roller(beta=0.4, curvature=0.25, mu=0.2)
-    assert roller.slips(roller.state(arc_length=-4.0))
-    low = roller.simulate(roller.state(arc_length=-2.0), [0.0, 10.0], events=slip(roller, 0.2))
-    assert low.status == 0
-    flung = roller.state(velocity=6.0)  # up the other side until it slips
-    motion = roller.simulate(flung, [0.0, 5.0], events=slip(roller, 0.2))
-    a = roller.descent(motion.y[-1])
-    speed = 36.0 - 2.0 * 9.81 * (1.0 - math.cos(a)) / 0.25 / 1.4
-    normal = 9.81 * math.cos(a) + 0.25 * speed
-    assert 9.81 * abs(math.sin(a)) * 0.4 / 1.4 == pytest.approx(0.2 * normal, rel=1e-8)
-
-
 # Between the times
 @each_system
 @pytest.mark.parametrize("kind", ["none", "row", "rows", "function"])
@@ -206,16 +190,6 @@ def test_a_trajectory_gives_the_states_between_its_times(system, kind):
         ValueError, match=r"^t = 0\.19; expected times of the trajectory, from 0\.2"
     ):
         motion(0.19)
-
-
-def test_states_between_are_as_exact_as_the_trajectory_and_of_unit_length():
-    motion = RACKET.simulate(START, [0.0, 7.0, 20.0])
-    t = np.linspace(0.0, 20.0, 57)
-    exact = free_body.omega(t, RACKET.moments, W0)
-    np.testing.assert_allclose(motion(t)[:, 4:], exact, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(np.linalg.norm(motion(t)[:, :4], axis=1), 1.0, rtol=0, atol=4 * EPS)
-    back = RACKET.simulate(motion.y[-1], [20.0, 3.0, 0.0])
-    np.testing.assert_allclose(back(t)[:, 4:], exact, rtol=0, atol=1e-8)
 
 
 # What is refused

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
 from rigid_envs.mechanics import rotations as rot
 from tests.mechanics.attitudes import EPS, ULPS, quaternions, random_vectors, scipy_of, vectors
@@ -47,12 +47,6 @@ def test_exp_is_accurate_to_rounding_in_every_entry(low, high):
 def test_log_is_accurate_to_rounding_in_every_entry(low, high):
     q = rot.exp(random_vectors(np.random.default_rng(1), 200, low, high))
     np.testing.assert_allclose(rot.log(q), [exact_log(row) for row in q], rtol=6 * EPS, atol=0)
-
-
-@every_length
-def test_log_inverts_exp(low, high):
-    v = random_vectors(np.random.default_rng(2), 1000, low, high)
-    np.testing.assert_allclose(rot.log(rot.exp(v)), v, rtol=8 * EPS, atol=0)
 
 
 @given(quaternions)
@@ -143,16 +137,6 @@ def test_the_left_jacobian_is_accurate_in_every_entry(a):
     np.testing.assert_allclose(J[0], exact, rtol=16 * EPS, atol=1e-320)
 
 
-@given(vectors, vectors)
-def test_jacobians_turn_the_rate_of_the_vector_into_angular_velocity(v, dv):
-    h = 1e-5  # central difference: truncation about h^2 / 6 = 2e-11, rounding 8 eps / h = 2e-10
-    ahead, behind = rot.exp(v + h * dv), rot.exp(v - h * dv)
-    world = rot.log(rot.multiply(ahead, rot.conjugate(behind))) / (2 * h)
-    body = rot.log(rot.multiply(rot.conjugate(behind), ahead)) / (2 * h)
-    np.testing.assert_allclose(rot.left_jacobian(v) @ dv, world, rtol=0, atol=3e-10)
-    np.testing.assert_allclose(rot.right_jacobian(v) @ dv, body, rtol=0, atol=3e-10)
-
-
 @given(vectors)
 def test_inverse_jacobians_invert(v):
     v = 3.0 * v  # up to 5.2: the condition number is a / (2 sin(a / 2)) < 6
@@ -176,13 +160,6 @@ def test_slerp_turns_at_constant_rate_on_the_shortest_way(p, q, t):
     assert rot.distance(p, way) == pytest.approx(t * turn, abs=ULPS)
     assert rot.distance(way, q) == pytest.approx((1.0 - t) * turn, abs=ULPS)
     assert rot.distance(rot.slerp(p, -q, t), way) <= ULPS
-
-
-@given(quaternions, quaternions, st.floats(0.0, 1.0))
-def test_slerp_agrees_with_scipy(p, q, t):
-    if rot.distance(p, q) < np.pi - 1e-3:  # at a half turn both ways round are shortest
-        oracle = Slerp([0.0, 1.0], Rotation.concatenate([scipy_of(p), scipy_of(q)]))(t)
-        assert (oracle.inv() * scipy_of(rot.slerp(p, q, t))).magnitude() <= ULPS
 
 
 def test_slerp_starts_exactly_at_its_start_and_goes_on_beyond_its_end():

@@ -146,16 +146,6 @@ def test_as_many_rows_as_stages_are_no_stages(system):
 
 
 @each_system
-def test_backwards_in_time_undoes_forwards(system):
-    rng = np.random.default_rng(8)
-    y, u, t = states(system, rng, 3), inputs(system, rng, 5), np.linspace(0.0, 1.0, 6)
-    forth = system.simulate(y, t, u, max_step=0.02)
-    back = system.simulate(forth.y[-1], t[::-1], u[::-1], max_step=0.02)
-    # The steps are symmetric: backwards they are the inverse maps, and only roundings are left.
-    np.testing.assert_allclose(back.y[::-1], forth.y, rtol=0, atol=2000 * EPS)
-
-
-@each_system
 def test_a_function_of_time_is_undone_backwards_too(system):
     y, u = states(system, np.random.default_rng(9)), wave(system, 3.0)
     forth = system.simulate(y, [0.0, 1.0], u, max_step=0.02).y[-1]

@@ -2,7 +2,7 @@
 
 import math
 import sys
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from types import SimpleNamespace
 
 import numpy as np
@@ -101,17 +101,6 @@ def test_free_parameters_are_an_input_of_every_function(system):
     assert_equal(rows(model.invariants, y, values), rows(fixed.invariants, y), 1e-13)
 
 
-def test_the_derivative_by_a_free_parameter_is_that_of_another_system():
-    y, u = (column[0] for column in draw(TOP))
-    model = TOP.symbolic(free=["m"])
-    by_mass = np.array(model.step(DT).jacobian()(y, u, TOP.m, 0)[2])[:, 0]
-    h = 1e-5
-    more, less = (replace(TOP, m=TOP.m + sign * h).advance(y, u, DT) for sign in (1.0, -1.0))
-    # h^2 = 1e-10 of the third derivative, and roundings of 1e-16 / h
-    np.testing.assert_allclose(by_mass, (more - less) / (2.0 * h), atol=1e-10)
-    assert np.abs(by_mass).max() > 1e-4
-
-
 @each_system
 def test_entries_and_arguments_have_the_names_of_the_system(system):
     model = system.symbolic(free=system.parameter_names()[:1])
@@ -121,16 +110,6 @@ def test_entries_and_arguments_have_the_names_of_the_system(system):
         assert function.name_out() == [result]
     assert model.invariants.name_in() == ["y", "p"]
     assert system.symbolic().rhs.name_in() == ["y", "u"]
-
-
-def test_functions_take_symbols_of_either_kind():
-    model = BODY.symbolic()
-    for kind in (casadi.SX, casadi.MX):
-        y, u = kind.sym("y", 7), kind.sym("u", 3)
-        whole = casadi.Function("f", [y, u], [model.rhs(model.step(DT)(y, u), u)])
-        found = np.array(whole(BODY.state(), [1.0, 2.0, 3.0]))[:, 0]
-        expected = BODY.rhs(BODY.advance(BODY.state(), [1.0, 2.0, 3.0], DT), [1.0, 2.0, 3.0])
-        assert_equal(found, expected, 1e-14)
 
 
 def test_unknown_parameters_and_steps_that_are_none_are_refused():

@@ -1,29 +1,20 @@
 """Measures of simulated motions: order of convergence, drift, error estimate by step doubling."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
-from scipy.integrate import solve_ivp
 
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics.integration import Input, Trajectory
-from rigid_envs.mechanics.laws import EPS, matrices
+from rigid_envs.mechanics.laws import EPS
 from rigid_envs.mechanics.system import System
 
 
 def orders(errors: list[float]) -> Array:
     """Powers of the step with which errors fall, for steps that are halved each time."""
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-
-
-def slope(values: Array, h: float) -> Array:
-    """Time derivative in the middle of five moments at a distance h, to h^4."""
-    weights = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * h)
-    return np.tensordot(weights, values, 1)
 
 
 @dataclass(frozen=True)
@@ -90,11 +81,6 @@ def sample_steps(n_steps: int, size: int = 20000) -> Array:
     return np.concatenate([[0], np.sort(inside), [n_steps]])
 
 
-def same_attitude(found: Array, expected: Array) -> float:
-    """Largest difference of the rotation matrices of two series of quaternions."""
-    return float(np.max(np.abs(matrices(found) - matrices(expected))))
-
-
 def leaning(theta: float) -> tuple[float, float, float, float]:
     """Attitude with Euler angles (0, theta, 0): turned about world x."""
     return (np.cos(0.5 * theta), np.sin(0.5 * theta), 0.0, 0.0)
@@ -115,20 +101,3 @@ def random_moments(rng: np.random.Generator) -> Array:
     """Principal moments of a body: second moments of mass along the axes, added in pairs."""
     a, b, c = rng.uniform(0.05, 1.0, 3)
     return np.array([b + c, c + a, a + b])
-
-
-def through(
-    rate: Callable[[Array, Array], Array], z: Array, dt: float, inputs: npt.ArrayLike
-) -> Array:
-    """States at the end of each interval of length dt under its input: z' = rate(z, u).
-
-    DOP853 of SciPy at rtol 1e-12.
-    """
-    ends = []
-    for u in np.asarray(inputs, dtype=np.float64):
-        solution = solve_ivp(
-            lambda _, y, u=u: rate(y, u), (0.0, dt), z, "DOP853", rtol=1e-12, atol=1e-14
-        )
-        z = solution.y[:, -1]
-        ends.append(z)
-    return np.array(ends)

@@ -1,7 +1,6 @@
 """Named quantities and contact forces of a state, against their definitions and closed values."""
 
 import dataclasses
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,18 +8,13 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.mechanics import rotations
 from rigid_envs.systems.dynamic_ball import dynamics as dynamic_ball
 from rigid_envs.systems.dynamic_ball.dynamics import LEVEL
-from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top.system import HeavyTop
-from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_ball.system import RollingBall
-from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
-from rigid_envs.systems.rolling_disk.system import RollingDisk
-from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.systems.examples import (
+    BALL,
     BODY,
     COIN,
     DISK,
@@ -67,6 +61,15 @@ def test_angular_velocity_and_momentum_are_turned_into_the_world(system):
     close(system.L_world(y), np.einsum("nij,nj->ni", matrices(y), moments * omega))
 
 
+@pytest.mark.parametrize("system", [s for s in SYSTEMS if s is not BALL], ids=name_of)
+def test_the_energy_among_the_invariants_is_that_of_the_accessor(system):
+    y = states(system, np.random.default_rng(15), 20)
+    if system is PLATE:  # which adds energy where it turns or tips
+        system, y[:, 11:] = replace(PLATE, turntable_rate=0.0), 0.0
+    energy = system.kinetic_energy(y) if system is BODY else system.energy(y)
+    np.testing.assert_allclose(system.invariants(y)["energy"], energy, rtol=1e-14)
+
+
 def test_the_tilt_keeps_its_digits_near_both_poles():
     for tilt in (0.0, 1e-12, 1e-6, 1.0, np.pi - 1e-9, np.pi):
         y = TOP.state(q=(np.cos(0.5 * tilt), 0.0, np.sin(0.5 * tilt), 0.0))
@@ -81,7 +84,7 @@ def test_components_are_plain_entries(system):
         np.testing.assert_array_equal(found.reshape(5, -1), y[:, where])
 
 
-def test_the_ball_lies_on_its_plate_and_rolls_with_its_surface():
+def test_the_ball_lies_on_its_plate_and_turns_with_its_spin():
     y = states(PLATE, np.random.default_rng(11), 20)
     P = Rotation.from_euler("XY", y[:, 9:11]).as_matrix()
     close(PLATE.plate(y), P)
@@ -90,18 +93,6 @@ def test_the_ball_lies_on_its_plate_and_rolls_with_its_surface():
     omega = PLATE.omega_world(y)
     close(np.einsum("nij,nj->ni", P, PLATE.omega_plate(y)), omega)
     close(np.sum(omega * P[:, :, 2], axis=-1), PLATE.spin(y))
-    # What the plate's own matrix says of its rate: P' = [w] P, by central differences.
-    h = 1e-5
-    ahead, behind = y.copy(), y.copy()
-    ahead[:, 9:11] += h * y[:, 11:13]
-    behind[:, 9:11] -= h * y[:, 11:13]
-    turned = (PLATE.plate(ahead) - PLATE.plate(behind)) / (2.0 * h) @ np.swapaxes(P, -1, -2)
-    w = np.stack([turned[:, 2, 1], turned[:, 0, 2], turned[:, 1, 0]], axis=-1)
-    n = P[:, :, 2]
-    foot = PLATE.centre(y) - PLATE.radius * n
-    surface = np.cross(w + PLATE.turntable_rate * n, foot)
-    contact = PLATE.velocity_world(y) - PLATE.radius * np.cross(omega, n)
-    np.testing.assert_allclose(contact, surface, rtol=0, atol=1e-9)  # h^2, and eps / h
 
 
 def test_the_disk_stands_on_its_lowest_point_and_rolls_over_it():
@@ -144,39 +135,6 @@ def test_angular_velocities_are_those_of_the_quaternion(system):
     w, v = q[:, :1], q[:, 1:]
     omega = 2.0 * (w * rate[:, 1:] - rate[:, :1] * v + np.cross(v, rate[:, 1:]))
     close(system.omega_world(y), omega)
-
-
-def test_energies_of_what_rolls_are_those_of_centre_and_rotation():
-    y = states(PLATE, np.random.default_rng(15), 20)
-    speed, turn = PLATE.velocity_world(y), PLATE.omega_world(y)
-    kinetic = 0.6 * np.sum(speed**2, axis=-1) + 0.6 * 0.55 * 0.64 * np.sum(turn**2, axis=-1)
-    np.testing.assert_allclose(
-        PLATE.energy(y), kinetic + 1.2 * 9.6 * PLATE.centre(y)[:, 2], rtol=1e-14
-    )
-    y = states(DISK, np.random.default_rng(16), 20)
-    speed, turn = DISK.velocity(y), DISK.omega_body(y)
-    kinetic = 2.5 * np.sum(speed**2, axis=-1) + 0.5 * np.sum([1.4, 1.4, 2.0] * turn**2, axis=-1)
-    energy = kinetic + 5.0 * 2.5 * DISK.centre(y)[:, 2]
-    np.testing.assert_allclose(DISK.energy(y), energy, rtol=1e-14)
-    np.testing.assert_allclose(DISK.invariants(y)["energy"], energy, rtol=1e-14)
-    y = states(COIN, np.random.default_rng(17), 20)
-    kinetic = 0.15 * y[:, 6] ** 2 + 0.5 * (0.4 + 1.1 * 0.49) * y[:, 7] ** 2
-    energy = kinetic - 1.1 * 9.5 * np.sin(0.3) * y[:, 4]
-    close(COIN.energy(y), energy)
-    close(COIN.invariants(y)["energy"], energy)
-    y = states(ROLLER, np.random.default_rng(18), 20)
-    energy = 0.5 * 1.45 * 1.1 * y[:, 1] ** 2 + 1.1 * 9.5 * ROLLER.place(y)[:, 1]
-    close(ROLLER.energy(y), energy)
-    close(ROLLER.invariants(y)["energy"], energy)
-
-
-def test_the_balls_invariant_is_its_energy_where_the_plate_stands_still():
-    still = type(PLATE)(m=1.2, radius=0.8, beta=0.55, g=9.6)
-    y = states(still, np.random.default_rng(19), 20)
-    y[:, :4], y[:, 11:] = still.state()[:4], 0.0
-    found = still.invariants(y)
-    np.testing.assert_allclose(found["energy"], still.energy(y), rtol=0, atol=1e-12)
-    np.testing.assert_array_equal(found["spin"], y[:, 8])
 
 
 def test_the_path_of_the_roller_is_the_integral_of_its_descent():
@@ -276,6 +234,18 @@ def test_the_force_of_a_level_plate_is_that_of_any_plate():
         np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-14)
 
 
+@pytest.mark.parametrize("system", (*ROLLING, replace(ROLLER, curvature=-1.0)), ids=name_of)
+def test_friction_is_the_part_of_the_contact_force_along_the_ground(system):
+    rng = np.random.default_rng(77)
+    y, u = states(system, rng, 50), np.abs(inputs(system, rng, 50))
+    u[:, 2:] *= 50.0  # of a plate: jerked, so that it falls away from under some balls
+    force, needed = system.contact_force(y, u), system.needed_friction(y, u)
+    normal, along = force[:, -1], np.linalg.norm(force[:, :-1], axis=-1)
+    np.testing.assert_allclose(system.normal_force(y, u), normal, rtol=1e-14)
+    np.testing.assert_allclose(needed, np.where(normal > 0.0, along / normal, np.inf), rtol=1e-12)
+    np.testing.assert_array_equal(system.slips(y, u, mu=1e9), normal <= 0.0)
+
+
 @pytest.mark.parametrize("system", ROLLING, ids=name_of)
 def test_slip_is_judged_by_the_coefficient_of_the_system(system):
     rng = np.random.default_rng(76)
@@ -288,74 +258,6 @@ def test_slip_is_judged_by_the_coefficient_of_the_system(system):
     assert not dataclasses.replace(system, mu=0.0).slips(y, u, mu=2.0 * needed)
     with pytest.raises(ValueError, match=r"^mu = -0\.1; expected a finite number of at least 0"):
         dataclasses.replace(system, mu=-0.1)
-
-
-def test_a_disk_on_a_steady_circle_needs_the_friction_of_the_circle_of_its_centre():
-    disk = RollingDisk.uniform(1.3, 0.4)
-    theta, around = 1.2, 2.0
-    steady = rolling_disk.steady_circle(
-        theta, contact_radius=around, m=1.3, radius=0.4, i_perp=disk.I1, i3=disk.I3, g=disk.g
-    )
-    y = disk.state(
-        q=rotations.quaternion_from_euler((0.0, theta, 0.0)),
-        omega_body=(0.0, steady.precession * math.sin(theta), steady.omega3),
-    )
-    assert disk.normal_force(y) == pytest.approx(disk.m * disk.g, rel=1e-12)
-    assert disk.needed_friction(y) == pytest.approx(
-        abs(steady.centre_radius) * steady.precession**2 / disk.g, rel=1e-12
-    )
-
-
-@pytest.mark.parametrize(("beta", "share"), [(0.4, 2.0 / 7.0), (2.0 / 3.0, 0.4), (0.0, 0.0)])
-def test_a_ball_on_a_tilted_plate_needs_beta_over_one_plus_beta_of_the_slope(beta, share):
-    ball = DynamicBall(beta=beta)
-    for alpha in (0.05, -0.4, 1.2):
-        y = ball.state(tilt=(alpha, 0.0))
-        assert ball.needed_friction(y) == pytest.approx(share * abs(math.tan(alpha)), abs=1e-14)
-        assert ball.normal_force(y) == pytest.approx(9.81 * math.cos(alpha), rel=1e-14)
-
-
-def test_a_jerked_plate_falls_away_from_under_the_ball():
-    ball, u = DynamicBall(m=1.5), (0.0, 0.0, 10.0, 0.0)
-    for Y in (-2.0, 0.5):  # z = Y sin(alpha_x): the plate accelerates by 10 Y
-        y = ball.state(position=(0.0, Y))
-        assert ball.normal_force(y, u) == pytest.approx(1.5 * (9.81 + 10.0 * Y), rel=1e-12)
-    falling = ball.state(position=(0.0, -2.0))
-    assert ball.needed_friction(falling, u) == np.inf
-    assert ball.slips(falling, u, mu=1e9)
-
-
-def test_an_upright_coin_needs_the_friction_of_its_curve_and_of_its_slope():
-    coin = UprightCoin(m=2.0, radius=0.5, I1=0.125, I3=0.25)
-    turning = coin.state(q=coin.attitude(0.7, 0.0), steer_rate=1.5, roll_rate=4.0)
-    assert coin.needed_friction(turning) == pytest.approx(0.5 * 1.5 * 4.0 / 9.81, rel=1e-14)
-    assert coin.normal_force(turning) == pytest.approx(2.0 * 9.81, rel=1e-15)
-    slope = UprightCoin(m=2.0, radius=0.5, I1=0.125, I3=0.25, slope=0.3)
-    down = slope.state(q=slope.attitude(np.pi, 0.0))  # a disk rolls with a third of the friction
-    assert slope.needed_friction(down) == pytest.approx(math.tan(0.3) / 3.0, rel=1e-12)
-
-
-def test_a_disk_that_is_thrown_over_lifts_off():
-    # Upright, tipping at theta': z = radius sin(theta), so N = m (g - radius theta'^2)
-    disk = RollingDisk.uniform(2.0, 0.5)
-    for rate in (1.0, 4.0, 5.0):
-        y = disk.state(
-            q=rotations.quaternion_from_euler((0.0, 0.5 * np.pi, 0.0)), omega_body=(rate, 0, 0)
-        )
-        expected = 2.0 * (9.81 - 0.5 * rate**2)
-        assert disk.normal_force(y) == pytest.approx(expected, rel=1e-12)
-        assert bool(disk.slips(y, mu=10.0)) == (expected < 0.0)
-
-
-def test_a_roller_says_the_same_as_before_and_takes_another_coefficient():
-    roller = Roller(beta=0.5, slope=0.5, mu=0.1)
-    y = roller.state()
-    assert roller.needed_friction(y) == pytest.approx(math.tan(0.5) / 3.0, rel=1e-14)
-    assert roller.normal_force(y) == pytest.approx(9.81 * math.cos(0.5), rel=1e-15)
-    assert roller.slips(y)
-    assert not roller.slips(y, mu=0.2)
-    hill = Roller(curvature=-1.0)
-    assert hill.slips(hill.state(velocity=4.0))  # 16 m/s^2 bend it less than g
 
 
 @pytest.mark.parametrize("system", ROLLING, ids=name_of)

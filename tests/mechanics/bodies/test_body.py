@@ -218,14 +218,6 @@ def turned(moments, R):
 
 
 @given(any_body)
-def test_moments_and_axes_give_back_the_tensor(body):
-    moments, axes = body.principal()
-    error = axes @ np.diag(moments) @ axes.T - body.inertia
-    assert np.max(np.abs(error)) <= REPEATED * moments[2]
-    assert np.all(np.diff(moments) >= 0.0) and moments[0] >= 0.0
-
-
-@given(any_body)
 def test_axes_are_a_proper_rotation_and_a_frame_in_which_nothing_is_left_off_the_diagonal(body):
     moments, axes = body.principal()
     np.testing.assert_allclose(axes.T @ axes, np.eye(3), rtol=0, atol=ROUNDING)
@@ -341,18 +333,6 @@ def test_the_tolerance_of_kinds_is_a_part_of_the_largest_moment():
     assert body.kind() == "asymmetric"
     assert body.kind(0.004) == "symmetric_oblate"
     assert body.kind(0.01) == "spherical"
-
-
-# The ellipsoid
-@given(attitudes, points.filter(lambda n: np.linalg.norm(n) > 0.1))
-def test_the_moment_about_an_axis_is_one_over_the_square_where_it_pierces_the_ellipsoid(q, n):
-    body = bodies.ellipsoid(2.0, 1.0, 1.5, 0.4).rotated(q).translated([3.0, 1.0, 2.0])
-    semi_axes, axes = body.inertia_ellipsoid()
-    n = n / np.linalg.norm(n)
-    pierced = 1.0 / np.linalg.norm((axes.T @ n) / semi_axes)
-    # the moments are 0.9, 0.46 and 1.3: their ratio is below 3
-    moment = body.about_axis(body.com, n)
-    assert moment == pytest.approx(1.0 / pierced**2, rel=3 * ROUNDING)
 
 
 @given(attitudes)

@@ -5,7 +5,7 @@ from operator import itemgetter
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from rigid_envs.mechanics import bodies
@@ -13,12 +13,9 @@ from tests.mechanics.bodies.examples import (
     EPS,
     ROUNDING,
     any_body,
-    assert_same_body,
     attitudes,
-    clouds,
     points,
     sizes,
-    tensor_about,
 )
 from tests.reference import cases
 from tests.refusals import NO_SCALARS, refusal
@@ -194,25 +191,6 @@ OF_NUMBERS = {
 FLAT = ["annulus", "disk", "elliptic_lamina", "hoop", "rectangular_lamina", "rod"]
 
 
-# Limits: each formula meets another one
-@given(sizes, sizes, sizes)
-def test_limits_of_one_shape_are_another(m, r, h):
-    for one, other in (
-        (bodies.ellipsoid(m, r, r, r), bodies.solid_sphere(m, r)),
-        (bodies.elliptic_lamina(m, r, r), bodies.disk(m, r)),
-        (bodies.thick_shell(m, 0.0, r), bodies.solid_sphere(m, r)),
-        (bodies.thick_shell(m, r * (1.0 - 1e-15), r), bodies.hollow_sphere(m, r)),
-        (bodies.hollow_cylinder(m, r, r, h), bodies.cylindrical_shell(m, r, h)),
-        (bodies.solid_cylinder(m, r, 1e-9 * r), bodies.disk(m, r)),
-        (bodies.cylindrical_shell(m, r, 1e-9 * r), bodies.hoop(m, r)),
-        (bodies.solid_cylinder(m, 1e-9 * h, h), bodies.rod(m, h)),
-        (bodies.torus(m, r, 1e-9 * r), bodies.hoop(m, r)),
-        (bodies.capsule(m, r, 1e-16 * r), bodies.solid_sphere(m, r)),
-        (bodies.box(m, r, h, 1e-9 * min(r, h)), bodies.rectangular_lamina(m, r, h)),
-    ):
-        assert_same_body(one, other)
-
-
 # Flat bodies
 @pytest.mark.parametrize("name", FLAT)
 @given(q=attitudes, d=points)
@@ -290,28 +268,6 @@ SIZE = 2.0 * np.sqrt(3.0)
 poses = st.tuples(any_body, attitudes, points)
 
 
-@given(clouds)
-def test_points_have_their_mean_and_the_sum_of_their_squares(cloud):
-    body = bodies.point_masses(*cloud)
-    assert body.mass == pytest.approx(np.sum(cloud[0]), rel=4 * EPS)
-    mean = np.average(cloud[1], axis=0, weights=cloud[0])
-    np.testing.assert_allclose(body.com, mean, rtol=0, atol=ROUNDING)
-    scale = body.mass * SIZE**2
-    expected = tensor_about(mean, *cloud)
-    np.testing.assert_allclose(body.inertia, expected, rtol=0, atol=ROUNDING * scale)
-
-
-@given(sizes, sizes, points, points)
-def test_two_points_are_a_line_with_the_reduced_mass(m1, m2, x1, x2):
-    assume(np.linalg.norm(x2 - x1) > 1e-3)
-    body = bodies.point_masses([m1, m2], [x1, x2])
-    moment = m1 * m2 / (m1 + m2) * np.sum((x2 - x1) ** 2)
-    # The centre of mass is rounded to 1e-16 of coordinates up to 1
-    lost = ROUNDING * (m1 + m2) * np.linalg.norm(x2 - x1)
-    np.testing.assert_allclose(body.principal().moments, [0, moment, moment], rtol=0, atol=lost)
-    assert body.kind() == "symmetric_prolate"
-
-
 def test_points_far_away_keep_their_inertia():
     masses, x = [1.0, 2.0, 3.0, 4.0], np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3.0]])
     near, far = bodies.point_masses(masses, x), bodies.point_masses(masses, x + 2.0**30)
@@ -337,15 +293,6 @@ def test_a_whole_has_the_sums_of_its_parts_about_any_point(parts):
     for point in np.eye(3):
         total = sum(body.about(point) for body in placed)
         np.testing.assert_allclose(whole.about(point), total, rtol=0, atol=ROUNDING * scale)
-
-
-@given(any_body, any_body, any_body, attitudes, attitudes, points, points)
-def test_it_does_not_matter_what_is_joined_first(a, b, c, p, q, d, e):
-    at_once = bodies.compose([(a, UPRIGHT, ORIGIN), (b, p, d), (c, q, e)])
-    later = bodies.compose(
-        [(c, q, e), (bodies.compose([(b, p, d), (a, UPRIGHT, ORIGIN)]), UPRIGHT, ORIGIN)]
-    )
-    assert_same_body(later, at_once, size=2 * SIZE)
 
 
 # Refusals

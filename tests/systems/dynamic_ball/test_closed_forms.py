@@ -172,17 +172,3 @@ def test_a_plate_that_turns_ever_slower_is_one_at_rest():
     slow = theory.roll_on_plate(t, **START, **BALL, tilt=0.2, g=9.81, turntable_rate=1e-200)
     for a, b in zip(rest, slow, strict=True):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-13)
-
-
-def test_a_ball_follows_the_shaking_with_two_sevenths():
-    t = np.linspace(0.0, 4.0, 9)
-    shaken = {"amplitudes": (0.3, 0.2), "frequencies": (2.0, 5.0)}
-    h = 1e-3
-    near = theory.roll_on_shaken_plate(
-        t[:, None] + h * np.arange(-2.0, 3.0), **START, **BALL, **shaken
-    )
-    stencil = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * h * h)
-    acceleration = np.einsum("k,nki->ni", stencil, near.centre)
-    plate = -np.array([0.3 * 4.0 * np.sin(2.0 * t), 0.2 * 25.0 * np.sin(5.0 * t)]).T
-    # The difference leaves h^4 / 90 times the sixth derivative, 900, and eps / h^2.
-    np.testing.assert_allclose(acceleration[:, :2], 2.0 / 7.0 * plate, rtol=0, atol=2e-9)

@@ -6,17 +6,14 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
-from rigid_envs.mechanics.laws import EPS, matrices
+from rigid_envs.mechanics.laws import EPS
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from tests.reference import cases
 from tests.systems.measures import (
     is_level,
-    random_attitude,
     refined,
     sample_steps,
-    through,
 )
-from tests.systems.multipliers import ball_on_plate, pack
 
 BETA = {"solid_sphere": 0.4, "hollow_sphere": 2.0 / 3.0}
 
@@ -94,44 +91,6 @@ def test_the_ball_on_its_plate_agrees_with_the_reference(case):
         expected = np.array(out[field]).reshape(values.shape)
         atol = motion.tolerance(name, size, cond[field])
         np.testing.assert_allclose(values, expected, rtol=0, atol=atol)
-
-
-def moving(seed, turntable_rate=0.9):
-    """A ball that is pushed about on a plate which tilts about both axes and turns."""
-    rng = np.random.default_rng([30, seed])
-    ball = DynamicBall(m=1.2, radius=0.4, beta=0.55, g=9.6, turntable_rate=turntable_rate)
-    y = ball.state(
-        q=random_attitude(rng),
-        position=rng.normal(size=2),
-        velocity=rng.normal(size=2),
-        spin=rng.normal(),
-        tilt=0.3 * rng.normal(size=2),
-        tilt_rate=0.3 * rng.normal(size=2),
-    )
-    return ball, y, rng
-
-
-def in_the_world(ball, y):
-    """State of the model with multipliers."""
-    R = matrices(y[:4])
-    return pack(ball.centre(y), ball.velocity_world(y), R, ball.omega_world(y), y[9:])
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_random_forces_and_tilts_agree_with_newtons_law(seed):
-    ball, y, rng = moving(seed)
-    u = rng.uniform(-1.0, 1.0, (20, 4))
-    z = through(lambda z, u: ball_on_plate(ball, z, u).rates, in_the_world(ball, y), 0.1, u)
-    motion = ball.simulate(y, np.arange(21) * 0.1, u)
-    # Default steps, 1e-11 per radian of some 20: 1e-12 to 2e-10 were found. DOP853 adds 1e-12.
-    np.testing.assert_allclose(motion["centre"][1:], z[:, :3], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(motion["velocity_world"][1:], z[:, 3:6], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(motion["R"][1:].reshape(-1, 9), z[:, 6:15], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(motion["omega_world"][1:], z[:, 15:18], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(motion["tilt"][1:], z[:, 18:20], rtol=0, atol=1e-12)
-    force = [ball_on_plate(ball, *at).contact for at in zip(z, u, strict=True)]
-    found = np.einsum("nij,nj->ni", motion["plate"][1:], ball.contact_force(motion.y[1:], u))
-    np.testing.assert_allclose(found, force, rtol=0, atol=1e-8)  # 30 N, by the accelerations
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.4, 2.0 / 3.0])

@@ -36,19 +36,6 @@ def test_actions_stay_within_their_limits_and_rows_are_independent():
     assert_within_limits_row_by_row(QuaternionPD(BODY, TORQUE), spinning(rng, (3, 5)), goal)
 
 
-def test_damping_is_critical_for_small_turns_about_the_axis_of_the_largest_moment():
-    # I a = -k' e - c' omega: one double root, so that the error over its first value is (1 + r t)
-    # exp(-r t) with r = sqrt(k), from rest
-    law, angle, t = QuaternionPD(BODY, TORQUE, stiffness=2.0), 1e-4, 1.0
-    start = np.array([np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2), 0.0, 0.0, 0.0])
-    n = 2000
-    states = simulate_closed_loop(step(law, UP, t / n), start[None], n)
-    r = np.sqrt(2.0 * TORQUE / 2.3)
-    left = 2.0 * states[-1, 0, 3] / angle
-    # torques are held for t / n, which delays them by half of it
-    np.testing.assert_allclose(left, (1.0 + r * t) * np.exp(-r * t), rtol=2.0 * r * t / n)
-
-
 def test_both_signs_of_a_quaternion_are_turned_alike():
     law, rng = QuaternionPD(BODY, TORQUE), np.random.default_rng(0)
     y, goal = spinning(rng, (50,)), rotations.random_quaternion(rng, (50,))

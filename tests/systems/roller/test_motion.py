@@ -9,12 +9,10 @@ import pytest
 from rigid_envs.mechanics.laws import EPS
 from rigid_envs.systems.roller.system import Roller
 from tests.reference import cases
-from tests.systems.measures import is_level, sample_steps, through
-from tests.systems.multipliers import pack, roller_in_valley
+from tests.systems.measures import is_level, sample_steps
 
 VALLEY = Roller(m=1.1, radius=0.3, beta=0.45, g=9.5, slope=0.4, curvature=0.5)
 MILLION = 10**6
-HILL = Roller(m=1.1, radius=0.3, beta=0.45, g=9.5, slope=0.1, curvature=-0.2)
 
 
 @pytest.mark.parametrize("case", cases("incline"), ids=itemgetter("id"))
@@ -34,35 +32,6 @@ def test_a_body_let_go_on_an_incline_agrees_with_the_reference(case):
     assert share == pytest.approx(out["friction_over_mg"], rel=8 * EPS, abs=0.0)
     assert normal == pytest.approx(1.7 * given["g"] * math.cos(given["alpha"]), rel=8 * EPS)
     assert body.needed_friction(y) == pytest.approx(out["mu_min"], rel=8 * EPS, abs=0.0)
-
-
-def swinging(system, seed):
-    rng = np.random.default_rng([35, seed])
-    return system.state(arc_length=rng.uniform(-0.5, 0.5), velocity=rng.normal()), rng
-
-
-@pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("system", [VALLEY, HILL], ids=["valley", "hill"])
-def test_random_forces_agree_with_newtons_law(system, seed):
-    y, rng = swinging(system, seed)
-    u = rng.uniform((-3.0, 0.0), (3.0, 0.6), (20, 2))
-    (x, z), descent = system.place(y), float(system.descent(y))
-    # The middle of the circle lies over s = 0 along the normal there.
-    middle = np.array([math.sin(system.slope), 0.0, math.cos(system.slope)]) / system.curvature
-    v = y[1] * np.array([math.cos(descent), 0.0, -math.sin(descent)])
-    omega = np.array([0.0, y[1] / system.radius, 0.0])
-    start = pack(np.array([x, 0.0, z]), v, np.eye(3), omega, middle)
-    ends = through(lambda z, u: roller_in_valley(system, z, u).rates, start, 0.1, u)
-    motion = system.simulate(y, np.arange(21) * 0.1, u)
-    # Default steps, 1e-11 per radian of some ten. DOP853 adds 1e-12.
-    np.testing.assert_allclose(motion["place"][1:], ends[:, [0, 2]], rtol=0, atol=1e-9)
-    rolled = motion["velocity"][1:] / system.radius
-    np.testing.assert_allclose(rolled, ends[:, 16], rtol=0, atol=1e-9)
-    force = [roller_in_valley(system, *at).contact for at in zip(ends, u, strict=True)]
-    np.testing.assert_allclose(system.contact_force(motion.y[1:], u), force, rtol=0, atol=1e-8)
-    turned = ends[-1, 6:15].reshape(3, 3)  # about +y: the body turns forwards
-    angle = float(system.turn(motion.y[-1]) - system.turn(y))
-    np.testing.assert_allclose(turned[:, 0], (math.cos(angle), 0.0, -math.sin(angle)), atol=1e-8)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from rigid_envs.systems.roller.controllers import Pump
 from rigid_envs.systems.roller.references import pump
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
-from tests.systems.runs import at_random, bound, run, still
+from tests.systems.runs import bound, run
 
 VALLEY = Roller(beta=0.4, curvature=0.3, g=9.81)
 DT = 0.01
@@ -103,7 +103,8 @@ KAPPA, G = 0.2, 9.81
 
 
 def rows(n, **config):
-    envs = RigidVectorEnv("rigid_envs.tasks:RollPump", n, **config)  # without a time limit
+    # without a time limit
+    envs = RigidVectorEnv("rigid_envs.systems.roller.tasks:RollPump", n, **config)
     envs.reset(seed=0)
     return envs
 
@@ -152,9 +153,8 @@ def test_the_bang_bang_law_climbs_out_in_hardly_more_passes_than_it_must():
     assert np.mean(found.cost) < 1.2 * np.mean(shortest)
 
 
-@pytest.mark.parametrize("policy", [still, at_random(), greedy])
-def test_without_a_plan_the_roller_stays_in_the_valley(policy):
-    assert not run("RollPump", policy).success.any()
+def test_without_a_plan_the_roller_stays_in_the_valley():
+    assert not run("RollPump", greedy).success.any()
 
 
 def test_no_two_switches_gain_more_in_a_pass_and_some_gain_as_much():

@@ -8,7 +8,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
-from rigid_envs.systems.rolling_ball.closed_forms import Dual
 from rigid_envs.systems.upright_coin import closed_forms as upright_coin
 from tests.reference import cases
 
@@ -173,17 +172,6 @@ def test_ever_longer_clothoids_tip_the_ball_ever_closer_to_the_closed_form():
         rest = 2.0 * speed / (radius * k * end)
         assert matrices(turn)[2, 2] == pytest.approx(math.cos(angle), abs=rest)
         assert abs(z) < rest * math.hypot(x, y)
-
-
-def test_a_clothoid_of_the_other_sense_is_its_mirror_image_and_a_faint_one_turns_the_ball_little():
-    t = np.linspace(-3.0, 3.0, 7)
-    left = rolling_ball.clothoid_path(t, speed=0.8, heading_acceleration=0.6)
-    right = rolling_ball.clothoid_path(t, speed=0.8, heading_acceleration=-0.6)
-    np.testing.assert_array_equal(right, left * np.array([1.0, -1.0]))
-    np.testing.assert_allclose(left, -left[::-1], rtol=4 * EPS)
-    faint = rolling_ball.complete_clothoid_angle(speed=1e-9, heading_acceleration=2.0, radius=1.0)
-    # The length of the integral of omega, sqrt(2 pi / k) speed / radius.
-    assert faint == pytest.approx(math.sqrt(math.pi) * 1e-9, rel=8 * EPS)
 
 
 def test_straight_rolls_of_any_shape_are_taken():
@@ -378,29 +366,3 @@ def test_integrable_fields_never_grow():
     assert growth == (2, 2, 2)
     with pytest.raises(ValueError, match="cannot be steered everywhere"):
         rolling_ball.degree_of_nonholonomy(growth, 3)
-
-
-@pytest.mark.parametrize(
-    ("function", "first", "second"),
-    [
-        (lambda x: 2.0 + x * 3.0 - x, lambda x: 2.0, lambda x: 0.0),
-        (lambda x: 1.0 - 2.0 / x, lambda x: 2.0 / x**2, lambda x: -4.0 / x**3),
-        (
-            lambda x: x / (1.0 + x * x),
-            lambda x: (1.0 - x**2) / (1.0 + x**2) ** 2,
-            lambda x: 2.0 * x * (x**2 - 3.0) / (1.0 + x**2) ** 3,
-        ),
-        (
-            lambda x: np.sin(x) * np.cos(2.0 * x),
-            lambda x: 0.5 * (3.0 * np.cos(3.0 * x) - np.cos(x)),
-            lambda x: 0.5 * (np.sin(x) - 9.0 * np.sin(3.0 * x)),
-        ),
-    ],
-)
-def test_dual_numbers_differentiate_once_and_nested_twice(function, first, second):
-    x = 0.7
-    once = function(Dual(x, 1.0))
-    twice = function(Dual(Dual(x, 1.0), Dual(1.0, 0.0)))
-    assert once.value == pytest.approx(function(x), rel=4 * EPS)
-    assert once.slope == pytest.approx(first(x), rel=16 * EPS)
-    assert twice.slope.slope == pytest.approx(second(x), rel=16 * EPS)

@@ -139,7 +139,7 @@ def test_what_has_no_way_is_refused(policy):
         QuarterRolls(BALL, -1)
 
 
-TASK = "rigid_envs.tasks:BallGrid"
+TASK = "rigid_envs.systems.rolling_ball.tasks:BallGrid"
 LAW = QuarterRolls(RollingBall(), 4)
 
 

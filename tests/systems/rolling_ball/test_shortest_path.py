@@ -275,7 +275,7 @@ def test_as_few_rolls_as_a_reach_allows_lead_home():
 
 def test_polygons_along_paths_park_every_ball_of_the_environment():
     tight = {"position_tolerance": 1e-5, "angle_tolerance": 1e-5}  # else it is parked before
-    envs = RigidVectorEnv("rigid_envs.tasks:BallPark", FEW, **tight)
+    envs = RigidVectorEnv("rigid_envs.systems.rolling_ball.tasks:BallPark", FEW, **tight)
     envs.reset(seed=0, options={"state": poses()[:FEW]})
     rolls = np.stack([path.rolls(100) for path in planned()])
     sides = np.linalg.norm(rolls, axis=-1)

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.laws import matrices
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from tests.reference import cases
-from tests.systems.measures import is_level, refined, sample_steps, seeds, through
-from tests.systems.multipliers import disk_on_plane, pack
+from tests.systems.measures import is_level, refined, sample_steps, seeds
 
 
 def from_case(case):
@@ -71,39 +69,6 @@ def falling(disk, y):
     """theta', the rate about the line of nodes, from d(cos theta)/dt = -theta' sin(theta)."""
     axis = disk.accessors["R"](y)[:, 2]
     return -np.cross(disk.omega_world(y), axis)[2] / math.sin(disk.tilt(y))
-
-
-def rolling(seed):
-    """A disk of no special shape that leans and rolls."""
-    rng = np.random.default_rng([31, seed])
-    disk = RollingDisk(m=1.1, radius=0.6, I1=0.13, I3=0.2, g=9.5)
-    angles = rng.uniform(-3.0, 3.0), 0.5 * np.pi + rng.uniform(-0.4, 0.4), rng.uniform(-3.0, 3.0)
-    y = disk.state(
-        q=rotations.quaternion_from_euler(angles),
-        omega_body=rng.normal(size=3) + np.array([0.0, 0.0, 5.0]),
-        contact=rng.normal(size=2),
-    )
-    return disk, y, rng
-
-
-def in_the_world(disk, y):
-    """State of the model with multipliers."""
-    return pack(disk.centre(y), disk.velocity(y), matrices(y[:4]), disk.omega_world(y))
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_random_torques_agree_with_newtons_law(seed):
-    disk, y, rng = rolling(seed)
-    u = rng.uniform(-0.3, 0.3, (20, 3))
-    z = through(lambda z, u: disk_on_plane(disk, z, u).rates, in_the_world(disk, y), 0.1, u)
-    motion = disk.simulate(y, np.arange(21) * 0.1, u)
-    # Default steps, 1e-11 per radian of some 30: 1e-11 was found. DOP853 adds 1e-12.
-    np.testing.assert_allclose(motion["centre"][1:], z[:, :3], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(motion["velocity"][1:], z[:, 3:6], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(motion["R"][1:].reshape(-1, 9), z[:, 6:15], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(motion["omega_world"][1:], z[:, 15:18], rtol=0, atol=1e-9)
-    force = [disk_on_plane(disk, *at).contact for at in zip(z, u, strict=True)]
-    np.testing.assert_allclose(disk.contact_force(motion.y[1:], u), force, rtol=0, atol=1e-8)
 
 
 DISC = RollingDisk.uniform()

@@ -5,7 +5,6 @@ from operator import itemgetter
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from scipy.special import fresnel
 
@@ -79,33 +78,6 @@ def test_the_driven_coin_draws_fresnels_integrals(steering):
     np.testing.assert_allclose(motion.place, expected, rtol=0, atol=405 * 5.4 * EPS)
 
 
-def test_the_driven_coin_obeys_its_equations_of_motion():
-    torques, t = (0.05, -0.03), np.linspace(0.0, 6.0, 7)
-
-    def rates(_, y):
-        phi_rate, psi_rate = y[4], y[5]
-        v = -COIN["radius"] * psi_rate
-        rolling = COIN["i3"] + COIN["m"] * COIN["radius"] ** 2
-        along = v * math.cos(y[2]), v * math.sin(y[2])
-        return (*along, phi_rate, psi_rate, torques[0] / COIN["i_perp"], torques[1] / rolling)
-
-    start = [0.3, -0.2, 0.4, 1.0, -2.0, 3.0]
-    solution = solve_ivp(rates, (0.0, 6.0), start, "DOP853", t_eval=t, rtol=1e-12, atol=1e-12)
-    motion = upright_coin.drive_coin(
-        t,
-        torques=torques,
-        phi_rate=-2.0,
-        psi_rate=3.0,
-        phi=0.4,
-        psi=1.0,
-        place=(0.3, -0.2),
-        **COIN,
-    )
-    found = np.column_stack([motion.place, motion.phi, motion.psi])
-    # 1e-12 a step over some hundred steps.
-    np.testing.assert_allclose(found, solution.y[:4].T, rtol=0, atol=1e-9)
-
-
 def test_without_torques_the_driven_coin_is_the_free_one():
     rates = {"phi_rate": 1.7, "psi_rate": -4.0, "phi": 0.2, "psi": -0.3, "place": (1.0, 2.0)}
     t = np.linspace(-20.0, 20.0, 9)
@@ -132,21 +104,6 @@ def test_the_knife_edge_on_an_incline_agrees_with_the_reference(case):
     np.testing.assert_allclose(motion.heading, out["heading"], rtol=0, atol=16 * EPS)
     drift = upright_coin.drift_across_slope(**plane, **steer)
     np.testing.assert_allclose(drift, out["drift_velocity_across"], rtol=8 * EPS)
-
-
-@pytest.mark.parametrize("start", [(0.0, 0.0), (1.3, 2.0), (-0.7, -1.0)])
-@pytest.mark.parametrize("rate", [0.8, -2.1])
-def test_on_an_incline_whole_turns_drift_across_from_any_start(start, rate):
-    plane = {"slope": 0.3, "beta": 0.5, "g": 9.81, "steering_rate": rate}
-    turn = 2.0 * math.pi / abs(rate)
-    motion = upright_coin.steer_on_incline(
-        [0.0, 7.0 * turn], speed=start[0], heading=start[1], **plane
-    )
-    drift = upright_coin.drift_across_slope(**plane)
-    # 44 radians are rounded.
-    np.testing.assert_allclose(
-        motion.place[1], (0.0, 7.0 * turn * drift), rtol=0, atol=512 * EPS * abs(drift * turn)
-    )
 
 
 def test_without_steering_it_slides_straight_and_steering_little_changes_little():
