@@ -31,8 +31,8 @@ def clip_to_ball(action: Array) -> Array:
 def simulate_closed_loop(step: Callable[[Array], Array], y: npt.ArrayLike, n_steps: int) -> Array:
     """States of a closed loop under repeated steps: y, step(y), step(step(y)) and so on.
 
-    With ``step = lambda y: system.advance(y, law.inputs(law(y)), dt, n_substeps)`` this is the
-    closed loop as an environment runs it, the limits of the actuator included.
+    With ``step = lambda y: system.advance(y, controller.inputs(controller(y)), dt, n_substeps)``
+    this is the closed loop as an environment runs it, the limits of the actuator included.
 
     Args:
         step: the state after a control period, as a function of states (..., n).

@@ -55,6 +55,8 @@ class EnvironmentRecord:
             there is none.
         predictive: Predictive controller, "module:name"; empty where there is none. It needs the
             extra "control", and so is no reference controller.
+        conditions: Conditions of success for planning, "module:name" of a
+            `rigid_envs.control.planning.Conditions`; empty where no plans are searched for.
     """
 
     id: str
@@ -69,6 +71,7 @@ class EnvironmentRecord:
     limits: Mapping[str, str] = field(default_factory=dict)
     decoder: str = ""
     predictive: str = ""
+    conditions: str = ""
 
 
 _RECORDS: dict[str, EnvironmentRecord] = {}
@@ -134,7 +137,7 @@ def _ours(
     for key in ("controllers", "limits"):
         codes = more.get(key, {})
         more[key] = {label: f"{room}.references:{code}" for label, code in codes.items()}
-    for key in ("decoder", "predictive"):
+    for key in ("decoder", "predictive", "conditions"):
         if key in more:
             more[key] = f"{room}.references:{more[key]}"
     more["metrics"] = tuple(metrics.split())
@@ -159,6 +162,7 @@ _ours(
     controllers={"lqr": "spin_regulator", "energy_casimir": "energy_casimir"},
     decoder="intermediate_axis",
     predictive="held_spin",
+    conditions="SPINNING",
 )
 _variant("IntermediateAxisRandom", "IntermediateAxis")
 _ours(
@@ -170,6 +174,7 @@ _ours(
     error=ErrorTerm("axis", 10.0, "angle of the spin from e2 [rad]"),
     controllers={"energy_casimir": "single_torque"},
     decoder="intermediate_axis",
+    conditions="ALIGNED",
 )
 _ours(
     "free_body",
@@ -180,6 +185,7 @@ _ours(
     error=_SPIN,
     controllers={"separatrix": "separatrix_steering"},
     decoder="intermediate_axis",
+    conditions="SPINNING",
 )
 _ours(
     "free_body",
@@ -189,6 +195,7 @@ _ours(
     "effort success return",
     controllers={"timed": "timed_flip", "brute_force": "forced_flip"},
     decoder="axis_flip",
+    conditions="FLIPPED",
 )
 _ours(
     "free_body",
@@ -210,6 +217,7 @@ _ours(
     controllers={"quaternion_pd": "quaternion_pd"},
     decoder="reorient",
     limits={"time": "REORIENT_TIME"},
+    conditions="TURNED",
 )
 _ours(
     "heavy_top",
@@ -220,6 +228,7 @@ _ours(
     error=_TILT,
     controllers={"lqr": "upright_balance"},
     decoder="sleeping_top",
+    conditions="UPRIGHT",
 )
 _ours(
     "rolling_ball",
@@ -231,6 +240,7 @@ _ours(
     controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
     decoder="ball_park",
     limits={"path": "BALL_PATH"},
+    conditions="PARKED",
 )
 _ours(
     "rolling_ball",
@@ -242,6 +252,7 @@ _ours(
     controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
     decoder="ball_park_goal",
     limits={"path": "BALL_PATH"},
+    conditions="PARKED",
 )
 _variant("BallParkRandom", "BallPark")
 _variant("BallReorient", "BallPark")
@@ -255,6 +266,7 @@ _ours(
     controllers={"three_rolls": "pushed"},
     decoder="ball_park_dynamic",
     limits={"time": "PUSHED_BALL_TIME"},
+    conditions="STOPPED",
 )
 _ours(
     "rolling_ball",
@@ -312,6 +324,7 @@ _ours(
     controllers={"lqr": "pivot_balance"},
     decoder="pivot_top",
     predictive="balanced_top",
+    conditions="BALANCED",
 )
 _ours(
     "heavy_top",
@@ -322,6 +335,7 @@ _ours(
     error=ErrorTerm("tilt", 10.0, "tilt off the commanded one [rad]"),
     controllers={"lqr": "precession_regulator"},
     decoder="top_precession",
+    conditions="PRECESSING",
 )
 _ours(
     "heavy_top",
@@ -332,6 +346,7 @@ _ours(
     error=_TILT,
     controllers={"lqr": "asymmetric_balance"},
     decoder="top_random",
+    conditions="UPRIGHT_IN_BODY",
 )
 _variant("SleepingTopRandom", "SleepingTop")
 _ours(
@@ -344,6 +359,7 @@ _ours(
     controllers={"two_rolls": "two_rolls"},
     decoder="coin_park",
     limits={"path": "COIN_PATH"},
+    conditions="PARKED",
 )
 _ours(
     "rolling_disk",

@@ -209,20 +209,20 @@ def riccati(x, tail):
 
 
 def test_the_plan_of_a_linear_quadratic_problem_is_that_of_riccati():
-    law = PredictiveControl(DoubleIntegrator(), (H,) * K, tail=2.0)
+    controller = PredictiveControl(DoubleIntegrator(), (H,) * K, tail=2.0)
     x = np.array([0.2, 0.1])
-    plan = law.plan(x)
+    plan = controller.plan(x)
     assert plan.is_solved
     expected, least = riccati(x, 2.0)
     assert np.abs(expected).max() < 1.0  # no limit is met
     # a barrier of 1e-5 or so keeps actions off their limits, more where they matter less
     np.testing.assert_allclose(plan.actions, expected, atol=5e-3)
-    assert float(cost_of(law, x, ())(plan.actions.T)) == pytest.approx(least, rel=1e-4)
+    assert float(cost_of(controller, x, ())(plan.actions.T)) == pytest.approx(least, rel=1e-4)
 
 
 def test_limits_of_actions_and_of_what_they_lead_to_hold():
-    law = PredictiveControl(DoubleIntegrator(fastest=0.5), (H,) * 40, tail=2.0)
-    plan = law.plan([2.0, 0.0])
+    controller = PredictiveControl(DoubleIntegrator(fastest=0.5), (H,) * 40, tail=2.0)
+    plan = controller.plan([2.0, 0.0])
     assert plan.is_solved
     assert np.abs(plan.actions).max() == pytest.approx(1.0, abs=1e-3)
     assert np.abs(plan.states[:, 1]).max() == pytest.approx(0.5, abs=1e-3)
@@ -230,17 +230,17 @@ def test_limits_of_actions_and_of_what_they_lead_to_hold():
 
 
 def test_a_plan_is_found_again_from_itself():
-    law = PredictiveControl(DoubleIntegrator(), (H,) * K)
-    first = law.plan([1.5, -0.3])
-    again = law.plan([1.5, -0.3], near=first)
+    controller = PredictiveControl(DoubleIntegrator(), (H,) * K)
+    first = controller.plan([1.5, -0.3])
+    again = controller.plan([1.5, -0.3], near=first)
     np.testing.assert_allclose(again.actions, first.actions, atol=1e-2)  # the barrier
 
 
 def test_the_rest_of_a_plan_is_what_was_planned_for_later():
-    law = PredictiveControl(DoubleIntegrator(), (0.1, 0.1, 0.2, 0.4), 1.0)
+    controller = PredictiveControl(DoubleIntegrator(), (0.1, 0.1, 0.2, 0.4), 1.0)
     states = np.array([[0.0, 1.0], [0.1, 1.0], [0.2, 1.0], [0.4, 1.0], [0.8, 1.0]])
     actions = np.arange(4.0)[:, None]
-    rest = law.later(Prediction(actions, states, True), 0.1)
+    rest = controller.later(Prediction(actions, states, True), 0.1)
     np.testing.assert_allclose(rest.states[:, 0], [0.1, 0.2, 0.3, 0.5, 0.8], atol=1e-12)
     np.testing.assert_array_equal(rest.actions[:, 0], [1.0, 2.0, 2.0, 3.0])
 
@@ -279,9 +279,9 @@ def test_a_step_in_coordinates_is_a_step_of_the_system(problem):
 
 @each_problem
 def test_plans_are_solved_and_are_what_happens(problem):
-    law = PredictiveControl(problem, doubling(0.1, 4, 4, 4))
+    controller = PredictiveControl(problem, doubling(0.1, 4, 4, 4))
     y, goal = STARTS[problem], GOALS[problem]
-    plan = law.plan(y, goal)
+    plan = controller.plan(y, goal)
     assert plan.is_solved
     for a, x in zip(plan.actions[:4], plan.states[1:], strict=False):
         y = advanced(problem, y, a, 0.1, 2)
@@ -289,15 +289,15 @@ def test_plans_are_solved_and_are_what_happens(problem):
         np.testing.assert_allclose(problem.coordinates(y), x, rtol=0, atol=2e-3)
 
 
-def cost_of(law, y, goal):
+def cost_of(controller, y, goal):
     """Cost of actions that are rolled out, as a function of them, shape (m, K)."""
-    m = law.problem.sizes[1]
-    actions = casadi.SX.sym("a", m, len(law.intervals))
-    x, total = casadi.DM(law.problem.coordinates(y)), 0.0
-    for k, h in enumerate(law.intervals):
-        total += h * law.problem.cost(x, actions[:, k], casadi.DM(goal))
-        x = law.problem.step(x, actions[:, k], h)
-    total += law.tail * law.problem.cost(x, casadi.DM.zeros(m), casadi.DM(goal))
+    m = controller.problem.sizes[1]
+    actions = casadi.SX.sym("a", m, len(controller.intervals))
+    x, total = casadi.DM(controller.problem.coordinates(y)), 0.0
+    for k, h in enumerate(controller.intervals):
+        total += h * controller.problem.cost(x, actions[:, k], casadi.DM(goal))
+        x = controller.problem.step(x, actions[:, k], h)
+    total += controller.tail * controller.problem.cost(x, casadi.DM.zeros(m), casadi.DM(goal))
     return casadi.Function("cost", [actions], [total])
 
 
@@ -329,9 +329,9 @@ def test_the_cost_is_the_one_that_is_told(problem):
 
 @each_problem
 def test_no_plan_beside_it_costs_less(problem):
-    law = PredictiveControl(problem, doubling(0.1, 4, 4, 2))
+    controller = PredictiveControl(problem, doubling(0.1, 4, 4, 2))
     y, goal = STARTS[problem], GOALS[problem]
-    plan, cost = law.plan(y, goal), cost_of(law, y, goal)
+    plan, cost = controller.plan(y, goal), cost_of(controller, y, goal)
     least = float(cost(plan.actions.T))
     rng = np.random.default_rng(1)
     for spread in (0.003, 0.03, 0.3):
@@ -344,8 +344,8 @@ def test_no_plan_beside_it_costs_less(problem):
 
 
 def test_the_table_can_always_stop_within_its_limit():
-    law = PredictiveControl(TABLE, doubling(0.1, 4, 8, 3))
-    plan = law.plan(BALL.state(position=[2.0, 0.0]), [-1.0, 0.5])
+    controller = PredictiveControl(TABLE, doubling(0.1, 4, 8, 3))
+    plan = controller.plan(BALL.state(position=[2.0, 0.0]), [-1.0, 0.5])
     x = plan.states
     stops = x[:, 5:7] + 0.05 * x[:, 7:]
     assert np.abs(stops).max() == pytest.approx(0.1, abs=2e-4)  # and it is used
@@ -362,11 +362,11 @@ def test_tops_without_symmetry_and_numbers_that_are_none_are_refused():
         HeldBall(BALL, 0.4, 0, 0.1)
     with pytest.raises(ValueError, match=r"^intervals\[1\] = -0\.1; expected positive"):
         PredictiveControl(SPIN, (0.1, -0.1))
-    law = PredictiveControl(TABLE, (0.1,))
+    controller = PredictiveControl(TABLE, (0.1,))
     with pytest.raises(ValueError, match=r"^goal has shape \(0,\); expected \(2,\)"):
-        law.plan(BALL.state())
+        controller.plan(BALL.state())
     with pytest.raises(ValueError, match=r"^y has shape \(2, 13\); expected \(n_state,\)"):
-        law.plan(np.stack([BALL.state()] * 2), [0.0, 0.0])
+        controller.plan(np.stack([BALL.state()] * 2), [0.0, 0.0])
 
 
 def test_without_casadi_the_command_that_installs_it_is_named(monkeypatch):

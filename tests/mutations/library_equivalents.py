@@ -529,9 +529,9 @@ EQUIVALENTS: tuple[Equivalent, ...] = (
         "how a plan is searched for is a choice: what it costs is checked when it is replayed",
     ),
     Equivalent(
-        "rigid_envs/control/planning/model.py",
+        "rigid_envs/systems/heavy_top/references.py",
         "module",
-        '"TopPrecession": Conditions(_TOP, _precessing, _in_body, 10),',
+        "PRECESSING = Conditions(_TOP, _precessing, _in_body, 10)",
         "10 -> 11",
         "how a plan is searched for is a choice: what it costs is checked when it is replayed",
     ),

@@ -1,19 +1,19 @@
-"""Claims that hold of every law, and derivatives along a motion."""
+"""Claims that hold of every controller, and derivatives along a motion."""
 
 import numpy as np
 
 from rigid_envs.mechanics import rotations
 
 
-def assert_within_limits_row_by_row(law, *args, ball=False):
+def assert_within_limits_row_by_row(controller, *args, ball=False):
     """Actions stay in their space, some of them at its boundary, and rows are independent."""
-    actions = law(*args)
+    actions = controller(*args)
     size = np.linalg.norm(actions, axis=-1) if ball else np.abs(actions).max(axis=-1)
     assert size.max() <= 1.0 + 4.0 * np.finfo(float).eps * ball
     assert (size > 1.0 - 1e-12).any()
     for row in np.ndindex(actions.shape[:-1]):
         # sums may be taken in another order
-        np.testing.assert_allclose(law(*(a[row] for a in args)), actions[row], atol=1e-13)
+        np.testing.assert_allclose(controller(*(a[row] for a in args)), actions[row], atol=1e-13)
 
 
 def spinning(rng, lead, scale=1.0):

@@ -1,9 +1,9 @@
 """Planning by optimisation over the environments' own step maps: what the best could have done.
 
 A plan is a sequence of actions from a known state. It is found by sequential convex programming:
-`model` rolls plans out and linearises every step, `subproblem` solves the convex problem that the
-linearisation leaves, `descent` repeats both, and `least_time` shortens plans whose cost is time.
-`conditions` says what success asks of a motion.
+`model` rolls plans out and linearises every step; `descent` solves the convex problem that this
+leaves, again and again, and shortens plans whose cost is time. What success asks of a motion is in
+the `references` of each system.
 """
 
 from rigid_envs.control.planning.descent import Plans, improve, shorten

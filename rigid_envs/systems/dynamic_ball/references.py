@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rigid_envs.base.checks import Array
+from rigid_envs.control.planning import Conditions
 from rigid_envs.control.predictive import PredictiveControl, doubling
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.scores.policies import (
@@ -23,7 +24,14 @@ from rigid_envs.systems.dynamic_ball.controllers import HeldBall, PlateRegulator
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDynamic
 from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
-from rigid_envs.systems.rolling_ball.references import _PLACE, _roll, straight_rolls
+from rigid_envs.systems.rolling_ball.references import (
+    _PLACE,
+    _POSE,
+    _pose,
+    _roll,
+    straight_rolls,
+)
+from rigid_envs.tasks.core import Core
 
 # Theoretical limits of metrics: optima and bounds from each start, in closed form.
 
@@ -46,21 +54,21 @@ PUSHED_BALL_TIME = TheoreticalLimit(
 def pushed(task: BallParkDynamic) -> Controller:
     """Three straight rolls, each from rest to rest, tracked by feedback."""
     ball = _dynamic_ball(task)
-    law, parts = PushAlong(ball, task.force, task.dt), ball.components
+    controller, parts = PushAlong(ball, task.force, task.dt), ball.components
 
     def plan(states: States, rows: Rows) -> Array:
         y = states.y[rows]  # a velocity that it has, or seems to have by noise, is fed back later
         start = ball.state(q=y[:, parts["q"]], position=y[:, parts["position"]])
-        found = law.plan(start, straight_rolls(task, states, rows))
+        found = controller.plan(start, straight_rolls(task, states, rows))
         return np.concatenate([found.pushes, found.positions[:-1], found.velocities[:-1]], axis=-1)
 
-    return Script(plan, lambda states, due: law(states.y, *np.split(due, 3, axis=-1)))
+    return Script(plan, lambda states, due: controller(states.y, *np.split(due, 3, axis=-1)))
 
 
 def plate_regulator(task: BallPlate) -> Controller:
     """Linear-quadratic regulator of the ball by the tilt of the table."""
-    law = PlateRegulator(_dynamic_ball(task), task.tilt_rate, task.dt)
-    return lambda states: law(states.y, states.auxiliary("point_X", "point_Y"))
+    controller = PlateRegulator(_dynamic_ball(task), task.tilt_rate, task.dt)
+    return lambda states: controller(states.y, states.auxiliary("point_X", "point_Y"))
 
 
 def _dynamic_ball(task: BallParkDynamic | BallPlate) -> DynamicBall:
@@ -75,16 +83,16 @@ def _dynamic_ball(task: BallParkDynamic | BallPlate) -> DynamicBall:
 def held_ball(task: BallPlate) -> Controller:
     """Least distance over a horizon of 32 control periods."""
     problem = HeldBall(_dynamic_ball(task), task.tilt_rate, task.tilt_limit, task.dt)
-    law = PredictiveControl(problem, doubling(task.dt, 4, 8, 3))
+    controller = PredictiveControl(problem, doubling(task.dt, 4, 8, 3))
     return predicting(
-        law, task.dt, PREDICTION_PERIOD, lambda envs: envs.auxiliary("point_X", "point_Y")
+        controller, task.dt, PREDICTION_PERIOD, lambda envs: envs.auxiliary("point_X", "point_Y")
     )
 
 
 # Decoders of the tasks of a ball: position, attitude, and what they are to become.
 #
-# Positions in radii are those of a ball of the middle radius: of what a law makes of them, actions
-# that are fractions of the largest, a radius that is drawn cancels.
+# Positions in radii are those of a ball of the middle radius: of what a controller makes of them,
+# actions that are fractions of the largest, a radius that is drawn cancels.
 
 
 def ball_park_dynamic(task: BallParkDynamic) -> Decoder:
@@ -121,3 +129,15 @@ def ball_plate(task: BallPlate) -> Decoder:
         return Decoded(ball, y, {"point_X": point[:, 0], "point_Y": point[:, 1]})
 
     return decode
+
+
+# What success asks of a motion, for planning.
+
+
+def _stopped(core: Core) -> list[Array]:
+    task: Any = core.task
+    y = core.y
+    return [*_pose(y, None, task), y[:, 6:8] / task.speed_tolerance]
+
+
+STOPPED = Conditions((*_POSE, "VX", "VY"), _stopped)

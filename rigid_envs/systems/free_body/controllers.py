@@ -23,8 +23,8 @@ from rigid_envs.systems.free_body.system import FreeBody
 
 
 @dataclass(frozen=True)
-class SpinLaw:
-    """Base of the control laws for a spin about the intermediate axis.
+class SpinController:
+    """Base of the controllers for a spin about the intermediate axis.
 
     Attributes:
         body: rigid body with I1 < I2 < I3.
@@ -60,7 +60,7 @@ class SpinLaw:
 
 
 @dataclass(frozen=True)
-class SpinRegulator(SpinLaw):
+class SpinRegulator(SpinController):
     """Holds the spin by linear feedback, optimal near it: tau = -K (omega - Omega e2).
 
     K minimises the sum of ``|omega - Omega e2|^2 + input_weight |tau|^2`` over the control periods
@@ -73,8 +73,8 @@ class SpinRegulator(SpinLaw):
     Region: measured for the body (1, 2, 3), Omega = 1 and 0.2 N m, perturbations up to 0.26 rad/s
     are brought back while omega2 stays positive. Along the unstable direction, d = omega1 - r
     omega3 with r = sqrt(I3 (I3 - I2) / (I1 (I2 - I1))), that is d up to 0.55, and at constant
-    omega2 no law holds more than ``torque (1 / I1 + r / I3) / growth``, 0.546 here. From further
-    away the body flips first, and is caught later.
+    omega2 no controller holds more than ``torque (1 / I1 + r / I3) / growth``, 0.546 here. From
+    further away the body flips first, and is caught later.
 
     Attributes:
         body: rigid body with I1 < I2 < I3.
@@ -136,7 +136,7 @@ def saddle(moments: npt.ArrayLike) -> Saddle:
 
 
 @dataclass(frozen=True)
-class SeparatrixSteering(SpinLaw):
+class SeparatrixSteering(SpinController):
     """Brings any spin to e2 at the rate Omega by torques much weaker than the tumbling.
 
     In the coordinates of `Saddle`, over Omega, the motions that arrive at e2 or -e2 at that rate
@@ -150,9 +150,9 @@ class SeparatrixSteering(SpinLaw):
     abs(d) that torque can hold, is caught by the feedback of least ``|omega - Omega e2|^2 +
     input_weight |tau|^2``. Near -e2 it is pushed along s, the unstable direction there.
 
-    Certificate: `lyapunov`, W, never increases while the law steers, limits and missing actuators
-    included (pushing and catching may add to it). With two actuators it rests only on the motions
-    that lead to e2 or -e2, and on steady spins about an axis.
+    Certificate: `lyapunov`, W, never increases while the controller steers, limits and missing
+    actuators included (pushing and catching may add to it). With two actuators it rests only on the
+    motions that lead to e2 or -e2, and on steady spins about an axis.
 
     Region: measured for the body (1, 2, 3), Omega = 1 and 0.1 N m, all spins of 0.5 to 1.5 rad/s in
     any direction are captured within 150 s by any two actuators or three. Within 60 s all are by
@@ -269,7 +269,7 @@ class SeparatrixSteering(SpinLaw):
 
 
 @dataclass(frozen=True)
-class SingleTorque(SpinLaw):
+class SingleTorque(SpinController):
     """Aligns the spin with e2 by one torque: tau3 = eps omega1 omega2 - k omega3.
 
     With ``a = eps - (I2 - I1)``, Euler's third equation becomes ``I3 omega3' = a omega1 omega2 - k
@@ -304,7 +304,7 @@ class SingleTorque(SpinLaw):
     damping: float = 5.0 / 3.0
 
     def __post_init__(self) -> None:
-        """Check the gains too; a law that is too weak may be made, to see it fail."""
+        """Check the gains too; a controller that is too weak may be made, to see it fail."""
         super().__post_init__()
         positive(self.strength, "strength", "1")
         positive(self.damping, "damping", "1")
@@ -362,7 +362,7 @@ class SingleTorque(SpinLaw):
 
 
 @dataclass(frozen=True)
-class EnergyCasimir(SpinLaw):
+class EnergyCasimir(SpinController):
     """Holds the spin by `SingleTorque` about e3, and by damping about e1 and e2.
 
     ``tau = (-k1 omega1, -k2 (omega2 - Omega), eps omega1 omega2 - k3 omega3)``, each k_j = damping
@@ -440,7 +440,7 @@ class EnergyCasimir(SpinLaw):
 
 
 @dataclass(frozen=True)
-class ForcedFlip(SpinLaw):
+class ForcedFlip(SpinController):
     """Turns the spin to -e2 by brute force: tau = -gain Omega I (omega + Omega e2).
 
     Certificate: the kinetic energy of the error e = omega + Omega e2, ``V = e . I e / 2``. With
@@ -483,7 +483,7 @@ class ForcedFlip(SpinLaw):
 
 
 @dataclass(frozen=True)
-class TimedFlip(SpinLaw):
+class TimedFlip(SpinController):
     """Lets the spin flip from e2 to -e2 by itself, in time: tau = -gain Omega I (omega - f).
 
     f is a free motion. On the separatrix with s = 0 (see `Saddle`), with t the time after the half
@@ -546,7 +546,7 @@ class TimedFlip(SpinLaw):
         return np.asarray(0.5 * np.sum(self.body.moments * error**2, axis=-1))
 
     def reference(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> Array:
-        """The free motion f to join [rad/s], shape (..., 3); arguments as of the law itself."""
+        """The free motion f to join [rad/s], shape (..., 3); arguments as of a call."""
         r, growth, share = shape = saddle(self.body.moments)
         d, _ = shape.coordinates(self.omega(y) / self.rate)
         most = 1.0 / math.sqrt(share)
@@ -569,8 +569,8 @@ def _check_gain(gain: float, least: float) -> None:
 
 
 @dataclass(frozen=True)
-class ImpulseLaw(abc.ABC):
-    """A law for impulses on a body that drifts freely between them.
+class ImpulseController(abc.ABC):
+    """A controller for impulses on a body that drifts freely between them.
 
     The drift turns the angular momentum L in the body and keeps its size |L|. No impulse takes more
     from that than its own size, and only impulses against L take so much.
@@ -607,7 +607,7 @@ class ImpulseLaw(abc.ABC):
 
 
 @dataclass(frozen=True)
-class MomentumRegulator(ImpulseLaw):
+class MomentumRegulator(ImpulseController):
     """Brings L to zero at the least cost: j = -g L.
 
     A step costs ``a |L + j|^2 + b |j|^2``. The cost to go is ``P |L|^2`` with the root P = b g of
@@ -616,10 +616,10 @@ class MomentumRegulator(ImpulseLaw):
         g = (sqrt((a / b)^2 + 4 a / b) - a / b) / 2 = (a + P) / (a + b + P).
 
     Certificate: P, in closed form: ``value(y) = P |L|^2`` is the sum of all costs from there on,
-    and no law has a smaller one.
+    and no controller has a smaller one.
 
-    Region: everywhere. The impulse stays in the ball, and the law optimal, while |L| <= `reach`;
-    beyond, the largest impulse against L is taken.
+    Region: everywhere. The impulse stays in the ball, and the controller optimal, while |L| <=
+    `reach`; beyond, the largest impulse against L is taken.
 
     Attributes:
         body: rigid body to control.
@@ -659,7 +659,7 @@ class MomentumRegulator(ImpulseLaw):
 
     @property
     def reach(self) -> float:
-        """The |L| up to which the law is not limited [N m s]."""
+        """The |L| up to which the controller is not limited [N m s]."""
         return self.impulse / self.gain
 
     def value(self, y: npt.ArrayLike) -> Array:
@@ -668,11 +668,11 @@ class MomentumRegulator(ImpulseLaw):
 
 
 @dataclass(frozen=True)
-class MomentumBrake(ImpulseLaw):
+class MomentumBrake(ImpulseController):
     """Brings L to zero in the least time: the largest impulse against L, or all of L that is left.
 
-    Certificate: ``n_steps(y) = ceil(|L| / impulse)`` decreases by one in every step, and no law
-    makes it decrease faster, since no impulse takes more than its size from |L|.
+    Certificate: ``n_steps(y) = ceil(|L| / impulse)`` decreases by one in every step, and no
+    controller makes it decrease faster, since no impulse takes more than its size from |L|.
 
     Attributes:
         body: rigid body to control.
@@ -832,7 +832,7 @@ def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Arra
 
 
 @dataclass(frozen=True)
-class HeldSpin(SpinLaw):
+class HeldSpin(SpinController):
     """Holding a spin about the intermediate axis at the least torque impulse.
 
     Coordinates x: omega in body axes. Cost: ``|tau| + weight |omega - Omega e2|^2``.

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from rigid_envs.base.checks import Array
+from rigid_envs.control.planning import Conditions
 from rigid_envs.control.predictive import PredictiveControl, doubling
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.mechanics import rotations
@@ -33,6 +35,7 @@ from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxi
 from rigid_envs.systems.free_body.tasks.intermediate_axis_single import IntermediateAxisSingle
 from rigid_envs.systems.free_body.tasks.reorient import Reorient
 from rigid_envs.systems.free_body.tasks.spin_capture import SpinCapture
+from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.task import Task
 
 # Theoretical limits of metrics: optima and bounds from each start, in closed form.
@@ -71,15 +74,15 @@ def _impulses(envs: RigidVectorEnv) -> Array:
 
 
 def _riccati(envs: RigidVectorEnv) -> Array:
-    """Loss of the optimal law over an infinite horizon; after 50 steps 1e-7 of it is left."""
+    """Loss of the optimal controller over an infinite horizon; after 50 steps 1e-7 is left."""
     task: Any = envs.task
-    law = MomentumRegulator(
+    controller = MomentumRegulator(
         task.system(),
         task.impulse,
         task.weight_momentum / task.start_momentum**2,
         task.weight_impulse / task.impulse**2,
     )
-    return law.riccati * _momentum(envs) ** 2
+    return controller.riccati * _momentum(envs) ** 2
 
 
 DETUMBLE_LOSS = TheoreticalLimit("exact", "the root of the scalar Riccati equation", _riccati)
@@ -101,66 +104,66 @@ def body_of(task: Task) -> FreeBody:
 
 def spin_regulator(task: IntermediateAxis) -> Controller:
     """Linear-quadratic regulator of the spin."""
-    law = SpinRegulator(body_of(task), task.spin_rate, task.torque, task.dt)
-    return lambda states: law(states.y)
+    controller = SpinRegulator(body_of(task), task.spin_rate, task.torque, task.dt)
+    return lambda states: controller(states.y)
 
 
 def energy_casimir(task: IntermediateAxis) -> Controller:
     """Energy-Casimir feedback of the spin."""
-    law = EnergyCasimir(body_of(task), task.spin_rate, task.torque)
-    return lambda states: law(states.y)
+    controller = EnergyCasimir(body_of(task), task.spin_rate, task.torque)
+    return lambda states: controller(states.y)
 
 
 def single_torque(
     task: IntermediateAxisSingle, strength: float = 3.0, damping: float = 5.0 / 3.0
 ) -> Controller:
     """Energy-Casimir feedback by one torque; see `SingleTorque` for its two gains."""
-    law = SingleTorque(body_of(task), task.spin_rate, task.torque, strength, damping)
-    return lambda states: law(states.y)
+    controller = SingleTorque(body_of(task), task.spin_rate, task.torque, strength, damping)
+    return lambda states: controller(states.y)
 
 
 def separatrix_steering(task: SpinCapture) -> Controller:
     """Steering onto the separatrix that leads to e2, and a regulator there."""
     first, second, third = (torque > 0.0 for torque in task.torques())
-    law = SeparatrixSteering(
+    controller = SeparatrixSteering(
         body_of(task), task.spin_rate, task.torque, task.dt, axes=(first, second, third)
     )
-    return lambda states: law(states.y)
+    return lambda states: controller(states.y)
 
 
 def timed_flip(task: AxisFlip) -> Controller:
     """Tracking of the free flip that ends within 0.6 of the tolerance at the commanded time."""
-    law = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
-    return lambda states: law(states.y, states.auxiliary("time_left"))
+    controller = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
+    return lambda states: controller(states.y, states.auxiliary("time_left"))
 
 
 def forced_flip(task: AxisFlip) -> Controller:
     """The flip by linear feedback, at once."""
-    law = ForcedFlip(body_of(task), task.spin_rate, task.torque)
-    return lambda states: law(states.y)
+    controller = ForcedFlip(body_of(task), task.spin_rate, task.torque)
+    return lambda states: controller(states.y)
 
 
 def momentum_regulator(task: Detumble) -> Controller:
     """Optimal impulses for the weights of the reward, from the scalar Riccati equation."""
-    law = MomentumRegulator(
+    controller = MomentumRegulator(
         body_of(task),
         task.impulse,
         weight_momentum=task.weight_momentum / task.start_momentum**2,
         weight_impulse=task.weight_impulse / task.impulse**2,
     )
-    return lambda states: law(states.y)
+    return lambda states: controller(states.y)
 
 
 def momentum_brake(task: Detumble) -> Controller:
     """Time-optimal impulses: rest in the least number of steps."""
-    law = MomentumBrake(body_of(task), task.impulse)
-    return lambda states: law(states.y)
+    controller = MomentumBrake(body_of(task), task.impulse)
+    return lambda states: controller(states.y)
 
 
 def quaternion_pd(task: Reorient) -> Controller:
     """Quaternion feedback to the goal attitude."""
-    law = QuaternionPD(body_of(task), task.torque)
-    return lambda states: law(states.y, states.auxiliary(*task.aux_names))
+    controller = QuaternionPD(body_of(task), task.torque)
+    return lambda states: controller(states.y, states.auxiliary(*task.aux_names))
 
 
 # Predictive controllers; of drawn parameters they know the middle. They need CasADi.
@@ -169,11 +172,11 @@ def quaternion_pd(task: Reorient) -> Controller:
 def held_spin(task: IntermediateAxis) -> Controller:
     """Least torque impulse over a horizon of 52 control periods."""
     problem = HeldSpin(body_of(task), task.spin_rate, task.torque)
-    law = PredictiveControl(problem, doubling(task.dt, 4, 4, 10))
-    return predicting(law, task.dt, PREDICTION_PERIOD)
+    controller = PredictiveControl(problem, doubling(task.dt, 4, 4, 10))
+    return predicting(controller, task.dt, PREDICTION_PERIOD)
 
 
-# Decoders of the tasks of a free body: its angular velocity; the attitude where a law needs it.
+# Decoders of the tasks of a free body: its angular velocity; the attitude where it is needed.
 
 _SPIN = ("omega1 / Omega", "omega2 / Omega", "omega3 / Omega")
 _RATES = ("omega1", "omega2", "omega3")
@@ -213,3 +216,40 @@ def reorient(task: Reorient) -> Decoder:
         body.state(q=here(seen), omega_body=rates(seen)),
         dict(zip(task.aux_names, there(seen).T, strict=True)),
     )
+
+
+# What success asks of a motion, for planning.
+
+
+def _turned(core: Core) -> list[Array]:
+    task: Any = core.task
+    y, goal = core.y, core.auxiliary(*core.task.aux_names)
+    off = rotations.log(rotations.multiply(rotations.conjugate(goal), y[:, :4]))
+    return [off / task.largest_angle, y[:, 4:] / task.rate_tolerance]
+
+
+def _spin(sense: float) -> Callable[[Core], list[Array]]:
+    """The error of the spin from the rate Omega about e2, or about -e2."""
+
+    def errors(core: Core) -> list[Array]:
+        task: Any = core.task
+        goal = np.array([0.0, sense * task.spin_rate, 0.0])
+        return [(core.y[:, 4:] - goal) / (task.tolerance * task.spin_rate)]
+
+    return errors
+
+
+def _axis(core: Core) -> list[Array]:
+    """The angle of the spin from e2 in two directions."""
+    task: Any = core.task
+    omega = core.y[:, 4:]
+    across = omega[:, [0, 2]]
+    length = np.linalg.norm(across, axis=-1, keepdims=True)
+    angle = np.arctan2(length, omega[:, 1:2])
+    return [angle / task.tolerance * across / np.maximum(length, 1e-300)]
+
+
+_RATES = ("omega1", "omega2", "omega3")
+TURNED = Conditions(("w", "x", "y", "z", *_RATES), _turned)
+SPINNING, FLIPPED = Conditions(_RATES, _spin(1.0)), Conditions(_RATES, _spin(-1.0))
+ALIGNED = Conditions(_RATES, _axis)

@@ -38,7 +38,7 @@ def saddle_shape(I1: float, I2: float, I3: float) -> Shape:
 # Coordinates of a spin near the intermediate axis, and a scale on which small errors are seen.
 
 
-class Saddle(NamedTuple):
+class Place(NamedTuple):
     """Coordinates d and s of a spin, over the rate Omega, and the shape of the saddle.
 
     See `rigid_envs.systems.free_body.saddle.Shape`: d grows at e2, s at -e2.
@@ -52,15 +52,15 @@ class Saddle(NamedTuple):
 
 
 @scalar
-def saddle(w1: float, w3: float, c: Any) -> Saddle:
+def place_at(w1: float, w3: float, c: Any) -> Place:
     """Coordinates of a body with the middle moments."""
     shape = saddle_shape(c.middle1, c.middle2, c.middle3)
     ratio = shape.ratio
-    return Saddle(fma(-ratio, w3, w1), fma(ratio, w3, w1), ratio, shape.growth, shape.share)
+    return Place(fma(-ratio, w3, w1), fma(ratio, w3, w1), ratio, shape.growth, shape.share)
 
 
 @scalar
-def growing_side(at: Saddle, w2: float) -> float:
+def growing_side(at: Place, w2: float) -> float:
     """Sign of d at e2 and of s at -e2, the coordinate that grows; between them of the larger."""
     return select(fma(w2, at.d - at.s, at.d + at.s) < 0.0, -1.0, 1.0)
 
@@ -69,7 +69,7 @@ def growing_side(at: Saddle, w2: float) -> float:
 def growing_frame(y: Any, aux: Any, p: Any, c: Any) -> Side:
     """Half turn about e2 to the growing side."""
     scale = 1.0 / c.spin_rate
-    at = saddle(scale * y.omega1, scale * y.omega3, c)
+    at = place_at(scale * y.omega1, scale * y.omega3, c)
     return Side(growing_side(at, scale * y.omega2))
 
 

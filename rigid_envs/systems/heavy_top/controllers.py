@@ -131,8 +131,9 @@ class UprightBalance(TopBalance):
 
     Region: in the linear equation no torque of size M brings back a tilt beyond ``M / (m g ell
     sqrt(1 - share^2))`` [rad] that is released with e' = 0, where share is the spin over the
-    critical one. This law brings back 0.95 of that (measured, up to 0.65 rad). Its eigenvalues stay
-    inside the unit circle if moments, mass and length are each up to 15 % off (measured).
+    critical one. This controller brings back 0.95 of that (measured, up to 0.65 rad). Its
+    eigenvalues stay inside the unit circle if moments, mass and length are each up to 15 % off
+    (measured).
 
     Attributes:
         top: symmetric top, I1 = I2.

@@ -29,12 +29,13 @@ class Pump:
 
         ``h' / h = (1 + beta + beta_change) / (1 + beta)``,
 
-    and by just that under this law: no other climbs out in fewer passes. The ratio is made small at
-    the bottom, where that costs work and gives energy, and large at the turning point, where it
-    costs nothing.
+    and by just that under this controller: no other climbs out in fewer passes. The ratio is made
+    small at the bottom, where that costs work and gives energy, and large at the turning point,
+    where it costs nothing.
 
-    An action is held for a period, so the law looks at the middle of it; of the gain of a pass it
-    loses the order of g curvature dt^2. Region: any state in the valley but rest at the bottom.
+    An action is held for a period, so the controller looks at the middle of it; of the gain of a
+    pass it loses the order of g curvature dt^2. Region: any state in the valley but rest at the
+    bottom.
 
     Attributes:
         roller: in a valley (positive curvature).

@@ -34,8 +34,8 @@ def pump(task: RollPump) -> Controller:
     """Bang-bang control of the inertia ratio: large on the way down, small on the way up."""
     roller = task.system()
     assert isinstance(roller, Roller)
-    law = Pump(roller, task.beta_change, task.dt)
-    return lambda states: law(states.y, states.auxiliary("beta_change"))
+    controller = Pump(roller, task.beta_change, task.dt)
+    return lambda states: controller(states.y, states.auxiliary("beta_change"))
 
 
 # Decoders of the tasks of a coin, a disk and a roller.

@@ -8,6 +8,7 @@ import numpy as np
 
 from rigid_envs.base.checks import Array
 from rigid_envs.base.settings import refusal
+from rigid_envs.control.planning import Conditions
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores.policies import Controller, Rows, Script, States
@@ -28,6 +29,7 @@ from rigid_envs.systems.rolling_ball.tasks.ball_grid import BallGrid
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
 from rigid_envs.systems.rolling_ball.tasks.ball_park_goal import BallParkGoal
 from rigid_envs.systems.rolling_ball.tasks.ball_steer import BallSteer
+from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.task import Task
 
@@ -116,37 +118,37 @@ def along_shortest_path(task: BallPark | BallParkGoal) -> Controller:
 
 def damped(task: BallSteer) -> Controller:
     """Gradient descent of the pose error, without looking ahead."""
-    law = DampedFollower(_rolling_ball(task), task.roll_per_step / task.dt)
+    controller = DampedFollower(_rolling_ball(task), task.roll_per_step / task.dt)
 
     def policy(states: States) -> Array:
         heading = states.auxiliary(*_HEADING)
-        return law(states.y, states.auxiliary(*_REFERENCE), _speed(task) * heading)
+        return controller(states.y, states.auxiliary(*_REFERENCE), _speed(task) * heading)
 
     return policy
 
 
 def far_sighted(task: BallSteer) -> Controller:
     """Linear-quadratic regulator along the elastica that the reference is on."""
-    law = FarSightedFollower(_rolling_ball(task), task.roll_per_step / task.dt, task.dt)
+    controller = FarSightedFollower(_rolling_ball(task), task.roll_per_step / task.dt, task.dt)
     speed = _speed(task)
 
     def plan(states: States, rows: Rows) -> Array:
         heading = states.auxiliary(*_HEADING)[rows]
         force = states.auxiliary("force_X", "force_Y")[rows]
         path = heading, states.auxiliary("curvature")[rows], force
-        return law.regulator(speed * elastica_headings(*path, speed * task.dt, _AHEAD)).gain
+        return controller.regulator(speed * elastica_headings(*path, speed * task.dt, _AHEAD)).gain
 
     def follow(states: States, gain: Array) -> Array:
         heading = speed * states.auxiliary(*_HEADING)
-        return law(states.y, states.auxiliary(*_REFERENCE), heading, gain)
+        return controller(states.y, states.auxiliary(*_REFERENCE), heading, gain)
 
     return Script(plan, follow, _ANEW)
 
 
 def quarter_rolls(task: BallGrid) -> Controller:
     """Shortest path home, by breadth-first search."""
-    law = QuarterRolls(_rolling_ball(task), task.start_cells + _LONGEST)
-    return lambda states: law(states.y)
+    controller = QuarterRolls(_rolling_ball(task), task.start_cells + _LONGEST)
+    return lambda states: controller(states.y)
 
 
 def _goals(task: Task, states: States) -> Array:
@@ -175,8 +177,8 @@ def _speed(task: BallSteer) -> float:
 
 # Decoders of the tasks of a ball: position, attitude, and what they are to become.
 #
-# Positions in radii are those of a ball of the middle radius: of what a law makes of them, actions
-# that are fractions of the largest, a radius that is drawn cancels.
+# Positions in radii are those of a ball of the middle radius: of what a controller makes of them,
+# actions that are fractions of the largest, a radius that is drawn cancels.
 
 _PLACE = ("X / radius", "Y / radius")
 
@@ -249,3 +251,24 @@ _PATH = (
     *("heading_X", "heading_Y", "force_X", "force_Y"),
 )
 """Parts of the auxiliary state of `BallSteer`."""
+
+
+# What success asks of a motion, for planning.
+
+
+def _pose(y: Array, goal: Array | None, task: Any) -> list[Array]:
+    """Offset and rotation vector from a goal, or from the origin, upright."""
+    q, place = y[:, :4], y[:, 4:6]
+    if goal is not None:
+        q = rotations.multiply(q, rotations.conjugate(goal[:, :4]))
+        place = place - goal[:, 4:6]
+    return [place / task.position_tolerance, rotations.log(q) / task.angle_tolerance]
+
+
+def _parked(core: Core) -> list[Array]:
+    goal = core.auxiliary(*core.task.aux_names) if core.task.n_goal else None
+    return _pose(core.y, goal, core.task)
+
+
+_POSE = ("w", "x", "y", "z", "X", "Y")
+PARKED = Conditions(_POSE, _parked)

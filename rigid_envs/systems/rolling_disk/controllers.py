@@ -78,8 +78,8 @@ class CircleRegulator:
         (I1 + m r^2) theta'' = -f(theta) - tau,
         f = (I3 + m r^2) wn w3 - I1 cot(theta) wn^2 + m g r cos(theta),
 
-    is an equation for theta alone. The law ``tau = -f(theta*) - K (theta - theta*, theta')`` is the
-    linear-quadratic regulator of it, linearised about theta* and sampled, K by the stiffness
+    is an equation for theta alone. The controller ``tau = -f(theta*) - K (theta - theta*, theta')``
+    is the linear-quadratic regulator of it, linearised about theta* and sampled, K by the stiffness
     df/dtheta there. It minimises the sum of ``(theta - theta*)^2 + (theta' s)^2 / 300 +
     input_weight (tau + f(theta*))^2``.
 

@@ -15,8 +15,8 @@ def circle_regulator(task: DiskRoll) -> Controller:
     """Linear-quadratic regulator of the lean that the circle needs."""
     disk = task.system()
     assert isinstance(disk, RollingDisk)
-    law = CircleRegulator(disk, task.torque, task.dt)
-    return lambda states: law(states.y, states.auxiliary("goal_curvature"))
+    controller = CircleRegulator(disk, task.torque, task.dt)
+    return lambda states: controller(states.y, states.auxiliary("goal_curvature"))
 
 
 # Decoders of the tasks of a coin, a disk and a roller.

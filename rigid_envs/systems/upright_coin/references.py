@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rigid_envs.base.checks import Array
+from rigid_envs.control.planning import Conditions
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores.policies import Controller, Script
@@ -15,6 +16,7 @@ from rigid_envs.scores.theory import TheoreticalLimit, _rows
 from rigid_envs.systems.upright_coin.controllers import TwoRolls
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
+from rigid_envs.tasks.core import Core
 
 # Theoretical limits of metrics: optima and bounds from each start, in closed form.
 
@@ -47,7 +49,8 @@ def two_rolls(task: CoinPark) -> Controller:
 def coin_park(task: CoinPark) -> Decoder:
     """Position, heading and phase; the coin stays upright, and its rates do not count.
 
-    The position is in radii, so that of what the law makes of it a radius that is drawn cancels.
+    The position is in radii, so that of what the controller makes of it a radius that is drawn
+    cancels.
     """
     coin: Any = task.system()
     turn, place = attitude(task), entries(task, "X / radius", "Y / radius")
@@ -58,3 +61,19 @@ def coin_park(task: CoinPark) -> Decoder:
         return Decoded(coin, coin.state(q=q, contact=coin.radius * place(seen)))
 
     return decode
+
+
+# What success asks of a motion, for planning.
+
+
+def _coin_parked(core: Core) -> list[Array]:
+    task: Any = core.task
+    y, coin = core.y, task.system()
+    return [
+        y[:, 4:6] / task.position_tolerance,
+        coin.heading(y)[:, None] / task.heading_tolerance,
+        coin.phase(y)[:, None] / task.phase_tolerance,
+    ]
+
+
+PARKED = Conditions(("w", "x", "y", "z", "X", "Y"), _coin_parked)

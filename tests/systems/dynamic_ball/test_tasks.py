@@ -37,8 +37,8 @@ def test_a_plan_that_is_tracked_parks_every_ball_at_rest(noise):
 def plan_of(starts):
     """Plans, made once for all tests that begin alike."""
     task, y = BallParkDynamic(), np.frombuffer(starts).reshape(-1, 13)
-    law = PushAlong(task.system(), task.force, task.dt)
-    return law, law.plan(y, three_rolls(y[:, :6], RollingBall.state()))
+    controller = PushAlong(task.system(), task.force, task.dt)
+    return controller, controller.plan(y, three_rolls(y[:, :6], RollingBall.state()))
 
 
 class Blindly:
@@ -50,11 +50,11 @@ class Blindly:
     def __call__(self, envs):
         y = envs.y
         self.starts = self.starts or y.tobytes()
-        law, plan = plan_of(self.starts)
+        controller, plan = plan_of(self.starts)
         k = min(self.k, len(plan.pushes) - 1)
         self.k += 1
         y[:, 4:6], y[:, 6:8] = plan.positions[k], plan.velocities[k]
-        return law(y, plan.pushes[k], plan.positions[k], plan.velocities[k])
+        return controller(y, plan.pushes[k], plan.positions[k], plan.velocities[k])
 
 
 def test_a_plan_that_is_not_tracked_fails_in_noise():

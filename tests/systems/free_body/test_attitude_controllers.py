@@ -26,8 +26,8 @@ def unlimited():
     return QuaternionPD(BODY, FREE, 6.0 * TORQUE / FREE)
 
 
-def step(law, goal, dt=0.1):
-    return lambda y: BODY.advance(y, law.inputs(law(y, goal)), dt, 4)
+def step(controller, goal, dt=0.1):
+    return lambda y: BODY.advance(y, controller.inputs(controller(y, goal)), dt, 4)
 
 
 def test_actions_stay_within_their_limits_and_rows_are_independent():
@@ -37,63 +37,68 @@ def test_actions_stay_within_their_limits_and_rows_are_independent():
 
 
 def test_both_signs_of_a_quaternion_are_turned_alike():
-    law, rng = QuaternionPD(BODY, TORQUE), np.random.default_rng(0)
+    controller, rng = QuaternionPD(BODY, TORQUE), np.random.default_rng(0)
     y, goal = spinning(rng, (50,)), rotations.random_quaternion(rng, (50,))
     mirrored = y * [-1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0]
-    for again in (law(mirrored, goal), law(y, -goal)):
-        np.testing.assert_allclose(again, law(y, goal), atol=1e-14)
+    for again in (controller(mirrored, goal), controller(y, -goal)):
+        np.testing.assert_allclose(again, controller(y, goal), atol=1e-14)
 
 
 def test_the_lyapunov_function_decreases_as_stated():
-    law, rng = unlimited(), np.random.default_rng(0)
+    controller, rng = unlimited(), np.random.default_rng(0)
     y, goal = spinning(rng, (300,), 2.0), rotations.random_quaternion(rng, (300,))
-    rate, h = BODY.rhs(y, law.inputs(law(y, goal))), 1e-6
+    rate, h = BODY.rhs(y, controller.inputs(controller(y, goal))), 1e-6
     sides = []
     for sign in (1.0, -1.0):
         moved = y + sign * h * rate
         moved[:, :4] = rotations.normalize(moved[:, :4])
-        sides.append(law.lyapunov(moved, goal))
+        sides.append(controller.lyapunov(moved, goal))
     found = (sides[0] - sides[1]) / (2.0 * h)
     error = rotations.multiply(rotations.conjugate(goal), y[:, :4])
     away = np.abs(error[:, 0]) > 1e-4  # from half turns, where the short way changes sides
     # h^2 and eps V / h
-    np.testing.assert_allclose(found[away], law.lyapunov_rate(y)[away], rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(found[away], controller.lyapunov_rate(y)[away], rtol=1e-6, atol=1e-8)
 
 
 def test_the_lyapunov_rate_is_negative_up_to_the_stated_rate():
-    law = unlimited()
+    controller = unlimited()
     I1, I2, I3 = BODY.moments
     n = (I1 - I2) * (I2 - I3) * (I3 - I1) / (I1 * I2 * I3)
-    most = 3.0 * np.sqrt(3.0) * law.c / abs(n)
+    most = 3.0 * np.sqrt(3.0) * controller.c / abs(n)
     y = spinning(np.random.default_rng(0), (2000,))
     y[:, 4:7] /= np.linalg.norm(y[:, 4:7], axis=-1, keepdims=True)
     y[:, 4:7] *= 0.999 * most
-    assert (law.lyapunov_rate(y) < 0.0).all()
+    assert (controller.lyapunov_rate(y) < 0.0).all()
     worst = BODY.state(omega_body=np.array([1.0, 1.0, -np.sign(n)]) * 1.001 * most / np.sqrt(3.0))
-    assert law.lyapunov_rate(worst) > 0.0
+    assert controller.lyapunov_rate(worst) > 0.0
     assert most > 30.0  # far more than any turn takes
 
 
 def test_within_its_level_the_torque_is_free_of_limits_and_the_level_is_kept():
-    law, rng = QuaternionPD(BODY, TORQUE), np.random.default_rng(0)
+    controller, rng = QuaternionPD(BODY, TORQUE), np.random.default_rng(0)
     x = rng.normal(size=(2000, 6))
-    x *= np.sqrt(rng.uniform(0.0, law.limit_free, (2000, 1))) / np.linalg.norm(x, axis=1)[:, None]
+    x *= (
+        np.sqrt(rng.uniform(0.0, controller.limit_free, (2000, 1)))
+        / np.linalg.norm(x, axis=1)[:, None]
+    )
     # V = |angle / 2|^2 + |omega|^2 / (4 k), less what is of fourth order in the angle
-    y = BODY.state(q=rotations.exp(2.0 * x[:, :3]), omega_body=2.0 * np.sqrt(law.k) * x[:, 3:])
-    assert 0.5 < np.abs(law(y, UP)).max() < 1.0
+    y = BODY.state(
+        q=rotations.exp(2.0 * x[:, :3]), omega_body=2.0 * np.sqrt(controller.k) * x[:, 3:]
+    )
+    assert 0.5 < np.abs(controller(y, UP)).max() < 1.0
     # with omega = 4 sqrt(k) e about the axis of the largest moment the torque is nearly the largest
-    along = np.sqrt(law.limit_free / 5.0) * (BODY.moments == BODY.moments.max())
-    worst = BODY.state(q=rotations.exp(2.0 * along), omega_body=4.0 * np.sqrt(law.k) * along)
-    assert 0.97 < np.abs(law(worst, UP)).max() < 1.0
-    value = law.lyapunov(simulate_closed_loop(step(law, UP, 0.01), y, 400), UP)
+    along = np.sqrt(controller.limit_free / 5.0) * (BODY.moments == BODY.moments.max())
+    worst = BODY.state(q=rotations.exp(2.0 * along), omega_body=4.0 * np.sqrt(controller.k) * along)
+    assert 0.97 < np.abs(controller(worst, UP)).max() < 1.0
+    value = controller.lyapunov(simulate_closed_loop(step(controller, UP, 0.01), y, 400), UP)
     # where omega passes 0, V rests, and held torque may add (k dt^2) to it
-    assert (np.diff(value, axis=0) < 10.0 * law.k * 0.01**2 * value[:-1]).all()
-    assert (value < law.limit_free).all()
+    assert (np.diff(value, axis=0) < 10.0 * controller.k * 0.01**2 * value[:-1]).all()
+    assert (value < controller.limit_free).all()
     assert (value[-1] < 1e-2 * value[0]).mean() > 0.9
 
 
 def test_the_sampled_loop_is_stable_and_nearly_critically_damped():
-    law = unlimited()
+    controller = unlimited()
 
     def advance(x, u):
         y = BODY.state(q=rotations.exp(x[:, :3]), omega_body=x[:, 3:])
@@ -101,9 +106,11 @@ def test_the_sampled_loop_is_stable_and_nearly_critically_damped():
         return np.concatenate([rotations.log(end[:, :4]), end[:, 4:7]], axis=-1)
 
     F, G = step_jacobian(advance, np.zeros(6), 3)
-    K = BODY.moments[:, None] * np.concatenate([law.k * np.eye(3), law.c * np.eye(3)], axis=1)
+    K = BODY.moments[:, None] * np.concatenate(
+        [controller.k * np.eye(3), controller.c * np.eye(3)], axis=1
+    )
     found = np.linalg.eigvals(F - G @ K)
-    w = np.sqrt(law.k) * 0.1
+    w = np.sqrt(controller.k) * 0.1
     # held over w = 0.11 of the natural time, a double root exp(-w) splits by about w^1.5
     np.testing.assert_allclose(np.abs(found), np.exp(-w), atol=w**1.5)
     assert np.abs(found).max() < 0.95
@@ -111,11 +118,11 @@ def test_the_sampled_loop_is_stable_and_nearly_critically_damped():
 
 def test_limited_turns_arrive_by_the_short_way_and_not_before_the_bound():
     body = FreeBody()
-    law, rng = QuaternionPD(body, TORQUE), np.random.default_rng(0)
+    controller, rng = QuaternionPD(body, TORQUE), np.random.default_rng(0)
     goal = rotations.random_quaternion(rng, (300,))
     y = body.state(q=rotations.random_quaternion(rng, (300,)))
     states = simulate_closed_loop(
-        lambda y: body.advance(y, law.inputs(law(y, goal)), 0.1, 4), y, 100
+        lambda y: body.advance(y, controller.inputs(controller(y, goal)), 0.1, 4), y, 100
     )
     angle = rotations.distance(states[..., :4], goal)
     rate = np.linalg.norm(states[..., 4:7], axis=-1)
@@ -171,65 +178,78 @@ def regulator(a=0.1, b=4.0):
     return MomentumRegulator(BODY, IMPULSE, a, b)
 
 
-def braked(law):
-    return lambda y: BODY.advance(law.after(y, law(y)), None, 0.1, 5)
+def braked(controller):
+    return lambda y: BODY.advance(controller.after(y, controller(y)), None, 0.1, 5)
 
 
-def sizes(law, states):
-    return np.linalg.norm(law.momentum(states), axis=-1)
+def sizes(controller, states):
+    return np.linalg.norm(controller.momentum(states), axis=-1)
 
 
-@pytest.mark.parametrize("law", [regulator(), MomentumBrake(BODY, IMPULSE)])
-def test_impulses_stay_in_their_ball_and_rows_are_independent(law):
+@pytest.mark.parametrize("controller", [regulator(), MomentumBrake(BODY, IMPULSE)])
+def test_impulses_stay_in_their_ball_and_rows_are_independent(controller):
     y = spinning(np.random.default_rng(0), (3, 5), 2.0)
     y[0, :, 4:7] *= 0.01
-    assert_within_limits_row_by_row(law, y, ball=True)
+    assert_within_limits_row_by_row(controller, y, ball=True)
 
 
 @pytest.mark.parametrize(("a", "b"), WEIGHTS)
 def test_gain_and_value_in_closed_form_are_those_of_the_riccati_equation(a, b):
-    law, one = regulator(a, b), np.eye(1)
+    controller, one = regulator(a, b), np.eye(1)
     if a > 1e-9:  # SciPy knows P there; x+ = x + u at the cost a (x + u)^2 + b u^2
         P = solve_discrete_are(one, one, a * one, (a + b) * one, s=a * one)[0, 0]
-        assert law.riccati == pytest.approx(P, rel=1e-12)
-    P, g = law.riccati, law.gain
+        assert controller.riccati == pytest.approx(P, rel=1e-12)
+    P, g = controller.riccati, controller.gain
     assert b * (a + P) / (a + b + P) == pytest.approx(P, rel=1e-14)
     assert (a + P) / (a + b + P) == pytest.approx(g, rel=1e-14)
 
 
 def test_the_value_is_the_sum_of_the_costs_and_other_gains_cost_more():
-    law, y = regulator(), spinning(np.random.default_rng(0), (50,), 0.3)
-    y = y[sizes(law, y) < law.reach]
-    states = simulate_closed_loop(braked(law), y, 100)
-    taken = IMPULSE * np.linalg.norm(law(states[:-1]), axis=-1)
-    costs = law.weight_momentum * sizes(law, states[1:]) ** 2 + law.weight_impulse * taken**2
+    controller, y = regulator(), spinning(np.random.default_rng(0), (50,), 0.3)
+    y = y[sizes(controller, y) < controller.reach]
+    states = simulate_closed_loop(braked(controller), y, 100)
+    taken = IMPULSE * np.linalg.norm(controller(states[:-1]), axis=-1)
+    costs = (
+        controller.weight_momentum * sizes(controller, states[1:]) ** 2
+        + controller.weight_impulse * taken**2
+    )
     # |L| is kept to rounding in each of 100 steps of 5 substeps
-    np.testing.assert_allclose(costs.sum(axis=0), law.value(y) - law.value(states[-1]), rtol=1e-12)
-    np.testing.assert_allclose(costs, -np.diff(law.value(states), axis=0), rtol=1e-9, atol=1e-15)
-    x = sizes(law, y)
-    for g in (0.8 * law.gain, 1.2 * law.gain):
+    np.testing.assert_allclose(
+        costs.sum(axis=0), controller.value(y) - controller.value(states[-1]), rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        costs, -np.diff(controller.value(states), axis=0), rtol=1e-9, atol=1e-15
+    )
+    x = sizes(controller, y)
+    for g in (0.8 * controller.gain, 1.2 * controller.gain):
         # sums of (1 - g)^(2 k) in closed form
-        cost = (law.weight_momentum * (1 - g) ** 2 + law.weight_impulse * g**2) / (1 - (1 - g) ** 2)
-        assert (cost * x**2 > law.value(y) * 1.01).all()
+        cost = (controller.weight_momentum * (1 - g) ** 2 + controller.weight_impulse * g**2) / (
+            1 - (1 - g) ** 2
+        )
+        assert (cost * x**2 > controller.value(y) * 1.01).all()
 
 
 def test_the_regulator_is_limited_beyond_its_reach_only():
-    law = regulator()
+    controller = regulator()
     for factor, largest in ((0.999, False), (1.001, True)):
-        y = BODY.state(omega_body=[0.0, 0.0, factor * law.reach / BODY.I3])
-        assert (np.linalg.norm(law(y)) > 1.0 - 1e-9) == largest
+        y = BODY.state(omega_body=[0.0, 0.0, factor * controller.reach / BODY.I3])
+        assert (np.linalg.norm(controller(y)) > 1.0 - 1e-9) == largest
 
 
 def test_the_brake_needs_one_step_less_after_every_step():
-    law, y = MomentumBrake(BODY, IMPULSE), spinning(np.random.default_rng(0), (50,))
-    states = simulate_closed_loop(braked(law), y, 12)
-    n = law.n_steps(np.where(sizes(law, states)[..., None] > 1e-12, states, BODY.state()))
+    controller, y = MomentumBrake(BODY, IMPULSE), spinning(np.random.default_rng(0), (50,))
+    states = simulate_closed_loop(braked(controller), y, 12)
+    n = controller.n_steps(
+        np.where(sizes(controller, states)[..., None] > 1e-12, states, BODY.state())
+    )
     assert n[0].min() < 4 < 8 < n[0].max()
     np.testing.assert_array_equal(n, np.maximum(n[0] - np.arange(13)[:, None], 0.0))
 
 
 def test_no_impulse_takes_more_than_its_size():
-    law, rng = MomentumBrake(BODY, IMPULSE), np.random.default_rng(0)
+    controller, rng = MomentumBrake(BODY, IMPULSE), np.random.default_rng(0)
     y, action = spinning(rng, (500,)), rng.normal(size=(500, 3))
     action /= np.linalg.norm(action, axis=-1, keepdims=True)
-    assert (sizes(law, law.after(y, action)) > sizes(law, y) - IMPULSE - 1e-14).all()
+    assert (
+        sizes(controller, controller.after(y, action)) > sizes(controller, y) - IMPULSE - 1e-14
+    ).all()

@@ -25,8 +25,8 @@ E2 = np.array([0.0, 1.0, 0.0])
 FREE = 1e9  # N m, no limit
 
 
-def step(law, dt=DT, n_substeps=4):
-    return lambda y: law.body.advance(y, law.inputs(law(y)), dt, n_substeps)
+def step(controller, dt=DT, n_substeps=4):
+    return lambda y: controller.body.advance(y, controller.inputs(controller(y)), dt, n_substeps)
 
 
 def regulator(torque=0.2):
@@ -34,98 +34,100 @@ def regulator(torque=0.2):
 
 
 @pytest.mark.parametrize(
-    "law", [regulator(), SingleTorque(BODY, RATE, 0.4), EnergyCasimir(BODY, RATE, 0.2)]
+    "controller", [regulator(), SingleTorque(BODY, RATE, 0.4), EnergyCasimir(BODY, RATE, 0.2)]
 )
-def test_actions_stay_within_their_limits_and_rows_are_independent(law):
+def test_actions_stay_within_their_limits_and_rows_are_independent(controller):
     y = spinning(np.random.default_rng(0), (3, 5))
     y[0, :, OMEGA] = RATE * E2 + 0.01 * y[0, :, OMEGA]
-    assert_within_limits_row_by_row(law, y)
-    assert law.inputs(law(y)).shape == (3, 5, 3)
+    assert_within_limits_row_by_row(controller, y)
+    assert controller.inputs(controller(y)).shape == (3, 5, 3)
 
 
 def test_the_sampled_linearisation_is_that_of_the_steps_of_the_body():
-    law = regulator(FREE)
+    controller = regulator(FREE)
 
     def advance(x, u):
         y = BODY.state(omega_body=x + RATE * E2)
         return BODY.advance(y, u, DT, 8)[..., OMEGA] - RATE * E2
 
     F, G = step_jacobian(advance, np.zeros(3), 3)
-    eigenvalues = np.linalg.eigvals(F - G @ law.regulator.gain)
+    eigenvalues = np.linalg.eigvals(F - G @ controller.regulator.gain)
     assert np.abs(eigenvalues).max() < 0.9
     # the Riccati equation, with the error 1e-10 of the differences and that of the integrator
-    K, P = law.regulator
+    K, P = controller.regulator
     closed = F - G @ K
-    again = np.eye(3) + law.input_weight * K.T @ K + closed.T @ P @ closed
+    again = np.eye(3) + controller.input_weight * K.T @ K + closed.T @ P @ closed
     np.testing.assert_allclose(again, P, rtol=1e-6, atol=1e-7)
 
 
 def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases():
-    law, rng = regulator(FREE), np.random.default_rng(0)
+    controller, rng = regulator(FREE), np.random.default_rng(0)
     y = BODY.state(omega_body=RATE * E2 + 1e-6 * rng.normal(size=(20, 3)))
-    states = simulate_closed_loop(step(law), y, 200)
-    torque = law.inputs(law(states))
-    cost = np.sum(law.error(states) ** 2, axis=-1) + law.input_weight * np.sum(torque**2, axis=-1)
-    # what is not linear is 1e-6 of the rest, the rounding of omega near 1 1e-10
-    np.testing.assert_allclose(cost.sum(axis=0), law.value(y), rtol=1e-5)
-    far = simulate_closed_loop(
-        step(law), BODY.state(omega_body=RATE * E2 + rng.normal(size=(200, 3))), 30
+    states = simulate_closed_loop(step(controller), y, 200)
+    torque = controller.inputs(controller(states))
+    cost = np.sum(controller.error(states) ** 2, axis=-1) + controller.input_weight * np.sum(
+        torque**2, axis=-1
     )
-    value = law.value(far)
+    # what is not linear is 1e-6 of the rest, the rounding of omega near 1 1e-10
+    np.testing.assert_allclose(cost.sum(axis=0), controller.value(y), rtol=1e-5)
+    far = simulate_closed_loop(
+        step(controller), BODY.state(omega_body=RATE * E2 + rng.normal(size=(200, 3))), 30
+    )
+    value = controller.value(far)
     assert (np.diff(value, axis=0) < 0.0)[value[:-1] > 1e-20].all()
 
 
 def test_one_torque_makes_its_lyapunov_function_decrease_as_stated():
-    law, y = SingleTorque(BODY, RATE, FREE), spinning(np.random.default_rng(0), (100,), 2.0)
-    found = rate_along(law.lyapunov, y, BODY.rhs(y, law.inputs(law(y))), OMEGA)
-    expected = -(BODY.I3 - BODY.I2) * law.k * y[:, 6] ** 2
+    controller, y = SingleTorque(BODY, RATE, FREE), spinning(np.random.default_rng(0), (100,), 2.0)
+    found = rate_along(controller.lyapunov, y, BODY.rhs(y, controller.inputs(controller(y))), OMEGA)
+    expected = -(BODY.I3 - BODY.I2) * controller.k * y[:, 6] ** 2
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(found).max())
 
 
 def test_one_torque_leads_to_e2_from_all_that_is_certified_and_not_from_all_else():
-    law, y = SingleTorque(BODY, RATE, FREE), spinning(np.random.default_rng(0), (200,), 2.0)
-    certified = law.certified(y)
+    controller, y = SingleTorque(BODY, RATE, FREE), spinning(np.random.default_rng(0), (200,), 2.0)
+    certified = controller.certified(y)
     assert 50 < certified.sum() < 180
-    states = simulate_closed_loop(step(law, 0.04), y, 1500)
+    states = simulate_closed_loop(step(controller, 0.04), y, 1500)
     ahead = (states[..., 5] > 0.0).all(axis=0)
     assert ahead[certified].all()
     assert not ahead[~certified].all()
-    left = law.lyapunov(states[-1]) / law.lyapunov(y)
+    left = controller.lyapunov(states[-1]) / controller.lyapunov(y)
     assert (left[certified] < 1e-3).all()  # the slowest at 0.3 rad/s about e2
 
 
 @pytest.mark.parametrize("strength", [0.9, 1.1, 3.0])
 def test_one_torque_is_stable_above_its_threshold_and_only_there(strength):
-    law = SingleTorque(BODY, RATE, FREE, strength)
-    assert law.threshold == pytest.approx(BODY.I2 - BODY.I1, rel=1e-15)
+    controller = SingleTorque(BODY, RATE, FREE, strength)
+    assert controller.threshold == pytest.approx(BODY.I2 - BODY.I1, rel=1e-15)
 
     def rate(x):
         y = BODY.state(omega_body=x + RATE * E2)
-        return BODY.rhs(y, law.inputs(law(y)))[..., OMEGA]
+        return BODY.rhs(y, controller.inputs(controller(y)))[..., OMEGA]
 
     h = 1e-6 * np.eye(3)
     jacobian = (rate(h) - rate(-h)).T / 2e-6
     found = np.linalg.eigvals(jacobian)
-    expected = np.append(law.exponents(), 0.0)  # the rate about e2 is not changed
+    expected = np.append(controller.exponents(), 0.0)  # the rate about e2 is not changed
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), atol=1e-9)
     assert (expected.real <= 0.0).all() == (strength > 1.0)
 
 
 @pytest.mark.parametrize(("strength", "damping"), [(1.1, 0.3), (3.0, 3.0), (2.0, 0.1), (9.0, 1.0)])
 def test_the_energy_casimir_function_decreases_everywhere_as_stated(strength, damping):
-    law = EnergyCasimir(BODY, RATE, FREE, strength, damping)
+    controller = EnergyCasimir(BODY, RATE, FREE, strength, damping)
     y = spinning(np.random.default_rng(0), (500,), 3.0)
-    found = rate_along(law.lyapunov, y, BODY.rhs(y, law.inputs(law(y))), OMEGA)
-    np.testing.assert_allclose(found, law.lyapunov_rate(y), atol=1e-12 * np.abs(found).max())
+    found = rate_along(controller.lyapunov, y, BODY.rhs(y, controller.inputs(controller(y))), OMEGA)
+    np.testing.assert_allclose(found, controller.lyapunov_rate(y), atol=1e-12 * np.abs(found).max())
     assert (found < 0.0).all()
 
 
-def test_the_energy_casimir_law_leads_to_the_spin_from_everywhere_without_limits():
-    law, y = EnergyCasimir(BODY, RATE, FREE), spinning(np.random.default_rng(0), (200,), 3.0)
-    states = simulate_closed_loop(step(law, 0.01, 2), y, 600)
-    value = law.lyapunov(states)
+def test_the_energy_casimir_controller_leads_to_the_spin_from_everywhere_without_limits():
+    controller, y = EnergyCasimir(BODY, RATE, FREE), spinning(np.random.default_rng(0), (200,), 3.0)
+    states = simulate_closed_loop(step(controller, 0.01, 2), y, 600)
+    value = controller.lyapunov(states)
     assert (np.diff(value, axis=0) < 0.0)[value[:-1] > 1e-20].all()
-    np.testing.assert_allclose(law.error(states[-1]), 0.0, atol=1e-6)
+    np.testing.assert_allclose(controller.error(states[-1]), 0.0, atol=1e-6)
 
 
 LIMITED = [
@@ -135,39 +137,39 @@ LIMITED = [
 ]
 
 
-def held(law):
+def held(controller):
     """Whether perturbations are brought back while omega2 stays positive."""
 
     def succeeds(perturbation):
-        y = law.body.state(omega_body=law.rate * E2 + perturbation)
-        omega = simulate_closed_loop(step(law), y, 300)[..., OMEGA]
+        y = controller.body.state(omega_body=controller.rate * E2 + perturbation)
+        omega = simulate_closed_loop(step(controller), y, 300)[..., OMEGA]
         side = np.hypot(omega[-1, ..., 0], omega[-1, ..., 2])
         return (omega[..., 1] > 0.0).all(axis=0) & (side < 0.05 * omega[-1, ..., 1])
 
     return succeeds
 
 
-@pytest.mark.parametrize(("law", "size"), LIMITED)
-def test_limited_torque_succeeds_from_where_the_law_says(law, size):
+@pytest.mark.parametrize(("controller", "size"), LIMITED)
+def test_limited_torque_succeeds_from_where_the_controller_says(controller, size):
     directions = np.random.default_rng(0).normal(size=(200, 3))
     directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-    found = region_of_attraction(held(law), directions, np.arange(0.02, 0.6, 0.02))
+    found = region_of_attraction(held(controller), directions, np.arange(0.02, 0.6, 0.02))
     assert size - 1e-9 < found.min() < size + 0.03  # of 200 directions, in steps of 0.02
 
 
-@pytest.mark.parametrize(("law", "d"), [(LIMITED[0][0], 0.55), (LIMITED[2][0], 0.46)])
-def test_along_the_unstable_direction_a_law_holds_what_can_be_held(law, d):
-    r, growth, _ = saddle(law.body.moments)
-    first = 1.0 / law.body.I1 if isinstance(law, SpinRegulator) else 0.0
-    most = law.torque * (first + r / law.body.I3) / growth
+@pytest.mark.parametrize(("controller", "d"), [(LIMITED[0][0], 0.55), (LIMITED[2][0], 0.46)])
+def test_along_the_unstable_direction_a_controller_holds_what_can_be_held(controller, d):
+    r, growth, _ = saddle(controller.body.moments)
+    first = 1.0 / controller.body.I1 if isinstance(controller, SpinRegulator) else 0.0
+    most = controller.torque * (first + r / controller.body.I3) / growth
     found = region_of_attraction(
-        held(law), [[0.5, 0.0, -0.5 / r], [-0.5, 0.0, 0.5 / r]], np.arange(0.01, 1.0, 0.01)
+        held(controller), [[0.5, 0.0, -0.5 / r], [-0.5, 0.0, 0.5 / r]], np.arange(0.01, 1.0, 0.01)
     )
     np.testing.assert_allclose(found, d, rtol=1e-12)
     np.testing.assert_allclose(found, most, rtol=0.03)  # omega2 changes on the way
 
 
-def test_bodies_gains_and_numbers_that_make_no_law_are_refused():
+def test_bodies_gains_and_numbers_that_make_no_controller_are_refused():
     with pytest.raises(ValueError, match=r"expected I1 < I2 < I3: e2 is the intermediate axis"):
         SingleTorque(FreeBody(1.0, 3.0, 2.5), 1.0, 0.2)
     with pytest.raises(ValueError, match=r"^torque = 0\.0; expected a positive finite number"):
@@ -216,46 +218,52 @@ def test_saddle_coordinates_turn_eulers_equations_into_theirs():
 
 def test_what_is_steered_is_energy_and_momentum():
     """W is 0 where 2 T I2 = L^2 and L = I2 Omega."""
-    law, y = steering(), spinning(np.random.default_rng(0), (50,))
+    controller, y = steering(), spinning(np.random.default_rng(0), (50,))
     I1, I2, I3 = BODY.moments
     square = np.sum(BODY.L_body(y) ** 2, axis=-1)
     apart = 2.0 * BODY.kinetic_energy(y) * I2 - square
     p = apart / (I1 * (I2 - I1))
     # of all quadratic forms of energy and momentum the one without omega1^2 - r^2 omega3^2
     E = (square + 0.5 * apart * (I3 / (I3 - I2) - I1 / (I2 - I1))) / I2**2
-    slope = (E - y[:, 5] ** 2) / (y[:, 4] ** 2 + law.saddle.ratio**2 * y[:, 6] ** 2)
+    slope = (E - y[:, 5] ** 2) / (y[:, 4] ** 2 + controller.saddle.ratio**2 * y[:, 6] ** 2)
     np.testing.assert_allclose(slope, slope[0], rtol=1e-9)
     expected = 0.5 * ((p / RATE**2) ** 2 + (E / RATE**2 - 1.0) ** 2)
-    np.testing.assert_allclose(law.lyapunov(y), expected, rtol=1e-11)
+    np.testing.assert_allclose(controller.lyapunov(y), expected, rtol=1e-11)
 
 
 @pytest.mark.parametrize("axes", AXES)
 def test_actions_stay_within_their_limits_and_off_the_axes_without_actuator(axes):
-    law, y = steering(axes), starts(np.random.default_rng(0), 50)
+    controller, y = steering(axes), starts(np.random.default_rng(0), 50)
     y[:10, 4:7] = [0.01, RATE, -0.02] + 0.02 * y[:10, 4:7]
-    assert law.steers(y).any() and not law.steers(y).all()
-    assert_within_limits_row_by_row(law, y)
-    assert (law(y)[:, ~np.array(axes)] == 0.0).all()
+    assert controller.steers(y).any() and not controller.steers(y).all()
+    assert_within_limits_row_by_row(controller, y)
+    assert (controller(y)[:, ~np.array(axes)] == 0.0).all()
 
 
 @pytest.mark.parametrize("axes", AXES)
 def test_no_torque_that_steers_adds_to_the_lyapunov_function(axes):
-    law, y = steering(axes), starts(np.random.default_rng(0), 1000, 0.1, 3.0)
-    y = y[law.steers(y)]
-    rate, h = BODY.rhs(y, law.inputs(law(y))) - BODY.rhs(y), 1e-6
-    after, before = (law.lyapunov(y + s * h * rate * ([0.0] * 4 + [1.0] * 3)) for s in (1.0, -1.0))
+    controller, y = steering(axes), starts(np.random.default_rng(0), 1000, 0.1, 3.0)
+    y = y[controller.steers(y)]
+    rate, h = BODY.rhs(y, controller.inputs(controller(y))) - BODY.rhs(y), 1e-6
+    after, before = (
+        controller.lyapunov(y + s * h * rate * ([0.0] * 4 + [1.0] * 3)) for s in (1.0, -1.0)
+    )
     slope = (after - before) / (2.0 * h)
-    assert (slope <= 1e-9 * law.lyapunov(y).max()).all()
+    assert (slope <= 1e-9 * controller.lyapunov(y).max()).all()
     if sum(axes) > 1:
         assert (slope < 0.0).mean() > 0.99
 
 
 def test_between_samples_the_lyapunov_function_is_kept_and_over_them_it_falls():
-    law, y = steering(dt=0.05), starts(np.random.default_rng(0), 100)
-    value = law.lyapunov(simulate_closed_loop(lambda y: BODY.advance(y, None, 0.05, 2), y, 100))
+    controller, y = steering(dt=0.05), starts(np.random.default_rng(0), 100)
+    value = controller.lyapunov(
+        simulate_closed_loop(lambda y: BODY.advance(y, None, 0.05, 2), y, 100)
+    )
     np.testing.assert_allclose(value, np.broadcast_to(value[0], value.shape), rtol=1e-6, atol=1e-9)
-    states = simulate_closed_loop(lambda y: BODY.advance(y, law.inputs(law(y)), 0.05, 2), y, 800)
-    value, steers = law.lyapunov(states), law.steers(states)
+    states = simulate_closed_loop(
+        lambda y: BODY.advance(y, controller.inputs(controller(y)), 0.05, 2), y, 800
+    )
+    value, steers = controller.lyapunov(states), controller.steers(states)
     rise = np.where(steers[:-1] & steers[1:], np.diff(value, axis=0), 0.0)
     assert rise.max() < 1e-3  # a held torque may outlast the sign of the gradient
     assert (value[-1] < 1e-2).mean() > 0.97
@@ -272,22 +280,26 @@ def test_between_samples_the_lyapunov_function_is_kept_and_over_them_it_falls():
 )
 def test_weak_torque_captures_every_spin_and_most_of_them_in_a_minute(axes, share):
     """Of 1000 starts 1000, 1000, 972 and 946 in a minute."""
-    law, y = steering(axes, FreeBody(), 1.0), starts(np.random.default_rng(1), 200)
-    states = simulate_closed_loop(lambda y: law.body.advance(y, law.inputs(law(y)), DT, 3), y, 1500)
-    there = np.linalg.norm(law.error(states), axis=-1) < 0.05
+    controller, y = steering(axes, FreeBody(), 1.0), starts(np.random.default_rng(1), 200)
+    states = simulate_closed_loop(
+        lambda y: controller.body.advance(y, controller.inputs(controller(y)), DT, 3), y, 1500
+    )
+    there = np.linalg.norm(controller.error(states), axis=-1) < 0.05
     assert there[550:600].all(axis=0).mean() >= share
     assert there[-50:].all()
 
 
 def test_what_is_caught_is_held():
     """Where the catch begins, the unstable direction is within the reach of the torque."""
-    law, rng = steering(), np.random.default_rng(0)
+    controller, rng = steering(), np.random.default_rng(0)
     omega = RATE * np.array([0.0, 1.0, 0.0]) + rng.uniform(-0.4, 0.4, (4000, 3))
     y = BODY.state(omega_body=omega)
-    y = y[~law.steers(y)]
+    y = y[~controller.steers(y)]
     assert len(y) > 100
-    states = simulate_closed_loop(lambda y: BODY.advance(y, law.inputs(law(y)), DT, 3), y, 300)
-    assert (np.linalg.norm(law.error(states[-1]), axis=-1) < 0.05 * RATE).all()
+    states = simulate_closed_loop(
+        lambda y: BODY.advance(y, controller.inputs(controller(y)), DT, 3), y, 300
+    )
+    assert (np.linalg.norm(controller.error(states[-1]), axis=-1) < 0.05 * RATE).all()
 
 
 def test_an_actuator_about_e2_alone_is_refused():
@@ -299,24 +311,24 @@ def test_an_actuator_about_e2_alone_is_refused():
         SeparatrixSteering(BODY, RATE, -0.1, DT)
 
 
-def rate_of(law, y, action):
-    return BODY.rhs(y, law.inputs(action))
+def rate_of(controller, y, action):
+    return BODY.rhs(y, controller.inputs(action))
 
 
-@pytest.mark.parametrize("law", [ForcedFlip(BODY, RATE, 0.5), TimedFlip(BODY, RATE, 0.5)])
-def test_actions_of_flips_stay_within_their_limits_and_rows_are_independent(law):
+@pytest.mark.parametrize("controller", [ForcedFlip(BODY, RATE, 0.5), TimedFlip(BODY, RATE, 0.5)])
+def test_actions_of_flips_stay_within_their_limits_and_rows_are_independent(controller):
     rng = np.random.default_rng(0)
     y = spinning(rng, (3, 5))
-    left = () if isinstance(law, ForcedFlip) else (rng.uniform(-2.0, 9.0, (3, 5)),)
-    assert_within_limits_row_by_row(law, y, *left)
+    left = () if isinstance(controller, ForcedFlip) else (rng.uniform(-2.0, 9.0, (3, 5)),)
+    assert_within_limits_row_by_row(controller, y, *left)
 
 
 def test_the_motion_to_join_is_a_free_one():
     """Each f(time_left) obeys Euler's equations and has the momentum and energy of the spin."""
-    law, y = TimedFlip(BODY, RATE, 0.5), spinning(np.random.default_rng(0), (10,))
+    controller, y = TimedFlip(BODY, RATE, 0.5), spinning(np.random.default_rng(0), (10,))
     left, h = np.linspace(0.1, 15.0, 200)[:, None], 1e-5
-    f = law.reference(y, left)
-    slope = (law.reference(y, left - h) - law.reference(y, left + h)) / (2.0 * h)
+    f = controller.reference(y, left)
+    slope = (controller.reference(y, left - h) - controller.reference(y, left + h)) / (2.0 * h)
     euler = BODY.rhs(BODY.state(omega_body=f))[..., OMEGA]
     np.testing.assert_allclose(slope, euler, atol=1e-9)  # h^2 and eps / h
     L = BODY.moments * f
@@ -325,37 +337,40 @@ def test_the_motion_to_join_is_a_free_one():
 
 
 def test_at_the_commanded_time_the_motion_is_a_margin_away_from_the_flipped_spin():
-    law, y = TimedFlip(BODY, RATE, 0.5, margin=0.02), spinning(np.random.default_rng(0), (10,))
-    off = law.reference(y, 1e-9) + [0.0, RATE, 0.0] * np.ones((10, 1))
+    controller, y = (
+        TimedFlip(BODY, RATE, 0.5, margin=0.02),
+        spinning(np.random.default_rng(0), (10,)),
+    )
+    off = controller.reference(y, 1e-9) + [0.0, RATE, 0.0] * np.ones((10, 1))
     # but for the second order of the margin, in omega2
     np.testing.assert_allclose(np.linalg.norm(off, axis=-1), 0.02 * RATE, rtol=0.02)
 
 
 def test_the_error_of_brute_force_decreases_everywhere_as_stated():
-    law, y = ForcedFlip(BODY, RATE, FREE), spinning(np.random.default_rng(0), (500,), 3.0)
-    found = rate_along(law.lyapunov, y, rate_of(law, y, law(y)), OMEGA)
-    value = law.lyapunov(y)
+    controller, y = ForcedFlip(BODY, RATE, FREE), spinning(np.random.default_rng(0), (500,), 3.0)
+    found = rate_along(controller.lyapunov, y, rate_of(controller, y, controller(y)), OMEGA)
+    value = controller.lyapunov(y)
     I1, _, I3 = BODY.moments
-    stated = RATE * (I3 - I1) * y[:, 4] * y[:, 6] - 2.0 * law.gain * RATE * value
+    stated = RATE * (I3 - I1) * y[:, 4] * y[:, 6] - 2.0 * controller.gain * RATE * value
     np.testing.assert_allclose(found, stated, atol=1e-12 * np.abs(found).max())
-    assert (found <= -(2.0 * law.gain - (I3 - I1) / np.sqrt(I1 * I3)) * RATE * value).all()
+    assert (found <= -(2.0 * controller.gain - (I3 - I1) / np.sqrt(I1 * I3)) * RATE * value).all()
 
 
 def test_the_error_of_the_timed_flip_decreases_everywhere_as_stated():
-    law, rng = TimedFlip(BODY, RATE, FREE), np.random.default_rng(0)
+    controller, rng = TimedFlip(BODY, RATE, FREE), np.random.default_rng(0)
     y, left = spinning(rng, (500,), 3.0), rng.uniform(0.1, 12.0, 500)
-    f, h = law.reference(y, left), 1e-6
-    body_rate = rate_of(law, y, law(y, left))[:, OMEGA]
+    f, h = controller.reference(y, left), 1e-6
+    body_rate = rate_of(controller, y, controller(y, left))[:, OMEGA]
     error_rate = body_rate - BODY.rhs(BODY.state(omega_body=f))[:, OMEGA]
     error = y[:, OMEGA] - f
     found = np.sum(BODY.moments * error * error_rate, axis=-1)
-    value = law.lyapunov(y, left)
+    value = controller.lyapunov(y, left)
     I1, I2, I3 = BODY.moments
-    slowest = 2.0 * law.gain - np.sqrt(I2 / I1) * (I3 - I1) / np.sqrt(I1 * I3)
+    slowest = 2.0 * controller.gain - np.sqrt(I2 / I1) * (I3 - I1) / np.sqrt(I1 * I3)
     assert (found <= -slowest * RATE * value).all()
     after = y.copy()
     after[:, OMEGA] += h * body_rate
-    difference = (law.lyapunov(after, left - h) - value) / h
+    difference = (controller.lyapunov(after, left - h) - value) / h
     same_side = np.abs(y[:, 4] - y[:, 6]) > 1e-2  # where the sign of d does not change in h
     np.testing.assert_allclose(difference[same_side], found[same_side], rtol=1e-3, atol=1e-3)
 

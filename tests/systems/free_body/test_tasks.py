@@ -75,10 +75,10 @@ def bang_bang(seed=0):
     return lambda envs: rng.choice([-1.0, 1.0], envs.action_space.shape)
 
 
-@pytest.mark.parametrize("law", [spin_regulator, energy_casimir])
+@pytest.mark.parametrize("controller", [spin_regulator, energy_casimir])
 @pytest.mark.parametrize("name", ["IntermediateAxis", "IntermediateAxisRandom"])
-def test_linear_and_energy_casimir_feedback_hold_the_intermediate_axis(name, law):
-    found = run(name, bound(law))
+def test_linear_and_energy_casimir_feedback_hold_the_intermediate_axis(name, controller):
+    found = run(name, bound(controller))
     assert found.success.all()
     assert found.cost.mean() < 0.6  # N m s
 
@@ -159,7 +159,7 @@ def test_steering_onto_the_separatrix_captures_the_spin(actuators, least):
 
 
 def test_the_timed_flip_comes_in_time_for_a_twentieth_of_brute_force():
-    timed, forced = (run("AxisFlip", bound(law)) for law in (timed_flip, forced_flip))
+    timed, forced = (run("AxisFlip", bound(controller)) for controller in (timed_flip, forced_flip))
     assert timed.success.all()
     assert forced.success.all()
     assert timed.cost.mean() < 0.05 * forced.cost.mean()
@@ -224,7 +224,7 @@ def value(task):
 
 
 @pytest.mark.parametrize("settings", SETTINGS)
-def test_the_optimal_law_costs_exactly_what_the_riccati_equation_says(settings):
+def test_the_optimal_controller_costs_exactly_what_the_riccati_equation_says(settings):
     task, limit = Detumble(**settings), 50
     found = run("Detumble", bound(momentum_regulator), **settings)
     size = sizes(found)
@@ -237,14 +237,14 @@ def test_the_optimal_law_costs_exactly_what_the_riccati_equation_says(settings):
 
 
 @pytest.mark.parametrize("share", [0.05, 1.0 / 6.0, 0.4, 1.0, 3.0])
-def test_with_equal_weights_the_optimal_law_stays_within_the_ball_for_all_starts(share):
+def test_with_equal_weights_the_optimal_controller_stays_within_the_ball_for_all_starts(share):
     task = Detumble(impulse=3.0 * share, n_substeps=100)
     assert regulator(task).reach > task.start_momentum
 
 
-def test_the_optimal_law_and_the_brake_succeed_from_every_start():
-    for law in (momentum_regulator, momentum_brake):
-        found = run("Detumble", bound(law))
+def test_the_optimal_controller_and_the_brake_succeed_from_every_start():
+    for controller in (momentum_regulator, momentum_brake):
+        found = run("Detumble", bound(controller))
         assert found.success.all()
         # both push against L only: |L| is what they cost
         np.testing.assert_allclose(found.cost, sizes(found)[0], rtol=1e-3)

@@ -113,7 +113,7 @@ def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases(branch):
 
 
 @pytest.mark.parametrize("branch", BRANCHES)
-def test_limited_torque_damps_the_nutation_from_where_the_law_says(branch):
+def test_limited_torque_damps_the_nutation_from_where_the_controller_says(branch):
     top, rng = HeavyTop(), np.random.default_rng(0)
     regulator = precessing(branch, 0.5, top, (top.critical_spin, 2.0 * top.critical_spin))
     goal, spin = rng.uniform(0.3, 0.9, 200), top.critical_spin * rng.uniform(1.2, 2.0, 200)
@@ -143,7 +143,7 @@ def test_what_does_not_precess_steadily_is_refused():
 E_Z = np.array([0.0, 0.0, 1.0])
 
 
-def laws(limit, top=TOP):
+def controllers(limit, top=TOP):
     return [UprightBalance(top, limit, DT), PivotBalance(top, limit, DT)]
 
 
@@ -161,8 +161,8 @@ def leaning(x, spin, phase=0.3):
     return np.concatenate([q, omega, x[..., 4:]], axis=-1)
 
 
-def upright_step(law, n_substeps=2):
-    return lambda y: law.top.advance(y, law.inputs(law(y)), DT, n_substeps)
+def upright_step(controller, n_substeps=2):
+    return lambda y: controller.top.advance(y, controller.inputs(controller(y)), DT, n_substeps)
 
 
 def real(matrix):
@@ -179,74 +179,80 @@ def test_the_axis_is_read_off_at_any_phase():
         np.testing.assert_allclose(found.imag, x[:, 1::2], atol=1e-14)
 
 
-@pytest.mark.parametrize("law", laws(0.3))
-def test_inputs_stay_in_their_disc_and_rows_are_independent(law):
+@pytest.mark.parametrize("controller", controllers(0.3))
+def test_inputs_stay_in_their_disc_and_rows_are_independent(controller):
     y = leaning(0.3 * np.random.default_rng(0).normal(size=(3, 5, 8)), 1.0)
     y[0] = leaning(0.01 * np.random.default_rng(0).normal(size=(5, 8)), 1.0)
-    assert_within_limits_row_by_row(law, y, ball=True)
+    assert_within_limits_row_by_row(controller, y, ball=True)
 
 
-@pytest.mark.parametrize("law", laws(FREE))
+@pytest.mark.parametrize("controller", controllers(FREE))
 @pytest.mark.parametrize("spin", [0.0, 0.7, -3.0, 5.0])
-def test_the_complex_equation_is_the_linearisation_of_the_steps_of_the_top(law, spin):
-    n = len(law.regulator(spin).riccati)
+def test_the_complex_equation_is_the_linearisation_of_the_steps_of_the_top(controller, spin):
+    n = len(controller.regulator(spin).riccati)
 
     def advance(x, u):
         whole = np.concatenate([x, np.zeros((len(x), 8 - 2 * n))], axis=-1)
-        y = TOP.advance(leaning(whole, spin), law.inputs(u / FREE), DT, 8)
+        y = TOP.advance(leaning(whole, spin), controller.inputs(u / FREE), DT, 8)
         pairs = axis_of(y)[:, :n]
         return np.stack([pairs.real, pairs.imag], axis=-1).reshape(len(x), -1)
 
     F, G = step_jacobian(advance, np.zeros(2 * n), 2)
-    K, P = law.regulator(spin)
+    K, P = controller.regulator(spin)
     closed = F - G @ real(K)
     assert np.abs(np.linalg.eigvals(closed)).max() < 1.0 - 1e-3
     # the Riccati equation of the real system, whose Jacobian is known to 1e-9
-    weights = [np.repeat(part, 2) for part in law._weights]
+    weights = [np.repeat(part, 2) for part in controller._weights]
     again = np.diag(weights[0]) + real(K).T @ np.diag(weights[1]) @ real(K)
     again += closed.T @ real(P) @ closed
     np.testing.assert_allclose(again, real(P), atol=1e-6 * np.abs(P).max())
 
 
-@pytest.mark.parametrize("law", laws(FREE))
-def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases_of_an_upright_top(law):
+@pytest.mark.parametrize("controller", controllers(FREE))
+def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases_of_an_upright_top(controller):
     rng = np.random.default_rng(0)
     spin = TOP.critical_spin * 0.4  # a node of the table
     y = leaning(1e-4 * rng.normal(size=(20, 8)), spin)
-    states, n = simulate_closed_loop(upright_step(law), y, 200), law._n
-    x, u = axis_of(states[:-1])[..., :n], FREE * law(states[:-1])
-    cost = np.abs(x) ** 2 @ law._weights[0] + law._weights[1][0] * np.sum(u**2, axis=-1)
-    value = law.value(states)
+    states, n = simulate_closed_loop(upright_step(controller), y, 200), controller._n
+    x, u = axis_of(states[:-1])[..., :n], FREE * controller(states[:-1])
+    cost = np.abs(x) ** 2 @ controller._weights[0] + controller._weights[1][0] * np.sum(
+        u**2, axis=-1
+    )
+    value = controller.value(states)
     # what is not linear is of third order in the tilt, 1e-8 of the rest, and steps are good to 1e-7
     np.testing.assert_allclose(cost.sum(axis=0), value[0] - value[-1], rtol=1e-5)
-    value = law.value(
+    value = controller.value(
         simulate_closed_loop(
-            upright_step(law), leaning(0.05 * rng.normal(size=(100, 8)), spin), 100
+            upright_step(controller), leaning(0.05 * rng.normal(size=(100, 8)), spin), 100
         )
     )
     assert (np.diff(value, axis=0) < 0.0).all()
 
 
-@pytest.mark.parametrize(("law", "spread"), list(zip(laws(FREE), (0.15, 0.05), strict=True)))
-def test_between_the_nodes_and_for_tops_that_are_a_little_different_the_loop_is_stable(law, spread):
+@pytest.mark.parametrize(
+    ("controller", "spread"), list(zip(controllers(FREE), (0.15, 0.05), strict=True))
+)
+def test_between_the_nodes_and_for_tops_that_are_a_little_different_the_loop_is_stable(
+    controller, spread
+):
     rng, held = np.random.default_rng(0), []
     for _ in range(100):
         factors = rng.uniform(1.0 - spread, 1.0 + spread, 4)
         I1, I3, m, ell = factors * [TOP.I1, TOP.I3, TOP.m, TOP.ell]
-        other = type(law)(HeavyTop(I1, I1, I3, m, TOP.g, ell), FREE, DT)
+        other = type(controller)(HeavyTop(I1, I1, I3, m, TOP.g, ell), FREE, DT)
         spin = rng.uniform(-1.4, 1.4) * TOP.critical_spin
         F, G = zero_order_hold(*other.model(spin), DT)
-        held.append(np.abs(np.linalg.eigvals(F - G @ law._table(spin).gain)).max())
+        held.append(np.abs(np.linalg.eigvals(F - G @ controller._table(spin).gain)).max())
     assert max(held) < 1.0
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
 def test_torque_brings_back_nearly_every_tilt_that_any_torque_can(share):
-    top, law = HeavyTop(), laws(0.3, HeavyTop())[0]
+    top, controller = HeavyTop(), controllers(0.3, HeavyTop())[0]
 
     def succeeds(turn):
         y = top.state(q=rotations.exp(turn), omega_body=share * top.critical_spin * E_Z)
-        return top.tilt(simulate_closed_loop(upright_step(law), y, 300)[-1]) < 0.05
+        return top.tilt(simulate_closed_loop(upright_step(controller), y, 300)[-1]) < 0.05
 
     bound = 0.3 / np.sqrt(1.0 - share**2)
     directions = bound * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-0.6, 0.8, 0.0]])
@@ -257,11 +263,11 @@ def test_torque_brings_back_nearly_every_tilt_that_any_torque_can(share):
 
 def test_the_pivot_brings_back_a_tilt_within_five_metres():
     top = HeavyTop()
-    law = PivotBalance(top, 3.0, DT)
+    controller = PivotBalance(top, 3.0, DT)
 
     def succeeds(turn):
         y = top.state(q=rotations.exp(turn), omega_body=0.3 * top.critical_spin * E_Z)
-        states = simulate_closed_loop(upright_step(law), y, 400)
+        states = simulate_closed_loop(upright_step(controller), y, 400)
         away = np.linalg.norm(top.pivot(states), axis=-1)
         return (top.tilt(states[-1]) < 0.05) & (away < 5.0).all(axis=0) & (away[-1] < 0.1)
 
@@ -274,9 +280,9 @@ def test_the_pivot_brings_back_a_tilt_within_five_metres():
 def test_tops_without_symmetry_or_weight_and_limits_that_are_none_are_refused():
     with pytest.raises(ValueError, match="expected a symmetric top, I1 = I2"):
         UprightBalance(HeavyTop(1.0, 1.1, 0.5), 0.3, DT)
-    for law, top in ((UprightBalance, HeavyTop(g=0.0)), (PivotBalance, HeavyTop(ell=0.0))):
+    for controller, top in ((UprightBalance, HeavyTop(g=0.0)), (PivotBalance, HeavyTop(ell=0.0))):
         with pytest.raises(ValueError, match=r"^top = HeavyTop\(.*; expected a top that can fall"):
-            law(top, 0.3, DT)
+            controller(top, 0.3, DT)
     with pytest.raises(ValueError, match=r"^limit = 0\.0; expected a positive finite number"):
         PivotBalance(TOP, 0.0, DT)
     with pytest.raises(ValueError, match=r"^dt = 0; expected a positive finite number \[s\]"):
@@ -371,7 +377,7 @@ def test_from_the_fastest_spin_on_the_gains_are_those_of_it(sense):
 
 
 @pytest.mark.parametrize("spin", [-2.0, 0.0, 1.0])
-def test_limited_torque_brings_back_the_tilts_that_the_law_says(spin):
+def test_limited_torque_brings_back_the_tilts_that_the_controller_says(spin):
     balance = uneven(0.3)
 
     def succeeds(turn):

@@ -48,7 +48,7 @@ def test_no_ratios_gain_more(seed):
     assert np.max(heights[1:] / heights[:-1]) < PUMP.gain
 
 
-def test_the_number_of_passes_is_the_least_with_which_the_law_comes_over_the_rim():
+def test_the_number_of_passes_is_the_least_with_which_the_controller_comes_over_the_rim():
     for start in (-0.3, 0.5, -1.1, 2.0):
         for rim in (0.8, 1.4):
             n = int(PUMP.least_passes([start, 0.0], rim))
@@ -141,7 +141,7 @@ def late(dt):
     return 2 * 0.5 * G * KAPPA / 1.4 * dt**2
 
 
-def test_the_bang_bang_law_climbs_out_in_hardly_more_passes_than_it_must():
+def test_the_bang_bang_controller_climbs_out_in_hardly_more_passes_than_it_must():
     found = run("RollPump", bound(pump))
     least = Pump(RollPump().system(), 0.6, 0.1).least_passes(found.y[0], 1.2)
     assert found.success.all()

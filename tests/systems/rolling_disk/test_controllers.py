@@ -19,7 +19,7 @@ DT = 0.05
 DISKS = {"disk": RollingDisk.uniform(1.0, 0.8), "hoop": RollingDisk.hoop(2.0, 1.1)}
 
 
-def law_of(shape, share=0.3):
+def controller_of(shape, share=0.3):
     disk = DISKS[shape]
     return CircleRegulator(disk, share * disk.m * disk.g * disk.radius, DT)
 
@@ -42,30 +42,30 @@ def free_circles(disk):
             yield steady(disk, theta, circle.precession, circle.omega3), curvature
 
 
-def played(law, y, goal, n):
+def played(controller, y, goal, n):
     """States of the closed loop, the limit of the torque included."""
     return simulate_closed_loop(
-        lambda y: law.disk.advance(y, law.inputs(law(y, goal)), DT, 6), y, n
+        lambda y: controller.disk.advance(y, controller.inputs(controller(y, goal)), DT, 6), y, n
     )
 
 
 @pytest.mark.parametrize("shape", DISKS)
 def test_on_a_steady_circle_of_the_closed_form_no_torque_is_asked_for(shape):
-    law = law_of(shape)
+    controller = controller_of(shape)
     for circle, curvature in free_circles(DISKS[shape]):
-        assert law.curvature(circle) == pytest.approx(curvature, rel=1e-12)
+        assert controller.curvature(circle) == pytest.approx(curvature, rel=1e-12)
         # torques of m g r cos(theta) and more cancel, to rounding
-        assert abs(float(law(rolling_state(circle), curvature)[0])) < 1e-13
-        assert abs(float(law.value(rolling_state(circle), curvature))) < 1e-25
+        assert abs(float(controller(rolling_state(circle), curvature)[0])) < 1e-13
+        assert abs(float(controller.value(rolling_state(circle), curvature))) < 1e-25
 
 
 @pytest.mark.parametrize("shape", DISKS)
 def test_on_any_circle_the_torque_is_that_which_holds_the_lean(shape):
-    law, rng = law_of(shape, 10.0), np.random.default_rng(0)
+    controller, rng = controller_of(shape, 10.0), np.random.default_rng(0)
     circle = Rolling(*rng.uniform([-0.5, 0, -1, 1], [0.5, 0, 1, 2], (20, 4)).T)
     y = rolling_state(circle)
-    held = law.inputs(law(y, law.curvature(circle)))
-    lean_rate = rolling(law.disk.advance(y, held, 1e-4)).rate
+    held = controller.inputs(controller(y, controller.curvature(circle)))
+    lean_rate = rolling(controller.disk.advance(y, held, 1e-4)).rate
     # none but from the next order of the motion, 1e-8 s^2
     np.testing.assert_allclose(lean_rate, 0.0, rtol=0, atol=1e-7)
 
@@ -87,34 +87,34 @@ def test_rolling_is_read_off_at_any_heading_and_phase():
 
 @pytest.mark.parametrize("shape", DISKS)
 def test_the_lean_that_a_circle_asks_for_does_not_move_whatever_the_torque(shape):
-    law = law_of(shape)
+    controller = controller_of(shape)
     circle, curvature = next(free_circles(DISKS[shape]))
     rng, y = np.random.default_rng(2), rolling_state(circle)
     for _ in range(8):
-        y = law.disk.advance(y, law.inputs(rng.uniform(-0.05, 0.05, 1)), 0.01, 2)
+        y = controller.disk.advance(y, controller.inputs(rng.uniform(-0.05, 0.05, 1)), 0.01, 2)
         now = rolling(y)
         # one step of Newton's method: off by the square of the way to go, here up to 1e-3 rad
-        assert abs(now.lean + law.to_go(now, curvature) - circle.lean) < 10.0 * 1e-6
+        assert abs(now.lean + controller.to_go(now, curvature) - circle.lean) < 10.0 * 1e-6
 
 
 @pytest.mark.parametrize("shape", DISKS)
 def test_the_lean_that_is_asked_for_does_not_move_far_from_upright_either(shape):
-    law, rng = law_of(shape), np.random.default_rng(3)
+    controller, rng = controller_of(shape), np.random.default_rng(3)
     circle = Rolling(*rng.uniform([-0.9, 0, 0.5, 2], [0.9, 0, 1, 3], (20, 4)).T)
     y = rolling_state(circle._replace(rate=np.full(20, 0.05)))
-    now = rolling(law.disk.advance(y, law.inputs(np.zeros((20, 1))), 0.02, 4))
+    now = rolling(controller.disk.advance(y, controller.inputs(np.zeros((20, 1))), 0.02, 4))
     off = now.lean - circle.lean
     assert np.median(np.abs(off)) > 3e-4
     # One step of Newton's method: a slope that is wrong by a part in ten is 1e-4 off and more, the
     # next order, with derivatives of size 1, some 1e-6
-    left = off + law.to_go(now, law.curvature(circle))
+    left = off + controller.to_go(now, controller.curvature(circle))
     assert (np.abs(left) < 5.0 * off**2).all()
 
 
 @pytest.mark.parametrize("shape", DISKS)
 def test_the_sampled_closed_loop_is_stable_at_every_stiffness(shape):
-    law = law_of(shape)
-    disk = law.disk
+    controller = controller_of(shape)
+    disk = controller.disk
     weight, inertia = disk.m * disk.g * disk.radius, disk.I1 + disk.m * disk.radius**2
     for stiffness in weight * np.linspace(-40.0, 40.0, 161):  # between the nodes, too
         rate = np.emath.sqrt(-stiffness / inertia)
@@ -122,19 +122,19 @@ def test_the_sampled_closed_loop_is_stable_at_every_stiffness(shape):
         F = np.array([[c, s], [rate**2 * s, c]]).real
         push = (c - 1.0) / rate**2 if stiffness else 0.5 * DT**2
         G = -np.array([[push], [s]]).real / inertia
-        loop = F - G @ law.regulator(stiffness).gain
+        loop = F - G @ controller.regulator(stiffness).gain
         assert np.max(np.abs(np.linalg.eigvals(loop))) < 1.0
 
 
 @pytest.mark.parametrize("shape", DISKS)
 def test_the_riccati_value_is_the_cost_near_a_circle(shape):
-    law = law_of(shape)
+    controller = controller_of(shape)
     circles, curvatures = zip(*free_circles(DISKS[shape]), strict=True)
     circle, curvature = Rolling(*np.array(circles).T), np.array(curvatures)
-    states = played(law, rolling_state(circle._replace(rate=1e-4)), curvature, 40)
-    now, torque = rolling(states), law.torque * law(states, curvature)[..., 0]
-    cost = (now.lean - circle.lean) ** 2 + now.rate**2 / 300.0 + law.input_weight * torque**2
-    value = law.value(states, curvature)
+    states = played(controller, rolling_state(circle._replace(rate=1e-4)), curvature, 40)
+    now, torque = rolling(states), controller.torque * controller(states, curvature)[..., 0]
+    cost = (now.lean - circle.lean) ** 2 + now.rate**2 / 300.0 + controller.input_weight * torque**2
+    value = controller.value(states, curvature)
     # the linear motion is off by the size of the error; P is interpolated over the stiffness
     np.testing.assert_allclose(np.sum(cost, axis=0), value[0], rtol=1e-2)
     big = value[:-1] > 1e-6 * value[0]
@@ -145,33 +145,33 @@ def test_the_riccati_value_is_the_cost_near_a_circle(shape):
     ("share", "lean", "goal"), [(0.5, 0.15, 0.25), (0.7, 0.2, -0.25), (0.95, 0.3, 0.1)]
 )
 def test_slow_discs_that_lean_are_led_onto_their_circles(share, lean, goal):
-    law = law_of("disk")
-    disk = law.disk
+    controller = controller_of("disk")
+    disk = controller.disk
     threshold = math.sqrt(disk.g / (3.0 * disk.radius))
 
     def succeeds(leans):
         slow = Rolling(leans[..., 0], 0.0, 0.0, share * threshold)
-        end = rolling(played(law, rolling_state(slow), goal, 160)[-1])
-        return np.abs(law.curvature(end) / goal - 1.0) < 0.05
+        end = rolling(played(controller, rolling_state(slow), goal, 160)[-1])
+        return np.abs(controller.curvature(end) / goal - 1.0) < 0.05
 
     sizes = lean * np.array([0.0001, 0.5, 1.0])
     assert (region_of_attraction(succeeds, [[1.0], [-1.0]], sizes) == lean).all()
 
 
 def test_no_torque_is_larger_than_the_largest_and_each_row_is_as_alone():
-    law, rng = law_of("disk"), np.random.default_rng(3)
+    controller, rng = controller_of("disk"), np.random.default_rng(3)
     y = rolling_state(Rolling(*rng.uniform([-1, -1, -1, 1], [1, 1, 1, 2], (4, 3, 4)).T))
     goals = rng.uniform(0.1, 0.3, (3, 4))
-    actions = law(y, goals)
+    actions = controller(y, goals)
     assert actions.shape == (3, 4, 1)
     assert np.max(np.abs(actions)) == 1.0
     for row in np.ndindex(3, 4):
-        np.testing.assert_allclose(law(y[row], goals[row]), actions[row], rtol=1e-12)
+        np.testing.assert_allclose(controller(y[row], goals[row]), actions[row], rtol=1e-12)
 
 
 def test_a_disk_that_stands_is_held_as_it_leans():
-    law = law_of("disk")
-    end = rolling(played(law, rolling_state(Rolling(0.1, 0.0, 0.0, 0.0)), 0.2, 10)[-1])
+    controller = controller_of("disk")
+    end = rolling(played(controller, rolling_state(Rolling(0.1, 0.0, 0.0, 0.0)), 0.2, 10)[-1])
     assert end.lean == pytest.approx(0.1, abs=1e-12)
 
 
@@ -181,4 +181,4 @@ def test_bad_numbers_are_refused():
     with pytest.raises(ValueError, match="input_weight = -1"):
         CircleRegulator(RollingDisk(), 1.0, DT, input_weight=-1.0)
     with pytest.raises(ValueError, match="lies flat"):
-        law_of("disk")(RollingDisk.state(q=[1.0, 0.0, 0.0, 0.0]), 0.1)
+        controller_of("disk")(RollingDisk.state(q=[1.0, 0.0, 0.0, 0.0]), 0.1)

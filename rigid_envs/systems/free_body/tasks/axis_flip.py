@@ -16,11 +16,11 @@ from rigid_envs.engine.elementary import fma, log, select
 from rigid_envs.engine.episode import Episode, clip_to_box
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems.free_body.saddle import (
-    Saddle,
+    Place,
     growing_frame,
     growing_side,
     near,
-    saddle,
+    place_at,
     turn,
     within,
 )
@@ -30,12 +30,12 @@ from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
     MiddleMoments,
+    actuate,
     check_order,
     fastest,
     observed_rates,
     perturbed_spin,
     spun_up,
-    torque_about_axes,
 )
 from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical, span
 from rigid_envs.tasks.reduction import Reduction, Side
@@ -64,7 +64,7 @@ def decay(x: float) -> float:
 
 
 @scalar
-def phase_left(at: Saddle, left: float, c: Any) -> float:
+def phase_left(at: Place, left: float, c: Any) -> float:
     """Time to the middle of the flip that arrives at the commanded time, over that of growth.
 
     From ``1 / sqrt(share)``, which d has in the middle, it decays as ``2 exp(-time)`` of that.
@@ -78,7 +78,7 @@ def phase_left(at: Saddle, left: float, c: Any) -> float:
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The spin, its time to the middle of the flip, and its difference from the timed motion."""
     w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
-    at = saddle(w1, w3, c)
+    at = place_at(w1, w3, c)
     sign = growing_side(at, w2)
     d, s, w1, w3 = sign * at.d, sign * at.s, sign * w1, sign * w3
     left, most = max(aux.time_left, 0.0), 1.0 / math.sqrt(at.share)
@@ -186,14 +186,6 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
     low, high = c.least_flip_time, c.largest_flip_time
     left = fma(high - low, randoms.uniform(stream, 1 << 21), low)
     return perturbed_spin(stream, c.spin_rate, c.start_spread), Auxiliary(left, 1.0)
-
-
-@scalar
-def actuate(
-    a: BodyTorque, y: State, aux: Auxiliary, p: Parameters, c: Constants
-) -> tuple[State, Input]:
-    """Torque about the three body axes."""
-    return y, torque_about_axes(a, c.torque)
 
 
 @scalar

@@ -13,7 +13,7 @@ from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import select
 from rigid_envs.engine.episode import Episode, clip_to_box
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
-from rigid_envs.systems.free_body.saddle import Saddle, near, saddle, turn, within
+from rigid_envs.systems.free_body.saddle import Place, near, place_at, turn, within
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_2, ROTATION_IN_SPACE
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.free_body.tasks.shared import (
@@ -41,13 +41,13 @@ from rigid_envs.tasks.task import Task
 
 
 @scalar
-def side(at: Saddle) -> float:
+def side(at: Place) -> float:
     """-1 where a half turn about e2 makes d positive, else 1."""
     return select(at.d < 0.0, -1.0, 1.0)
 
 
 @scalar
-def held(at: Saddle, pull: float, c: Any) -> tuple[float, float]:
+def held(at: Place, pull: float, c: Any) -> tuple[float, float]:
     """Growing and decaying coordinate over the largest d that torque can hold by d' = -pull."""
     inverse = c.spin_rate * c.spin_rate * at.growth / pull
     return within(abs(at.d) * inverse, FASTEST), within(side(at) * at.s * inverse, FASTEST)
@@ -57,7 +57,7 @@ def held(at: Saddle, pull: float, c: Any) -> tuple[float, float]:
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The spin relative to Omega e2, with d >= 0."""
     w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
-    at = saddle(w1, w3, c)
+    at = place_at(w1, w3, c)
     sign = side(at)
     d, s = held(at, c.torque * (1.0 / c.middle1 + at.ratio / c.middle3), c)
     return (
@@ -75,14 +75,14 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
 @scalar
 def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Side:
     """Half turn about e2 that makes d positive."""
-    return Side(side(saddle(y.omega1, y.omega3, c)))
+    return Side(side(place_at(y.omega1, y.omega3, c)))
 
 
 @scalar
 def observe_direction(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The spin relative to the direction e2, with d >= 0."""
     w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
-    at = saddle(w1, w3, c)
+    at = place_at(w1, w3, c)
     sign = side(at)
     d, s = held(at, c.torque * at.ratio / c.middle3, c)
     return (

@@ -22,11 +22,11 @@ from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
     MiddleMoments,
+    actuate,
     both_poses,
     fastest,
     observed_rates,
     spun_up,
-    torque_about_axes,
 )
 from rigid_envs.tasks.fields import Entry, Range, physical
 from rigid_envs.tasks.reduction import Reduction
@@ -199,14 +199,6 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
     """At rest; attitudes of body and goal uniform on SO(3)."""
     q, goal = randoms.quaternion(stream, 1 << 20), randoms.quaternion(stream, 1 << 21)
     return State(*q, 0.0, 0.0, 0.0), Auxiliary(*goal)
-
-
-@scalar
-def actuate(
-    a: BodyTorque, y: State, aux: Auxiliary, p: Parameters, c: Constants
-) -> tuple[State, Input]:
-    """Torque about the three body axes."""
-    return y, torque_about_axes(a, c.torque)
 
 
 @scalar

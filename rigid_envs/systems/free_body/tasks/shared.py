@@ -73,6 +73,12 @@ def torque_about_axes(a: BodyTorque, torque: float) -> Input:
 
 
 @scalar
+def actuate(a: BodyTorque, y: State, aux: Any, p: Any, c: Any) -> tuple[State, Input]:
+    """Torque about the three body axes."""
+    return y, torque_about_axes(a, c.torque)
+
+
+@scalar
 def observed_rates(y: State, scale: float) -> tuple[float, float, float]:
     """Angular velocity times a scale, clipped to the bounds of the observation."""
     return (

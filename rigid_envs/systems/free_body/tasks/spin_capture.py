@@ -17,7 +17,7 @@ from rigid_envs.systems.free_body.saddle import (
     growing_frame,
     growing_side,
     near,
-    saddle,
+    place_at,
     turn,
     within,
 )
@@ -56,7 +56,7 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     along omega.
     """
     w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
-    at = saddle(w1, w3, c)
+    at = place_at(w1, w3, c)
     sign = growing_side(at, w2)
     off = at.s * at.d
     energy = fma(at.share, fma(at.d, at.d, at.s * at.s), fma(w2, w2, -1.0))

@@ -19,6 +19,7 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems.rolling_ball.symmetry import REFLECTION, TURN
 from rigid_envs.systems.rolling_ball.system import RollingBall
+from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
 from rigid_envs.tasks.fields import Entry, Range, physical, span
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, polar_seen, turn
 from rigid_envs.tasks.task import Task
@@ -126,13 +127,6 @@ FAR = 50.0  # radii; bound of observed and penalised offsets
 _SMOOTH = 1e-3  # smooths the roots at the origin
 
 
-class Action(NamedTuple):
-    """Velocity of the centre, as a fraction of the maximum speed."""
-
-    VX: float
-    VY: float
-
-
 class Terms(NamedTuple):
     """Reward terms of `BallPark`."""
 
@@ -159,16 +153,6 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, t
     X = half * (2.0 * randoms.uniform(stream, 0) - 1.0)
     Y = half * (2.0 * randoms.uniform(stream, 1) - 1.0)
     return State(*randoms.quaternion(stream, 2), X + 0.0, Y + 0.0), ()  # -0.0 is 0.0
-
-
-@scalar
-def actuate(
-    a: Action, y: State, aux: NoAuxiliary, p: Parameters, c: Constants
-) -> tuple[State, Input]:
-    """Velocity of the centre; the ball does not spin about the vertical."""
-    return y, Input(
-        c.largest_roll_rate * p.radius * a.VX, c.largest_roll_rate * p.radius * a.VY, 0.0
-    )
 
 
 @scalar
@@ -210,7 +194,7 @@ def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[fl
 
 
 @dataclass(frozen=True)
-class BallPark(Task):
+class BallPark(RollsAsTold, Task):
     """Park the ball: position at the origin and attitude upright, by rolling alone.
 
     A ball rolls on a plane without slipping. The action is the velocity of its centre. The ball
@@ -301,29 +285,12 @@ class BallPark(Task):
     reduction: ClassVar = BALL_POSE
     cost_unit: ClassVar = "distance rolled [m]"
 
-    @property
-    def largest_roll_rate(self) -> float:
-        """Rolling rate at full action [rad/s]."""
-        return self.roll_per_step / self.dt
-
-    def actions(self) -> tuple[Entry, ...]:
-        """Velocity of the centre, in a disk."""
-        speed = self.largest_roll_rate * span(self.radius)[1]
-        return (
-            Entry("VX", "m/s", "world, disk", -speed, speed),
-            Entry("VY", "m/s", "world, disk", -speed, speed),
-        )
-
     def features(self) -> tuple[Entry, ...]:
         """Offset in radii."""
         return (
             Entry("X / radius", "1", "world", -FAR, FAR),
             Entry("Y / radius", "1", "world", -FAR, FAR),
         )
-
-    def largest_rate(self, duration: float) -> float:
-        """Rolling rate at full speed."""
-        return self.largest_roll_rate
 
     def lower_bound(self, y: Array) -> Array:
         """Lower bound on the path length [m]: max(distance, radius * angle) to the origin."""

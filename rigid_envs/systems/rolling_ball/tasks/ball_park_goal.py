@@ -32,6 +32,7 @@ from rigid_envs.systems.rolling_ball.tasks.ball_park import (
     pose_frame,
     pose_seen,
 )
+from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
 from rigid_envs.tasks.fields import Entry, Range, physical, span
 from rigid_envs.tasks.reduction import Reduction, turned_back
 from rigid_envs.tasks.task import UNIT, AuxiliaryRanges, Task
@@ -110,13 +111,6 @@ def goal_pose(observe: Any) -> Reduction:
 # Park a ball at a random pose: the goal environment of parking.
 
 
-class Action(NamedTuple):
-    """Velocity of the centre, as a fraction of the maximum speed."""
-
-    VX: float
-    VY: float
-
-
 class Terms(NamedTuple):
     """Reward terms of `BallParkGoal`."""
 
@@ -173,16 +167,6 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
     goal_Y = side * (randoms.uniform(stream, 3) - 0.5)
     q, goal = randoms.quaternion(stream, 1 << 20), randoms.quaternion(stream, 1 << 21)
     return State(*q, X, Y), Auxiliary(*goal, goal_X, goal_Y)
-
-
-@scalar
-def actuate(
-    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
-) -> tuple[State, Input]:
-    """Velocity of the centre; the ball does not spin about the vertical."""
-    return y, Input(
-        c.largest_roll_rate * p.radius * a.VX, c.largest_roll_rate * p.radius * a.VY, 0.0
-    )
 
 
 @scalar
@@ -254,7 +238,7 @@ def observe_reduced(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Ro
 
 
 @dataclass(frozen=True)
-class BallParkGoal(Task):
+class BallParkGoal(RollsAsTold, Task):
     """Park the ball at a pose drawn in every episode; sparse reward.
 
     The ball of `BallPark`, as a goal environment: the observation is a dictionary, the goals are
@@ -354,11 +338,6 @@ class BallParkGoal(Task):
     cost_unit: ClassVar = "distance rolled [m]"
 
     @property
-    def largest_roll_rate(self) -> float:
-        """Rolling rate at full action [rad/s]."""
-        return self.roll_per_step / self.dt
-
-    @property
     def largest_angle(self) -> float:
         """Largest angle at the goal [rad]: `angle_tolerance`, at most pi."""
         return min(self.angle_tolerance, math.pi)
@@ -367,14 +346,6 @@ class BallParkGoal(Task):
     def middle_radius(self) -> float:
         """Middle of the range of radii [m]."""
         return 0.5 * sum(span(self.radius))
-
-    def actions(self) -> tuple[Entry, ...]:
-        """Velocity of the centre, in a disk."""
-        speed = self.largest_roll_rate * span(self.radius)[1]
-        return (
-            Entry("VX", "m/s", "world, disk", -speed, speed),
-            Entry("VY", "m/s", "world, disk", -speed, speed),
-        )
 
     def features(self) -> tuple[Entry, ...]:
         """Achieved and desired pose, position in radii."""
@@ -394,7 +365,3 @@ class BallParkGoal(Task):
         """Goals are attitudes, anywhere where they are observed: the plane has no origin."""
         seen, attitude = (-FAR, FAR), ("goal_w", "goal_x", "goal_y", "goal_z")
         return {attitude: UNIT, "goal_X": seen, "goal_Y": seen}
-
-    def largest_rate(self, duration: float) -> float:
-        """Rolling rate at full speed."""
-        return self.largest_roll_rate

@@ -18,7 +18,8 @@ from rigid_envs.systems.rolling_ball import dynamics as rolling_ball
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TRANSLATION, TURN
 from rigid_envs.systems.rolling_ball.system import RollingBall
-from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical, span
+from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
+from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, polar_seen, turn
 from rigid_envs.tasks.task import UNIT, AuxiliaryRanges, Task
 
@@ -91,13 +92,6 @@ _MODULI = (0.6, 1.2)  # range of the other moduli; above 1 the heading turns in 
 _EIGHTS = {"eight": 1.0, "both": 0.5, "elastica": 0.0}  # probability of a figure eight
 
 
-class Action(NamedTuple):
-    """Velocity of the centre, as a fraction of the maximum speed."""
-
-    VX: float
-    VY: float
-
-
 class Terms(NamedTuple):
     """Reward term of `BallSteer`."""
 
@@ -165,16 +159,6 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
         force_Y=force * heading[1],
         error_sum=0.0,
         n_errors=0.0,
-    )
-
-
-@scalar
-def actuate(
-    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
-) -> tuple[State, Input]:
-    """Velocity of the centre; the ball does not spin about the vertical."""
-    return y, Input(
-        c.largest_roll_rate * p.radius * a.VX, c.largest_roll_rate * p.radius * a.VY, 0.0
     )
 
 
@@ -263,7 +247,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class BallSteer(Task):
+class BallSteer(RollsAsTold, Task):
     """Track a reference ball, which rolls along an elastica, in position and attitude.
 
     Both balls have the same kinematics, so a ball that starts without offset and copies the
@@ -360,19 +344,9 @@ class BallSteer(Task):
     cost_unit: ClassVar = "distance rolled [m]"
 
     @property
-    def largest_roll_rate(self) -> float:
-        """Rolling rate at full action [rad/s]."""
-        return self.roll_per_step / self.dt
-
-    @property
     def share_of_eights(self) -> float:
         """Probability that the reference rolls a figure eight [1]."""
         return _EIGHTS[self.path]
-
-    def actions(self) -> tuple[Entry, ...]:
-        """Velocity of the centre, in a disk."""
-        speed = self.largest_roll_rate * span(self.radius)[1]
-        return tuple(Entry(f"V{k}", "m/s", "world, disk", -speed, speed) for k in "XY")
 
     def features(self) -> tuple[Entry, ...]:
         """Offset from the reference, its action, curvature and force of its path."""
@@ -400,7 +374,3 @@ class BallSteer(Task):
             ("force_X", "force_Y"): (force, force),
             "error_sum": (0.0, math.inf),
         }
-
-    def largest_rate(self, duration: float) -> float:
-        """Rolling rate at full speed."""
-        return self.largest_roll_rate
