@@ -143,14 +143,8 @@ def test_a_plan_moves_on_by_one_step():
     ("make", "message"),
     [
         (lambda: PathIntegral(1, 5), "n_samples = 1; expected an integer of at least 2"),
-        (lambda: PathIntegral(8, 0), "horizon = 0; expected an integer of at least 1"),
-        (lambda: PathIntegral(8, 5, spread=0.0), "spread = 0.0; expected a positive"),
-        (
-            lambda: PathIntegral(8, 5, correlation=1.0),
-            r"correlation = 1.0; .* in \[0, 1\)",
-        ),
+        (lambda: PathIntegral(8, 5, correlation=1.0), r"correlation = 1.0; .* in \[0, 1\)"),
         (lambda: CrossEntropyChoices(8, 5, 1), "n_choices = 1"),
-        (lambda: CrossEntropyChoices(8, 5, 3, temperature=0.0), "temperature = 0.0"),
     ],
 )
 def test_numbers_outside_their_range_are_refused(make, message):
@@ -354,12 +348,6 @@ def test_the_table_can_always_stop_within_its_limit():
 def test_tops_without_symmetry_and_numbers_that_are_none_are_refused():
     with pytest.raises(ValueError, match="expected a symmetric top, I1 = I2"):
         BalancedTop(HeavyTop(1.0, 1.1, 0.5), 3.0)
-    with pytest.raises(ValueError, match=r"^weight = 0\.0; expected a positive"):
-        BalancedTop(TOP, 3.0, weight=0.0)
-    with pytest.raises(ValueError, match=r"^weight = -1; expected a positive"):
-        HeldSpin(BODY, 1.0, 0.2, weight=-1)
-    with pytest.raises(ValueError, match=r"^tilt_limit = 0; expected a positive"):
-        HeldBall(BALL, 0.4, 0, 0.1)
     with pytest.raises(ValueError, match=r"^intervals\[1\] = -0\.1; expected positive"):
         PredictiveControl(SPIN, (0.1, -0.1))
     controller = PredictiveControl(TABLE, (0.1,))

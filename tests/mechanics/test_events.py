@@ -9,7 +9,6 @@ from scipy.optimize import brentq
 
 from rigid_envs.mechanics.events import Event, crossing, flat, lift_off, slip
 from rigid_envs.mechanics.stability import lyapunov_exponents, poincare_section
-from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.free_body import closed_forms as free_body
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top import closed_forms as heavy_top
@@ -149,21 +148,6 @@ def test_a_motion_that_ends_before_its_first_node_is_its_beginning():
     assert motion.status == -1
     assert motion.t.tolist() == sorted(set(motion.t.tolist()))
     np.testing.assert_array_equal(motion.y[0], disk.state(q=q))
-
-
-def test_a_ball_leaves_a_plate_that_is_jerked_when_the_normal_force_ends():
-    # The plate turns ever faster, downwards at the ball: it slips, then the plate falls away.
-    ball, u = DynamicBall(), lambda t: (0.0, 0.0, 8.0 * t, 0.0)
-    y = ball.state(position=(0.0, -2.0))
-    motion = ball.simulate(y, [0.0, 2.0], u, events=[lift_off(ball, u), slip(ball, 0.3, u)])
-    times = sorted(float(t[0]) for t in motion.t_events if len(t))
-    assert motion.status == 1
-    assert motion.t[-1] == times[0]
-    end = motion.y[-1]
-    gap = 0.3 * ball.normal_force(end, u(times[0])) - np.hypot(
-        *ball.contact_force(end, u(times[0]))[:2]
-    )
-    assert min(abs(gap), abs(ball.normal_force(end, u(times[0])))) <= 1e-11
 
 
 # Between the times

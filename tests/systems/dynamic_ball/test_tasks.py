@@ -1,18 +1,14 @@
 """BallParkDynamic and BallPlate: pushed along plans, held by a regulator, on a table that moves."""
 
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from rigid_envs.envs.vector import RigidVectorEnv
-from rigid_envs.systems.dynamic_ball.controllers import PushAlong
 from rigid_envs.systems.dynamic_ball.references import plate_regulator, pushed
 from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDynamic, speed_bound
 from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
-from rigid_envs.systems.rolling_ball.controllers import three_rolls
-from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.systems.runs import bound, run, still
 
 N = 200
@@ -31,35 +27,6 @@ def test_a_plan_that_is_tracked_parks_every_ball_at_rest(noise):
     assert found.success.all()
     assert np.mean(found.steps) < 33
     assert (found.steps < 45).all()
-
-
-@cache
-def plan_of(starts):
-    """Plans, made once for all tests that begin alike."""
-    task, y = BallParkDynamic(), np.frombuffer(starts).reshape(-1, 13)
-    controller = PushAlong(task.system(), task.force, task.dt)
-    return controller, controller.plan(y, three_rolls(y[:, :6], RollingBall.state()))
-
-
-class Blindly:
-    """Forces along plans, without looking where the ball is."""
-
-    def __init__(self):
-        self.k, self.starts = 0, None
-
-    def __call__(self, envs):
-        y = envs.y
-        self.starts = self.starts or y.tobytes()
-        controller, plan = plan_of(self.starts)
-        k = min(self.k, len(plan.pushes) - 1)
-        self.k += 1
-        y[:, 4:6], y[:, 6:8] = plan.positions[k], plan.velocities[k]
-        return controller(y, plan.pushes[k], plan.positions[k], plan.velocities[k])
-
-
-def test_a_plan_that_is_not_tracked_fails_in_noise():
-    assert run("BallParkDynamic", Blindly(), N).success.all()
-    assert np.mean(run("BallParkDynamic", Blindly(), N, action_noise=0.05).success) < 0.1
 
 
 def test_a_pose_that_is_passed_at_speed_does_not_count():

@@ -224,17 +224,6 @@ def test_a_way_without_a_plan_seldom_leads_home():
         assert np.mean(success) < 0.01
 
 
-def test_going_straight_to_the_cell_seldom_brings_the_right_side_up():
-    def straight(envs):
-        cells, _ = cells_and_attitudes(envs.y, 1.0)
-        along_y = np.where(cells[:, 1] > 0, 3, 1)
-        return np.where(cells[:, 0] > 0, 2, np.where(cells[:, 0] < 0, 0, along_y))
-
-    # and to and fro over it, once there: one attitude in twelve is right
-    _, success, _ = play(straight, 5000)
-    assert np.mean(success) < 0.2
-
-
 def test_rounding_does_not_move_the_ball_off_the_grid():
     env = RigidEnv(TASK, radius=0.7)
     rng = np.random.default_rng(0)
