@@ -11,7 +11,7 @@ Other arguments are those of pytest (``-x``, ``-k``, ``-n 2``). They need the pa
 `deep_check` and `fingerprint` are for any Gymnasium environment, and need no extra.
 """
 
-from rigid_envs.testing.deep.checking import DeepCheckError, deep_check
-from rigid_envs.testing.environments import fingerprint
+from rigid_envs.testing.deep import DeepCheckError, deep_check
+from rigid_envs.testing.fingerprints import fingerprint
 
 __all__ = ["DeepCheckError", "deep_check", "fingerprint"]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.testing.environments import fingerprint
+from rigid_envs.testing import fingerprint
 
 __all__ = ["CASES", "FILE", "computed", "stored"]
 

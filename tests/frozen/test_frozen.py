@@ -4,7 +4,7 @@ import gymnasium as gym
 import pytest
 from gymnasium import spaces
 
-from rigid_envs.testing.environments import fingerprint
+from rigid_envs.testing import fingerprint
 from tests.frozen.hashes import CASES, computed, stored
 
 MEND = (
