@@ -1,5 +1,6 @@
 """The command `rigid-envs`: what it lists, describes, measures and refuses."""
 
+import argparse
 import dataclasses
 import json
 import os
@@ -9,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,7 @@ from rigid_envs.envs.spaces import info_keys
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.tools.cli import main
+from rigid_envs.tools.cli.command_line import _parser
 from rigid_envs.tools.pages.document import describe, example
 from rigid_envs.tools.pages.tables import size_of, table
 
@@ -101,7 +104,7 @@ def test_lines_fit_a_page_of_100_columns(capsys: Capture, env_id: str) -> None:
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_example_of_a_description_runs(capsys: Capture, env_id: str) -> None:
-    for config in ({}, {"observe_params": True, "observation_noise": (0.0, 0.1)}):
+    for config in ({}, {"observe_params": True, "dt": 0.01}):
         exec(example(env_id, config), {})
         assert "is_success" in capsys.readouterr().out
 
@@ -191,6 +194,26 @@ def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys: Capture, tmp_
     assert len(row["starts"]["success"]) == 5 and row["config"] == {"rotation": "quat"}
 
 
+def arguments_of(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """All arguments and options of a parser and of its verbs."""
+    for action in parser._actions:
+        yield action
+        if isinstance(action, argparse._SubParsersAction):
+            for verb in action.choices.values():
+                yield from arguments_of(verb)
+
+
+def test_the_default_of_a_number_is_the_one_that_help_tells() -> None:
+    found = []
+    for action in arguments_of(_parser()):
+        option, default = action.option_strings[:1], action.default
+        if type(default) in (int, float) and option != ["--jobs"]:  # as many as there are cores
+            (told,) = re.findall(r"\((\d+)", action.help or "")
+            found += option
+            assert float(told) == default, option
+    assert sorted(found) == ["--episodes", "--seed", "--seed", "--size", "--speed"]
+
+
 def test_what_the_package_logs_is_printed_from_a_command_on() -> None:
     program = (
         "import logging, rigid_envs.tools.cli\n"
@@ -223,32 +246,6 @@ def test_ctrl_c_ends_a_command_without_a_word() -> None:
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert out == "" and "Traceback" not in err
-
-
-def completed(words: str) -> list[str]:
-    """What bash suggests for the last word of a line."""
-    script = subprocess.run(
-        [sys.executable, "-m", "rigid_envs.tools.cli", "completion", "bash"],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
-    parts = words.split(" ")
-    ask = (
-        f"COMP_WORDS=({' '.join(parts)})\nCOMP_CWORD={len(parts) - 1}\n"
-        "$(complete -p rigid-envs | sed 's/.*-F \\([^ ]*\\).*/\\1/') rigid-envs\n"
-        'printf "%s\\n" "${COMPREPLY[@]}"'
-    )
-    done = subprocess.run(
-        ["bash", "-c", f"{script}\n{ask}"], capture_output=True, text=True, check=True
-    )
-    return done.stdout.split()
-
-
-def test_a_shell_completes_verbs_options_and_ids() -> None:
-    assert completed("rigid-envs ev") == ["evaluate"]
-    assert completed("rigid-envs describe Roll") == ["RollPump"]
-    assert completed("rigid-envs evaluate BallPark --pol") == ["--policy"]
 
 
 def test_lines_fit_a_narrow_terminal() -> None:

@@ -101,7 +101,7 @@ def test_library_depends_on_four_packages_only(metadata: Message) -> None:
 def test_metadata_states_version_python_and_extras(metadata: Message) -> None:
     assert metadata["Version"] == rigid_envs.__version__
     assert metadata["Requires-Python"] == ">=3.11"
-    extras = {"completion", "control", "dataset", "docs", "train", "render", "sweep", "test", "dev"}
+    extras = {"control", "dataset", "docs", "train", "render", "sweep", "test", "dev"}
     assert set(metadata.get_all("Provides-Extra", [])) == extras
 
 

@@ -36,7 +36,7 @@ WRITTEN = [
 FIXED = [  # verbs that take no hyperparameters
     *(["list"], ["docs", "new"], ["bench"], ["verify"], ["verify", "--policies"], ["best"]),
     *(["leaderboard", "."], ["frames"], ["films", "new"], ["gallery", "--out", "new"]),
-    *(["replay", "some.npz"], ["completion", "bash"], ["dataset", "--check", "some"]),
+    *(["replay", "some.npz"], ["dataset", "--check", "some"]),
 ]
 OPEN = [
     *(["describe", "BallPark"], ["compile", "BallPark"], ["play", "BallPark", "--help-keys"]),

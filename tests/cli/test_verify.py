@@ -144,13 +144,10 @@ def test_subjects_can_be_chosen(capsys: Capture) -> None:
             "--json = nowhere/laws.json; expected a file in a folder that exists",
         ),
         (["--fast"], "argument = '--fast'; expected"),
-        (["--scores", "--json"], "--json = -; expected no --json beside --scores"),
-        (["--policies", "--json", "x.json"], "--policies: expected no subject, no --json"),
-        (
-            ["--policies", "BallPark", "--scores"],
-            "--policies: expected no subject, no --json",
-        ),
-        (["--seed", "3"], "--seed = 3; expected --policies beside it"),
+        (["--scores", "--json"], "--json = -; expected only --scores, SUBJECT where scores"),
+        (["--policies", "--json", "x.json"], "--json = x.json; expected only --policies, --seed"),
+        (["--policies", "BallPark", "--scores"], "--scores = True; expected only --policies"),
+        (["--seed", "3"], "--seed = 3; expected only SUBJECT, --json where laws are verified"),
     ],
 )
 def test_words_that_make_no_sense_are_refused(

@@ -115,8 +115,8 @@ def test_the_command_plays_results_again(saved, tmp_path, capsys):
     assert said.count("FAILS: return") == said.count("success 100.0 % then, 0.0 % now") == 2
     assert "every number" not in said
     for words, said in (
-        ([str(saved), "rotations"], "expected nothing beside results but --policy"),
-        (["--policy", "zero"], "expected a FILE.json beside it"),
+        ([str(saved), "rotations"], "SUBJECT = ['rotations']; expected only FILE.json, --policy"),
+        (["--policy", "zero"], "--policy = zero; expected only SUBJECT, --json where laws"),
     ):
         assert main(["verify", *words]) == 2
         assert said in capsys.readouterr().err

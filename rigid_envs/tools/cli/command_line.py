@@ -28,7 +28,7 @@ from rigid_envs.tools.cli.scoring import (
 )
 from rigid_envs.tools.cli.watching import add_films, add_frames, add_gallery, add_play, add_replay
 from rigid_envs.tools.cli.words import (
-    add_completion,
+    add_ids,
     config_of,
     refuse,
     refuse_missing_folder,
@@ -66,17 +66,22 @@ def run(argv: Sequence[str] | None = None) -> int:
     return status
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser, also of a verb, that takes no option by its first letters."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**{"allow_abbrev": False, **settings})
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="rigid-envs",
-        description="Environments of rotating and rolling rigid bodies.",
-        allow_abbrev=False,
+    parser = _Parser(
+        prog="rigid-envs", description="Environments of rotating and rolling rigid bodies."
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     verbs = parser.add_subparsers(metavar="VERB", required=True)
-    listing = verbs.add_parser("list", help="all environments", allow_abbrev=False)
-    listing.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    listing = verbs.add_parser("list", help="all environments")
     listing.set_defaults(act=_list)
+    listing.add_argument("--json", action="store_true", help="print JSON instead of tables")
     _add_describe(verbs)
     add_compile(verbs)
     add_play(verbs)
@@ -91,7 +96,6 @@ def _parser() -> argparse.ArgumentParser:
     add_films(verbs)
     add_gallery(verbs)
     add_replay(verbs)
-    add_completion(verbs, parser)
     return parser
 
 
@@ -102,11 +106,10 @@ def _add_describe(verbs: Any) -> None:
         usage="rigid-envs describe ID [--json] [--KEY VALUE ...]",
         description="Describe an environment. Any hyperparameter can be given as an option, "
         "a range as LOW,HIGH: --dt 0.05 --I1 0.5,0.9",
-        allow_abbrev=False,
     )
+    describing.set_defaults(act=_describe)
     describing.add_argument("id", metavar="ID")
     describing.add_argument("--json", action="store_true", help="print JSON instead of a page")
-    describing.set_defaults(act=_describe)
 
 
 def _add_docs(verbs: Any) -> None:
@@ -115,11 +118,10 @@ def _add_docs(verbs: Any) -> None:
         help="a page for every environment, in Markdown",
         description="Write a page for every environment, and their index README.md, from the "
         "docstrings. In the repository they are in docs/environments.",
-        allow_abbrev=False,
     )
-    writing.add_argument("folder", metavar="FOLDER", type=Path)
-    writing.add_argument("--ids", nargs="+", metavar="ID", help="these environments only")
     writing.set_defaults(act=_docs)
+    writing.add_argument("folder", metavar="FOLDER", type=Path)
+    add_ids(writing)
 
 
 def _add_bench(verbs: Any) -> None:
@@ -130,12 +132,11 @@ def _add_bench(verbs: Any) -> None:
         "vectorised, beside Gymnasium's CartPole and Pendulum and, where it is installed, a free "
         "body in MuJoCo, all in one interleaved run; then accuracy and start-up. Takes about five "
         "minutes on an idle machine.",
-        allow_abbrev=False,
     )
-    benching.add_argument("--ids", nargs="+", metavar="ID", help="only these environments")
+    benching.set_defaults(act=_bench)
+    add_ids(benching)
     benching.add_argument("--quick", action="store_true", help="a first look, a minute")
     benching.add_argument("--json", type=Path, metavar="FILE", help="write every sample there")
-    benching.set_defaults(act=_bench)
 
 
 def _add_verify(verbs: Any) -> None:
@@ -145,8 +146,8 @@ def _add_verify(verbs: Any) -> None:
         description="Compare the physics with closed forms, conserved quantities and Newton's law "
         "in world axes. The exit status is 1 if a law does not hold. Takes half a minute the first "
         "time, a few seconds later.",
-        allow_abbrev=False,
     )
+    verifying.set_defaults(act=_verify)
     verifying.add_argument(
         "subjects",
         nargs="*",
@@ -183,7 +184,6 @@ def _add_verify(verbs: Any) -> None:
         help="with FILE.json: the policy it is of, as of `rigid-envs evaluate`; not needed for "
         "controllers and published policies, which the file names",
     )
-    verifying.set_defaults(act=_verify)
 
 
 def _list(options: argparse.Namespace, rest: list[str]) -> None:
@@ -229,29 +229,54 @@ def _bench(options: argparse.Namespace, rest: list[str]) -> None:
         print(f"\nwritten to {options.json}")
 
 
+_VERIFIED = {
+    "results": ("FILE.json", "--policy"),
+    "policies": ("--policies", "--seed"),
+    "scores": ("--scores", "SUBJECT"),
+    "laws": ("SUBJECT", "--json"),
+}
+"""What can be verified, and the words that make sense beside one another."""
+
+
 def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     refuse(rest)
-    if options.seed is not None and options.policies is None:
-        raise ValueError(f"--seed = {options.seed}; expected --policies beside it")
-    results = [name for name in options.subjects if name.endswith(".json")]
-    if options.policy is not None and not results:
-        raise ValueError(f"--policy = {options.policy}; expected a FILE.json beside it")
-    if results:
-        others = options.json, options.scores, options.policies is not None
-        if results != options.subjects or any(others):
-            raise ValueError(f"{results[0]}: expected nothing beside results but --policy")
-        return 0 if verify_results(results, options.policy) else 1
-    if options.policies is not None:
-        if options.json or options.scores or options.subjects:
-            raise ValueError("--policies: expected no subject, no --json and no --scores beside it")
-        return 0 if verify_policies(options.policies, options.seed) else 1
-    if options.scores:
-        if options.json:
-            raise ValueError(
-                f"--json = {options.json}; expected no --json beside --scores: that prints a table"
-            )
-        ids = [catalogue.checked_id(env_id) for env_id in options.subjects]
-        return 0 if verify_scores(list(dict.fromkeys(ids))) else 1
+    what = _asked(options)
+    if what == "results":
+        holds = verify_results(options.subjects, options.policy)
+    elif what == "policies":
+        holds = verify_policies(options.policies, options.seed)
+    elif what == "scores":
+        holds = verify_scores(list(dict.fromkeys(map(catalogue.checked_id, options.subjects))))
+    else:
+        holds = _verify_laws(options)
+    return 0 if holds else 1
+
+
+def _asked(options: argparse.Namespace) -> str:
+    """What is to be verified.
+
+    Raises:
+        ValueError: a word that makes no sense beside the others.
+    """
+    files = [name for name in options.subjects if name.endswith(".json")]
+    subjects = [name for name in options.subjects if name not in files]
+    options_given = {
+        f"--{name}": getattr(options, name)
+        for name in ("policies", "scores", "json", "seed", "policy")
+        if getattr(options, name) not in (None, False)
+    }
+    given = options_given | ({"FILE.json": files} if files else {})
+    given |= {"SUBJECT": subjects} if subjects else {}
+    what = next((name for name, words in _VERIFIED.items() if words[0] in given), "laws")
+    for word in given.keys() - _VERIFIED[what]:
+        beside = ", ".join(_VERIFIED[what])
+        raise ValueError(
+            f"{word} = {given[word]}; expected only {beside} where {what} are verified"
+        )
+    return what
+
+
+def _verify_laws(options: argparse.Namespace) -> bool:
     from rigid_envs.tools.cli.scoring import verify  # imports SciPy: only here
     from rigid_envs.tools.laws import SUBJECTS, checked_subject
 
@@ -266,4 +291,4 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     if file:
         write_atomic(file, document + "\n")
         print(f"\nwritten to {file}")
-    return 1 if verdict.failures else 0
+    return not verdict.failures

@@ -14,7 +14,7 @@ from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import checked_id
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.cli.words import config_of, refuse, refuse_missing_folder, tell
+from rigid_envs.tools.cli.words import add_ids, config_of, refuse, refuse_missing_folder, tell
 from rigid_envs.tools.pages.films import as_text, with_table
 from rigid_envs.tools.pages.tables import table
 
@@ -27,24 +27,19 @@ if TYPE_CHECKING:
 
 
 def add_films(verbs: Any) -> None:
-    """Add the verb to the command.
-
-    Args:
-        verbs: of `argparse`, from `add_subparsers`.
-    """
+    """Add the verb to the command."""
     filming = verbs.add_parser(
         "films",
         help="a short film of every environment, as animated WebP",
         description="Film the reference controller of each environment for its page. In the "
         "repository the films are in docs/environments/films.",
-        allow_abbrev=False,
     )
+    filming.set_defaults(act=_films)
     filming.add_argument("folder", metavar="FOLDER", type=Path)
-    filming.add_argument("--ids", nargs="+", metavar="ID", help="these environments only")
+    add_ids(filming)
     filming.add_argument(
         "--check", action="store_true", help="say which films are missing or old; write nothing"
     )
-    filming.set_defaults(act=_films)
 
 
 def _films(options: argparse.Namespace, rest: list[str]) -> int:
@@ -70,19 +65,15 @@ def _films(options: argparse.Namespace, rest: list[str]) -> int:
 
 
 def add_frames(verbs: Any) -> None:
-    """Add the verb to the command.
-
-    Args:
-        verbs: of `argparse`, from `add_subparsers`.
-    """
+    """Add the verb to the command."""
     timing = verbs.add_parser(
         "frames",
         help="time of a picture of every environment",
         description="Measure pictures of 480 x 480 pixels on one thread, with and without shadows, "
         "and the first one of a new process. Takes a minute on an idle machine.",
-        allow_abbrev=False,
     )
-    timing.add_argument("--ids", nargs="+", metavar="ID", help="these environments only")
+    timing.set_defaults(act=_frames)
+    add_ids(timing)
     timing.add_argument(
         "--page",
         type=Path,
@@ -90,7 +81,6 @@ def add_frames(verbs: Any) -> None:
         help="write the table into this page, and the data beside it as FILE.json; in the "
         "repository it is docs/rendering.md",
     )
-    timing.set_defaults(act=_frames)
 
 
 def _frames(options: argparse.Namespace, rest: list[str]) -> None:
@@ -120,18 +110,14 @@ def _frames(options: argparse.Namespace, rest: list[str]) -> None:
 
 
 def add_gallery(verbs: Any) -> None:
-    """Add the verb to the command.
-
-    Args:
-        verbs: of `argparse`, from `add_subparsers`.
-    """
+    """Add the verb to the command."""
     drawing = verbs.add_parser(
         "gallery",
         help="figures of rotation and rolling, simulation against closed form",
         description="Draw figures as PNG and SVG, and write captions, numbers and provenance to "
         "figures.json. The exit status is 1 if a number is beyond its bound.",
-        allow_abbrev=False,
     )
+    drawing.set_defaults(act=_gallery)
     drawing.add_argument("names", nargs="*", metavar="NAME", help="these figures only")
     drawing.add_argument("--out", type=Path, metavar="DIR", help="folder of the files")
     drawing.add_argument("--list", action="store_true", help="name the figures, draw nothing")
@@ -142,7 +128,6 @@ def add_gallery(verbs: Any) -> None:
         help="draw all figures, small, into DIR instead, and write the page DIR.md about them; in "
         "the repository it is docs/gallery",
     )
-    drawing.set_defaults(act=_gallery)
 
 
 def _gallery(options: argparse.Namespace, rest: list[str]) -> int:
@@ -197,14 +182,13 @@ def add_play(verbs: Any) -> None:
         description="Open a window in which you steer, in real time, and see your result beside "
         "what the reference controller makes of the same start. Any hyperparameter can be given as "
         "an option, as for `describe`.",
-        allow_abbrev=False,
     )
+    playing.set_defaults(act=_play)
     playing.add_argument("id", metavar="ID")
     playing.add_argument("--seed", type=int, default=0, metavar="N", help="of the first start (0)")
     playing.add_argument("--size", type=int, default=640, metavar="PIXELS", help="(640)")
     playing.add_argument("--save", type=Path, metavar="FILE", help="a replay of all you play")
     playing.add_argument("--help-keys", action="store_true", help="say which keys do what")
-    playing.set_defaults(act=_play)
 
 
 def _play(options: argparse.Namespace, rest: list[str]) -> None:
@@ -227,18 +211,14 @@ _SAME = "same bits"
 
 
 def add_replay(verbs: Any) -> None:
-    """Add the verb to the command.
-
-    Args:
-        verbs: of `argparse`, from `add_subparsers`.
-    """
+    """Add the verb to the command."""
     replaying = verbs.add_parser(
         "replay",
         help="recorded episodes: what happened, and a page or a film to watch them",
         description="Print the episodes of replays, and whether their actions give the same bits "
         "again. Several files are shown side by side. The exit status is 1 if other bits come.",
-        allow_abbrev=False,
     )
+    replaying.set_defaults(act=_replay)
     replaying.add_argument("files", nargs="+", metavar="FILE", type=Path)
     replaying.add_argument(
         "--episodes", nargs="+", type=int, metavar="K", help="only these episodes, counted from 0"
@@ -250,7 +230,6 @@ def add_replay(verbs: Any) -> None:
     replaying.add_argument(
         "--speed", type=float, default=1.0, metavar="X", help="of the film (1, real time)"
     )
-    replaying.set_defaults(act=_replay)
 
 
 def _replay(options: argparse.Namespace, rest: list[str]) -> int:
