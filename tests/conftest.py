@@ -3,17 +3,17 @@
 import pytest
 from hypothesis import HealthCheck, settings
 
-from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.testing.environments import compile_first
+from rigid_envs.testing.ids import compile_first
 
 # The first example compiles what it calls, and a machine may be busy: examples are not timed.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("untimed")
 
 
+@pytest.hookimpl(trylast=True)  # ids may be chosen
 def pytest_configure(config: pytest.Config) -> None:
     """With `-n`, compile all kernels before the workers start."""
-    compile_first(config, ENVIRONMENTS)
+    compile_first(config)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

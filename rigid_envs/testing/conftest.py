@@ -3,8 +3,7 @@
 import pytest
 
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.testing import environments as selection
-from rigid_envs.testing.environments import compile_first
+from rigid_envs.testing.ids import choose, chosen, compile_first
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -25,14 +24,14 @@ def pytest_configure(config: pytest.Config) -> None:
     names = config.getoption("--env-id", None)
     try:
         if names:
-            selection.choose(names)
+            choose(names)
     except ConfigError as error:
         raise pytest.UsageError(f"--env-id: {error}") from None
-    compile_first(config, names or selection.OWN)
+    compile_first(config)
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Every chosen id in turn, where a test does not say which."""
     given = (mark.args[0] for mark in metafunc.definition.iter_markers("parametrize"))
     if "env_id" in metafunc.fixturenames and "env_id" not in given:
-        metafunc.parametrize("env_id", selection.chosen())
+        metafunc.parametrize("env_id", chosen())

@@ -1,8 +1,5 @@
 """Ids and settings that the contracts use."""
 
-import os
-import subprocess
-import sys
 from collections.abc import Iterable
 from dataclasses import fields
 from functools import cache
@@ -14,38 +11,13 @@ import numpy.typing as npt
 import pytest
 
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.envs.lookup import checked_id
 from rigid_envs.envs.single import RigidEnv
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.mechanics.equations import RollingContact
 from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
-
-# Ids that the contract tests run over, known before the tests are imported.
-
-OWN = tuple(env_id for env_id in ENVIRONMENTS if env_id.startswith("RigidEnvs/"))
-"""Ids of this package."""
-
-_chosen: list[str] = list(OWN)
-
-
-def choose(names: Iterable[str]) -> None:
-    """Take these ids instead of those of this package.
-
-    Args:
-        names: Ids, or "module:id" where importing the module registers the id.
-
-    Raises:
-        UnknownIdError: an id that is not registered, or a module that cannot be imported.
-    """
-    _chosen[:] = dict.fromkeys(map(checked_id, names))
-
-
-def chosen() -> tuple[str, ...]:
-    """The ids."""
-    return tuple(_chosen)
-
+from rigid_envs.testing.ids import OWN, are_named, chosen
 
 # What every contract needs: the ids, environments to run, actions to try, bits to compare.
 #
@@ -83,6 +55,38 @@ CONTINUOUS = tuple(env_id for env_id in IDS if not task_of(env_id).n_choices)
 GOALS = tuple(env_id for env_id in IDS if task_of(env_id).n_goal)
 ROLLING = tuple(env_id for env_id in IDS if issubclass(task_of(env_id).system_type, RollingContact))
 ATTITUDES = tuple(env_id for env_id in IDS if "q" in task_of(env_id).system_type.components)
+
+
+def examples_of_all() -> tuple[str, ...]:
+    """The first id of each system, the first goal and the first discrete one."""
+    systems: dict[type, str] = {}
+    for env_id in IDS:
+        systems.setdefault(task_of(env_id).system_type, env_id)
+    return tuple(dict.fromkeys([*systems.values(), *GOALS[:1], *DISCRETE[:1]]))
+
+
+FULL = IDS if are_named() else examples_of_all()
+"""Ids whose three kernels are run: plain, with noise and delay, and reduced; of others the plain.
+
+Each takes seconds to compile. Ids that are given are run in full; of those of this package, which
+share the code that disturbs and reduces, some at every push, and all where a test is long.
+"""
+
+NOISY = {"observation_noise": 0.02, "action_delay": (0, 3)}
+REDUCED = {"frame": "reduced"}
+OF_KERNELS = {*NOISY, *REDUCED, "action_noise"}
+"""Settings by which another kernel is run than the plain one."""
+KERNELS = (
+    *((env_id, {}) for env_id in IDS),
+    *((env_id, settings) for env_id in FULL for settings in (NOISY, REDUCED)),
+)
+"""Id and settings of each kernel that the contracts run."""
+
+
+def in_full(ids: Iterable[str]) -> pytest.MarkDecorator:
+    """Give a test that needs another kernel than the plain one the ids in full, others if long."""
+    params = (pytest.param(i, marks=() if i in FULL else pytest.mark.long) for i in ids)
+    return pytest.mark.parametrize("env_id", list(params))
 
 
 def share(total: int) -> int:
@@ -129,18 +133,21 @@ def representations(env_id: str) -> tuple[str, ...]:
     return options
 
 
-def rich(env_id: str) -> dict[str, Any]:
-    """Settings that use everything a task has: drawn parameters, noise, delay, an attitude."""
+def quiet(env_id: str) -> dict[str, Any]:
+    """Drawn parameters that are observed, and an attitude, in another way for each id."""
     shown = representations(env_id)
-    noise = {} if env_id in DISCRETE else {"action_noise": (0.0, 0.2)}
-    return {
-        **ranges(env_id),
-        **noise,
-        "observe_params": True,
-        "rotation": shown[IDS.index(env_id) % len(shown)],
-        "observation_noise": 0.02,
-        "action_delay": (0, 3),
-    }
+    rotation = shown[IDS.index(env_id) % len(shown)]
+    return {**ranges(env_id), "observe_params": True, "rotation": rotation}
+
+
+def noisy(env_id: str) -> dict[str, Any]:
+    """Noise wherever it can be, and delay."""
+    return NOISY | ({} if env_id in DISCRETE else {"action_noise": (0.0, 0.2)})
+
+
+def rich(env_id: str) -> dict[str, Any]:
+    """Settings that use everything a task has; noise and delay only of ids in `FULL`."""
+    return quiet(env_id) | (noisy(env_id) if env_id in FULL else {})
 
 
 def ending(env_id: str) -> dict[str, Any]:
@@ -256,40 +263,3 @@ def break_physics(env: RigidEnv | RigidVectorEnv, row: int = 0) -> None:
     y = state["y"][row] if isinstance(env, RigidVectorEnv) else state["y"]
     y[free_entries(env.task)] = 1e300
     env.set_state(state)
-
-
-# Kernels are compiled before tests run in parallel.
-
-_COMPILE = """
-import sys, gymnasium, rigid_envs
-for env_id in sys.argv[1:]:
-    env = gymnasium.make(env_id)
-    env.reset(seed=0)
-    env.step(env.action_space.sample())
-"""
-_DONE = pytest.StashKey[bool]()
-
-
-def compile_first(config: pytest.Config, names: Iterable[str]) -> None:
-    """With `-n`, compile each kernel once, a share of them in as many processes as there will be.
-
-    Otherwise every worker would compile all that it meets at about the same time as the others.
-
-    Args:
-        config: Pytest's.
-        names: Ids, or "module:id".
-    """
-    n = config.getoption("numprocesses", None) or 0
-    if (
-        n < 2
-        or hasattr(config, "workerinput")
-        or config.option.collectonly
-        or _DONE in config.stash
-    ):
-        return
-    config.stash[_DONE] = True
-    ids, command = list(names), [sys.executable, "-c", _COMPILE]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    shares = [subprocess.Popen([*command, *ids[k::n]], env=environment) for k in range(n)]
-    if any([share.wait() for share in shares]):  # a list: all are waited for
-        raise pytest.UsageError("the kernels cannot be compiled; see above")

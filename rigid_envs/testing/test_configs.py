@@ -15,7 +15,16 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.settings import Choice, Flag, Integer
 from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.task import Task
-from rigid_envs.testing.environments import IDS, OWN, rules, single, task_of, vector
+from rigid_envs.testing.environments import (
+    FULL,
+    IDS,
+    OF_KERNELS,
+    OWN,
+    rules,
+    single,
+    task_of,
+    vector,
+)
 
 MANY_ROWS = 2**40  # more than any machine can lay out: what is refused, is refused before
 NEVER = (None, "1.0", "", {}, {"low": 1}, object(), 1j, (), (1.0,), (1.0, 2.0, 3.0), math.nan)
@@ -216,7 +225,7 @@ def test_right_values_are_accepted_and_kept(data):
     for name, value in config.items():
         kept = getattr(task, name)
         assert kept == (tuple(value) if isinstance(value, list) else value)
-    if data.draw(st.integers(0, 9)) == 0:
+    if data.draw(st.integers(0, 9)) == 0 and (env_id in FULL or not OF_KERNELS & {*config}):
         assert_runs(env_id, config)
 
 

@@ -28,7 +28,6 @@ from rigid_envs.testing.environments import (
 SEED, HORIZON, N_STEPS = 7, 11, 45
 ROWS = (0, 1, 2, 6, 63, 64, 500, 999)  # the first, and both sides of where a block of rows ends
 SIZES = (1, 2, 7, 1000)
-MODES = ("vector_entry_point", "sync", "async")
 
 
 def play(env: gym.Env, steps: Any) -> list[Any]:
@@ -47,9 +46,9 @@ def timed(env_id: str, **config: Any) -> gym.Env:
 
 
 @cache
-def table(env_id: str, n_steps: int = N_STEPS) -> Any:
+def table(env_id: str) -> Any:
     """Actions of a thousand rows."""
-    return actions(env_id, n_steps, 1000)
+    return actions(env_id, N_STEPS, 1000)
 
 
 @cache
@@ -134,10 +133,13 @@ def test_environments_run_by_turns_do_not_disturb_each_other(env_id):
     assert_same_bits(results, expected)
 
 
-@pytest.mark.parametrize("make", [single, timed], ids=["unwrapped", "wrapped"])
-@pytest.mark.parametrize(
+clones = pytest.mark.parametrize(
     "clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["copy", "pickle"]
 )
+
+
+@pytest.mark.parametrize("make", [single, timed], ids=["unwrapped", "wrapped"])
+@clones
 def test_a_copy_in_mid_episode_goes_on_bitwise(env_id, make, clone):
     env = make(env_id, **ending(env_id))
     env.reset(seed=SEED)
@@ -148,12 +150,9 @@ def test_a_copy_in_mid_episode_goes_on_bitwise(env_id, make, clone):
     assert_same_bits(play(twin, steps), expected)
 
 
-@pytest.mark.parametrize("num_threads", [1, 2])
-@pytest.mark.parametrize(
-    "clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["copy", "pickle"]
-)
-def test_a_copy_of_many_rows_goes_on_bitwise(env_id, clone, num_threads):
-    envs = vector(env_id, 130, max_episode_steps=HORIZON, num_threads=num_threads, **ending(env_id))
+@clones
+def test_a_copy_of_many_rows_goes_on_bitwise(env_id, clone):
+    envs = vector(env_id, 130, max_episode_steps=HORIZON, num_threads=2, **ending(env_id))
     envs.reset(seed=SEED)
     for batch in table(env_id)[:15, :130]:
         envs.step(batch)

@@ -13,6 +13,7 @@ from rigid_envs.testing.environments import (
     actions,
     assert_same_bits,
     counted,
+    in_full,
     ranges,
     single,
     task_of,
@@ -174,7 +175,7 @@ def test_the_desired_goal_is_another_one_in_each_episode_and_kept_within(env_id)
     assert len(np.unique(drawn, axis=0)) == len(drawn)
 
 
-@goal_ids
+@in_full(GOALS)
 def test_noise_does_not_touch_the_goals(env_id):
     noisy, plain = vector(env_id, 70, observation_noise=1.0), vector(env_id, 70)
     results = [(noisy.reset(seed=0)[0], plain.reset(seed=0)[0])]

@@ -174,14 +174,3 @@ def test_time_limit_truncates_exactly_and_never_terminates(env_id):
             assert not np.any(terminated)
             assert (np.asarray(truncated) == (elapsed == limit)).all()
             pinned(env, state)
-
-
-def test_time_limit_of_the_caller_takes_the_place_of_the_registered_one(env_id):
-    made, rows = gym.make(env_id, max_episode_steps=3), vector(env_id, 2, max_episode_steps=3)
-    for env, action in ((made, still(env_id, 1)[0]), (rows, still(env_id, 2))):
-        state = begun(env, action)
-        truncated = []
-        for _ in range(3):
-            truncated.append(np.any(env.step(action)[3]))
-            pinned(env, state)
-        assert truncated == [False, False, True]

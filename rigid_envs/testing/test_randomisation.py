@@ -9,10 +9,12 @@ from scipy.stats import kstest
 from rigid_envs.tasks.fields import span
 from rigid_envs.testing.environments import (
     CONTINUOUS,
+    IDS,
     actions,
     assert_same_bits,
     bounds,
     flat,
+    in_full,
     is_round,
     ranges,
     single,
@@ -20,8 +22,6 @@ from rigid_envs.testing.environments import (
     task_of,
     vector,
 )
-
-continuous = pytest.mark.parametrize("env_id", CONTINUOUS)
 
 N = 2000
 PASS = 1e-4  # least p-value; seeds are fixed, so a test that passes goes on passing
@@ -107,7 +107,7 @@ def test_given_parameters_outside_an_observed_range_do_not_leave_the_space(env_i
             assert env.observation_space.contains(observation)
 
 
-@continuous
+@in_full(CONTINUOUS)
 def test_noise_is_observed_where_it_is_drawn(env_id):
     envs = vector(env_id, 500, observe_params=True, action_noise=(0.1, 0.2), action_delay=2)
     noise = flat(envs.reset(seed=0)[0])[:, -1]
@@ -117,6 +117,7 @@ def test_noise_is_observed_where_it_is_drawn(env_id):
     assert len(np.unique(noise)) == 500
 
 
+@in_full(IDS)
 def test_delay_is_observed_where_it_is_drawn(env_id):
     envs = vector(env_id, 500, observe_params=True, action_delay=(1, 3))
     delay = flat(envs.reset(seed=0)[0])[:, -1]
@@ -131,6 +132,7 @@ def delayed(env_id, given, delay):
     return np.concatenate([still(env_id, delay), given])[: len(given)]
 
 
+@in_full(IDS)
 @pytest.mark.parametrize("delay", [1, 2, 7])
 def test_a_delay_of_k_is_the_same_actions_k_steps_later_and_zero_before(env_id, delay):
     late, plain = single(env_id, action_delay=delay), single(env_id)
@@ -146,6 +148,7 @@ def test_a_delay_of_k_is_the_same_actions_k_steps_later_and_zero_before(env_id, 
                 break
 
 
+@in_full(IDS)
 def test_each_row_has_the_delay_that_it_observes(env_id):
     envs = vector(env_id, 30, action_delay=(0, 3), observe_params=True)
     delays = flat(envs.reset(seed=0)[0])[:, -1].astype(int)
@@ -162,6 +165,7 @@ def test_each_row_has_the_delay_that_it_observes(env_id):
                 break
 
 
+@in_full(IDS)
 def test_noise_on_the_observation_leaves_the_physics_alone(env_id):
     noisy, plain = vector(env_id, 70, observation_noise=0.1), vector(env_id, 70)
     noisy.reset(seed=0)
@@ -171,6 +175,7 @@ def test_noise_on_the_observation_leaves_the_physics_alone(env_id):
         assert_same_bits(noisy.y, plain.y)
 
 
+@in_full(IDS)
 def test_noise_on_the_observation_is_normal_and_independent_inside_the_bounds(env_id):
     sigma, exact_ones = 0.01, 2 * task_of(env_id).n_goal
     noisy, plain = vector(env_id, N, observation_noise=sigma), vector(env_id, N)
@@ -196,6 +201,7 @@ def test_noise_on_the_observation_is_normal_and_independent_inside_the_bounds(en
         assert np.abs(correlation - np.eye(len(correlation))).max() < 5 / np.sqrt(len(free))
 
 
+@in_full(IDS)
 def test_the_largest_noise_stays_inside_the_bounds(env_id):
     noise = {"action_noise": 10.0} if env_id in CONTINUOUS else {}
     envs = vector(env_id, N, observation_noise=10.0, **noise)
@@ -215,7 +221,7 @@ def inner(env_id: str, n_steps: int, n_rows: int) -> Any:
     return 0.2 * actions(env_id, n_steps, n_rows)
 
 
-@continuous
+@in_full(CONTINUOUS)
 def test_noise_on_the_action_depends_on_seed_and_step_only(env_id):
     noisy, twin, plain = (
         vector(env_id, 3, action_noise=s, action_delay=1) for s in (0.1, 0.1, 0.0)
@@ -229,7 +235,7 @@ def test_noise_on_the_action_depends_on_seed_and_step_only(env_id):
         assert (batch != acts).all()
 
 
-@continuous
+@in_full(CONTINUOUS)
 def test_noise_on_the_action_is_normal_and_independent_of_noise_on_the_observation(env_id):
     sigma = 0.01
     both, half = (
@@ -248,7 +254,7 @@ def test_noise_on_the_action_is_normal_and_independent_of_noise_on_the_observati
         assert np.abs(correlation - np.eye(m, len(correlation.T))).max() < 5 / np.sqrt(N)
 
 
-@continuous
+@in_full(CONTINUOUS)
 def test_noise_on_the_action_stays_inside_the_space(env_id):
     loud = vector(env_id, N, action_noise=10.0, action_delay=1)
     loud.reset(seed=0)

@@ -1,10 +1,13 @@
-"""Ids are made and described as Gymnasium does it."""
+"""Ids are made and described as Gymnasium does it, and pass the checkers that others use."""
 
 import json
+import warnings
+from collections.abc import Iterator
 
 import gymnasium as gym
 import pytest
 from gymnasium.envs.registration import EnvSpec
+from gymnasium.utils.env_checker import check_env
 
 from rigid_envs.envs.goal import RigidGoalEnv, RigidGoalVectorEnv
 from rigid_envs.envs.single import RigidEnv
@@ -13,10 +16,11 @@ from rigid_envs.testing.environments import (
     GOALS,
     assert_same_bits,
     ranges,
-    representations,
+    rich,
     single,
     vector,
 )
+from rigid_envs.watch.drawing import Window
 
 
 def test_an_id_is_of_the_kind_that_its_task_asks_for(env_id):
@@ -27,8 +31,7 @@ def test_an_id_is_of_the_kind_that_its_task_asks_for(env_id):
 
 @pytest.mark.parametrize("configured", [False, True], ids=["default", "configured"])
 def test_spec_survives_json(env_id, configured):
-    shown = representations(env_id)[-1]
-    config = {**ranges(env_id), "rotation": shown, "observation_noise": 0.1} if configured else {}
+    config = rich(env_id) if configured else {}
     env = gym.make(env_id, max_episode_steps=7, **config)
     text = env.spec.to_json()
     json.loads(text)
@@ -51,3 +54,40 @@ def test_spec_of_a_vector_environment_makes_it_again(env_id):
 def test_repr_names_the_id(env_id):
     assert env_id in str(single(env_id))
     assert env_id in str(vector(env_id, 2))
+
+
+# Checkers: every warning is an error.
+
+
+@pytest.fixture(autouse=True)
+def warnings_are_errors() -> Iterator[None]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        yield
+
+
+@pytest.fixture(autouse=True)
+def windows_do_not_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody watches: pictures are not shown in real time."""
+    show = Window.show
+    monkeypatch.setattr(Window, "show", lambda self, picture, _: show(self, picture, 0.0))
+
+
+@pytest.mark.parametrize("make_config", [lambda _: {}, rich], ids=["default", "rich"])
+def test_gymnasium_checker_passes_without_a_warning(env_id, make_config):
+    check_env(single(env_id, **make_config(env_id)))
+
+
+@pytest.mark.parametrize("make_config", [lambda _: {}, rich], ids=["default", "rich"])
+def test_sb3_checker_passes_without_a_warning(env_id, make_config):
+    pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common.env_checker import check_env as check_for_sb3
+
+    check_for_sb3(single(env_id, **make_config(env_id)))
+    if env_id not in GOALS:  # there it looks for compute_reward on the wrapper itself
+        check_for_sb3(gym.make(env_id, **make_config(env_id)))
+
+
+def test_making_a_vector_environment_warns_of_nothing(env_id):
+    for mode in ("vector_entry_point", "sync"):
+        gym.make_vec(env_id, num_envs=2, vectorization_mode=mode).close()

@@ -39,14 +39,6 @@ def starts(env_id, seeds):
     return start_of(envs)
 
 
-def test_an_int_seed_gives_row_i_the_seed_plus_i(env_id):
-    envs = vector(env_id, 5)
-    first = envs.reset(seed=40)[0]
-    assert_same_bits(envs.reset(seed=[40, 41, 42, 43, 44])[0], first)
-    for row in range(5):
-        assert_same_bits(single(env_id).reset(seed=40 + row)[0], pick(first, row))
-
-
 def test_seeds_of_numpy_are_those_of_python(env_id):
     env, envs = single(env_id), vector(env_id, 3)
     expected, rows = env.reset(seed=5)[0], envs.reset(seed=5)[0]
@@ -109,24 +101,18 @@ def test_rows_without_a_seed_of_their_own_go_on_in_their_streams(env_id):
     assert_same_bits(pick(mixed, 1), single(env_id).reset(seed=50)[0])
 
 
-@pytest.mark.parametrize("seed", [-1, 0.5, "a", [1, 2, 3]])
-def test_bad_seeds_are_refused_and_change_nothing(env_id, seed):
-    env = single(env_id)
-    env.reset(seed=0)
-    before = env.get_state()
-    with pytest.raises(gym.error.Error, match="Seed"):
-        env.reset(seed=seed)
-    assert_same_bits(env.get_state(), before)
-
-
-@pytest.mark.parametrize("seed", [-1, [1, 2], [1, 2, 3, 4], [1, 2, -3], [1, 2, "a"], [1, 2, 0.5]])
-def test_bad_seeds_of_rows_are_refused_and_change_nothing(env_id, seed):
-    envs = vector(env_id, 3)
-    envs.reset(seed=0)
-    before = envs.get_state()
-    with pytest.raises((ValueError, gym.error.Error), match=r"[Ss]eed"):
-        envs.reset(seed=seed)
-    assert_same_bits(envs.get_state(), before)
+def test_bad_seeds_are_refused_and_change_nothing(env_id):
+    lists = [1, 2], [1, 2, 3, 4], [1, 2, -3], [1, 2, "a"], [1, 2, 0.5]
+    for env, seeds in (
+        (single(env_id), (-1, 0.5, "a", [1, 2, 3])),
+        (vector(env_id, 3), (-1, *lists)),
+    ):
+        env.reset(seed=0)
+        before = env.get_state()
+        for seed in seeds:
+            with pytest.raises((ValueError, gym.error.Error), match=r"[Ss]eed"):
+                env.reset(seed=seed)
+            assert_same_bits(env.get_state(), before)
 
 
 def test_global_generators_are_neither_read_nor_moved(env_id):

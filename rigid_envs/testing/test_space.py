@@ -16,6 +16,8 @@ from rigid_envs.testing.environments import (
     CONTINUOUS,
     DISCRETE,
     EARLY_ENDS,
+    FULL,
+    OF_KERNELS,
     bounds,
     counted,
     flat,
@@ -105,31 +107,32 @@ class Driver:
 def moderate(env_id: str, rng: np.random.Generator) -> dict[str, Any]:
     """Settings within a factor of two of the default ones, some of them ranges, all switches."""
     task, config = task_of(env_id), {}
-    for name, rule in {
-        f: r for f, r in rules(env_id).items() if not f.startswith("action_")
-    }.items():
+    for name, rule in rules(env_id).items():
+        if name in OF_KERNELS:
+            continue
         value = getattr(task, name)
         if isinstance(value, float) and rng.random() < 0.5:
             factors = 2.0 ** rng.uniform(-1.0, 1.0, 2)
             ends = np.clip(np.sort(value * factors), rule.low, rule.high).tolist()
             config[name] = tuple(ends) if rule.drawn and rng.random() < 0.5 else ends[0]
-    noise = {"action_noise": (0.0, float(rng.choice([0.0, 0.3])))} if env_id in CONTINUOUS else {}
-    return (
-        config
-        | noise
-        | {
-            "rotation": str(rng.choice(representations(env_id))),
-            "n_substeps": task.n_substeps * int(rng.integers(2, 5)),
-            "observe_params": bool(rng.random() < 0.5),
-            "observation_noise": (0.0, float(rng.choice([0.0, 0.1, 10.0]))),
-            "action_delay": (0, int(rng.integers(0, 5))),
-        }
-    )
+    config |= {
+        "rotation": str(rng.choice(representations(env_id))),
+        "n_substeps": task.n_substeps * int(rng.integers(2, 5)),
+        "observe_params": bool(rng.random() < 0.5),
+    }
+    if env_id not in FULL:
+        return config
+    if env_id in CONTINUOUS:
+        config["action_noise"] = (0.0, float(rng.choice([0.0, 0.3])))
+    noise, delay = float(rng.choice([0.0, 0.1, 10.0])), int(rng.integers(0, 5))
+    return config | {"observation_noise": (0.0, noise), "action_delay": (0, delay)}
 
 
 def extreme(env_id: str, rng: np.random.Generator) -> dict[str, Any]:
     """Two to five settings anywhere in their bounds, over all sizes."""
+    barred = set() if env_id in FULL else OF_KERNELS
     numbers = {n: r for n, r in rules(env_id).items() if isinstance(getattr(r, "low", None), float)}
+    numbers = {name: rule for name, rule in numbers.items() if name not in barred}
     names = rng.choice(list(numbers), rng.integers(2, 6), replace=False)
     config: dict[str, Any] = {"n_substeps": 20 * task_of(env_id).n_substeps}
     for name in names.tolist():

@@ -16,9 +16,11 @@ from rigid_envs.tasks.symmetry import Point
 from rigid_envs.tasks.task import Task
 from rigid_envs.testing.environments import (
     DISCRETE,
+    IDS,
     actions,
     assert_same_bits,
     flat,
+    in_full,
     pick,
     ranges,
     single,
@@ -143,6 +145,7 @@ def tolerance(env_id: str) -> float:
     return ROUNDING if env_id in DISCRETE else SINGLE
 
 
+@in_full(IDS)
 def test_the_reduced_observation_is_invariant(env_id: str, task: Task) -> None:
     envs = under_way(env_id, frame="reduced")
     point = point_of(envs, actions(env_id, 1, N)[0])
@@ -160,6 +163,7 @@ def reduced_part(task: Task, envs: RigidVectorEnv) -> npt.NDArray[np.float32]:
     return np.array(flat(core._core.observations)[:, 2 * task.n_goal :])
 
 
+@in_full(IDS)
 def test_an_action_in_the_reduced_frame_is_that_of_the_task_turned(env_id: str, task: Task) -> None:
     # the same action from a state and from its image: the images of the same step
     rng = np.random.default_rng(SEED)
@@ -180,6 +184,7 @@ def test_an_action_in_the_reduced_frame_is_that_of_the_task_turned(env_id: str, 
     assert unchanged(results, images).mean() > 0.995
 
 
+@in_full(IDS)
 def test_a_reduced_row_is_the_single_environment(env_id: str, task: Task) -> None:
     settings = {"frame": "reduced", **ranges(env_id)}
     envs, env = vector(env_id, 70, **settings), single(env_id, **settings)
@@ -192,6 +197,7 @@ def test_a_reduced_row_is_the_single_environment(env_id: str, task: Task) -> Non
             break
 
 
+@in_full(IDS)
 def test_the_reduced_frame_changes_no_motion(env_id: str, task: Task) -> None:
     # the same motion, to the bit, as in the frame of the task under the turned actions
     turned, given = under_way(env_id, frame="reduced"), under_way(env_id)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from rigid_envs.engine.network import ACTIVATIONS, perceptron, relative_rotations
-from rigid_envs.testing.environments import actions, ending, flat, vector
+from rigid_envs.testing.environments import actions, ending, flat, noisy, vector
 
 __all__ = ["foreign_symbols", "hash_of_networks", "hashes_of"]
 
@@ -27,7 +27,7 @@ STEPS = 200  # 13 400 of a row; fma without hardware takes 100 ns
 
 def hashes_of(env_id: str) -> list[str]:
     """Hash of all that steps return and of all states: plain, and with everything switched on."""
-    return [_hash_of(env_id, {}), _hash_of(env_id, ending(env_id))]
+    return [_hash_of(env_id, {}), _hash_of(env_id, ending(env_id) | noisy(env_id))]
 
 
 def _hash_of(env_id: str, config: dict[str, object]) -> str:
