@@ -6,7 +6,7 @@ import difflib
 import importlib
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -25,7 +25,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 
 
 def import_allowed(modules: Sequence[str]) -> None:
-    """Import modules that --allow_import names, which register environments of their own.
+    """Import modules that --allow-import names, which register environments of their own.
 
     Args:
         modules: Their names.
@@ -63,7 +63,7 @@ def make(
     module, _, name = env_id.rpartition(":")
     if module and module not in sys.modules:
         raise refusal(
-            "env_id", env_id, f"no import of {module}: allow it with --allow_import {module}"
+            "env_id", env_id, f"no import of {module}: allow it with --allow-import {module}"
         )
     if name not in gym.registry or gym.registry[name].vector_entry_point is None:
         known = [key for key, spec in gym.registry.items() if spec.vector_entry_point is not None]
@@ -120,25 +120,7 @@ def part_for(env_kwargs: Mapping[str, Any], space: spaces.Space[Any]) -> str | N
     return "observation" if alone else None
 
 
-# The Stable-Baselines3 adapter of a training: pay of its own, lists of episodes, and its state.
-
-
-class EpisodeEnds(NamedTuple):
-    """The episodes that ended in one step of the adapter.
-
-    Attributes:
-        step: Steps of the adapter so far, this one included.
-        rows: Rows whose episode ended, shape (k,), ascending.
-        returns: Sum of rewards of each episode, shape (k,).
-        lengths: Number of steps of each episode, shape (k,).
-        successes: `info["is_success"]` at the end, shape (k,); None if the environment has none.
-    """
-
-    step: int
-    rows: NDArray[np.intp]
-    returns: NDArray[np.float64]
-    lengths: NDArray[np.int64]
-    successes: NDArray[np.bool_] | None
+# The Stable-Baselines3 adapter of a training: pay of its own, a list of episodes, and its state.
 
 
 class TrainingRows(GymnasiumVecEnv):
@@ -153,10 +135,15 @@ class TrainingRows(GymnasiumVecEnv):
         """As the adapter, without price and bonus."""
         super().__init__(venv)
         self.price, self.bonus = 0.0, 0.0
-        self._ends: list[EpisodeEnds] = []
+        self._ends: list[dict[str, Any]] = []
 
-    def pop_episodes(self) -> list[EpisodeEnds]:
-        """The episodes that ended since the last call, in order."""
+    def pop_episodes(self) -> list[dict[str, Any]]:
+        """The episodes that ended since the last call, in order: rows of a monitor file of SB3.
+
+        Returns:
+            Of each its sum of rewards r, length l, age t of the training at its end [steps], and
+            `is_success`; None if the environment has none.
+        """
         ends, self._ends = self._ends, []
         return ends
 
@@ -200,9 +187,8 @@ class TrainingRows(GymnasiumVecEnv):
         infos: dict[str, Any],
         row_infos: list[dict[str, Any]],
     ) -> None:
-        returns, lengths = self._returns[rows], self._lengths[rows]
         super()._end_episodes(rows, truncated, infos, row_infos)
-        successes = None
-        if "is_success" in row_infos[rows[0]]:
-            successes = np.array([row_infos[row]["is_success"] for row in rows], dtype=bool)
-        self._ends.append(EpisodeEnds(self._steps, rows, returns, lengths, successes))
+        for info in (row_infos[row] for row in rows):
+            won, age = info.get("is_success"), self._steps * self.num_envs
+            ended = {"t": age, "is_success": None if won is None else int(won)}
+            self._ends.append({**info["episode"], **ended})

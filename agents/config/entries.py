@@ -30,6 +30,8 @@ from rigid_envs.envs.lookup import full_id
 # Entries of the config of a training run that every algorithm has.
 
 _NAME = re.compile(r"[A-Za-z0-9._-]{1,80}")
+_NOT_OF_SB3 = {"action_std", "log_every", "log_std_init", "n_dropped", "n_quantiles",
+               "n_sampled_goal"}  # fmt: skip
 
 
 class Count(Integer):
@@ -44,6 +46,12 @@ class Count(Integer):
 def is_folder_name(text: str) -> bool:
     """Whether a text is 1 to 80 letters, digits, dots, dashes, underscores, and no `.` or `..`."""
     return _NAME.fullmatch(text) is not None and text.strip(".") != ""
+
+
+def _line(text: str, rule: Number, ends: Number | None = None) -> Either:
+    """A number, or both ends of a straight line over the run."""
+    also = f"{text}; [start, end] is a straight line over the run"
+    return Either(also, (rule, List("", ends or rule, 2, 2)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,10 +78,9 @@ class Config(Settings, abc.ABC):
     )
     cost_price: float | tuple[float, float] = setting(
         0.0,
-        Either(
-            "price of a unit of the cost of an episode, taken from the reward in training; [start, "
-            "end] is a straight line over the run",
-            (Number(low=0, high=1e6), List("", Number(low=0, high=1e6), 2, 2)),
+        _line(
+            "price of a unit of the cost of an episode, taken from the reward in training",
+            Number(low=0, high=1e6),
         ),
     )
     success_bonus: float = setting(
@@ -94,12 +101,8 @@ class Config(Settings, abc.ABC):
     gamma: float = setting(0.99, Number("discount factor per step", low=0, high=1))
     learning_rate: float | tuple[float, float] = setting(
         (1e-3, 1e-4),
-        Either(
-            "step size of the optimiser; [start, end] is a straight line over the run",
-            (
-                Number(low=0, high=1, above=True),
-                List("", Number(low=0, high=1), 2, 2),
-            ),
+        _line(
+            "step size of the optimiser", Number(low=0, high=1, above=True), Number(low=0, high=1)
         ),
     )
     net_arch: tuple[int, ...] = setting(
@@ -161,6 +164,17 @@ class Config(Settings, abc.ABC):
     def training_kwargs(self) -> dict[str, Any]:
         """Hyperparameters of the task in training."""
         return {**self.env_kwargs, **self.train_kwargs}
+
+    @property
+    def frame(self) -> str:
+        """Frame of its observations and actions."""
+        return str(self.env_kwargs.get("frame", "world"))
+
+    def of_sb3(self) -> dict[str, Any]:
+        """Entries of the algorithm alone, which SB3's class takes under their names."""
+        common = {field.name for field in dataclasses.fields(Config)} | _NOT_OF_SB3
+        names = [field.name for field in dataclasses.fields(self)]
+        return {name: getattr(self, name) for name in names if name not in common}
 
     def price_at(self, timesteps: int) -> float:
         """Price of a unit of cost at an age of the run [steps]."""

@@ -23,31 +23,10 @@ from rigid_envs.base.settings import (
 from .entries import Config, config_from
 from .reading import frame_of, read_yaml, recipe_for
 
-__all__ = ["FIGURES", "Range", "Search", "read_search"]
-
 FIGURES = {"success_rate": "max", "mean_reward": "max", "mean_cost": "min"}
 """What may be searched for, in the last evaluation of a training, and which way."""
 
 _RANGES = ({"low", "high"}, {"low", "high", "log"}, {"low", "high", "step"}, {"choices"})
-
-
-@dataclass(frozen=True)
-class Range:
-    """The values that an entry may have.
-
-    Attributes:
-        low: Least number; integers give integers.
-        high: Largest number.
-        log: Whether small numbers are as likely as large ones.
-        step: Distance between numbers; None: any.
-        choices: The values, instead.
-    """
-
-    low: float = 0
-    high: float = 0
-    log: bool = False
-    step: float | None = None
-    choices: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,14 +60,17 @@ class Search(Settings):
         if not self.ranges():
             raise refusal("recipe", dict(self.recipe), "a range: {low: 1e-4, high: 1e-2}")
         for end in (0, -1):
-            self.config({name: _values(each)[end] for name, each in self.ranges().items()})
+            ends = {name: _values(each)[end] for name, each in self.ranges().items()}
+            self.config(ends)
 
-    def ranges(self) -> dict[str, Range]:
-        """The ranges by the path of their entry: "learning_rate.0"."""
+    def ranges(self) -> dict[str, Mapping[str, Any]]:
+        """The ranges, as YAML gives them, by the path of their entry: "learning_rate.0"."""
         found = {}
         for path, value in _leaves(self.recipe):
             if isinstance(value, Mapping) and set(value) in _RANGES:
-                found[".".join(map(str, path))] = _range(path, value)
+                name = ".".join(map(str, path))
+                _refuse_range(f"recipe.{name}", value)
+                found[name] = value
         return found
 
     def config(self, values: Mapping[str, Any], **entries: Any) -> Config:
@@ -143,28 +125,28 @@ def _put(node: Any, path: tuple[str | int, ...], value: Any) -> None:
     node[path[-1]] = value
 
 
-def _range(path: tuple[str | int, ...], given: Mapping[str, Any]) -> Range:
-    """A range as YAML gives it."""
-    key = f"recipe.{'.'.join(map(str, path))}"
+def _refuse_range(key: str, given: Mapping[str, Any]) -> None:
+    """Refuse a range without values.
+
+    Raises:
+        ConfigError: "config.recipe.<path>: ...".
+    """
     if "choices" in given:
-        choices = given["choices"]
-        if not isinstance(choices, list) or not choices:
+        if not isinstance(given["choices"], list) or not given["choices"]:
             raise refusal(key, given, "a list of choices")
-        return Range(choices=tuple(choices))
-    low, high, step = given["low"], given["high"], given.get("step")
-    log = given.get("log", False)
+        return
+    low, high, step, log = (given.get(name) for name in ("low", "high", "step", "log"))
     numbers = [each for each in (low, high, step) if each is not None]
     if (
         not all(isinstance(each, (int, float)) and not isinstance(each, bool) for each in numbers)
-        or not isinstance(log, bool)
-        or not low < high
-        or (log and low <= 0)
-        or (step is not None and not 0 < step <= high - low)
+        or log not in (None, True, False)
+        or not given["low"] < given["high"]
+        or (log and given["low"] <= 0)
+        or (step is not None and not 0 < step <= given["high"] - given["low"])
     ):
         raise refusal(key, given, "numbers low < high, step > 0, and low > 0 with log: true")
-    return Range(low, high, log, step)
 
 
-def _values(each: Range) -> tuple[Any, ...]:
+def _values(given: Mapping[str, Any]) -> list[Any]:
     """The ends of a range, or all choices."""
-    return each.choices or (each.low, each.high)
+    return given.get("choices") or [given["low"], given["high"]]

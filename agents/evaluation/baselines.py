@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 import io
 import itertools
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -111,14 +113,6 @@ def interval_of(
     return stratified_bootstrap(statistic, *policies, n_resamples=n_resamples)
 
 
-def pictures(groups: Grouped) -> list[str]:
-    """Names of the figures: three of the suite, and learning curves of each family."""
-    ids = {env_id for by_id in groups.values() for env_id in by_id}
-    own = [family for family, members in families().items() if ids & set(members)]
-    curves = [f"curves_{family.lower().replace(' ', '_')}" for family in own]
-    return ["aggregates", "profiles", *(["improvement"] if len(groups) > 1 else []), *curves]
-
-
 def digest_of(groups: Grouped) -> str:
     """Hash of all that the figures show."""
     digest = hashlib.sha256()
@@ -140,13 +134,12 @@ def markdown(groups: Grouped, folder: str) -> str:
     parts = [_HEADING, _INTRODUCTION.format(folder=folder), "## All environments", _overall(groups)]
     if len(groups) > 1:
         parts += [_IMPROVEMENT, _comparisons(groups)]
-    parts += [f"![{_TITLES[name]}]({folder}/{name}.png)" for name in pictures(groups)[:3]
-              if name in _TITLES]  # fmt: skip
-    curves = iter(name for name in pictures(groups) if name.startswith("curves_"))
+    names = [name for name in figures_of(groups) if name in _TITLES]
+    parts += [f"![{_TITLES[name]}]({folder}/{name}.png)" for name in names]
     for family, members in families().items():
         rows = [row for env_id in members for row in _rows(groups, env_id)]
         if rows:
-            figure = f"![Learning curves: {family}]({folder}/{next(curves)}.png)"
+            figure = f"![Learning curves: {family}]({folder}/{_curves_of(family)}.png)"
             parts += [f"## {family}", _table(_HEADER, rows), figure]
     return "\n\n".join(parts) + "\n"
 
@@ -286,7 +279,7 @@ _LONG_AXIS = 100.0  # times as many steps at its end as at its beginning
 _RESAMPLES = 500  # of bands, whose ends are seen to a hundredth or so
 
 
-def write_baselines(folder: Path) -> str:
+def write_baselines(folder: Path) -> Path:
     """Write the page of the records below a folder, beside the folder, and the figures into it.
 
     Args:
@@ -299,23 +292,32 @@ def write_baselines(folder: Path) -> str:
         ConfigError: There are none.
     """
     groups = grouped(folder)
+    folder = Path(os.path.abspath(folder))  # "." has a name, too
     about = {"Description": digest_of(groups)}
-    for name, figure in zip(pictures(groups), _figures(groups), strict=True):
+    for name, draw in figures_of(groups).items():
         buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", metadata=about)
+        draw().savefig(buffer, format="png", metadata=about)
         write_atomic(folder / f"{name}.png", buffer.getvalue())
-    text = markdown(groups, folder.name)
-    write_atomic(folder.with_name(f"{folder.name}.md"), text)
-    return text
+    page = folder.with_name(f"{folder.name}.md")
+    write_atomic(page, markdown(groups, folder.name))
+    return page
 
 
-def _figures(groups: Grouped) -> list[Figure]:
-    """In the order of `pictures`."""
-    ids = {env_id for by_id in groups.values() for env_id in by_id}
-    own = [[env_id for env_id in members if env_id in ids] for members in families().values()]
-    figures = [_draw_aggregates(groups), _draw_profiles(groups)]
-    figures += [_draw_improvement(groups)] if len(groups) > 1 else []
-    return figures + [_draw_curves(groups, members) for members in own if members]
+def figures_of(groups: Grouped) -> dict[str, Callable[[], Figure]]:
+    """What draws each figure, by its name: of the suite, and learning curves of each family."""
+    drawn = {"aggregates": _draw_aggregates, "profiles": _draw_profiles}
+    drawn |= {"improvement": _draw_improvement} if len(groups) > 1 else {}
+    figures: dict[str, Callable[[], Figure]]
+    figures = {name: partial(draw, groups) for name, draw in drawn.items()}
+    for family, members in families().items():
+        if own := [env_id for env_id in members if policies_of(groups, env_id)]:
+            figures[_curves_of(family)] = partial(_draw_curves, groups, own)
+    return figures
+
+
+def _curves_of(family: str) -> str:
+    """Name of the learning curves of a family."""
+    return f"curves_{family.lower().replace(' ', '_')}"
 
 
 def _new(width: float, height: float) -> Figure:

@@ -1,37 +1,26 @@
-"""Final evaluation, its report and its film."""
+"""Evaluation of a policy on unseen starts, and its report."""
 
 from __future__ import annotations
 
 import hashlib
-import itertools
-import math
 import sys
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from gymnasium.error import DependencyNotInstalled
-
-from rigid_envs.base.checks import Image
 from rigid_envs.base.files import write_atomic, write_document
 from rigid_envs.scores import evaluation
-from rigid_envs.scores.policies import from_predict
 from rigid_envs.scores.result import Evaluation
-from rigid_envs.scores.starts import TEST_SEED, row_seeds
-from rigid_envs.scores.trained import CompiledPolicy, load
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED
+from rigid_envs.scores.trained import load
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli.words import tell
 from rigid_envs.tools.pages import tables
 
 from ..environments import make
-from ..storage.runs import manifest
-
-if TYPE_CHECKING:
-    from rigid_envs.tasks.task import Task
-    from rigid_envs.watch.drawing import Look
-    from rigid_envs.watch.replays.episode import Episode
-
+from ..storage.runs import Run, manifest
+from .plots import draw_learning_curve
+from .showing import try_film
 
 # Evaluation of a policy: one episode from each of many fixed starts, all at once.
 
@@ -42,8 +31,7 @@ def evaluate(
     n: int = 500,
     seed: int = TEST_SEED,
     env_kwargs: Mapping[str, Any] | None = None,
-    name: str | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    **named: Any,
 ) -> Evaluation:
     """Evaluate as `rigid_envs.evaluate` does, also in native environments of other packages.
 
@@ -53,23 +41,20 @@ def evaluate(
         n: Number of starts.
         seed: Seed that the starts are spawned from.
         env_kwargs: Hyperparameters of the task.
-        name: Who acts; None for the name that the policy has.
-        progress: Called with a few words in every step.
+        **named: See `rigid_envs.evaluate`: `name`, `progress`.
     """
-    venv = make(env_id, env_kwargs or {}, n)
-    chosen = "random" if policy is None else policy
-    own = env_id.rpartition(":")[2]
-    found = evaluation.evaluate(
-        own if own in ENVIRONMENTS else env_id,
-        chosen,
-        n=n,
-        seed=seed,
-        env=venv,
-        name=name,
-        progress=progress,
-    )
-    venv.close()
-    return found
+    venv, own = make(env_id, env_kwargs or {}, n), env_id.rpartition(":")[2]
+    try:
+        return evaluation.evaluate(
+            own if own in ENVIRONMENTS else env_id,
+            "random" if policy is None else policy,
+            n=n,
+            seed=seed,
+            env=venv,
+            **named,
+        )
+    finally:
+        venv.close()
 
 
 # Report of an evaluation: the policy beside the random baseline, as table, JSON and CSV.
@@ -89,11 +74,16 @@ def report(path: Path, n: int, seed: int, quiet: bool = False) -> tuple[dict[str
         the evaluation.
     """
     policy = load(path)
-    document = policy.document
-    row, found = _measured(
-        policy, document["env_id"], document["env_kwargs"], n, seed, document["algo"], quiet
-    )
-    row |= {
+    document, progress = policy.document, (lambda _: None) if quiet else tell
+    where = document["env_id"], n, seed, document["env_kwargs"]
+    found = evaluate(policy, *where, name=document["algo"], progress=progress)
+    baseline = evaluate(None, *where, progress=progress)
+    progress("")
+    row = {
+        **{key: value for key, value in found.row().items() if key not in ("starts", "sha256")},
+        "random_policy": baseline.summary(),
+        **manifest(),
+        "command": " ".join([Path(sys.executable).name, "-m", "agents", *sys.argv[1:]]),
         "training_seed": document["seed"],
         "training_timesteps": document["timesteps"],
         "policy_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
@@ -101,39 +91,27 @@ def report(path: Path, n: int, seed: int, quiet: bool = False) -> tuple[dict[str
     return row, found
 
 
-def report_controller(
-    name: str, env_id: str, n: int, seed: int
-) -> tuple[dict[str, Any], Evaluation]:
-    """Evaluate what needs no training, and the random policy, on the same starts.
+def conclude(run: Run, timesteps: int, seconds: float, quiet: bool = False) -> dict[str, Any]:
+    """Evaluate the best policy of a run, and write figures, learning curve and film into it.
 
     Args:
-        name: Name of the controller.
-        env_id: The environment.
-        n: Number of starts.
-        seed: Seed of the starts.
+        run: A complete run.
+        timesteps: Its steps.
+        seconds: Time spent on it.
+        quiet: Whether no progress is shown.
 
     Returns:
-        As `report`.
+        The figures of `report`, where `training_timesteps` is the age of that policy, and of all
+        the training `run_timesteps` and `training_seconds`.
     """
-    return _measured(name, env_id, {}, n, seed, None)
-
-
-def _measured(
-    policy: Any,
-    env_id: str,
-    env_kwargs: dict[str, Any],
-    n: int,
-    seed: int,
-    name: str | None,
-    quiet: bool = False,
-) -> tuple[dict[str, Any], Evaluation]:
-    progress = (lambda _: None) if quiet else tell
-    found = evaluate(policy, env_id, n, seed, env_kwargs, name, progress)
-    baseline = evaluate(None, env_id, n, seed, env_kwargs, progress=progress)
-    progress("")
-    row = {key: value for key, value in found.row().items() if key not in ("starts", "sha256")}
-    command = " ".join([Path(sys.executable).name, "-m", "agents", *sys.argv[1:]])
-    return row | {"random_policy": baseline.summary(), **manifest(), "command": command}, found
+    path = run / "best_model" / "policy.safetensors"
+    figures, found = report(path, N_STARTS, TEST_SEED, quiet)
+    figures["run_timesteps"] = timesteps
+    figures["training_seconds"] = round(seconds, 3)
+    write_report(run.folder, figures, found)
+    draw_learning_curve(run)
+    try_film(load(path), run.folder, TEST_SEED)
+    return figures
 
 
 def write_report(folder: Path, row: dict[str, Any], found: Evaluation) -> None:
@@ -188,93 +166,3 @@ def _row(name: str, figures: dict[str, Any]) -> tuple[str, ...]:
 
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.3f}"
-
-
-# Short film of a trained policy, in bounded time.
-
-NAME = "film.mp4"
-
-BUDGET = 4.0
-"""Time [s] after which no picture is drawn any more."""
-
-_SIZE = 360  # pixels along each side
-_DRAWING = 0.7  # share of the time that drawing may plan with; encoding takes the rest
-_SLOWEST = 15.0  # pictures per second, below which rather the end is left out
-_TRIALS = 4
-
-
-def try_film(policy: CompiledPolicy, folder: Path, seed: int) -> Path | None:
-    """Film the episode of the first start of an evaluation, in real time.
-
-    It takes `BUDGET` seconds at most, and a moment more: a slow machine draws fewer pictures per
-    second and, if that is not enough, leaves out the end. Nothing that goes wrong is raised; it is
-    said in one line on standard error.
-
-    Args:
-        policy: The policy, with its document.
-        folder: Where the film goes.
-        seed: Seed that the starts are spawned from.
-
-    Returns:
-        The film; None if there is none, and then no older one either.
-    """
-    path = folder / NAME
-    if policy.document["env_id"].rpartition(":")[2] not in ENVIRONMENTS:
-        return None
-    try:
-        path.unlink(missing_ok=True)
-        _film(policy, path, row_seeds(seed, 1, "test")[0])
-    except DependencyNotInstalled as error:
-        print(f"no film of the policy: {error}", file=sys.stderr)
-        return None
-    except Exception as error:  # a film is not worth the results of a training
-        print(f"no film of the policy: {type(error).__name__}: {error}", file=sys.stderr)
-        return None
-    return path
-
-
-def _film(policy: CompiledPolicy, path: Path, seed: int) -> None:
-    end = time.perf_counter() + BUDGET
-    from rigid_envs.watch.drawing import Look
-    from rigid_envs.watch.films import (
-        checked_film,
-        episode_pictures,
-        pictures_per_second,
-        play_episode,
-        write_film,
-    )
-
-    checked_film(path)
-    document = policy.document
-    env_id, config = document["env_id"].rpartition(":")[2], document["env_kwargs"]
-    label = str(document["algo"]).upper()
-    played = play_episode(from_predict(policy), env_id, seed, config, label)
-    task, shown = played.task, [played.captioned()]
-    best = pictures_per_second(task)
-    look = Look(_SIZE, _SIZE)
-    fps = best / _stride(shown, look, best, end)
-    pictures = episode_pictures(shown, look, fps=fps)
-    write_film(path, _until(end, pictures), fps)
-
-
-def _stride(shown: list[tuple[Task, Episode]], look: Look, best: float, end: float) -> int:
-    """Number of pictures of which one is drawn, so that the time is enough for the episode."""
-    from rigid_envs.watch.films import episode_pictures
-
-    trial = episode_pictures(shown, look)
-    next(trial)  # makes the scene
-    begin = time.perf_counter()
-    n = sum(1 for _ in itertools.islice(trial, _TRIALS))
-    each = (time.perf_counter() - begin) / max(n, 1)
-    affordable = max(_DRAWING * (end - time.perf_counter()) / each, 1.0)
-    ((task, episode),) = shown
-    stride = math.ceil((len(episode) * task.dt + 1.0) * best / affordable)
-    return max(1, min(stride, int(best / _SLOWEST)))
-
-
-def _until(end: float, pictures: Iterator[Image]) -> Iterator[Image]:
-    """Pictures until the time is over, at least one."""
-    for picture in pictures:
-        yield picture
-        if time.perf_counter() > end:
-            return

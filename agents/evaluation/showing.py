@@ -1,30 +1,64 @@
-"""Episodes that are watched."""
+"""One episode to look at: as a table, in a window, as a film or a page."""
 
 from __future__ import annotations
 
+import itertools
+import math
 import sys
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any
 
 import numpy as np
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.base.checks import ConfigError
-from rigid_envs.scores.policies import (
-    PolicyFactory,
-    RandomPolicy,
-    from_predict,
-    uniform,
-    untrained_policy,
-)
-from rigid_envs.scores.starts import SupportsPredict
+from rigid_envs.base.checks import ConfigError, Image
+from rigid_envs.scores.policies import PolicyFactory, from_predict, uniform, untrained_policy
+from rigid_envs.scores.starts import row_seeds
+from rigid_envs.scores.trained import CompiledPolicy
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tasks.task import Task
+from rigid_envs.watch import animation, films
+from rigid_envs.watch.drawing import Look, has_display
+from rigid_envs.watch.replays.episode import Episode
+from rigid_envs.watch.replays.page import write_html
+from rigid_envs.watch.replays.replay import Replay
 
 from ..environments import make
 
-if TYPE_CHECKING:
-    from rigid_envs.watch.films import Film, Played
+# Who plays.
+
+Player = tuple[str, PolicyFactory, dict[str, Any]]
+"""Who acts, what it does, and in which settings of the task."""
+
+
+def players_of(
+    policy: CompiledPolicy, seed: int, random: bool = False, against: str | None = None
+) -> list[Player]:
+    """A policy, and a controller beside it.
+
+    Args:
+        policy: The policy.
+        seed: Seed of the start.
+        random: Whether to act at random instead.
+        against: Name of the controller; None for none.
+
+    Raises:
+        ConfigError: There is no such controller.
+    """
+    config = policy.document["env_kwargs"]
+    name = str(policy.document["algo"]).upper()
+    first = ("random", uniform(seed)) if random else (name, from_predict(policy))
+    players: list[Player] = [(*first, config)]
+    if against is not None:
+        try:
+            other = untrained_policy(policy.env_id, against)
+        except ValueError as error:
+            raise ConfigError(f"--against: {error}") from None
+        # controllers act in the frame of the world
+        players.append((*other, {**config, "frame": "world"}))
+    return players
 
 
 # One episode, step by step, as a table to read.
@@ -32,55 +66,43 @@ if TYPE_CHECKING:
 _LEFT_OUT = ("is_success", "action_clipped", "physics_error")  # said in words where they are true
 
 
-def watch(
-    policy: SupportsPredict | None,
-    env_id: str,
-    env_kwargs: dict[str, Any],
-    seed: int,
-    out: TextIO | None = None,
-) -> bool:
+def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int) -> bool:
     """Play one episode and print every step of it.
 
     Args:
-        policy: The policy; None plays at random.
-        env_id: The environment.
-        env_kwargs: Hyperparameters of the task.
+        act: What acts.
+        document: Of the policy: its environment and settings.
         seed: Seed of the start.
-        out: Where to print; None for standard output.
 
     Returns:
         Whether it ended in success.
     """
-    out = sys.stdout if out is None else out
-    venv = make(env_id, env_kwargs, 1)
-    if policy is None:
-        policy = RandomPolicy(venv.single_action_space, np.random.default_rng(seed))
-    env: Any = venv.unwrapped
-    dt = getattr(getattr(env, "task", None), "dt", None)
+    venv = make(document["env_id"], document["env_kwargs"], 1)
+    dt = getattr(getattr(venv.unwrapped, "task", None), "dt", None)
     total, success, names = 0.0, False, None
-    for step, (action, reward, info) in enumerate(_episode(policy, venv, seed), start=1):
+    for step, (action, reward, info) in enumerate(_episode(act, venv, seed), start=1):
         total += reward
         success = bool(info.get("is_success", False))
         if names is None:
             names = [key for key in info if key not in _LEFT_OUT and np.isscalar(info[key])]
-            _print_header(out, f"{env_id}   seed {seed}", names, np.size(action), dt)
+            print(f"{document['env_id']}   seed {seed}")
+            print(_header(names, np.size(action), dt))
         clock = f"{step:6d}" if dt is None else f"{step * dt:6.2f}"
         cells = [f"{float(a):7.3f}" for a in np.atleast_1d(action)] + [f"{reward:9.4f}"]
         cells += [f"{float(info[name]):>{_width(name)}.4g}" for name in names]
         notes = [key for key in _LEFT_OUT if info.get(key)]
-        print(f"{step:5d}", clock, *cells, *notes, file=out)
-    print(f"return {total:.4f} in {step} steps: {'success' if success else 'no success'}", file=out)
+        print(f"{step:5d}", clock, *cells, *notes)
+    print(f"return {total:.4f} in {step} steps: {'success' if success else 'no success'}")
     venv.close()
     return success
 
 
 def _episode(
-    policy: SupportsPredict, venv: Any, seed: int
+    policy: PolicyFactory, venv: Any, seed: int
 ) -> Iterator[tuple[Any, float, dict[str, Any]]]:
-    obs, _ = venv.reset(seed=[seed])
-    done = False
+    act, (obs, _), done = policy(venv), venv.reset(seed=[seed]), False
     while not done:
-        actions, _ = policy.predict(obs, deterministic=True)
+        actions = act(obs)
         obs, rewards, terminated, truncated, infos = venv.step(actions)
         done = bool(terminated[0] or truncated[0])
         columns = infos["final_info"] if done else infos
@@ -92,14 +114,11 @@ def _episode(
         yield actions[0], float(rewards[0]), row
 
 
-def _print_header(
-    out: TextIO, title: str, names: list[str], n_action: int, dt: float | None
-) -> None:
+def _header(names: list[str], n_action: int, dt: float | None) -> str:
     actions = [f"   a[{k}]" for k in range(n_action)]
     clock = "  step" if dt is None else " t [s]"
     titles = [f"{_title(name):>{_width(name)}}" for name in names]
-    header = [" step", clock, *actions, "   reward", *titles]
-    print(title, " ".join(header), sep="\n", file=out)
+    return " ".join([" step", clock, *actions, "   reward", *titles])
 
 
 def _title(name: str) -> str:
@@ -111,7 +130,7 @@ def _width(name: str) -> int:
     return max(len(_title(name)), 9)
 
 
-# One episode of a policy to look at: in a window, a film or a page, beside a controller or not.
+# One episode in a window, as a film or a page, beside that of a controller or not.
 
 
 def refuse_early(
@@ -136,124 +155,145 @@ def refuse_early(
     page = None if html is None else Path(html)
     if page is not None and not (page.suffix == ".html" and page.parent.is_dir()):
         raise ConfigError(f"--html = {html}; expected NAME.html in a folder that exists")
-    if video is None:
-        return None, page
-    from rigid_envs.watch.films import checked_film
-
     try:
-        return checked_film(video), page
+        return (None if video is None else films.checked_film(video)), page
     except ValueError as error:
         raise ConfigError(f"--video: {error}") from None
 
 
-class Show:
-    """An episode of a policy, and that of a controller from the same start.
+def show(
+    env_id: str,
+    seed: int,
+    players: Sequence[Player],
+    video: Path | None,
+    html: Path | None,
+    otherwise: Path,
+) -> None:
+    """Show an episode of each: as is asked for, or else in a window, or else as a film.
+
+    Without the packages that draw, what was not asked for is left out, and one line on standard
+    error says how to install them.
 
     Args:
-        policy: The policy; None acts at random.
-        document: Of the policy: its environment and algorithm.
+        env_id: The environment.
         seed: Seed of the start.
-        against: Name of a controller to be shown beside it; None for none.
+        players: From `players_of`.
+        video: A film to be written.
+        html: A page to be written.
+        otherwise: A film to be written where neither is asked for and there is no display.
 
     Raises:
-        ConfigError: There is no such controller.
+        ConfigError: A film or a page of an environment that has no pictures.
+        DependencyNotInstalled: A package that draws what was asked for is not installed.
     """
-
-    def __init__(
-        self,
-        policy: SupportsPredict | None,
-        document: Mapping[str, Any],
-        seed: int,
-        against: str | None = None,
-    ) -> None:
-        """Nothing is played yet."""
-        self._env_id = document["env_id"].rpartition(":")[2]
-        self._seed = seed
-        act = uniform(seed) if policy is None else from_predict(policy)
-        name = "random" if policy is None else str(document["algo"]).upper()
-        config = document["env_kwargs"]
-        self._players: list[tuple[str, PolicyFactory, dict[str, Any]]] = [(name, act, config)]
-        if against is not None:
-            try:
-                name, act = untrained_policy(self._env_id, against)
-            except ValueError as error:
-                raise ConfigError(f"--against: {error}") from None
-            # controllers act in the frame of the world
-            self._players.append((name, act, {**config, "frame": "world"}))
-
-    def __call__(self, video: Path | None, html: Path | None, otherwise: Path) -> None:
-        """Write what is asked for, or else open a window, or else write a film.
-
-        Without the packages that draw, what was not asked for is left out, and one line on standard
-        error says how to install them.
-
-        Args:
-            video: A film to be written.
-            html: A page to be written.
-            otherwise: A film to be written where neither is asked for and there is no display.
-
-        Raises:
-            ConfigError: A film or a page of an environment that has no pictures.
-            DependencyNotInstalled: A package that draws what was asked for is not installed.
-        """
-        asked = bool(video or html)
-        if self._env_id not in ENVIRONMENTS:
-            if asked or len(self._players) > 1:
-                raise ConfigError(f"env_id = {self._env_id!r}; expected one of ours for pictures")
+    asked = bool(video or html)
+    if env_id not in ENVIRONMENTS:
+        if asked or len(players) > 1:
+            raise ConfigError(f"env_id = {env_id!r}; expected one of ours for pictures")
+        return
+    played = [films.play_episode(act, env_id, seed, config, name) for name, act, config in players]
+    task, shown = played[0].task, [each.captioned() for each in played]
+    if len(shown) > 1:
+        print("   ".join(episode.label for _, episode in shown))
+    try:
+        if html is not None:
+            print(f"page: {_page(html, env_id, task, [episode for _, episode in shown])}")
+        if not asked and _window(task, shown, f"{env_id}   seed {seed}"):
             return
-        played = self.play()
-        if len(played) > 1:
-            print("   ".join(each.captioned()[1].label for each in played))
-        try:
-            if video is not None:
-                print(f"film: {self.film(played, video)}")
-            if html is not None:
-                print(f"page: {_page(played, html)}")
-            if not asked and not self._window(played):
-                print(f"film: {self.film(played, otherwise)}")
-        except DependencyNotInstalled as error:
-            if asked:
-                raise
-            print(f"not shown: {error}", file=sys.stderr)
-
-    def play(self) -> list[Played]:
-        """Play an episode of each."""
-        from rigid_envs.watch.films import play_episode
-
-        return [
-            play_episode(act, self._env_id, self._seed, config, name)
-            for name, act, config in self._players
-        ]
-
-    def film(self, played: list[Played], path: Path) -> Film:
-        """Write a film of episodes side by side."""
-        from rigid_envs.watch.films import episode_pictures, pictures_per_second, write_film
-
-        task = played[0].task
-        pictures = episode_pictures([each.captioned() for each in played])
-        return write_film(path, pictures, pictures_per_second(task))
-
-    def _window(self, played: list[Played]) -> bool:
-        """Show episodes in a window; False where there is no display."""
-        from rigid_envs.watch.animation import show
-        from rigid_envs.watch.drawing import has_display
-        from rigid_envs.watch.films import episode_pictures, pictures_per_second
-
-        if not has_display():
-            return False
-        task, shown = played[0].task, [each.captioned() for each in played]
-        return show(
-            lambda: episode_pictures(shown, hold=0.0),
-            pictures_per_second(task),
-            f"{self._env_id}   seed {self._seed}",
-        )
+        if film := video or (None if asked else otherwise):
+            pictures = films.episode_pictures(shown)
+            print(f"film: {films.write_film(film, pictures, films.pictures_per_second(task))}")
+    except DependencyNotInstalled as error:
+        if asked:
+            raise
+        print(f"not shown: {error}", file=sys.stderr)
 
 
-def _page(played: list[Played], path: Path) -> Path:
+def _window(task: Task, shown: Sequence[tuple[Task, Episode]], title: str) -> bool:
+    """Show episodes in a window; False where there is no display."""
+    return has_display() and animation.show(
+        lambda: films.episode_pictures(shown, hold=0.0), films.pictures_per_second(task), title
+    )
+
+
+def _page(path: Path, env_id: str, task: Task, episodes: Sequence[Episode]) -> Path:
     """Write a page of episodes side by side."""
-    from rigid_envs.watch.replays.page import write_html
-    from rigid_envs.watch.replays.replay import Replay
+    replay = Replay(env_id, task, tuple(episodes))
+    return write_html(path, [(replay, k) for k in range(len(episodes))])
 
-    first = played[0]
-    replay = Replay(first.env_id, first.task, tuple(each.captioned()[1] for each in played))
-    return write_html(path, [(replay, k) for k in range(len(played))])
+
+# Short film of a trained policy, in bounded time.
+
+NAME = "film.mp4"
+
+BUDGET = 4.0
+"""Time [s] after which no picture is drawn any more."""
+
+_SIZE = 360  # pixels along each side
+_DRAWING = 0.7  # share of the time that drawing may plan with; encoding takes the rest
+_SLOWEST = 15.0  # pictures per second, below which rather the end is left out
+_TRIALS = 4
+
+
+def try_film(policy: CompiledPolicy, folder: Path, seed: int) -> Path | None:
+    """Film the episode of the first start of an evaluation, in real time.
+
+    It takes `BUDGET` seconds at most, and a moment more: a slow machine draws fewer pictures per
+    second and, if that is not enough, leaves out the end. Nothing that goes wrong is raised; it is
+    said in one line on standard error.
+
+    Args:
+        policy: The policy, with its document.
+        folder: Where the film goes.
+        seed: Seed that the starts are spawned from.
+
+    Returns:
+        The film; None if there is none, and then no older one either.
+    """
+    path = folder / NAME
+    if policy.env_id not in ENVIRONMENTS:
+        return None
+    try:
+        path.unlink(missing_ok=True)
+        _film(policy, path, row_seeds(seed, 1, "test")[0])
+    except DependencyNotInstalled as error:
+        print(f"no film of the policy: {error}", file=sys.stderr)
+        return None
+    except Exception as error:  # a film is not worth the results of a training
+        print(f"no film of the policy: {type(error).__name__}: {error}", file=sys.stderr)
+        return None
+    return path
+
+
+def _film(policy: CompiledPolicy, path: Path, seed: int) -> None:
+    end = time.perf_counter() + BUDGET
+    films.checked_film(path)
+    ((label, act, config),) = players_of(policy, seed)
+    played = films.play_episode(act, policy.env_id, seed, config, label)
+    task, shown = played.task, [played.captioned()]
+    best = films.pictures_per_second(task)
+    look = Look(_SIZE, _SIZE)
+    fps = best / _stride(shown, look, best, end)
+    pictures = films.episode_pictures(shown, look, fps=fps)
+    films.write_film(path, _until(end, pictures), fps)
+
+
+def _stride(shown: list[tuple[Task, Episode]], look: Look, best: float, end: float) -> int:
+    """Number of pictures of which one is drawn, so that the time is enough for the episode."""
+    trial = films.episode_pictures(shown, look)
+    next(trial)  # makes the scene
+    begin = time.perf_counter()
+    n = sum(1 for _ in itertools.islice(trial, _TRIALS))
+    each = (time.perf_counter() - begin) / max(n, 1)
+    affordable = max(_DRAWING * (end - time.perf_counter()) / each, 1.0)
+    ((task, episode),) = shown
+    stride = math.ceil((len(episode) * task.dt + 1.0) * best / affordable)
+    return max(1, min(stride, int(best / _SLOWEST)))
+
+
+def _until(end: float, pictures: Iterator[Image]) -> Iterator[Image]:
+    """Pictures until the time is over, at least one."""
+    for picture in pictures:
+        yield picture
+        if time.perf_counter() > end:
+            return

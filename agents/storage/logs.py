@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from stable_baselines3.common.logger import KVWriter, TensorBoardOutputFormat
+from stable_baselines3.common.logger import TensorBoardOutputFormat
 from torch.utils.tensorboard import SummaryWriter
 
 from rigid_envs.base.checks import exact_array, require
@@ -120,29 +120,6 @@ class CsvLog:
         """Close the file; what could not be written has been told of."""
         with contextlib.suppress(OSError):
             self._file.close()
-
-
-class ProgressLog(KVWriter):
-    """Output of SB3's logger: one CSV row per update."""
-
-    def __init__(self, csv: CsvLog) -> None:
-        """Write to a CSV file.
-
-        Args:
-            csv: The file; keys that it has no column for are left out.
-        """
-        self.csv = csv
-
-    def write(  # noqa: D102
-        self,
-        key_values: dict[str, Any],
-        key_excluded: dict[str, tuple[str, ...]],
-        step: int = 0,
-    ) -> None:
-        self.csv.write([key_values])
-
-    def close(self) -> None:  # noqa: D102
-        self.csv.close()
 
 
 class _UnlessKept:

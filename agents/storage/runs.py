@@ -1,15 +1,13 @@
-"""Folders of runs: config, manifest, trials."""
+"""Folders of runs: config, lock, manifest."""
 
 from __future__ import annotations
 
 import fcntl
 import hashlib
-import math
 import os
 import platform
 import re
 import shutil
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,18 +17,14 @@ import torch
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import (
     canonical_json,
-    checked_values,
-    read_document,
     read_json,
     sync_folder,
     write_atomic,
-    write_document,
 )
 from rigid_envs.engine.provenance import versions
 
 from ..config.entries import Config, config_from, config_to_dict
 from ..config.reading import dump_yaml, parse_yaml, read_yaml
-from ..config.search import FIGURES
 
 # `config.yaml` of a run: all entries, below a line with their digest.
 #
@@ -169,8 +163,8 @@ def create_run(config: Config, overwrite: bool = False) -> Run:
     parent = Path(config.log_dir) / config.algo
     parent.mkdir(parents=True, exist_ok=True)
     # Made aside, locked, then named: nobody ever sees the folder of a run without its lock.
-    hidden = parent / f".{os.getpid()}.tmp"
-    hidden.mkdir(exist_ok=True)
+    hidden = parent / f".{os.urandom(8).hex()}.tmp"
+    hidden.mkdir()
     lock = _acquire(hidden)
     folder = _name(hidden, parent, config)
     if folder is None:
@@ -320,42 +314,3 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> list[str]:
         elif old != new:
             lines.append(f"{key}: {old} -> {new}")
     return lines
-
-
-# `trial.json` of a trial of a search: the values that it tried, and what came of them.
-
-WORST = {name: math.inf if way == "min" else -math.inf for name, way in FIGURES.items()}
-"""Figures of a training that diverged."""
-
-_FORMAT = "rigid-envs trial 1"
-_LIMIT = 2**20  # bytes
-
-
-def write_trial(file: Path, values: Mapping[str, Any], figures: Mapping[str, float]) -> None:
-    """Write a trial, atomically. JSON has no infinity: a figure of a divergence is null.
-
-    Args:
-        file: Its path.
-        values: By path of the entry.
-        figures: Those of `FIGURES`, by name.
-    """
-    finite = {name: each if math.isfinite(each) else None for name, each in figures.items()}
-    write_document(file, {"format": _FORMAT, "values": values, "figures": finite})
-
-
-def read_trial(file: Path) -> dict[str, Any]:
-    """The values and the figures of a trial.
-
-    Args:
-        file: Its path.
-
-    Raises:
-        DamagedFileError: Anything but what `write_trial` wrote; names the file.
-        FileNotFoundError: There is no such file.
-    """
-    mend = "search anew: --out names another folder"
-    with read_document(file, _FORMAT, _LIMIT, mend) as document:
-        found = checked_values(document, {"values": dict, "figures": dict})
-        figures = checked_values(found["figures"], dict.fromkeys(FIGURES, float | None))
-        known = {name: each for name, each in figures.items() if each is not None}
-        return {"values": found["values"], "figures": WORST | known}

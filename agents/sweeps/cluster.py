@@ -6,6 +6,7 @@ paths, as on a cluster with a shared file system: there a training goes on that 
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -42,6 +43,8 @@ def connect(address: str, jobs: int | None = None) -> None:
 class RayTasks:
     """Workers of `train_all` on a Ray cluster; each takes one processor."""
 
+    room = math.inf  # Ray keeps what waits: it may start nodes for it
+
     def __init__(self, address: str, imports: Sequence[str] = ()) -> None:
         """Connect to a cluster.
 
@@ -58,10 +61,6 @@ class RayTasks:
         self._imports = tuple(imports)
         self._running: dict[Any, int] = {}
 
-    def has_room(self) -> bool:
-        """Ray keeps what waits: it may start nodes for it."""
-        return True
-
     def start(self, number: int, training: Training) -> None:
         """Train in a process of its own.
 
@@ -71,10 +70,6 @@ class RayTasks:
         """
         reference = self._task.remote(os.getcwd(), training, self._imports)
         self._running[reference] = number
-
-    def is_idle(self) -> bool:
-        """Whether none trains."""
-        return not self._running
 
     def wait(self) -> list[Ended]:
         """The trainings that ended; waits for one, a second at most."""

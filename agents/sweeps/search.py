@@ -1,42 +1,50 @@
-"""Search of hyperparameters: Optuna proposes, Ray Tune runs the trials, each in a process."""
+"""Search of hyperparameters: Optuna proposes, each trial is a task of Ray, in a process."""
 
 from __future__ import annotations
 
 import csv
 import dataclasses
 import io
-from collections.abc import Mapping
+import os
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import optuna
+import ray
 from optuna.distributions import (
     BaseDistribution,
     CategoricalDistribution,
     FloatDistribution,
     IntDistribution,
 )
-from ray import tune
-from ray.tune.search.optuna import OptunaSearch
+from optuna.storages import JournalStorage
+from optuna.storages.journal import JournalFileBackend
+from optuna.study import StudyDirection
+from optuna.trial import TrialState
 
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.base.files import write_atomic
+from rigid_envs.base.files import named_damage, write_atomic
 from rigid_envs.sb3.adapter import NonFiniteError
 
-from ..config.entries import config_to_dict
+from ..config.entries import Config, config_to_dict
 from ..config.reading import dump_yaml
-from ..config.search import FIGURES, Range, Search
+from ..config.search import FIGURES, Search
 from ..environments import import_allowed
 from ..storage.logs import read_evaluations
-from ..storage.runs import WORST, Run, create_run, open_run, read_trial, write_trial
-from ..training.recording import is_complete
+from ..storage.runs import Run, create_run, open_run
+from ..training.recording import PLACES, is_complete
 from ..training.trainer import train_in
 
-__all__ = ["Found", "search_recipe"]
+_WORST = {name: np.inf if way == "min" else -np.inf for name, way in FIGURES.items()}
+"""Figures of a training that diverged: no error of the search."""
 
-_NAME = "tune"
-_PLACES = ("log_dir", "run_name")
+_RUNNING, _COMPLETE = TrialState.RUNNING, TrialState.COMPLETE
+_KEYS = ("successes", "results", "costs")  # of the figures, in `evaluations.npz`
+_WAYS = {"min": StudyDirection.MINIMIZE, "max": StudyDirection.MAXIMIZE}
+_DEATHS = 3  # of the process or the node of a trial, after which it is given up
 
 
 class Found(NamedTuple):
@@ -51,9 +59,7 @@ class Found(NamedTuple):
     n_trials: int
 
 
-def search_recipe(
-    search: Search, out: Path, imports: tuple[str, ...] = (), resume: bool = False
-) -> Found:
+def search_recipe(search: Search, out: Path, imports: Sequence[str] = ()) -> Found:
     """Try values for the ranges of a recipe, or go on with what was begun before.
 
     Ray must be connected. Each trial trains with all seeds, one after the other, on one processor;
@@ -61,34 +67,28 @@ def search_recipe(
 
     Args:
         search: What to search.
-        out: Folder, which all nodes see: `tune/` is Ray Tune's, `trials/` has the runs,
-            `trials.csv` all values and figures, `best_<k>.yaml` the best compromises as configs.
+        out: Folder, which all nodes see: `optuna.journal` has all proposals and figures,
+            `trials/` the runs, `trials.csv` all values and figures, `best_<k>.yaml` the best
+            compromises as configs.
         imports: Modules that register environments.
-        resume: Whether a search that was begun in the folder goes on. Ray unpickles what it keeps
-            there, which can run code: only the caller can know whose it is.
 
     Raises:
-        ConfigError: Another search was begun in the folder, or this one, and `resume` is False.
+        ConfigError: Another search was begun in the folder.
     """
     out = out.absolute()
-    begun = tune.Tuner.can_restore(str(out / _NAME))
-    if begun and not resume:
-        raise ConfigError(
-            f"{out} has a search that was begun; --resume goes on with it, if the folder is your "
-            "own: Ray's files in it can run code; --out names another folder"
-        )
     _refuse_another(search, out)
-    trial = tune.with_resources(
-        tune.with_parameters(_trial, search=search, out=out, imports=imports), {"cpu": 1}
-    )
-    if begun:
-        tuner = tune.Tuner.restore(
-            str(out / _NAME), trial, resume_unfinished=True, restart_errored=True
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    journal = out / "optuna.journal"
+    with named_damage(journal):
+        study = optuna.create_study(
+            study_name="search",
+            storage=JournalStorage(JournalFileBackend(str(journal))),
+            load_if_exists=True,
+            directions=[_WAYS[FIGURES[name]] for name in search.objective],
+            sampler=optuna.samplers.TPESampler(seed=0),
         )
-    else:
-        tuner = _tuner(search, trial, out)
-    tuner.fit()
-    return _conclude(search, out)
+    _try_all(study, search, out, tuple(imports))
+    return _conclude(study, search, out)
 
 
 def _refuse_another(search: Search, out: Path) -> None:
@@ -100,109 +100,100 @@ def _refuse_another(search: Search, out: Path) -> None:
     write_atomic(file, text)
 
 
-def _tuner(search: Search, trial: Any, out: Path) -> tune.Tuner:
-    names = list(search.objective)
+def _try_all(study: optuna.Study, search: Search, out: Path, imports: tuple[str, ...]) -> None:
+    """Go on with the trials that were begun, and try new values, as many as processors take."""
     space = {path: _distribution(each) for path, each in search.ranges().items()}
-    proposals = OptunaSearch(
-        space,
-        metric=names,
-        mode=[FIGURES[name] for name in names],
-        sampler=optuna.samplers.TPESampler(seed=0),
-    )
-    return tune.Tuner(
-        trial,
-        tune_config=tune.TuneConfig(search_alg=proposals, num_samples=search.trials),
-        run_config=tune.RunConfig(
-            name=_NAME,
-            storage_path=str(out),
-            failure_config=tune.FailureConfig(max_failures=3),  # a node that dies
-            verbose=1,
-        ),
-    )
+    begun = [(trial.number, trial.params) for trial in study.get_trials(states=(_RUNNING,))
+             if trial.params.keys() == space.keys()]  # fmt: skip
+    left = search.trials - len(begun) - len(study.get_trials(states=(_COMPLETE,)))
+    task = ray.remote(num_cpus=1, max_retries=_DEATHS, max_calls=1)(_trial)
+    running: dict[Any, int] = {}
+    processors: Any = ray.cluster_resources
+    while begun or left > 0 or running:
+        while (begun or left > 0) and len(running) < processors()["CPU"]:
+            if not begun:
+                trial, left = study.ask(space), left - 1
+                begun = [(trial.number, trial.params)]
+            number, params = begun.pop()
+            runs = _runs(search, params, out, number)
+            running[task.remote(os.getcwd(), runs, imports)] = number
+        ready, _ = ray.wait(list(running))
+        number = running.pop(ready[0])
+        try:
+            figures = ray.get(ready[0])
+        except ray.exceptions.RayError as error:  # the same search, begun again, goes on with it
+            print(f"agents: trial {number}: {error}", file=sys.stderr, flush=True)
+        else:
+            study.tell(number, [figures[name] for name in search.objective])
 
 
-def _distribution(each: Range) -> BaseDistribution:
+def _distribution(given: Mapping[str, Any]) -> BaseDistribution:
     """The range as Optuna has it; of choices, their numbers, for Optuna takes no lists."""
-    if each.choices:
-        return CategoricalDistribution(range(len(each.choices)))
-    if isinstance(each.low, int) and isinstance(each.high, int):
-        return IntDistribution(each.low, each.high, each.log, int(each.step or 1))
-    return FloatDistribution(each.low, each.high, each.log, each.step)
+    if "choices" in given:
+        return CategoricalDistribution(range(len(given["choices"])))
+    low, high, log, step = given["low"], given["high"], given.get("log", False), given.get("step")
+    if isinstance(low, int) and isinstance(high, int):
+        return IntDistribution(low, high, log, int(step or 1))
+    return FloatDistribution(low, high, log, step)
 
 
-def _trial(
-    proposed: dict[str, Any], search: Search, out: Path, imports: tuple[str, ...]
-) -> dict[str, float]:
+def _values(search: Search, params: Mapping[str, Any]) -> dict[str, Any]:
+    """What Optuna proposed, by the path of the entry."""
+    choices = {path: each.get("choices", []) for path, each in search.ranges().items()}
+    return {path: choices[path][each] if choices[path] else each for path, each in params.items()}
+
+
+def _runs(search: Search, params: Mapping[str, Any], out: Path, number: int) -> list[Config]:
+    """Configs of the trainings of a trial, one for each seed."""
+    values, folder = _values(search, params), str(out / "trials" / str(number))
+    return [search.config(values, seed=seed, log_dir=folder, run_name=f"seed_{seed}")
+            for seed in search.seeds]  # fmt: skip
+
+
+def _trial(folder: str, configs: list[Config], imports: tuple[str, ...]) -> dict[str, float]:
     """Train with all seeds; the means of the last evaluations."""
+    os.chdir(folder)
     import_allowed(imports)
-    values = {
-        path: each.choices[proposed[path]] if each.choices else proposed[path]
-        for path, each in search.ranges().items()
-    }
-    folder = out / "trials" / tune.get_context().get_trial_id()
-    found = [_train(search, values, folder, seed) for seed in search.seeds]
-    means = {name: float(np.mean([each[name] for each in found])) for name in FIGURES}
-    write_trial(folder / "trial.json", values, means)
-    return means
+    for config in configs:
+        place = Path(config.log_dir) / config.algo / str(config.run_name)
+        run = open_run(place) if (place / "config.yaml").is_file() else create_run(config)
+        try:
+            if run.new is not None or not is_complete(run):
+                train_in(run, quiet=True)
+        except NonFiniteError:  # a recipe that diverges is no error of the search
+            break
+        finally:
+            run.close()
+    return _figures(configs)
 
 
-def _train(search: Search, values: Mapping[str, Any], folder: Path, seed: int) -> dict[str, float]:
-    config = search.config(values, seed=seed, log_dir=str(folder), run_name=f"seed_{seed}")
-    place = folder / config.algo / f"seed_{seed}"
-    run = open_run(place) if (place / "config.yaml").is_file() else create_run(config)
-    try:
-        if run.new is not None or not is_complete(run):
-            train_in(run, quiet=True)
-        return _figures(run)
-    except NonFiniteError:  # a recipe that diverges is no error of the search
-        return WORST
-    finally:
-        run.close()
+def _figures(configs: list[Config]) -> dict[str, float]:
+    """Means over the last evaluations of some runs; the worst there are if one diverged."""
+    runs = [Run(Path(each.log_dir) / each.algo / str(each.run_name)) for each in configs]
+    if not all(is_complete(run) for run in runs):
+        return _WORST
+    held_out = [read_evaluations(run / "evaluations.npz") for run in runs]
+    means = [np.mean([each[key][-1].mean() for each in held_out]) for key in _KEYS]
+    return dict(zip(FIGURES, map(float, means), strict=True))
 
 
-def _figures(run: Run) -> dict[str, float]:
-    """Figures of the last evaluation."""
-    held_out = read_evaluations(run / "evaluations.npz")
-    last = {key: float(held_out[key][-1].mean()) for key in ("successes", "results", "costs")}
-    return dict(zip(FIGURES, last.values(), strict=True))
-
-
-def _conclude(search: Search, out: Path) -> Found:
+def _conclude(study: optuna.Study, search: Search, out: Path) -> Found:
     """Write the table of all trials and the configs of the best."""
-    documents = [read_trial(path) for path in sorted(out.glob("trials/*/trial.json"))]
+    done = study.get_trials(states=(_COMPLETE,))
+    figures = {each.number: _figures(_runs(search, each.params, out, each.number)) for each in done}
     text = io.StringIO()
     writer = csv.DictWriter(text, [*search.ranges(), *FIGURES], lineterminator="\n")
     writer.writeheader()
-    writer.writerows({**each["values"], **each["figures"]} for each in documents)
+    writer.writerows({**_values(search, each.params), **figures[each.number]} for each in done)
     write_atomic(out / "trials.csv", text.getvalue())
     for old in out.glob("best_*.yaml"):
         old.unlink()
-    paths = []
-    for k, document in enumerate(_front(search, documents)):
-        config = config_to_dict(search.config(document["values"], seed=search.seeds[0]))
-        entries = {key: value for key, value in config.items() if key not in _PLACES}
-        figures = ", ".join(f"{name} {document['figures'][name]:.5g}" for name in FIGURES)
-        paths.append(out / f"best_{k}.yaml")
-        note = f"# validation, seeds {search.seeds}: {figures}\n"
-        write_atomic(paths[-1], note + dump_yaml(entries))
-    return Found(paths, len(documents))
-
-
-def _front(search: Search, documents: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The trials that no other beats in all that is searched for, best first."""
-
-    def losses(document: dict[str, Any]) -> list[float]:
-        signs = {"min": 1.0, "max": -1.0}
-        figures = document["figures"]
-        return [signs[FIGURES[name]] * figures[name] for name in search.objective]
-
-    def beaten(ours: list[float], theirs: list[float]) -> bool:
-        return theirs != ours and all(b <= a for a, b in zip(ours, theirs, strict=True))
-
-    everyone = [losses(document) for document in documents]
-    front = [
-        document
-        for document, ours in zip(documents, everyone, strict=True)
-        if not any(beaten(ours, theirs) for theirs in everyone)
-    ]
-    return sorted(front, key=losses)
+    signs = [1.0 if FIGURES[name] == "min" else -1.0 for name in search.objective]
+    best = sorted(study.best_trials, key=lambda each: list(np.multiply(signs, each.values)))
+    paths = [out / f"best_{k}.yaml" for k in range(len(best))]
+    for path, each in zip(paths, best, strict=True):
+        config = config_to_dict(search.config(_values(search, each.params), seed=search.seeds[0]))
+        told = ", ".join(f"{name} {value:.5g}" for name, value in figures[each.number].items())
+        entries = {key: value for key, value in config.items() if key not in PLACES}
+        write_atomic(path, f"# validation, seeds {search.seeds}: {told}\n{dump_yaml(entries)}")
+    return Found(paths, len(done))

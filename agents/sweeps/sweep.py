@@ -11,7 +11,7 @@ import sys
 import threading
 import traceback
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -35,7 +35,7 @@ from ..storage.runs import (
     is_in_use,
     open_run,
 )
-from ..training.recording import frame_of, is_complete, make_record
+from ..training.recording import PLACES, is_complete, make_record
 from ..training.trainer import StopSignals, train_in
 
 # One training of a sweep: a config, and the record of what came of it.
@@ -67,7 +67,7 @@ class Training:
     def file(self) -> Path:
         """File of its record."""
         config = self.config
-        return record_file(self.records, config.env_id, config.algo, frame_of(config), config.seed)
+        return record_file(self.records, config.env_id, config.algo, config.frame, config.seed)
 
     def is_done(self) -> bool:
         """Whether its record is there."""
@@ -100,10 +100,8 @@ class Training:
         Raises:
             ConfigError: There is one; names what differs.
         """
-        for place, changed in (
-            (self.file, self._changed_record()),
-            (self.folder, self._changed_run()),
-        ):
+        differing = {self.file: self._changed_record(), self.folder: self._changed_run()}
+        for place, changed in differing.items():
             if changed:
                 raise ConfigError(
                     f"{place} is of another config ({'; '.join(changed)}); --overwrite trains it "
@@ -137,10 +135,6 @@ class Training:
             run.close()
         return None
 
-    def line(self) -> str:
-        """What came of it, in a line."""
-        return _line(read_record(self.file))
-
     def _open(self) -> Run:
         """Its run: new, as it was left, or anew if it was of another config."""
         changed = self._changed_run()
@@ -150,24 +144,23 @@ class Training:
 
     def _changed_run(self) -> list[str] | None:
         """What differs between the config and that of the run; None without a run."""
-        if not (self.folder / "config.yaml").is_file():
-            return None
-        try:
-            before = find_run(self.folder).config()
-        except ConfigError as error:
-            return [str(error)]
-        return differences(config_to_dict(before), config_to_dict(self.config))
+        return self._changed(self.folder / "config.yaml", lambda: find_run(self.folder).config())
 
     def _changed_record(self) -> list[str] | None:
         """What differs between the config and that of the record; None without a record."""
-        if not self.file.is_file():
+        here = {name: getattr(self.config, name) for name in PLACES}
+        return self._changed(
+            self.file, lambda: config_from({**read_record(self.file).config, **here})
+        )
+
+    def _changed(self, file: Path, read: Callable[[], Config]) -> list[str] | None:
+        """What differs between the config and one that is read; None without its file."""
+        if not file.is_file():
             return None
-        here = {"log_dir": self.config.log_dir, "run_name": self.config.run_name}
         try:
-            before = config_from({**read_record(self.file).config, **here})
+            return differences(config_to_dict(read()), config_to_dict(self.config))
         except ConfigError as error:
             return [str(error)]
-        return differences(config_to_dict(before), config_to_dict(self.config))
 
 
 def work(training: Training, imports: Sequence[str]) -> tuple[int, str]:
@@ -190,7 +183,9 @@ def work(training: Training, imports: Sequence[str]) -> tuple[int, str]:
         return FAILED, f"{training.config.env_id}: {error}"
     except Exception:
         return FAILED, f"{training.config.env_id}: {traceback.format_exc()}"
-    return (DONE, training.line()) if stopped_by is None else (128 + stopped_by, "")
+    if stopped_by is not None:
+        return 128 + stopped_by, ""
+    return DONE, _line(read_record(training.file))
 
 
 def _line(record: Record) -> str:
@@ -261,10 +256,13 @@ Ended = tuple[int, int | None, str]
 
 
 class Workers(Protocol):
-    """Processes that train, here or elsewhere."""
+    """Processes that train, here or elsewhere.
 
-    def has_room(self) -> bool:
-        """Whether one more may start."""
+    Attributes:
+        room: How many may train at the same time.
+    """
+
+    room: float
 
     def start(self, number: int, training: Training) -> None:
         """Train in a process of its own.
@@ -273,9 +271,6 @@ class Workers(Protocol):
             number: Names the training.
             training: What to train.
         """
-
-    def is_idle(self) -> bool:
-        """Whether none trains."""
 
     def wait(self) -> list[Ended]:
         """The trainings that ended; waits for one, a second at most."""
@@ -356,7 +351,7 @@ class _Sweep:
         asked = False
         if self._n_done:
             self._say(f"{self._n_done} of {len(self._trainings)} have their record")
-        while self._waiting or not self._workers.is_idle():
+        while self._waiting or self._running:
             if self._signals.stopping():
                 self._waiting.clear()
                 if not asked:
@@ -387,7 +382,7 @@ class _Sweep:
     def _start_due(self) -> None:
         """Start what is due while there is room."""
         for _ in range(len(self._waiting)):
-            if not self._workers.has_room():
+            if len(self._running) >= self._workers.room:
                 return
             number, due = self._waiting.popleft()
             if due > monotonic():
@@ -431,7 +426,7 @@ class _Sweep:
     def _fail(self, text: str) -> None:
         if not self._quiet:
             tell("")
-        print(f"error: {text}", file=sys.stderr, flush=True)
+        print(f"agents: {text}", file=sys.stderr, flush=True)
         self._failed = True
 
     def _again_later(self, number: int) -> None:
@@ -453,15 +448,12 @@ class Processes:
             jobs: How many train at the same time.
             imports: Modules that register environments.
         """
-        self._jobs, self._imports = jobs, tuple(imports)
+        self.room: float = jobs
+        self._imports = tuple(imports)
         # Forked from a server that has imported torch and SB3 once, and has no threads.
         self._context = multiprocessing.get_context("forkserver")
         self._context.set_forkserver_preload([work.__module__])
         self._running: dict[Connection, tuple[int, BaseProcess]] = {}
-
-    def has_room(self) -> bool:
-        """Whether one more may start."""
-        return len(self._running) < self._jobs
 
     def start(self, number: int, training: Training) -> None:
         """Train in a process of its own.
@@ -475,10 +467,6 @@ class Processes:
         process.start()
         theirs.close()  # now its end is the end of the process
         self._running[ours] = number, process
-
-    def is_idle(self) -> bool:
-        """Whether none trains."""
-        return not self._running
 
     def wait(self) -> list[Ended]:
         """The trainings that ended; waits for one, a second at most."""

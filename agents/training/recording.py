@@ -13,6 +13,7 @@ from typing import Any
 
 import torch
 from gymnasium.spaces import Dict
+from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
 
@@ -22,6 +23,7 @@ from rigid_envs.base.files import canonical_json, write_atomic
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.sb3.adapter import NonFiniteError, all_finite
 from rigid_envs.sb3.exporting import contents
+from rigid_envs.scores.policies import from_predict
 from rigid_envs.scores.records import Record, record_of, write_record
 from rigid_envs.scores.starts import N_STARTS, ActionFunction
 from rigid_envs.scores.trained import FOLDER, FORMAT, CompiledPolicy, write_policy
@@ -58,26 +60,25 @@ def stronger(model: Any, gain: float) -> Iterator[None]:
         policy.load_state_dict(before)
 
 
-def acting(model: BaseAlgorithm) -> ActionFunction:
-    """What a model does, given observations of its environment, which it sees as in training.
+def acting(model: BaseAlgorithm, venv: VectorEnv[Any, Any, Any]) -> ActionFunction:
+    """What a model does in its environment, whose observations it sees as in training.
 
     Args:
         model: SB3 model.
+        venv: The environment, without the wrappers of the training.
 
     Returns:
         A function of the observations of all rows; it raises a NonFiniteError for bad ones.
     """
-    scaled, alone = model.get_vec_normalize_env(), not isinstance(model.observation_space, Dict)
+    of_seen = from_predict(model)(venv)
+    goals = isinstance(venv.single_observation_space, Dict)
+    alone = goals and not isinstance(model.observation_space, Dict)
 
     def act(observations: Any) -> NDArray[Any]:
-        seen = (
-            observations["observation"]
-            if alone and isinstance(observations, dict)
-            else observations
-        )
+        seen = observations["observation"] if alone else observations
         if not all_finite(seen):
             raise NonFiniteError("an observation of the evaluation is not finite")
-        return model.predict(scaled.normalize_obs(seen) if scaled else seen, deterministic=True)[0]
+        return of_seen(seen)
 
     return act
 
@@ -101,14 +102,11 @@ def save_policy(model: BaseAlgorithm, config: Config, folder: Path) -> None:
 
 # The record of a run: read from its files, and evaluated as its published policy would be.
 
-_PLACES = ("log_dir", "run_name")  # entries that say where a run is, not what
+PLACES = ("log_dir", "run_name")
+"""Entries that say where a run is, not what."""
+
 _STEPS = "time/total_timesteps"
 _POLICY = "best_model/policy.safetensors"
-
-
-def frame_of(config: Config) -> str:
-    """Frame of the observations and actions of a training."""
-    return str(config.env_kwargs.get("frame", "world"))
 
 
 def is_complete(run: Run) -> bool:
@@ -131,9 +129,9 @@ def make_record(run: Run, n: int) -> Record:
     return record_of(
         found,
         algo=config.algo,
-        frame=frame_of(config),
+        frame=config.frame,
         seed=config.seed,
-        config={k: v for k, v in config_to_dict(config).items() if k not in _PLACES},
+        config={k: v for k, v in config_to_dict(config).items() if k not in PLACES},
         training={
             "timesteps": int(times[_STEPS]),
             "policy_timesteps": document["timesteps"],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatch
 from typing import Any, NamedTuple
 
@@ -23,7 +23,7 @@ from rigid_envs.base.checks import require
 
 from ..config.entries import Config
 from ..environments import TrainingRows
-from .algorithms import algorithm_of
+from .algorithms import counters_of, parts_of
 
 # The random streams of a training: captured, checked and restored.
 #
@@ -31,70 +31,96 @@ from .algorithms import algorithm_of
 # explores with torch's), and that of the first, random actions and of DQN's exploration.
 
 Arrays = dict[str, NDArray[Any]]
-Stream = np.random.BitGenerator
 
 
-def capture_random(actions: Stream) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """States of all streams.
+class Streams(NamedTuple):
+    """Random streams, which have a state each.
 
-    Args:
+    Attributes:
+        python: Python's module, or a generator of its own.
+        numpy: NumPy's module, or a generator of its old kind.
+        torch: Generator of torch.
         actions: Stream of the actions.
+    """
+
+    python: Any
+    numpy: Any
+    torch: torch.Generator
+    actions: np.random.BitGenerator
+
+
+def streams_of(model: BaseAlgorithm) -> Streams:
+    """The streams that a training draws from."""
+    actions = model.action_space.np_random.bit_generator
+    return Streams(random, np.random, torch.default_generator, actions)
+
+
+def capture_random(streams: Streams) -> tuple[Arrays, dict[str, Any]]:
+    """States of all streams.
 
     Returns:
         Arrays and JSON values that `restore_random` takes.
     """
-    version, words, next_gauss = random.getstate()
-    kind, key, position, has_gauss, gauss = np.random.get_state()  # noqa: NPY002
+    version, words, next_gauss = streams.python.getstate()
+    kind, key, *numpy = streams.numpy.get_state()
     arrays = {
         "python": np.array(words, dtype=np.uint64),
         "numpy": np.asarray(key),
-        "torch": torch.get_rng_state().numpy(),
+        "torch": streams.torch.get_state().numpy(),
     }
     document = {
         "python": [version, next_gauss],
-        "numpy": [kind, position, has_gauss, gauss],
-        "actions": actions.state,
+        "numpy": [kind, *numpy],
+        "actions": streams.actions.state,
     }
     return arrays, document
 
 
-def restore_random(actions: Stream, arrays: Arrays, document: Mapping[str, Any]) -> None:
-    """Bring all streams to captured states.
+def restore_random(
+    streams: Streams, arrays: Arrays, document: Mapping[str, Any], names: Sequence[str] = ()
+) -> None:
+    """Bring streams to captured states.
 
     Args:
-        actions: Stream of the actions.
+        streams: The streams.
         arrays: From `capture_random`.
         document: From `capture_random`.
+        names: Of the streams; all of them if empty.
     """
-    random.setstate(_python(arrays, document))
-    np.random.set_state(_numpy(arrays, document))  # noqa: NPY002
-    torch.set_rng_state(torch.tensor(arrays["torch"]))
-    actions.state = document["actions"]
+    for name in names or Streams._fields:
+        if name == "python":
+            version, next_gauss = document["python"]
+            streams.python.setstate((version, tuple(arrays["python"].tolist()), next_gauss))
+        elif name == "numpy":
+            kind, *numpy = document["numpy"]
+            streams.numpy.set_state((kind, arrays["numpy"], *numpy))
+        elif name == "torch":
+            streams.torch.set_state(torch.tensor(arrays["torch"]))
+        else:
+            streams.actions.state = document["actions"]
 
 
-def check_random(actions: Stream, arrays: Arrays, document: Mapping[str, Any]) -> None:
+def check_random(actions: np.random.BitGenerator, arrays: Arrays, document: Any) -> None:
     """Refuse states that streams of their kind do not take, or do not give back.
 
     Args:
-        actions: Stream of the actions.
+        actions: Stream of the actions; it stays as it is.
         arrays: From `capture_random`.
         document: From `capture_random`.
 
     Raises:
         ValueError: "member = value; expected ...".
     """
-    python, numpy = random.Random(), np.random.RandomState()
-    generator, other = torch.Generator(), type(actions)()
-    _check(
-        "python",
-        lambda: python.setstate(_python(arrays, document)),
-        lambda: python.getstate() == _python(arrays, document),
-    )
-    _check(
-        "numpy",
-        lambda: numpy.set_state(_numpy(arrays, document)),
-        lambda: _equal(numpy.get_state(), _numpy(arrays, document)),
-    )
+    scratch = Streams(random.Random(), np.random.RandomState(), torch.Generator(), type(actions)())
+    for name in Streams._fields:
+        try:
+            restore_random(scratch, arrays, document, [name])
+            back, told = capture_random(scratch)
+            same = told.get(name) == document.get(name)
+            same, why = same and np.array_equal(back.get(name, 0), arrays.get(name, 0)), "another"
+        except (ValueError, TypeError, OverflowError, LookupError, RuntimeError) as error:
+            same, why = False, f"{error}"
+        require(same, why.splitlines()[:1], f"random/{name}", "a state of its random stream")
     position, has_gauss = document["numpy"][1:3]  # which NumPy does not check
     require(
         0 <= position <= len(arrays["numpy"]) and has_gauss in (0, 1),
@@ -102,39 +128,6 @@ def check_random(actions: Stream, arrays: Arrays, document: Mapping[str, Any]) -
         "random.numpy",
         "a position in [0, 624], and whether a number is kept",
     )
-    _check(
-        "torch",
-        lambda: generator.set_state(torch.tensor(arrays["torch"])),
-        lambda: np.array_equal(generator.get_state().numpy(), arrays["torch"]),
-    )
-    _check(
-        "actions",
-        lambda: setattr(other, "state", document["actions"]),
-        lambda: other.state == document["actions"],
-    )
-
-
-def _check(name: str, give: Callable[[], object], is_back: Callable[[], bool]) -> None:
-    try:
-        give()
-        same, why = is_back(), "another state"
-    except (ValueError, TypeError, OverflowError, LookupError, RuntimeError) as error:
-        same, why = False, f"{error}"
-    require(same, why.splitlines()[:1], f"random/{name}", "a state of its random stream")
-
-
-def _equal(state: Any, other: Any) -> bool:
-    return all(np.array_equal(a, b) for a, b in zip(state, other, strict=True))
-
-
-def _python(arrays: Arrays, document: Mapping[str, Any]) -> tuple[Any, ...]:
-    version, next_gauss = document["python"]
-    return version, tuple(arrays["python"].tolist()), next_gauss
-
-
-def _numpy(arrays: Arrays, document: Mapping[str, Any]) -> tuple[Any, ...]:
-    kind, *rest = document["numpy"]
-    return kind, arrays["numpy"], *rest
 
 
 # Replay buffers as arrays, and back, to the bit.
@@ -243,7 +236,7 @@ def _with_rows(name: str, part: _Part, rows: Mapping[str, int]) -> _Part:
 def _parts_of_moments(model: BaseAlgorithm) -> dict[str, _Part]:
     """Parts of the state of Adam, which there is from the first update on."""
     parts = {}
-    for name, optimizer in algorithm_of(model).parts(model).optimizers.items():
+    for name, optimizer in parts_of(model).optimizers.items():
         weights = [weight for group in optimizer.param_groups for weight in group["params"]]
         for k, weight in enumerate(weights):
             if weight.requires_grad:
@@ -397,23 +390,22 @@ def capture(model: BaseAlgorithm, adapter: TrainingRows) -> tuple[Arrays, dict[s
     Returns:
         Arrays and JSON values that `restore` takes.
     """
-    algorithm = algorithm_of(model)
-    weights, optimizers = algorithm.parts(model)
-    streams, states = capture_random(_action_stream(model))
+    weights, optimizers = parts_of(model)
+    streams, states = capture_random(streams_of(model))
     buffer = getattr(model, "replay_buffer", None)
     arrays = {
-        **_prefixed("weights", {name: tensor.numpy() for name, tensor in weights.items()}),
-        **_prefixed("optimizer", _moments(optimizers)),
-        **_prefixed("memory", {} if buffer is None else buffer_arrays(buffer)),
-        **_prefixed("adapter", adapter.get_state()),
-        **_prefixed("normalize", _statistics(model.get_vec_normalize_env())),
-        **_prefixed("random", streams),
-        **_prefixed("window", _window(model)),
+        **prefixed("weights", {name: tensor.numpy() for name, tensor in weights.items()}),
+        **prefixed("optimizer", _moments(optimizers)),
+        **prefixed("memory", {} if buffer is None else buffer_arrays(buffer)),
+        **prefixed("adapter", adapter.get_state()),
+        **prefixed("normalize", _statistics(model.get_vec_normalize_env())),
+        **prefixed("random", streams),
+        **prefixed("window", _window(model)),
         **_observations(model),
         "last_episode_starts": np.asarray(model._last_episode_starts),
     }
     document = {
-        "counters": {name: getattr(model, name) for name in (*_COUNTERS, *algorithm.COUNTERS)},
+        "counters": {name: getattr(model, name) for name in (*_COUNTERS, *counters_of(model))},
         "learning_rates": {
             name: [group["lr"] for group in optimizer.param_groups]
             for name, optimizer in optimizers.items()
@@ -443,7 +435,7 @@ def check(
         ValueError: "member = value; expected ...".
     """
     check_arrays(arrays, fresh, model, document["counters"], evaluations)
-    check_random(_action_stream(model), _under("random", arrays), document["random"])
+    check_random(streams_of(model).actions, under("random", arrays), document["random"])
 
 
 def restore(
@@ -457,23 +449,23 @@ def restore(
         arrays: From `capture`.
         document: From `capture`.
     """
-    weights, optimizers = algorithm_of(model).parts(model)
+    weights, optimizers = parts_of(model)
     for name, tensor in weights.items():
         tensor.copy_(torch.tensor(arrays[f"weights/{name}"]))
     for name, optimizer in optimizers.items():
-        moments = _under(f"optimizer/{name}", arrays)
+        moments = under(f"optimizer/{name}", arrays)
         _restore_optimizer(optimizer, moments, document["learning_rates"][name])
     buffer = getattr(model, "replay_buffer", None)
     if buffer is not None:
-        restore_buffer(buffer, _under("memory", arrays))
-    adapter.set_state(_under("adapter", arrays))
-    _restore_statistics(model.get_vec_normalize_env(), _under("normalize", arrays))
-    _restore_window(model, _under("window", arrays))
+        restore_buffer(buffer, under("memory", arrays))
+    adapter.set_state(under("adapter", arrays))
+    _restore_statistics(model.get_vec_normalize_env(), under("normalize", arrays))
+    _restore_window(model, under("window", arrays))
     _restore_observations(model, arrays)
     model._last_episode_starts = arrays["last_episode_starts"]
     for name, value in document["counters"].items():
         setattr(model, name, value)
-    restore_random(_action_stream(model), _under("random", arrays), document["random"])
+    restore_random(streams_of(model), under("random", arrays), document["random"])
 
 
 def _moments(optimizers: Mapping[str, Optimizer]) -> Arrays:
@@ -502,7 +494,7 @@ def _observations(model: BaseAlgorithm) -> Arrays:
     for name in _OBSERVATIONS:
         value: Any = getattr(model, name)
         if isinstance(value, dict):
-            arrays |= _prefixed(name, value)
+            arrays |= prefixed(name, value)
         elif value is not None:
             arrays[name] = value
     return arrays
@@ -510,7 +502,7 @@ def _observations(model: BaseAlgorithm) -> Arrays:
 
 def _restore_observations(model: BaseAlgorithm, arrays: Arrays) -> None:
     for name in _OBSERVATIONS:
-        setattr(model, name, arrays.get(name) if name in arrays else _under(name, arrays) or None)
+        setattr(model, name, arrays.get(name) if name in arrays else under(name, arrays) or None)
 
 
 def _statistics(normalize: VecNormalize | None) -> Arrays:
@@ -558,14 +550,12 @@ def _restore_window(model: BaseAlgorithm, arrays: Arrays) -> None:
     model.ep_success_buffer = deque(arrays["successes"].tolist(), maxlen=size)
 
 
-def _action_stream(model: BaseAlgorithm) -> np.random.BitGenerator:
-    return model.action_space.np_random.bit_generator
-
-
-def _prefixed(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
+def prefixed(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
+    """Arrays under names that begin with a prefix."""
     return {f"{prefix}/{key}": value for key, value in arrays.items()}
 
 
-def _under(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
+def under(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
+    """The arrays of `prefixed` among others."""
     start = f"{prefix}/"
     return {k.removeprefix(start): value for k, value in arrays.items() if k.startswith(start)}

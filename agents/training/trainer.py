@@ -28,11 +28,11 @@ from rigid_envs.scores.starts import row_seeds
 
 from ..config.entries import Config, config_to_dict
 from ..environments import TrainingRows, make, part_for
-from ..storage.logs import load_newest, save_newest
+from ..storage.logs import load_newest, save_newest, write_evaluations
 from ..storage.runs import Run, create_run, differences, manifest, open_run
 from .algorithms import build_model, check_fit, iterate
 from .recording import acting, save_policy, stronger
-from .snapshots import capture, check, check_document, restore
+from .snapshots import capture, check, check_document, prefixed, restore, under
 from .validation import Clock, Progress, Records, Spent, Validation
 
 # Signals that ask a run to stop are answered between two updates.
@@ -322,7 +322,7 @@ class Trainer:
     def _state(self, logs: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Arrays and document of a checkpoint, given the positions in the logs."""
         arrays, document = capture(self.model, self._adapter)
-        arrays |= {f"validation/{k}": v for k, v in self._validation.arrays().items()}
+        arrays |= prefixed("validation", self._validation.found)
         document |= {
             "config": config_to_dict(self._config),
             "manifest": manifest(),
@@ -358,9 +358,8 @@ class Trainer:
         for line in differences(document["manifest"], manifest()):
             self._progress.say(f"not the machine or versions of before, so not its bits: {line}")
         restore(self.model, self._adapter, arrays, document)
-        prefix = "validation/"
-        held = {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
-        self._validation.restore(held)
+        held = under("validation", arrays)
+        self._validation.found = {name: held[name] for name in self._validation.found}
         self._iterations, self._clock = document["iterations"], Clock(Spent(*document["spent"]))
 
     def _figures(self) -> dict[str, Any]:
@@ -375,10 +374,12 @@ class Trainer:
 
     def _evaluate(self) -> dict[str, Any]:
         with stronger(self.model, self._config.policy_gain):
-            episodes, better = self._validation.run(acting(self.model), self.model.num_timesteps)
+            episodes, better = self._validation.run(
+                lambda venv: acting(self.model, venv), self.model.num_timesteps
+            )
             if better:
                 save_policy(self.model, self._config, self._run / "best_model")
-        self._validation.save(self._run / "evaluations.npz")
+        write_evaluations(self._run / "evaluations.npz", self._validation.found)
         return {
             "eval/success_rate": episodes.successes.mean(),
             "eval/mean_reward": episodes.returns.mean(),

@@ -6,11 +6,11 @@ import json
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.logger import Logger
 from tqdm import tqdm  # type: ignore[import-untyped]
@@ -18,8 +18,8 @@ from tqdm import tqdm  # type: ignore[import-untyped]
 from rigid_envs.scores.starts import ActionFunction, Episodes, play, row_seeds
 
 from ..config.entries import Config
-from ..environments import EpisodeEnds, make
-from ..storage.logs import CsvLog, ProgressLog, TensorBoardLog, check_position, write_evaluations
+from ..environments import make
+from ..storage.logs import CsvLog, TensorBoardLog, check_position
 from ..storage.runs import Run
 from .algorithms import progress_columns
 
@@ -67,6 +67,9 @@ def _now() -> Spent:
 VALIDATION_SEED = 271828
 """Seed of the starts of the evaluations during training, which choose the best policy."""
 
+Policy = Callable[[VectorEnv[Any, Any, Any]], ActionFunction]
+"""What acts in an environment."""
+
 _TYPES = {"results": np.float64, "ep_lengths": np.int64, "successes": bool, "costs": np.float64}
 
 
@@ -74,9 +77,8 @@ class Validation:
     """The evaluations of a run so far.
 
     Attributes:
-        timesteps: Age of the run at each evaluation.
-        best: Success rate of the best policy, and its mean return less the price of its cost at the
-            end of the run; None before the first evaluation.
+        found: All of them, one row each, under the names of SB3's `evaluations.npz`: ages of the
+            run, shape (k,), and what each of n episodes gave, shape (k, n).
     """
 
     def __init__(self, config: Config) -> None:
@@ -85,13 +87,25 @@ class Validation:
         Args:
             config: What to evaluate on, and how often.
         """
-        self._venv = make(config.env_id, config.env_kwargs, config.eval_episodes)
-        self._seeds = row_seeds(VALIDATION_SEED, config.eval_episodes, "validation")
+        n = config.eval_episodes
+        self._venv = make(config.env_id, config.env_kwargs, n)
+        self._seeds = row_seeds(VALIDATION_SEED, n, "validation")
         self._every = config.eval_every
         self._price = config.price_at(config.total_timesteps)
-        self._columns: dict[str, list[NDArray[Any]]] = {name: [] for name in _TYPES}
-        self.timesteps: list[int] = []
-        self.best: tuple[float, float] | None = None
+        self.found: dict[str, NDArray[Any]] = {"timesteps": np.zeros(0, np.int64)}
+        self.found |= {name: np.zeros((0, n), kind) for name, kind in _TYPES.items()}
+
+    @property
+    def best(self) -> tuple[float, float] | None:
+        """Success rate of the best policy, and its mean return less the price of its cost.
+
+        The price is that at the end of the run. None before the first evaluation.
+        """
+        rows = zip(*(self.found[name] for name in ("successes", "results", "costs")), strict=True)
+        scores = [
+            (won.mean(), total.mean() - self._price * cost.mean()) for won, total, cost in rows
+        ]
+        return max(scores, default=None)
 
     def is_due(self, before: int, now: int, total: int) -> bool:
         """Whether an evaluation belongs between two ages of the run.
@@ -114,54 +128,26 @@ class Validation:
         ages = range(update, updates * update + 1, update)
         return [age for age in ages if self.is_due(age - update, age, total)]
 
-    def run(self, act: ActionFunction, timesteps: int) -> tuple[Episodes, bool]:
+    def run(self, policy: Policy, timesteps: int) -> tuple[Episodes, bool]:
         """Evaluate a policy.
 
         Args:
-            act: The policy.
+            policy: The policy.
             timesteps: Age of the run [steps].
 
         Returns:
             The episodes, and whether no policy before was as good.
         """
-        episodes = play(act, self._venv, self._seeds)
-        self.timesteps.append(timesteps)
-        rows = (episodes.returns, episodes.lengths, episodes.successes, episodes.costs)
-        for column, row in zip(self._columns.values(), rows, strict=True):
-            column.append(row)
-        score = self._score(episodes.successes, episodes.returns, episodes.costs)
-        better = self.best is None or score > self.best
-        self.best = score if better else self.best
-        return episodes, better
-
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        """All evaluations, one row each, under the names of SB3's `evaluations.npz`."""
-        n = len(self._seeds)
-        stacked = {
-            k: np.array(v, dtype=_TYPES[k]).reshape(len(v), n) for k, v in self._columns.items()
+        before, episodes = self.best, play(policy(self._venv), self._venv, self._seeds)
+        row = {
+            "timesteps": timesteps,
+            "results": episodes.returns,
+            "ep_lengths": episodes.lengths,
+            "successes": episodes.successes,
+            "costs": episodes.costs,
         }
-        return {"timesteps": np.array(self.timesteps, dtype=np.int64), **stacked}
-
-    def restore(self, arrays: dict[str, NDArray[Any]]) -> None:
-        """Restore the evaluations of `arrays`."""
-        self.timesteps = arrays["timesteps"].tolist()
-        for key in self._columns:
-            self._columns[key] = list(arrays[key])
-        rows = zip(arrays["successes"], arrays["results"], arrays["costs"], strict=True)
-        self.best = max((self._score(*row) for row in rows), default=None)
-
-    def save(self, path: Path) -> None:
-        """Write `evaluations.npz`, atomically.
-
-        Args:
-            path: Where to write.
-        """
-        write_evaluations(path, self.arrays())
-
-    def _score(
-        self, won: NDArray[Any], returns: NDArray[Any], costs: NDArray[Any]
-    ) -> tuple[float, float]:
-        return float(won.mean()), float(returns.mean() - self._price * costs.mean())
+        self.found = {name: np.append(rows, [row[name]], 0) for name, rows in self.found.items()}
+        return episodes, before is None or self.best != before
 
     def close(self) -> None:
         """Close the environment."""
@@ -178,7 +164,7 @@ class Records:
     """All logs of a run.
 
     Attributes:
-        logger: SB3's logger, which writes `progress.csv` and TensorBoard events.
+        logger: SB3's logger, which writes TensorBoard events, and holds a row of `progress.csv`.
     """
 
     START: Mapping[str, Any] = {**dict.fromkeys(_LOGS, 0), "timesteps": 0, "seconds": 0.0}
@@ -195,7 +181,6 @@ class Records:
         at: Mapping[str, Any] = positions or {}
         # `t` of SB3's monitor files is a time. Steps keep two equal runs equal, byte by byte.
         about = json.dumps({"env_id": config.env_id, "t_start": 0, "t_unit": "steps"})
-        self._n_envs = config.n_envs
         self._csv = {
             "progress": CsvLog(
                 run / "progress.csv", progress_columns(config), "", at.get("progress")
@@ -210,9 +195,7 @@ class Records:
         self._last = (at.get("timesteps", 0), at.get("seconds", 0.0))
         purge = None if positions is None else at["timesteps"] + 1
         self._tensorboard = TensorBoardLog(run / "tensorboard", purge)
-        self.logger = Logger(
-            str(run.folder), [ProgressLog(self._csv["progress"]), self._tensorboard]
-        )
+        self.logger = Logger(str(run.folder), [self._tensorboard])
 
     @staticmethod
     def check(run: Run, positions: Mapping[str, Any]) -> None:
@@ -233,7 +216,7 @@ class Records:
         self,
         timesteps: int,
         figures: Mapping[str, Any],
-        ends: Sequence[EpisodeEnds],
+        ends: Sequence[Mapping[str, Any]],
         spent: Spent,
     ) -> None:
         """Log one update.
@@ -249,8 +232,9 @@ class Records:
         self.logger.record(_STEPS, timesteps, exclude="tensorboard")
         speed = self._speed(timesteps, spent.seconds)
         self.logger.record("time/fps", speed)
+        self._csv["progress"].write([self.logger.name_to_value])
         self.logger.dump(timesteps)
-        self._csv["monitor"].write(row for end in ends for row in self._rows(end))
+        self._csv["monitor"].write(ends)
         times = {name: round(value, 3) for name, value in spent._asdict().items()}
         self._csv["times"].write([{_STEPS: timesteps, **times, "steps_per_second": speed}])
         self._last = (timesteps, spent.seconds)
@@ -275,13 +259,6 @@ class Records:
 
     def _speed(self, timesteps: int, seconds: float) -> int:
         return int((timesteps - self._last[0]) / max(seconds - self._last[1], 1e-9))
-
-    def _rows(self, end: EpisodeEnds) -> list[dict[str, Any]]:
-        n, wins = len(end.rows), end.successes
-        successes = [None] * n if wins is None else wins.astype(int).tolist()
-        pairs = zip(end.returns.tolist(), end.lengths.tolist(), successes, strict=True)
-        age = end.step * self._n_envs
-        return [{"r": r, "l": length, "t": age, "is_success": won} for r, length, won in pairs]
 
 
 # Progress bar on the terminal, and a line for each evaluation.

@@ -10,7 +10,7 @@ import numpy as np
 from agents.config.entries import config_from
 from agents.config.reading import read_yaml
 from agents.storage.logs import load_newest, read_evaluations, save_newest, write_evaluations
-from agents.storage.runs import WORST, read_config, read_trial, write_config, write_trial
+from agents.storage.runs import read_config, write_config
 from rigid_envs import load
 from rigid_envs.scores.best import file_of as file_of_best
 from rigid_envs.scores.best import file_of_plans, read_best, read_plans
@@ -79,11 +79,6 @@ READERS = {
     ),
     "result": Reader(
         "result.json", lambda path: evaluate(ID, "zero", n=2).save(path), read_evaluation
-    ),
-    "trial": Reader(
-        "trial.json",
-        lambda path: write_trial(path, {"gamma": 0.9}, {**WORST, "mean_cost": 1.5}),
-        read_trial,
     ),
     "run config": Reader(
         "config.yaml",

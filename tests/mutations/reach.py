@@ -58,7 +58,7 @@ ROOMS = {
         ("scores/*.py",),
         (
             *("tests/scores", "tests/leaderboard", "tests/references"),
-            *("tests/policies", "tests/agents/policies", "tests/sb3/test_exporting.py"),
+            *("tests/policies", "tests/sb3/test_exporting.py"),
         ),
     ),
     "references": Room(("systems/*/references.py",), ("tests/references", "tests/scores")),

@@ -13,12 +13,13 @@ from pathlib import Path
 import pytest
 import yaml
 
-from agents.cli import verbs
+from agents.cli import training
 from agents.cli.command_line import main
 from agents.config.reading import load_config, recipe_for
+from rigid_envs.scores.trained import file_of
 from rigid_envs.watch.replays.replay import load_replay
 
-ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow_import", "tests.agents.drift"]
+ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow-import", "tests.agents.drift"]
 SMALL = [
     *("--n_envs", "16", "--n_steps", "32", "--batch_size", "128", "--n_epochs", "2"),
     *("--eval_every", "4000", "--eval_episodes", "16", "--learning_rate", "1e-3"),
@@ -77,21 +78,21 @@ def test_evaluate_gives_the_same_figures_again(finished: tuple[Path, str], tmp_p
     assert (folder / "results.json").read_bytes() == written
 
 
-def test_evaluate_saves_replays_of_environments_of_the_library(
+def test_evaluate_saves_replays_and_rows_of_the_leaderboard(
     finished: tuple[Path, str], tmp_path: Path
 ) -> None:
     options = ("--episodes", "3", "--save-replays", "2", "--out", str(tmp_path))
-    answer = run(
-        "evaluate", "--controller", "reference", "--ids", "RigidEnvs/Detumble-v0", *options
-    )
+    answer = run("evaluate", str(file_of("Detumble")), *options)
     assert answer.returncode == 0, answer.stderr
-    file = tmp_path / "Detumble-v0" / "riccati" / "replays.npz"
+    file = tmp_path / "replays.npz"
     assert f"written to {file}: 2 episodes" in answer.stdout
-    assert [episode.label for episode in load_replay(file).episodes] == 2 * ["riccati"]
+    assert len(load_replay(file).episodes) == 2
+    assert main(["leaderboard", str(tmp_path)]) == 0
+    assert "expected all 500 starts" in (tmp_path / "leaderboard.md").read_text()
     folder, _ = finished
     answer = run("evaluate", str(folder), *ENV[2:], *options)
     assert answer.returncode == 2
-    assert "--save-replays: env_id = 'tests.agents.drift:Drift-v0'" in answer.stderr
+    assert "--save-replays: env_id = 'Drift-v0'" in answer.stderr
 
 
 def test_enjoy_prints_one_line_per_step(finished: tuple[Path, str]) -> None:
@@ -142,7 +143,7 @@ def test_without_a_word_the_flagship_is_trained_for_a_short_time(
         seen.append(options)
         return 0
 
-    monkeypatch.setattr(verbs, "train", kept)
+    monkeypatch.setattr(training, "train", kept)
     assert main([]) == main(["train"]) == main(["--quiet"]) == 0
     short, *others = (getattr(options, "total_timesteps", None) for options in seen)
     assert others == [None, None]
@@ -182,7 +183,7 @@ def test_without_a_word_the_flagship_is_trained_for_a_short_time(
 def test_an_environment_is_trained_with_its_own_recipe(
     words: list[str], entries: dict[str, object], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["train", *words, "--print_config"]) == 0
+    assert main(["train", *words, "--print-config"]) == 0
     shown = yaml.safe_load(capsys.readouterr().out)
     assert {key: shown[key] for key in entries} == entries
 
@@ -197,7 +198,7 @@ def test_an_environment_is_trained_with_its_own_recipe(
         (["train", "--resume", "nowhere"], 1, "nowhere: no run here"),
         (["train", "--resume", "x", "--seed", "1"], 2, r"leave out \['seed'\]"),
         (["train", "--run_name", "../x"], 2, r"config\.run_name: run_name = '\.\./x'; expected"),
-        (["train", "--allow_import", "no_such_module"], 1, "no_such_module"),
+        (["train", "--allow-import", "no_such_module"], 1, "no_such_module"),
         (["evaluate", "nowhere"], 1, "nowhere"),
         (["evaluate", "nowhere", "--episodes", "0"], 2, "--episodes = 0; expected an integer in"),
         (["enjoy", "x", "--fast"], 2, "option = --fast; expected one that --help lists"),
@@ -220,7 +221,7 @@ def test_a_mistake_is_answered_in_one_line(
     monkeypatch.chdir(tmp_path)
     assert main(words) == status
     said = capsys.readouterr().err
-    assert re.search(message, said) and said.startswith("error: ") and said.count("\n") == 1
+    assert re.search(message, said) and said.startswith("agents: ") and said.count("\n") == 1
     assert list(tmp_path.rglob("config.yaml")) == []
 
 
@@ -228,12 +229,12 @@ def test_the_config_is_printed_and_nothing_is_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["train", "--print_config", "--seed", "7", "--env_kwargs.dt", "1e-2"]) == 0
+    assert main(["train", "--print-config", "--seed", "7", "--env_kwargs.dt", "1e-2"]) == 0
     printed = capsys.readouterr().out
     assert "seed: 7" in printed and "env_kwargs: {frame: reduced, dt: 0.01}" in printed
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "again.yaml").write_text(printed)
-    assert main(["train", "--print_config", "--config", "again.yaml"]) == 0
+    assert main(["train", "--print-config", "--config", "again.yaml"]) == 0
     assert capsys.readouterr().out == printed
 
 

@@ -19,13 +19,14 @@ from agents.config.entries import config_from
 from agents.storage.runs import create_run
 from agents.training import trainer as trainer_module
 from agents.training.trainer import Trainer, train
+from rigid_envs.scores.trained import file_of
 from tests.agents.sessions import SMALL
 from tests.paths import NOT_A_FILE, NOT_A_FOLDER, PATHS
 
 READ = [
     ["train", "--config", "PATH"],
     ["train", "--resume", "PATH"],
-    ["train", "--resume", "PATH", "--print_config"],
+    ["train", "--resume", "PATH", "--print-config"],
     ["evaluate", "PATH"],
     ["evaluate", "PATH", "--which", "last"],
     ["enjoy", "PATH", "--table"],
@@ -37,10 +38,8 @@ READ = [
 ]
 WRITTEN = [
     ["train", "--quiet", "--total_timesteps", "1", "--log_dir", "PATH"],
-    ["zoo", "PATH"],
-    ["evaluate", "--controller", "zero", "--ids", "BallPark", "--episodes", "1", "--out", "PATH"],
+    ["evaluate", str(file_of("Detumble")), "--episodes", "1", "--out", "PATH"],
 ]
-
 
 CASES = [*product(READ, NOT_A_FILE), *product(WRITTEN, NOT_A_FOLDER)]
 
@@ -63,7 +62,7 @@ def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     capsys.readouterr()
     assert main(words) in (1, 2)
     said = capsys.readouterr().err
-    assert said.startswith("error: ") and said.count("\n") == 1, said
+    assert said.startswith("agents: ") and said.count("\n") == 1, said
     return said
 
 

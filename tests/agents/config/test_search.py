@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from agents.config.search import Range, Search, read_search
+from agents.config.search import Search, read_search
 from rigid_envs.base.checks import ConfigError
 
 RECIPE: dict[str, Any] = {
@@ -20,10 +20,10 @@ RECIPE: dict[str, Any] = {
 def test_any_value_of_a_recipe_may_be_a_range() -> None:
     search = Search(recipe=RECIPE)
     assert search.ranges() == {
-        "learning_rate.0": Range(1e-4, 1e-2, log=True),
-        "gamma": Range(choices=(0.99, 0.995)),
-        "train_kwargs.dt": Range(0.1, 0.4),
-        "n_epochs": Range(4, 10),
+        "learning_rate.0": RECIPE["learning_rate"][0],
+        "gamma": RECIPE["gamma"],
+        "train_kwargs.dt": RECIPE["train_kwargs"]["dt"],
+        "n_epochs": RECIPE["n_epochs"],
     }
     values = {"learning_rate.0": 2e-3, "gamma": 0.995, "train_kwargs.dt": 0.2, "n_epochs": 7}
     config: Any = search.config(values, seed=4)

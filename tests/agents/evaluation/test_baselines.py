@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from agents.cli.command_line import main
-from agents.evaluation.baselines import digest_of, grouped, markdown, pictures
+from agents.evaluation.baselines import digest_of, figures_of, grouped, markdown
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.records import Record, read_record, record_file, write_record
 from rigid_envs.scores.repeating import published_record
@@ -106,8 +106,10 @@ def test_a_folder_without_records_is_refused(
 def test_the_page_of_the_repository_is_that_of_its_records() -> None:
     groups = grouped(DOCS / "baselines")
     assert (DOCS / "baselines.md").read_text() == markdown(groups, "baselines"), MEND
-    assert {path.stem for path in (DOCS / "baselines").glob("*.png")} == set(pictures(groups)), MEND
-    for name in pictures(groups):
+    assert {path.stem for path in (DOCS / "baselines").glob("*.png")} == set(figures_of(groups)), (
+        MEND
+    )
+    for name in figures_of(groups):
         with Image.open(DOCS / "baselines" / f"{name}.png") as image:
             assert image.info["Description"] == digest_of(groups), f"{name}.png: {MEND}"
 

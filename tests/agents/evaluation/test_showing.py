@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from agents.cli.command_line import main
-from agents.evaluation import reports as short_film
-from agents.evaluation.reports import try_film
+from agents.evaluation import showing as short_film
+from agents.evaluation.showing import try_film
 from rigid_envs import load
 from rigid_envs.scores.starts import TEST_SEED
 

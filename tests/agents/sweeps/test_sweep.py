@@ -16,7 +16,6 @@ import pytest
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.cli.command_line import main
 from agents.config.entries import config_from
-from agents.config.reading import config_for
 from agents.evaluation.reports import evaluate
 from agents.storage.runs import open_run
 from agents.sweeps import sweep as module
@@ -28,7 +27,7 @@ from tests.agents.sessions import SMALL
 
 FEW = SMALL | {"total_timesteps": 512 * 6}
 DRIFT = "tests.agents.drift"
-VERB = f"benchmark --allow_import {DRIFT} --ids Drift-v0"
+VERB = f"benchmark --allow-import {DRIFT} --ids Drift-v0"
 
 
 def training(folder: Path, name: str = "a", n: int = 20, **entries: Any) -> Training:
@@ -160,7 +159,7 @@ def test_a_training_that_fails_leaves_no_record_and_lets_others_be(
     bad = training(tmp_path, "bad", env_kwargs={"bad_reward_at": 40}, seed=1)
     assert sweep(bad, training(tmp_path)) == 1
     out, err = capsys.readouterr()
-    assert "error: Drift-v0: reward of row 8" in err
+    assert "agents: Drift-v0: reward of row 8" in err
     assert "[1/2] Drift-v0 ppo, seed 0: success" in out
     assert [path.stem for path in tmp_path.glob("records/Drift-v0/*")] == ["ppo_world_0"]
 
@@ -227,29 +226,13 @@ def wait_for(condition: Any) -> None:
         time.sleep(0.05)
 
 
-@pytest.mark.parametrize(
-    ("env_id", "algo", "entries"),
-    [
-        ("RigidEnvs/BallPark-v0", "ppo", {"env_kwargs": {"frame": "reduced"}}),
-        ("RigidEnvs/BallParkGoal-v0", "ppo", {"env_kwargs": {"frame": "reduced"}}),
-        ("tests.agents.drift:Drift-v0", "ppo", {"env_kwargs": {}, "n_envs": 256}),
-    ],
-)
-def test_an_environment_gets_its_own_config_or_an_algorithm_that_suits_it(
-    env_id: str, algo: str, entries: dict[str, Any]
-) -> None:
-    config = config_for(env_id, {"seed": 7})
-    assert (config.env_id, config.algo, config.seed) == (env_id, algo, 7)
-    assert {name: getattr(config, name) for name in entries} == entries
-
-
 def test_the_verb_trains_what_it_is_told(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
     words = [
         "benchmark",
-        "--allow_import",
+        "--allow-import",
         DRIFT,
         "--ids",
         "Drift-v0",

@@ -60,19 +60,26 @@ def test_a_model_and_its_file_act_alike(tmp_path: Path, entries: dict[str, Any])
     model = model_of(config)
     model.learn(512)
     save_policy(model, config, tmp_path / "policy")
-    policy, act = load(tmp_path / "policy"), acting(model)
-    venv = make(config.env_id, config.env_kwargs, 1)
+    policy = load(tmp_path / "policy")
     for batch in (1, 500):
+        venv = make(config.env_id, config.env_kwargs, batch)
+        act = acting(model, venv)
         obs = observations(venv.single_observation_space, batch, np.random.default_rng(batch))
         np.testing.assert_allclose(act(obs), policy.predict(obs)[0], rtol=1e-5, atol=1e-5)
         assert act(obs).dtype == policy.predict(obs)[0].dtype
+    if config.frame == "reduced":  # goals are in the frame of the world: they are not read
+        assert policy.document["network"]["inputs"] == [["observation", 9]]
+        alone = {"observation": obs["observation"]}
+        np.testing.assert_array_equal(policy.predict(obs)[0], policy.predict(alone)[0])
+        np.testing.assert_array_equal(act(obs), act(alone))
     beside = json.loads((tmp_path / "policy" / "policy.json").read_text())
     assert beside == load_tensors(tmp_path / "policy" / "policy.safetensors", 10**6)[1]
     assert (beside["env_id"], beside["seed"]) == (config.env_id, config.seed)
 
 
 def test_an_observation_that_is_not_finite_ends_an_evaluation() -> None:
-    act = acting(model_of(config_of()))
+    model = model_of(config_of())
+    act = acting(model, make("Drift-v0", {}, 1))
     with pytest.raises(NonFiniteError, match="observation of the evaluation"):
         act(np.array([[0.0, np.nan]], dtype=np.float32))
 

@@ -1,7 +1,6 @@
 """A policy with a gain acts so many times as strongly; what is trained does not."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,9 +10,7 @@ from agents.config.entries import config_from
 from agents.environments import TrainingRows, make
 from agents.training.algorithms import build_model
 from agents.training.recording import acting, save_policy, stronger
-from agents.training.trainer import train
 from rigid_envs import load
-from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import load_tensors
 
 SEEN = np.random.default_rng(0).normal(size=(500, 2)).astype(np.float32)
@@ -24,27 +21,16 @@ def test_modes_and_spread_are_those_without_it_times_the_gain(tmp_path: Path, ga
     config = config_from({"env_id": "Drift-v0", "n_envs": 4, "n_steps": 16, "batch_size": 32})
     model = build_model(config, TrainingRows(make("Drift-v0", {}, 4)))
     model.learn(256)
-    plain, before = acting(model)(SEEN), str(model.policy.state_dict())
+    rows = make("Drift-v0", {}, 500)
+    plain, before = acting(model, rows)(SEEN), str(model.policy.state_dict())
     spread = model.policy.log_std.exp().tolist()
     with stronger(model, gain):
-        strong = acting(model)(SEEN)
+        strong = acting(model, rows)(SEEN)
         save_policy(model, config, tmp_path / "policy")
     assert str(model.policy.state_dict()) == before
-    np.testing.assert_array_equal(acting(model)(SEEN), plain)
+    np.testing.assert_array_equal(acting(model, rows)(SEEN), plain)
     inside = np.abs(plain) < 1.0
     np.testing.assert_allclose(strong[inside], np.clip(gain * plain, -1.0, 1.0)[inside], 1e-5, 1e-7)
     np.testing.assert_allclose(load(tmp_path / "policy").predict(SEEN)[0], strong, 1e-5, 1e-5)
     saved, _ = load_tensors(tmp_path / "policy" / "policy.safetensors", 10**6)
     np.testing.assert_allclose(np.exp(saved["log_std"]), gain * np.array(spread), rtol=1e-6)
-
-
-@pytest.mark.parametrize(
-    "entries",
-    [{"env_id": "RigidEnvs/BallGrid-v0"}, {"algo": "sac"}, {"algo": "dqn"}],
-)
-def test_other_policies_have_none(tmp_path: Path, entries: dict[str, Any]) -> None:
-    values = {"log_dir": str(tmp_path), "env_id": "RigidEnvs/BallPark-v0"} | entries
-    if entries.get("algo") == "dqn":
-        values["env_id"] = "RigidEnvs/BallGrid-v0"
-    with pytest.raises(ConfigError, match=r"config\.policy_gain: policy_gain = 2\.0; expected 1"):
-        train(config_from({**values, "policy_gain": 2.0}), quiet=True)

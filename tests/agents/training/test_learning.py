@@ -51,10 +51,3 @@ def test_learning_beats_chance_by_far(tmp_path: Path, name: str) -> None:
     # Measured: 100 % of choices and 67 % of goals, chance 4 % and 2 %.
     assert learnt.successes.mean() > 0.3 and chance.successes.mean() < 0.1
     assert learnt.values["return"].mean() > chance.values["return"].mean()
-
-
-def test_chance_takes_dictionaries_and_choices() -> None:
-    goal = evaluate(None, "RigidEnvs/BallParkGoal-v0", 30)
-    assert (goal.values["length"] == 100).all() and not goal.successes.any()
-    grid = evaluate(None, "RigidEnvs/BallGrid-v0", 30)
-    assert grid.values["length"].min() < 51 and (grid.values["return"] >= -2.5).all()

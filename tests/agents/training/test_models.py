@@ -1,5 +1,6 @@
 """Every entry of a config reaches the model of its algorithm."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,9 @@ from torch.nn import Linear, SiLU, Tanh
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.entries import Config, config_from
 from agents.environments import TrainingRows, make
-from agents.training.algorithms import algorithm_of, build_model
+from agents.training.algorithms import build_model, parts_of
 from agents.training.trainer import train
+from rigid_envs import load
 
 GRID, GOAL = "RigidEnvs/BallGrid-v0", "RigidEnvs/BallParkGoal-v0"
 COMMON = {"n_envs": 4, "gamma": 0.7, "learning_rate": 3e-5, "net_arch": [5, 3],
@@ -54,7 +56,7 @@ def test_every_entry_of_an_algorithm_is_told_to_its_model(algo: str) -> None:
         for part in name.split("."):
             found = getattr(found, part)
         assert (found(1.0) if callable(found) else found) == convert(value), key
-    for optimizer in algorithm_of(model).parts(model).optimizers.values():
+    for optimizer in parts_of(model).optimizers.values():
         assert {group["lr"] for group in optimizer.param_groups} == {3e-5}
         # what SB3 has where nobody says otherwise
         assert {group["eps"] for group in optimizer.param_groups} == {
@@ -113,7 +115,12 @@ def test_a_round_has_its_gradient_steps_once_learning_has_started(
     assert np.isnan(table["train/n_updates"][:2]).all()
 
 
-def test_a_spread_on_a_schedule_is_not_learnt() -> None:
-    config = config_of("ppo", action_std=[0.5, 0.5])
-    assert not model_of(config).policy.log_std.requires_grad
+def test_a_spread_on_a_schedule_is_not_learnt_and_falls_by_equal_factors(tmp_path: Path) -> None:
     assert model_of(config_of("ppo")).policy.log_std.requires_grad
+    own = {"n_steps": 24, "total_timesteps": 288, "eval_episodes": 2, "log_dir": str(tmp_path)}
+    config = config_of("ppo", action_std=[0.8, 0.1], **own)
+    assert not model_of(config).policy.log_std.requires_grad
+    policy = load(train(config, quiet=True).folder / "last_model")
+    # the last of three updates began after two thirds of the run
+    expected = math.log(0.8) + 2 / 3 * math.log(0.1 / 0.8)
+    np.testing.assert_allclose(policy.arrays["log_std"], expected, rtol=1e-6)

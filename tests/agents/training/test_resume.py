@@ -125,16 +125,6 @@ def kill_at_random(folder: Path, values: dict[str, Any], kills: int, seed: int) 
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("variant", [each for each in VARIANTS if each != "tqc"])
-def test_a_run_killed_three_times_is_bitwise_the_one_that_never_was(
-    tmp_path: Path, variant: str
-) -> None:
-    values = base(VARIANTS[variant]) | {"total_timesteps": 512 * 60}
-    reference = whole(tmp_path, **values)
-    assert_same(reference, kill_at_random(tmp_path, values, kills=3, seed=0))
-
-
-@pytest.mark.long
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("seed", range(5))
 def test_a_run_killed_ten_times_is_bitwise_the_one_that_never_was(
@@ -184,22 +174,6 @@ def test_no_row_and_no_event_is_doubled_or_missing_after_a_kill(tmp_path: Path) 
     assert [event.step for event in events.Scalars("train/loss")] == steps
 
 
-@pytest.mark.long
-def test_a_damaged_checkpoint_is_passed_over_for_the_one_before(tmp_path: Path) -> None:
-    reference = whole(tmp_path)
-    run = tmp_path / "ppo" / "damaged"
-    session = start({**SMALL, "log_dir": str(tmp_path), "run_name": "damaged"})
-    wait_for(run, 10)
-    session.kill()
-    finish(session)
-    assert len(list((run / "checkpoints").glob("*.safetensors"))) == 2
-    data = bytearray(newest(run).read_bytes())
-    data[len(data) // 2] ^= 4
-    newest(run).write_bytes(data)
-    assert finish(start(None, run)) == 0
-    assert_same(reference, run)
-
-
 LIMITED = """
 import resource, sys
 import tests.agents.drift
@@ -229,7 +203,7 @@ def test_a_run_on_a_full_disk_says_so_and_goes_on_when_there_is_room(
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert ended.returncode == 1, ended.stderr
     (said,) = ended.stderr.splitlines()
-    assert re.fullmatch(rf"error: .*File too large.*{re.escape(str(run / name))}.*", said)
+    assert re.fullmatch(rf"agents: .*File too large.*{re.escape(str(run / name))}.*", said)
     assert list(run.rglob("*.tmp")) == []
     assert finish(start(None, run)) == 0
     assert_same(whole(tmp_path, **values), run)

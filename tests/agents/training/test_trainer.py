@@ -90,14 +90,6 @@ def test_a_default_run_that_is_killed_has_a_checkpoint(
     assert len(list((tmp_path / "ppo" / "r" / "checkpoints").iterdir())) == 2
 
 
-def test_the_best_policy_stays_until_there_is_a_better_one(tmp_path: Path) -> None:
-    frozen = {"learning_rate": [0.0, 0.0], "total_timesteps": 512 * 4, "eval_every": 512}
-    config = config_from({**SMALL, **frozen, "log_dir": str(tmp_path)})
-    run = train(config, quiet=True).folder
-    assert load(run / "best_model").document["timesteps"] == 512
-    assert load(run / "last_model").document["timesteps"] == 512 * 4
-
-
 def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -57,16 +57,16 @@ def test_training_validation_and_test_share_no_start(
 
 def test_the_first_of_equally_good_policies_is_the_best() -> None:
     evaluations = validated()
-    _, better = evaluations.run(constant, 1)
+    _, better = evaluations.run(lambda venv: constant, 1)
     assert better
     best = evaluations.best
-    _, better = evaluations.run(constant, 2)
+    _, better = evaluations.run(lambda venv: constant, 2)
     assert not better and evaluations.best == best
     evaluations.close()
 
 
 def test_success_counts_before_return_and_return_before_nothing() -> None:
-    evaluations = validated(eval_episodes=2, cost_price=2.0)
+    evaluations = validated(eval_episodes=2, cost_price=[0.0, 2.0])
     for won, results, costs, best in (
         ([0, 1], [5.0, 6.0], [0.0, 1.0], (0.5, 4.5)),
         ([1, 1], [1.0, 2.0], [1.0, 1.0], (1.0, -0.5)),  # more success with less return
@@ -74,7 +74,7 @@ def test_success_counts_before_return_and_return_before_nothing() -> None:
     ):
         columns = {"successes": won, "results": results, "costs": costs, "ep_lengths": [3, 4]}
         arrays = {key: np.array([column]) for key, column in columns.items()}
-        evaluations.restore({"timesteps": np.array([1]), **arrays})
+        evaluations.found = {"timesteps": np.array([1]), **arrays}
         assert evaluations.best == best
     assert (1.0, 0.5) > (1.0, -0.5) > (0.5, 4.5)
     evaluations.close()
