@@ -9,10 +9,8 @@ import pytest
 
 from tests.mutations.__main__ import SOURCES, main
 from tests.mutations.application import Checkout
-from tests.mutations.bugs import BUGS, Bug
-from tests.mutations.equivalents import EQUIVALENTS
+from tests.mutations.known import BUGS, EQUIVALENTS, LIBRARY_EQUIVALENTS, Bug
 from tests.mutations.library import LibraryCopy, all_changes
-from tests.mutations.library_equivalents import EQUIVALENTS as LIBRARY_EQUIVALENTS
 from tests.mutations.mutants import mutants_of
 from tests.mutations.operators import changes_of, sampled
 from tests.mutations.reach import ROOMS, Reach, sources
@@ -97,7 +95,7 @@ def test_equivalents_are_terms_that_are_still_there(name: str) -> None:
     keys = {mutant.key for mutant in mutants_of(source, SOURCES[name].leave_out)}
     for equivalent in EQUIVALENTS:
         if equivalent.source == name:
-            assert equivalent[1:5] in keys
+            assert equivalent.key in keys
     assert {equivalent.source for equivalent in EQUIVALENTS} <= set(SOURCES)
 
 

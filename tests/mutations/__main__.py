@@ -8,16 +8,15 @@ equivalent no longer is one.
 
 import argparse
 import json
-import queue
 import random
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.mutations.equivalents import EQUIVALENTS, Equivalent
+from tests.mutations.known import EQUIVALENTS, Equivalent
 from tests.mutations.mutants import Mutant, mutants_of
+from tests.mutations.process import shared_among
 from tests.mutations.report import as_json, as_markdown, survivors
 from tests.mutations.trials import PackageCopy, Trial
 
@@ -107,27 +106,16 @@ def _refuse_broken_laws(copy: PackageCopy, names: Sequence[str]) -> None:
 
 
 def _try_all(chosen: list[tuple[str, Mutant]], copies: list[PackageCopy]) -> list[Trial]:
-    free: queue.SimpleQueue[PackageCopy] = queue.SimpleQueue()
-    for copy in copies:
-        free.put(copy)
-
-    def one(number: int, name: str, mutant: Mutant) -> Trial:
-        copy = free.get()
-        try:
-            trial = copy.trial(name, mutant, SOURCES[name].subjects)
-        finally:
-            free.put(copy)
+    def one(copy: PackageCopy, each: tuple[str, Mutant]) -> Trial:
+        name, mutant = each
+        trial = copy.trial(name, mutant, SOURCES[name].subjects)
         verdict = f"{trial.law} ({trial.error})" if trial.law else "SURVIVED"
-        print(
-            f"{number}/{len(chosen)} {name}.py:{mutant.line} {mutant.term}: {verdict}",
-            file=sys.stderr,
-            flush=True,
-        )
+        number = f"{chosen.index(each) + 1}/{len(chosen)}"
+        place = f"{name}.py:{mutant.line} {mutant.term}"
+        print(f"{number} {place}: {verdict}", file=sys.stderr, flush=True)
         return trial
 
-    with ThreadPoolExecutor(len(copies)) as pool:
-        futures = [pool.submit(one, k + 1, *each) for k, each in enumerate(chosen)]
-        return [future.result() for future in futures]
+    return list(shared_among(copies, chosen, one))
 
 
 def _mistaken(
@@ -138,7 +126,7 @@ def _mistaken(
     noticed = {(t.source, t.mutant.key): t.law for t in trials if t.law}
     found = []
     for known in EQUIVALENTS:
-        key = (known.source, known[1:5])
+        key = (known.source, known.key)
         if known.source in names and key not in there:
             found.append((known, "is called equivalent, but there is no such term"))
         elif key in noticed:

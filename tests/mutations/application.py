@@ -11,12 +11,10 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from queue import SimpleQueue
 
-from tests.mutations.bugs import BUGS, Bug
-from tests.mutations.process import run_copy
+from tests.mutations.known import BUGS, Bug
+from tests.mutations.process import run_copy, shared_among
 
 __all__ = ["Checkout", "main"]
 
@@ -93,22 +91,14 @@ def _verdict(bug: Bug, test: str) -> str:
 
 def _try_all(chosen: Sequence[Bug], jobs: int) -> list[str]:
     copies = [Checkout() for _ in range(jobs)]
-    free: SimpleQueue[Checkout] = SimpleQueue()
-    for copy in copies:
-        free.put(copy)
 
-    def one(bug: Bug) -> str:
-        copy = free.get()
-        try:
-            test = copy.trial(bug)
-        finally:
-            free.put(copy)
+    def one(copy: Checkout, bug: Bug) -> str:
+        test = copy.trial(bug)
         print(f"{bug.what}: {_verdict(bug, test)}", file=sys.stderr, flush=True)
         return test
 
     try:
-        with ThreadPoolExecutor(jobs) as pool:
-            return list(pool.map(one, chosen))
+        return list(shared_among(copies, chosen, one))
     finally:
         for copy in copies:
             copy.close()

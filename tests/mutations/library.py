@@ -5,22 +5,21 @@ Run from the checkout: ``python -m tests.mutations.library [--sample 320 --seed 
 shares from the rooms of `reach.ROOMS`. Every test file is run once, measured; then for each
 bug the tests that reach its line run in a copy of the checkout, the quickest first, until one
 fails: seconds each. Prints a table; the status is 1 if a bug survives that is not argued away in
-`library_equivalents.py`, or if one that is argued away no longer survives.
+`library.toml`, or if one that is argued away no longer survives.
 """
 
 import argparse
 import json
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from math import inf
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any, NamedTuple
 
 from tests.mutations.application import ROOT, Checkout
-from tests.mutations.library_equivalents import EQUIVALENTS
+from tests.mutations.known import LIBRARY_EQUIVALENTS
 from tests.mutations.operators import Change, changes_of, sampled
+from tests.mutations.process import shared_among
 from tests.mutations.reach import ROOMS, Reach, sources, words_for
 from tests.mutations.warm import WarmPython
 
@@ -116,7 +115,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for copy in copies:
             copy.close()
     trials = [trial for here in tried.values() for trial in here]
-    argued = {equivalent.key: equivalent.why for equivalent in EQUIVALENTS}
+    argued = {equivalent.key: equivalent.why for equivalent in LIBRARY_EQUIVALENTS}
     print("| bug | where | noticed by |\n|---|---|---|")
     for trial in trials:
         change = trial.change
@@ -181,29 +180,20 @@ def _try_all(
     done = {c.key: Trial(c, known[c.key]["test"], known[c.key]["reached"])
             for c in changes if c.key in known}  # fmt: skip
     left = [change for change in changes if change.key not in done]
-    free: SimpleQueue[LibraryCopy] = SimpleQueue()
-    for copy in copies:
-        free.put(copy)
     reach = Reach(ROOT, ROOMS[room].tests, copies[0].python) if left else None
 
-    def one(change: Change) -> Trial:
-        copy = free.get()
-        try:
-            trial = copy.noticed(change, reach, options.seconds)
-        finally:
-            free.put(copy)
+    def one(copy: LibraryCopy, change: Change) -> Trial:
+        trial = copy.noticed(change, reach, options.seconds)
         said = trial.test or "SURVIVED"
         print(f"{_place(change)} {change.what}: {said}", file=sys.stderr, flush=True)
         return trial
 
-    with ThreadPoolExecutor(len(copies)) as pool:
-        for trial in pool.map(one, left):
-            done[trial.change.key] = trial
-            known[trial.change.key] = _row(trial)
-            if options.json:
-                options.json.write_text(
-                    json.dumps([*known.values()], indent=1) + "\n", encoding="utf-8"
-                )
+    for trial in shared_among(copies, left, one):
+        done[trial.change.key] = trial
+        known[trial.change.key] = _row(trial)
+        if options.json:
+            text = json.dumps([*known.values()], indent=1)
+            options.json.write_text(text + "\n", encoding="utf-8")
     return [done[change.key] for change in changes]
 
 

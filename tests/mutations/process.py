@@ -1,14 +1,19 @@
-"""A Python process that runs a copy of the project, with a limit of time."""
+"""Copies of the project: a Python process in one, and work that is shared among several."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from queue import SimpleQueue
+from typing import TypeVar
 
-__all__ = ["run_copy"]
+__all__ = ["run_copy", "shared_among"]
+
+Copy, Item, Result = TypeVar("Copy"), TypeVar("Item"), TypeVar("Result")
 
 
 def run_copy(
@@ -40,3 +45,22 @@ def run_copy(
         )
     except subprocess.TimeoutExpired:
         return None
+
+
+def shared_among(
+    copies: Sequence[Copy], items: Sequence[Item], work: Callable[[Copy, Item], Result]
+) -> Iterator[Result]:
+    """Results of work on items, in their order; each copy works on one item at a time."""
+    free: SimpleQueue[Copy] = SimpleQueue()
+    for copy in copies:
+        free.put(copy)
+
+    def one(item: Item) -> Result:
+        copy = free.get()
+        try:
+            return work(copy, item)
+        finally:
+            free.put(copy)
+
+    with ThreadPoolExecutor(len(copies)) as pool:
+        yield from pool.map(one, items)

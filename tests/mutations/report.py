@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from tests.mutations.equivalents import Equivalent
+from tests.mutations.known import Equivalent
 from tests.mutations.trials import Trial
 
 __all__ = ["as_json", "as_markdown", "survivors"]
@@ -11,7 +11,7 @@ __all__ = ["as_json", "as_markdown", "survivors"]
 
 def survivors(trials: Iterable[Trial], equivalents: Iterable[Equivalent]) -> list[Trial]:
     """Trials that no law has noticed and that are not known to be equivalent."""
-    known = {(e.source, (e.function, e.text, e.term, e.nth)) for e in equivalents}
+    known = {(e.source, e.key) for e in equivalents}
     return [t for t in trials if not t.law and (t.source, t.mutant.key) not in known]
 
 
