@@ -6,8 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["NOT_A_FILE", "NOT_A_FOLDER", "PATHS"]
-
 
 def _missing(folder: Path) -> Path:
     return folder / "thing"

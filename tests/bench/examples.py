@@ -4,8 +4,6 @@ from rigid_envs.tools.bench.accuracy import FreeRun, MujocoSetting
 from rigid_envs.tools.bench.figures import Figures, Startup
 from rigid_envs.tools.bench.measuring import Throughput
 
-__all__ = ["FIGURES"]
-
 _RUNS = [
     FreeRun(0.05, 60.0, 9e-10, 1e-14, 5e-10, 3e-8),
     FreeRun(0.05, 6e3, 9e-10, 7e-14, 1e-6, 3e-6),

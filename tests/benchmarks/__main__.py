@@ -30,8 +30,6 @@ from tests.benchmarks.ppo_phases import IDS, PHASES, Phases, measure
 from tests.benchmarks.pufferlib_drone import compare as compare_with_drones
 from tests.benchmarks.stock_ppo import measure as measure_stock
 
-__all__ = ["DOCS", "main"]
-
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 _QUICK_STEPS = 50_000
 

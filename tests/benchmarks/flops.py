@@ -20,8 +20,6 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.mechanics.symbolic import Tracer
 from rigid_envs.tools.pages.tables import table
 
-__all__ = ["IDS", "KINDS", "count", "flops", "of_period", "of_substep"]
-
 IDS = ("IntermediateAxis", "Reorient", "SleepingTop", "BallPark", "DiskRoll")
 KINDS = ("sum", "product", "fma", "quotient", "root", "choice")
 """What is counted; differences are sums, comparisons, minima and maxima are choices.

@@ -27,8 +27,6 @@ from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleav
 from tests.benchmarks.growth import growth_of
 from tests.benchmarks.page import markdown
 
-__all__ = ["by_frame"]
-
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 FRAMES = ("world", "reduced")
 ROWS, TURNS = 4096, 8

@@ -15,8 +15,6 @@ import numpy.typing as npt
 from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleaved, vector_workload
 from rigid_envs.tools.pages.tables import table
 
-__all__ = ["OPTIONS", "SIZES", "Growth", "by_option", "by_size", "growth_of"]
-
 IDS = ("IntermediateAxis", "BallPark")
 SIZES = (1, 16, 256, 4096, 2**16, 2**20)
 OPTIONS: dict[str, dict[str, Any]] = {

@@ -33,19 +33,6 @@ from rigid_envs.tasks.task import aligned_zeros
 from rigid_envs.tools.bench.measuring import Throughput, Workload, time_interleaved
 from rigid_envs.tools.pages.tables import table
 
-__all__ = [
-    "CASES",
-    "KERNELS",
-    "Case",
-    "Loops",
-    "N",
-    "compare",
-    "compiled",
-    "difference",
-    "loops",
-    "workload",
-]
-
 KERNELS = "rigid_envs.engine"
 N = 4096
 _FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC")

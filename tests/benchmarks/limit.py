@@ -15,8 +15,6 @@ from tests.benchmarks.flops import IDS, flops, of_period
 from tests.benchmarks.kernel_vs_c import CASES, KERNELS, Case, N, loops, workload
 from tests.benchmarks.throughput import CORE, throughputs
 
-__all__ = ["Limit", "Period", "limit", "period"]
-
 _TURN = 0.01  # [s]
 _STEP = "step"
 _UNITS = {"sum": "sum", "product": "fma", "fma": "fma", "quotient": "quotient", "root": "root"}

@@ -8,8 +8,6 @@ from rigid_envs.tools.cli.collecting import as_factor, as_time
 from rigid_envs.tools.pages.tables import Table
 from rigid_envs.tools.pages.writing import table_lines
 
-__all__ = ["markdown"]
-
 _HEAD = """\
 <!-- Written by `python -m tests.benchmarks` from docs/speed.json. -->
 

@@ -23,8 +23,6 @@ from agents.training.trainer import Trainer
 from agents.training.validation import Progress
 from rigid_envs.tools.pages.tables import table
 
-__all__ = ["IDS", "PHASES", "Phases", "measure"]
-
 IDS = ("BallPark", "IntermediateAxis", "SleepingTop", "Reorient", "DiskRoll")
 
 PHASES = (

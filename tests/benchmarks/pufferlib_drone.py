@@ -33,8 +33,6 @@ from rigid_envs.tools.cli.collecting import as_factor
 from tests.clients.environments import cache, interpreter
 from tests.clients.running import ROOT
 
-__all__ = ["TARGET", "compare"]
-
 TARGET = 1.25
 _N = 256
 _NAME = "IntermediateAxis-v0"

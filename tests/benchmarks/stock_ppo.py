@@ -29,8 +29,6 @@ from rigid_envs import evaluate
 from rigid_envs.sb3.making import make_vec_env
 from rigid_envs.tools.pages.tables import table
 
-__all__ = ["TRAINERS", "Stock", "measure"]
-
 _ENV = "RigidEnvs/IntermediateAxis-v0"
 _SEED, _N_STARTS = 1, 100  # of the curves
 _N_POINTS = 5

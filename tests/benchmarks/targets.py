@@ -19,8 +19,6 @@ from rigid_envs.tools.bench.measuring import FORMS, Cost
 from rigid_envs.tools.cli.words import tell
 from rigid_envs.tools.pages.tables import table
 
-__all__ = ["MINUTE", "SIX_THOUSAND_SECONDS", "Target", "targets"]
-
 _ROWS = "CartPole-v1, NumPy"
 _SPEED = {
     ("IntermediateAxis-v0", "single, made", "CartPole-v1"): 4.5,

@@ -5,8 +5,6 @@ import ctypes
 from rigid_envs.tools.bench.measuring import Workload
 from tests.benchmarks.kernel_vs_c import compiled
 
-__all__ = ["CORE", "throughputs"]
-
 CORE = "core"
 """Column of the workloads."""
 

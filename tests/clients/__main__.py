@@ -19,8 +19,6 @@ from tests.clients.page import markdown
 from tests.clients.rows import ROWS, Row
 from tests.clients.running import ROOT, run
 
-__all__ = ["DATA", "main"]
-
 DATA = ROOT / "docs" / "clients.json"
 _NAMES = tuple(row.recipe for row in ROWS)
 

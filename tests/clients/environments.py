@@ -15,8 +15,6 @@ import sysconfig
 import venv
 from pathlib import Path
 
-__all__ = ["cache", "interpreter"]
-
 
 def interpreter(requirements: Path | None) -> Path:
     """Python of an environment, which is made if it is not there.

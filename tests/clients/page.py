@@ -7,8 +7,6 @@ from rigid_envs.tools.pages.tables import Table
 from rigid_envs.tools.pages.writing import table_lines
 from tests.clients.rows import ROWS, Row
 
-__all__ = ["markdown"]
-
 _SOURCES = "https://github.com/rigid-envs/rigid-envs/blob/main/tests/clients"
 _HEAD = f"""\
 <!-- Written by `python -m tests.clients`. -->

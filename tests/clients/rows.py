@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-__all__ = ["ROWS", "Row"]
-
 
 class Row(NamedTuple):
     """A recipe, and what it is a recipe of.

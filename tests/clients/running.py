@@ -12,8 +12,6 @@ from typing import Any
 from tests.clients.environments import interpreter
 from tests.clients.rows import Row
 
-__all__ = ["ROOT", "run"]
-
 ROOT = Path(__file__).parents[2]
 _RECIPES = Path(__file__).parent / "recipes"
 _REQUIREMENTS = Path(__file__).parent / "requirements"

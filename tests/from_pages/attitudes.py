@@ -8,21 +8,6 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from tests.vectors import cross
 
-__all__ = [
-    "Array",
-    "angle",
-    "compose",
-    "draw",
-    "inverse",
-    "matrix",
-    "of_matrix",
-    "of_rotation_vector",
-    "quaternion_rate",
-    "rotation_vector",
-    "shown",
-    "tilted",
-]
-
 
 def compose(p: npt.ArrayLike, q: npt.ArrayLike) -> Array:
     """The rotation q, then p, both in world axes."""

@@ -11,8 +11,6 @@ from tests.from_pages.attitudes import compose, matrix, of_rotation_vector
 from tests.from_pages.balls import RolledBall
 from tests.from_pages.rolling import Judged, Settings
 
-__all__ = ["BallGrid"]
-
 SIDES = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
 QUARTER = math.pi / 2
 # of R, as they decide between images: row and column of R12, R11, R22, R13, R31, R23, R32, R21

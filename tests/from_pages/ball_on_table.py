@@ -10,8 +10,6 @@ from tests.from_pages.attitudes import draw
 from tests.from_pages.pushed_ball import Ball, ball_rate, moved
 from tests.from_pages.rolling import Held, Judged, Model, Settings, in_box, limited
 
-__all__ = ["BallPlate"]
-
 
 class BallPlate(Model):
     """Hold a ball at a point of a table."""

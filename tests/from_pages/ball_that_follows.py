@@ -10,8 +10,6 @@ from tests.from_pages.attitudes import compose, inverse, of_rotation_vector, rot
 from tests.from_pages.balls import RolledBall
 from tests.from_pages.rolling import Frame, Judged, Settings, limited, single
 
-__all__ = ["BallSteer"]
-
 EIGHT = 0.9089085575485415  # modulus of the closed elastica
 SHARES = {"eight": 1.0, "both": 0.5, "elastica": 0.0}
 

@@ -11,8 +11,6 @@ from tests.from_pages.balls import pose_features, pose_frame, pose_terms
 from tests.from_pages.pushed_ball import Ball, ball_rate, moved
 from tests.from_pages.rolling import Frame, Judged, Model, Settings, in_disk, limited
 
-__all__ = ["BallParkDynamic"]
-
 
 class BallParkDynamic(Model):
     """Park a ball that has inertia."""

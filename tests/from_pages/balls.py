@@ -28,17 +28,6 @@ from tests.from_pages.rolling import (
     smooth,
 )
 
-__all__ = [
-    "BallPark",
-    "BallParkGoal",
-    "BallParkRandom",
-    "BallReorient",
-    "RolledBall",
-    "pose_features",
-    "pose_frame",
-    "pose_terms",
-]
-
 
 def pose_terms(p: Array, theta: Array) -> dict[str, float]:
     """Reward terms of an offset [radii] and a rotation vector."""

@@ -17,16 +17,6 @@ from tests.from_pages.attitudes import (
 from tests.from_pages.episodes import Page, in_ball, near, single, uniform
 from tests.vectors import cross
 
-__all__ = [
-    "AxisFlip",
-    "Detumble",
-    "IntermediateAxis",
-    "IntermediateAxisRandom",
-    "IntermediateAxisSingle",
-    "Reorient",
-    "SpinCapture",
-]
-
 
 class FreeBody(Page):
     """What the pages of the free body have in common."""

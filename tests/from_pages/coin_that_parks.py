@@ -9,8 +9,6 @@ from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose, matrix
 from tests.from_pages.rolling import Judged, Model, Settings, in_box, limited, root, smooth
 
-__all__ = ["CoinPark", "angles_of", "attitude_of", "within_half_a_turn"]
-
 
 def within_half_a_turn(angle: float) -> float:
     """The same angle from -pi to pi."""

@@ -12,8 +12,6 @@ from tests.from_pages.attitudes import compose, matrix
 from tests.from_pages.rolling import Held, Judged, Model, Settings, in_box, limited
 from tests.vectors import cross
 
-__all__ = ["DiskRoll", "DiskRollRandom"]
-
 
 @dataclass(frozen=True)
 class Disk:

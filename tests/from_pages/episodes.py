@@ -15,18 +15,6 @@ from scipy.integrate import solve_ivp
 from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import shown
 
-__all__ = [
-    "Outcome",
-    "Page",
-    "Start",
-    "in_ball",
-    "near",
-    "share",
-    "shortened",
-    "single",
-    "uniform",
-]
-
 
 @dataclass
 class Start:

@@ -16,8 +16,6 @@ from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose
 from tests.vectors import cross
 
-__all__ = ["Ball", "ball_rate", "moved"]
-
 
 @dataclass(frozen=True)
 class Ball:

@@ -9,8 +9,6 @@ from scipy.integrate import solve_ivp
 from rigid_envs.base.checks import Array
 from tests.from_pages.rolling import Judged, Model, Settings, in_box, limited
 
-__all__ = ["RollPump"]
-
 
 class RollPump(Model):
     """Roll over the rim of a valley."""

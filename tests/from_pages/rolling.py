@@ -17,20 +17,6 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from tests.from_pages import attitudes
 
-__all__ = [
-    "Frame",
-    "Held",
-    "Judged",
-    "Model",
-    "Settings",
-    "Step",
-    "in_box",
-    "in_disk",
-    "limited",
-    "root",
-    "smooth",
-]
-
 Settings = Mapping[str, Any]
 
 

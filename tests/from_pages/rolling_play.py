@@ -11,19 +11,6 @@ import rigid_envs  # noqa: F401 - registers the ids
 from rigid_envs.base.checks import Array
 from tests.from_pages.rolling import Model
 
-__all__ = [
-    "actions",
-    "alike",
-    "begin",
-    "drawn",
-    "environment",
-    "hidden",
-    "play",
-    "play_many",
-    "same_distribution",
-    "started",
-]
-
 _HALF_ULP = 2.0**-24  # relative: observations are rounded to float32
 _OF_A_STEP = ("cost", "is_success", "action_clipped", "physics_error")  # 0 at a reset
 _LEAST_P = 1e-4  # of a two-sample test with fixed seeds

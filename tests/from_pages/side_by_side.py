@@ -14,8 +14,6 @@ from rigid_envs.engine.layout import CLOCK
 from tests.from_pages.attitudes import matrix
 from tests.from_pages.episodes import Outcome, Page, Start
 
-__all__ = ["Pair", "Rng", "drawn", "is_uniform", "noise", "same_distribution", "same_observation"]
-
 STARTS = 2000
 
 FINE = 64  # substeps with which the integrator's error is negligible, see `TOLERANCE`

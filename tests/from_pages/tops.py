@@ -10,8 +10,6 @@ from tests.from_pages.attitudes import matrix, quaternion_rate, tilted
 from tests.from_pages.episodes import Page, in_ball, near, share, shortened, single
 from tests.vectors import cross
 
-__all__ = ["PivotTop", "SleepingTop", "SleepingTopRandom", "TopPrecession", "TopRandom"]
-
 
 class HeavyTop(Page):
     """What the pages of the top have in common.

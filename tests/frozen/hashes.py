@@ -7,8 +7,6 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing import fingerprint
 
-__all__ = ["CASES", "FILE", "computed", "stored"]
-
 FILE = Path(__file__).parents[1] / "data" / "frozen.json"
 
 

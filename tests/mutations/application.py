@@ -16,8 +16,6 @@ from pathlib import Path
 from tests.mutations.known import BUGS, Bug
 from tests.mutations.process import run_copy, shared_among
 
-__all__ = ["Checkout", "main"]
-
 ROOT = Path(__file__).parents[2]
 _COPIED = ("agents", "configs", "docs", "rigid_envs", "tests", "pyproject.toml", "README.md")
 _LIMIT = 600.0  # [s] a bug that takes so long makes something wait for ever: it counts as noticed

@@ -4,8 +4,6 @@ import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
 
-__all__ = ["BUGS", "EQUIVALENTS", "LIBRARY_EQUIVALENTS", "Bug", "Equivalent", "LibraryEquivalent"]
-
 
 class Bug(NamedTuple):
     """A change of the source of `agents` that is a mistake; its fields are told in the file."""

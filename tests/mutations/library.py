@@ -23,8 +23,6 @@ from tests.mutations.process import shared_among
 from tests.mutations.reach import ROOMS, Reach, sources, words_for
 from tests.mutations.warm import WarmPython
 
-__all__ = ["LibraryCopy", "Trial", "all_changes", "main"]
-
 _KEY = ("file", "function", "text", "what")
 _FACTOR, _START = 5.0, 60.0  # a bug that takes so many times its tests, and [s] more, never ends
 

@@ -11,8 +11,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-__all__ = ["Mutant", "mutants_of"]
-
 _MINUS = (ast.Add, ast.Sub)
 _TIMES = (ast.Mult, ast.Div)
 

@@ -8,8 +8,6 @@ import ast
 import hashlib
 from dataclasses import dataclass, replace
 
-__all__ = ["Change", "changes_of", "sampled"]
-
 _COMPARED: dict[type[ast.cmpop], type[ast.cmpop]] = {
     **{ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt},
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is},

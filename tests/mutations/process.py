@@ -11,8 +11,6 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import TypeVar
 
-__all__ = ["run_copy", "shared_among"]
-
 Copy, Item, Result = TypeVar("Copy"), TypeVar("Item"), TypeVar("Result")
 
 

@@ -14,8 +14,6 @@ from typing import NamedTuple
 from tests.mutations.operators import Change
 from tests.mutations.warm import Outcome, WarmPython
 
-__all__ = ["CONTRACTS", "ROOMS", "Reach", "sources", "words_for"]
-
 
 class Room(NamedTuple):
     """Files in which bugs are planted, and what tests them.

@@ -6,8 +6,6 @@ from typing import Any
 from tests.mutations.known import Equivalent
 from tests.mutations.trials import Trial
 
-__all__ = ["as_json", "as_markdown", "survivors"]
-
 
 def survivors(trials: Iterable[Trial], equivalents: Iterable[Equivalent]) -> list[Trial]:
     """Trials that no law has noticed and that are not known to be equivalent."""

@@ -9,8 +9,6 @@ from pathlib import Path
 from tests.mutations.mutants import Mutant
 from tests.mutations.process import run_copy
 
-__all__ = ["PackageCopy", "Trial"]
-
 ROOT = Path(__file__).parents[2]
 _LIMIT = 300.0  # [s] a mutant that takes so long does not end: it counts as noticed
 _QUICK = 4  # laws of a subject that are tried interpreted: a step takes a thousand times as long

@@ -20,8 +20,6 @@ from typing import Any, NamedTuple
 
 import pytest
 
-__all__ = ["Outcome", "WarmPython"]
-
 _PYTEST = ("-q", "--no-header", "--tb=line", "-p", "no:cacheprovider")
 _PAUSE = 0.02  # [s] between two looks at a process that runs
 

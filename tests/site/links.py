@@ -7,8 +7,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-__all__ = ["broken_links"]
-
 _MADE_BY_SPHINX = {"genindex.html", "py-modindex.html", "search.html"}
 
 
