@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -12,10 +13,19 @@ from rigid_envs.base.checks import Array
 from rigid_envs.envs.lookup import full_id, task_of
 from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleaved, vector_workload
 from tests.benchmarks.flops import IDS, flops, of_period
-from tests.benchmarks.kernel_vs_c import CASES, KERNELS, Case, N, loops, workload
-from tests.benchmarks.throughput import CORE, throughputs
+from tests.benchmarks.kernel_vs_c import CASES, KERNELS, Case, N, compiled, loops, workload
 
 _TURN = 0.01  # [s]
+CORE = "core"
+"""Column of the workloads."""
+
+_FUNCTIONS = {
+    "fma": "multiply_add",
+    "sum": "sum",
+    "quotient": "quotient",
+    "root": "square_root",
+}
+_TIMES = 1000
 _STEP = "step"
 _UNITS = {"sum": "sum", "product": "fma", "fma": "fma", "quotient": "quotient", "root": "root"}
 """Throughput that bounds each kind of operation: products are made where multiply-adds are."""
@@ -114,3 +124,28 @@ def period(env_id: str, of_core: dict[str, Array], of_row: dict[str, Array]) -> 
 def _median_and_quartiles(ratio: Array) -> tuple[float, float, float]:
     low, median, high = np.percentile(ratio, (25, 50, 75)).tolist()
     return median, low, high
+
+
+# What a core can do: operations per second of each kind, on vectors in registers.
+
+
+def throughputs() -> list[Workload]:
+    """A workload for each kind of operation; its steps are operations.
+
+    Raises:
+        FileNotFoundError: gcc is not installed.
+    """
+    library = compiled("throughput.c")
+    numbers = library.numbers()
+    return [_workload(kind, getattr(library, name), numbers) for kind, name in _FUNCTIONS.items()]
+
+
+def _workload(kind: str, function: ctypes._NamedFuncPointer, numbers: int) -> Workload:
+    function.argtypes = (ctypes.c_long,)
+    function.restype = ctypes.c_double
+
+    def run(times: int) -> int:
+        function(times * _TIMES)
+        return times * _TIMES * numbers
+
+    return Workload(kind, CORE, run)

@@ -14,7 +14,8 @@ from tests.from_pages.attitudes import (
     quaternion_rate,
     rotation_vector,
 )
-from tests.from_pages.episodes import Page, in_ball, near, single, uniform
+from tests.from_pages.episodes import Page, in_ball, near, uniform
+from tests.from_pages.rolling import in_disk, single
 from tests.vectors import cross
 
 
@@ -45,6 +46,7 @@ class FreeBody(Page):
         gyroscopic = np.array([(I2 - I3) * w2 * w3, (I3 - I1) * w3 * w1, (I1 - I2) * w1 * w2])
         return np.concatenate([quaternion_rate(y[:4], omega), (gyroscopic + u) / moments])
 
+    @property
     def rate(self) -> float:
         """The larger one of |omega| and |L| / I2."""
         L = self.moments * self.omega
@@ -94,7 +96,7 @@ class Spinning(FreeBody):
         _, d, _ = self.split(limit)
         return -1.0 if d < 0 else 1.0
 
-    def turned(self, action: Array) -> Array:
+    def turn(self, action: Array) -> Array:
         """By the half turn about e2."""
         S = self.sign(np.inf)
         return action * [S, 1.0, S]
@@ -103,7 +105,7 @@ class Spinning(FreeBody):
 class IntermediateAxis(Spinning):
     """docs/environments/IntermediateAxis.md."""
 
-    arguments: ClassVar = {
+    SETTINGS: ClassVar = {
         "I1": 1.0,
         "I2": 2.0,
         "I3": 3.0,
@@ -119,7 +121,7 @@ class IntermediateAxis(Spinning):
         "rotation": "none",
     }
     terms = ("spin", "effort")
-    accepted = 1.1
+    ACCEPTED = 1.1
 
     def values(self, u: Array) -> dict[str, float]:
         """Section *Rewards*."""
@@ -143,8 +145,8 @@ class IntermediateAxis(Spinning):
 class IntermediateAxisRandom(IntermediateAxis):
     """docs/environments/IntermediateAxisRandom.md."""
 
-    arguments: ClassVar = {
-        **IntermediateAxis.arguments,
+    SETTINGS: ClassVar = {
+        **IntermediateAxis.SETTINGS,
         "I1": (1.0, 1.3),
         "I2": (1.7, 2.1),
         "I3": (2.3, 2.7),
@@ -154,7 +156,7 @@ class IntermediateAxisRandom(IntermediateAxis):
 class IntermediateAxisSingle(Spinning):
     """docs/environments/IntermediateAxisSingle.md."""
 
-    arguments: ClassVar = {
+    SETTINGS: ClassVar = {
         "I1": 1.0,
         "I2": 2.0,
         "I3": 3.0,
@@ -195,7 +197,7 @@ class IntermediateAxisSingle(Spinning):
         seen = [S * w[0], w[1], S * w[2], k * abs(d), S * k * s]
         return [*np.clip(seen, -20, 20), near(abs(d), self.tolerance), near(S * s, self.tolerance)]
 
-    def turned(self, action: Array) -> Array:
+    def turn(self, action: Array) -> Array:
         """By the half turn about e2."""
         return self.sign(np.inf) * action
 
@@ -217,7 +219,7 @@ class Flipping(Spinning):
 class SpinCapture(Flipping):
     """docs/environments/SpinCapture.md."""
 
-    arguments: ClassVar = {
+    SETTINGS: ClassVar = {
         "I1": 1.0,
         "I2": 2.0,
         "I3": 3.0,
@@ -285,7 +287,7 @@ class SpinCapture(Flipping):
 class AxisFlip(Flipping):
     """docs/environments/AxisFlip.md; beside the state: the time left, and whether all was well."""
 
-    arguments: ClassVar = {
+    SETTINGS: ClassVar = {
         "I1": 1.0,
         "I2": 2.0,
         "I3": 3.0,
@@ -370,7 +372,7 @@ class AxisFlip(Flipping):
 class Detumble(FreeBody):
     """docs/environments/Detumble.md."""
 
-    arguments: ClassVar = {
+    SETTINGS: ClassVar = {
         "I1": 1.0,
         "I2": 2.0,
         "I3": 3.0,
@@ -384,7 +386,7 @@ class Detumble(FreeBody):
         "rotation": "none",
     }
     terms = ("momentum", "impulse")
-    round = True
+    clip = staticmethod(in_disk)
 
     def input_of(self, action: Array) -> Array:
         """The impulse."""
@@ -434,7 +436,7 @@ class Detumble(FreeBody):
             3 * np.sqrt(3) * np.prod(n),
         ]
 
-    def turned(self, action: Array) -> Array:
+    def turn(self, action: Array) -> Array:
         """Section *Reduced Frame*."""
         n, _ = self.direction(self.omega)
         b = cross(n, self.omega)
@@ -457,7 +459,7 @@ class Detumble(FreeBody):
 class Reorient(FreeBody):
     """docs/environments/Reorient.md; beside the state: the attitude of the goal."""
 
-    arguments: ClassVar = {
+    SETTINGS: ClassVar = {
         "I1": 1.0,
         "I2": 2.0,
         "I3": 3.0,
@@ -479,10 +481,10 @@ class Reorient(FreeBody):
         desired = [*matrix(self.aux).ravel(), 0.0, 0.0, 0.0]
         return np.array(achieved, dtype=np.float32), np.array(desired, dtype=np.float32)
 
-    def observation(self) -> Any:
+    def observe(self) -> Any:
         """A dictionary."""
         achieved, desired = self.poses()
-        seen = super().observation()
+        seen = super().observe()
         return {"observation": seen, "achieved_goal": achieved, "desired_goal": desired}
 
     def judged(self) -> tuple[float, float, bool]:
@@ -526,7 +528,7 @@ class Reorient(FreeBody):
             near(float(np.linalg.norm(omega)), self.rate_tolerance),
         ]
 
-    def turned(self, action: Array) -> Array:
+    def turn(self, action: Array) -> Array:
         """By half turns."""
         return self.turn_left()[2] * action
 

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose, matrix
-from tests.from_pages.rolling import Held, Judged, Model, Settings, in_box, limited
+from tests.from_pages.rolling import Held, Judged, Model, Settings, in_box, limited, moved
 from tests.vectors import cross
 
 
@@ -166,16 +165,8 @@ class DiskRoll(Model):
 
     def move(self, action: Array) -> Judged:
         torque = self.s.torque * float(action[0])
-        flow = solve_ivp(
-            lambda _, y: rate_of_change(y, np.array([0.0, torque, 0.0]), self.disk),
-            (0.0, self.s.dt),
-            self.y,
-            method="DOP853",
-            rtol=1e-11,
-            atol=1e-12,
-        )
-        self.y = np.asarray(flow.y[:, -1])
-        self.y[:4] /= np.linalg.norm(self.y[:4])
+        u = np.array([0.0, torque, 0.0])
+        self.y = moved(lambda y: rate_of_change(y, u, self.disk), self.y, self.s.dt)
         lean = seen(self.y).lean
         error = abs(self.curvature() - self.goal) / abs(self.goal)
         fallen = abs(lean) > math.pi / 3.0

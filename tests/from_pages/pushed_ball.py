@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from rigid_envs.base.checks import Array
+from tests.from_pages import rolling
 from tests.from_pages.attitudes import compose
 from tests.vectors import cross
 
@@ -67,14 +67,4 @@ def rate_of_change(y: Array, u: Array, ball: Ball) -> Array:
 
 def moved(y: Array, u: Array, ball: Ball, dt: float) -> Array:
     """The state after the input was held for a time."""
-    flow = solve_ivp(
-        lambda _, y: rate_of_change(y, u, ball),
-        (0.0, dt),
-        y,
-        method="DOP853",
-        rtol=1e-11,
-        atol=1e-12,
-    )
-    end = np.asarray(flow.y[:, -1])
-    end[:4] /= np.linalg.norm(end[:4])
-    return end
+    return rolling.moved(lambda y: rate_of_change(y, u, ball), y, dt)

@@ -4,10 +4,9 @@ import math
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from rigid_envs.base.checks import Array
-from tests.from_pages.rolling import Judged, Model, Settings, in_box, limited
+from tests.from_pages.rolling import Judged, Model, Settings, in_box, limited, moved
 
 
 class RollPump(Model):
@@ -66,15 +65,12 @@ class RollPump(Model):
         before, self.added = self.added, 0.5 * self.s.beta_change * (1.0 + float(action[0]))
         ratio = 1.0 + self.p.beta + self.added
         self.y[1] *= (1.0 + self.p.beta + before) / ratio
-        flow = solve_ivp(
-            lambda _, y: [y[1], -self.p.g * math.sin(self.p.curvature * y[0]) / ratio],
-            (0.0, self.s.dt),
+        self.y = moved(
+            lambda y: [y[1], -self.p.g * math.sin(self.p.curvature * y[0]) / ratio],
             self.y,
-            method="DOP853",
-            rtol=1e-11,
-            atol=1e-12,
+            self.s.dt,
+            has_attitude=False,
         )
-        self.y = np.array(flow.y[:, -1])
         kinetic = 0.5 * ratio * self.y[1] ** 2 * self.p.curvature / self.p.g
         energy = 1.0 - math.cos(self.angle) + kinetic
         over = abs(self.angle) >= self.s.rim

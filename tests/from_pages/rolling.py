@@ -1,4 +1,4 @@
-"""What tasks of rolling bodies have in common, from their pages and the page of all environments.
+"""What all tasks have in common, from the page of all environments.
 
 A model is one episode in plain NumPy: `begin` with a state, `observe`, `step`. It shares nothing
 with `rigid_envs`.
@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
+from scipy.integrate import solve_ivp
 
 from rigid_envs.base.checks import Array
 from tests.from_pages import attitudes
@@ -38,6 +39,13 @@ class Step(Judged):
     reward: float
     clipped: bool
     broken: bool
+
+    @property
+    def info(self) -> dict[str, float]:
+        """What `info` has of it."""
+        told = {"is_success": self.success, "action_clipped": self.clipped}
+        terms = {f"reward/{name}": value for name, value in self.terms.items()}
+        return {**terms, "cost": self.cost, **told, "physics_error": self.broken}
 
 
 class Model(ABC):
@@ -122,6 +130,9 @@ class Model(ABC):
     def move(self, action: Array) -> Judged:
         """One control period."""
 
+    def stop(self) -> None:  # noqa: B027 - most need not
+        """Set the state that a motion which is too fast leaves, where that is compared."""
+
     def observe(self) -> Any:
         """The observation, before it is rounded to float32."""
         if self.s.frame == "reduced":
@@ -140,8 +151,9 @@ class Model(ABC):
         self.late.append(self.turn(inside) if self.s.frame == "reduced" else inside)
         judged = self.move(self.late.pop(0))
         turned = self.rate * self.s.dt / self.s.n_substeps
-        broken = turned > self.ACCEPTED and not judged.terminated
+        broken = bool(turned > self.ACCEPTED and not judged.terminated)
         if broken:
+            self.stop()
             judged = Judged(dict.fromkeys(judged.terms, 0.0), 0.0, False, True)
         reward = sum(getattr(self.s, f"weight_{k}") * v for k, v in judged.terms.items())
         return Step(
@@ -156,6 +168,15 @@ class Model(ABC):
     def rate(self) -> float:
         """The rate that limits the step of the integrator [rad/s]; 0 where none does."""
         return 0.0
+
+
+def moved(rate: Callable[[Array], Any], y: Array, dt: float, has_attitude: bool = True) -> Array:
+    """The state after a time, by its rate of change; an attitude at its head has length 1."""
+    flow = solve_ivp(lambda _, y: rate(y), (0.0, dt), y, method="DOP853", rtol=1e-11, atol=1e-13)
+    end = np.array(flow.y[:, -1])
+    if has_attitude:
+        end[:4] /= np.linalg.norm(end[:4])
+    return end
 
 
 class Held:

@@ -12,7 +12,8 @@ import rigid_envs  # noqa: F401  (registers the ids)
 from rigid_envs.base.checks import Array
 from rigid_envs.engine.layout import CLOCK
 from tests.from_pages.attitudes import matrix
-from tests.from_pages.episodes import Outcome, Page, Start
+from tests.from_pages.episodes import Page, Start
+from tests.from_pages.rolling import Step
 
 STARTS = 2000
 
@@ -61,11 +62,11 @@ class Pair:
             state["clock"][CLOCK.elapsed] = LATE
             self.env.unwrapped.set_state({**state, "aux": aux})
             state["aux"] = np.asarray(aux)
-        expected = self.page.reset(Start(y, start.parameters, state.get("aux", np.empty(0))))
+        self.page.begin(start.parameters, y=y, aux=state.get("aux", np.empty(0)))
         if aux is None:
-            same_observation(seen, expected, self.within)
+            same_observation(seen, self.page.observe(), self.within)
 
-    def step(self, action: Any) -> tuple[Outcome, bool]:
+    def step(self, action: Any) -> tuple[Step, bool]:
         """Step both and compare everything; also whether the time limit is reached."""
         action = np.asarray(action, dtype=np.float32)
         seen, reward, terminated, truncated, info = self.env.step(action)
@@ -78,8 +79,8 @@ class Pair:
                 1.0, abs(value)
             ), key
             assert isinstance(info[key], bool) == isinstance(value, bool), key
-        weights = sum(abs(self.page.settings[f"weight_{name}"]) for name in self.page.terms)
-        most = max(1.0, *(abs(outcome.info[f"reward/{name}"]) for name in self.page.terms))
+        weights = self.page.largest_weight - 1.0
+        most = max(1.0, *map(abs, outcome.terms.values()))
         assert abs(reward - outcome.reward) <= 10 * self.within * weights * most
         assert terminated == outcome.terminated
         y = self.env.unwrapped.y
@@ -89,7 +90,7 @@ class Pair:
         assert np.allclose(y[4:], self.page.y[4:], rtol=0, atol=self.within * size)
         return outcome, truncated
 
-    def run(self, policy: Policy, steps: int = 1000) -> list[Outcome]:
+    def run(self, policy: Policy, steps: int = 1000) -> list[Step]:
         """Steps until the end, or so many."""
         outcomes = []
         for k in range(steps):
@@ -110,7 +111,8 @@ def same_observation(seen: Any, expected: Any, tolerance: float) -> None:
         for key in expected:
             same_observation(seen[key], expected[key], tolerance)
         return
-    assert seen.dtype == expected.dtype == np.float32
+    expected = np.asarray(expected, dtype=np.float32)
+    assert seen.dtype == np.float32
     assert seen.shape == expected.shape
     away = np.abs(seen.astype(float) - expected.astype(float))
     allowed = np.spacing(np.abs(expected)) + 100 * tolerance * np.maximum(1.0, np.abs(expected))

@@ -62,7 +62,7 @@ def test_arguments_do_the_same(kind: type[Page], arguments: dict) -> None:
 @each
 def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
     rng = np.random.default_rng(4)
-    names = kind.arguments
+    names = kind.SETTINGS
     weights = {f"weight_{term}": float(k) - 0.5 for k, term in enumerate(kind.terms)}
     wide = {name: 3.0 if "angle" in name else 0.9 for name in names if "tolerance" in name}
     short = {"hold": 0.7} if "hold" in names else {}
@@ -131,7 +131,7 @@ def test_moments_are_in_their_ranges() -> None:
     given = drawn(bodies.IntermediateAxisRandom)
     for name in ("I1", "I2", "I3"):
         values = np.array([start.parameters[name] for start in given])
-        is_uniform(values, *bodies.IntermediateAxisRandom.arguments[name])
+        is_uniform(values, *bodies.IntermediateAxisRandom.SETTINGS[name])
 
 
 def test_rates_momenta_and_times_are_in_their_ranges() -> None:
@@ -308,7 +308,7 @@ def test_rewards_of_goals_are_computed_alike() -> None:
     ],
 )
 def test_a_motion_that_becomes_too_fast_ends(kind: type[Page], omega: tuple) -> None:
-    pair = Pair(kind, within=1e-6, n_substeps=kind.arguments["n_substeps"])
+    pair = Pair(kind, within=1e-6, n_substeps=kind.SETTINGS["n_substeps"])
     start = spinning(pair.page, omega)
     if omega[2]:  # |L| / I2 is the larger rate
         start[6] *= 2.0 / 3.0

@@ -91,12 +91,12 @@ def test_arguments_do_the_same(kind: type[Page], arguments: dict) -> None:
 def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
     rng = np.random.default_rng(5)
     weights = {f"weight_{term}": float(k) - 0.5 for k, term in enumerate(kind.terms)}
-    wide = {name: 0.9 for name in kind.arguments if "tolerance" in name}
+    wide = {name: 0.9 for name in kind.SETTINGS if "tolerance" in name}
     pair = Pair(kind, hold=0.22, **weights, **wide)
     pair.reset(
         rng,
         top(0.1, (0.0, 0.0, 5.0)),
-        np.array([0.0, 0.9]) if "goal_tilt" in kind.arguments else None,
+        np.array([0.0, 0.9]) if "goal_tilt" in kind.SETTINGS else None,
     )
     outcomes = pair.run(lambda page, k: noise(rng, page), 30)
     successes = [outcome.info["is_success"] for outcome in outcomes]
@@ -110,7 +110,7 @@ def test_starts_are_drawn_alike(kind: type[Page]) -> None:
     tilts = np.array([np.arccos(1 - 2 * (s.y[1] ** 2 + s.y[2] ** 2)) for s in given])
     low = page.start_tilt / 3 if kind is tops.PivotTop else 0.0
     is_uniform(tilts, low - 1e-7, page.start_tilt + 1e-7)  # arccos doubles rounding near 1
-    for name, values in kind.arguments.items():
+    for name, values in kind.SETTINGS.items():
         if isinstance(values, tuple):
             is_uniform(np.array([start.parameters[name] for start in given]), *values)
 
@@ -218,7 +218,7 @@ def test_an_episode_ends_when_the_pivot_leaves_the_arena(frame: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS[1:4])
 def test_a_motion_that_becomes_too_fast_ends(kind: type[Page]) -> None:
-    pair = Pair(kind, within=1e-4, n_substeps=kind.arguments["n_substeps"])
+    pair = Pair(kind, within=1e-4, n_substeps=kind.SETTINGS["n_substeps"])
     pair.reset(np.random.default_rng(11), top(1.0, (19.98, 0.0, 0.0)))
     outcomes = pair.run(lambda page, k: np.ones(page.controls), 100)
     assert outcomes[-1].info["physics_error"] and outcomes[-1].terminated

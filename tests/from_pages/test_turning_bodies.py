@@ -24,7 +24,7 @@ def test_random_actions_do_the_same(kind: type[Page], seed: int) -> None:
 
 @each
 def test_defaults_are_those_of_the_page(kind: type[Page]) -> None:
-    name, ours = f"RigidEnvs/{kind.__name__}-v0", kind.arguments
+    name, ours = f"RigidEnvs/{kind.__name__}-v0", kind.SETTINGS
     envs = [gym.make(name), gym.make(name, **ours)]
     for env in envs:
         env.reset(seed=21)

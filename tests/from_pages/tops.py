@@ -7,7 +7,8 @@ import numpy as np
 
 from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import matrix, quaternion_rate, tilted
-from tests.from_pages.episodes import Page, in_ball, near, share, shortened, single
+from tests.from_pages.episodes import Page, in_ball, near, share
+from tests.from_pages.rolling import in_disk, single
 from tests.vectors import cross
 
 
@@ -47,6 +48,7 @@ class HeavyTop(Page):
         spin = (gyroscopic + u[:3] + to_body @ u[3:6] + weight) / moments
         return np.concatenate([quaternion_rate(y[:4], omega), spin, y[9:11], u[6:8]])
 
+    @property
     def rate(self) -> float:
         """The larger one of |omega| and |I omega| / I2."""
         momentum = self.moments * self.omega
@@ -152,7 +154,7 @@ class HeavyTop(Page):
 class SleepingTop(HeavyTop):
     """docs/environments/SleepingTop.md."""
 
-    arguments: ClassVar = {
+    SETTINGS: ClassVar = {
         "I_perp": 1.0,
         "I3": 0.5,
         "m": 1.0,
@@ -172,8 +174,8 @@ class SleepingTop(HeavyTop):
     }
     terms = ("upright", "effort")
     controls = 2
-    round = True
-    accepted = 1.1
+    clip = staticmethod(in_disk)
+    ACCEPTED = 1.1
 
     def input_of(self, action: Array) -> Array:
         """Horizontal torque in world axes."""
@@ -195,7 +197,7 @@ class SleepingTop(HeavyTop):
         """Section *Reduced Frame*."""
         return self.upright()
 
-    def turned(self, action: Array) -> Array:
+    def turn(self, action: Array) -> Array:
         """At right angles to the push."""
         p = self.unseen(action)
         return single([-p.imag, p.real])
@@ -209,21 +211,21 @@ class SleepingTop(HeavyTop):
 class SleepingTopRandom(SleepingTop):
     """docs/environments/SleepingTopRandom.md."""
 
-    arguments: ClassVar = {
-        **SleepingTop.arguments,
+    SETTINGS: ClassVar = {
+        **SleepingTop.SETTINGS,
         "I_perp": (0.85, 1.2),
         "I3": (0.42, 0.6),
         "m": (0.8, 1.2),
         "ell": (0.09683995922528031, 0.10703363914373089),
         "n_substeps": 2,
     }
-    accepted = 0.5
+    ACCEPTED = 0.5
 
 
 class TopPrecession(HeavyTop):
     """docs/environments/TopPrecession.md; beside the state: counter, and commanded tilt."""
 
-    arguments: ClassVar = {
+    SETTINGS: ClassVar = {
         "I_perp": 1.0,
         "I3": 0.5,
         "m": 1.0,
@@ -322,9 +324,9 @@ class TopPrecession(HeavyTop):
             near(d, 0.02),
         ]
 
-    def turned(self, action: Array) -> Array:
+    def turn(self, action: Array) -> Array:
         """Section *Reduced Frame*."""
-        p = self.side() * self.unseen(shortened(action))
+        p = self.side() * self.unseen(in_disk(action)[0])
         return single([p.real, p.imag])
 
     def draw_omega(self, rng: np.random.Generator) -> Array:
@@ -340,7 +342,7 @@ class TopPrecession(HeavyTop):
 class TopRandom(HeavyTop):
     """docs/environments/TopRandom.md."""
 
-    arguments: ClassVar = {
+    SETTINGS: ClassVar = {
         "I1": (0.85, 1.0),
         "I2": (1.05, 1.25),
         "I3": (0.45, 0.65),
@@ -401,9 +403,9 @@ class TopRandom(HeavyTop):
         across = float(np.hypot(*self.omega[:2]))
         return [*self.upright(), near(across, 1.0), twice.real, self.side() * twice.imag]
 
-    def turned(self, action: Array) -> Array:
+    def turn(self, action: Array) -> Array:
         """Section *Reduced Frame*."""
-        p = self.unseen(shortened(action[:2]))
+        p = self.unseen(in_disk(action[:2])[0])
         return np.array([*single([-p.imag, p.real]), self.side() * action[2]])
 
     def draw_omega(self, rng: np.random.Generator) -> Array:
@@ -415,7 +417,7 @@ class TopRandom(HeavyTop):
 class PivotTop(HeavyTop):
     """docs/environments/PivotTop.md."""
 
-    arguments: ClassVar = {
+    SETTINGS: ClassVar = {
         "I_perp": 1.0,
         "I3": 0.5,
         "m": 1.0,
@@ -438,7 +440,7 @@ class PivotTop(HeavyTop):
     }
     terms = ("upright", "centre", "effort")
     controls = 2
-    round = True
+    clip = staticmethod(in_disk)
 
     def input_of(self, action: Array) -> Array:
         """Acceleration of the pivot."""
@@ -501,7 +503,7 @@ class PivotTop(HeavyTop):
             min(abs(self.kappa()) / (2 * np.sqrt(self.fall())), 4.0),
         ]
 
-    def turned(self, action: Array) -> Array:
+    def turn(self, action: Array) -> Array:
         """Section *Reduced Frame*."""
         p = self.unseen(action)
         return single([p.real, p.imag])
