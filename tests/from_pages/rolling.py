@@ -172,7 +172,15 @@ class Model(ABC):
 
 def moved(rate: Callable[[Array], Any], y: Array, dt: float, has_attitude: bool = True) -> Array:
     """The state after a time, by its rate of change; an attitude at its head has length 1."""
-    flow = solve_ivp(lambda _, y: rate(y), (0.0, dt), y, method="DOP853", rtol=1e-11, atol=1e-13)
+    flow = solve_ivp(
+        lambda _, y: rate(y),
+        (0.0, dt),
+        y,
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-13,
+        first_step=dt / 2,
+    )
     end = np.array(flow.y[:, -1])
     if has_attitude:
         end[:4] /= np.linalg.norm(end[:4])

@@ -286,7 +286,7 @@ def test_rewards_of_goals_are_computed_alike() -> None:
         start.y[4:7] = rng.normal(size=3) * rng.choice([0.01, 1.0])
         if rng.uniform() < 0.5:
             start.y[:4] = start.aux
-        page.reset(start)
+        page.begin(start.parameters, y=start.y, aux=start.aux)
         achieved, desired = page.poses()
         values = page.values(np.zeros(3))
         expected = values["reached"] + 0.3 * values["angle"] + 0.2 * values["rate"]
