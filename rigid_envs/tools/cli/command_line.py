@@ -139,6 +139,39 @@ def _add_bench(verbs: Any) -> None:
     benching.add_argument("--json", type=Path, metavar="FILE", help="write every sample there")
 
 
+_VERIFY: dict[str, dict[str, Any]] = {
+    "subjects": {
+        "nargs": "*",
+        "metavar": "SUBJECT|FILE.json",
+        "help": "only these subjects; or instead results of `rigid-envs evaluate --out`, whose "
+        "episodes are played again and compared to the last digit",
+    },
+    "--json": {
+        "nargs": "?",
+        "const": "-",
+        "metavar": "FILE",
+        "help": "print JSON instead of tables, or write it to FILE as well",
+    },
+    "--scores": {
+        "action": "store_true",
+        "help": "instead play the untrained policies of the ids given as subjects, or of one for "
+        "every system, and compare their success and efficiency with the data",
+    },
+    "--policies": {
+        "nargs": "*",
+        "metavar": "NAME",
+        "help": "instead evaluate published policies again, all or those named, and compare "
+        "success and cost from every start with what is published, to the last digit",
+    },
+    "--seed": {"type": int, "help": "with --policies: other starts than the published ones"},
+    "--policy": {
+        "metavar": "NAME|FILE",
+        "help": "with FILE.json: the policy it is of, as of `rigid-envs evaluate`; not needed for "
+        "controllers and published policies, which the file names",
+    },
+}
+
+
 def _add_verify(verbs: Any) -> None:
     verifying = verbs.add_parser(
         "verify",
@@ -147,43 +180,9 @@ def _add_verify(verbs: Any) -> None:
         "in world axes. The exit status is 1 if a law does not hold. Takes half a minute the first "
         "time, a few seconds later.",
     )
+    for name, settings in _VERIFY.items():
+        verifying.add_argument(name, **settings)
     verifying.set_defaults(act=_verify)
-    verifying.add_argument(
-        "subjects",
-        nargs="*",
-        metavar="SUBJECT|FILE.json",
-        help="only these subjects; or instead results of `rigid-envs evaluate --out`, whose "
-        "episodes are played again and compared to the last digit",
-    )
-    verifying.add_argument(
-        "--json",
-        nargs="?",
-        const="-",
-        metavar="FILE",
-        help="print JSON instead of tables, or write it to FILE as well",
-    )
-    verifying.add_argument(
-        "--scores",
-        action="store_true",
-        help="instead play the untrained policies of the ids given as subjects, or of one for "
-        "every system, and compare their success and efficiency with the data",
-    )
-    verifying.add_argument(
-        "--policies",
-        nargs="*",
-        metavar="NAME",
-        help="instead evaluate published policies again, all or those named, and compare success "
-        "and cost from every start with what is published, to the last digit",
-    )
-    verifying.add_argument(
-        "--seed", type=int, help="with --policies: other starts than the published ones"
-    )
-    verifying.add_argument(
-        "--policy",
-        metavar="NAME|FILE",
-        help="with FILE.json: the policy it is of, as of `rigid-envs evaluate`; not needed for "
-        "controllers and published policies, which the file names",
-    )
 
 
 def _list(options: argparse.Namespace, rest: list[str]) -> None:
