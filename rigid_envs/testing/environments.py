@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pytest
 
 from rigid_envs.base.checks import ConfigError
+from rigid_envs.envs import lookup
 from rigid_envs.envs.single import RigidEnv
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.mechanics.equations import RollingContact
@@ -47,7 +48,7 @@ def vector(env_id: str, n: int, **config: Any) -> RigidVectorEnv:
 @cache
 def task_of(env_id: str) -> Task:
     """The task with its default settings."""
-    return single(env_id).task
+    return lookup.task_of(env_id)
 
 
 DISCRETE = tuple(env_id for env_id in IDS if task_of(env_id).n_choices)
@@ -118,7 +119,7 @@ def ranges(env_id: str) -> dict[str, tuple[float, float]]:
         room = 0.0 if low < high else 0.1 * abs(low) or 0.01
         for pair in ((low - room, high + room), (low, high + room), (low - room, high)):
             try:
-                single(env_id, **chosen, **{name: pair})
+                lookup.task_of(env_id, {**chosen, name: pair})
             except ConfigError:
                 continue
             chosen[name] = pair
