@@ -120,7 +120,7 @@ def test_the_checks_of_the_page_run(package: Package) -> None:
 
 def test_it_is_seen_by_its_own_view(package: Package) -> None:
     text = package.output("-c", PICTURE)
-    assert text == "PendulumView (480, 480, 3) [0.0, 0.0, -1.0] [1.0, 0.0, 0.0]\n"
+    assert text == "SwingUpView (480, 480, 3) [0.0, 0.0, -1.0] [1.0, 0.0, 0.0]\n"
 
 
 def test_its_system_is_a_symbolic_model_too(package: Package) -> None:

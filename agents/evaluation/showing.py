@@ -19,8 +19,8 @@ from rigid_envs.scores.starts import row_seeds
 from rigid_envs.scores.trained import CompiledPolicy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch import animation, films
-from rigid_envs.watch.drawing import Look, has_display
+from rigid_envs.watch import films, window
+from rigid_envs.watch.drawing import Look
 from rigid_envs.watch.replays.episode import Episode
 from rigid_envs.watch.replays.page import write_html
 from rigid_envs.watch.replays.replay import Replay
@@ -211,7 +211,7 @@ def show(
 
 def _window(task: Task, shown: Sequence[tuple[Task, Episode]], title: str) -> bool:
     """Show episodes in a window; False where there is no display."""
-    return has_display() and animation.show(
+    return window.has_display() and window.show(
         lambda: films.episode_pictures(shown, hold=0.0), films.pictures_per_second(task), title
     )
 

@@ -1,10 +1,10 @@
-"""Packages of the extra "render", imported where they are needed."""
+"""Display of an environment: pictures of its rows, or a window that shows them."""
 
 from __future__ import annotations
 
 import importlib
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
 from gymnasium.error import DependencyNotInstalled
@@ -14,7 +14,9 @@ from rigid_envs.base.settings import Either, Integer, List, Null, Number, Rule, 
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.task import Task
 
-# Packages of the extra "render", imported where they are needed.
+if TYPE_CHECKING:
+    from rigid_envs.watch.drawing import Drawing
+    from rigid_envs.watch.window import Window
 
 
 def needed(module: str, why: str) -> Any:
@@ -33,8 +35,6 @@ def needed(module: str, why: str) -> Any:
     except ImportError as error:
         raise DependencyNotInstalled(f'{why}: pip install "rigid-envs[render]"') from error
 
-
-# Display of an environment: pictures of its rows, or a window that shows them.
 
 MODES = ("human", "rgb_array")
 _SIZE = Integer("width or height of a picture in pixels", 16, 8192)
@@ -71,11 +71,12 @@ class Shown:
         }
         self.render_mode = mode
         self._look = {**sizes, "camera": _checked_camera(camera)}
-        self._display: Display | None = None
+        self._drawn: dict[int, tuple[Drawing, int, float]] = {}
+        self._window: Window | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """All attributes except the display, which is made again where it is needed."""
-        return {**self.__dict__, "_display": None}
+        """All attributes except drawings and window, which are made again where they are needed."""
+        return {**self.__dict__, "_drawn": {}, "_window": None}
 
     def _pictures(self, rows: Iterable[int]) -> tuple[Image, ...] | None:
         """Pictures of rows, or None in the mode "human", which shows them, and without a mode."""
@@ -85,58 +86,40 @@ class Shown:
                 'make the environment with render_mode="rgb_array" or "human"'
             )
             return None
-        if self._display is None:
-            self._display = Display(self._core, self._look, self._name)
+        pictures = tuple(self._picture(row) for row in rows)
         if self.render_mode == "rgb_array":
-            return self._display.pictures(rows)
-        self._display.show(rows, frames_per_second(self.task))
+            return pictures
+        watch = importlib.import_module("rigid_envs.watch.window")
+        self._window = self._window or watch.Window(self._name)
+        self._window.show(watch.tiled(pictures), frames_per_second(self.task))
         return None
 
+    def _picture(self, row: int) -> Image:
+        """Picture of a row: a trace has a point for each moment of which one was made."""
+        watch = importlib.import_module("rigid_envs.watch.drawing")  # the renderer: only here
+        moment, episode = self._core.moment(row), self._core.episode(row)
+        drawing, *last = self._drawn.get(row, (None, -1, -1.0))
+        if drawing is None or drawing.view.parameters != moment.parameters:
+            if drawing is not None:
+                drawing.close()
+            drawing = watch.drawing_of(self.task, moment.parameters, watch.Look(**self._look))
+        if episode != last[0] or moment.time < last[1]:
+            drawing.clear()
+        self._drawn[row] = drawing, episode, moment.time
+        return drawing.picture(moment, extend=last != [episode, moment.time])
+
     def _close_display(self) -> None:
-        if self._display is not None:
-            self._display.close()
-            self._display = None
+        """Close the window and free the memory."""
+        for drawing, *_ in self._drawn.values():
+            drawing.close()
+        if self._window is not None:
+            self._window.close()
+        self._drawn, self._window = {}, None
 
     @property
     def _name(self) -> str:
         """The id for messages."""
         return self.spec.id if self.spec is not None else type(self.task).__name__
-
-
-class Display:
-    """Pictures of the rows of a core; the renderer is imported with the first one."""
-
-    def __init__(self, core: Core, look: Mapping[str, Any], title: str) -> None:
-        """Nothing is drawn yet."""
-        self._core, self._title = core, title
-        self._drawing: Any = importlib.import_module("rigid_envs.watch.drawing")
-        self._look = self._drawing.Look(**look)
-        self._viewers: dict[int, Any] = {}
-        self._window: Any = None
-
-    def pictures(self, rows: Iterable[int]) -> tuple[Image, ...]:
-        """RGB pictures of rows, each of shape (height, width, 3)."""
-        return tuple(self._viewer(row).picture() for row in rows)
-
-    def show(self, rows: Iterable[int], fps: float) -> None:
-        """Show rows side by side in a window, in real time."""
-        if self._window is None:
-            self._window = self._drawing.Window(self._title)
-        self._window.show(self._drawing.tiled(self.pictures(rows)), fps)
-
-    def close(self) -> None:
-        """Close the window and free the memory."""
-        for viewer in self._viewers.values():
-            viewer.close()
-        self._viewers.clear()
-        if self._window is not None:
-            self._window.close()
-            self._window = None
-
-    def _viewer(self, row: int) -> Any:
-        if row not in self._viewers:
-            self._viewers[row] = self._drawing.Viewer(self._core, row, self._look)
-        return self._viewers[row]
 
 
 def frames_per_second(task: Task) -> int:

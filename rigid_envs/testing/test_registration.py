@@ -20,7 +20,7 @@ from rigid_envs.testing.environments import (
     single,
     vector,
 )
-from rigid_envs.watch.drawing import Window
+from rigid_envs.watch.window import Window
 
 
 def test_an_id_is_of_the_kind_that_its_task_asks_for(env_id):

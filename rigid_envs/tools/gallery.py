@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import hashlib
 import io
 import json
 import math
@@ -22,6 +21,7 @@ from rigid_envs.systems.rolling_ball.figures import BRACKETS, HOLONOMY, SHORTEST
 from rigid_envs.systems.rolling_disk.figures import DISK, STEADY_CIRCLES
 from rigid_envs.systems.upright_coin.figures import COIN
 from rigid_envs.tools.motions import motion_of
+from rigid_envs.tools.pages.films import sources_hash
 from rigid_envs.watch.figures import (
     MUTED,
     STYLE,
@@ -173,8 +173,8 @@ def _save(figure: Figure, kind: str, metadata: dict[str, Any]) -> bytes:
 
 SHEET = "contact_sheet.png"
 _HEADING = (
-    "<!-- Written by `rigid-envs gallery --docs docs/gallery`: change rigid_envs/gallery, "
-    "not this page. -->"
+    "<!-- Written by `rigid-envs gallery --docs docs/gallery`: change the figures.py of "
+    "its system, not this page. -->"
 )
 _INTRODUCTION = (
     "What rotating and rolling bodies do, simulated with the systems of this library and set "
@@ -290,6 +290,8 @@ def contact_sheet(pngs: Sequence[bytes]) -> bytes:
 # Figures as files: PNG, SVG and `figures.json`; the page of the documentation.
 
 DATA = "figures.json"
+SOURCES = ("tools/gallery.py", "watch/figures.py", "systems/*/figures.py")
+"""Files that draw the figures, below `rigid_envs`."""
 
 Progress = Callable[[str], None]
 
@@ -347,19 +349,6 @@ def write_docs(folder: Path, progress: Progress = lambda _: None) -> list[Made]:
     return drawn
 
 
-def hash_of_sources() -> str:
-    """SHA-256 of the Python files of the gallery: whether pictures are older than what draws them.
-
-    Returns:
-        Hexadecimal digits.
-    """
-    root, digest = Path(__file__).parent, hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        content = path.read_bytes()
-        digest.update(f"{path.relative_to(root).as_posix()} {len(content)}\n".encode() + content)
-    return digest.hexdigest()
-
-
 def _provenance() -> dict[str, Any]:
     """Taken before anything is written, which would count as a change of the checkout."""
     where = provenance()
@@ -372,7 +361,7 @@ def _write_data(
 ) -> dict[str, Any]:
     document = {
         "provenance": where,
-        "sources": hash_of_sources(),
+        "sources": sources_hash(*SOURCES),
         "figures": [_entry(made, kinds) for made in drawn],
     }
     write_atomic(folder / DATA, json.dumps(document, indent=1, allow_nan=False) + "\n")

@@ -1,10 +1,10 @@
-"""Animated files of pictures, and a window of them."""
+"""Animated files of pictures."""
 
 from __future__ import annotations
 
 import io
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
 from itertools import chain
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy as np
 from rigid_envs.base.checks import Image
 from rigid_envs.base.files import write_atomic
 from rigid_envs.envs.display import needed
-from rigid_envs.watch.drawing import Window, load_pygame
+from rigid_envs.watch.lettering import pillow
 
 # Animated GIF and WebP, as small as asked for.
 
@@ -36,15 +36,9 @@ class _Level(NamedTuple):
 _LEVELS = (
     _Level(1.0, 60.0, 82, 256),
     _Level(1.0, 30.0, 75, 192),
-    _Level(1.0, 20.0, 70, 128),
     _Level(1.0, 15.0, 60, 96),
-    _Level(0.75, 20.0, 65, 128),
     _Level(0.75, 15.0, 60, 96),
-    _Level(0.75, 12.0, 50, 64),
-    _Level(0.5, 15.0, 60, 96),
     _Level(0.5, 12.0, 50, 64),
-    _Level(0.5, 10.0, 40, 48),
-    _Level(0.35, 10.0, 45, 48),
     _Level(0.35, 8.0, 30, 32),
 )
 
@@ -54,15 +48,6 @@ class _Draft(NamedTuple):
     width: int
     height: int
     n: int
-
-
-def load_pillow() -> Any:
-    """The module `PIL.Image`.
-
-    Raises:
-        DependencyNotInstalled: Pillow is not installed.
-    """
-    return needed("PIL.Image", "films in gif and webp need Pillow")
 
 
 def write_animation(
@@ -82,49 +67,28 @@ def write_animation(
     Raises:
         ValueError: no level of quality is as small as that.
     """
-    suffix = path.suffix.lower()
     kept = list(pictures)
-    duration = len(kept) / fps
-    draft = _encoded(kept, fps, _LEVELS[0], suffix)
-    if max_bytes is not None and len(draft.data) > max_bytes:
-        draft = _fitted(kept, fps, suffix, max_bytes)
-    write_atomic(path, draft.data)
-    return draft.width, draft.height, draft.n / duration, draft.n
-
-
-def _fitted(kept: Sequence[Image], fps: float, suffix: str, max_bytes: int) -> _Draft:
-    """The first level that is small enough, by bisection.
-
-    Raises:
-        ValueError: there is none.
-    """
-    low, high = 0, len(_LEVELS) - 1  # the first is too large; the last is to be tried
-    best = _encoded(kept, fps, _LEVELS[high], suffix)
-    if len(best.data) > max_bytes:
-        raise ValueError(
-            f"max_bytes = {max_bytes}; expected at least {len(best.data)}, the size at the lowest "
-            f"quality ({best.width} x {best.height}): make the film shorter"
-        )
-    while high - low > 1:
-        middle = (low + high) // 2
-        draft = _encoded(kept, fps, _LEVELS[middle], suffix)
-        if len(draft.data) <= max_bytes:
-            high, best = middle, draft
-        else:
-            low = middle
-    return best
+    for level in _LEVELS:
+        draft = _encoded(kept, fps, level, path.suffix.lower())
+        if max_bytes is None or len(draft.data) <= max_bytes:
+            write_atomic(path, draft.data)
+            return draft.width, draft.height, draft.n * fps / len(kept), draft.n
+    raise ValueError(
+        f"max_bytes = {max_bytes}; expected at least {len(draft.data)}, the size at the lowest "
+        f"quality ({draft.width} x {draft.height}): make the film shorter"
+    )
 
 
 def _encoded(kept: Sequence[Image], fps: float, level: _Level, suffix: str) -> _Draft:
-    pillow = load_pillow()
+    pictures, _, _ = pillow()
     fastest = min(level.fps, _GIF_FASTEST) if suffix == ".gif" else level.fps
     stride = max(1, int(np.ceil(fps / fastest - 1e-9)))
     chosen = kept[::stride]
     height, width, _ = chosen[0].shape
     size = (max(1, round(width * level.scale)), max(1, round(height * level.scale)))
-    frames = [pillow.fromarray(picture) for picture in chosen]
+    frames = [pictures.fromarray(picture) for picture in chosen]
     if level.scale < 1.0:
-        frames = [frame.resize(size, pillow.Resampling.LANCZOS) for frame in frames]
+        frames = [frame.resize(size, pictures.Resampling.LANCZOS) for frame in frames]
     tick = 10 if suffix == ".gif" else 1  # [ms]
     times = _durations(len(kept), len(frames), stride, fps, tick)
     if suffix == ".gif":
@@ -143,23 +107,23 @@ def _durations(n: int, n_kept: int, stride: int, fps: float, tick: int) -> list[
 
 def _gif(frames: Sequence[Any], times: Sequence[int], colors: int) -> bytes:
     """One palette for all pictures, without dithering: what does not move stays the same."""
-    pillow = load_pillow()
+    pictures, _, _ = pillow()
     palette = _palette(frames, colors)
-    none = pillow.Dither.NONE
+    none = pictures.Dither.NONE
     paletted = [frame.quantize(palette=palette, dither=none) for frame in frames]
     return _saved(paletted, times, "GIF", optimize=False, disposal=1)
 
 
 def _palette(frames: Sequence[Any], colors: int) -> Any:
     """Picture whose palette suits all pictures: it is made from some of them, side by side."""
-    pillow = load_pillow()
+    pictures, _, _ = pillow()
     picks = np.unique(np.linspace(0, len(frames) - 1, _SAMPLES).astype(int))
     width, height = (max(1, length * _COARSE // max(frames[0].size)) for length in frames[0].size)
-    chosen = [frames[k].resize((width, height), pillow.Resampling.NEAREST) for k in picks]
-    sheet = pillow.new("RGB", (width, height * len(chosen)))
+    chosen = [frames[k].resize((width, height), pictures.Resampling.NEAREST) for k in picks]
+    sheet = pictures.new("RGB", (width, height * len(chosen)))
     for k, frame in enumerate(chosen):
         sheet.paste(frame, (0, k * height))
-    return sheet.quantize(colors, method=pillow.Quantize.MAXCOVERAGE, kmeans=1)
+    return sheet.quantize(colors, method=pictures.Quantize.MAXCOVERAGE, kmeans=1)
 
 
 def _webp(frames: Sequence[Any], times: Sequence[int], quality: int) -> bytes:
@@ -248,53 +212,3 @@ def _even(picture: Image) -> Image:
     height, width, _ = picture.shape
     sides = [(0, height % 2), (0, width % 2), (0, 0)]
     return np.ascontiguousarray(np.pad(picture, sides, mode="edge"))
-
-
-# Window that shows pictures one after another, and can be paused and closed.
-
-_PATIENCE = 0.02  # time between looks at the keyboard while nothing moves [s]
-
-
-def show(pictures: Callable[[], Iterator[Image]], fps: float, title: str) -> bool:
-    """Show pictures until the window is closed.
-
-    Space pauses, R begins again, Escape closes; the last picture stays until then.
-
-    Args:
-        pictures: gives them from the beginning, at every call.
-        fps: pictures per second, at most.
-        title: of the window.
-
-    Returns:
-        False if no window could be opened.
-
-    Raises:
-        DependencyNotInstalled: pygame is not installed.
-    """
-    pygame = load_pygame()
-    window = Window(title)
-    try:
-        _run(pygame, window, pictures, fps)
-    except pygame.error:
-        return False
-    finally:
-        window.close()
-    return True
-
-
-def _run(pygame: Any, window: Window, pictures: Callable[[], Iterator[Image]], fps: float) -> None:
-    source, paused = pictures(), False
-    while True:
-        for event in pygame.event.get() if window.is_open else ():
-            key = event.key if event.type == pygame.KEYDOWN else None
-            if event.type == pygame.QUIT or key == pygame.K_ESCAPE:
-                return
-            if key == pygame.K_SPACE:
-                paused = not paused
-            if key == pygame.K_r:
-                source, paused = pictures(), False
-        picture = None if paused else next(source, None)
-        if picture is None:
-            pygame.time.wait(round(1000 * _PATIENCE))
-            continue
-        window.show(picture, fps)

@@ -1,40 +1,27 @@
-"""Moments of an environment as pictures and in a window."""
+"""Pictures of what a view shows, drawn in software."""
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Mapping, Sequence
+import functools
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from rigid_envs.base.checks import Image
-from rigid_envs.envs.display import needed
-from rigid_envs.tasks.core import Core, Moment
+from rigid_envs.base.checks import Array, Image
+from rigid_envs.mechanics import rotations
+from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch.pixels import Pixels
-from rigid_envs.watch.scene import Camera
-from rigid_envs.watch.views import view_of
+from rigid_envs.watch.lettering import write
+from rigid_envs.watch.meshes import arrow_head, arrow_shaft, chequers
+from rigid_envs.watch.panda import SOLID, geometry, library, picture_of, strip, transform
+from rigid_envs.watch.scene import Arrow, Arrows, Floor, Part, Pose, Trace, from_z
+from rigid_envs.watch.views import View, view_of
 
-# Pictures side by side.
-
-
-def tiled(pictures: Sequence[Image]) -> Image:
-    """Pictures of one size side by side, in as many lines as columns or one less."""
-    n = len(pictures)
-    columns = int(np.ceil(np.sqrt(n)))
-    lines = -(-n // columns)
-    height, width, depth = pictures[0].shape
-    page = np.full((lines * height, columns * width, depth), 255, dtype=np.uint8)
-    for k, picture in enumerate(pictures):
-        i, j = divmod(k, columns)
-        page[i * height : (i + 1) * height, j * width : (j + 1) * width] = picture
-    return page
-
-
-# Pictures of moments of one episode.
+# Pictures of one episode.
 
 
 @dataclass(frozen=True)
@@ -54,29 +41,51 @@ class Look:
     shadows: bool = True
 
 
+_SKY = (0.97, 0.975, 0.985)
+# together at most 1, also on white: the sum of a highlight and more would run over and look dark
+_AMBIENT = (0.50, 0.505, 0.52)
+_SUN = (0.44, 0.435, 0.42)
+_HIGHLIGHT = 0.10
+_TO_SUN = (0.35, -0.45, 1.0)
+_SHADE = (0.13, 0.16, 0.22, 0.30)
+_HEAD = 3.0  # length and width of the head of an arrow, in widths of its shaft
+
+
+def drawing_of(task: Task, parameters: Mapping[str, float], look: Look) -> Drawing:
+    """Drawing of an episode of a task, with the parameters of its system by name."""
+    return Drawing(view_of(task, parameters), look)
+
+
 class Drawing:
     """Pictures of an episode; traces grow with every picture.
 
     Args:
-        task: the task.
-        parameters: parameters of the system by name, of the episode.
+        view: what is seen of the episode.
         look: size and point of view.
-
-    Attributes:
-        parameters: of the system.
-        camera: point of view.
 
     Raises:
         DependencyNotInstalled: a package that draws is not installed.
     """
 
-    def __init__(self, task: Task, parameters: Mapping[str, float], look: Look) -> None:
-        """Make the scene."""
-        self.parameters = dict(parameters)
-        self._view = view_of(task, self.parameters)
-        scene = self._view.scene
-        self.camera: Camera = replace(scene.camera, **look.camera)
-        self._pixels = Pixels(scene, look.width, look.height, self.camera, look.shadows)
+    def __init__(self, view: View, look: Look) -> None:
+        """Build the scene graph."""
+        core, scene = library(), view.scene
+        self.view, self._look = view, look
+        self._camera = replace(scene.camera, **look.camera)
+        self._root = core.NodePath("scene")
+        self._root.setBin(SOLID, 0)
+        for light in _lights():
+            self._root.setLight(light)
+        self._parts = {name: self._add_part(name, part) for name, part in scene.parts.items()}
+        self._arrows = {name: self._add_arrow(name, each) for name, each in scene.arrows.items()}
+        self._lines = {name: self._add_line(name, each) for name, each in scene.traces.items()}
+        self._points: dict[str, list[Array]] = {name: [] for name in scene.traces}
+        self._eye = self._add_camera()
+        self._shadows: dict[str, Any] = {}
+        if scene.floor is not None:
+            self._add_floor(scene.floor)
+            if look.shadows:
+                self._shadows = self._add_shadows(scene.floor)
 
     def picture(self, moment: Moment, extend: bool = True) -> Image:
         """RGB picture of a moment, shape (height, width, 3).
@@ -85,115 +94,239 @@ class Drawing:
             moment: what is drawn.
             extend: whether traces grow by it.
         """
-        return self._pixels.draw(self._view.frame(moment), extend)
+        frame = self.view.frame(moment)
+        self._place_parts(frame.poses)
+        self._place_arrows(frame.arrows)
+        eye = self._place_camera(frame.poses)
+        if extend:
+            self._extend(frame.points)
+        self._trace(frame.poses, eye)
+        picture = picture_of(self._eye, self._look.width, self._look.height, _SKY)
+        write(picture, frame.text)
+        return picture
 
     def clear(self) -> None:
-        """Forget the traces: another episode with the same parameters begins."""
-        self._pixels.clear()
+        """Remove the lines of the traces: a new episode begins."""
+        for points in self._points.values():
+            points.clear()
 
     def close(self) -> None:
-        """Free the memory."""
-        self._pixels.close()
+        """Free the scene graph."""
+        core = library()
+        self._root.removeNode()
+        self._parts, self._arrows, self._lines, self._shadows = {}, {}, {}, {}
+        for states in (core.RenderState, core.TransformState):
+            states.clearCache()  # it keeps what scenes that are gone were made of
+            states.garbageCollect()
+
+    def _add_part(self, name: str, part: Part) -> Any:
+        core = library()
+        node = self._root.attachNewNode(name)
+        node.attachNewNode(geometry(part.mesh))
+        node.setMaterial(_material(part.shiny))
+        if part.opacity < 1.0:
+            node.setTransparency(core.TransparencyAttrib.MAlpha)
+            node.setAlphaScale(part.opacity)
+            node.setBin("transparent", 0)
+        return node
+
+    def _add_arrow(self, name: str, arrow: Arrow) -> Any:
+        """A node with the shaft and the head."""
+        node = self._root.attachNewNode(name)
+        node.setColor(*arrow.color, 1.0)
+        node.setMaterial(_material(False))
+        for mesh in (arrow_shaft(), arrow_head()):
+            # a place of its own: the mesh is shared
+            node.attachNewNode("piece").attachNewNode(geometry(mesh))
+        return node
+
+    def _add_line(self, name: str, trace: Trace) -> Any:
+        core = library()
+        node = self._root.attachNewNode(name)
+        node.setLightOff()
+        node.setAttrib(core.ShadeModelAttrib.make(core.ShadeModelAttrib.MFlat))
+        node.setTwoSided(True)
+        node.setColor(*trace.color, 1.0)
+        return node
+
+    def _add_camera(self) -> Any:
+        core, camera = library(), self._camera
+        lens = core.PerspectiveLens()
+        aspect = self._look.width / self._look.height
+        across = aspect * math.tan(math.radians(camera.field_of_view / 2))
+        lens.setFov(2 * math.degrees(math.atan(across)))
+        lens.setAspectRatio(aspect)
+        lens.setNearFar(0.05 * camera.distance, 20.0 * camera.distance)
+        node = core.Camera("camera")
+        node.setLens(lens)
+        return self._root.attachNewNode(node)
+
+    def _add_floor(self, floor: Floor) -> None:
+        core = library()
+        node = self._root.attachNewNode(geometry(chequers(floor, _SKY)))
+        node.setLightOff()
+        node.setBin("background", 0)
+        node.setAttrib(core.ShadeModelAttrib.make(core.ShadeModelAttrib.MFlat))
+        node.setDepthWrite(False)  # it is below all parts
+        node.setDepthTest(False)
+
+    def _add_shadows(self, floor: Floor) -> dict[str, Any]:
+        """A flattened copy of every part that casts a shadow, on the floor."""
+        core = library()
+        x, y, z = _TO_SUN
+        height = floor.height + 1e-3 * self._camera.distance
+        # (X, Y, Z) -> (X - x / z (Z - h), Y - y / z (Z - h), h), with a trace of thickness: the
+        # nearest one of all layers is drawn first, and hides the others
+        thin = 1e-5
+        flat = core.LMatrix4(
+            1, 0, 0, 0,
+            0, 1, 0, 0,
+            -x / z, -y / z, thin, 0,
+            height * x / z, height * y / z, height * (1 - thin), 1,
+        )  # fmt: skip
+        shade = self._root.attachNewNode("shadows")
+        shade.setTransform(core.TransformState.makeMat(flat))
+        shade.setLightOff(1)
+        shade.setAttrib(core.ShadeModelAttrib.make(core.ShadeModelAttrib.MFlat), 1)
+        shade.setColor(*_SHADE, 2)
+        shade.setTransparency(core.TransparencyAttrib.MAlpha, 1)
+        shade.setBin("background", 1, 1)
+        shadows = {}
+        for name, part in self.view.scene.parts.items():
+            if part.shadow and part.opacity == 1.0:
+                shadows[name] = shade.attachNewNode(name)
+                shadows[name].attachNewNode(geometry(part.mesh))
+        return shadows
+
+    def _place_parts(self, poses: Mapping[str, Pose]) -> None:
+        """Show the parts that have a pose, each with its shadow."""
+        for nodes in (self._parts, self._shadows):
+            for name, node in nodes.items():
+                if name in poses:
+                    node.show()
+                    node.setTransform(transform(poses[name]))
+                else:
+                    node.hide()
+
+    def _place_arrows(self, arrows: Arrows) -> None:
+        """Show the arrows that have a length."""
+        core = library()
+        for name, node in self._arrows.items():
+            start, vector = np.array(arrows.get(name, np.zeros((2, 3))), dtype=np.float64)
+            length = float(np.linalg.norm(vector))
+            if length < 1e-9:
+                node.hide()
+                continue
+            node.show()
+            width = self.view.scene.arrows[name].width
+            tip = min(_HEAD * width, length)
+            size = width * min(1.0, length / (_HEAD * width))
+            q = core.LQuaternion(*from_z(vector / length))
+            shaft, head = node.getChildren()
+            shaft.setPosQuatScale(
+                core.Point3(*start), q, core.Vec3(size, size, max(length - tip, 1e-6))
+            )
+            end = core.Point3(*(start + vector * (1 - tip / length)))
+            head.setPosQuatScale(end, q, core.Vec3(size * _HEAD, size * _HEAD, tip))
+
+    def _place_camera(self, poses: Mapping[str, Pose]) -> Array:
+        """Place the camera; returns its position."""
+        camera = self._camera
+        target = np.array(camera.target, dtype=np.float64)
+        if camera.follow is not None and camera.follow in poses:
+            target[:2] += np.asarray(poses[camera.follow].position)[:2]
+        azimuth, elevation = math.radians(camera.azimuth), math.radians(camera.elevation)
+        level = math.cos(elevation)
+        direction = (level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation))
+        eye = target + camera.distance * np.array(direction)
+        self._eye.setPos(*eye)
+        self._eye.lookAt(library().Point3(*target))
+        return eye
+
+    def _extend(self, points: Mapping[str, npt.ArrayLike]) -> None:
+        for name, point in points.items():
+            line, length = self._points[name], self.view.scene.traces[name].length
+            line.append(np.asarray(point, dtype=np.float64))
+            if length is not None:
+                del line[:-length]
+
+    def _trace(self, poses: Mapping[str, Pose], eye: Array) -> None:
+        """Show the lines of the traces."""
+        for name, trace in self.view.scene.traces.items():
+            line, seen_from = self._lines[name], eye
+            if trace.part is not None:
+                pose = poses[trace.part]
+                line.setTransform(transform(pose))
+                offset = eye - np.asarray(pose.position, dtype=np.float64)
+                seen_from = rotations.rotate_inverse(pose.q, offset) / np.array(pose.scale)
+            line.node().removeAllChildren()
+            for part in _runs(np.array(self._points[name]).reshape(-1, 3)):
+                line.attachNewNode(strip(_ribbon(part, seen_from, trace.width)))
 
 
-# Pictures of one row of an environment.
+@functools.cache
+def _material(shiny: bool) -> Any:
+    """Surface that reflects light in the colours of its vertices."""
+    core = library()
+    material = core.Material()
+    material.setAmbient((1.0, 1.0, 1.0, 1.0))
+    material.setDiffuse((1.0, 1.0, 1.0, 1.0))
+    if shiny:
+        material.setSpecular((_HIGHLIGHT, _HIGHLIGHT, _HIGHLIGHT, 1.0))
+        material.setShininess(25.0)
+    return material
 
 
-class Viewer:
-    """Pictures of a row: a line of a trace has a point for each moment of which one was made."""
-
-    def __init__(self, core: Core, row: int, look: Look) -> None:
-        """Nothing is drawn yet."""
-        self._core, self._row, self._look = core, row, look
-        self._episode = (-1, -1.0)  # number of the episode, time of the last picture
-        self._drawing: Drawing | None = None
-
-    def picture(self) -> Image:
-        """RGB picture of the present state, shape (height, width, 3)."""
-        moment, number = self._core.moment(self._row), self._core.episode(self._row)
-        if self._drawing is None or self._drawing.parameters != moment.parameters:
-            self.close()
-            self._drawing = Drawing(self._core.task, moment.parameters, self._look)
-        last, time = self._episode
-        if number != last or moment.time < time:
-            self._drawing.clear()
-        extend = (number, moment.time) != self._episode
-        self._episode = (number, moment.time)
-        return self._drawing.picture(moment, extend)
-
-    def close(self) -> None:
-        """Free the memory."""
-        if self._drawing is not None:
-            self._drawing.close()
-            self._drawing = None
+@functools.cache
+def _lights() -> tuple[Any, ...]:
+    """Lights of all scenes."""
+    core = library()
+    ambient = core.AmbientLight("ambient")
+    ambient.setColor((*_AMBIENT, 1.0))
+    sun = core.DirectionalLight("sun")
+    sun.setColor((*_SUN, 1.0))
+    sun.setDirection(core.Vec3(*(-x for x in _TO_SUN)))
+    return core.NodePath(ambient), core.NodePath(sun)
 
 
-# Window that shows pictures.
+# Lines with a width: ribbons that face the camera.
 
 
-def load_pygame() -> Any:
-    """The module `pygame`.
-
-    Raises:
-        DependencyNotInstalled: it is not installed.
-    """
-    return needed("pygame", "a window needs pygame")
-
-
-def has_display() -> bool:
-    """Whether a window can be opened here, as far as the environment of the process says."""
-    if os.environ.get("SDL_VIDEODRIVER"):
-        return True
-    if sys.platform in ("darwin", "win32"):
-        return True
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+def _runs(points: Array) -> list[Array]:
+    """Parts of a line between points that are not finite, each of two points or more."""
+    breaks = np.flatnonzero(~np.isfinite(points).all(axis=-1))
+    parts = np.split(points, breaks)
+    parts = [parts[0], *(part[1:] for part in parts[1:])]
+    return [part for part in parts if len(part) > 1]
 
 
-class Window:
-    """A window of pygame.
+def _ribbon(points: Array, eye: Array, width: float) -> npt.NDArray[np.float32]:
+    """Left and right edge of a line that is seen from a point with its full width.
+
+    The edges are moved towards the eye along the lines of sight, by the width: nothing changes in
+    the picture, and a line on a surface is not hidden by it.
 
     Args:
-        title: of the window.
+        points: shape (n, 3), n > 1.
+        eye: where it is seen from, shape (3,).
+        width: of the line.
 
-    Raises:
-        DependencyNotInstalled: pygame is not installed.
+    Returns:
+        Shape (n, 2, 3).
     """
+    sight = eye - points
+    distance = np.linalg.norm(sight, axis=-1, keepdims=True)
+    across = _cross(np.diff(points, axis=0), sight[:-1])
+    length = np.linalg.norm(across, axis=-1, keepdims=True)
+    across /= np.where(length > 0.0, length, 1.0)
+    both = np.concatenate([across[:1], across]) + np.concatenate([across, across[-1:]])
+    square = (both * both).sum(axis=-1, keepdims=True)
+    half = width * both / np.maximum(square, 1.0)  # mitred corners, cut off where they are sharp
+    centre = points + np.minimum(width / np.maximum(distance, 1e-12), 0.5) * sight
+    return np.stack([centre - half, centre + half], axis=1).astype(np.float32)
 
-    def __init__(self, title: str) -> None:
-        """No window yet: the first picture opens it."""
-        self._pygame = load_pygame()
-        self._title = title
-        self._screen: Any = None
-        self._clock: Any = None
 
-    @property
-    def is_open(self) -> bool:
-        """Whether a picture has been shown."""
-        return self._screen is not None
-
-    def show(self, picture: Image, fps: float) -> None:
-        """Show a picture, at the earliest 1 / fps seconds after the last one.
-
-        Args:
-            picture: RGB, shape (height, width, 3).
-            fps: pictures per second; 0 does not wait.
-        """
-        pygame = self._pygame
-        height, width, _ = picture.shape
-        if self._screen is None or self._screen.get_size() != (width, height):
-            pygame.display.init()
-            self._screen = pygame.display.set_mode((width, height))
-            pygame.display.set_caption(self._title)
-            self._clock = pygame.time.Clock()
-        surface = pygame.image.frombuffer(np.ascontiguousarray(picture), (width, height), "RGB")
-        self._screen.blit(surface, (0, 0))
-        pygame.event.pump()
-        pygame.display.flip()
-        if fps:
-            self._clock.tick(fps)
-
-    def close(self) -> None:
-        """Close the window."""
-        if self._screen is not None:
-            self._pygame.display.quit()
-            self._screen = None
+def _cross(a: Array, b: Array) -> Array:
+    """Products a x b of rows, shape (n, 3); faster than NumPy's."""
+    one, two = (1, 2, 0), (2, 0, 1)
+    return np.asarray(a[:, one] * b[:, two] - a[:, two] * b[:, one])

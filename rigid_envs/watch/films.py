@@ -20,11 +20,11 @@ from rigid_envs.scores.policies import PolicyFactory
 from rigid_envs.scores.starts import Tally, metrics_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch import animation
-from rigid_envs.watch import animation as video
-from rigid_envs.watch.drawing import Drawing, Look, tiled
-from rigid_envs.watch.lettering import pillow
+from rigid_envs.watch.animation import load_ffmpeg, write_animation, write_mp4
+from rigid_envs.watch.drawing import Look, drawing_of
+from rigid_envs.watch.lettering import font, pillow
 from rigid_envs.watch.replays.episode import Episode, moment_at, play_again
+from rigid_envs.watch.window import tiled
 
 # Episodes of policies and controllers, recorded to be looked at.
 
@@ -133,15 +133,14 @@ def labelled(pictures: Sequence[Image], labels: Sequence[str]) -> Image:
 @functools.lru_cache(64)
 def _strip(label: str, width: int) -> Image:
     """Line of text as wide as a picture; what is too long is cut."""
-    pictures, fonts, pens = pillow()
+    pictures, _, pens = pillow()
     size = max(11, width // 26)
-    font = fonts.load_default(size)
     image = pictures.new("RGB", (width, 2 * size), _PAPER)
     draw = pens.Draw(image)
     text = label
-    while draw.textlength(text, font=font) > width - size and len(text) > len(_CUT):
+    while draw.textlength(text, font=font(size)) > width - size and len(text) > len(_CUT):
         text = text.removesuffix(_CUT)[:-1] + _CUT
-    draw.text((size // 2, size), text, fill=_INK, font=font, anchor="lm")
+    draw.text((size // 2, size), text, fill=_INK, font=font(size), anchor="lm")
     strip = np.array(image)
     strip[-1] = _RULE
     return strip
@@ -192,7 +191,7 @@ def episode_pictures(
     n_held = round(non_negative(hold, "hold", "s") * rate)
     longest = max(len(episode) * task.dt for task, episode in episodes)
     n = math.ceil(longest / speed * rate - _ROUNDING)
-    drawings = [Drawing(task, e.parameters, look or Look()) for task, e in episodes]
+    drawings = [drawing_of(task, e.parameters, look or Look()) for task, e in episodes]
     labels = [episode.label for _, episode in episodes]
     try:
         for k in range(n + 1):
@@ -269,9 +268,9 @@ def checked_film(path: str | Path) -> Path:
     if file.is_dir():
         raise ValueError(f"film = {str(file)!r}; expected a file: this is a folder")
     if file.suffix.lower() == ".mp4":
-        video.load_ffmpeg()
+        load_ffmpeg()
     else:
-        animation.load_pillow()
+        pillow()
     return file
 
 
@@ -315,9 +314,9 @@ def write_film(
         raise ValueError("pictures = (); expected at least one")
     whole = itertools.chain([first], source)
     if file.suffix.lower() == ".mp4":
-        shape = video.write_mp4(file, whole, fps)
+        shape = write_mp4(file, whole, fps)
     else:
-        shape = animation.write_animation(file, whole, fps, max_bytes)
+        shape = write_animation(file, whole, fps, max_bytes)
     return Film(file, *shape, file.stat().st_size)
 
 

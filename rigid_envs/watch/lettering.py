@@ -1,4 +1,4 @@
-"""Text in pictures, and pictures without a renderer."""
+"""Text in pictures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Image
 from rigid_envs.envs.display import needed
 
-Mask = npt.NDArray[np.float32]
+_Mask = npt.NDArray[np.float32]
 
 _INK = np.array([38.0, 44.0, 54.0], dtype=np.float32)
 _LEAST = 6  # pixels; smaller letters cannot be read
@@ -51,9 +51,16 @@ def pillow() -> tuple[Any, Any, Any]:
         DependencyNotInstalled: Pillow is not installed.
     """
     names = ("PIL.Image", "PIL.ImageFont", "PIL.ImageDraw")
-    image, fonts, draw = (needed(name, "pictures need Pillow") for name in names)
+    pictures, fonts, pens = (needed(name, "pictures need Pillow") for name in names)
     fonts.load_default(10)
-    return image, fonts, draw
+    return pictures, fonts, pens
+
+
+@functools.cache
+def font(size: int) -> Any:
+    """Font of letters of this height in pixels."""
+    _, fonts, _ = pillow()
+    return fonts.load_default(size)
 
 
 def _height(size: int) -> int:
@@ -65,7 +72,7 @@ def _length(line: str, size: int) -> float:
 
 
 @functools.lru_cache(maxsize=64)
-def _mask(line: str, size: int) -> Mask:
+def _mask(line: str, size: int) -> _Mask:
     """Coverage of each pixel by the letters of a line, shape (height, width, 1)."""
     mask = np.zeros((_height(size), int(_length(line, size)) + size, 1), dtype=np.float32)
     at = 0.0
@@ -78,16 +85,10 @@ def _mask(line: str, size: int) -> Mask:
 
 
 @functools.lru_cache(maxsize=1024)
-def _letter(letter: str, size: int) -> tuple[Mask, float]:
+def _letter(letter: str, size: int) -> tuple[_Mask, float]:
     """Coverage of each pixel by a letter, shape (height, width, 1), and what it takes of a line."""
-    pictures, fonts, draw = pillow()
-    font = _font(fonts, size)
-    advance = font.getlength(letter)
+    pictures, _, pens = pillow()
+    advance = font(size).getlength(letter)
     picture = pictures.new("L", (int(advance) + 2, _height(size)))
-    draw.Draw(picture).text((0, 0), letter, fill=255, font=font)
+    pens.Draw(picture).text((0, 0), letter, fill=255, font=font(size))
     return np.asarray(picture, dtype=np.float32)[..., None] / 255.0, advance
-
-
-@functools.cache
-def _font(fonts: Any, size: int) -> Any:
-    return fonts.load_default(size)

@@ -242,6 +242,13 @@ def loop(curve: npt.ArrayLike, radius: float, color: Color, sides: int = 12) -> 
     return grid(points[once, None] + radius * around[once], around[once], color)
 
 
+def circle(n: int) -> Array:
+    """Unit circle about z, its first point on x and again its last one, shape (n, 3)."""
+    angle = np.linspace(0.0, 2.0 * math.pi, n)
+    angle[-1] = 0.0
+    return np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
+
+
 def _turned(profile: Array, normals: Array, colors: Sequence[Color], sides: int) -> list[Mesh]:
     """A smooth part of the profile of `sectors`, turned about z."""
     ends = np.linspace(0.0, 2.0 * math.pi, len(colors) + 1)
@@ -310,36 +317,20 @@ OCTANTS = (YELLOW, ORANGE, SKY, CREAM, RED, BLUE, GREEN, PURPLE)
 OMEGA, MOMENTUM, INPUT, PATH = RED, BLUE, PURPLE, DARK
 """Angular velocity, angular momentum, what is controlled, path of a point."""
 
+PALE, WARM = (0.80, 0.86, 0.92), (0.93, 0.89, 0.82)
+"""Colours of a ball that only shows its attitude."""
+
 GHOST = 0.45
 """Opacity of a goal."""
 
 
-def level_floor(height: float, size: float, cell: float = 1.0) -> Floor:
-    """Chequered floor.
-
-    Args:
-        height: z of the floor [m].
-        size: side [m].
-        cell: side of a cell [m].
-    """
-    return Floor(height, size, cell)
-
-
-# Meshes of balls, wheels and tops, of radius 1 where they roll, and of what they stand on.
-#
-# Each is made once in a process.
+# Meshes that several views show, each made once in a process.
 
 
 @functools.cache
-def octant_ball() -> Mesh:
-    """Ball of radius 1 with octants in eight colours."""
-    return octants(1.0, OCTANTS)
-
-
-@functools.cache
-def goal_ball() -> Mesh:
-    """Ball of radius 1 in one colour: a place, whatever the attitude."""
-    return ball(1.0, GREEN, n=14)
+def brick() -> Mesh:
+    """Cube of side 1 with six colours."""
+    return box((1.0, 1.0, 1.0), (ORANGE, YELLOW, SKY, BLUE, GREEN, PURPLE))
 
 
 @functools.cache
@@ -350,110 +341,15 @@ def goal_disk() -> Mesh:
 
 
 @functools.cache
-def goal_ring() -> Mesh:
-    """Flat ring of radius 1 across z, open, seen from above."""
-    return lathe([(1.015, 0.0), (0.985, 0.0)], GREEN, 96)
-
-
-@functools.cache
 def edge_ring() -> Mesh:
     """Flat ring of radius 1 across z, open, seen from above: a border."""
     return lathe([(1.01, 0.0), (0.99, 0.0)], RED, 96)
 
 
 @functools.cache
-def dome() -> Mesh:
-    """Equator and two meridians of the upper half of the unit sphere, thin."""
-    angle = np.linspace(0.0, math.pi, 31)
-    arc = np.stack([np.cos(angle), 0.0 * angle, np.sin(angle)], axis=-1)
-    circle = np.stack([np.cos(2.0 * angle), np.sin(2.0 * angle), 0.0 * angle], axis=-1)[:-1]
-    other = arc[:, [1, 0, 2]]
-    bars = [tube(half, 0.004, LIGHT, 3) for half in (arc, other)]
-    return join(loop(circle, 0.004, LIGHT, 3), *bars)
-
-
-@functools.cache
-def goal_hoop() -> Mesh:
-    """Thin hoop of radius 1 about z."""
-    angle = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
-    circle = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
-    return loop(circle, 0.022, GREEN, 6)
-
-
-@functools.cache
-def goal_cone() -> Mesh:
-    """Open cone from the origin to the unit circle at z = 1, seen from both sides."""
-    angle = np.linspace(0.0, 2.0 * math.pi, 49)
-    rim = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle + 1.0], axis=-1)
-    outward = rim * (1.0, 1.0, -1.0)
-    return _two_sided(grid([0.0 * rim, rim], [outward, outward], GREEN))
-
-
-@functools.cache
-def rod() -> Mesh:
-    """Thin round bar from the origin to z = 1."""
-    return frustum(0.02, 0.02, 1.0, GREEN, 12)
-
-
-@functools.cache
-def coin() -> Mesh:
-    """Coin of radius 1 about z: gold with a square, silver with a cross, a red mark at +y."""
-    front = moved(box((0.7, 0.7, 0.02), [CREAM]), (0.0, 0.0, 0.07))
-    bar = box((1.1, 0.22, 0.02), [CREAM])
-    cross = join(bar, moved(bar, rotation=[[0, -1, 0], [1, 0, 0], [0, 0, 1]]))
-    back = [(0.0, -0.06), (0.9, -0.06), (0.9, -0.08), (1.0, -0.08), (1.0, 0.0)]
-    face = [(r, -z) for r, z in back[::-1]]
-    halves = [lathe(back, BLUE, 64), lathe(face, ORANGE, 64)]
-    return join(*halves, front, moved(cross, (0.0, 0.0, -0.07)), _mark(0.17))
-
-
-@functools.cache
-def disk() -> Mesh:
-    """Disk of radius 1 about z with sectors, orange on +z, blue on -z, a red mark at +y."""
-    below = [(0.0, -0.05), (0.93, -0.05), (1.0, -0.02), (1.0, 0.0)]
-    above = [(1.0, 0.0), (1.0, 0.02), (0.93, 0.05), (0.0, 0.05)]
-    return join(
-        sectors(below, [BLUE, CREAM] * 4, 64),
-        sectors(above, [ORANGE, CREAM] * 4, 64),
-        cylinder(0.12, 0.2, STEEL, 20),
-        _mark(0.12),
-    )
-
-
-@functools.cache
-def spoked_wheel() -> Mesh:
-    """Wheel of radius 1 about z with six spokes and a red mark at +y."""
-    spokes = []
-    for k in range(6):
-        x, y = math.cos(k * math.pi / 3.0), math.sin(k * math.pi / 3.0)
-        spokes.append(tube([(0.1 * x, 0.1 * y, 0.0), (0.9 * x, 0.9 * y, 0.0)], 0.03, GREY, 8))
-    rim = ring(0.86, 1.0, 0.3, STEEL, 72)
-    return join(rim, cylinder(0.14, 0.4, DARK, 24), *spokes, _mark(0.34))
-
-
-@functools.cache
-def goal_wheel() -> Mesh:
-    """Ring of radius 1 about z: where a wheel is to be."""
-    return ring(0.84, 1.0, 0.3, GREEN, 48)
-
-
-@functools.cache
-def mass() -> Mesh:
-    """Small ball that slides on a spoke, of radius 0.12."""
-    return ball(0.12, RED, n=10)
-
-
-@functools.cache
-def top() -> Mesh:
-    """Top of height 1.5 about z, its point at the origin; a rotor of radius 1 with sectors."""
-    shaft = [(0.0, 0.0), (0.06, 0.16), (0.06, 1.4), (0.04, 1.46), (0.0, 1.5)]
-    below = [(0.0, 0.5), (0.95, 0.66), (1.0, 0.7), (1.0, 0.75)]
-    above = [(1.0, 0.75), (1.0, 0.8), (0.95, 0.84), (0.0, 0.95)]
-    return join(
-        lathe(shaft, DARK, 20),
-        sectors(below, [BLUE, SKY] * 3, 48),
-        sectors(above, [ORANGE, CREAM, *[BLUE, CREAM] * 2], 48),
-    )
+def chequered_ball() -> Mesh:
+    """Ball of radius 1 whose octants have two colours in turn."""
+    return octants(1.0, [WARM, PALE, PALE, WARM, PALE, WARM, WARM, PALE], n=12)
 
 
 @functools.cache
@@ -463,86 +359,51 @@ def stand() -> Mesh:
     return lathe(profile, STEEL, 24)
 
 
-@functools.cache
-def puck() -> Mesh:
-    """Sliding carriage of height 0.2 whose upper face is at z = 0."""
-    profile = [(0.0, -0.2), (0.42, -0.2), (0.45, -0.16), (0.45, -0.1), (0.14, -0.04), (0.0, 0.0)]
-    return lathe(profile, STEEL, 32)
-
-
-@functools.cache
-def table(radius: float = 1.0, thickness: float = 0.1) -> Mesh:
-    """Disk below z = 0, its upper face with rings and sectors.
-
-    Args:
-        radius: of the disk [m].
-        thickness: of the disk [m].
-    """
-    rings = []
-    for k in range(4):
-        profile = [(0.25 * radius * (k + 1), 0.0), (0.25 * radius * k, 0.0)]
-        pair = [(0.68, 0.75, 0.83), (0.80, 0.84, 0.88)]
-        rings.append(sectors(profile, (pair if k % 2 else pair[::-1]) * 6, 48))
-    low = -thickness
-    return join(*rings, lathe([(0.0, low), (radius, low), (radius, 0.0)], STEEL, 48))
-
-
-@functools.cache
-def goal_cell() -> Mesh:
-    """Square of side 1 across z, with a border."""
-    border = moved(box((1.0, 1.0, 1.0), [GREEN]), (0.0, 0.0, -0.5))
-    inner = moved(box((0.8, 0.8, 1.0), [CREAM]), (0.0, 0.0, -0.4))
-    return join(border, inner)
-
-
-@functools.cache
-def slab() -> Mesh:
-    """Board of side 1 below z = 0."""
-    return moved(box((1.0, 1.0, 1.0), [LIGHT]), (0.0, 0.0, -0.5))
-
-
-@functools.cache
-def valley(rim: float = 1.2) -> Mesh:
-    """Trough whose bottom is a circle of radius 1 about y, of width 1.
-
-    Args:
-        rim: angle from the bottom [rad], on both sides, from which on it is green.
-    """
-    n = 2 * max(2, round(6.0 * rim))
-    ends = np.linspace(-rim, rim, n + 1)
-    tones = [(0.66, 0.73, 0.81), (0.80, 0.84, 0.88)]
-    bands = [_arc(a, b, tones[k % 2]) for k, (a, b) in enumerate(pairwise(ends))]
-    edges = [_arc(-rim - 0.08, -rim, GREEN), _arc(rim, rim + 0.08, GREEN)]
-    return join(*bands, *edges)
-
-
-def _arc(first: float, last: float, color: Color) -> Mesh:
-    """Part of the trough between two angles."""
-    angle = np.linspace(first, last, 3)
-    out = np.stack([np.sin(angle), 0.0 * angle, -np.cos(angle)], axis=-1)
-    side = np.array([0.0, 0.5, 0.0])
-    inner, outer = out, 1.03 * out
-    sheets = [
-        grid([inner - side, inner + side], [-out, -out], color),
-        grid([outer + side, outer - side], [out, out], color),
-    ]
-    for s, rows in ((-1.0, (outer, inner)), (1.0, (inner, outer))):
-        normal = np.broadcast_to([0.0, s, 0.0], (2, 3, 3))
-        sheets.append(grid([rows[0] + s * side, rows[1] + s * side], normal, color))
-    for k, s in ((0, -1.0), (-1, 1.0)):
-        along = s * np.array([math.cos(angle[k]), 0.0, math.sin(angle[k])])
-        near, far = (inner[k], outer[k]) if s < 0 else (outer[k], inner[k])
-        corners = [[near - side, near + side], [far - side, far + side]]
-        sheets.append(grid(corners, np.broadcast_to(along, (2, 2, 3)), color))
-    return join(*sheets)
-
-
-def _mark(width: float) -> Mesh:
+def mark(width: float) -> Mesh:
     """Red mark at the rim of a wheel, at +y."""
     return moved(box((0.16, 0.12, width), [RED]), (0.0, 0.945, 0.0))
 
 
-def _two_sided(mesh: Mesh) -> Mesh:
-    """The mesh and its reverse: an open surface that is seen from both sides."""
-    back = Mesh(mesh.vertices, -mesh.normals, mesh.colors, mesh.triangles[:, ::-1])
-    return join(mesh, back)
+# Meshes that a drawing adds to a scene: floor, shaft and head of an arrow.
+
+
+@functools.cache
+def arrow_shaft() -> Mesh:
+    """Open cylinder of diameter 1 from z = 0 to z = 1, white."""
+    return _mantle(0.5, slope=0.0)
+
+
+@functools.cache
+def arrow_head() -> Mesh:
+    """Cone of diameter 1 from its base at z = 0 to its tip at z = 1, white."""
+    return _mantle(0.0, slope=0.5)
+
+
+def _mantle(top: float, slope: float) -> Mesh:
+    """Side of a cone of which the tip is cut off where its radius is `top`."""
+    around, up = circle(17), np.array([0.0, 0.0, 1.0])
+    outward = around + slope * up
+    return grid([0.5 * around, top * around + up], [outward, outward], (1.0, 1.0, 1.0))
+
+
+@functools.lru_cache(maxsize=32)
+def chequers(floor: Floor, horizon: Color) -> Mesh:
+    """Cells of a floor; towards the edge their colours turn into that of the horizon."""
+    n = max(2, round(floor.size / floor.cell))
+    edges = floor.cell * (np.arange(n + 1) - n / 2)
+    x, y = (grid.ravel() for grid in np.meshgrid(edges[:-1], edges[:-1], indexing="ij"))
+    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) * floor.cell
+    level = np.stack([x, y], axis=-1)[:, None] + corners
+    i, j = np.divmod(np.arange(n * n), n)
+    colors = np.array(floor.colors)[(i + j) % 2][:, None]
+    far = np.clip(np.linalg.norm(level, axis=-1, keepdims=True) / (0.5 * floor.size), 0.0, 1.0)
+    shades = colors + far**2 * (np.array(horizon) - colors)
+    vertices = np.concatenate([level, np.full((n * n, 4, 1), floor.height)], axis=-1)
+    first = 4 * np.arange(n * n)[:, None]
+    triangles = np.concatenate([first + np.array((0, 1, 2)), first + np.array((0, 2, 3))])
+    return Mesh(
+        vertices.reshape(-1, 3).astype(np.float32),
+        np.tile(np.array((0.0, 0.0, 1.0), dtype=np.float32), (4 * n * n, 1)),
+        np.round(255 * shades).astype(np.uint8).reshape(-1, 3),
+        triangles.astype(np.int32),
+    )

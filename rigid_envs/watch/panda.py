@@ -5,9 +5,8 @@ from __future__ import annotations
 import ctypes
 import functools
 import os
-import platform
-import struct
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,107 +15,10 @@ import numpy.typing as npt
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.base.checks import Image
+from rigid_envs.engine.compiler import kernel
 from rigid_envs.envs.display import needed
 from rigid_envs.watch.lettering import pillow
-from rigid_envs.watch.scene import Mesh
-
-# Stand-in for libX11 where it is not installed.
-#
-# Panda3D's software display is linked against libX11, of which it calls nothing as long as it draws
-# into memory. The linker only asks whether a library of this name is there.
-
-_X11 = "libX11.so.6"
-_MACHINES = {"x86_64": 62, "aarch64": 183}  # e_machine of ELF
-_LOAD, _DYNAMIC, _STACK = 1, 2, 0x6474E551  # segments
-_NULL, _HASH, _STRINGS, _SYMBOLS, _STRINGS_SIZE, _SYMBOL_SIZE, _NAME = 0, 4, 5, 6, 10, 11, 14
-_READ_WRITE = 6
-
-
-def provide_x11(user: Path) -> None:
-    """Load a library that is linked against libX11, on Linux, also where libX11 is missing.
-
-    Then an empty library takes its name, and the functions of the library are linked when they are
-    called: those that need libX11 never are.
-
-    Args:
-        user: the library.
-
-    Raises:
-        DependencyNotInstalled: libX11 is missing, and nothing can take its name: memory is loaded
-            as a file of /proc.
-    """
-    machine = platform.machine()
-    if sys.platform != "linux" or machine not in _MACHINES:
-        return
-    try:
-        ctypes.CDLL(_X11)
-    except OSError:
-        file = os.memfd_create(_X11)
-        try:
-            os.write(file, empty_library(_X11, machine))
-            _KEPT.append(ctypes.CDLL(f"/proc/self/fd/{file}", mode=ctypes.RTLD_GLOBAL))
-        except OSError as error:
-            raise DependencyNotInstalled(
-                f"pictures need {_X11}, or /proc to do without it: install libx11-6 ({error})"
-            ) from error
-        finally:
-            os.close(file)
-        open_library = ctypes.CDLL(None).dlopen  # `ctypes.CDLL` would link all functions at once
-        open_library.restype, open_library.argtypes = (
-            ctypes.c_void_p,
-            [ctypes.c_char_p, ctypes.c_int],
-        )
-        open_library(os.fsencode(user), os.RTLD_LAZY | os.RTLD_GLOBAL)
-
-
-_KEPT: list[ctypes.CDLL] = []
-
-
-def empty_library(name: str, machine: str) -> bytes:
-    """A shared library without a symbol, in the format ELF (64 bits, little-endian).
-
-    Args:
-        name: under which the linker knows it.
-        machine: "x86_64" or "aarch64".
-
-    Source: System V Application Binary Interface, chapters 4 and 5.
-    """
-    header, segment, symbol = 64, 56, 24
-    strings = b"\0" + name.encode() + b"\0"
-    at_symbols = header + 3 * segment
-    at_hash = at_symbols + symbol  # one symbol: the undefined one
-    at_dynamic = at_hash + 16
-    at_strings = at_dynamic + 7 * 16
-    end = at_strings + len(strings)
-    dynamic = [
-        (_NAME, 1),
-        (_HASH, at_hash),
-        (_STRINGS, at_strings),
-        (_SYMBOLS, at_symbols),
-        (_STRINGS_SIZE, len(strings)),
-        (_SYMBOL_SIZE, symbol),
-        (_NULL, 0),
-    ]
-    segments = [
-        (_LOAD, _READ_WRITE, 0, 0, 0, end, end, 0x10000),
-        (_DYNAMIC, _READ_WRITE, *(at_dynamic,) * 3, *(16 * len(dynamic),) * 2, 8),
-        (_STACK, _READ_WRITE, 0, 0, 0, 0, 0, 16),
-    ]
-    kind = b"\x7fELF\x02\x01\x01" + bytes(9)  # 64 bits, little-endian, version 1
-    return b"".join(
-        [
-            struct.pack(
-                "<16sHHIQQQIHHHHHH",
-                *(kind, 3, _MACHINES[machine], 1, 0, header, 0, 0, header, segment, 3, 0, 0, 0),
-            ),
-            *(struct.pack("<IIQQQQQQ", *entry) for entry in segments),
-            bytes(symbol),
-            struct.pack("<IIII", 1, 1, 0, 0),
-            *(struct.pack("<QQ", *entry) for entry in dynamic),
-            strings,
-        ]
-    )
-
+from rigid_envs.watch.scene import Color, Mesh, Pose
 
 # Software display of Panda3D: needs no OpenGL, no display server and no system package.
 
@@ -126,6 +28,10 @@ audio-library-name null
 notify-level error
 default-directnotify-level error
 """
+SOLID = "solid"
+"""Name of the bin whose nodes are drawn in their order, and not in that of addresses in memory."""
+_OPAQUE = 20  # place of Panda3D's own bin for what is not transparent
+_X11 = "libX11.so.6"
 
 
 @functools.cache
@@ -137,65 +43,127 @@ def library() -> Any:
     """
     pillow()  # first: otherwise Pillow would find the older FreeType inside Panda3D
     core = needed("panda3d.core", "pictures need panda3d")
-    provide_x11(Path(core.__file__).with_name("libp3tinydisplay.so"))
+    if sys.platform == "linux":
+        load_without_x11(Path(core.__file__).with_name("libp3tinydisplay.so"))
     core.loadPrcFileData("rigid-envs", _SETTINGS)
+    core.CullBinManager.getGlobalPtr().addBin(SOLID, core.CullBinManager.BTUnsorted, _OPAQUE)
     return core
 
 
-class Surface:
-    """Picture in memory, on which any scene graph can be drawn; one for each size and process."""
+def load_without_x11(display: Path) -> None:
+    """Load the software display where libX11 is missing.
 
-    def __init__(self, width: int, height: int) -> None:
-        """Open the surface."""
-        core = library()
-        pipe = core.GraphicsPipeSelection.getGlobalPtr().makePipe(
-            "TinyOffscreenGraphicsPipe", "p3tinydisplay"
+    It is linked against libX11, of which it calls nothing as long as it draws into memory. So a
+    copy that asks for libm in its place, which is always there, does the same; its functions are
+    linked when they are called: those that need libX11 never are.
+
+    Args:
+        display: the library.
+
+    Raises:
+        DependencyNotInstalled: libX11 is missing, and no copy can be loaded from memory.
+    """
+    try:
+        ctypes.CDLL(_X11)
+        return
+    except OSError:
+        copy = display.read_bytes().replace(f"\0{_X11}\0".encode(), b"\0libm.so.6\0\0\0")
+    load = ctypes.CDLL(None).dlopen  # `ctypes.CDLL` would link all functions at once
+    load.restype, load.argtypes = ctypes.c_void_p, [ctypes.c_char_p, ctypes.c_int]
+    file = os.memfd_create(display.name)
+    with open(file, "wb") as memory:
+        memory.write(copy)
+        memory.flush()
+        handle = load(f"/proc/self/fd/{file}".encode(), os.RTLD_LAZY | os.RTLD_GLOBAL)
+    if handle is None:
+        raise DependencyNotInstalled(
+            f"pictures need {_X11}, or /proc to do without it: apt-get install libx11-6"
         )
-        self.width, self.height = width, height
-        self._engine = core.GraphicsEngine.getGlobalPtr()
-        properties = core.FrameBufferProperties()
-        properties.setRgbColor(True)
-        properties.setDepthBits(24)
-        self._buffer = self._engine.makeOutput(
-            pipe,
-            f"rigid-envs {width} x {height}",
-            0,
-            properties,
-            core.WindowProperties.size(width, height),
-            core.GraphicsPipe.BFRefuseWindow,
-        )
-        self._texture = core.Texture()
-        self._buffer.addRenderTexture(self._texture, core.GraphicsOutput.RTMCopyRam)
-        self._region = self._buffer.makeDisplayRegion()
-
-    def draw(self, camera: Any, background: tuple[float, float, float]) -> Image:
-        """Draw what a camera sees.
-
-        Args:
-            camera: camera node in a scene graph.
-            background: colour where nothing is.
-
-        Returns:
-            Blue, green, red and a fourth number, the lowest line first, shape (height, width, 4).
-        """
-        self._buffer.setActive(True)
-        self._buffer.setClearColor((*background, 1.0))
-        self._region.setCamera(camera)
-        self._engine.renderFrame()
-        self._region.setCamera(library().NodePath())
-        self._buffer.setActive(False)
-        image = np.frombuffer(self._texture.getRamImage(), dtype=np.uint8)
-        return image.reshape(self.height, self.width, 4)
+    ctypes.CDLL(display.name, handle=handle).get_pipe_type_p3tinydisplay()
 
 
-def surface(width: int, height: int) -> Surface:
-    """The surface of this size in this process."""
-    return _surface(width, height, os.getpid())
+# Pictures in memory, on which any scene graph can be drawn.
+
+
+def picture_of(camera: Any, width: int, height: int, background: Color) -> Image:
+    """Draw what a camera sees, with smooth edges: from four pixels each.
+
+    Args:
+        camera: camera node in a scene graph.
+        width: of the picture.
+        height: of the picture.
+        background: colour where nothing is.
+
+    Returns:
+        RGB, shape (height, width, 3).
+    """
+    core = library()
+    buffer, texture, region = _buffer(2 * width, 2 * height, os.getpid())
+    buffer.setActive(True)
+    buffer.setClearColor((*background, 1.0))
+    region.setCamera(camera)
+    core.GraphicsEngine.getGlobalPtr().renderFrame()
+    region.setCamera(core.NodePath())
+    buffer.setActive(False)
+    drawing = np.frombuffer(texture.getRamImage(), dtype=np.uint8)
+    picture = np.empty((height, width, 3), dtype=np.uint8)
+    _loop()(drawing.reshape(2 * height, 2 * width, 4), picture)
+    return picture
 
 
 @functools.cache
-def _surface(width: int, height: int, _process: int) -> Surface:
-    return Surface(width, height)
+def _loop() -> Callable[[Image, Image], None]:
+    return kernel(_halve, "render.reduction", ())
+
+
+def _halve(drawing: Image, picture: Image) -> None:
+    """Mean of every square of four pixels, of blue, green and red, the lowest line first."""
+    height, width, _ = picture.shape
+    for i in range(height):
+        low, high = 2 * (height - 1 - i), 2 * (height - 1 - i) + 1
+        for j in range(width):
+            for k in range(3):
+                total = np.uint16(2)  # so that the mean is rounded to the nearest
+                for line in (low, high):
+                    total += np.uint16(drawing[line, 2 * j, 2 - k])
+                    total += np.uint16(drawing[line, 2 * j + 1, 2 - k])
+                picture[i, j, k] = total >> 2
+
+
+@functools.cache
+def _buffer(width: int, height: int, _process: int) -> tuple[Any, Any, Any]:
+    """Buffer, texture and region of a size, one for each process."""
+    core = library()
+    pipe = core.GraphicsPipeSelection.getGlobalPtr().makePipe(
+        "TinyOffscreenGraphicsPipe", "p3tinydisplay"
+    )
+    properties = core.FrameBufferProperties()
+    properties.setRgbColor(True)
+    properties.setDepthBits(24)
+    buffer = core.GraphicsEngine.getGlobalPtr().makeOutput(
+        pipe,
+        f"rigid-envs {width} x {height}",
+        0,
+        properties,
+        core.WindowProperties.size(width, height),
+        core.GraphicsPipe.BFRefuseWindow,
+    )
+    texture = core.Texture()
+    buffer.addRenderTexture(texture, core.GraphicsOutput.RTMCopyRam)
+    return buffer, texture, buffer.makeDisplayRegion()
+
+
+# Nodes of a scene graph.
+
+
+def transform(pose: Pose) -> Any:
+    """Panda3D's transform of a pose."""
+    core = library()
+    return core.TransformState.makePosQuatScale(
+        core.Point3(*map(float, np.asarray(pose.position))),
+        core.LQuaternion(*map(float, np.asarray(pose.q))),
+        core.Vec3(*pose.scale),
+    )
 
 
 @functools.lru_cache(maxsize=256)
@@ -218,8 +186,7 @@ def strip(corners: npt.NDArray[np.float32]) -> Any:
         corners: left and right edge, shape (n, 2, 3).
     """
     core = library()
-    vertices = core.GeomVertexFormat.getV3()
-    data = core.GeomVertexData("ribbon", vertices, core.Geom.UHDynamic)
+    data = core.GeomVertexData("ribbon", core.GeomVertexFormat.getV3(), core.Geom.UHDynamic)
     n = len(corners)
     _fill(data.modifyArray(0), np.ascontiguousarray(corners, dtype="<f4"), 2 * n)
     k = 2 * np.arange(n - 1, dtype=np.int32)[:, None]

@@ -1,12 +1,9 @@
-"""The scene: solids, places, ribbons, and what a view makes of a moment."""
+"""The scene: what is to be seen, as data; and motion between two moments."""
 
 from __future__ import annotations
 
-import abc
-import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,13 +13,10 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.mechanics.system import System
 from rigid_envs.tasks.core import Moment
 
-if TYPE_CHECKING:
-    from rigid_envs.watch.replays.panels import Panel
-
 # Scene: what is to be seen, as data. A view makes it from a state; a backend draws it.
 #
 # World axes are right-handed with z up; lengths are in metres. A scene is constant in an episode; a
-# `Frame` says where its parts are at one moment. Neither knows how it is drawn.
+# `SceneFrame` says where its parts are at one moment. Neither knows how it is drawn.
 
 Color = tuple[float, float, float]
 """Red, green and blue in [0, 1], sRGB."""
@@ -168,8 +162,12 @@ class Pose:
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
 
+Arrows = dict[str, tuple[npt.ArrayLike, npt.ArrayLike]]
+"""Start and vector of arrows [m], by name."""
+
+
 @dataclass(frozen=True, eq=False)
-class Frame:
+class SceneFrame:
     """The scene at one moment.
 
     Attributes:
@@ -180,58 +178,43 @@ class Frame:
     """
 
     poses: Mapping[str, Pose]
-    arrows: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]] = field(default_factory=dict)
+    arrows: Arrows = field(default_factory=dict)
     points: Mapping[str, npt.ArrayLike] = field(default_factory=dict)
     text: tuple[str, ...] = ()
 
 
-# View: makes the scene of a task, and the frame of a moment.
-
-
-class View(abc.ABC):
-    """What an episode of a task looks like.
-
-    Args:
-        task: the task.
-        parameters: parameters of the system by name, of the episode.
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """A scene over time.
 
     Attributes:
-        scene: its parts, camera, arrows and traces.
+        title: what it shows.
+        scene: what there is.
+        frames: where it is, at each time.
+        times: of the frames [s].
+        whole: points of traces of the scene that are shown from the start, by name, each (n, 3).
     """
 
+    title: str
     scene: Scene
+    frames: Sequence[SceneFrame]
+    times: Array
+    whole: Mapping[str, npt.ArrayLike] = field(default_factory=dict)
 
-    def __init__(self, task: Any, parameters: dict[str, float]) -> None:
-        """Make the scene."""
-        self.task = task
-        self.parameters = parameters
-        self.scene = self.make_scene()
 
-    @abc.abstractmethod
-    def make_scene(self) -> Scene:
-        """Make the parts, with the parameters of the episode."""
-
-    @abc.abstractmethod
-    def frame(self, moment: Moment) -> Frame:
-        """Where everything is at this moment."""
-
-    @staticmethod
-    def insets(system: Any, y: Array, times: Array, driven: bool) -> list[Panel]:
-        """What a page of replays shows beside the scene: nothing.
-
-        Args:
-            system: the system.
-            y: its states, shape (n, n_state).
-            times: of the states [s], shape (n,).
-            driven: whether anything acts on it.
-        """
-        return []
+def from_z(direction: npt.ArrayLike) -> Array:
+    """Quaternion of the shortest turn from the z-axis to a unit vector."""
+    x, y, z = np.asarray(direction, dtype=np.float64)
+    if z < -1.0 + 1e-12:
+        return np.array([0.0, 1.0, 0.0, 0.0])
+    turn = np.array([1.0 + z, -y, x, 0.0])
+    return np.asarray(turn / np.linalg.norm(turn))
 
 
 # Motion between two successive moments, so that pictures move smoothly and paths are curves.
 
 
-class Motion:
+class Interpolation:
     """Motion of a step, for the eye: it is interpolated, not simulated.
 
     The attitude turns about one axis at a constant rate, all other numbers change linearly; input,
@@ -306,70 +289,3 @@ def _auxiliary(
             p, q = ([each[entry] for entry in names] for each in (one, other))
             mixed.update(zip(names, rotations.slerp(p, q, share).tolist(), strict=True))
     return mixed
-
-
-# Meshes that a backend adds to a scene: floor, shaft and head of an arrow.
-
-_SIDES = 16
-
-
-@functools.cache
-def arrow_shaft() -> Mesh:
-    """Open cylinder of diameter 1 from z = 0 to z = 1, white."""
-    return _mantle(0.5, 0.5, slope=0.0)
-
-
-@functools.cache
-def arrow_head() -> Mesh:
-    """Cone of diameter 1 from its base at z = 0 to its tip at z = 1, white."""
-    return _mantle(0.5, 0.0, slope=0.5)
-
-
-@functools.lru_cache(maxsize=32)
-def chequers(floor: Floor, horizon: Color) -> Mesh:
-    """Cells of a floor; towards the edge their colours turn into that of the horizon."""
-    n = max(2, round(floor.size / floor.cell))
-    edges = floor.cell * (np.arange(n + 1) - n / 2)
-    x, y = (grid.ravel() for grid in np.meshgrid(edges[:-1], edges[:-1], indexing="ij"))
-    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) * floor.cell
-    level = np.stack([x, y], axis=-1)[:, None] + corners
-    i, j = np.divmod(np.arange(n * n), n)
-    colors = np.array(floor.colors)[(i + j) % 2][:, None]
-    far = np.clip(np.linalg.norm(level, axis=-1, keepdims=True) / (0.5 * floor.size), 0.0, 1.0)
-    shades = colors + far**2 * (np.array(horizon) - colors)
-    vertices = np.concatenate([level, np.full((n * n, 4, 1), floor.height)], axis=-1)
-    first = 4 * np.arange(n * n)[:, None]
-    triangles = np.concatenate([first + np.array((0, 1, 2)), first + np.array((0, 2, 3))])
-    normals = np.tile((0.0, 0.0, 1.0), (4 * n * n, 1))
-    return Mesh(
-        vertices.reshape(-1, 3).astype(np.float32),
-        normals.astype(np.float32),
-        np.round(255 * shades).astype(np.uint8).reshape(-1, 3),
-        triangles.astype(np.int32),
-    )
-
-
-def _mantle(low: float, high: float, slope: float) -> Mesh:
-    angle = np.linspace(0.0, 2 * np.pi, _SIDES, endpoint=False)
-    circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    rings = [
-        np.column_stack([radius * circle, np.full(_SIDES, z)])
-        for radius, z in ((low, 0.0), (high, 1.0))
-    ]
-    outward = np.column_stack([circle, np.full(_SIDES, slope)])
-    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
-    k = np.arange(_SIDES)
-    after = (k + 1) % _SIDES
-    triangles = np.concatenate(
-        [
-            np.column_stack([k, after, k + _SIDES]),
-            np.column_stack([after, after + _SIDES, k + _SIDES]),
-        ]
-    )
-    vertices: npt.NDArray[np.float32] = np.concatenate(rings).astype(np.float32)
-    return Mesh(
-        vertices,
-        np.concatenate([outward, outward]).astype(np.float32),
-        np.full((2 * _SIDES, 3), 255, dtype=np.uint8),
-        triangles.astype(np.int32),
-    )

@@ -41,18 +41,18 @@ def test_what_is_played_is_saved(
 ) -> None:
     pygame = pytest.importorskip("pygame")
     pytest.importorskip("panda3d")
-    from rigid_envs.watch.play.loop import Table
+    from rigid_envs.watch.play.loop import GameWindow
 
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    turn = Table.turn
+    turn = GameWindow.turn
 
-    def hurried(table: Table, _seconds: float) -> None:
+    def hurried(table: GameWindow, _seconds: float) -> None:
         turn(table, 0.1)
         done = table.game.moment.time > 0.5
         key = pygame.K_ESCAPE if done else pygame.K_UP
         pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key))
 
-    monkeypatch.setattr(Table, "turn", hurried)
+    monkeypatch.setattr(GameWindow, "turn", hurried)
     file = tmp_path / "mine.npz"
     assert main(["play", COIN, "--seed", "2", "--size", "240", "--save", str(file)]) == 0
     assert f"rigid-envs replay {file}" in capsys.readouterr().out

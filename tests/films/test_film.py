@@ -13,6 +13,7 @@ from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.watch import animation
 from rigid_envs.watch.films import SUFFIXES, checked_film, write_film
+from rigid_envs.watch.lettering import pillow
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 Image = pytest.importorskip("PIL.Image")
@@ -261,6 +262,7 @@ def test_without_the_extra_it_says_what_to_install(
     tmp_path: Path, suffix: str, module: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
+    pillow.cache_clear()
     for act in (checked_film, lambda path: write_film(path, moving_square(), FPS)):
         with pytest.raises(DependencyNotInstalled, match=r'pip install "rigid-envs\[render\]"'):
             act(tmp_path / f"a{suffix}")

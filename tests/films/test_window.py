@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs.watch.animation import show
+from rigid_envs.watch.window import show
 
 pygame: Any = pytest.importorskip("pygame")
 N = 3  # pictures

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from rigid_envs.tools.cli import main
-from rigid_envs.tools.gallery import DATA, FIGURES, SHEET, Made, hash_of_sources, page
+from rigid_envs.tools.gallery import DATA, FIGURES, SHEET, SOURCES, Made, page
+from rigid_envs.tools.pages.films import sources_hash
 from rigid_envs.watch.figures import Number
 
 ROOT = Path(__file__).parents[2]
@@ -24,8 +25,8 @@ def document() -> dict[str, Any]:
 
 
 def test_pictures_are_as_new_as_what_draws_them(document: dict[str, Any]) -> None:
-    assert document["sources"] == hash_of_sources(), (
-        "rigid_envs/gallery has changed: run `rigid-envs gallery --docs docs/gallery`"
+    assert document["sources"] == sources_hash(*SOURCES), (
+        "what draws figures has changed: run `rigid-envs gallery --docs docs/gallery`"
     )
 
 

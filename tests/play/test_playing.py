@@ -14,7 +14,7 @@ from rigid_envs.scores.policies import untrained_policy
 from rigid_envs.scores.theory import limit_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.watch.play.game import Game
-from rigid_envs.watch.play.loop import Status, Table, board_height, page, play
+from rigid_envs.watch.play.loop import GameWindow, Status, board_height, page, play
 from rigid_envs.watch.replays.replay import load_replay
 
 pytestmark = pytest.mark.long  # see .ci/run
@@ -32,9 +32,9 @@ def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def table() -> Iterator[Table]:
+def table() -> Iterator[GameWindow]:
     game = Game(PARK, 3)
-    with Table(game, pygame, SIZE) as opened:
+    with GameWindow(game, pygame, SIZE) as opened:
         pygame.event.clear()
         press("space")  # leaves the help
         opened.turn(0.0)
@@ -51,12 +51,12 @@ def release(name: str) -> None:
     pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.key.key_code(name)))
 
 
-def turns(table: Table, seconds: float, dt: float = 0.02) -> None:
+def turns(table: GameWindow, seconds: float, dt: float = 0.02) -> None:
     for _ in range(round(seconds / dt)):
         table.turn(dt)
 
 
-def test_time_passes_as_fast_as_it_does(table: Table) -> None:
+def test_time_passes_as_fast_as_it_does(table: GameWindow) -> None:
     turns(table, 1.12)
     assert table.game.moment.time == pytest.approx(1.12, abs=1e-6)
     press("tab")
@@ -64,7 +64,7 @@ def test_time_passes_as_fast_as_it_does(table: Table) -> None:
     assert table.game.moment.time == pytest.approx(1.37, abs=0.02)
 
 
-def test_a_paused_game_stands_still(table: Table) -> None:
+def test_a_paused_game_stands_still(table: GameWindow) -> None:
     turns(table, 0.3)
     press("space")
     table.turn(0.02)
@@ -76,7 +76,7 @@ def test_a_paused_game_stands_still(table: Table) -> None:
     assert table.game.moment.time > before.time
 
 
-def test_arrow_keys_roll_the_ball_as_seen(table: Table) -> None:
+def test_arrow_keys_roll_the_ball_as_seen(table: GameWindow) -> None:
     start = table.game.moment.y[4:6]
     press("right")
     turns(table, 0.6)
@@ -88,7 +88,7 @@ def test_arrow_keys_roll_the_ball_as_seen(table: Table) -> None:
     assert np.array_equal(table.hands.stick(0.02), np.zeros(3))
 
 
-def test_the_mouse_and_a_gamepad_steer_too(table: Table) -> None:
+def test_the_mouse_and_a_gamepad_steer_too(table: GameWindow) -> None:
     at = (round(0.9 * SIZE), SIZE // 2)
     pygame.event.post(pygame.event.Event(pygame.MOUSEMOTION, pos=at, rel=(0, 0), buttons=(1, 0, 0)))
     table.turn(0.02)
@@ -102,7 +102,7 @@ def test_the_mouse_and_a_gamepad_steer_too(table: Table) -> None:
     assert table.hands.stick(0.0) == pytest.approx([0.0, 1.0, 0.0])
 
 
-def test_again_gives_the_same_start_and_next_another(table: Table) -> None:
+def test_again_gives_the_same_start_and_next_another(table: GameWindow) -> None:
     start = table.game.moment.y
     press("up")
     turns(table, 0.3)
@@ -119,7 +119,7 @@ def test_again_gives_the_same_start_and_next_another(table: Table) -> None:
 
 
 def test_the_first_key_only_leaves_the_help() -> None:
-    with Table(Game(PARK), pygame, SIZE) as opened:
+    with GameWindow(Game(PARK), pygame, SIZE) as opened:
         pygame.event.clear()
         turns(opened, 0.5)
         assert opened.help and opened.game.moment.time == 0.0
@@ -129,7 +129,7 @@ def test_the_first_key_only_leaves_the_help() -> None:
 
 
 def test_a_move_on_the_grid_waits_for_its_key() -> None:
-    with Table(Game(GRID, 1), pygame, SIZE) as opened:
+    with GameWindow(Game(GRID, 1), pygame, SIZE) as opened:
         pygame.event.clear()
         press("space")
         turns(opened, 0.5)
@@ -145,7 +145,7 @@ def test_a_move_on_the_grid_waits_for_its_key() -> None:
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_every_environment_can_be_played(env_id: str) -> None:
     game = Game(env_id, 5)
-    with Table(game, pygame, SIZE) as opened:
+    with GameWindow(game, pygame, SIZE) as opened:
         pygame.event.clear()
         press("space")
         opened.turn(0.0)
@@ -205,14 +205,14 @@ def test_an_episode_ends_with_a_verdict_and_its_result() -> None:
 def test_what_was_played_is_saved_as_a_replay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def steered(table: Table) -> None:
+    def steered(table: GameWindow) -> None:
         press("space")
         table.turn(0.0)
         for key in ("up", "r", "left"):
             press(key)
             turns(table, 0.5)
 
-    monkeypatch.setattr(Table, "run", steered)
+    monkeypatch.setattr(GameWindow, "run", steered)
     path = play(PARK, 3, {"radius": 0.4}, SIZE, tmp_path / "mine")
     assert path is not None
     replay = load_replay(path)
@@ -232,7 +232,7 @@ def test_the_loop_keeps_time_and_ends(monkeypatch: pytest.MonkeyPatch) -> None:
         now += seconds
 
     game = Game(PARK, 3)
-    with Table(game, pygame, SIZE, lambda: now, sleep) as opened:
+    with GameWindow(game, pygame, SIZE, lambda: now, sleep) as opened:
         pygame.event.clear()
         press("space")
         shown = 0

@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch.scene import Pose, View
-from rigid_envs.watch.views import view_of
+from rigid_envs.watch.scene import Pose
+from rigid_envs.watch.views import View, view_of
 
 Q = np.array([0.4, -0.2, 0.7, 0.5]) / math.sqrt(0.94)  # no symmetry
 

@@ -9,8 +9,7 @@ import sys
 import pytest
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.watch import panda as without_x11
-from rigid_envs.watch.panda import empty_library
+from rigid_envs.watch.panda import load_without_x11
 
 DRAW = """
 import hashlib, gymnasium as gym, rigid_envs
@@ -51,24 +50,12 @@ def test_pictures_are_drawn_without_system_libraries():
     assert len(usual.stdout.strip()) == len(hashlib.sha256().hexdigest())
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="ELF")
-@pytest.mark.parametrize("machine", ["x86_64", "aarch64"])
-def test_the_empty_library_is_a_valid_one(machine, tmp_path):
-    if shutil.which("readelf") is None:
-        pytest.skip("readelf is not installed")
-    file = tmp_path / "empty.so"
-    file.write_bytes(empty_library("libsomething.so.1", machine))
-    told = subprocess.run(["readelf", "-hldW", file], capture_output=True, text=True)
-    assert not told.stderr
-    assert "Library soname: [libsomething.so.1]" in told.stdout
-    assert "DYN (Shared object file)" in told.stdout
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="there libX11 is not asked for")
-def test_what_is_missing_is_named_where_neither_libx11_nor_proc_is_there(tmp_path, monkeypatch):
-    def nothing(name, **_):
-        raise OSError(f"{name}: cannot open shared object file")
-
-    monkeypatch.setattr(without_x11.ctypes, "CDLL", nothing)
-    with pytest.raises(DependencyNotInstalled, match=r"libX11\.so\.6, or /proc"):
-        without_x11.provide_x11(tmp_path / "library.so")
+@pytest.mark.skipif(sys.platform != "linux", reason="there libX11 is not asked for")
+def test_what_is_missing_is_named_where_there_is_no_libx11_and_no_copy_can_be_loaded(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr("rigid_envs.watch.panda._X11", "libX11.so.none")
+    broken = tmp_path / "libp3tinydisplay.so"
+    broken.write_bytes(b"no library")
+    with pytest.raises(DependencyNotInstalled, match=r"libX11\.so\.none, or /proc"):
+        load_without_x11(broken)

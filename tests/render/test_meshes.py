@@ -1,12 +1,13 @@
 """Meshes: closed, outside out, and of the volume that the closed form of the solid says."""
 
+import importlib
+import importlib.resources
 import math
 
 import numpy as np
 import pytest
 
 from rigid_envs.watch import meshes
-from rigid_envs.watch import views as bodies
 from rigid_envs.watch.scene import Mesh
 
 GREY = (0.5, 0.5, 0.5)
@@ -28,13 +29,18 @@ SOLIDS = {
     "bar": (meshes.tube([(0, 0, 0), (1, 2, 2)], 0.5, GREY, sides=80), 0.75 * math.pi),
     "bent bar": (meshes.tube(2.0 * QUARTER, 0.5, GREY, sides=80), 0.25 * math.pi**2),
 }
+VIEWS = [
+    importlib.import_module(f"rigid_envs.systems.{folder.name}.view")
+    for folder in importlib.resources.files("rigid_envs.systems").iterdir()
+    if (folder / "view.py").is_file()
+]
 SHAPES = {
     name: shape
-    for room in (bodies, meshes)
+    for room in (meshes, *VIEWS)
     for name, shape in vars(room).items()
-    if hasattr(shape, "cache_info") and shape.__module__ == room.__name__
+    if hasattr(shape, "cache_info") and shape.__module__ == room.__name__ and name != "chequers"
 }
-OPEN = {"edge_ring", "goal_cone", "goal_ring"}
+OPEN = {"arrow_head", "arrow_shaft", "edge_ring", "goal_cone", "goal_ring"}
 
 
 def signed_volume(mesh: Mesh) -> float:
@@ -101,6 +107,13 @@ def test_octants_have_the_colour_of_their_signs() -> None:
     k = (middle < 0.0) @ np.array([1, 2, 4])
     red = mesh.colors[mesh.triangles[:, 0], 0]
     assert np.array_equal(red, np.round(255.0 * (0.1 * k)))
+
+
+def test_octants_of_a_chequered_ball_have_two_colours_in_turn() -> None:
+    mesh = meshes.chequered_ball()
+    odd = np.prod(mesh.vertices[mesh.triangles].mean(axis=1), axis=-1) < 0.0
+    for here, color in ((odd, meshes.PALE), (~odd, meshes.WARM)):
+        assert np.all(mesh.colors[mesh.triangles[here]] == np.round(255.0 * np.array(color)))
 
 
 def test_each_normal_of_a_smooth_side_is_that_of_the_surface() -> None:

@@ -2,13 +2,14 @@
 
 import math
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from rigid_envs.watch.drawing import tiled
-from rigid_envs.watch.pixels import Pixels
-from rigid_envs.watch.scene import Arrow, Camera, Floor, Frame, Mesh, Part, Pose, Scene, Trace
+from rigid_envs.watch.drawing import Drawing, Look
+from rigid_envs.watch.scene import Arrow, Camera, Floor, Mesh, Part, Pose, Scene, SceneFrame, Trace
+from rigid_envs.watch.window import tiled
 
 SIZE = 240
 RADIUS = 1.0
@@ -52,6 +53,12 @@ def octants() -> Mesh:
         np.array(colors, dtype=np.uint8),
         np.array(triangles, dtype=np.int32),
     )
+
+
+def drawing(scene, width=SIZE, height=SIZE, shadows=True):
+    """Of a scene whose moments are frames."""
+    view = SimpleNamespace(scene=scene, frame=lambda frame: frame)
+    return Drawing(view, Look(width, height, shadows=shadows))
 
 
 def rotation(q):
@@ -116,7 +123,7 @@ def ball():
 def test_every_octant_is_seen_where_its_attitude_puts_it(ball, seed):
     rng = np.random.default_rng(seed)
     q, position = random_quaternion(rng), 0.5 * rng.normal(size=3)
-    image = Pixels(ball, SIZE, SIZE).draw(Frame({"ball": Pose(position, q)}))
+    image = drawing(ball).picture(SceneFrame({"ball": Pose(position, q)}))
     eye = eye_and_axes(CAMERA)[0]
     seen = 0
     for signs in COLORS:
@@ -133,7 +140,7 @@ def test_every_octant_is_seen_where_its_attitude_puts_it(ball, seed):
 
 
 def test_swapped_octants_would_be_noticed(ball):
-    image = Pixels(ball, SIZE, SIZE).draw(Frame({"ball": Pose((0, 0, 0), (1, 0, 0, 0))}))
+    image = drawing(ball).picture(SceneFrame({"ball": Pose((0, 0, 0), (1, 0, 0, 0))}))
     i, j = pixel(np.full(3, RADIUS / math.sqrt(3.0)), CAMERA)
     assert nearest_octant(image[i, j]) == (1, 1, 1)
     assert nearest_octant(image[i, j]) != (-1, 1, 1)
@@ -141,7 +148,7 @@ def test_swapped_octants_would_be_noticed(ball):
 
 @pytest.mark.parametrize(("width", "height"), [(320, 200), (200, 320), (64, 64)])
 def test_pictures_of_any_shape_are_not_distorted(ball, width, height):
-    image = Pixels(ball, width, height).draw(Frame({"ball": Pose((0, 0, 0))}))
+    image = drawing(ball, width, height).picture(SceneFrame({"ball": Pose((0, 0, 0))}))
     assert image.shape == (height, width, 3)
     eye, right, up, _ = eye_and_axes(CAMERA)
     distance = np.linalg.norm(eye)
@@ -169,9 +176,9 @@ def test_a_path_is_drawn_where_its_points_are():
         traces={"path": Trace((1.0, 0.0, 0.0), 0.05)},
         floor=Floor(0.0, 20.0, 1.0),
     )
-    pixels = Pixels(scene, SIZE, SIZE)
+    pixels = drawing(scene)
     for point in path:
-        image = pixels.draw(Frame({}, points={"path": point}))
+        image = pixels.picture(SceneFrame({}, points={"path": point}))
     lines, columns = marked(image, (255, 0, 0))
     drawn = np.column_stack([lines, columns])
     for start, end in pairwise(path):
@@ -188,15 +195,15 @@ def test_a_path_on_a_part_turns_with_it(ball):
         camera=CAMERA,
         traces={"path": Trace((0.0, 0.0, 0.0), 0.08, part="ball")},
     )
-    pixels = Pixels(scene, SIZE, SIZE)
+    pixels = drawing(scene)
     angles = np.linspace(-0.6, 0.6, 9)
     points = 1.01 * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
     for point in points:
-        pixels.draw(Frame({"ball": Pose()}, points={"path": point}))
+        pixels.picture(SceneFrame({"ball": Pose()}, points={"path": point}))
     # a quarter turn about z, so that +x of the ball is +y of the world; then seen from there
     q = (math.cos(math.pi / 4), 0.0, 0.0, math.sin(math.pi / 4))
-    frame = Frame({"ball": Pose((0, 0, 0), q)})
-    image = pixels.draw(frame)
+    frame = SceneFrame({"ball": Pose((0, 0, 0), q)})
+    image = pixels.picture(frame)
     turned = rotation(q) @ points.T
     for point in turned.T[2:7]:
         i, j = pixel(point, CAMERA)
@@ -210,21 +217,21 @@ def test_traces_end_at_points_that_are_not_finite_and_keep_their_length():
         camera=CAMERA,
         traces={"path": Trace((1.0, 0.0, 0.0), 0.1, length=3)},
     )
-    pixels = Pixels(scene, SIZE, SIZE)
+    pixels = drawing(scene)
     for x in (-1.0, -0.5, np.nan, 0.5, 1.0):
-        image = pixels.draw(Frame({}, points={"path": (x, 0.0, 0.0)}))
+        image = pixels.picture(SceneFrame({}, points={"path": (x, 0.0, 0.0)}))
     drawn = np.column_stack(marked(image, (255, 0, 0)))
     near = [np.abs(drawn - pixel((x, 0.0, 0.0), CAMERA)).max(axis=-1).min() for x in (0.75, 0.0)]
     assert near[0] <= 1
     assert near[1] > 3
     pixels.clear()
-    assert not len(marked(pixels.draw(Frame({})), (255, 0, 0))[0])
+    assert not len(marked(pixels.picture(SceneFrame({})), (255, 0, 0))[0])
 
 
 def test_an_arrow_reaches_from_its_start_to_its_tip():
     scene = Scene(parts={}, camera=CAMERA, arrows={"v": Arrow((0.0, 0.5, 0.0), 0.08, "v")})
     start, vector = np.array((0.7, -0.6, 0.1)), np.array((-0.9, 1.1, 0.5))
-    image = Pixels(scene, SIZE, SIZE).draw(Frame({}, arrows={"v": (start, vector)}))
+    image = drawing(scene).picture(SceneFrame({}, arrows={"v": (start, vector)}))
     background = image[0, 0].astype(int)
     for share in (0.05, 0.5, 0.9):
         i, j = pixel(start + share * vector, CAMERA)
@@ -236,23 +243,23 @@ def test_an_arrow_reaches_from_its_start_to_its_tip():
 
 def test_a_shadow_falls_on_the_floor_away_from_the_light(ball):
     scene = Scene(parts=ball.parts, camera=CAMERA, floor=Floor(-1.0, 20.0, 1.0))
-    frame = Frame({"ball": Pose((0, 0, 0.5))})
-    bright = Pixels(scene, SIZE, SIZE, shadows=False).draw(frame).astype(int)
-    dark = Pixels(scene, SIZE, SIZE).draw(frame).astype(int)
+    frame = SceneFrame({"ball": Pose((0, 0, 0.5))})
+    bright = drawing(scene, shadows=False).picture(frame).astype(int)
+    dark = drawing(scene).picture(frame).astype(int)
     darker = (bright - dark).max(axis=-1) > 15
     assert 0.005 < darker.mean() < 0.3
     assert ((dark - bright).max(axis=-1) < 5).all()
 
 
 def test_the_same_moment_gives_the_same_picture(ball):
-    frame = Frame({"ball": Pose((0.1, 0.2, 0.3), random_quaternion(np.random.default_rng(0)))})
-    first = Pixels(ball, SIZE, SIZE).draw(frame)
-    Pixels(ball, 64, 64).draw(Frame({"ball": Pose()}))
-    assert Pixels(ball, SIZE, SIZE).draw(frame).tobytes() == first.tobytes()
+    frame = SceneFrame({"ball": Pose((0.1, 0.2, 0.3), random_quaternion(np.random.default_rng(0)))})
+    first = drawing(ball).picture(frame)
+    drawing(ball, 64, 64).picture(SceneFrame({"ball": Pose()}))
+    assert drawing(ball).picture(frame).tobytes() == first.tobytes()
 
 
 def test_edges_are_smooth(ball):
-    image = Pixels(ball, SIZE, SIZE).draw(Frame({"ball": Pose()})).astype(int)
+    image = drawing(ball).picture(SceneFrame({"ball": Pose()})).astype(int)
     i, _ = pixel(np.zeros(3), CAMERA)
     row = image[i].sum(axis=-1)
     edges = np.abs(np.diff(row))

@@ -12,16 +12,16 @@ from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
 from rigid_envs.systems.rolling_ball.tasks.ball_steer import BallSteer
+from rigid_envs.systems.rolling_ball.view import OUTSIDE
 from rigid_envs.systems.rolling_disk.dynamics import State as DiskState
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, rolling
 from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch.scene import Frame
-from rigid_envs.watch.views import OUTSIDE
+from rigid_envs.watch.scene import SceneFrame
 from tests.render.seeing import Q, at, matrix, placed
 
 
-def moved(task: Any, y: Array, u: Array, dt: float, **aux: float) -> list[Frame]:
+def moved(task: Any, y: Array, u: Array, dt: float, **aux: float) -> list[SceneFrame]:
     """Frames of a motion: at its start, after dt / 2 and after dt."""
     rows = task.system().simulate(y, [0.0, 0.5 * dt, dt], u).y
     frames = []

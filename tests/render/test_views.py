@@ -27,8 +27,9 @@ from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll
 from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.watch.scene import Camera, Frame, Scene, View
-from rigid_envs.watch.views import GenericView, add_view, view_class, view_of
+from rigid_envs.tasks.task import Task
+from rigid_envs.watch.scene import SceneFrame
+from rigid_envs.watch.views import GenericView, View, view_class, view_of
 from tests.render.seeing import Q, at, matrix, placed
 
 IDS = sorted(ENVIRONMENTS)
@@ -48,7 +49,7 @@ def started(request: pytest.FixtureRequest) -> tuple[str, View, Moment]:
 def test_every_id_has_a_view_of_its_own(started: tuple[str, View, Moment]) -> None:
     _, view, _ = started
     general = {f"{kind.__name__}View" for kind in view.task.system_type.__mro__}
-    assert type(view) is view_class(view.task)
+    assert type(view) is view_class(type(view.task))
     assert type(view).__name__ not in general | {"GenericView"}
 
 
@@ -87,7 +88,7 @@ def test_a_frame_depends_on_the_moment_alone(started: tuple[str, View, Moment]) 
         assert np.array_equal(first, second)
 
 
-def flat(frame: Frame) -> list[Array]:
+def flat(frame: SceneFrame) -> list[Array]:
     poses = [part for pose in frame.poses.values() for part in (pose.position, pose.q, pose.scale)]
     return [np.asarray(part) for part in (*poses, *sum(frame.arrows.values(), ()))]
 
@@ -209,31 +210,34 @@ def test_a_body_in_another_order_of_moments_is_a_box() -> None:
     assert view.frame(moment).poses["body"].scale == pytest.approx(tuple(sides((3.0, 1.5, 2.0))))
 
 
-class Empty(View):
-    def make_scene(self) -> Scene:
-        return Scene({}, Camera())
-
-    def frame(self, moment: Moment) -> Frame:
-        return Frame({})
+class BallParkOfMine(BallPark):
+    """Shown by the class below, which has its name."""
 
 
-def test_a_view_can_be_added_for_a_task_and_for_a_system() -> None:
-    class Mine(BallPark):
+class BallParkOfMineView(GenericView):
+    """A view in the module of its task."""
+
+
+def test_a_view_is_found_by_the_name_of_its_task_or_system_or_of_one_that_they_inherit() -> None:
+    class Another(BallParkOfMine):
+        pass
+
+    class Plain(BallPark):
         pass
 
     class Rolled(systems.RollingBall):
         pass
 
-    assert view_class(Mine()) is view_class(BallPark())
-    add_view(Mine, Empty)
-    assert view_class(Mine()) is Empty
-    assert view_class(BallPark()) is not Empty
-    add_view(Rolled, Empty)
-    add_view("wheels:Mine", "somewhere.else:MineView")  # nothing is imported
-    with pytest.raises(ValueError, match=r"owner = 'Mine'; expected 'module:Class'"):
-        add_view("Mine", Empty)
-    with pytest.raises(TypeError, match=r"view = .*expected a subclass of"):
-        add_view(Mine, int)  # type: ignore[arg-type]
+    ball = "rigid_envs.systems.rolling_ball.view"
+    for owner, module, name in (
+        (BallParkOfMine, __name__, "BallParkOfMineView"),
+        (Another, __name__, "BallParkOfMineView"),
+        (Plain, ball, "BallParkView"),
+        (Rolled, ball, "RollingBallView"),
+        (Task, "rigid_envs.watch.views", "GenericView"),
+    ):
+        found = view_class(owner)
+        assert (found.__module__, found.__name__) == (module, name)
 
 
 def test_a_system_without_a_view_is_a_box_with_its_state_in_words() -> None:

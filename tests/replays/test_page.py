@@ -14,7 +14,7 @@ from rigid_envs.watch.replays.page import MOST_BYTES, html, write_html
 from rigid_envs.watch.replays.panels import conservation_errors
 from rigid_envs.watch.replays.replay import load_replay
 from tests.replays.browser import Watched, chromium, wait_until
-from tests.replays.examples import free_body, rolling_ball, view_of
+from tests.replays.examples import free_body, rolling_ball
 
 pytestmark = pytest.mark.long  # see .ci/run
 
@@ -32,13 +32,13 @@ def body(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """A replay, and its page."""
     folder = tmp_path_factory.mktemp("pages")
     file = free_body().save(folder / "body.npz")
-    return file, write_html(folder / "body.html", [(load_replay(file), 0)], view_of)
+    return file, write_html(folder / "body.html", [(load_replay(file), 0)])
 
 
 @pytest.fixture(scope="module")
 def balls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shown = [(rolling_ball("policy", 0), 0), (rolling_ball("reference", 1, 25), 0)]
-    return write_html(tmp_path_factory.mktemp("pages") / "balls.html", shown, view_of)
+    return write_html(tmp_path_factory.mktemp("pages") / "balls.html", shown)
 
 
 def picture(page: Any, selector: str) -> np.ndarray[Any, Any]:
@@ -177,7 +177,7 @@ def test_pages_are_small_and_hold_no_address(body: tuple[Path, Path], balls: Pat
 
 def test_no_text_of_a_file_can_end_the_document_of_the_page(browser: Any, tmp_path: Path) -> None:
     label = "</script><img src=x onerror=alert(1)><!--"
-    file = write_html(tmp_path / "page.html", [(rolling_ball(label, 0, 3), 0)], view_of)
+    file = write_html(tmp_path / "page.html", [(rolling_ball(label, 0, 3), 0)])
     watched = Watched(browser, 800, 600)
     page = watched.open(file)
     assert page.locator(".head strong").inner_text() == label
@@ -187,7 +187,7 @@ def test_no_text_of_a_file_can_end_the_document_of_the_page(browser: Any, tmp_pa
 
 def test_episodes_of_one_name_are_numbered(browser: Any, tmp_path: Path) -> None:
     replay = rolling_ball("policy", 0, 3)
-    file = write_html(tmp_path / "page.html", 2 * [(replay, 0)], view_of)
+    file = write_html(tmp_path / "page.html", 2 * [(replay, 0)])
     page = Watched(browser, 800, 600).open(file)
     assert page.locator(".head strong").all_inner_texts() == ["policy 1", "policy 2"]
     page.locator("summary").click()
@@ -196,7 +196,7 @@ def test_episodes_of_one_name_are_numbered(browser: Any, tmp_path: Path) -> None
 
 
 def test_long_episodes_side_by_side_fit_a_page() -> None:
-    assert len(html(4 * [(free_body(300), 0)], view_of).encode()) < MOST_BYTES
+    assert len(html(4 * [(free_body(300), 0)]).encode()) < MOST_BYTES
 
 
 def test_shipped_viewer_is_built_from_the_sources_beside_it() -> None:

@@ -13,15 +13,13 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.replays.episode import Episode, moment_at, moments, play_again
 from rigid_envs.watch.replays.panels import (
-    INSET_PALE,
-    INSET_WARM,
     Curve,
-    Panel,
     conservation_errors,
     curves,
     insets,
     is_driven,
 )
+from rigid_envs.watch.scene import Panel
 from tests.replays.examples import free_body, idle, recorded
 from tests.systems.examples import BALL, BODY, COIN, DISK, ROLLER, SYSTEMS, TOP, name_of, states
 
@@ -300,22 +298,6 @@ def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, Episod
     ratio = np.sum((system.moments * omega) ** 2, -1) / np.sum(system.moments * omega**2, -1)
     assert np.allclose(ratio, np.sort(system.moments)[1], rtol=1e-12)
     assert len(points) > 200
-
-
-def test_the_ball_of_an_inset_is_closed_and_round(free: tuple[Task, Episode]) -> None:
-    task, episode = free
-    panel = inset(task, episode, driven=True)
-    mesh = panel.scene.parts["ellipsoid"].mesh
-    a, b, c = (np.asarray(mesh.vertices)[np.asarray(mesh.triangles)[:, k]] for k in range(3))
-    outward = np.cross(b - a, c - a)
-    assert 0.5 * np.linalg.norm(outward, axis=1).sum() == pytest.approx(4.0 * np.pi, rel=0.02)
-    assert (a * outward).sum() / 6.0 == pytest.approx(4.0 / 3.0 * np.pi, rel=0.02)  # its volume
-    assert np.allclose(outward.sum(axis=0), 0.0, atol=1e-4)
-    faces = np.asarray(mesh.vertices).reshape(-1, 4, 3).mean(axis=1)
-    octants = np.prod(np.sign(faces), axis=-1) > 0.0  # which have two colours in turn
-    for color, here in ((INSET_WARM, octants), (INSET_PALE, ~octants)):
-        seen = mesh.colors.reshape(-1, 4, 3)[here] / 255.0
-        assert np.allclose(seen, color, rtol=0.0, atol=0.51 / 255.0)
 
 
 def test_axis_of_a_top_is_on_the_unit_sphere(spun: tuple[Task, Episode]) -> None:

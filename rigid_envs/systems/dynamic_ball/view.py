@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -9,12 +10,11 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
-from rigid_envs.systems.rolling_ball.view import INSIDE, BallParkView
+from rigid_envs.systems.rolling_ball.view import INSIDE, BallParkView, BallView
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes as look
-from rigid_envs.watch import meshes as solids
-from rigid_envs.watch.scene import Arrow, Camera, Floor, Part, Pose, Trace
-from rigid_envs.watch.views import Arrows, BallView, above, ghost, scaled
+from rigid_envs.watch import meshes
+from rigid_envs.watch.scene import Arrow, Arrows, Camera, Floor, Mesh, Part, Pose, Trace
+from rigid_envs.watch.views import above, ghost, scaled
 
 BELOW = 1.0  # height of the middle of the table above the floor, at least [m]
 
@@ -66,8 +66,8 @@ class DynamicBallView(BallView):
 
     def parts(self) -> dict[str, Part]:
         """Also the table and its foot."""
-        table = Part(solids.table(self.edge, 0.04 * self.edge))
-        return super().parts() | {"plate": table, "foot": Part(solids.stand())}
+        plate = Part(table(self.edge, 0.04 * self.edge))
+        return super().parts() | {"plate": plate, "foot": Part(meshes.stand())}
 
     def camera(self) -> Camera:
         """The whole table."""
@@ -82,13 +82,13 @@ class DynamicBallView(BallView):
         """Force and velocity."""
         width = 0.12 * self.radius
         return {
-            "input": Arrow(look.INPUT, width, "force"),
-            "velocity": Arrow(look.SKY, width, "v"),
+            "input": Arrow(meshes.INPUT, width, "force"),
+            "velocity": Arrow(meshes.SKY, width, "v"),
         }
 
     def traces(self) -> dict[str, Trace]:
         """The path on the table goes with it."""
-        path = Trace(look.PATH, 0.06 * self.radius, part="plate")
+        path = Trace(meshes.PATH, 0.06 * self.radius, part="plate")
         return super().traces() | {"path": path}
 
     def poses(self, moment: Moment) -> dict[str, Pose]:
@@ -126,7 +126,7 @@ class BallParkDynamicView(BallParkView, DynamicBallView):
 
     def parts(self) -> dict[str, Part]:
         """The floor is the plate; a ring is its edge."""
-        ring = Part(solids.edge_ring(), shadow=False, shiny=False)
+        ring = Part(meshes.edge_ring(), shadow=False, shiny=False)
         return {**BallView.parts(self), **self.upright_goal(), "edge": ring}
 
     def floor(self) -> Floor | None:
@@ -166,12 +166,12 @@ class BallPlateView(DynamicBallView):
 
     def parts(self) -> dict[str, Part]:
         """Also the place and the ghost."""
-        goals = {"goal": ghost(solids.goal_ball(), 0.35), "place": ghost(solids.goal_disk(), 0.9)}
+        goals = {"goal": ghost(goal_ball(), 0.35), "place": ghost(meshes.goal_disk(), 0.9)}
         return super().parts() | goals
 
     def vectors(self) -> dict[str, Arrow]:
         """The input is the rate of tilting, a vector along the axis of that turn."""
-        return super().vectors() | {"input": Arrow(look.INPUT, 0.12, "rate of tilt")}
+        return super().vectors() | {"input": Arrow(meshes.INPUT, 0.12, "rate of tilt")}
 
     def goal(self, moment: Moment) -> Array:
         """The commanded point in plate axes [m], shape (3,)."""
@@ -203,3 +203,31 @@ class BallPlateView(DynamicBallView):
         away = float(np.linalg.norm(read["position"](moment.y) - self.goal(moment)[:2]))
         a, b = np.round(np.degrees(read["tilt"](moment.y)), 1) + 0.0
         return (f"{away:.2f} m from the point   tilt ({a:.1f}, {b:.1f}) deg",)
+
+
+# Meshes, each made once in a process.
+
+
+@functools.cache
+def goal_ball() -> Mesh:
+    """Ball of radius 1 in one colour: a place, whatever the attitude."""
+    return meshes.ball(1.0, meshes.GREEN, n=14)
+
+
+@functools.cache
+def table(radius: float = 1.0, thickness: float = 0.1) -> Mesh:
+    """Disk below z = 0, its upper face with rings and sectors.
+
+    Args:
+        radius: of the disk [m].
+        thickness: of the disk [m].
+    """
+    rings = []
+    for k in range(4):
+        profile = [(0.25 * radius * (k + 1), 0.0), (0.25 * radius * k, 0.0)]
+        pair = [(0.68, 0.75, 0.83), (0.80, 0.84, 0.88)]
+        rings.append(meshes.sectors(profile, (pair if k % 2 else pair[::-1]) * 6, 48))
+    low = -thickness
+    return meshes.join(
+        *rings, meshes.lathe([(0.0, low), (radius, low), (radius, 0.0)], meshes.STEEL, 48)
+    )

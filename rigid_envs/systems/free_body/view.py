@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,21 +13,31 @@ from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes as look
-from rigid_envs.watch import views as bodies
-from rigid_envs.watch.pixels import from_z
+from rigid_envs.watch import meshes
 from rigid_envs.watch.replays.panels import (
     INSET_BLUE,
     INSET_GREEN,
     INSET_INK,
     INSET_RED,
     LIFT,
-    Panel,
-    ball_mesh,
     body_axes,
 )
-from rigid_envs.watch.scene import Arrow, Camera, Floor, Frame, Mesh, Part, Pose, Scene, Trace
-from rigid_envs.watch.views import Arrows, SystemView, ghost, scaled
+from rigid_envs.watch.scene import (
+    Arrow,
+    Arrows,
+    Camera,
+    Color,
+    Floor,
+    Mesh,
+    Panel,
+    Part,
+    Pose,
+    Scene,
+    SceneFrame,
+    Trace,
+    from_z,
+)
+from rigid_envs.watch.views import View, ghost, scaled
 
 # Views of free bodies: they float inside a faint sphere, on which the tip of an axis writes.
 
@@ -47,7 +59,7 @@ def sides(moments: npt.ArrayLike) -> Array:
     return np.asarray(2.1 * shape / np.linalg.norm(shape))
 
 
-class FreeBodyView(SystemView):
+class FreeBodyView(View):
     """A box with the moments of the body, omega, L and the torque.
 
     Attributes:
@@ -83,16 +95,16 @@ class FreeBodyView(SystemView):
         if mesh is not None and np.all(np.diff(moments) >= 0.0):
             return mesh, (1.0, 1.0, 1.0)
         x, y, z = sides(moments).tolist()
-        return bodies.brick(), (x, y, z)
+        return meshes.brick(), (x, y, z)
 
     def parts(self) -> dict[str, Part]:
         """Body, sphere, and arrow of the goal."""
         mesh, self.scale = self.body()
         parts = {
             "body": Part(mesh),
-            "sphere": Part(bodies.graticule(), shadow=False, shiny=False),
+            "sphere": Part(graticule(), shadow=False, shiny=False),
         }
-        return parts if self.goal is None else parts | {"goal": ghost(bodies.spin_arrow(), 0.5)}
+        return parts if self.goal is None else parts | {"goal": ghost(spin_arrow(), 0.5)}
 
     def camera(self) -> Camera:
         """The whole sphere and the arrows."""
@@ -101,14 +113,14 @@ class FreeBodyView(SystemView):
     def vectors(self) -> dict[str, Arrow]:
         """Angular velocity, angular momentum, input."""
         return {
-            "L": Arrow(look.MOMENTUM, 0.045, "L"),
-            "omega": Arrow(look.OMEGA, 0.045, "omega"),
-            "input": Arrow(look.INPUT, 0.07, "torque"),
+            "L": Arrow(meshes.MOMENTUM, 0.045, "L"),
+            "omega": Arrow(meshes.OMEGA, 0.045, "omega"),
+            "input": Arrow(meshes.INPUT, 0.07, "torque"),
         }
 
     def traces(self) -> dict[str, Trace]:
         """Path of the axis on the sphere."""
-        return {"axis": Trace(look.PATH, 0.025, length=250)}
+        return {"axis": Trace(meshes.PATH, 0.025, length=250)}
 
     def poses(self, moment: Moment) -> dict[str, Pose]:
         """The body turns about the middle of the sphere, which stays."""
@@ -158,7 +170,7 @@ class IntermediateAxisView(IntermediateAxisRandomView):
 
     def shape(self) -> Mesh | None:
         """The body."""
-        return bodies.tennis_racket()
+        return tennis_racket()
 
 
 class IntermediateAxisSingleView(IntermediateAxisView):
@@ -166,7 +178,7 @@ class IntermediateAxisSingleView(IntermediateAxisView):
 
     def shape(self) -> Mesh | None:
         """The body."""
-        return bodies.book()
+        return book()
 
 
 class SpinCaptureView(IntermediateAxisView):
@@ -174,7 +186,7 @@ class SpinCaptureView(IntermediateAxisView):
 
     def shape(self) -> Mesh | None:
         """The body."""
-        return bodies.t_handle()
+        return t_handle()
 
 
 class AxisFlipView(SpinCaptureView):
@@ -193,7 +205,7 @@ class DetumbleView(FreeBodyView):
 
     def shape(self) -> Mesh | None:
         """The body."""
-        return bodies.satellite()
+        return satellite()
 
     @property
     def rate(self) -> float:
@@ -212,7 +224,7 @@ class DetumbleView(FreeBodyView):
 
     def traces(self) -> dict[str, Trace]:
         """Path of the tip of L."""
-        return {"L": Trace(look.MOMENTUM, 0.025)}
+        return {"L": Trace(meshes.MOMENTUM, 0.025)}
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """Tip of L."""
@@ -231,7 +243,7 @@ class ReorientView(FreeBodyView):
 
     def shape(self) -> Mesh | None:
         """The body."""
-        return bodies.satellite()
+        return satellite()
 
     @property
     def rate(self) -> float:
@@ -281,7 +293,7 @@ def _poinsot(body: FreeBody, y: Array, times: Array) -> Panel:
     contact = rotations.rotate(q, rho)
     height = -size * float(root[0] / np.linalg.norm(L))
     scene = Scene(
-        parts={"ellipsoid": Part(ball_mesh(), opacity=0.34)},
+        parts={"ellipsoid": Part(meshes.chequered_ball(), opacity=0.34)},
         camera=Camera((0.0, 0.0, 0.4 * height), 4.8, -60.0, 24.0, 32.0),
         arrows={"omega": Arrow(INSET_GREEN, 0.035, "\u03c9")},
         traces={
@@ -293,7 +305,7 @@ def _poinsot(body: FreeBody, y: Array, times: Array) -> Panel:
     )
     semi = _semi_axes(body)
     frames = [
-        Frame(
+        SceneFrame(
             {"ellipsoid": Pose(q=attitude, scale=semi)},
             {"omega": ((0.0, 0.0, 0.0), point)},
             {"polhode": inside / semi * LIFT, "herpolhode": (*point[:2], height + 0.012)},
@@ -314,7 +326,7 @@ def _polhode(body: FreeBody, y: Array, times: Array) -> Panel:
     rho = np.full_like(omega, np.nan)
     rho[turning] = omega[turning] / root[turning, None] * np.sqrt(body.moments.min())
     scene = Scene(
-        parts={"ellipsoid": Part(ball_mesh(), opacity=0.45)},
+        parts={"ellipsoid": Part(meshes.chequered_ball(), opacity=0.45)},
         camera=Camera((0.0, 0.0, 0.12), 5.0, 40.0, 22.0, 32.0),
         arrows={"omega": Arrow(INSET_GREEN, 0.035, "\u03c9"), **body_axes()},
         traces={
@@ -328,7 +340,9 @@ def _polhode(body: FreeBody, y: Array, times: Array) -> Panel:
     }
     pose = {"ellipsoid": Pose(scale=semi)}
     frames = [
-        Frame(pose, {**axes, "omega": ((0.0, 0.0, 0.0), 1.25 * point)}, {"polhode": point / semi})
+        SceneFrame(
+            pose, {**axes, "omega": ((0.0, 0.0, 0.0), 1.25 * point)}, {"polhode": point / semi}
+        )
         for point in LIFT * rho
     ]
     title = "\u03c9 on the inertia ellipsoid"
@@ -368,3 +382,120 @@ def _turn_down(direction: Array) -> Array:
     x, y, z = direction / np.linalg.norm(direction)
     q = np.array([1.0 - z, -y, x, 0.0])
     return rotations.normalize(q) if np.linalg.norm(q) > 1e-6 else np.array([0.0, 1.0, 0.0, 0.0])
+
+
+# Meshes, each made once in a process.
+
+TO_X = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # rotation of z to x
+TO_Y = TO_X @ TO_X  # of z to y
+HALF_TURN = np.diag([-1.0, -1.0, 1.0])  # about z
+_ENDS = [meshes.LIGHT, meshes.STEEL]
+_DISH = [(0.0, 0.0), (0.03, 0.0), (0.05, 0.08), (0.22, 0.18), (0.21, 0.19), (0.0, 0.09)]
+
+
+@functools.cache
+def book() -> Mesh:
+    """Book, its spine at -y, the title on +z."""
+    cover = [meshes.BLUE] * 4
+    boards = [
+        meshes.moved(meshes.box((1.7, 1.16, 0.05), [*cover, color, color]), (0.0, 0.0, z))
+        for z, color in ((0.15, meshes.BLUE), (-0.15, meshes.ORANGE))
+    ]
+    pages = meshes.moved(meshes.box((1.6, 1.08, 0.25), [meshes.CREAM]), (0.0, -0.01, 0.0))
+    spine = meshes.moved(meshes.box((1.7, 0.05, 0.25), [meshes.BLUE]), (0.0, -0.555, 0.0))
+    title = meshes.moved(meshes.box((0.9, 0.22, 0.02), [meshes.YELLOW]), (0.0, 0.25, 0.18))
+    author = meshes.moved(meshes.box((0.5, 0.1, 0.02), [meshes.CREAM]), (0.0, -0.2, 0.18))
+    back = meshes.moved(meshes.box((0.4, 0.4, 0.02), [meshes.CREAM]), (-0.5, -0.25, -0.18))
+    return meshes.join(*boards, pages, spine, title, author, back)
+
+
+@functools.cache
+def t_handle() -> Mesh:
+    """T-handle: crossbar along x, stem along y, its ends of different colours."""
+    red = meshes.moved(_rod(0.85, 0.13, meshes.RED), rotation=TO_X)
+    blue = meshes.moved(_rod(0.85, 0.13, meshes.SKY), rotation=HALF_TURN @ TO_X)
+    stem = meshes.moved(_rod(1.0, 0.13, meshes.GREY), rotation=TO_Y)
+    band = meshes.moved(meshes.cylinder(0.145, 0.16, meshes.YELLOW, 24), (0.0, 0.72, 0.0), TO_Y)
+    return meshes.moved(meshes.join(red, blue, stem, band), (0.0, -0.2, 0.0))
+
+
+@functools.cache
+def tennis_racket() -> Mesh:
+    """Tennis racket: handle towards -x, face across z, the sides of its head in two colours."""
+    angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 25)
+    half = np.stack([0.5 * np.sin(angle) + 0.45, 0.4 * np.cos(angle), 0.0 * angle], axis=-1)
+    right = meshes.tube(half, 0.045, meshes.RED, 10)
+    left = meshes.tube(half * (1.0, -1.0, 1.0), 0.045, meshes.BLUE, 10)
+    shaft = meshes.moved(meshes.frustum(0.04, 0.05, 0.35, meshes.DARK, 12), (-0.35, 0.0, 0.0), TO_X)
+    throat = [
+        meshes.tube([(-0.06, 0.0, 0.0), (0.12, 0.3 * side, 0.0)], 0.035, meshes.DARK, 8)
+        for side in (-1, 1)
+    ]
+    grip = meshes.moved(meshes.cylinder(0.075, 0.62, meshes.YELLOW, 16), (-0.62, 0.0, 0.0), TO_X)
+    return meshes.join(right, left, shaft, *throat, grip, *_strings())
+
+
+@functools.cache
+def satellite() -> Mesh:
+    """Satellite: golden body, panels along x, a dish at +z, a nozzle at -z, a red lamp at +y."""
+    body = meshes.box(
+        (0.5, 0.6, 0.5), [meshes.ORANGE, meshes.ORANGE, meshes.YELLOW, meshes.YELLOW, *_ENDS]
+    )
+    wings = []
+    for side in (-1.0, 1.0):
+        arm = meshes.moved(
+            meshes.cylinder(0.03, 0.2, meshes.GREY, 10), (0.34 * side, 0.0, 0.0), TO_X
+        )
+        cells = [
+            meshes.moved(
+                meshes.box((0.2, 0.62, 0.03), [meshes.BLUE]), (side * (0.53 + 0.22 * k), 0.0, 0.0)
+            )
+            for k in range(3)
+        ]
+        frame = meshes.moved(
+            meshes.box((0.68, 0.66, 0.02), [meshes.LIGHT]), (side * 0.75, 0.0, 0.0)
+        )
+        wings += [arm, frame, *cells]
+    dish = meshes.moved(meshes.lathe(_DISH, meshes.CREAM, 24), (0.0, 0.0, 0.25))
+    nozzle = meshes.moved(meshes.frustum(0.14, 0.07, 0.15, meshes.DARK, 20), (0.0, 0.0, -0.39))
+    lamp = meshes.moved(meshes.cylinder(0.07, 0.06, meshes.RED, 16), (0.0, 0.33, 0.0), TO_Y)
+    return meshes.join(body, *wings, dish, nozzle, lamp)
+
+
+@functools.cache
+def graticule() -> Mesh:
+    """Equator and two meridians of the unit sphere, thin."""
+    hoop = meshes.loop(meshes.circle(61)[:-1], 0.004, meshes.LIGHT, 3)
+    return meshes.join(hoop, meshes.moved(hoop, rotation=TO_X), meshes.moved(hoop, rotation=TO_Y))
+
+
+@functools.cache
+def spin_arrow() -> Mesh:
+    """Arrow of length 1 along z: an angular velocity that is to be reached."""
+    profile = [(0.0, 0.0), (0.035, 0.0), (0.035, 0.84), (0.085, 0.84), (0.0, 1.0)]
+    return meshes.lathe(profile, meshes.GREEN, 20)
+
+
+def _rod(length: float, radius: float, color: Color) -> Mesh:
+    """Round bar from the origin along z, its end rounded."""
+    edge = 0.25 * radius
+    profile = [(0.0, 0.0), (radius, 0.0), (radius, length - edge), (radius - edge, length)]
+    return meshes.lathe([*profile, (0.0, length)], color, 24)
+
+
+def _strings() -> list[Mesh]:
+    """Strings of the racket, in the ellipse of its head."""
+    strings = []
+    for k in range(-4, 5):
+        x = 0.1 * k
+        y = 0.4 * math.sqrt(1.0 - (x / 0.5) ** 2)
+        strings.append(
+            meshes.tube([(0.45 + x, -y, 0.0), (0.45 + x, y, 0.0)], 0.008, meshes.STEEL, 3)
+        )
+    for k in range(-3, 4):
+        y = 0.1 * k
+        x = 0.5 * math.sqrt(1.0 - (y / 0.4) ** 2)
+        strings.append(
+            meshes.tube([(0.45 - x, y, 0.0), (0.45 + x, y, 0.0)], 0.008, meshes.STEEL, 3)
+        )
+    return strings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any, ClassVar
 
@@ -11,11 +12,22 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes as look
-from rigid_envs.watch import meshes as solids
-from rigid_envs.watch.replays.panels import INSET_BLUE, INSET_INK, INSET_RED, LIFT, Panel, ball_mesh
-from rigid_envs.watch.scene import Arrow, Camera, Floor, Frame, Part, Pose, Scene, Trace
-from rigid_envs.watch.views import Arrows, SystemView, above, ghost, scaled
+from rigid_envs.watch import meshes
+from rigid_envs.watch.replays.panels import INSET_BLUE, INSET_INK, INSET_RED, LIFT
+from rigid_envs.watch.scene import (
+    Arrow,
+    Arrows,
+    Camera,
+    Floor,
+    Mesh,
+    Panel,
+    Part,
+    Pose,
+    Scene,
+    SceneFrame,
+    Trace,
+)
+from rigid_envs.watch.views import View, above, ghost, scaled
 
 # Views of tops: on a stand or a carriage, inside a faint dome on which their tip writes.
 
@@ -23,7 +35,7 @@ HEIGHT = 1.5  # of the top, nominal [m]
 STAND = 1.7  # height of the stand: more than that of the top, which may hang down [m]
 
 
-class HeavyTopView(SystemView):
+class HeavyTopView(View):
     """A top on a stand, its rotor as long and wide as its moments; L, omega and the torque.
 
     Attributes:
@@ -53,9 +65,9 @@ class HeavyTopView(SystemView):
     def parts(self) -> dict[str, Part]:
         """Top, stand and dome."""
         return {
-            "top": Part(solids.top()),
-            "stand": Part(solids.stand()),
-            "dome": Part(solids.dome(), shadow=False, shiny=False),
+            "top": Part(top()),
+            "stand": Part(meshes.stand()),
+            "dome": Part(dome(), shadow=False, shiny=False),
         }
 
     def camera(self) -> Camera:
@@ -65,14 +77,14 @@ class HeavyTopView(SystemView):
     def vectors(self) -> dict[str, Arrow]:
         """Angular momentum, angular velocity, torque."""
         return {
-            "L": Arrow(look.MOMENTUM, 0.04, "L"),
-            "omega": Arrow(look.OMEGA, 0.06, "omega"),
-            "input": Arrow(look.INPUT, 0.07, "torque"),
+            "L": Arrow(meshes.MOMENTUM, 0.04, "L"),
+            "omega": Arrow(meshes.OMEGA, 0.06, "omega"),
+            "input": Arrow(meshes.INPUT, 0.07, "torque"),
         }
 
     def traces(self) -> dict[str, Trace]:
         """Path of the tip."""
-        return {"tip": Trace(look.PATH, 0.03, length=250)}
+        return {"tip": Trace(meshes.PATH, 0.03, length=250)}
 
     def floor(self) -> Floor | None:
         """Below the stand."""
@@ -130,14 +142,14 @@ class HeavyTopView(SystemView):
         return [_axis_sphere(y, times)]
 
 
-class UprightTopView(HeavyTopView):
+class SleepingTopView(HeavyTopView):
     """A top that is to stand upright: a green rod, and a ring in which the tip is to be."""
 
     tolerance: ClassVar[str] = "tolerance"
 
     def parts(self) -> dict[str, Part]:
         """Also rod and ring."""
-        goals = {"goal": ghost(solids.rod(), 0.6), "goal_ring": ghost(solids.goal_hoop(), 0.9)}
+        goals = {"goal": ghost(rod(), 0.6), "goal_ring": ghost(goal_hoop(), 0.9)}
         return super().parts() | goals
 
     def poses(self, moment: Moment) -> dict[str, Pose]:
@@ -151,7 +163,11 @@ class UprightTopView(HeavyTopView):
         }
 
 
-class PivotTopView(UprightTopView):
+class TopRandomView(SleepingTopView):
+    """An asymmetric top that is to stand upright."""
+
+
+class PivotTopView(SleepingTopView):
     """A top on a carriage in its arena, whose acceleration is the input."""
 
     size = 1.6
@@ -166,9 +182,9 @@ class PivotTopView(UprightTopView):
         """A carriage for the stand; the middle and the edge of the arena."""
         flat = {"shadow": False, "shiny": False}
         return super().parts() | {
-            "stand": Part(solids.puck()),
-            "edge": Part(solids.edge_ring(), **flat),
-            "centre": Part(solids.goal_disk(), **flat),
+            "stand": Part(puck()),
+            "edge": Part(meshes.edge_ring(), **flat),
+            "centre": Part(meshes.goal_disk(), **flat),
         }
 
     def camera(self) -> Camera:
@@ -178,11 +194,11 @@ class PivotTopView(UprightTopView):
 
     def vectors(self) -> dict[str, Arrow]:
         """The input is an acceleration."""
-        return super().vectors() | {"input": Arrow(look.INPUT, 0.12, "acceleration")}
+        return super().vectors() | {"input": Arrow(meshes.INPUT, 0.12, "acceleration")}
 
     def traces(self) -> dict[str, Trace]:
         """Also the path of the pivot."""
-        return {"tip": Trace(look.STEEL, 0.03, length=40), "pivot": Trace(look.PATH, 0.05)}
+        return {"tip": Trace(meshes.STEEL, 0.03, length=40), "pivot": Trace(meshes.PATH, 0.05)}
 
     def floor(self) -> Floor | None:
         """The arena and some more."""
@@ -219,8 +235,8 @@ class TopPrecessionView(HeavyTopView):
     def parts(self) -> dict[str, Part]:
         """Also the cone and its rim."""
         goals = {
-            "goal": ghost(solids.goal_cone(), 0.2),
-            "goal_ring": ghost(solids.goal_hoop(), 0.9),
+            "goal": ghost(goal_cone(), 0.2),
+            "goal_ring": ghost(goal_hoop(), 0.9),
         }
         return super().parts() | goals
 
@@ -248,17 +264,74 @@ def _axis_sphere(y: Array, times: Array) -> Panel:
     q = rotations.normalize(y[:, :4])
     axis = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))
     scene = Scene(
-        parts={"sphere": Part(ball_mesh(), opacity=0.55)},
+        parts={"sphere": Part(meshes.chequered_ball(), opacity=0.55)},
         camera=Camera((0.0, 0.0, 0.18), 4.8, -60.0, 38.0, 32.0),
         arrows={"e3": Arrow(INSET_BLUE, 0.04, "e\u2083")},
         traces={"axis": Trace(INSET_RED, 0.045), "equator": Trace(INSET_INK, 0.012)},
     )
-    angle = np.linspace(0.0, 2.0 * np.pi, 97)
-    equator = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
     pose = {"sphere": Pose()}
     frames = [
-        Frame(pose, {"e3": ((0.0, 0.0, 0.0), 1.15 * point)}, {"axis": LIFT * point})
+        SceneFrame(pose, {"e3": ((0.0, 0.0, 0.0), 1.15 * point)}, {"axis": LIFT * point})
         for point in axis
     ]
     title = "Axis e\u2083 on the sphere"
-    return Panel(title, scene, frames, times, {"equator": LIFT * equator})
+    return Panel(title, scene, frames, times, {"equator": LIFT * meshes.circle(97)})
+
+
+# Meshes, each made once in a process.
+
+
+@functools.cache
+def dome() -> Mesh:
+    """Equator and two meridians of the upper half of the unit sphere, thin."""
+    angle = np.linspace(0.0, math.pi, 31)
+    arc = np.stack([np.cos(angle), 0.0 * angle, np.sin(angle)], axis=-1)
+    other = arc[:, [1, 0, 2]]
+    bars = [meshes.tube(half, 0.004, meshes.LIGHT, 3) for half in (arc, other)]
+    return meshes.join(meshes.loop(meshes.circle(31)[:-1], 0.004, meshes.LIGHT, 3), *bars)
+
+
+@functools.cache
+def goal_hoop() -> Mesh:
+    """Thin hoop of radius 1 about z."""
+    return meshes.loop(meshes.circle(65)[:-1], 0.022, meshes.GREEN, 6)
+
+
+@functools.cache
+def goal_cone() -> Mesh:
+    """Open cone from the origin to the unit circle at z = 1, seen from both sides."""
+    around, up = meshes.circle(49), np.array([0.0, 0.0, 1.0])
+    rim, outward = around + up, around - up
+    return _two_sided(meshes.grid([0.0 * rim, rim], [outward, outward], meshes.GREEN))
+
+
+@functools.cache
+def rod() -> Mesh:
+    """Thin round bar from the origin to z = 1."""
+    return meshes.frustum(0.02, 0.02, 1.0, meshes.GREEN, 12)
+
+
+@functools.cache
+def top() -> Mesh:
+    """Top of height 1.5 about z, its point at the origin; a rotor of radius 1 with sectors."""
+    shaft = [(0.0, 0.0), (0.06, 0.16), (0.06, 1.4), (0.04, 1.46), (0.0, 1.5)]
+    below = [(0.0, 0.5), (0.95, 0.66), (1.0, 0.7), (1.0, 0.75)]
+    above = [(1.0, 0.75), (1.0, 0.8), (0.95, 0.84), (0.0, 0.95)]
+    return meshes.join(
+        meshes.lathe(shaft, meshes.DARK, 20),
+        meshes.sectors(below, [meshes.BLUE, meshes.SKY] * 3, 48),
+        meshes.sectors(above, [meshes.ORANGE, meshes.CREAM, *[meshes.BLUE, meshes.CREAM] * 2], 48),
+    )
+
+
+@functools.cache
+def puck() -> Mesh:
+    """Sliding carriage of height 0.2 whose upper face is at z = 0."""
+    profile = [(0.0, -0.2), (0.42, -0.2), (0.45, -0.16), (0.45, -0.1), (0.14, -0.04), (0.0, 0.0)]
+    return meshes.lathe(profile, meshes.STEEL, 32)
+
+
+def _two_sided(mesh: Mesh) -> Mesh:
+    """The mesh and its reverse: an open surface that is seen from both sides."""
+    back = Mesh(mesh.vertices, -mesh.normals, mesh.colors, mesh.triangles[:, ::-1])
+    return meshes.join(mesh, back)

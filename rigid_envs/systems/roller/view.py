@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -10,17 +12,26 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes as look
-from rigid_envs.watch import meshes as solids
-from rigid_envs.watch.pixels import from_z
-from rigid_envs.watch.scene import Arrow, Camera, Floor, Part, Pose, Trace
-from rigid_envs.watch.views import Arrows, SystemView, ghost, scaled
+from rigid_envs.watch import meshes
+from rigid_envs.watch.scene import (
+    Arrow,
+    Arrows,
+    Camera,
+    Color,
+    Floor,
+    Mesh,
+    Part,
+    Pose,
+    Trace,
+    from_z,
+)
+from rigid_envs.watch.views import View, ghost, scaled
 
 MASSES = 6
 AXLE = from_z((0.0, 1.0, 0.0))  # the axis of the mesh, z, is that of rolling, y
 
 
-class RollerView(SystemView):
+class RollerView(View):
     """A spoked wheel in a valley, on a hill or on an incline, with masses on its spokes.
 
     The motion is in the plane of x and z. The distance of the masses from the axle is as the root
@@ -51,9 +62,9 @@ class RollerView(SystemView):
 
     def parts(self) -> dict[str, Part]:
         """Wheel, masses and track."""
-        track = solids.slab() if self.bend <= 0.0 or math.isinf(self.bend) else solids.valley()
-        masses = {f"mass{k}": Part(solids.mass()) for k in range(MASSES)}
-        return {"wheel": Part(solids.spoked_wheel()), "track": Part(track), **masses}
+        track = slab() if self.bend <= 0.0 or math.isinf(self.bend) else valley()
+        masses = {f"mass{k}": Part(mass()) for k in range(MASSES)}
+        return {"wheel": Part(spoked_wheel()), "track": Part(track), **masses}
 
     def camera(self) -> Camera:
         """From the side, with the wheel."""
@@ -63,13 +74,13 @@ class RollerView(SystemView):
         """Velocity and force."""
         width = 0.1 * self.system.radius
         return {
-            "velocity": Arrow(look.SKY, width, "v"),
-            "input": Arrow(look.INPUT, width, "force"),
+            "velocity": Arrow(meshes.SKY, width, "v"),
+            "input": Arrow(meshes.INPUT, width, "force"),
         }
 
     def traces(self) -> dict[str, Trace]:
         """Path of the centre."""
-        return {"path": Trace(look.PATH, 0.05 * self.system.radius, length=200)}
+        return {"path": Trace(meshes.PATH, 0.05 * self.system.radius, length=200)}
 
     def track(self) -> Pose:
         """Pose of the track: its middle below the centre at s = 0, or its bottom in a valley."""
@@ -122,8 +133,8 @@ class RollPumpView(RollerView):
 
     def parts(self) -> dict[str, Part]:
         """The valley ends at the rim; ghosts stand there."""
-        ghosts = {f"goal{k}": ghost(solids.goal_wheel(), 0.4) for k in (0, 1)}
-        return super().parts() | {"track": Part(solids.valley(self.task.rim)), **ghosts}
+        ghosts = {f"goal{k}": ghost(goal_wheel(), 0.4) for k in (0, 1)}
+        return super().parts() | {"track": Part(valley(self.task.rim)), **ghosts}
 
     def camera(self) -> Camera:
         """The whole valley from the side."""
@@ -150,3 +161,73 @@ class RollPumpView(RollerView):
         angle = math.degrees(-float(self.system.accessors["descent"](moment.y)))
         rim = math.degrees(self.task.rim)
         return (*super().readings(moment), f"{abs(angle):.0f} deg from the bottom, rim {rim:.0f}")
+
+
+# Meshes, each made once in a process.
+
+
+@functools.cache
+def spoked_wheel() -> Mesh:
+    """Wheel of radius 1 about z with six spokes and a red mark at +y."""
+    spokes = []
+    for k in range(6):
+        x, y = math.cos(k * math.pi / 3.0), math.sin(k * math.pi / 3.0)
+        spokes.append(
+            meshes.tube([(0.1 * x, 0.1 * y, 0.0), (0.9 * x, 0.9 * y, 0.0)], 0.03, meshes.GREY, 8)
+        )
+    rim = meshes.ring(0.86, 1.0, 0.3, meshes.STEEL, 72)
+    return meshes.join(rim, meshes.cylinder(0.14, 0.4, meshes.DARK, 24), *spokes, meshes.mark(0.34))
+
+
+@functools.cache
+def goal_wheel() -> Mesh:
+    """Ring of radius 1 about z: where a wheel is to be."""
+    return meshes.ring(0.84, 1.0, 0.3, meshes.GREEN, 48)
+
+
+@functools.cache
+def mass() -> Mesh:
+    """Small ball that slides on a spoke, of radius 0.12."""
+    return meshes.ball(0.12, meshes.RED, n=10)
+
+
+@functools.cache
+def slab() -> Mesh:
+    """Board of side 1 below z = 0."""
+    return meshes.moved(meshes.box((1.0, 1.0, 1.0), [meshes.LIGHT]), (0.0, 0.0, -0.5))
+
+
+@functools.cache
+def valley(rim: float = 1.2) -> Mesh:
+    """Trough whose bottom is a circle of radius 1 about y, of width 1.
+
+    Args:
+        rim: angle from the bottom [rad], on both sides, from which on it is green.
+    """
+    n = 2 * max(2, round(6.0 * rim))
+    ends = np.linspace(-rim, rim, n + 1)
+    tones = [(0.66, 0.73, 0.81), (0.80, 0.84, 0.88)]
+    bands = [_arc(a, b, tones[k % 2]) for k, (a, b) in enumerate(pairwise(ends))]
+    edges = [_arc(-rim - 0.08, -rim, meshes.GREEN), _arc(rim, rim + 0.08, meshes.GREEN)]
+    return meshes.join(*bands, *edges)
+
+
+def _arc(first: float, last: float, color: Color) -> Mesh:
+    """Part of the trough between two angles."""
+    angle = np.linspace(first, last, 3)
+    out = np.stack([np.sin(angle), 0.0 * angle, -np.cos(angle)], axis=-1)
+    side = np.array([0.0, 0.5, 0.0])
+    inner, outer = out, 1.03 * out
+    sheets = [
+        meshes.grid([inner - side, inner + side], [-out, -out], color),
+        meshes.grid([outer + side, outer - side], [out, out], color),
+    ]
+    for s, rows in ((-1.0, (outer, inner)), (1.0, (inner, outer))):
+        normal = np.broadcast_to([0.0, s, 0.0], (2, 3, 3))
+        sheets.append(meshes.grid([rows[0] + s * side, rows[1] + s * side], normal, color))
+    for k, s in ((0, -1.0), (-1, 1.0)):
+        along = s * np.array([math.cos(angle[k]), 0.0, math.sin(angle[k])])
+        near, far = (inner[k], outer[k]) if s < 0 else (outer[k], inner[k])
+        corners = [[near - side, near + side], [far - side, far + side]]
+        sheets.append(meshes.grid(corners, np.broadcast_to(along, (2, 2, 3)), color))
+    return meshes.join(*sheets)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -10,13 +11,12 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes as look
-from rigid_envs.watch import meshes as solids
-from rigid_envs.watch.scene import Arrow, Camera, Floor, Part, Pose, Trace
-from rigid_envs.watch.views import Arrows, SystemView, ghost, scaled
+from rigid_envs.watch import meshes
+from rigid_envs.watch.scene import Arrow, Arrows, Camera, Floor, Mesh, Part, Pose, Trace
+from rigid_envs.watch.views import View, ghost, scaled
 
 
-class RollingDiskView(SystemView):
+class RollingDiskView(View):
     """A disk with two different faces, its path, omega and the torque."""
 
     @property
@@ -32,7 +32,7 @@ class RollingDiskView(SystemView):
 
     def parts(self) -> dict[str, Part]:
         """The disk."""
-        return {"disk": Part(solids.disk())}
+        return {"disk": Part(disk())}
 
     def camera(self) -> Camera:
         """With the disk."""
@@ -41,13 +41,13 @@ class RollingDiskView(SystemView):
     def vectors(self) -> dict[str, Arrow]:
         """Angular velocity and torque."""
         return {
-            "omega": Arrow(look.OMEGA, 0.06 * self.radius, "omega"),
-            "input": Arrow(look.INPUT, 0.1 * self.radius, "torque"),
+            "omega": Arrow(meshes.OMEGA, 0.06 * self.radius, "omega"),
+            "input": Arrow(meshes.INPUT, 0.1 * self.radius, "torque"),
         }
 
     def traces(self) -> dict[str, Trace]:
         """Path of the contact."""
-        return {"path": Trace(look.PATH, 0.07 * self.radius)}
+        return {"path": Trace(meshes.PATH, 0.07 * self.radius)}
 
     def floor(self) -> Floor | None:
         """Chequered, a metre a cell."""
@@ -89,7 +89,7 @@ class DiskRollView(RollingDiskView):
 
     def parts(self) -> dict[str, Part]:
         """Also the circle."""
-        return super().parts() | {"goal": ghost(solids.goal_ring(), 0.9)}
+        return super().parts() | {"goal": ghost(goal_ring(), 0.9)}
 
     def poses(self, moment: Moment) -> dict[str, Pose]:
         """The circle of the commanded curvature that the direction of travel touches."""
@@ -103,3 +103,25 @@ class DiskRollView(RollingDiskView):
         """Also the commanded circle."""
         wide = self.radius / abs(moment.aux["goal_curvature"])
         return (*super().readings(moment), f"commanded circle: radius {wide:.1f} m")
+
+
+# Meshes, each made once in a process.
+
+
+@functools.cache
+def disk() -> Mesh:
+    """Disk of radius 1 about z with sectors, orange on +z, blue on -z, a red mark at +y."""
+    below = [(0.0, -0.05), (0.93, -0.05), (1.0, -0.02), (1.0, 0.0)]
+    above = [(1.0, 0.0), (1.0, 0.02), (0.93, 0.05), (0.0, 0.05)]
+    return meshes.join(
+        meshes.sectors(below, [meshes.BLUE, meshes.CREAM] * 4, 64),
+        meshes.sectors(above, [meshes.ORANGE, meshes.CREAM] * 4, 64),
+        meshes.cylinder(0.12, 0.2, meshes.STEEL, 20),
+        meshes.mark(0.12),
+    )
+
+
+@functools.cache
+def goal_ring() -> Mesh:
+    """Flat ring of radius 1 across z, open, seen from above."""
+    return meshes.lathe([(1.015, 0.0), (0.985, 0.0)], meshes.GREEN, 96)

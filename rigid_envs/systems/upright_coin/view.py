@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes as look
-from rigid_envs.watch import meshes as solids
-from rigid_envs.watch.scene import Arrow, Camera, Floor, Part, Pose, Trace
-from rigid_envs.watch.views import Arrows, SystemView, above, ghost, scaled
+from rigid_envs.watch import meshes
+from rigid_envs.watch.scene import Arrow, Arrows, Camera, Floor, Mesh, Part, Pose, Trace
+from rigid_envs.watch.views import View, above, ghost, scaled
 
 
-class UprightCoinView(SystemView):
+class UprightCoinView(View):
     """A coin with two different faces, its path, its velocity and the rate of steering."""
 
     @property
@@ -27,7 +28,7 @@ class UprightCoinView(SystemView):
 
     def parts(self) -> dict[str, Part]:
         """The coin."""
-        return {"coin": Part(solids.coin())}
+        return {"coin": Part(coin())}
 
     def camera(self) -> Camera:
         """With the coin."""
@@ -37,13 +38,13 @@ class UprightCoinView(SystemView):
         """The two rates that are controlled."""
         width = 0.1 * self.radius
         return {
-            "input": Arrow(look.INPUT, width, "velocity"),
-            "steer": Arrow(look.OMEGA, width, "steering"),
+            "input": Arrow(meshes.INPUT, width, "velocity"),
+            "steer": Arrow(meshes.OMEGA, width, "steering"),
         }
 
     def traces(self) -> dict[str, Trace]:
         """Path of the contact."""
-        return {"path": Trace(look.PATH, 0.07 * self.radius)}
+        return {"path": Trace(meshes.PATH, 0.07 * self.radius)}
 
     def floor(self) -> Floor | None:
         """Chequered, a metre a cell."""
@@ -86,7 +87,7 @@ class CoinParkView(UprightCoinView):
 
     def parts(self) -> dict[str, Part]:
         """Also the ghost."""
-        return super().parts() | {"goal": ghost(solids.coin(), 0.35)}
+        return super().parts() | {"goal": ghost(coin(), 0.35)}
 
     def camera(self) -> Camera:
         """The start square and room for manoeuvres."""
@@ -102,3 +103,18 @@ class CoinParkView(UprightCoinView):
         """Also the distance."""
         away = float(np.linalg.norm(self.system.accessors["contact"](moment.y)))
         return (f"{away:.2f} m from the goal", *super().readings(moment))
+
+
+# Meshes, each made once in a process.
+
+
+@functools.cache
+def coin() -> Mesh:
+    """Coin of radius 1 about z: gold with a square, silver with a cross, a red mark at +y."""
+    front = meshes.moved(meshes.box((0.7, 0.7, 0.02), [meshes.CREAM]), (0.0, 0.0, 0.07))
+    bar = meshes.box((1.1, 0.22, 0.02), [meshes.CREAM])
+    cross = meshes.join(bar, meshes.moved(bar, rotation=[[0, -1, 0], [1, 0, 0], [0, 0, 1]]))
+    back = [(0.0, -0.06), (0.9, -0.06), (0.9, -0.08), (1.0, -0.08), (1.0, 0.0)]
+    face = [(r, -z) for r, z in back[::-1]]
+    halves = [meshes.lathe(back, meshes.BLUE, 64), meshes.lathe(face, meshes.ORANGE, 64)]
+    return meshes.join(*halves, front, meshes.moved(cross, (0.0, 0.0, -0.07)), meshes.mark(0.17))

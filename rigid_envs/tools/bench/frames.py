@@ -12,9 +12,8 @@ from typing import Any
 
 import gymnasium as gym
 
-from rigid_envs.tasks.core import Core
 from rigid_envs.tools.bench.figures import seconds_told
-from rigid_envs.watch.drawing import Look, Viewer
+from rigid_envs.watch.drawing import Drawing, Look, drawing_of
 
 PACKAGES = ("panda3d", "pygame-ce", "pillow", "moviepy", "imageio-ffmpeg", "matplotlib")
 """What the extra "render" brings, without what these need."""
@@ -90,19 +89,24 @@ def installed_size(packages: Iterable[str] = PACKAGES) -> dict[str, int]:
 
 def _times(env_id: str, n_frames: int) -> list[list[float]]:
     env: Any = gym.make(env_id)
-    core: Core = env.unwrapped._core
     env.reset(seed=0)
     env.action_space.seed(0)
-    viewers = [Viewer(core, 0, Look(shadows=shadows)) for shadows in (True, False)]
+    drawings = _drawings(env.unwrapped)
     times: list[list[float]] = [[], []]
     for _ in range(n_frames):
-        for viewer, spent in zip(viewers, times, strict=True):
+        moment = env.unwrapped.moment()
+        for drawing, spent in zip(drawings, times, strict=True):
             start = time.perf_counter()
-            viewer.picture()
+            drawing.picture(moment)
             spent.append(time.perf_counter() - start)
         _, _, terminated, truncated, _ = env.step(env.action_space.sample())
         if terminated or truncated:
             env.reset()
-    for viewer in viewers:
-        viewer.close()
+            drawings = _drawings(env.unwrapped)
     return times
+
+
+def _drawings(env: Any) -> list[Drawing]:
+    """Of the episode of an environment, with shadows and without."""
+    parameters = env.moment().parameters
+    return [drawing_of(env.task, parameters, Look(shadows=shadows)) for shadows in (True, False)]

@@ -19,9 +19,10 @@ from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.scores.starts import evaluation_seeds
 from rigid_envs.tools.pages.tables import Table, table
 from rigid_envs.tools.pages.writing import film_of, table_lines
-from rigid_envs.watch.drawing import Look, tiled
+from rigid_envs.watch.drawing import Look
 from rigid_envs.watch.films import Played, episode_pictures, play_episode, write_film
 from rigid_envs.watch.lettering import pillow
+from rigid_envs.watch.window import tiled
 
 # Short film of every environment for its page: `rigid-envs films`.
 #
@@ -37,15 +38,20 @@ _LONGEST = 8.0  # [s] of film
 _FASTEST = 3.0  # times real time; what does not fit then is cut off
 _TRIED = 20  # starts
 _LIMIT = 2**20  # bytes of the data
+_SOURCES = ("watch/[!f]*.py", "watch/films.py", "systems/*/view.py")  # not `watch/figures.py`
 _ENTRY = {"file": str, "sha256": str, "sources": str, "shows": str, "seed": int}
 
 
-def sources_hash() -> str:
-    """SHA-256 over what pictures are made from, the files of `rigid_envs.render`."""
+def sources_hash(*patterns: str) -> str:
+    """SHA-256 over files of the package, so that it is known when pictures are older than they.
+
+    Args:
+        *patterns: of files below `rigid_envs`, as for `Path.glob`.
+    """
     digest = hashlib.sha256()
-    folder = Path(rigid_envs.__file__).resolve().parent / "render"
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
+    package = Path(rigid_envs.__file__).resolve().parent
+    for path in sorted(file for pattern in patterns for file in package.glob(pattern)):
+        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
 
 
@@ -68,7 +74,7 @@ def write_films(
         films[env_id] = {
             "file": file.name,
             "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
-            "sources": sources_hash(),
+            "sources": sources_hash(*_SOURCES),
             "shows": played.captioned()[1].label,
             "seed": seed,
         }
@@ -88,8 +94,8 @@ def stale_films(folder: Path, ids: Iterable[str]) -> dict[str, str]:
             found[env_id] = "missing"
         elif hashlib.sha256(file.read_bytes()).hexdigest() != entry["sha256"]:
             found[env_id] = "not what films.json says"
-        elif entry["sources"] != sources_hash():
-            found[env_id] = "older than rigid_envs/render"
+        elif entry["sources"] != sources_hash(*_SOURCES):
+            found[env_id] = "older than what draws it"
     return found
 
 

@@ -20,7 +20,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.films import figure, play_episode
 from rigid_envs.watch.replays.episode import Episode, play_again
-from rigid_envs.watch.scene import Motion
+from rigid_envs.watch.scene import Interpolation
 
 _ROUNDING = 1e-9  # share of a step that is none
 _TURN = 0.35  # time in which a move on the grid is shown [s]
@@ -85,7 +85,7 @@ class Game:
         limit = self._env.spec.max_episode_steps or record.max_episode_steps
         self.tally = Tally([seed], record.error, limit)
         moment = self._inner.moment()
-        self._motion = Motion(self._inner.system, moment, moment)
+        self._motion = Interpolation(self._inner.system, moment, moment)
         self._share = 1.0  # of the step that is shown; 1: the next one can be made
 
     @property
@@ -109,7 +109,7 @@ class Game:
         self.tally.add(reward, terminated, truncated, info)
         self._ends = bool(terminated), bool(truncated)
         inner = self._inner
-        self._motion = Motion(inner.system, self._motion.at(1.0), inner.moment())
+        self._motion = Interpolation(inner.system, self._motion.at(1.0), inner.moment())
         self._share = 0.0
         self.over = terminated or truncated
 

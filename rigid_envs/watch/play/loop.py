@@ -14,12 +14,13 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Image, integer
 from rigid_envs.envs.lookup import checked_id
-from rigid_envs.watch.animation import load_pillow
-from rigid_envs.watch.drawing import Drawing, Look, has_display, load_pygame
+from rigid_envs.watch.drawing import Drawing, Look, drawing_of
+from rigid_envs.watch.lettering import font, pillow
 from rigid_envs.watch.play.game import Game
 from rigid_envs.watch.play.steering import Hands, help_lines, keys_of
 from rigid_envs.watch.replays.replay import Replay
 from rigid_envs.watch.views import view_of
+from rigid_envs.watch.window import Window, has_display, load_pygame
 
 # What a player sees: the picture, and below it results, the action and the keys.
 
@@ -71,7 +72,9 @@ def page(picture: Image, status: Status) -> Image:
 
 @functools.lru_cache(8)
 def _board(width: int, status: Status) -> Image:
-    image, draw, size = *_blank(width, board_height(width)), _size(width)
+    pictures, _, pens = pillow()
+    image = pictures.new("RGB", (width, board_height(width)), _PAPER)
+    draw, size = pens.Draw(image), _size(width)
     left, right = size, width - size
     draw.line([(0, 0), (width, 0)], fill=_RULE)
     _text(draw, (left, 1.3 * size), status.title, size, _MUTED)
@@ -109,8 +112,9 @@ def _covered(picture: Image, lines: Sequence[str]) -> Image:
     height, width, _ = picture.shape
     size = _size(width)
     pale = (0.14 * picture + 0.86 * 255.0).astype(np.uint8)
-    image = load_pillow().fromarray(pale)
-    draw = _pen(image)
+    pictures, _, pens = pillow()
+    image = pictures.fromarray(pale)
+    draw = pens.Draw(image)
     top = 0.5 * (height - 1.7 * size * len(lines))
     for k, line in enumerate(lines):
         first, _, second = line.partition("\t")
@@ -125,28 +129,10 @@ def _size(width: int) -> int:
     return max(10, width // 38)
 
 
-def _blank(width: int, height: int) -> tuple[Any, Any]:
-    image = load_pillow().new("RGB", (width, height), _PAPER)
-    return image, _pen(image)
-
-
-def _pen(image: Any) -> Any:
-    from PIL import ImageDraw
-
-    return ImageDraw.Draw(image)
-
-
 def _text(
     draw: Any, place: tuple[float, float], text: str, size: int, fill: Any, anchor: str = "lm"
 ) -> None:
-    draw.text(place, text, fill=fill, font=_font(size), anchor=anchor)
-
-
-@functools.cache
-def _font(size: int) -> Any:
-    from PIL import ImageFont
-
-    return ImageFont.load_default(size)
+    draw.text(place, text, fill=fill, font=font(size), anchor=anchor)
 
 
 # The loop of a game: events, time, pictures.
@@ -191,8 +177,8 @@ def play(
         )
     game = Game(env_id, seed, config)
     try:
-        with Table(game, pygame, size) as table:
-            table.run()
+        with GameWindow(game, pygame, size) as window:
+            window.run()
     finally:
         game.close()
     if save is None or not game.episodes:
@@ -200,7 +186,7 @@ def play(
     return Replay(game.env_id, game.task, tuple(game.episodes)).save(save)
 
 
-class Table:
+class GameWindow:
     """A game in a window; a context, which opens and closes it.
 
     Args:
@@ -228,15 +214,12 @@ class Table:
         self.running = True
         self._drawing: Drawing | None = None
         self._traced = 0.0
+        self._window = Window(game.env_id)
         self._pads: list[Any] = []
 
-    def __enter__(self) -> Table:
+    def __enter__(self) -> GameWindow:
         """Open the window."""
-        pygame = self._pygame
-        pygame.display.init()
-        shape = (self._size, self._size + board_height(self._size))
-        self._screen = pygame.display.set_mode(shape)
-        pygame.display.set_caption(self.game.env_id)
+        self._window.show(self.picture(np.zeros(3)), fps=0.0)
         self._open_pads()
         return self
 
@@ -244,7 +227,7 @@ class Table:
         """Close the window."""
         if self._drawing is not None:
             self._drawing.close()
-        self._pygame.display.quit()
+        self._window.close()
 
     def run(self) -> None:
         """Play until it is left."""
@@ -276,7 +259,7 @@ class Table:
         stick = self.hands.stick(seconds)
         if not (self.paused or self.help):
             self._pass(seconds * _SPEEDS[self.speed], stick)
-        self._show(self.picture(stick))
+        self._window.show(self.picture(stick), fps=0.0)
 
     def picture(self, stick: npt.NDArray[np.float64]) -> Image:
         """The page of now.
@@ -287,7 +270,7 @@ class Table:
         game = self.game
         if self._drawing is None:
             look = Look(self._size, self._size, _camera(game))
-            self._drawing = Drawing(game.task, game.moment.parameters, look)
+            self._drawing = drawing_of(game.task, game.moment.parameters, look)
             self._traced = -1.0
         moment = game.moment
         extend = moment.time >= self._traced + _TRACE or moment.time < self._traced
@@ -354,13 +337,6 @@ class Table:
             note=note,
             help=(*help_lines(self.steering), "", "any key\tbegins") if self.help else (),
         )
-
-    def _show(self, image: Image) -> None:
-        pygame = self._pygame
-        height, width, _ = image.shape
-        surface = pygame.image.frombuffer(np.ascontiguousarray(image), (width, height), "RGB")
-        self._screen.blit(surface, (0, 0))
-        pygame.display.flip()
 
     def _open_pads(self) -> None:
         """Listen to all gamepads; without the module for them there are none."""

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array, Bools, printable, require
 from rigid_envs.tasks.core import Core, Moment
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch.scene import Motion
+from rigid_envs.watch.scene import Interpolation
 
 # Episode: what happened in one episode of a row, from the start to the end.
 
@@ -194,7 +194,7 @@ def moments(task: Task, episode: Episode, budget: int) -> list[Moment]:
     """
     system = task.system(episode.parameters)
     steps = [episode.moment(k, task) for k in range(len(episode) + 1)]
-    motions = [Motion(system, one, other) for one, other in pairwise(steps)]
+    motions = [Interpolation(system, one, other) for one, other in pairwise(steps)]
     angle = max((float(np.linalg.norm(motion.turn)) for motion in motions), default=0.0)
     wanted = max(math.ceil(task.dt / _PERIOD), math.ceil(angle / _TURN))
     n = max(1, min(wanted, _MOST, budget // max(len(episode), 1)))
@@ -212,4 +212,6 @@ def moment_at(task: Task, episode: Episode, time: float) -> Moment:
     share = steps - k
     if share < _ROUNDING or k == len(episode):
         return one
-    return Motion(task.system(episode.parameters), one, episode.moment(k + 1, task)).at(share)
+    return Interpolation(task.system(episode.parameters), one, episode.moment(k + 1, task)).at(
+        share
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -18,9 +18,10 @@ from rigid_envs.engine.provenance import heading
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.replays.episode import Episode, moments
-from rigid_envs.watch.replays.panels import Curve, Panel, curves, insets, is_driven
+from rigid_envs.watch.replays.panels import Curve, curves, insets, is_driven
 from rigid_envs.watch.replays.replay import Replay
-from rigid_envs.watch.scene import Frame, Mesh, Scene, View
+from rigid_envs.watch.scene import Mesh, Panel, Scene, SceneFrame
+from rigid_envs.watch.views import View, view_of
 
 # Scenes, frames and curves as JSON and one block of binary numbers, for the replay page.
 
@@ -83,7 +84,7 @@ class Packer:
             "traces": [self._trace(name, panel) for name in scene.traces],
         }
 
-    def _part(self, name: str, scene: Scene, frames: Sequence[Frame]) -> dict[str, Any]:
+    def _part(self, name: str, scene: Scene, frames: Sequence[SceneFrame]) -> dict[str, Any]:
         part, poses = scene.parts[name], [frame.poses.get(name) for frame in frames]
         missing = (np.nan,) * 4
         rows: dict[str, list[npt.ArrayLike]] = {
@@ -100,7 +101,7 @@ class Packer:
             **{key: self._rows(values) for key, values in rows.items()},
         }
 
-    def _arrow(self, name: str, scene: Scene, frames: Sequence[Frame]) -> dict[str, Any]:
+    def _arrow(self, name: str, scene: Scene, frames: Sequence[SceneFrame]) -> dict[str, Any]:
         arrow = scene.arrows[name]
         nothing = ((np.nan,) * 3,) * 2
         ends = [frame.arrows.get(name, nothing) for frame in frames]
@@ -154,18 +155,13 @@ MOST_EPISODES = 4
 _BUDGETS = (2400, 1200, 600, 1)  # moments of an episode; fewer where the file would be too large
 _MARK = "/* replay */"
 
-ViewOf = Callable[[Task, dict[str, float]], View]
 
-
-def write_html(
-    path: str | Path, episodes: Sequence[tuple[Replay, int]], view_of: ViewOf | None = None
-) -> Path:
+def write_html(path: str | Path, episodes: Sequence[tuple[Replay, int]]) -> Path:
     """Write a page that shows episodes side by side.
 
     Args:
         path: The file, atomically replaced; missing folders are made.
         episodes: Replays, each with the index of one of its episodes.
-        view_of: Makes the view of a task; None takes `rigid_envs.watch.views.view_of`.
 
     Returns:
         The path that was written.
@@ -174,26 +170,25 @@ def write_html(
         ValueError: No episode, too many, an index that does not exist, or more than fits a page.
     """
     file = Path(path)
-    text = html(episodes, view_of)
+    text = html(episodes)
     file.parent.mkdir(parents=True, exist_ok=True)
     write_atomic(file, text)
     return file
 
 
-def html(episodes: Sequence[tuple[Replay, int]], view_of: ViewOf | None = None) -> str:
+def html(episodes: Sequence[tuple[Replay, int]]) -> str:
     """The page of `write_html`, as text."""
     if not 1 <= len(episodes) <= MOST_EPISODES:
         raise ValueError(f"{len(episodes)} episodes; expected 1 to {MOST_EPISODES} in a page")
     for replay, k in episodes:
         if not 0 <= k < len(replay.episodes):
             raise ValueError(f"episode = {k}; expected 0 to {len(replay.episodes) - 1}")
-    make = view_of or _registered_view()
     template = (
         resources.files("rigid_envs.watch.replays").joinpath("viewer/viewer.html").read_text()
     )
     head, tail = template.split(_MARK)
     for budget in _BUDGETS:
-        document = json.dumps(_payload(episodes, make, budget), allow_nan=False)
+        document = json.dumps(_payload(episodes, budget), allow_nan=False)
         page = head + document.replace("<", "\\u003c") + tail  # no text can end the element
         if len(page.encode()) < MOST_BYTES:
             return page
@@ -203,15 +198,7 @@ def html(episodes: Sequence[tuple[Replay, int]], view_of: ViewOf | None = None) 
     )
 
 
-def _registered_view() -> ViewOf:
-    from rigid_envs.watch.views import view_of  # all views: only where one is needed
-
-    return view_of
-
-
-def _payload(
-    episodes: Sequence[tuple[Replay, int]], view_of: ViewOf, budget: int
-) -> dict[str, Any]:
+def _payload(episodes: Sequence[tuple[Replay, int]], budget: int) -> dict[str, Any]:
     """All that the page shows, as JSON values."""
     packer = Packer()
     shown = [(replay, replay.episodes[k]) for replay, k in episodes]
@@ -219,7 +206,7 @@ def _payload(
     labels = _labels([episode for _, episode in shown])
     parts: list[dict[str, Any]] = []
     for label, (replay, episode) in zip(labels, shown, strict=True):
-        view = view_of(replay.task, dict(episode.parameters))
+        view = view_of(replay.task, episode.parameters)
         path = moments(replay.task, episode, budget)
         parts.append({"label": label, **_episode(packer, replay.task, episode, view, path, driven)})
     ids = list(dict.fromkeys(replay.env_id for replay, _ in shown))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -14,30 +14,8 @@ from rigid_envs.mechanics.system import System
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.replays.episode import Episode
-from rigid_envs.watch.scene import Arrow, Frame, Mesh, Scene
+from rigid_envs.watch.scene import Arrow, Panel
 from rigid_envs.watch.views import view_class
-
-# Panels of a replay page: a scene with its frames, for the motion and for the insets beside it.
-
-
-@dataclass(frozen=True, eq=False)
-class Panel:
-    """A scene over time.
-
-    Attributes:
-        title: What it shows.
-        scene: What there is.
-        frames: Where it is, at each time.
-        times: Times of the frames [s].
-        whole: Points of traces of the scene that are shown from the start, by name, each (n, 3).
-    """
-
-    title: str
-    scene: Scene
-    frames: Sequence[Frame]
-    times: Array
-    whole: Mapping[str, npt.ArrayLike] = field(default_factory=dict)
-
 
 # Curves that are plotted beside the motion: rates, tilt, errors of what is conserved, reward.
 
@@ -209,7 +187,7 @@ def _angle(title: str, unit: str, names: tuple[str, ...], values: Array) -> Curv
 # Insets of a replay page: Poinsot's construction of a free body, the axis of a top on a sphere.
 
 INSET_BLUE, INSET_RED, INSET_GREEN = (0.0, 0.447, 0.698), (0.835, 0.369, 0.0), (0.0, 0.62, 0.451)
-INSET_PALE, INSET_WARM, INSET_INK = (0.80, 0.86, 0.92), (0.93, 0.89, 0.82), (0.42, 0.46, 0.52)
+INSET_INK = (0.42, 0.46, 0.52)
 LIFT = 1.01  # of lines above the surface that they are drawn on
 
 
@@ -230,26 +208,3 @@ def body_axes() -> dict[str, Arrow]:
     """Principal axes of a body, with their names."""
     names = ("e\u2081", "e\u2082", "e\u2083")
     return {f"e{k + 1}": Arrow(INSET_INK, 0.02, name) for k, name in enumerate(names)}
-
-
-def ball_mesh(n: int = 24) -> Mesh:
-    """Unit sphere whose octants have two colours in turn."""
-    polar = np.linspace(0.0, np.pi, n + 1)
-    azimuth = np.linspace(0.0, 2.0 * np.pi, 2 * n + 1)
-    theta, phi = np.meshgrid(polar, azimuth, indexing="ij")
-    grid = np.stack(
-        [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1
-    )
-    corners = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2)
-    vertices = corners.reshape(-1, 3)
-    middle = corners.mean(axis=2).reshape(-1, 3)
-    odd = np.prod(np.sign(middle), axis=-1) < 0.0
-    colors = np.where(np.repeat(odd, 4)[:, None], INSET_PALE, INSET_WARM)
-    first = 4 * np.arange(len(middle))[:, None]
-    triangles = np.concatenate([first + np.array((0, 1, 2)), first + np.array((0, 2, 3))])
-    return Mesh(
-        vertices.astype(np.float32),
-        vertices.astype(np.float32),
-        np.round(255 * colors).astype(np.uint8),
-        triangles.astype(np.int32),
-    )
