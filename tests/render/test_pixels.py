@@ -191,9 +191,7 @@ def test_a_path_is_drawn_where_its_points_are():
 
 def test_a_path_on_a_part_turns_with_it(ball):
     scene = Scene(
-        parts=ball.parts,
-        camera=CAMERA,
-        traces={"path": Trace((0.0, 0.0, 0.0), 0.08, part="ball")},
+        parts=ball.parts, camera=CAMERA, traces={"path": Trace((0.0, 0.0, 0.0), 0.08, part="ball")}
     )
     pixels = drawing(scene)
     angles = np.linspace(-0.6, 0.6, 9)
@@ -212,11 +210,7 @@ def test_a_path_on_a_part_turns_with_it(ball):
 
 
 def test_traces_end_at_points_that_are_not_finite_and_keep_their_length():
-    scene = Scene(
-        parts={},
-        camera=CAMERA,
-        traces={"path": Trace((1.0, 0.0, 0.0), 0.1, length=3)},
-    )
+    scene = Scene(parts={}, camera=CAMERA, traces={"path": Trace((1.0, 0.0, 0.0), 0.1, length=3)})
     pixels = drawing(scene)
     for x in (-1.0, -0.5, np.nan, 0.5, 1.0):
         image = pixels.picture(SceneFrame({}, points={"path": (x, 0.0, 0.0)}))

@@ -83,10 +83,7 @@ WHEELS = {
             q=systems.UprightCoin.attitude(0.7, -0.4), roll_rate=1.3, steer_rate=0.8
         ),
     ),
-    "disk": (
-        DiskRoll(),
-        systems.RollingDisk.state(q=Q, omega_body=[0.2, -0.3, 1.5]),
-    ),
+    "disk": (DiskRoll(), systems.RollingDisk.state(q=Q, omega_body=[0.2, -0.3, 1.5])),
     "wheel": (RollPump(), systems.Roller.state(arc_length=2.0, velocity=1.5)),
 }
 

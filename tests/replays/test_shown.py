@@ -12,13 +12,7 @@ from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.replays.episode import Episode, moment_at, moments, play_again
-from rigid_envs.watch.replays.panels import (
-    Curve,
-    conservation_errors,
-    curves,
-    insets,
-    is_driven,
-)
+from rigid_envs.watch.replays.panels import Curve, conservation_errors, curves, insets, is_driven
 from rigid_envs.watch.scene import Panel
 from tests.replays.examples import free_body, idle, recorded
 from tests.systems.examples import BALL, BODY, COIN, DISK, ROLLER, SYSTEMS, TOP, name_of, states
@@ -69,9 +63,7 @@ def test_what_is_called_conserved_stays_as_it_is_where_nothing_acts(system: Any)
     assert ("L_spin" in found) == (system not in SYSTEMS)  # those have no axis of symmetry
 
 
-def test_what_is_driven_has_changes_and_what_is_free_has_errors(
-    free: tuple[Task, Episode],
-) -> None:
+def test_what_is_driven_has_changes_and_what_is_free_has_errors(free: tuple[Task, Episode]) -> None:
     task, episode = free
     assert not is_driven(episode)
     assert [c.title for c in curves(task, episode, False)][2:4] == ["Energy error", "|L| error"]

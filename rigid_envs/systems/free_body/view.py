@@ -100,10 +100,7 @@ class FreeBodyView(View):
     def parts(self) -> dict[str, Part]:
         """Body, sphere, and arrow of the goal."""
         mesh, self.scale = self.body()
-        parts = {
-            "body": Part(mesh),
-            "sphere": Part(graticule(), shadow=False, shiny=False),
-        }
+        parts = {"body": Part(mesh), "sphere": Part(graticule(), shadow=False, shiny=False)}
         return parts if self.goal is None else parts | {"goal": ghost(spin_arrow(), 0.5)}
 
     def camera(self) -> Camera:

@@ -234,10 +234,7 @@ class TopPrecessionView(HeavyTopView):
 
     def parts(self) -> dict[str, Part]:
         """Also the cone and its rim."""
-        goals = {
-            "goal": ghost(goal_cone(), 0.2),
-            "goal_ring": ghost(goal_hoop(), 0.9),
-        }
+        goals = {"goal": ghost(goal_cone(), 0.2), "goal_ring": ghost(goal_hoop(), 0.9)}
         return super().parts() | goals
 
     def poses(self, moment: Moment) -> dict[str, Pose]:

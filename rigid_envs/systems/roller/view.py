@@ -112,10 +112,7 @@ class RollerView(View):
         start = self.centre(moment) - (0.0, 0.3 * r, 0.0)
         speed = float(system.accessors["velocity"](moment.y))
         pull = scaled(moment.u[0] * along, 2.0 * r / (system.m * system.g), 3.0 * r)
-        return {
-            "velocity": (start, scaled(speed * along, 0.5, 3.0 * r)),
-            "input": (start, pull),
-        }
+        return {"velocity": (start, scaled(speed * along, 0.5, 3.0 * r)), "input": (start, pull)}
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """The centre, in front of the wheel."""

@@ -88,11 +88,7 @@ def _board(width: int, status: Status) -> Image:
 
 
 def _gauges(
-    draw: Any,
-    gauges: Sequence[tuple[str, float]],
-    ends: tuple[int, int],
-    middle: float,
-    size: int,
+    draw: Any, gauges: Sequence[tuple[str, float]], ends: tuple[int, int], middle: float, size: int
 ) -> None:
     """Bars from the middle to the value of every entry."""
     step = (ends[1] - ends[0]) / max(len(gauges), 1)

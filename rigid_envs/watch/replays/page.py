@@ -224,12 +224,7 @@ def _payload(episodes: Sequence[tuple[Replay, int]], budget: int) -> dict[str, A
 
 
 def _episode(
-    packer: Packer,
-    task: Task,
-    episode: Episode,
-    view: View,
-    path: Sequence[Moment],
-    driven: bool,
+    packer: Packer, task: Task, episode: Episode, view: View, path: Sequence[Moment], driven: bool
 ) -> dict[str, Any]:
     """An episode: its motion, and what is shown beside it."""
     steps = [episode.moment(k, task) for k in range(len(episode) + 1)]
