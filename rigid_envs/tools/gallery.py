@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING, Any, cast
 
 from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance, versions
-from rigid_envs.systems.dynamic_ball.figures import TURNTABLE
-from rigid_envs.systems.free_body.figures import CHANDLER, CONES, FLIP, HERPOLHODE, POLHODES, RACKET
-from rigid_envs.systems.heavy_top.figures import NUTATION, POTENTIAL, PRECESSION, SLEEPING
-from rigid_envs.systems.roller.figures import PUMP, RACE, SLIPPING
-from rigid_envs.systems.rolling_ball.figures import BRACKETS, HOLONOMY, SHORTEST
-from rigid_envs.systems.rolling_disk.figures import DISK, STEADY_CIRCLES
-from rigid_envs.systems.upright_coin.figures import COIN
+from rigid_envs.systems.dynamic_ball import figures as of_dynamic_ball
+from rigid_envs.systems.free_body import figures as of_free_body
+from rigid_envs.systems.heavy_top import figures as of_heavy_top
+from rigid_envs.systems.roller import figures as of_roller
+from rigid_envs.systems.rolling_ball import figures as of_rolling_ball
+from rigid_envs.systems.rolling_disk import figures as of_rolling_disk
+from rigid_envs.systems.upright_coin import figures as of_upright_coin
 from rigid_envs.tools.motions import motion_of
 from rigid_envs.tools.pages.films import sources_hash
 from rigid_envs.watch.figures import (
     MUTED,
     STYLE,
-    Entry,
-    Number,
+    Exhibit,
+    Match,
     lay_out,
     new_figure,
     require_matplotlib,
@@ -39,34 +39,19 @@ if TYPE_CHECKING:
 
 # Figures of rigid-body rotation: simulation against closed form, each with the number it shows.
 #
-# A figure is an `Entry`: caption, law, source, and a function that draws it and computes its
+# A figure is an `Exhibit`: caption, law, source, and a function that draws it and computes its
 # numbers. `rigid-envs gallery` writes them as PNG and SVG. matplotlib, of the extra `render`, is
 # imported when a figure is drawn.
 
-FIGURES: dict[str, Entry] = {
-    entry.name: entry
-    for entry in (
-        POLHODES,
-        HERPOLHODE,
-        CONES,
-        CHANDLER,
-        FLIP,
-        RACKET,
-        POTENTIAL,
-        NUTATION,
-        PRECESSION,
-        SLEEPING,
-        RACE,
-        SLIPPING,
-        COIN,
-        DISK,
-        STEADY_CIRCLES,
-        HOLONOMY,
-        SHORTEST,
-        BRACKETS,
-        TURNTABLE,
-        PUMP,
-    )
+_SYSTEMS = (
+    *(of_free_body, of_heavy_top, of_roller, of_upright_coin),
+    *(of_rolling_disk, of_rolling_ball, of_dynamic_ball),
+)
+FIGURES: dict[str, Exhibit] = {
+    name: entry
+    for system in _SYSTEMS
+    for name, entry in vars(system).items()
+    if isinstance(entry, Exhibit)
 }
 """All figures by name, in the order of the page."""
 
@@ -106,13 +91,13 @@ class Made:
         numbers: what the figure shows, the main one first.
     """
 
-    entry: Entry
+    entry: Exhibit
     png: bytes
     svg: bytes
-    numbers: tuple[Number, ...]
+    numbers: tuple[Match, ...]
 
 
-def make(entry: Entry, *, svg: bool = True) -> Made:
+def make(entry: Exhibit, *, svg: bool = True) -> Made:
     """Draw a figure, with its title above and its numbers below.
 
     Args:
@@ -131,7 +116,7 @@ def make(entry: Entry, *, svg: bool = True) -> Made:
         return Made(entry, _save(figure, "png", _PNG), vector, numbers)
 
 
-def compose(entry: Entry) -> tuple[Figure, tuple[Number, ...]]:
+def compose(entry: Exhibit) -> tuple[Figure, tuple[Match, ...]]:
     """A figure with all that belongs to it, not yet a picture, and its numbers.
 
     Args:
@@ -143,7 +128,7 @@ def compose(entry: Entry) -> tuple[Figure, tuple[Number, ...]]:
     return figure, numbers
 
 
-def _title_and_numbers(figure: Figure, entry: Entry, numbers: tuple[Number, ...]) -> None:
+def _title_and_numbers(figure: Figure, entry: Exhibit, numbers: tuple[Match, ...]) -> None:
     """Title on top; at the bottom the legend of the figure, if it has one, and the numbers."""
     height = entry.size[1]
     figure.text(
@@ -293,11 +278,9 @@ DATA = "figures.json"
 SOURCES = ("tools/gallery.py", "watch/figures.py", "systems/*/figures.py")
 """Files that draw the figures, below `rigid_envs`."""
 
-Progress = Callable[[str], None]
-
 
 def write_figures(
-    folder: Path, entries: Sequence[Entry], progress: Progress = lambda _: None
+    folder: Path, entries: Sequence[Exhibit], progress: Callable[[str], None] = lambda _: None
 ) -> list[Made]:
     """Draw figures into a folder: NAME.png, NAME.svg, and what they show in `figures.json`.
 
@@ -326,7 +309,7 @@ def write_figures(
     return drawn
 
 
-def write_docs(folder: Path, progress: Progress = lambda _: None) -> list[Made]:
+def write_docs(folder: Path, progress: Callable[[str], None] = lambda _: None) -> list[Made]:
     """Draw all figures for the documentation, small, and write the page about them.
 
     Args:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array
+from rigid_envs.base.checks import Array, Bools
 from rigid_envs.envs.display import needed
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Number:
+class Match:
     """A quantity that a figure computes in two ways.
 
     Attributes:
@@ -74,7 +74,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Entry:
+class Exhibit:
     """A figure.
 
     Attributes:
@@ -92,13 +92,28 @@ class Entry:
     caption: str
     law: str
     source: str
-    draw: Callable[[Figure], tuple[Number, ...]]
-    size: tuple[float, float] = (7.2, 4.2)
+    draw: Callable[[Figure], tuple[Match, ...]]
+    size: tuple[float, float]
 
     @property
     def command(self) -> str:
         """The command that makes the figure."""
         return f"rigid-envs gallery {self.name} --out DIR"
+
+
+def exhibit(
+    *, title: str, caption: str, law: str, source: str, size: tuple[float, float] = (7.2, 4.2)
+) -> Callable[[Callable[[Figure], tuple[Match, ...]]], Exhibit]:
+    """Decorator that makes a figure of the function that draws it, with its name.
+
+    Args:
+        title: as of `Exhibit`.
+        caption: likewise.
+        law: likewise.
+        source: likewise.
+        size: likewise.
+    """
+    return lambda draw: Exhibit(draw.__name__, title, caption, law, source, draw, size)
 
 
 # Look of all figures: fonts, colours, grid, sizes. Readable where the page is 700 pixels wide.
@@ -194,11 +209,9 @@ def lay_out(figure: Figure, below: float, above: float) -> None:
 #
 # All coordinates are in the axes of the picture: x, y and z, z up.
 
-Mask = npt.NDArray[np.bool_]
-
 
 @dataclass(frozen=True)
-class Camera:
+class Eye:
     """A far eye.
 
     Attributes:
@@ -221,11 +234,11 @@ class Camera:
         """Place on the page, shape (..., 2), of points, shape (..., 3)."""
         return np.asarray(np.asarray(points, dtype=np.float64) @ self.axes[:2].T)
 
-    def faces(self, points: Array, tensor: npt.ArrayLike) -> Mask:
+    def faces(self, points: Array, tensor: npt.ArrayLike) -> Bools:
         """Whether points of the ellipsoid x . A x = 1 are on the side of the eye, shape (...)."""
         return np.asarray(points @ np.asarray(tensor) @ self.axes[2] >= 0.0)
 
-    def behind(self, points: Array, tensor: npt.ArrayLike) -> Mask:
+    def behind(self, points: Array, tensor: npt.ArrayLike) -> Bools:
         """Whether the ellipsoid x . A x = 1 hides points outside of it, shape (...)."""
         A, d = np.asarray(tensor), self.axes[2]
         a, b = d @ A @ d, points @ A @ d
@@ -242,9 +255,9 @@ def bare(axes: Axes) -> None:
 
 def curve(
     axes: Axes,
-    camera: Camera,
+    eye: Eye,
     points: Array,
-    seen: Mask | None = None,
+    seen: Bools | None = None,
     *,
     faint: float = 0.2,
     **style: Any,
@@ -253,13 +266,13 @@ def curve(
 
     Args:
         axes: where.
-        camera: the eye.
+        eye: the eye.
         points: shape (n, 3).
         seen: which of them are in view; all, if left out.
         faint: opacity of what is hidden.
         **style: of the line.
     """
-    page = camera.project(points)
+    page = eye.project(points)
     seen = np.ones(len(page), dtype=bool) if seen is None else seen
     beside = np.zeros_like(seen)  # a hidden part begins at the last point that is seen
     beside[1:] |= ~seen[:-1]
@@ -274,7 +287,7 @@ def curve(
 
 def arrow(
     axes: Axes,
-    camera: Camera,
+    eye: Eye,
     start: npt.ArrayLike,
     end: npt.ArrayLike,
     text: str = "",
@@ -282,7 +295,7 @@ def arrow(
     **style: Any,
 ) -> None:
     """Draw an arrow with a text beyond its head."""
-    tail, head = camera.project(start), camera.project(end)
+    tail, head = eye.project(start), eye.project(end)
     page_arrow(axes, tail, head, color, **style)
     axes.plot(*np.stack([tail, head]).T, alpha=0.0)  # arrows alone do not count for the limits
     if text:
@@ -317,15 +330,15 @@ def circle(normal: npt.ArrayLike, radius: float, centre: npt.ArrayLike, n: int =
     return np.asarray(np.asarray(centre) + radius * around)
 
 
-def solid(axes: Axes, camera: Camera, semi_axes: npt.ArrayLike = (1.0, 1.0, 1.0)) -> None:
+def solid(axes: Axes, eye: Eye, semi_axes: npt.ArrayLike = (1.0, 1.0, 1.0)) -> None:
     """Fill the outline of an ellipsoid whose axes are x, y and z."""
     sizes = np.asarray(semi_axes, dtype=np.float64)
-    rim = circle(camera.axes[2] / sizes, 1.0, np.zeros(3)) * sizes
-    axes.fill(*camera.project(rim).T, fc=SURFACE, ec=MUTED, lw=0.9, zorder=1.0)
+    rim = circle(eye.axes[2] / sizes, 1.0, np.zeros(3)) * sizes
+    axes.fill(*eye.project(rim).T, fc=SURFACE, ec=MUTED, lw=0.9, zorder=1.0)
 
 
 def surface_grid(
-    axes: Axes, camera: Camera, semi_axes: npt.ArrayLike = (1.0, 1.0, 1.0), step: int = 30
+    axes: Axes, eye: Eye, semi_axes: npt.ArrayLike = (1.0, 1.0, 1.0), step: int = 30
 ) -> None:
     """Draw meridians and parallels of an ellipsoid on the side of the eye."""
     sizes = np.asarray(semi_axes, dtype=np.float64)
@@ -335,5 +348,5 @@ def surface_grid(
     for lat, lon in grid:
         line = [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)]
         points = np.stack(line, axis=-1) * sizes
-        page = np.where(camera.faces(points, tensor)[:, None], camera.project(points), np.nan)
+        page = np.where(eye.faces(points, tensor)[:, None], eye.project(points), np.nan)
         axes.plot(*page.T, color="#d5dbe3", lw=0.6, zorder=1.2)

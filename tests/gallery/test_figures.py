@@ -12,11 +12,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from rigid_envs.tools.gallery import FIGURES, UnknownFigureError, checked_name, compose, make
-from rigid_envs.watch.figures import DPI, STYLE, Number
+from rigid_envs.watch.figures import DPI, STYLE, Match
 
 pytestmark = pytest.mark.long  # see .ci/run
 
-Drawn = tuple[Figure, tuple[Number, ...], FigureCanvasAgg]
+Drawn = tuple[Figure, tuple[Match, ...], FigureCanvasAgg]
 
 
 @pytest.fixture(scope="module", params=list(FIGURES))
@@ -78,9 +78,9 @@ def test_texts_say_what_law_and_source_are_and_commands_name_the_figure() -> Non
 
 
 def test_a_number_that_is_beyond_its_bound_or_no_number_does_not_hold() -> None:
-    assert Number("x", 1.0, 1.1, 0.2).holds
-    assert not Number("x", 1.0, 1.3, 0.2).holds
-    assert not Number("x", float("nan"), 1.0, 0.2).holds
+    assert Match("x", 1.0, 1.1, 0.2).holds
+    assert not Match("x", 1.0, 1.3, 0.2).holds
+    assert not Match("x", float("nan"), 1.0, 0.2).holds
 
 
 def test_names_that_are_no_figure_are_refused_with_the_nearest() -> None:

@@ -11,7 +11,7 @@ import pytest
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.gallery import DATA, FIGURES, SHEET, SOURCES, Made, page
 from rigid_envs.tools.pages.films import sources_hash
-from rigid_envs.watch.figures import Number
+from rigid_envs.watch.figures import Match
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs" / "gallery"
@@ -97,7 +97,7 @@ def test_wrong_words_are_refused(words: list[str], complaint: str, capsys: Captu
 def test_a_number_beyond_its_bound_fails_the_command(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    good, bad = (Number("drift", error, 0.0, 1.0) for error in (0.5, 1.5))
+    good, bad = (Match("drift", error, 0.0, 1.0) for error in (0.5, 1.5))
     made = {
         "race": Made(FIGURES["race"], b"", b"", (good, good)),
         "chandler": Made(FIGURES["chandler"], b"", b"", (good, bad)),

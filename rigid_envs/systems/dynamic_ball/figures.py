@@ -16,9 +16,9 @@ from rigid_envs.watch.figures import (
     MUTED,
     PURPLE,
     RED,
-    Entry,
-    Number,
+    Match,
     bare,
+    exhibit,
     page_arrow,
 )
 
@@ -36,7 +36,16 @@ _STARTS = (
 _PERIOD = 2.0 * math.pi / (0.4 / 1.4 * _RATE)
 
 
-def draw(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="A ball on a turntable runs round circles",
+    caption="A ball that rolls on a turntable does not fly off: whatever its start, a solid "
+    "sphere runs round a circle (its centre: +) two times while the table turns seven times. "
+    "On a tilted turntable it does not roll downhill for good but drifts across the slope.",
+    law="rate = beta / (1 + beta) Omega = 2/7 Omega;  drift = g sin(tilt) / (beta Omega)",
+    source="Weltner 1979, doi:10.1119/1.11602; Neimark & Fufaev, chapter III",
+    size=(7.2, 4.2),
+)
+def turntable(figure: Figure) -> tuple[Match, ...]:
     """Simulate three balls, compare them with their circles; one on a tilted turntable."""
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
     bare(left)
@@ -67,8 +76,8 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     left.plot([], [], "o", ms=3.5, color=BLACK, label="closed form")
     figure.legend(ncols=2)
     return (
-        Number("rounds of the ball per round of the table", turned[0], 2.0 / 7.0, 1e-9),
-        Number("largest error of the paths against the closed form", max(errors), 0.0, 1e-9, "m"),
+        Match("rounds of the ball per round of the table", turned[0], 2.0 / 7.0, 1e-9),
+        Match("largest error of the paths against the closed form", max(errors), 0.0, 1e-9, "m"),
     )
 
 
@@ -94,16 +103,3 @@ def _tilted(axes: Axes) -> float:
     axes.set_ylim(None, 1.8)
     axes.set_xlabel("across the slope"), axes.set_ylabel("uphill")
     return float(np.max(np.abs(centre - exact.centre)))
-
-
-TURNTABLE = Entry(
-    name="turntable",
-    title="A ball on a turntable runs round circles",
-    caption="A ball that rolls on a turntable does not fly off: whatever its start, a solid "
-    "sphere runs round a circle (its centre: +) two times while the table turns seven times. "
-    "On a tilted turntable it does not roll downhill for good but drifts across the slope.",
-    law="rate = beta / (1 + beta) Omega = 2/7 Omega;  drift = g sin(tilt) / (beta Omega)",
-    source="Weltner 1979, doi:10.1119/1.11602; Neimark & Fufaev, chapter III",
-    draw=draw,
-    size=(7.2, 4.2),
-)

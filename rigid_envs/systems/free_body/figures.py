@@ -23,13 +23,13 @@ from rigid_envs.watch.figures import (
     MUTED,
     RED,
     SURFACE,
-    Camera,
-    Entry,
-    Number,
+    Eye,
+    Match,
     arrow,
     bare,
     circle,
     curve,
+    exhibit,
     solid,
     surface_grid,
 )
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 # A racket and a book, thrown about each of their three axes.
 
-_RACKET_EYE = Camera(-62.0, 28.0)
+_RACKET_EYE = Eye(-62.0, 28.0)
 _RACKET_SPIN, _PART = (
     4.0 * math.pi,
     0.02,
@@ -49,7 +49,16 @@ _RACKET_SPIN, _PART = (
 _AXES = ("least moment", "intermediate moment", "largest moment")
 
 
-def draw_racket(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Racket and book, thrown about their three axes",
+    caption="Two turns per second about one axis and 2 % of that about the others. About the "
+    "axes of the least and the largest moment the throw is steady, about the intermediate axis "
+    "racket and book turn over: the cosine of the angle between the axis and L goes from 1 to -1.",
+    law="growth rate = omega sqrt((I2 - I1)(I3 - I2) / (I1 I3));  flip interval 2 K(m) / p",
+    source="Goldstein, section 5.6; Ashbaugh, Chicone & Cushman 1991, doi:10.1007/BF01049489",
+    size=(7.2, 4.6),
+)
+def racket(figure: Figure) -> tuple[Match, ...]:
     """Simulate six throws; compare the flips about the intermediate axis with theory."""
     panels = figure.subplots(2, 3, height_ratios=(1.0, 1.25), sharey="row")
     numbers = []
@@ -71,7 +80,7 @@ def draw_racket(figure: Figure) -> tuple[Number, ...]:
     return tuple(numbers)
 
 
-def _throw(axes: Axes, body: Body, k: int, color: str, name: str) -> Number:
+def _throw(axes: Axes, body: Body, k: int, color: str, name: str) -> Match:
     """Spin about the axis k: cosine of the angle between it and L; the first flip."""
     moments = body.principal().moments
     system = FreeBody(*moments.tolist())
@@ -89,7 +98,7 @@ def _throw(axes: Axes, body: Body, k: int, color: str, name: str) -> Number:
         share = turning[zeros] / (turning[zeros] - turning[zeros + 1])
         first, second = (times[zeros] + share * (times[1] - times[0]))[:2]
         found = float(second - first)
-    return Number(f"{name}: time between flips", found, path.flip_interval, 1e-9, "s")
+    return Match(f"{name}: time between flips", found, path.flip_interval, 1e-9, "s")
 
 
 def _draw_racket(axes: Axes, k: int) -> None:
@@ -130,25 +139,21 @@ def _spin_axis(
     arrow(axes, _RACKET_EYE, centre + inside * way, centre + reach * way, "", color, lw=1.8)
 
 
-RACKET = Entry(
-    name="racket",
-    title="Racket and book, thrown about their three axes",
-    caption="Two turns per second about one axis and 2 % of that about the others. About the "
-    "axes of the least and the largest moment the throw is steady, about the intermediate axis "
-    "racket and book turn over: the cosine of the angle between the axis and L goes from 1 to -1.",
-    law="growth rate = omega sqrt((I2 - I1)(I3 - I2) / (I1 I3));  flip interval 2 K(m) / p",
-    source="Goldstein, section 5.6; Ashbaugh, Chicone & Cushman 1991, doi:10.1007/BF01049489",
-    draw=draw_racket,
-    size=(7.2, 4.6),
-)
-
-
 # The Dzhanibekov flip: sixty seconds beside the intermediate axis.
 
 _FLIP_BODY, _FLIP_OMEGA = FreeBody(1.0, 2.0, 3.0), (0.01, 1.0, 0.01)
 
 
-def draw_flip(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="The Dzhanibekov flip",
+    caption="Spun about its intermediate axis with a push of 0.01 rad/s on the other two, a body "
+    "of the moments 1, 2, 3 turns over again and again, at equal intervals. L^2 is kept to "
+    "rounding; the energy error of the integrator stays bounded.",
+    law="I omega' = I omega x omega;  flip interval 2 K(m) / p",
+    source="Landau & Lifshitz, Mechanics, section 37",
+    size=(7.2, 5.0),
+)
+def flip(figure: Figure) -> tuple[Match, ...]:
     """Simulate 60 s, compare with Jacobi's functions; spreads of both integrals."""
     t = np.linspace(0.0, 60.0, 1201)
     motion = _FLIP_BODY.simulate(_FLIP_BODY.state(omega_body=_FLIP_OMEGA), t)
@@ -176,29 +181,16 @@ def draw_flip(figure: Figure) -> tuple[Number, ...]:
     bottom.set_xlabel("time [s]")
     error = float(np.max(np.abs(omega - exact)))
     return (
-        Number("largest error of omega against Jacobi's functions", error, 0.0, 1e-9, "rad/s"),
-        Number("relative spread of L^2", float(np.ptp(squares) / squares[0]), 0.0, 1e-13),
-        Number("relative spread of 2 T", float(np.ptp(twice) / twice[0]), 0.0, 1e-9),
+        Match("largest error of omega against Jacobi's functions", error, 0.0, 1e-9, "rad/s"),
+        Match("relative spread of L^2", float(np.ptp(squares) / squares[0]), 0.0, 1e-13),
+        Match("relative spread of 2 T", float(np.ptp(twice) / twice[0]), 0.0, 1e-9),
     )
-
-
-FLIP = Entry(
-    name="flip",
-    title="The Dzhanibekov flip",
-    caption="Spun about its intermediate axis with a push of 0.01 rad/s on the other two, a body "
-    "of the moments 1, 2, 3 turns over again and again, at equal intervals. L^2 is kept to "
-    "rounding; the energy error of the integrator stays bounded.",
-    law="I omega' = I omega x omega;  flip interval 2 K(m) / p",
-    source="Landau & Lifshitz, Mechanics, section 37",
-    draw=draw_flip,
-    size=(7.2, 5.0),
-)
 
 
 # Polhodes on the inertia ellipsoid, with the separatrices.
 
 _POLHODES_BODY = FreeBody(1.0, 2.0, 3.0)
-_POLHODES_EYE = Camera(55.0, 20.0)
+_POLHODES_EYE = Eye(55.0, 20.0)
 _ABOUT_E1, _ABOUT_E3 = (1.06, 1.22, 1.45, 1.72, 1.93), (2.06, 2.2, 2.42, 2.66, 2.88)
 
 
@@ -216,7 +208,17 @@ def rates(moments: Array, L_squared: float, side: tuple[float, float]) -> Array:
     return np.array([first, 0.0, third])
 
 
-def draw_polhodes(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Polhodes on the inertia ellipsoid of the moments 1, 2, 3",
+    caption="Where the angular velocity can go in the body at one energy: each polhode is the "
+    "cut of the ellipsoid with a sphere of constant |L|. They circle the axes of the least and of "
+    "the largest moment; the two separatrices cross on the intermediate axis e2. "
+    "Thin lines are on the far side.",
+    law="omega . I omega = 2 T,  |I omega|^2 = L^2;  omega = (a1 cn u, a2 sn u, a3 dn u)",
+    source="Landau & Lifshitz, Mechanics, section 37; Goldstein, section 5.6",
+    size=(7.2, 5.4),
+)
+def polhodes(figure: Figure) -> tuple[Match, ...]:
     """Simulate twenty polhodes, compare them with Jacobi's functions."""
     axes = figure.subplots()
     bare(axes)
@@ -240,7 +242,7 @@ def draw_polhodes(figure: Figure) -> tuple[Number, ...]:
         axes.plot([], [], color=color, label=text)
     figure.legend(ncols=1)
     error = max(errors)
-    return (Number("largest error of omega against Jacobi's functions", error, 0.0, 1e-9, "rad/s"),)
+    return (Match("largest error of omega against Jacobi's functions", error, 0.0, 1e-9, "rad/s"),)
 
 
 def _polhode(axes: Axes, omega0: Array, color: str) -> float:
@@ -272,28 +274,23 @@ def _axes_of_body(axes: Axes, semi_axes: Array) -> None:
         arrow(axes, _POLHODES_EYE, size * end, (size + 0.3) * end, f"e{k + 1}", color=INK)
 
 
-POLHODES = Entry(
-    name="polhodes",
-    title="Polhodes on the inertia ellipsoid of the moments 1, 2, 3",
-    caption="Where the angular velocity can go in the body at one energy: each polhode is the "
-    "cut of the ellipsoid with a sphere of constant |L|. They circle the axes of the least and of "
-    "the largest moment; the two separatrices cross on the intermediate axis e2. "
-    "Thin lines are on the far side.",
-    law="omega . I omega = 2 T,  |I omega|^2 = L^2;  omega = (a1 cn u, a2 sn u, a3 dn u)",
-    source="Landau & Lifshitz, Mechanics, section 37; Goldstein, section 5.6",
-    draw=draw_polhodes,
-    size=(7.2, 5.4),
-)
-
-
 # The herpolhode: the inertia ellipsoid rolls on the invariable plane.
 
 _HERPOLHODE_BODY, _HERPOLHODE_OMEGA = FreeBody(1.0, 2.0, 3.0), np.array([0.75, 0.1, 0.56])
 _PERIODS = 4.0
-_HERPOLHODE_EYE = Camera(-40.0, 11.0)
+_HERPOLHODE_EYE = Eye(-40.0, 11.0)
 
 
-def draw_herpolhode(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Herpolhode: the ellipsoid of inertia rolls without slipping",
+    caption="Poinsot's construction for the moments 1, 2, 3: the ellipsoid, its centre at rest, "
+    "rolls on a plane across the constant L. The contact draws the polhode on the ellipsoid "
+    "and the herpolhode on the plane, between two circles (dotted), and never turns back.",
+    law="omega . L / |L| = 2 T / |L|;  contact = omega / sqrt(2 T)",
+    source="Goldstein, section 5.6; Landau & Lifshitz, Mechanics, section 37",
+    size=(7.2, 4.3),
+)
+def herpolhode(figure: Figure) -> tuple[Match, ...]:
     """Simulate the contact point and compare it with the elliptic integral of its angle."""
     measures = theory.poinsot(_HERPOLHODE_BODY.moments, _HERPOLHODE_OMEGA)
     t = np.linspace(0.0, _PERIODS * measures.period, 1801)
@@ -310,8 +307,8 @@ def draw_herpolhode(figure: Figure) -> tuple[Number, ...]:
     error = float(np.max(np.abs(in_plane[:, :2] - closed)))
     distance = float(np.max(np.abs(-in_plane[:, 2] - measures.distance)))
     return (
-        Number("largest error of the contact against the closed form", error, 0.0, 1e-8, "rad/s"),
-        Number("change of the distance of the plane, 2 T / |L|", distance, 0.0, 1e-9, "rad/s"),
+        Match("largest error of the contact against the closed form", error, 0.0, 1e-8, "rad/s"),
+        Match("change of the distance of the plane, 2 T / |L|", distance, 0.0, 1e-9, "rad/s"),
     )
 
 
@@ -381,22 +378,9 @@ def _draw_plane(axes: Axes, simulated: Array, closed: Array, measures: theory.Po
     axes.grid(color=GRID)
 
 
-HERPOLHODE = Entry(
-    name="herpolhode",
-    title="Herpolhode: the ellipsoid of inertia rolls without slipping",
-    caption="Poinsot's construction for the moments 1, 2, 3: the ellipsoid, its centre at rest, "
-    "rolls on a plane across the constant L. The contact draws the polhode on the ellipsoid "
-    "and the herpolhode on the plane, between two circles (dotted), and never turns back.",
-    law="omega . L / |L| = 2 T / |L|;  contact = omega / sqrt(2 T)",
-    source="Goldstein, section 5.6; Landau & Lifshitz, Mechanics, section 37",
-    draw=draw_herpolhode,
-    size=(7.2, 4.3),
-)
-
-
 # Body and space cones of a frisbee and a football.
 
-_CONES_EYE = Camera(-90.0, 16.0)
+_CONES_EYE = Eye(-90.0, 16.0)
 _CONES_SPIN, _TURNS = (
     2.0 * math.pi,
     20.0,
@@ -404,7 +388,17 @@ _CONES_SPIN, _TURNS = (
 _UP = np.array([0.0, 0.0, 1.0])
 
 
-def draw_cones(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Body and space cones of a frisbee and a football",
+    caption="The body cone, fixed to the body, rolls without slipping on the space cone about the "
+    "constant L; they touch along omega. A frisbee (oblate) wobbles about twice as fast as it "
+    "spins, a football (prolate) more slowly.",
+    law="wobble of e3 about L: |L| / I1;  of omega in the body: (I3 - I1) / I1 omega3",
+    source="Goldstein, section 5.6; Landau & Lifshitz, Mechanics, sections 33 and 35; moments: "
+    "Hummel 2003 (frisbee), rules of the NFL (football)",
+    size=(7.2, 4.1),
+)
+def cones(figure: Figure) -> tuple[Match, ...]:
     """Draw both pairs of cones at the first moment; measure how fast the axis circles L."""
     left, right = figure.subplots(1, 2)
     numbers = (
@@ -419,7 +413,7 @@ def draw_cones(figure: Figure) -> tuple[Number, ...]:
     return numbers
 
 
-def _thrown(axes: Axes, name: str, body: Body, part: float, sketch: object) -> Number:
+def _thrown(axes: Axes, name: str, body: Body, part: float, sketch: object) -> Match:
     """Cones of a body with the axis e3, with a rate `part` of its spin across it."""
     moments = np.diag(body.inertia)
     system = FreeBody(*moments.tolist())
@@ -434,7 +428,7 @@ def _thrown(axes: Axes, name: str, body: Body, part: float, sketch: object) -> N
     rate = (angle[-1] - angle[0]) / (t[-1] * _CONES_SPIN)
     _draw_cones(axes, cones, sketch)
     exact = cones.space_rate / _CONES_SPIN
-    return Number(f"{name}: wobbles of the axis per turn of omega3", float(rate), exact, 1e-9)
+    return Match(f"{name}: wobbles of the axis per turn of omega3", float(rate), exact, 1e-9)
 
 
 def _draw_cones(axes: Axes, cones: theory.Cones, sketch: object) -> None:
@@ -487,20 +481,6 @@ def _draw_spheroid(axes: Axes, e3: Array) -> None:
         axes.plot(*near.T, color="#cdb196", lw=0.7, zorder=1.2)
 
 
-CONES = Entry(
-    name="cones",
-    title="Body and space cones of a frisbee and a football",
-    caption="The body cone, fixed to the body, rolls without slipping on the space cone about the "
-    "constant L; they touch along omega. A frisbee (oblate) wobbles about twice as fast as it "
-    "spins, a football (prolate) more slowly.",
-    law="wobble of e3 about L: |L| / I1;  of omega in the body: (I3 - I1) / I1 omega3",
-    source="Goldstein, section 5.6; Landau & Lifshitz, Mechanics, sections 33 and 35; moments: "
-    "Hummel 2003 (frisbee), rules of the NFL (football)",
-    draw=draw_cones,
-    size=(7.2, 4.1),
-)
-
-
 # The free wobble of the Earth's pole: Euler's period, and Chandler's.
 
 _DAY, _SIDEREAL_DAY = 86400.0, 86164.0905  # s
@@ -509,7 +489,17 @@ _WOBBLE = 0.2 * _ARCSECOND  # angle between omega and the axis, as is observed
 _OBSERVED = 433.0  # days, of the elastic Earth
 
 
-def draw_chandler(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="The Earth's body cone: Euler's 304 days and Chandler's 433",
+    caption="The body cone of the Earth is 0.2 arcseconds wide: the pole of rotation circles the "
+    "axis of figure at a distance of 6 m, once in I1 / (I3 - I1) = 304.5 turns. (The space cone is "
+    "300 times narrower.) Chandler found 433 days: the Earth yields. The dashed line has the "
+    "observed period, no theory.",
+    law="period = 2 pi I1 / ((I3 - I1) omega3)",
+    source="Goldstein, section 5.6; moments: IERS Conventions (2010), table 1.1",
+    size=(7.2, 3.6),
+)
+def chandler(figure: Figure) -> tuple[Match, ...]:
     """Simulate 500 days of the pole, compare its period with that of the cones."""
     moments = np.diag(earth().inertia)
     moments = moments / moments[2]  # only ratios count for motion without torque
@@ -542,18 +532,4 @@ def draw_chandler(figure: Figure) -> tuple[Number, ...]:
     right.plot(days, slow, color=RED, ls="--", lw=1.3, label=f"observed: {_OBSERVED:.0f} days")
     right.set_xlabel("days"), right.set_ylim(-0.23, 0.23), right.set_xlim(0, 500)
     figure.legend(ncols=3)
-    return (Number("period of the rigid Earth's pole", float(period), exact, 1e-8, "days"),)
-
-
-CHANDLER = Entry(
-    name="chandler",
-    title="The Earth's body cone: Euler's 304 days and Chandler's 433",
-    caption="The body cone of the Earth is 0.2 arcseconds wide: the pole of rotation circles the "
-    "axis of figure at a distance of 6 m, once in I1 / (I3 - I1) = 304.5 turns. (The space cone is "
-    "300 times narrower.) Chandler found 433 days: the Earth yields. The dashed line has the "
-    "observed period, no theory.",
-    law="period = 2 pi I1 / ((I3 - I1) omega3)",
-    source="Goldstein, section 5.6; moments: IERS Conventions (2010), table 1.1",
-    draw=draw_chandler,
-    size=(7.2, 3.6),
-)
+    return (Match("period of the rigid Earth's pole", float(period), exact, 1e-8, "days"),)

@@ -18,13 +18,13 @@ from rigid_envs.watch.figures import (
     MUTED,
     ORANGE,
     RED,
-    Camera,
-    Entry,
-    Number,
+    Eye,
+    Match,
     arrow,
     bare,
     circle,
     curve,
+    exhibit,
     page_arrow,
     solid,
     surface_grid,
@@ -68,12 +68,21 @@ def closed_attitude(t: Array, y: Array) -> Array:
 
 # Smooth, cusped and looping nutation, drawn by the axis of the top on the sphere.
 
-_EYE = Camera(-90.0, 50.0)
+_EYE = Eye(-90.0, 50.0)
 _SPIN, _NUTATION_TILT = 6.0, math.radians(35.0)
 _KINDS = (("smooth", 0.22, BLUE), ("cusped: let go at rest", 0.0, RED), ("looping", -0.45, GREEN))
 
 
-def draw_nutation(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Nutation: smooth, cusped and looping",
+    caption="Path of the axis of a top on the unit sphere, from a tilt of 35 degrees with a spin "
+    "of 6 rad/s (the sleeping threshold is 4). Let go at rest it has cusps; pushed along it runs "
+    "smoothly, pushed back it makes loops.",
+    law="cos theta = u1 cn^2 u + u2 sn^2 u;  phi' = (p_phi - p_psi cos theta) / (I sin^2 theta)",
+    source="Goldstein, section 5.7; Whittaker, Analytical Dynamics, chapter VI",
+    size=(7.2, 4.1),
+)
+def nutation(figure: Figure) -> tuple[Match, ...]:
     """Simulate three starts that differ in the first rate of precession alone."""
     panels = figure.subplots(1, 3)
     errors = []
@@ -84,7 +93,7 @@ def draw_nutation(figure: Figure) -> tuple[Number, ...]:
     panels[0].plot([], [], ".", color=BLACK, label="closed form")
     panels[0].plot([], [], color=MUTED, lw=1.0, ls=":", label="turning points of the tilt")
     figure.legend(ncols=3)
-    return (Number("largest error of the axis against the closed form", max(errors), 0.0, 1e-8),)
+    return (Match("largest error of the axis against the closed form", max(errors), 0.0, 1e-8),)
 
 
 def _trace(axes: Axes, precession: float, color: str) -> float:
@@ -113,26 +122,23 @@ def _trace(axes: Axes, precession: float, color: str) -> float:
     return float(np.max(np.abs(axis - exact)))
 
 
-NUTATION = Entry(
-    name="nutation",
-    title="Nutation: smooth, cusped and looping",
-    caption="Path of the axis of a top on the unit sphere, from a tilt of 35 degrees with a spin "
-    "of 6 rad/s (the sleeping threshold is 4). Let go at rest it has cusps; pushed along it runs "
-    "smoothly, pushed back it makes loops.",
-    law="cos theta = u1 cn^2 u + u2 sn^2 u;  phi' = (p_phi - p_psi cos theta) / (I sin^2 theta)",
-    source="Goldstein, section 5.7; Whittaker, Analytical Dynamics, chapter VI",
-    draw=draw_nutation,
-    size=(7.2, 4.1),
-)
-
-
 # Effective potential of the heavy top, and the turning points of its nutation.
 
 _START = start(math.radians(30.0), 0.0, 4.2)
 _OMEGA, _Q = _START[TOP.components["omega_body"]], _START[TOP.components["q"]]
 
 
-def draw_potential(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Effective potential and turning points of the heavy top",
+    caption="With its two momenta constant, the tilt moves like a particle in the potential V: "
+    "let go at rest at 30 degrees with a spin of 4.2 rad/s, it nods between the two angles where V "
+    "is the energy. At the minimum of V the top would precess without nodding.",
+    law="I theta'^2 / 2 + V(theta) = E - p_psi^2 / (2 I3),  "
+    "V = (p_phi - p_psi cos theta)^2 / (2 I sin^2 theta) + m g ell cos theta",
+    source="Goldstein, section 5.7",
+    size=(7.2, 4.0),
+)
+def potential(figure: Figure) -> tuple[Match, ...]:
     """Draw the potential and the simulated tilt; compare its turning points."""
     kept = theory.invariants(_OMEGA, _Q, **PARAMETERS)
     nod = theory.nutation(_OMEGA, _Q, **PARAMETERS)
@@ -150,8 +156,8 @@ def draw_potential(figure: Figure) -> tuple[Number, ...]:
     right.set_title("tilt theta(t) of the axis")
     figure.legend(ncols=5, columnspacing=1.2)
     return (
-        Number("largest tilt", float(theta.max()), nod.theta_max, 1e-9, "rad"),
-        Number("smallest tilt", float(theta.min()), nod.theta_min, 1e-9, "rad"),
+        Match("largest tilt", float(theta.max()), nod.theta_max, 1e-9, "rad"),
+        Match("smallest tilt", float(theta.min()), nod.theta_min, 1e-9, "rad"),
     )
 
 
@@ -176,26 +182,21 @@ def _draw_potential(axes: Axes, kept: theory.Invariants, nod: theory.Nutation) -
     axes.set_title("effective potential")
 
 
-POTENTIAL = Entry(
-    name="potential",
-    title="Effective potential and turning points of the heavy top",
-    caption="With its two momenta constant, the tilt moves like a particle in the potential V: "
-    "let go at rest at 30 degrees with a spin of 4.2 rad/s, it nods between the two angles where V "
-    "is the energy. At the minimum of V the top would precess without nodding.",
-    law="I theta'^2 / 2 + V(theta) = E - p_psi^2 / (2 I3),  "
-    "V = (p_phi - p_psi cos theta)^2 / (2 I sin^2 theta) + m g ell cos theta",
-    source="Goldstein, section 5.7",
-    draw=draw_potential,
-    size=(7.2, 4.0),
-)
-
-
 # Fast and slow precession of the heavy top.
 
 _PRECESSION_TILT = math.radians(50.0)
 
 
-def draw_precession(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Fast and slow precession",
+    caption="At a tilt of 50 degrees a top can precess without nodding at two rates, from a least "
+    "spin on. The slow one is near m g ell / (I3 omega3) for a fast top. Right: the two axes at a "
+    "spin of 5 rad/s, a dot every 0.2 s; the circle of the fast one is drawn smaller.",
+    law="I cos(theta) phi'^2 - I3 omega3 phi' + m g ell = 0",
+    source="Goldstein, section 5.7",
+    size=(7.2, 4.0),
+)
+def precession(figure: Figure) -> tuple[Match, ...]:
     """Start on both steady precessions; measure the rate and that the tilt stays."""
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     threshold = float(theory.steady_threshold(_PRECESSION_TILT, **PARAMETERS))
@@ -216,8 +217,8 @@ def draw_precession(figure: Figure) -> tuple[Number, ...]:
     nodding = _axes_seen_from_above(right)
     figure.legend(ncols=4, columnspacing=1.2)
     return (
-        Number("largest error of a simulated rate, relative", max(errors), 0.0, 1e-8),
-        Number("largest change of the tilt in 20 s", nodding, 0.0, 1e-7, "rad"),
+        Match("largest error of a simulated rate, relative", max(errors), 0.0, 1e-8),
+        Match("largest change of the tilt in 20 s", nodding, 0.0, 1e-7, "rad"),
     )
 
 
@@ -256,26 +257,22 @@ def _axes_seen_from_above(axes: Axes) -> float:
     return change
 
 
-PRECESSION = Entry(
-    name="precession",
-    title="Fast and slow precession",
-    caption="At a tilt of 50 degrees a top can precess without nodding at two rates, from a least "
-    "spin on. The slow one is near m g ell / (I3 omega3) for a fast top. Right: the two axes at a "
-    "spin of 5 rad/s, a dot every 0.2 s; the circle of the fast one is drawn smaller.",
-    law="I cos(theta) phi'^2 - I3 omega3 phi' + m g ell = 0",
-    source="Goldstein, section 5.7",
-    draw=draw_precession,
-    size=(7.2, 4.0),
-)
-
-
 # The sleeping top and its threshold.
 
 _PUSH = 0.01  # rad, first tilt
 _SHOWN = ((0.5, RED), (0.9, ORANGE), (1.1, GREEN))  # spins over the threshold
 
 
-def draw_sleeping(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="The sleeping top and its threshold",
+    caption="A top that stands upright and is pushed by 0.01 rad: above the threshold it stays "
+    "up, below it falls, rises again and so on. Right: how far it falls. The curve is that of "
+    "the orbit which leaves the vertical itself.",
+    law="sleeps where (I3 omega3)^2 > 4 I m g ell",
+    source="Goldstein, section 5.7; Whittaker, Analytical Dynamics, chapter VI",
+    size=(7.2, 3.9),
+)
+def sleeping(figure: Figure) -> tuple[Match, ...]:
     """Simulate tops with a first tilt of 0.01 rad; compare how far they fall."""
     threshold = theory.sleeping_threshold(**PARAMETERS)
     left, right = figure.subplots(1, 2)
@@ -303,28 +300,15 @@ def draw_sleeping(figure: Figure) -> tuple[Number, ...]:
     figure.legend(ncols=3, columnspacing=1.2)
     error = max(errors)
     return (
-        Number("largest error of the largest tilt, pushed by 0.01 rad", error, 0.0, 1e-8, "rad"),
+        Match("largest error of the largest tilt, pushed by 0.01 rad", error, 0.0, 1e-8, "rad"),
         _growth(0.5 * threshold),
     )
 
 
-def _growth(omega3: float) -> Number:
+def _growth(omega3: float) -> Match:
     """Rate at which a tilt of 1e-9 rad grows, once the part that dies out has done so."""
     exact = theory.sleeping_exponents(omega3, **PARAMETERS)[0].real
     times = np.array([0.0, 9.0, 12.0]) / exact
     _, first, last = TOP.simulate(start(1e-9, 0.0, omega3), times)["tilt"]
     rate = math.log(last / first) / float(times[2] - times[1])
-    return Number("growth rate of a tiny tilt, half the threshold", rate, exact, 1e-6, "1/s")
-
-
-SLEEPING = Entry(
-    name="sleeping",
-    title="The sleeping top and its threshold",
-    caption="A top that stands upright and is pushed by 0.01 rad: above the threshold it stays "
-    "up, below it falls, rises again and so on. Right: how far it falls. The curve is that of "
-    "the orbit which leaves the vertical itself.",
-    law="sleeps where (I3 omega3)^2 > 4 I m g ell",
-    source="Goldstein, section 5.7; Whittaker, Analytical Dynamics, chapter VI",
-    draw=draw_sleeping,
-    size=(7.2, 3.9),
-)
+    return Match("growth rate of a tiny tilt, half the threshold", rate, exact, 1e-6, "1/s")

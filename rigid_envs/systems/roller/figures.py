@@ -22,9 +22,9 @@ from rigid_envs.watch.figures import (
     PURPLE,
     RED,
     SKY,
-    Entry,
-    Number,
+    Match,
     bare,
+    exhibit,
 )
 
 if TYPE_CHECKING:
@@ -49,7 +49,16 @@ def inertia_ratio(body: Body) -> float:
     return float(body.inertia[2, 2]) / (body.mass * _RACE_RADIUS**2)
 
 
-def draw_race(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Race down an incline: the smallest inertia ratio wins",
+    caption="From rest down one metre on a slope of 20 degrees. Neither mass nor radius counts, "
+    "only beta = I / (m r^2): 2/5 for the sphere, 1/2 for the cylinder, 2/3 for the hollow "
+    "sphere, 1 for the hoop. Bodies are drawn larger than they are, each on a lane of its own.",
+    law="a = g sin(slope) / (1 + beta)",
+    source="Goldstein, section 2.4; Landau & Lifshitz, Mechanics, section 38",
+    size=(7.2, 3.8),
+)
+def race(figure: Figure) -> tuple[Match, ...]:
     """Simulate the descents until the last one is down, compare the times of arrival."""
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     length = _HEIGHT / math.sin(_SLOPE)
@@ -74,7 +83,7 @@ def draw_race(figure: Figure) -> tuple[Number, ...]:
     right.set_xlim(0.0, None), right.set_ylim(0.0, None)
     figure.legend(ncols=5, columnspacing=1.0)
     error = max(errors)
-    return (Number("largest distance from the goal when due there", error, 0.0, 1e-12, "m"),)
+    return (Match("largest distance from the goal when due there", error, 0.0, 1e-12, "m"),)
 
 
 def _descent(body: Body) -> theory.Descent:
@@ -102,26 +111,23 @@ def _draw_runner(axes: Axes, s: float, k: int, color: str) -> None:
     axes.plot(*spoke.T, color="white" if solid else color, lw=1.6, zorder=4)
 
 
-RACE = Entry(
-    name="race",
-    title="Race down an incline: the smallest inertia ratio wins",
-    caption="From rest down one metre on a slope of 20 degrees. Neither mass nor radius counts, "
-    "only beta = I / (m r^2): 2/5 for the sphere, 1/2 for the cylinder, 2/3 for the hollow "
-    "sphere, 1 for the hoop. Bodies are drawn larger than they are, each on a lane of its own.",
-    law="a = g sin(slope) / (1 + beta)",
-    source="Goldstein, section 2.4; Landau & Lifshitz, Mechanics, section 38",
-    draw=draw_race,
-    size=(7.2, 3.8),
-)
-
-
 # Rolling and slipping: the friction that rolling needs, and sliding that ends in rolling.
 
 _SLIPPING_RADIUS, _MU, _SLIPPING_G, _SPEED = 0.1, 0.3, 9.81, 4.0
 _BALL = {"beta": 0.4, "radius": _SLIPPING_RADIUS, "mu": _MU, "g": _SLIPPING_G}
 
 
-def draw_slipping(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Rolling and slipping",
+    caption="Top: a ball pushed off without spin slides, slows down and spins up until its "
+    "contact is at rest; from then on a point of its rim draws a cycloid. It keeps 5/7 of its "
+    "speed whatever the friction. (The systems of the library roll, so the sliding is drawn by "
+    "its closed form.) Left: the friction that rolling down a slope needs.",
+    law="v = v0 / (1 + beta) when it rolls;  mu >= tan(slope) beta / (1 + beta)",
+    source="Sommerfeld, Mechanics, section 27; Goldstein, sections 1.3 and 2.4",
+    size=(7.2, 4.6),
+)
+def slipping(figure: Figure) -> tuple[Match, ...]:
     """Friction that the systems need against closed form; a ball that slides first."""
     grid = figure.subplot_mosaic([["path", "path"], ["friction", "speeds"]], height_ratios=(1, 1.9))
     error = _draw_friction(grid["friction"])
@@ -145,8 +151,8 @@ def draw_slipping(figure: Figure) -> tuple[Number, ...]:
     momentum = velocity[:, 0] + _BALL["beta"] * _SLIPPING_RADIUS * omega[:, 1]
     change = float(np.ptp(momentum) / momentum[0])
     return (
-        Number("largest error of the friction that rolling needs", error, 0.0, 1e-12),
-        Number("change of the momentum about the ground, relative", change, 0.0, 1e-12),
+        Match("largest error of the friction that rolling needs", error, 0.0, 1e-12),
+        Match("change of the momentum about the ground, relative", change, 0.0, 1e-12),
     )
 
 
@@ -202,20 +208,6 @@ def _draw_path(
     axes.axis("off")
 
 
-SLIPPING = Entry(
-    name="slipping",
-    title="Rolling and slipping",
-    caption="Top: a ball pushed off without spin slides, slows down and spins up until its "
-    "contact is at rest; from then on a point of its rim draws a cycloid. It keeps 5/7 of its "
-    "speed whatever the friction. (The systems of the library roll, so the sliding is drawn by "
-    "its closed form.) Left: the friction that rolling down a slope needs.",
-    law="v = v0 / (1 + beta) when it rolls;  mu >= tan(slope) beta / (1 + beta)",
-    source="Sommerfeld, Mechanics, section 27; Goldstein, sections 1.3 and 2.4",
-    draw=draw_slipping,
-    size=(7.2, 4.6),
-)
-
-
 # Pumping a wheel out of a valley by its moment of inertia.
 
 _VALLEY = Roller(m=1.0, radius=0.1, beta=0.4, curvature=0.5)
@@ -223,7 +215,16 @@ _DT, _RIM, _START = 0.002, math.radians(75.0), -math.radians(20.0) / 0.5
 _PUMP = Pump(_VALLEY, beta_change=0.6, dt=_DT)
 
 
-def draw_pump(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Pumping a wheel out of a valley",
+    caption="No force drives the wheel. It moves masses outwards at the turning points, where "
+    "that costs nothing, and inwards at the bottom, where that costs work. Each pass of the "
+    "bottom multiplies the height by the same gain, and no other law climbs out in fewer passes.",
+    law="h' / h = (1 + beta + beta_change) / (1 + beta)",
+    source="Tea & Falk 1968, Pumping on a swing, American Journal of Physics 36:1165",
+    size=(7.2, 3.9),
+)
+def pump(figure: Figure) -> tuple[Match, ...]:
     """Pump until the rim is passed; compare the heights of the turning points with the law."""
     t, s, change, heights = _run()
     left, right = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
@@ -243,8 +244,8 @@ def draw_pump(figure: Figure) -> tuple[Number, ...]:
     worst = float(gains[np.argmax(np.abs(gains - _PUMP.gain))])
     passes = int(_PUMP.least_passes([_START, 0.0], _RIM))
     return (
-        Number("gain of height per pass, worst", worst, _PUMP.gain, 2e-5),
-        Number("passes to the rim", float(_passes(s)), float(passes), 0.0),
+        Match("gain of height per pass, worst", worst, _PUMP.gain, 2e-5),
+        Match("passes to the rim", float(_passes(s)), float(passes), 0.0),
     )
 
 
@@ -279,16 +280,3 @@ def _draw_swings(axes: Axes, t: Array, s: Array, change: Array) -> None:
     axes.text(0.1, math.degrees(_RIM) + 2.0, "rim", color=MUTED, fontsize=8.5)
     axes.set_xlim(0.0, t[-1]), axes.set_ylim(-88.0, 88.0)
     axes.set_xlabel("time [s]"), axes.set_title("angle from the bottom of the valley [degrees]")
-
-
-PUMP = Entry(
-    name="pump",
-    title="Pumping a wheel out of a valley",
-    caption="No force drives the wheel. It moves masses outwards at the turning points, where "
-    "that costs nothing, and inwards at the bottom, where that costs work. Each pass of the "
-    "bottom multiplies the height by the same gain, and no other law climbs out in fewer passes.",
-    law="h' / h = (1 + beta + beta_change) / (1 + beta)",
-    source="Tea & Falk 1968, Pumping on a swing, American Journal of Physics 36:1165",
-    draw=draw_pump,
-    size=(7.2, 3.9),
-)

@@ -24,9 +24,9 @@ from rigid_envs.watch.figures import (
     ORANGE,
     PURPLE,
     RED,
-    Entry,
-    Number,
+    Match,
     bare,
+    exhibit,
     page_arrow,
 )
 
@@ -41,7 +41,16 @@ _BALL = RollingBall(radius=1.0)
 _HOLONOMY_SIZES = np.linspace(0.1, math.sqrt(3.0), 18)  # radii of the circles
 
 
-def draw_holonomy(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Holonomy of a ball: area against turn",
+    caption="A ball that rolls round a loop comes back turned, for a small loop by A / r^2 about "
+    "the vertical, whatever its shape. Left: a ball with a mark from e3 (dot) to e1 rolls round a "
+    "circle of radius r / 2, drawn larger; the red mark comes back turned.",
+    law="turn = 2 pi (sqrt(1 + rho^2) - 1), rho = radius of the circle / r;  -A / r^2 for small A",
+    source="Hammersley 1983; Jurdjevic 1993, doi:10.1007/BF00375605",
+    size=(7.2, 4.2),
+)
+def holonomy(figure: Figure) -> tuple[Match, ...]:
     """Roll round circles of many sizes; compare the turn that is left with the closed form."""
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.25))
     turns = _roll_round(_HOLONOMY_SIZES, 4000)["q"][-1]
@@ -53,8 +62,8 @@ def draw_holonomy(figure: Figure) -> tuple[Number, ...]:
     figure.legend(ncols=4, columnspacing=1.2)
     small = float(angles[0]) / (math.pi * float(_HOLONOMY_SIZES[0]) ** 2)
     return (
-        Number("largest error of the turn against the closed form", error, 0.0, 1e-5, "rad"),
-        Number("turn over A / r^2, circle of radius r / 10", small, 1.0, 3e-3),
+        Match("largest error of the turn against the closed form", error, 0.0, 1e-5, "rad"),
+        Match("turn over A / r^2, circle of radius r / 10", small, 1.0, 3e-3),
     )
 
 
@@ -129,19 +138,6 @@ def _draw_ball(axes: Axes, place: Array, R: Array) -> None:
         axes.plot(*(place + size * R[:2, 2]), "o", color=BLUE, ms=5, zorder=4)
 
 
-HOLONOMY = Entry(
-    name="holonomy",
-    title="Holonomy of a ball: area against turn",
-    caption="A ball that rolls round a loop comes back turned, for a small loop by A / r^2 about "
-    "the vertical, whatever its shape. Left: a ball with a mark from e3 (dot) to e1 rolls round a "
-    "circle of radius r / 2, drawn larger; the red mark comes back turned.",
-    law="turn = 2 pi (sqrt(1 + rho^2) - 1), rho = radius of the circle / r;  -A / r^2 for small A",
-    source="Hammersley 1983; Jurdjevic 1993, doi:10.1007/BF00375605",
-    draw=draw_holonomy,
-    size=(7.2, 4.2),
-)
-
-
 # Parking by brackets: small loops of the controls move where no control points.
 
 _COIN = UprightCoin(radius=1.0)
@@ -149,7 +145,17 @@ _BRACKETS_SIZES = np.geomspace(0.02, 1.0, 12)
 _LOOP = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # f, g, -f, -g
 
 
-def draw_brackets(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Parking by brackets",
+    caption="Two controls f and g, one after the other and then both back, leave a motion along "
+    "their bracket [f, g]: a ball turns about the vertical, a coin moves sideways, by e^2 for "
+    "loops of the size e. Right: two straight rolls, and turns before, between and after, "
+    "park a coin in place, heading and phase (strokes: the coin from above).",
+    law="-g . -f . g . f = e^2 [f, g] + O(e^3);  growth vectors (2, 3, 5) and (2, 3, 4)",
+    source="Murray, Li & Sastry, chapter 7; Hammersley 1983",
+    size=(7.2, 4.3),
+)
+def brackets(figure: Figure) -> tuple[Match, ...]:
     """Loops of both bodies against their brackets; a coin that is parked."""
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.1))
     ball = [_ball_loop(size) for size in _BRACKETS_SIZES]
@@ -169,16 +175,16 @@ def draw_brackets(figure: Figure) -> tuple[Number, ...]:
     missed = _park(right)
     figure.legend(ncols=3, columnspacing=1.0)
     return (
-        Number(
+        Match(
             "ball: turn over e^2, smallest loop",
             ball[0] / _BRACKETS_SIZES[0] ** 2,
             2.0 * spin,
             1e-3,
         ),
-        Number(
+        Match(
             "coin: shift over e^2, smallest loop", coin[0] / _BRACKETS_SIZES[0] ** 2, slide, 1e-3
         ),
-        Number("coin parked by two rolls, error of its pose", missed, 0.0, 1e-8),
+        Match("coin parked by two rolls, error of its pose", missed, 0.0, 1e-8),
     )
 
 
@@ -237,26 +243,21 @@ def _draw_parking(axes: Axes, places: Array, heading: Array) -> None:
     axes.set_aspect("equal", adjustable="datalim")
 
 
-BRACKETS = Entry(
-    name="brackets",
-    title="Parking by brackets",
-    caption="Two controls f and g, one after the other and then both back, leave a motion along "
-    "their bracket [f, g]: a ball turns about the vertical, a coin moves sideways, by e^2 for "
-    "loops of the size e. Right: two straight rolls, and turns before, between and after, "
-    "park a coin in place, heading and phase (strokes: the coin from above).",
-    law="-g . -f . g . f = e^2 [f, g] + O(e^3);  growth vectors (2, 3, 5) and (2, 3, 4)",
-    source="Murray, Li & Sastry, chapter 7; Hammersley 1983",
-    draw=draw_brackets,
-    size=(7.2, 4.3),
-)
-
-
 # Shortest paths of a rolling ball from one pose to another.
 
 _TURNS = ((45.0, BLUE), (90.0, GREEN), (135.0, ORANGE), (180.0, RED))
 
 
-def draw_shortest(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Shortest paths of a rolling ball",
+    caption="The centre of a ball that rolls from one pose to another on the shortest path runs "
+    "along one of Euler's elasticae. Left: how to turn it about the vertical without going away; "
+    "right: to another place as well.",
+    law="heading a(s): a'' = pull_y cos a - pull_x sin a",
+    source="Arthurs & Walsh 1986, doi:10.1017/S0305004100064501; Jurdjevic 1993",
+    size=(7.2, 4.4),
+)
+def shortest(figure: Figure) -> tuple[Match, ...]:
     """Find paths, roll them with the simulated ball, and see where it ends."""
     left, right = figure.subplots(1, 2)
     missed, steering = [], []
@@ -281,8 +282,8 @@ def draw_shortest(figure: Figure) -> tuple[Number, ...]:
     left.plot(0.0, 0.0, "o", color=BLACK, ms=5, zorder=5, label="start, goal")
     figure.legend(ncols=3, columnspacing=1.2)
     return (
-        Number("largest error of the simulated end, distance and angle", max(missed), 0.0, 1e-9),
-        Number("departure from the maximum principle along the path", max(steering), 0.0, 1e-8),
+        Match("largest error of the simulated end, distance and angle", max(missed), 0.0, 1e-9),
+        Match("departure from the maximum principle along the path", max(steering), 0.0, 1e-8),
     )
 
 
@@ -308,16 +309,3 @@ def _hamiltonian(path: ShortestPath) -> float:
     """Departure of the switching vector from the direction of travel."""
     a = path.headings(240)
     return float(np.max(np.abs(path.steering(240) - np.stack([np.cos(a), np.sin(a)], axis=-1))))
-
-
-SHORTEST = Entry(
-    name="shortest",
-    title="Shortest paths of a rolling ball",
-    caption="The centre of a ball that rolls from one pose to another on the shortest path runs "
-    "along one of Euler's elasticae. Left: how to turn it about the vertical without going away; "
-    "right: to another place as well.",
-    law="heading a(s): a'' = pull_y cos a - pull_x sin a",
-    source="Arthurs & Walsh 1986, doi:10.1017/S0305004100064501; Jurdjevic 1993",
-    draw=draw_shortest,
-    size=(7.2, 4.4),
-)

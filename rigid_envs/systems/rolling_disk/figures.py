@@ -11,7 +11,7 @@ from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_disk import closed_forms as theory
 from rigid_envs.systems.rolling_disk.system import RollingDisk
-from rigid_envs.watch.figures import BLACK, BLUE, GREEN, MUTED, RED, Entry, Number
+from rigid_envs.watch.figures import BLACK, BLUE, GREEN, MUTED, RED, Match, exhibit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +40,16 @@ def rolling(theta: float, theta_rate: float, phi_rate: float, omega3: float) -> 
     return THE_DISK.state(q=q, omega_body=rotations.omega_body_from_euler_rates(euler, rates))
 
 
-def draw_disk(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="The falling disk",
+    caption="A disk of radius 0.5 m, pushed while it rolls steadily round a circle: it nods "
+    "between two leans and never falls flat (theta is 90 degrees upright, 0 flat); contact and "
+    "centre draw rosettes on the plane.",
+    law="J theta'^2 / 2 + V(theta) = E, V from two Legendre integrals of the spins",
+    source="Appell 1900; Korteweg 1900; O'Reilly 1996; Routh, Advanced Part, section 244",
+    size=(7.2, 4.4),
+)
+def disk(figure: Figure) -> tuple[Match, ...]:
     """Simulate a disk that is let go beside a steady circle; compare leans and period."""
     steady = theory.steady_circle(math.radians(65.0), 1.5, **SHAPE, g=THE_DISK.g)
     start = (math.radians(65.0), 1.3, steady.precession, steady.omega3)
@@ -67,9 +76,9 @@ def draw_disk(figure: Figure) -> tuple[Number, ...]:
     figure.legend(ncols=3, columnspacing=1.2)
     returned = float(np.max(np.abs(tilt[::_SAMPLES] - tilt[0])))
     return (
-        Number("smallest theta", -_peak(-tilt), nod.theta_min, 1e-8, "rad"),
-        Number("largest theta", _peak(tilt), nod.theta_max, 1e-8, "rad"),
-        Number(f"theta after 1 .. {periods} periods, from its start", returned, 0.0, 1e-8, "rad"),
+        Match("smallest theta", -_peak(-tilt), nod.theta_min, 1e-8, "rad"),
+        Match("largest theta", _peak(tilt), nod.theta_max, 1e-8, "rad"),
+        Match(f"theta after 1 .. {periods} periods, from its start", returned, 0.0, 1e-8, "rad"),
     )
 
 
@@ -80,26 +89,22 @@ def _peak(values: Array) -> float:
     return float(here - (after - before) ** 2 / (8.0 * (after - 2.0 * here + before)))
 
 
-DISK = Entry(
-    name="disk",
-    title="The falling disk",
-    caption="A disk of radius 0.5 m, pushed while it rolls steadily round a circle: it nods "
-    "between two leans and never falls flat (theta is 90 degrees upright, 0 flat); contact and "
-    "centre draw rosettes on the plane.",
-    law="J theta'^2 / 2 + V(theta) = E, V from two Legendre integrals of the spins",
-    source="Appell 1900; Korteweg 1900; O'Reilly 1996; Routh, Advanced Part, section 244",
-    draw=draw_disk,
-    size=(7.2, 4.4),
-)
-
-
 # Steady circles of the rolling disk: rates, and where they are stable.
 
 _LEANS = np.linspace(8.0, 86.0, 157)  # degrees of the axis from the vertical
 _RADII = ((0.6, BLUE), (1.0, GREEN), (2.0, RED))
 
 
-def draw_steady_circles(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="Steady circles of the rolling disk",
+    caption="For each lean and each circle of the contact there is one rate at which a disk of "
+    "radius 0.5 m rolls on steadily. Dashed: the circle is unstable, a small push grows. The "
+    "nearer to flat, the faster it must turn.",
+    law="phi'^2 sin(theta) (A cos(theta) + B (R / r - cos(theta))) = m g r cos(theta)",
+    source="Routh, Advanced Part, section 244; O'Reilly 1996",
+    size=(7.2, 4.2),
+)
+def steady_circles(figure: Figure) -> tuple[Match, ...]:
     """Rates of steady circles in closed form; simulate some of them for 5 s."""
     left, right = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
     for size, color in _RADII:
@@ -124,7 +129,7 @@ def draw_steady_circles(figure: Figure) -> tuple[Number, ...]:
     right.set_aspect("equal"), right.set_anchor("N")
     right.set_title("contact at 50 degrees, 5 s [m]")
     figure.legend(ncols=3, columnspacing=1.2)
-    return (Number("largest error of the contact's circle in 5 s", max(errors), 0.0, 1e-7, "m"),)
+    return (Match("largest error of the contact's circle in 5 s", max(errors), 0.0, 1e-7, "m"),)
 
 
 def _steady(size: float, lean: float) -> theory.SteadyCircle:
@@ -154,16 +159,3 @@ def _compare(
     uniform = exact.contact_radius * np.exp(1j * exact.precession * t) * complex(*-inwards)
     closed = np.stack([uniform.real, uniform.imag], axis=-1)
     return around, float(np.max(np.abs(around - closed)))
-
-
-STEADY_CIRCLES = Entry(
-    name="steady_circles",
-    title="Steady circles of the rolling disk",
-    caption="For each lean and each circle of the contact there is one rate at which a disk of "
-    "radius 0.5 m rolls on steadily. Dashed: the circle is unstable, a small push grows. The "
-    "nearer to flat, the faster it must turn.",
-    law="phi'^2 sin(theta) (A cos(theta) + B (R / r - cos(theta))) = m g r cos(theta)",
-    source="Routh, Advanced Part, section 244; O'Reilly 1996",
-    draw=draw_steady_circles,
-    size=(7.2, 4.2),
-)

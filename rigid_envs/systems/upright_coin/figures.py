@@ -10,7 +10,7 @@ import numpy as np
 from rigid_envs.base.checks import Array
 from rigid_envs.systems.upright_coin import closed_forms as theory
 from rigid_envs.systems.upright_coin.system import UprightCoin
-from rigid_envs.watch.figures import BLACK, BLUE, GREEN, MUTED, RED, Entry, Number, page_arrow
+from rigid_envs.watch.figures import BLACK, BLUE, GREEN, MUTED, RED, Match, exhibit, page_arrow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +20,16 @@ _COIN = UprightCoin(m=1.0, radius=0.5, I1=0.0625, I3=0.125)
 _SHAPE = {"m": 1.0, "radius": 0.5, "i_perp": 0.0625, "i3": 0.125}
 
 
-def draw(figure: Figure) -> tuple[Number, ...]:
+@exhibit(
+    title="The path of an upright coin",
+    caption="A coin that is held upright goes where it points. At constant rates it runs round "
+    "a circle; steered by a constant torque it draws a clothoid (spiral of Cornu); let go on a "
+    "slope while it turns steadily it never runs away downhill but drifts across.",
+    law="X' = -r psi' cos(phi),  Y' = -r psi' sin(phi);  drift = g sin(slope) / (2 w (1 + beta))",
+    source="Bloch, Nonholonomic Mechanics and Control, sections 1.4 and 1.6",
+    size=(7.2, 5.6),
+)
+def coin(figure: Figure) -> tuple[Match, ...]:
     """Simulate three motions, compare the paths of the contact with their closed forms."""
     grid = figure.subplot_mosaic([["circles", "spiral"], ["slope", "slope"]])
     left = grid["circles"]
@@ -28,7 +37,7 @@ def draw(figure: Figure) -> tuple[Number, ...]:
     left.plot([], [], "o", ms=3.5, color=BLACK, label="closed form")
     left.plot([], [], color=MUTED, lw=3.4, label="coin, seen from above")
     figure.legend(ncols=2)
-    return (Number("largest error of the paths", max(errors), 0.0, 1e-9, "m"),)
+    return (Match("largest error of the paths", max(errors), 0.0, 1e-9, "m"),)
 
 
 def _plot(axes: Axes, path: Array, exact: Array, heading: Array, color: str) -> float:
@@ -90,16 +99,3 @@ def _slope(axes: Axes) -> float:
     axes.text(0.5 * drift * t[-1], 1.08, "mean drift, closed form", ha="center", color=MUTED)
     axes.set_ylim(None, 1.35)
     return error
-
-
-COIN = Entry(
-    name="coin",
-    title="The path of an upright coin",
-    caption="A coin that is held upright goes where it points. At constant rates it runs round "
-    "a circle; steered by a constant torque it draws a clothoid (spiral of Cornu); let go on a "
-    "slope while it turns steadily it never runs away downhill but drifts across.",
-    law="X' = -r psi' cos(phi),  Y' = -r psi' sin(phi);  drift = g sin(slope) / (2 w (1 + beta))",
-    source="Bloch, Nonholonomic Mechanics and Control, sections 1.4 and 1.6",
-    draw=draw,
-    size=(7.2, 5.6),
-)

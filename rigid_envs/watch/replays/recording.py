@@ -25,19 +25,60 @@ from rigid_envs.watch.replays.replay import Replay, id_of
 # Wrappers that record episodes: of any single environment, and of rows of a vector one.
 
 
-class _Recording:
-    """The start and the actions of an episode that is going on."""
+class _Recorder:
+    """Episodes of one row: those that have ended, and the start and actions of the present one.
 
-    def __init__(self, task: Task, start: dict[str, Array], label: str) -> None:
-        self.task, self.start, self.label = task, start, label
-        self.actions: list[npt.NDArray[np.float32]] = []
+    Args:
+        task: The task.
+        label: Who acts.
+        last: How many of the last episodes are kept; None keeps all.
+        first: How many episodes are recorded; None records all.
+    """
+
+    def __init__(
+        self, task: Task, label: str, last: int | None = None, first: int | None = None
+    ) -> None:
+        """Nothing goes on."""
+        self._task, self._label, self._first = task, checked_label(label), first
+        self._ended: deque[Episode] = deque(maxlen=last)
+        self._start: dict[str, Array] | None = None
+        self._actions: list[npt.NDArray[np.float32]] = []
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether an episode is recorded now."""
+        return self._start is not None
+
+    def begin(self, start: dict[str, Array]) -> None:
+        """Begin an episode; one that was left unfinished is kept as such."""
+        if self._actions:
+            self.keep(self.end())
+        self._start = None
+        if self._first is None or len(self._ended) < self._first:
+            self._start = start
+
+    def add(self, action: npt.NDArray[np.float32]) -> None:
+        """Record the action of a step."""
+        self._actions.append(action.copy())
 
     def end(self, terminated: bool = False, truncated: bool = False) -> Episode:
-        """The whole episode: the rest is computed again, to the same bits."""
-        shape = (len(self.actions), -1) if self.actions else (0, len(self.task.actions()))
-        actions = np.array(self.actions, dtype=np.float32).reshape(shape)
+        """The present episode, which is over: the rest is computed again, to the same bits."""
+        episode = self._whole(terminated, truncated)
+        self._start, self._actions = None, []
+        return episode
+
+    def keep(self, episode: Episode) -> None:
+        """Add an episode to those that have ended."""
+        self._ended.append(episode)
+
+    def episodes(self) -> list[Episode]:
+        """All that were kept, and the unfinished one."""
+        return [*self._ended, *([self._whole()] if self._actions else [])]
+
+    def _whole(self, terminated: bool = False, truncated: bool = False) -> Episode:
+        assert self._start is not None
         ends = {"terminated": bool(terminated), "truncated": bool(truncated)}
-        return play_again(self.task, self.start, actions, self.label, **ends)
+        return play_again(self._task, self._start, self._actions, self._label, **ends)
 
 
 class RecordReplay(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
@@ -63,28 +104,31 @@ class RecordReplay(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         RecordConstructorArgs.__init__(self, file=file, label=label, last=last)
         gym.Wrapper.__init__(self, env)
         self._task = _checked_task(env)
-        self._id = id_of(env, self._task)
-        self._file, self._label = file, checked_label(label)
-        self._episodes: deque[Episode] = deque(maxlen=last)
-        self._recording: _Recording | None = None
+        self._id, self._file = id_of(env, self._task), file
+        self._recorder = _Recorder(self._task, label, last=last)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; one that was left unfinished is kept as such."""
         answer = self.env.reset(seed=seed, options=options)
-        self._leave()
-        self._recording = _Recording(self._task, self._inner.get_state(), self._label)
+        self._recorder.begin(self._inner.get_state())
         return answer
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Step, and record the action."""
+        """Step, and record the action.
+
+        Raises:
+            ValueError: The recorded actions do not lead to the state in which the episode ended.
+        """
         answer = self.env.step(action)
-        if self._recording is not None:
-            self._recording.actions.append(actions_of(self._task, action, (), self._id))
+        if self._recorder.goes_on:
+            self._recorder.add(actions_of(self._task, action, (), self._id))
             _, _, terminated, truncated, _ = answer
             if terminated or truncated:
-                self._finish(terminated, truncated)
+                episode = self._recorder.end(terminated, truncated)
+                self._compare(episode)
+                self._recorder.keep(episode)
         return answer
 
     @property
@@ -97,41 +141,22 @@ class RecordReplay(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         Raises:
             ValueError: There are none.
         """
-        episodes = [*self._episodes]
-        if self._recording is not None and self._recording.actions:
-            episodes.append(self._recording.end())
-        return Replay(self._id, self._task, tuple(episodes))
+        return Replay(self._id, self._task, tuple(self._recorder.episodes()))
 
     def close(self) -> None:
         """Save the replay if a file was given and there is an episode; close the environment."""
-        self._leave()
-        if self._file is not None and self._episodes:
+        if self._file is not None and self._recorder.episodes():
             self.replay().save(self._file)
             self._file = None
         self.env.close()
 
-    def _finish(self, terminated: bool, truncated: bool) -> None:
-        """Keep an episode that has ended.
-
-        Raises:
-            ValueError: Its actions do not lead to the state of the environment.
-        """
-        assert self._recording is not None
-        episode = self._recording.end(terminated, truncated)
-        self._recording = None
+    def _compare(self, episode: Episode) -> None:
         if not np.array_equal(episode.y[-1], self._inner.y):
             raise ValueError(
                 f"y = {self._inner.y.tolist()}; expected {episode.y[-1].tolist()}, to which the "
                 "recorded actions lead: the state was set, or the environment stepped, past "
                 "RecordReplay"
             )
-        self._episodes.append(episode)
-
-    def _leave(self) -> None:
-        """Keep an unfinished episode."""
-        if self._recording is not None and self._recording.actions:
-            self._episodes.append(self._recording.end())
-        self._recording = None
 
 
 class RecordRows(gym.vector.VectorWrapper):
@@ -162,16 +187,14 @@ class RecordRows(gym.vector.VectorWrapper):
         """Check that the rows can be recorded."""
         super().__init__(env)
         self._task = _checked_task(env)
-        self._id = id_of(env, self._task)
+        self._id, self._file = id_of(env, self._task), file
         for row in rows:
             if isinstance(row, bool) or not 0 <= row < env.num_envs:
                 raise ValueError(
                     f"rows = {tuple(rows)}; expected rows from 0 to {env.num_envs - 1}"
                 )
-        self._file, self._label, self._first = file, checked_label(label), first
-        self._episodes: dict[int, list[Episode]] = {int(row): [] for row in rows}
-        self._recordings: dict[int, _Recording] = {}
-        self._ended: set[int] = set()
+        self._recorders = {int(row): _Recorder(self._task, label, first=first) for row in rows}
+        self._ended: set[int] = set()  # NEXT_STEP: their next step is the reset
 
     def reset(
         self,
@@ -183,9 +206,8 @@ class RecordRows(gym.vector.VectorWrapper):
         seeds: Any = seed
         answer = self.env.reset(seed=seeds, options=options)
         mask = (options or {}).get("reset_mask")
-        for row in self._episodes:
+        for row in self._recorders:
             if mask is None or mask[row]:
-                self._leave(row)
                 self._begin(row)
         return answer
 
@@ -194,13 +216,18 @@ class RecordRows(gym.vector.VectorWrapper):
         answer = self.env.step(actions)
         given = actions_of(self._task, actions, (self.num_envs,), self._id)
         _, _, terminated, truncated, _ = answer
-        for row in self._episodes:
-            if row in self._ended:  # NEXT_STEP: this step was the reset
+        mode = self.env.metadata.get("autoreset_mode")
+        for row, recorder in self._recorders.items():
+            if row in self._ended:
                 self._begin(row)
-            elif row in self._recordings:
-                self._recordings[row].actions.append(given[row].copy())
+            elif recorder.goes_on:
+                recorder.add(given[row])
                 if terminated[row] or truncated[row]:
-                    self._finish(row, terminated[row], truncated[row])
+                    recorder.keep(recorder.end(terminated[row], truncated[row]))
+                    if mode is AutoresetMode.SAME_STEP:
+                        self._begin(row)
+                    elif mode is AutoresetMode.NEXT_STEP:
+                        self._ended.add(row)
         return answer
 
     def replay(self) -> Replay:
@@ -209,42 +236,23 @@ class RecordRows(gym.vector.VectorWrapper):
         Raises:
             ValueError: There are none.
         """
-        episodes: list[Episode] = []
-        for row, found in self._episodes.items():
-            going_on = self._recordings.get(row)
-            episodes += [*found, *([going_on.end()] if going_on and going_on.actions else [])]
-        return Replay(self._id, self._task, tuple(episodes))
+        return Replay(self._id, self._task, tuple(self._episodes()))
 
     def close(self, **kwargs: Any) -> None:
         """Save the replay if a file was given and there is an episode; close the environment."""
-        for row in self._episodes:
-            self._leave(row)
-        if self._file is not None and any(self._episodes.values()):
+        if self._file is not None and self._episodes():
             self.replay().save(self._file)
             self._file = None
         self.env.close(**kwargs)
 
+    def _episodes(self) -> list[Episode]:
+        return [each for recorder in self._recorders.values() for each in recorder.episodes()]
+
     def _begin(self, row: int) -> None:
+        inner: Any = self.env.unwrapped
         self._ended.discard(row)
-        if self._first is None or len(self._episodes[row]) < self._first:
-            inner: Any = self.env.unwrapped
-            start = {name: part[row].copy() for name, part in inner.get_state().items()}
-            self._recordings[row] = _Recording(self._task, start, self._label)
-
-    def _finish(self, row: int, terminated: bool, truncated: bool) -> None:
-        self._episodes[row].append(self._recordings.pop(row).end(terminated, truncated))
-        mode = self.env.metadata.get("autoreset_mode")
-        if mode is AutoresetMode.SAME_STEP:
-            self._begin(row)
-        elif mode is AutoresetMode.NEXT_STEP:
-            self._ended.add(row)
-
-    def _leave(self, row: int) -> None:
-        """Keep an unfinished episode."""
-        recording = self._recordings.pop(row, None)
-        if recording is not None and recording.actions:
-            self._episodes[row].append(recording.end())
-        self._ended.discard(row)
+        start = {name: part[row].copy() for name, part in inner.get_state().items()}
+        self._recorders[row].begin(start)
 
 
 def _checked_task(env: Any) -> Task:
