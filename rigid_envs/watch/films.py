@@ -262,7 +262,7 @@ def checked_film(path: str | Path) -> Path:
     """
     file = Path(path)
     if file.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"film = {str(file)!r}; expected a name that ends in {_either(SUFFIXES)}")
+        raise ValueError(f"film = {str(file)!r}; expected a name that ends in .mp4, .gif or .webp")
     if not file.parent.is_dir():
         raise ValueError(f"film = {str(file)!r}; expected a file in a folder that exists")
     if file.is_dir():
@@ -339,8 +339,3 @@ def _checked(pictures: Iterable[Image]) -> Iterator[Image]:
             raise ValueError(f"pictures[{k}] has shape {given.shape}; expected {shape} as before")
         shape = given.shape
         yield picture
-
-
-def _either(words: Iterable[str]) -> str:
-    *most, last = words
-    return f"{', '.join(most)} or {last}"

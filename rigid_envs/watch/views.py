@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.tasks.core import Moment
+from rigid_envs.tasks.task import Task
 from rigid_envs.watch.meshes import GHOST, brick
 from rigid_envs.watch.scene import (
     Arrow,
@@ -185,7 +186,7 @@ def view_class(owner: type) -> type[View]:
     return GenericView
 
 
-def view_of(task: Any, parameters: Mapping[str, float]) -> View:
+def view_of(task: Task, parameters: Mapping[str, float]) -> View:
     """The view of an episode.
 
     Args:
@@ -197,7 +198,9 @@ def view_of(task: Any, parameters: Mapping[str, float]) -> View:
 
 def _modules(name: str) -> Iterator[ModuleType]:
     """A module, and the modules ``view`` of the packages that hold it, the innermost first."""
-    yield sys.modules[name]
-    for package in reversed([*itertools.accumulate(name.split("."), "{}.{}".format)]):
-        if hasattr(sys.modules[package], "__path__") and find_spec(f"{package}.view"):
-            yield importlib.import_module(f"{package}.view")
+    places = [*itertools.accumulate(name.split("."), "{}.{}".format)]
+    known = [sys.modules[place] for place in reversed(places) if place in sys.modules]
+    yield from known[:1]
+    for module in known:
+        if hasattr(module, "__path__") and find_spec(view := f"{module.__name__}.view"):
+            yield importlib.import_module(view)

@@ -1,12 +1,10 @@
 """Every figure of the gallery: its numbers hold, nothing is cut off, it is the same each time."""
 
 import struct
-import sys
 from typing import Any, cast
 
 import numpy as np
 import pytest
-from gymnasium.error import DependencyNotInstalled
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -87,11 +85,3 @@ def test_names_that_are_no_figure_are_refused_with_the_nearest() -> None:
     assert checked_name("flip") == "flip"
     with pytest.raises(UnknownFigureError, match=r"figure = 'flips'; .* did you mean 'flip'\?"):
         checked_name("flips")
-
-
-def test_without_matplotlib_the_error_names_the_command_that_installs_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(DependencyNotInstalled, match=r'pip install "rigid-envs\[render\]"'):
-        make(FIGURES["race"])

@@ -116,4 +116,4 @@ def test_command_without_matplotlib_says_how_to_install_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["gallery", "race", "--out", str(tmp_path)]) == 1  # as for every missing package
-    assert "pip install" in capsys.readouterr().err
+    assert 'pip install "rigid-envs[render]"' in capsys.readouterr().err

@@ -179,26 +179,6 @@ def test_the_ghost_of_the_plate_stands_on_its_tilted_surface() -> None:
     assert np.allclose(poses["ball"].position, systems.DynamicBall().accessors["centre"](y))
 
 
-def test_the_octants_of_the_ball_have_their_colours() -> None:
-    colors = {
-        (1, 1, 1): (224, 212, 60),
-        (-1, 1, 1): (230, 159, 0),
-        (1, -1, 1): (86, 180, 233),
-        (-1, -1, 1): (226, 223, 215),
-        (1, 1, -1): (213, 94, 0),
-        (-1, 1, -1): (0, 114, 178),
-        (1, -1, -1): (0, 158, 115),
-        (-1, -1, -1): (204, 121, 167),
-    }
-    view, _ = at(BallPark(), systems.RollingBall.state())
-    mesh = view.scene.parts["ball"].mesh
-    middle = mesh.vertices[mesh.triangles].mean(axis=1)
-    for signs, color in colors.items():
-        inside = (np.sign(middle) == signs).all(axis=1)
-        assert inside.sum() > 100
-        assert (mesh.colors[mesh.triangles[inside]] == color).all(), signs
-
-
 @pytest.mark.parametrize("moments", [(1.1, 1.8, 2.4), (2.0, 2.0, 2.0), (3.0, 1.5, 2.0)])
 def test_a_box_has_the_ratios_of_the_moments_of_its_body(moments: tuple[float, ...]) -> None:
     inertia = np.diag(bodies.box(1.0, *sides(moments)).inertia)

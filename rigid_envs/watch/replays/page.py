@@ -1,4 +1,4 @@
-"""Scenes, frames and curves as JSON and one block of binary numbers, for the replay page."""
+"""A page to watch replays in a browser: scenes, frames and curves, as JSON and one block."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import base64
 import json
 import zlib
 from collections.abc import Sequence
+from dataclasses import asdict
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -60,25 +61,10 @@ class Packer:
     def stage(self, panel: Panel) -> dict[str, Any]:
         """A panel: its scene, and its frames as arrays over time."""
         scene, frames = panel.scene, panel.frames
-        camera, floor = scene.camera, scene.floor
         return {
             "times": self.array(panel.times, "f8"),
-            "camera": {
-                "target": [float(x) for x in camera.target],
-                "distance": camera.distance,
-                "azimuth": camera.azimuth,
-                "elevation": camera.elevation,
-                "fov": camera.field_of_view,
-                "follow": camera.follow,
-            },
-            "floor": None
-            if floor is None
-            else {
-                "height": floor.height,
-                "size": floor.size,
-                "cell": floor.cell,
-                "colors": floor.colors,
-            },
+            "camera": {**asdict(scene.camera), "fov": scene.camera.field_of_view},
+            "floor": None if scene.floor is None else asdict(scene.floor),
             "parts": [self._part(name, scene, frames) for name in scene.parts],
             "arrows": [self._arrow(name, scene, frames) for name in scene.arrows],
             "traces": [self._trace(name, panel) for name in scene.traces],
@@ -106,8 +92,7 @@ class Packer:
         nothing = ((np.nan,) * 3,) * 2
         ends = [frame.arrows.get(name, nothing) for frame in frames]
         return {
-            "color": arrow.color,
-            "width": arrow.width,
+            **asdict(arrow),
             "label": _SYMBOLS.get(arrow.label, arrow.label),
             "start": self._rows([start for start, _ in ends]),
             "vector": self._rows([vector for _, vector in ends]),
@@ -117,10 +102,7 @@ class Packer:
         trace, whole = panel.scene.traces[name], panel.whole.get(name)
         points = [frame.points.get(name, (np.nan,) * 3) for frame in panel.frames]
         return {
-            "color": trace.color,
-            "width": trace.width,
-            "part": trace.part,
-            "length": trace.length,
+            **asdict(trace),
             "whole": whole is not None,
             "points": self.array(np.asarray(points if whole is None else whole, dtype=np.float64)),
         }
