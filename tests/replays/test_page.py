@@ -185,16 +185,6 @@ def test_no_text_of_a_file_can_end_the_document_of_the_page(browser: Any, tmp_pa
     page.close()
 
 
-def test_episodes_of_one_name_are_numbered(browser: Any, tmp_path: Path) -> None:
-    replay = rolling_ball("policy", 0, 3)
-    file = write_html(tmp_path / "page.html", 2 * [(replay, 0)])
-    page = Watched(browser, 800, 600).open(file)
-    assert page.locator(".head strong").all_inner_texts() == ["policy 1", "policy 2"]
-    page.locator("summary").click()
-    assert page.locator("#facts dt").all_inner_texts() == ["parameters", "made with"]
-    page.close()
-
-
 def test_long_episodes_side_by_side_fit_a_page() -> None:
     assert len(html(4 * [(free_body(300), 0)]).encode()) < MOST_BYTES
 
