@@ -15,12 +15,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 import torch
 from IPython.display import Video
-from rigid_envs.films import episode_pictures, pictures_per_second, play_episode, write_film
 from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 
 import rigid_envs
 from rigid_envs.scores import from_controller, from_predict, reference_controllers
+from rigid_envs.watch.films import episode_pictures, pictures_per_second, play_episode, write_film
 
 torch.set_num_threads(1)  # fastest for networks of this size
 env_id = "RigidEnvs/IntermediateAxis-v0"

@@ -10,9 +10,9 @@
 # %%
 import matplotlib.pyplot as plt
 import numpy as np
-from rigid_envs.bodies import t_handle
 
 from rigid_envs.control import simulate_closed_loop
+from rigid_envs.mechanics.bodies import t_handle
 from rigid_envs.systems import FreeBody
 from rigid_envs.systems.free_body import closed_forms as free_body
 from rigid_envs.systems.free_body.controllers import SingleTorque

@@ -9,7 +9,6 @@
 # %%
 import matplotlib.pyplot as plt
 import numpy as np
-from rigid_envs.films import play_episode
 
 import rigid_envs
 from rigid_envs import rotations
@@ -18,6 +17,7 @@ from rigid_envs.systems import RollingBall
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.rolling_ball.controllers import three_rolls
 from rigid_envs.systems.rolling_ball.shortest_path import shortest_path
+from rigid_envs.watch.films import play_episode
 
 ball = RollingBall(radius=1.0)
 

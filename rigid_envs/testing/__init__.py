@@ -5,7 +5,8 @@ registers it::
 
     python -m rigid_envs.testing --env-id my_package:MyPackage/Task-v0
 
-Other arguments are those of pytest (``-x``, ``-k``, ``-n 2``). They need the packages of the extra
+An id that is given is run with each of its kernels: plain, with noise and delay, and reduced. Other
+arguments are those of pytest (``-x``, ``-k``, ``-n 2``). They need the packages of the extra
 ``test``; importing `rigid_envs` imports none of them.
 
 `deep_check` and `fingerprint` are for any Gymnasium environment, and need no extra.
