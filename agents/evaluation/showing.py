@@ -15,7 +15,7 @@ from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.base.checks import ConfigError, Image
 from rigid_envs.scores.policies import PolicyFactory, from_predict, uniform, untrained_policy
-from rigid_envs.scores.starts import row_seeds
+from rigid_envs.scores.starts import rollout, row_seeds
 from rigid_envs.scores.trained import CompiledPolicy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
@@ -80,7 +80,9 @@ def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int) -> bool:
     venv = make(document["env_id"], document["env_kwargs"], 1)
     dt = getattr(getattr(venv.unwrapped, "task", None), "dt", None)
     total, success, names = 0.0, False, None
-    for step, (action, reward, info) in enumerate(_episode(act, venv, seed), start=1):
+    for step, each in enumerate(rollout(act(venv), venv, [seed]), start=1):
+        action, reward = each.actions[0], float(each.rewards[0])
+        info = {key: values[0] for key, values in each.infos.items()}
         total += reward
         success = bool(info.get("is_success", False))
         if names is None:
@@ -95,23 +97,6 @@ def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int) -> bool:
     print(f"return {total:.4f} in {step} steps: {'success' if success else 'no success'}")
     venv.close()
     return success
-
-
-def _episode(
-    policy: PolicyFactory, venv: Any, seed: int
-) -> Iterator[tuple[Any, float, dict[str, Any]]]:
-    act, (obs, _), done = policy(venv), venv.reset(seed=[seed]), False
-    while not done:
-        actions = act(obs)
-        obs, rewards, terminated, truncated, infos = venv.step(actions)
-        done = bool(terminated[0] or truncated[0])
-        columns = infos["final_info"] if done else infos
-        row = {
-            key: np.asarray(column)[0]
-            for key, column in columns.items()
-            if not key.startswith("_") and not key.startswith("final_")
-        }
-        yield actions[0], float(rewards[0]), row
 
 
 def _header(names: list[str], n_action: int, dt: float | None) -> str:

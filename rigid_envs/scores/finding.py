@@ -28,9 +28,8 @@ from rigid_envs.scores.best import (
 from rigid_envs.scores.evaluation import evaluate, make_rows
 from rigid_envs.scores.policies import PolicyFactory, reference_controllers, untrained_policies
 from rigid_envs.scores.result import Evaluation
-from rigid_envs.scores.starts import N_STARTS, TEST_SEED, metrics_of, row_seeds
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED, metrics_of, rollout, row_seeds
 from rigid_envs.scores.trained import load, published
-from rigid_envs.tasks.registry import ENVIRONMENTS
 
 # Planner of the starts of the evaluation set: how each id is planned.
 
@@ -179,21 +178,18 @@ def _first(env_id: str, recipe: Recipe, n: int, wait: int) -> Array:
     """The first plans, shape (T, n, m): an untrained policy whose actions are held."""
     if not recipe.controller:
         return np.zeros((1, n, 1))
-    envs = make_rows(env_id, n)
-    seen, _ = envs.reset(seed=row_seeds(TEST_SEED, n, "test"))
+    envs, made = make_rows(env_id, n), [np.zeros((n, len(task_of(env_id).actions())), np.float32)]
     act = untrained_policies(env_id)[recipe.controller](envs)
-    actions, running = [], np.ones(n, dtype=bool)
-    for k in range(ENVIRONMENTS[env_id].max_episode_steps // recipe.hold):
-        acting = running & (k * recipe.hold >= wait)
-        action = np.where(acting[:, None], act(seen), 0.0)
-        actions.append(action)
-        for _ in range(recipe.hold):
-            seen, _, terminated, truncated, _ = envs.step(action.astype(np.float32))
-            running &= ~(terminated | truncated)
-        if not running.any():
-            break
+
+    def held(seen: Any) -> npt.NDArray[Any]:
+        k = len(made) - 1
+        made.append(act(seen) if k >= wait and k % recipe.hold == 0 else made[-1])
+        return made[-1]
+
+    steps = rollout(held, envs, row_seeds(TEST_SEED, n, "test"), ())
+    running = np.array([step.running for step in steps])
     envs.close()
-    found = np.array(actions)
+    found = np.where(running[..., None], made[1:], 0.0)[:: recipe.hold]
     if recipe.n_steps is None:
         return found
     return spread(found, recipe.n_steps, slowed=recipe.n_cuts == 0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, Protocol
 
@@ -343,62 +343,33 @@ def efficiencies(
 # Episodes played in all rows of an environment, and counted.
 
 Told = Callable[[Mapping[str, Any], Iterable[str], Bools], dict[str, npt.NDArray[Any]]]
+"""From infos, names of entries and the rows that ended to the entries of the step itself."""
 
 _MOST = 100_000  # steps of an episode; those of this package have hundreds
 
 
-def play(
-    act: ActionFunction,
-    venv: VectorEnv[Any, Any, Any],
-    seeds: list[int],
-    error: ErrorTerm | None = None,
-    progress: Callable[[str], None] = lambda _: None,
-    limit: int | None = None,
-    told: Told | None = None,
-) -> Episodes:
-    """Play exactly one episode in each row.
+class Step(NamedTuple):
+    """A step of N rows, as it was before any of them started anew.
 
-    Rows that are done go on with another episode, which is not counted: so every start weighs the
-    same.
-
-    Args:
-        act: Actions of all rows.
-        venv: A vector environment whose rows start anew by themselves.
-        seeds: One seed per row.
-        error: Reward term whose error is recorded; None for none.
-        progress: Called with a few words in every step.
-        limit: Number of steps after which an episode is cut off here; None leaves that to the
-            environment.
-        told: Function from infos, names of entries and the rows that ended to the entries; None
-            for those of the infos.
-
-    Raises:
-        ConfigError: No end after a hundred thousand steps.
+    Attributes:
+        seen: Observations that were acted on.
+        actions: Of all rows.
+        observations: After the step; of native rows that ended, the last of their episode.
+        rewards: Shape (N,).
+        terminated: Shape (N,).
+        truncated: Shape (N,).
+        infos: Entries of all rows by name.
+        running: Rows whose episode counts, shape (N,): it had not ended before the step.
     """
-    first_seeds: Any = seeds  # native environments take one seed for each row
-    obs, _ = venv.reset(seed=first_seeds)
-    tally = Tally(seeds, error, limit or getattr(venv.spec, "max_episode_steps", None))
-    rows: Any = venv.unwrapped
-    step = 0
-    try:
-        while left := np.count_nonzero(tally.running):
-            if step == _MOST:
-                raise ConfigError(
-                    f"env: {left} episodes of more than {_MOST} steps; expected a time limit: "
-                    "wrap it in gymnasium.wrappers.TimeLimit"
-                )
-            step += 1
-            progress(f"{len(seeds) - left} of {len(seeds)} episodes")
-            rows.uncounted = ~tally.running  # nobody needs to plan for them
-            obs, rewards, terminated, truncated, infos = venv.step(act(obs))
-            truncated = truncated | (step == limit)
-            ended = tally.running & (terminated | truncated)
-            tally.add(
-                rewards, terminated, truncated, (told or entries_of)(infos, tally.keys, ended)
-            )
-    finally:
-        rows.uncounted = None
-    return tally.episodes()
+
+    seen: Any
+    actions: npt.NDArray[Any]
+    observations: Any
+    rewards: npt.NDArray[Any]
+    terminated: Bools
+    truncated: Bools
+    infos: Mapping[str, npt.NDArray[Any]]
+    running: Bools
 
 
 def entries_of(
@@ -416,3 +387,86 @@ def entries_of(
         last = infos["final_info"]
         values = {key: np.where(ended, last.get(key, 0), now) for key, now in values.items()}
     return values
+
+
+def _names(infos: Mapping[str, Any]) -> list[str]:
+    """Names of the entries of a step."""
+    known = {**infos, **infos.get("final_info", {})}
+    return [key for key in known if not key.startswith(("_", "final_"))]
+
+
+def rollout(
+    act: ActionFunction,
+    venv: VectorEnv[Any, Any, Any],
+    seeds: Sequence[int],
+    keys: Iterable[str] | None = None,
+    limit: int | None = None,
+    told: Told = entries_of,
+) -> Iterator[Step]:
+    """Play exactly one episode in each row, a step of all rows at a time.
+
+    Rows that are done go on with another episode, which does not count: so every start weighs the
+    same.
+
+    Args:
+        act: Actions of all rows.
+        venv: A vector environment whose rows start anew by themselves, or end together.
+        seeds: One seed per row.
+        keys: Names of the info entries that are needed; None for all there are.
+        limit: Number of steps after which an episode is cut off here; None leaves that to the
+            environment.
+        told: Who tells the entries.
+
+    Raises:
+        ConfigError: No end after a hundred thousand steps.
+    """
+    given: Any = seeds  # native environments take one seed for each row
+    seen, _ = venv.reset(seed=given)
+    rows: Any = venv.unwrapped
+    running, step = np.ones(len(seeds), dtype=bool), 0
+    try:
+        while left := np.count_nonzero(running):
+            if step == _MOST:
+                raise ConfigError(
+                    f"env: {left} episodes of more than {_MOST} steps; expected a time limit: "
+                    "wrap it in gymnasium.wrappers.TimeLimit"
+                )
+            step += 1
+            rows.uncounted = ~running  # nobody needs to plan for them
+            actions = act(seen)
+            after, rewards, terminated, truncated, infos = venv.step(actions)
+            truncated = truncated | (step == limit)
+            ended = running & (terminated | truncated)
+            entries = told(infos, _names(infos) if keys is None else keys, ended)
+            last = infos.get("final_obs", after)
+            yield Step(seen, actions, last, rewards, terminated, truncated, entries, running)
+            seen, running = after, running & ~ended
+    finally:
+        rows.uncounted = None
+
+
+def play(
+    act: ActionFunction,
+    venv: VectorEnv[Any, Any, Any],
+    seeds: Sequence[int],
+    error: ErrorTerm | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+    limit: int | None = None,
+    told: Told = entries_of,
+) -> Episodes:
+    """Play exactly one episode in each row, and count.
+
+    Args:
+        act: See `rollout`.
+        venv: See `rollout`.
+        seeds: See `rollout`.
+        error: Reward term whose error is recorded; None for none.
+        progress: Called with a few words in every step.
+        limit: See `rollout`.
+        told: See `rollout`.
+    """
+    tally = Tally(seeds, error, limit or getattr(venv.spec, "max_episode_steps", None))
+    for step in rollout(act, venv, seeds, tally.keys, limit, told):
+        tally.add(step.rewards, step.terminated, step.truncated, step.infos)
+        progress(f"{np.count_nonzero(~tally.running)} of {len(seeds)} episodes")
+    return tally.episodes()

@@ -36,7 +36,7 @@ from rigid_envs.scores.policies import (
     reference_controllers,
 )
 from rigid_envs.scores.references import reference
-from rigid_envs.scores.starts import N_STARTS, entries_of, row_seeds
+from rigid_envs.scores.starts import N_STARTS, rollout, row_seeds
 from rigid_envs.scores.trained import load, path_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
@@ -134,22 +134,14 @@ def collect(policy: PolicyFactory, envs: RigidVectorEnv, seeds: Sequence[int]) -
         envs: Rows that reset in the step that ends their episode.
         seeds: Seed of each row.
     """
-    seen, infos = envs.reset(seed=seeds)
-    act, running = policy(envs), np.ones(envs.num_envs, np.bool_)
-    observations, steps = [seen], []
-    entries = [{key: infos[key] for key in INFOS}]
-    lengths = np.zeros(envs.num_envs, np.int64)
-    while running.any():
-        actions = np.array(act(seen), dtype=envs.single_action_space.dtype)
-        seen, rewards, terminated, truncated, infos = envs.step(actions)
-        ended = terminated | truncated
-        observations.append(_merged(infos["final_obs"], seen, ended) if ended.any() else seen)
-        entries.append(entries_of(infos, INFOS, ended))
-        steps.append((actions, rewards, terminated, truncated))
-        lengths += running
-        running &= ~ended
+    steps = list(rollout(policy(envs), envs, seeds, INFOS))
+    observations = [steps[0].seen, *(step.observations for step in steps)]
+    first = {key: np.zeros_like(entry) for key, entry in steps[0].infos.items()}  # of the reset
+    entries = [first, *(step.infos for step in steps)]
+    lengths = np.sum([step.running for step in steps], axis=0)
     actions, rewards, terminations, truncations = (
-        np.stack(column) for column in zip(*steps, strict=True)
+        np.stack([getattr(step, name) for step in steps])
+        for name in ("actions", "rewards", "terminated", "truncated")
     )
     told = {key: np.stack([each[key] for each in entries]) for key in INFOS}
     whole = _stacked(observations)
@@ -157,7 +149,7 @@ def collect(policy: PolicyFactory, envs: RigidVectorEnv, seeds: Sequence[int]) -
         Recorded(
             seed=seed,
             observations=_of_row(whole, row, n + 1),
-            actions=actions[:n, row],
+            actions=actions[:n, row].astype(envs.single_action_space.dtype),
             rewards=rewards[:n, row],
             terminations=terminations[:n, row],
             truncations=truncations[:n, row],
@@ -165,13 +157,6 @@ def collect(policy: PolicyFactory, envs: RigidVectorEnv, seeds: Sequence[int]) -
         )
         for row, (seed, n) in enumerate(zip(seeds, lengths.tolist(), strict=True))
     ]
-
-
-def _merged(last: Any, new: Any, ended: npt.NDArray[np.bool_]) -> Any:
-    """The last observations of rows that ended, and those of the others."""
-    if isinstance(new, Mapping):
-        return {key: _merged(last[key], part, ended) for key, part in new.items()}
-    return np.where(ended[:, None], last, new)
 
 
 def _stacked(observations: Sequence[Any]) -> Any:

@@ -10,14 +10,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 
 from rigid_envs.base.checks import Image, integer, non_negative, positive
 from rigid_envs.envs.lookup import task_of
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.policies import PolicyFactory
-from rigid_envs.scores.starts import Tally, metrics_of
+from rigid_envs.scores.starts import Tally, metrics_of, rollout
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.animation import load_ffmpeg, write_animation, write_mp4
@@ -73,26 +72,17 @@ def play_episode(
         label: Who acts.
     """
     task_of(env_id, config)  # refuses what is no setting
-    envs: Any = gym.make_vec(
-        env_id,
-        num_envs=1,
-        vectorization_mode="vector_entry_point",
-        autoreset_mode="Disabled",
-        **(config or {}),
-    )
-    assert isinstance(envs, RigidVectorEnv)
+    envs = make_rows(env_id, 1, config)
     record = ENVIRONMENTS[env_id]
     tally = Tally([seed], record.error, record.max_episode_steps)
+    actions, over = [], (False, False)
     try:
-        act = policy(envs)
-        obs, _ = envs.reset(seed=[seed])
+        envs.reset(seed=[seed])
         start = {name: part[0].copy() for name, part in envs.get_state().items()}
-        actions, over = [], (False, False)
-        while not any(over):
-            actions.append(act(obs)[0])
-            obs, rewards, terminated, truncated, infos = envs.step(actions[-1][None])
-            over = bool(terminated[0]), bool(truncated[0])
-            tally.add(rewards, terminated, truncated, infos)
+        for step in rollout(policy(envs), envs, [seed], tally.keys):
+            actions.append(step.actions[0])
+            over = bool(step.terminated[0]), bool(step.truncated[0])
+            tally.add(step.rewards, step.terminated, step.truncated, step.infos)
     finally:
         envs.close()
     episode = play_again(envs.task, start, actions, label, terminated=over[0], truncated=over[1])
