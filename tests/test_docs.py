@@ -336,7 +336,7 @@ def test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("stable_baselines3")
-    from rigid_envs.scores.leaderboard import read_results
+    from rigid_envs.scores.records import read_results
 
     text = (ROOT / "docs" / "scoring.md").read_text(encoding="utf-8")
     (code, *_) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)

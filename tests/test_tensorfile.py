@@ -2,8 +2,8 @@
 
 import json
 import re
-import sys
 import time
+from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -25,16 +25,20 @@ ARRAYS: dict[str, Any] = {
 DOCUMENT = {"step": 3, "big": 2**200, "third": 1 / 3, "list": [None, True, "é"]}
 
 
-def test_arrays_and_document_come_back_to_the_bit(tmp_path: Path) -> None:
+def test_arrays_and_document_come_back_to_the_bit_and_to_the_library_of_the_format(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "a.safetensors"
     save_tensors(path, ARRAYS, DOCUMENT)
     arrays, document = load_tensors(path, 10**6)
     assert document == DOCUMENT
-    assert arrays.keys() == ARRAYS.keys()
-    for name, array in ARRAYS.items():
-        assert arrays[name].dtype == array.dtype
-        np.testing.assert_array_equal(arrays[name], array)
-        arrays[name][...] = 0
+    for found in (arrays, safetensors.numpy.load_file(path)):
+        assert found.keys() == ARRAYS.keys()
+        for name, array in ARRAYS.items():
+            assert found[name].dtype == array.dtype
+            np.testing.assert_array_equal(found[name], array)
+    for array in arrays.values():
+        array[...] = 0
 
 
 def test_equal_content_gives_equal_bytes(tmp_path: Path) -> None:
@@ -44,23 +48,12 @@ def test_equal_content_gives_equal_bytes(tmp_path: Path) -> None:
     assert one.read_bytes() == two.read_bytes()
 
 
-def test_the_library_of_the_format_reads_the_same(tmp_path: Path) -> None:
-    path = tmp_path / "a.safetensors"
-    save_tensors(path, ARRAYS, DOCUMENT)
-    arrays = safetensors.numpy.load_file(path)
-    assert arrays.keys() == ARRAYS.keys()
-    for name, array in ARRAYS.items():
-        assert arrays[name].dtype == array.dtype
-        np.testing.assert_array_equal(arrays[name], array)
-
-
 def test_what_the_library_of_the_format_wrote_is_read(tmp_path: Path) -> None:
     path = tmp_path / "a.safetensors"
     save_tensors(path, ARRAYS, DOCUMENT)
     with safetensors.safe_open(path, "numpy") as file:
         metadata = file.metadata()
-    solid = {name: np.ascontiguousarray(array) for name, array in ARRAYS.items()}
-    solid["count"] = solid["count"].reshape(())
+    solid = {name: array.copy(order="C") for name, array in ARRAYS.items()}
     safetensors.numpy.save_file(solid, path, metadata)
     arrays, document = load_tensors(path, 10**6)
     assert document == DOCUMENT
@@ -111,6 +104,13 @@ def header(text: str) -> bytes:
     return len(text).to_bytes(8, "little") + text.encode()
 
 
+def rewritten(path: Path, change: Callable[[str], str]) -> None:
+    """A file with another header before the same numbers."""
+    data = path.read_bytes()
+    size = int.from_bytes(data[:8], "little")
+    path.write_bytes(header(change(data[8 : 8 + size].decode())) + data[8 + size :])
+
+
 HOSTILE = {
     "empty": b"",
     "short": b"\x02\x00",
@@ -143,10 +143,7 @@ def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
 def test_a_header_has_at_most_16_mebibytes(tmp_path: Path, more: int) -> None:
     path = tmp_path / "a.safetensors"
     save_tensors(path, ARRAYS, DOCUMENT)
-    data = path.read_bytes()
-    size = int.from_bytes(data[:8], "little")
-    long = data[8 : 8 + size].ljust(2**24 + more)
-    path.write_bytes(len(long).to_bytes(8, "little") + long + data[8 + size :])
+    rewritten(path, lambda text: text.ljust(2**24 + more))
     with (
         pytest.raises(DamagedFileError, match="16777217; expected at most")
         if more
@@ -188,12 +185,8 @@ def test_shapes_types_and_names_are_part_of_the_checksum(
 ) -> None:
     path = tmp_path / "a.safetensors"
     save_tensors(path, ARRAYS, DOCUMENT)
-    data = path.read_bytes()
-    size = int.from_bytes(data[:8], "little")
-    header = data[8 : 8 + size].decode()
-    assert old in header
-    changed = header.replace(old, new).encode()  # the same numbers, read as something else
-    path.write_bytes(len(changed).to_bytes(8, "little") + changed + data[8 + size :])
+    assert old.encode() in path.read_bytes()
+    rewritten(path, lambda text: text.replace(old, new))  # the same numbers, read otherwise
     with pytest.raises(DamagedFileError, match="does not match its checksum"):
         load_tensors(path, 10**6)
 
@@ -219,9 +212,7 @@ def test_arrays_follow_each_other_and_fill_the_file(
     content = json.loads(data[8:-16])
     for name, place in zip("ab", places, strict=True):
         content[name]["data_offsets"] = place
-    text = json.dumps(content)
-    whole = numbers.replace(b"%b", value.tobytes())
-    path.write_bytes(len(text).to_bytes(8, "little") + text.encode() + whole)
+    path.write_bytes(header(json.dumps(content)) + numbers.replace(b"%b", value.tobytes()))
     with pytest.raises(DamagedFileError, match="not a file of this program"):
         load_tensors(path, 10**6)
 
@@ -249,38 +240,6 @@ def test_a_number_that_json_does_not_have_is_damage(tmp_path: Path) -> None:
         path.write_bytes(whole.replace(b"0.3333333333333333", text.ljust(18, b"9")))
         with pytest.raises(DamagedFileError, match=re.escape(str(path))):
             load_tensors(path, 10**6)
-
-
-def test_loading_imports_and_executes_nothing(tmp_path: Path) -> None:
-    path = tmp_path / "a.safetensors"
-    save_tensors(path, ARRAYS, DOCUMENT)
-    good = path.read_bytes()
-    payloads = [good, *HOSTILE.values()]
-    rng = np.random.default_rng(1)
-    for _ in range(100):
-        data = bytearray(good)
-        data[int(rng.integers(len(data)))] = int(rng.integers(256))
-        payloads.append(bytes(data))
-    seen: list[str] = []
-    watching = False
-    forbidden = ("import", "exec", "compile", "os.system", "pickle.find_class", "subprocess.Popen",
-                 "socket.connect", "ctypes.dlopen", "os.remove", "os.rename")  # fmt: skip
-
-    def hook(event: str, args: tuple[Any, ...]) -> None:
-        if watching and event in forbidden:
-            seen.append(f"{event} {args}")
-
-    sys.addaudithook(hook)
-    for payload in payloads:
-        path.write_bytes(payload)
-        watching = True
-        try:
-            load_tensors(path, 10**6)
-        except DamagedFileError:
-            pass
-        finally:
-            watching = False
-    assert seen == []
 
 
 def kill_writers(folder: Path, size: int, interruptions: int) -> None:

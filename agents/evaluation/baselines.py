@@ -17,9 +17,10 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from rigid_envs.base.checks import Array, ConfigError
 from rigid_envs.base.files import write_atomic
+from rigid_envs.base.text import in_markdown, in_plot, markdown_table
 from rigid_envs.envs.lookup import families, task_of
 from rigid_envs.scores.best import best_known
-from rigid_envs.scores.leaderboard import INK, MUTED, dress, in_markdown, in_plot, look
+from rigid_envs.scores.leaderboard import INK, MUTED, dress, look
 from rigid_envs.scores.records import Record, read_records
 from rigid_envs.scores.starts import cost_of
 from rigid_envs.scores.statistics import (
@@ -268,8 +269,7 @@ def _told(ends: tuple[float, float] | None, scale: float = 1.0) -> str:
 
 def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     texts = ("environment", "policy", "against", "cost")
-    rules = ["---" if name in texts else "---:" for name in header]
-    return "\n".join(f"| {' | '.join(row)} |" for row in (header, rules, *rows))
+    return markdown_table(header, rows, "".join("<" if name in texts else ">" for name in header))
 
 
 # Figures of the baselines: learning curves, aggregates, profiles, probabilities of improvement.

@@ -14,15 +14,7 @@ from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import changed, checked_id, full_id, task_of
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.scores.policies import PolicyFactory, policy_of
-from rigid_envs.scores.proof import (
-    Witness,
-    best_of,
-    bounds_of,
-    difference,
-    objection,
-    other_task,
-    refuse_impossible,
-)
+from rigid_envs.scores.proof import Witness, difference, objection, up_to_date
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import (
     N_STARTS,
@@ -111,24 +103,17 @@ def _evaluation(
         again = witness.play_again(env_id, n, seed, settings)
         unranked = difference(episodes, again)
         episodes = again if unranked is None else episodes
-    values, cost, bounds = _values(env_id, episodes, settings), None, None
-    if env_id in ENVIRONMENTS:
-        cost = cost_of(env_id, task_of(env_id, settings))
-        bounds = bounds_of(env_id, n, seed, settings)
-        if other_task(env_id, settings) is None:
-            refuse_impossible(cost, episodes.successes, values[cost.name], bounds)
-    return Evaluation(
+    found = Evaluation(
         env_id=env_id,
         policy=policy.name,
         config=settings,
         seed=seed,
-        cost=cost,
-        values={**values, "return": returns},
-        best=None if unranked else best_of(env_id, n),
-        bounds=bounds,
+        cost=cost_of(env_id, task_of(env_id, settings)) if env_id in ENVIRONMENTS else None,
+        values={**_values(env_id, episodes, settings), "return": returns},
         provenance=provenance(),
         unranked=unranked,
     )
+    return up_to_date(found)
 
 
 def _values(env_id: str, episodes: Episodes, settings: Mapping[str, Any]) -> dict[str, Array]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,13 +10,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.base.files import read_json, write_atomic
+from rigid_envs.base.files import write_atomic
+from rigid_envs.base.text import in_markdown, in_plot, markdown_table
 from rigid_envs.envs.display import needed
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.scores.best import best_known
-from rigid_envs.scores.records import read_evaluation
+from rigid_envs.scores.records import read_results
 from rigid_envs.scores.repeating import published_evaluation
-from rigid_envs.scores.result import FORMAT, Estimate, Evaluation
+from rigid_envs.scores.result import Estimate, Evaluation
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION, Cost, cost_of
 from rigid_envs.scores.statistics import interquartile_mean, stratified_bootstrap
 from rigid_envs.scores.trained import published
@@ -26,27 +26,6 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-
-# Text that may come from a file, such that Markdown and matplotlib show it letter by letter.
-
-
-def in_markdown(text: str) -> str:
-    """A text as a cell of a table: no markup, no link, no HTML, and no end of the cell.
-
-    Args:
-        text: One line.
-    """
-    return re.sub(r"[\\`*\[\]<>|&~$:]", r"\\\g<0>", text)
-
-
-def in_plot(text: str) -> str:
-    """A text as a label: no formula, which could have errors.
-
-    Args:
-        text: One line.
-    """
-    return text.replace("$", r"\$")
 
 
 # Rows of the leaderboard: of evaluations, of published policies, of what needs no training.
@@ -79,18 +58,42 @@ class Row(NamedTuple):
 
 
 def row_of(found: Evaluation) -> Row:
-    """The row of an evaluation."""
-    cost, best, bound = (found.mean(each) for each in (found.costs, found.best, found.bounds))
+    """The row of an evaluation; of a part of the starts it is not ranked: they may be easy ones."""
+    unranked = found.unranked or ("no best is known" if found.efficiencies is None else None)
+    if found.unranked is None and found.n != N_STARTS:
+        unranked = f"n = {found.n}; expected all {N_STARTS} starts"
+    return _row(found.env_id, found.policy, found.figures(), found.cost, found.seed,
+                found.provenance, unranked)  # fmt: skip
+
+
+def _row(
+    env_id: str,
+    policy: str,
+    figures: Mapping[str, Any],
+    cost: Cost | None,
+    seed: int,
+    where: Mapping[str, Any],
+    unranked: str | None = None,
+) -> Row:
+    means = [figures[key] for key in ("cost_mean", "best_mean", "bound_mean")]
+    mean, best, bound = (np.nan if each is None else float(each) for each in means)
+    efficiency = figures["efficiency"]
+    commit = "no commit" if where["git_commit"] is None else f"commit {where['git_commit'][:12]}"
+    source = (
+        f"{figures['episodes']} starts of seed {seed}, evaluation set {VERSION}; rigid-envs "
+        f"{where['versions']['rigid-envs']}, kernels {where['kernel_hash']}, {commit}"
+        f"{' with changes' if where['git_dirty'] else ''}."
+    )
     return Row(
-        found.env_id,
-        found.policy,
-        found.success,
-        found.efficiency,
-        found.cost,
-        (cost, best, bound),
-        found.gap,
-        _source(found.n, found.seed, found.provenance),
-        _objection(found),
+        env_id,
+        policy,
+        Estimate(figures["success_rate"], *figures["success_rate_95"]),
+        None if efficiency is None else Estimate(efficiency, *figures["efficiency_95"]),
+        cost,
+        (mean, best, bound),
+        figures["gap"],
+        source,
+        unranked,
     )
 
 
@@ -98,11 +101,10 @@ def packaged_rows() -> list[Row]:
     """Rows of what comes with the package: published policies, and those without training."""
     rows = [row_of(published_evaluation(name)) for name in published()]
     for env_id in ENVIRONMENTS:
-        known = best_known(env_id)
-        if known is not None:
+        if (known := best_known(env_id)) is not None:
             cost = cost_of(env_id, task_of(env_id))
             rows += [
-                _untrained(env_id, name, summary, cost, known.provenance)
+                _row(env_id, name, summary, cost, TEST_SEED, known.provenance)
                 for name, summary in known.policies.items()
             ]
     return rows
@@ -120,43 +122,8 @@ def kind_of(row: Row) -> str:
     return "reference controller" if row.policy == best else row.policy
 
 
-def _untrained(
-    env_id: str, name: str, summary: Mapping[str, Any], cost: Cost, where: Mapping[str, Any]
-) -> Row:
-    """The row of a policy that `rigid-envs best` has played, from its summary."""
-    means = [summary[key] for key in ("cost_mean", "best_mean", "bound_mean")]
-    mean, best, bound = (np.nan if each is None else float(each) for each in means)
-    return Row(
-        env_id,
-        name,
-        Estimate(summary["success_rate"], *summary["success_rate_95"]),
-        Estimate(summary["efficiency"], *summary["efficiency_95"]),
-        cost,
-        (mean, best, bound),
-        summary["gap"],
-        _source(summary["episodes"], TEST_SEED, where),
-        None,
-    )
-
-
-def _objection(found: Evaluation) -> str | None:
-    """Why an evaluation is listed apart; None if it is ranked. Few starts may be easy ones."""
-    if found.unranked is None and found.n != N_STARTS:
-        return f"n = {found.n}; expected all {N_STARTS} starts"
-    return found.unranked or ("no best is known" if found.efficiencies is None else None)
-
-
 def _rank(row: Row) -> float:
     return -1.0 if row.efficiency is None else row.efficiency.mean
-
-
-def _source(n: int, seed: int, where: Mapping[str, Any]) -> str:
-    commit = "no commit" if where["git_commit"] is None else f"commit {where['git_commit'][:12]}"
-    return (
-        f"{n} starts of seed {seed}, evaluation set {VERSION}; rigid-envs "
-        f"{where['versions']['rigid-envs']}, kernels {where['kernel_hash']}, {commit}"
-        f"{' with changes' if where['git_dirty'] else ''}."
-    )
 
 
 # Looks of the plots of policies: colours, markers, grid.
@@ -232,7 +199,6 @@ def draw(results: Sequence[Row]) -> Figure:
 
 # Leaderboard: all results below a folder in one table and one plot.
 
-_LIMIT = 2**24  # bytes of a result
 _HEADER = ("environment", "policy", "success", "95 %", "efficiency", "95 %", "cost", "mean", "best",
            "bound", "gap")  # fmt: skip
 _INTRODUCTION = """# Leaderboard
@@ -285,31 +251,6 @@ def write_leaderboard(folder: Path, packaged: bool = False) -> str:
     return text
 
 
-def read_results(folder: Path) -> list[Evaluation]:
-    """All results below a folder, beside what is known best and what theory says now.
-
-    Args:
-        folder: Where to look for JSON files; what is no result is left out.
-
-    Raises:
-        DamagedFileError: No JSON, or a result that `read_evaluation` refuses.
-    """
-    found = []
-    for path in sorted(folder.rglob("*.json")):
-        content = read_json(path, _LIMIT)
-        if isinstance(content, dict) and _is_row(content):
-            evaluation = read_evaluation(path, anew=True)
-            if evaluation.env_id in ENVIRONMENTS:
-                found.append(evaluation)
-    return found
-
-
-def _is_row(content: Mapping[str, Any]) -> bool:
-    """Whether this is a result, of any version, or was one before its format was damaged."""
-    kind, _, _ = FORMAT.rpartition(" ")
-    return str(content.get("format")).startswith(kind) or {"starts", "sha256"} <= content.keys()
-
-
 def markdown(results: Sequence[Row]) -> str:
     """The page: the plot, the tables, and under them where their numbers come from.
 
@@ -317,13 +258,13 @@ def markdown(results: Sequence[Row]) -> str:
         results: In the order of the rows.
     """
     ranked = [row for row in results if row.unranked is None]
-    overall = [("policy", "environments", "runs", "efficiency", "95 %"),
-               ("---", *["---:"] * 4), *_overall(ranked)]  # fmt: skip
-    sides = ("---", "---", *["---:"] * 4, "---", *["---:"] * 4)
-    rows = [_HEADER, sides, *map(_cells, ranked)]
+    overall = markdown_table(
+        ("policy", "environments", "runs", "efficiency", "95 %"), _overall(ranked), "<>>>>"
+    )
+    table = markdown_table(_HEADER, map(_cells, ranked), "<<>>>><>>>>")
     notes = "\n".join(dict.fromkeys(in_markdown(row.source) for row in results))
     apart = _apart([row for row in results if row.unranked is not None])
-    return f"{_INTRODUCTION}\n{_ALL}\n{_table(overall)}\n\n{_table(rows)}\n\n{apart}{notes}\n"
+    return f"{_INTRODUCTION}\n{_ALL}\n{overall}\n\n{table}\n\n{apart}{notes}\n"
 
 
 def _apart(results: Sequence[Row]) -> str:
@@ -331,8 +272,7 @@ def _apart(results: Sequence[Row]) -> str:
     if not results:
         return ""
     cells = [(*_cells(row)[:4], in_markdown(row.unranked or "")) for row in results]
-    rows = [(*_HEADER[:4], "why"), ("---", "---", "---:", "---:", "---"), *cells]
-    return f"{_APART}\n{_table(rows)}\n\n"
+    return f"{_APART}\n{markdown_table((*_HEADER[:4], 'why'), cells, '<<>><')}\n\n"
 
 
 def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
@@ -353,10 +293,6 @@ def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
         (in_markdown(name), str(n_ids), str(n), f"{mean:.3f}", ends)
         for mean, name, n_ids, n, ends in sorted(found, reverse=True)
     ]
-
-
-def _table(rows: Sequence[Sequence[str]]) -> str:
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 def _cells(result: Row) -> tuple[str, ...]:

@@ -18,11 +18,13 @@ from rigid_envs.envs.single import RigidEnv
 from rigid_envs.envs.spaces import info_numbers
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.scores.best import best_known
+from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import (
     N_STARTS,
     TEST_SEED,
     Cost,
     Episodes,
+    cost_of,
     entries_of,
     metrics_of,
     play,
@@ -114,6 +116,30 @@ def bounds_of(env_id: str, n: int, seed: int, config: Mapping[str, Any]) -> Arra
     envs = registered_rows(env_id, n, config)
     envs.reset(seed=row_seeds(seed, n, "test"))
     return limit.values(envs)
+
+
+def up_to_date(found: Evaluation) -> Evaluation:
+    """An evaluation beside what is best known and what theory says now, whatever it says itself.
+
+    Args:
+        found: The evaluation; one of an id that is not registered stays as it is.
+
+    Raises:
+        ValueError: Another cost than that of its id, or a success that costs less than theory
+            allows.
+    """
+    env_id, config = found.env_id, found.config
+    if env_id not in ENVIRONMENTS:
+        return found
+    cost = cost_of(env_id, task_of(env_id, config))
+    if found.cost != cost:
+        raise ValueError(f"cost = {found.cost}; expected {cost}")
+    bounds = bounds_of(env_id, found.n, found.seed, config)
+    if other_task(env_id, config) is None:
+        refuse_impossible(cost, found.successes, found.costs, bounds)
+    unranked = found.unranked or objection(env_id, config, found.seed, found.n)
+    best = None if unranked else best_of(env_id, found.n)
+    return replace(found, bounds=bounds, best=best, unranked=unranked)
 
 
 def refuse_impossible(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,18 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, exact_array, require
-from rigid_envs.base.files import checked_values, column, read_document, write_document
+from rigid_envs.base.files import (
+    checked_values,
+    column,
+    named_damage,
+    opened,
+    read_document,
+    read_json,
+    write_document,
+)
 from rigid_envs.engine.provenance import KINDS
 from rigid_envs.envs.lookup import id_in_file, task_of
-from rigid_envs.scores.proof import best_of, bounds_of, objection, other_task, refuse_impossible
+from rigid_envs.scores.proof import best_of, objection, up_to_date
 from rigid_envs.scores.result import FORMAT, Evaluation
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION, Cost, cost_of, efficiencies
 from rigid_envs.tasks.registry import ENVIRONMENTS
@@ -98,31 +106,6 @@ class Record:
             return None
         floor = cost_of(self.env_id, task_of(self.env_id)).floor
         return float(efficiencies(self.successes, self.costs, best, floor).mean())
-
-    def differences(self, found: Evaluation) -> list[str]:
-        """Where an evaluation differs from the record, to the last digit.
-
-        Args:
-            found: An evaluation of the same policy from the same starts.
-
-        Returns:
-            A line for each kind of figure; none if all are the same.
-        """
-        lines = []
-        for name, mine, now in (
-            ("success", self.successes, found.successes),
-            ("cost", self.costs, found.costs),
-        ):
-            if len(mine) != len(now):
-                return [f"{len(now)} starts; the record has {len(mine)}"]
-            wrong = np.flatnonzero(mine != now)
-            if len(wrong):
-                k = wrong[0]
-                lines.append(
-                    f"{name} differs from {len(wrong)} of {len(mine)} starts; from start {k} it is "
-                    f"{now[k]!r}, in the record {mine[k]!r}"
-                )
-        return lines
 
 
 def record_file(folder: Path, env_id: str, algo: str, frame: str, seed: int) -> Path:
@@ -221,6 +204,7 @@ def read_records(folder: Path) -> Iterator[Record]:
 # Rows of the leaderboard, read again: every figure must follow from the starts.
 
 _LIMIT = 2**24  # bytes
+_MEND = "write it anew: rigid-envs evaluate --out"
 _KINDS = {
     **{"env_id": str, "algo": str, "config": dict, "policy": dict, "starts": dict},
     **{"evaluation_version": int, "test_seed": int, "cost": list | None, "unranked": str | None},
@@ -240,10 +224,33 @@ def read_evaluation(path: str | Path, *, anew: bool = False) -> Evaluation:
             follow from the starts.
         FileNotFoundError: No such file.
     """
-    mend = "write it anew: rigid-envs evaluate --out"
-    with read_document(Path(path), FORMAT, _LIMIT, mend) as row:
+    with read_document(Path(path), FORMAT, _LIMIT, _MEND) as row:
         found = evaluation_of(row)
         return up_to_date(found) if anew else found
+
+
+def read_results(folder: Path) -> list[Evaluation]:
+    """All results below a folder, beside what is known best and what theory says now.
+
+    Args:
+        folder: Where to look for JSON files; what is no result is left out.
+
+    Raises:
+        DamagedFileError: No JSON, or a result that `read_evaluation` refuses.
+    """
+    found = []
+    for file in sorted(folder.rglob("*.json")):
+        content = read_json(file, _LIMIT)
+        if isinstance(content, dict) and _is_row(content):
+            with named_damage(file, _MEND):
+                found.append(up_to_date(evaluation_of(opened(content, FORMAT))))
+    return [each for each in found if each.env_id in ENVIRONMENTS]
+
+
+def _is_row(content: Mapping[str, Any]) -> bool:
+    """Whether this is a result, of any version, or was one before its format was damaged."""
+    kind, _, _ = FORMAT.rpartition(" ")
+    return str(content.get("format")).startswith(kind) or {"starts", "sha256"} <= content.keys()
 
 
 def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
@@ -286,30 +293,6 @@ def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
         if told != value and not _close(told, value):
             raise ValueError(f"policy.{name} = {told!r}; expected {value!r}, as the starts have it")
     return found
-
-
-def up_to_date(found: Evaluation) -> Evaluation:
-    """An evaluation beside what is best known and what theory says now; its file is not believed.
-
-    Args:
-        found: As it was read; one of an id that is not registered stays as it is.
-
-    Raises:
-        ValueError: Another cost than that of its id, or a success that costs less than theory
-            allows.
-    """
-    env_id, config = found.env_id, found.config
-    if env_id not in ENVIRONMENTS:
-        return found
-    cost = cost_of(env_id, task_of(env_id, config))
-    if found.cost != cost:
-        raise ValueError(f"cost = {found.cost}; expected {cost}")
-    bounds = bounds_of(env_id, found.n, found.seed, config)
-    if other_task(env_id, config) is None:
-        refuse_impossible(cost, found.successes, found.costs, bounds)
-    unranked = found.unranked or objection(env_id, config, found.seed, found.n)
-    best = None if unranked else best_of(env_id, found.n)
-    return replace(found, bounds=bounds, best=best, unranked=unranked)
 
 
 def _close(told: Any, value: Any) -> bool:

@@ -34,7 +34,7 @@ _GOALS = ("achieved_goal", "desired_goal", "observation")
 
 @dataclass(frozen=True, eq=False)
 class Decoded:
-    """States found in observations, as controllers read them (`rigid_envs.scores.States`).
+    """States found in observations, as controllers read them (`rigid_envs.scores.policies.States`).
 
     Attributes:
         system: The physical system with the middle of each range.

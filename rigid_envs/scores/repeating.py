@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from rigid_envs.base.checks import Array
 from rigid_envs.envs.lookup import full_id, task_of
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.policies import untrained_policies
@@ -16,7 +18,6 @@ from rigid_envs.scores.proof import best_of, bounds_of, objection
 from rigid_envs.scores.records import Record, read_evaluation, read_record
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import TEST_SEED, cost_of
-from rigid_envs.scores.statistics import wilson_interval
 from rigid_envs.scores.trained import FOLDER, file_of, load, published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
@@ -24,19 +25,17 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 
 
 @dataclass(frozen=True, eq=False)
-class Recheck:
-    """A published policy that was evaluated again.
+class Repeat:
+    """Episodes that were played again.
 
     Attributes:
-        name: Its name.
-        record: What is published.
-        found: The evaluation of now, from the same starts; from others with another seed.
-        differences: Where it differs from what is published; empty if it does not.
+        then: What a file says of them, or what is published.
+        now: What came of it now; of `recheck` with a seed, from other starts.
+        differences: Which numbers of which starts differ; empty if none does.
     """
 
-    name: str
-    record: Record
-    found: Evaluation
+    then: Evaluation
+    now: Evaluation
     differences: tuple[str, ...]
 
 
@@ -50,15 +49,16 @@ def published_record(name: str, folder: Path = FOLDER) -> Record:
     return read_record(file_of(name, folder).with_suffix(".json"))
 
 
-def published_evaluation(name: str) -> Evaluation:
+def published_evaluation(name: str, folder: Path = FOLDER) -> Evaluation:
     """The record of a published policy as an evaluation, beside what is best known now.
 
     It has success and cost of each start, and neither returns nor other metrics.
 
     Args:
         name: See `rigid_envs.load`.
+        folder: Where the policies are.
     """
-    record = published_record(name)
+    record = published_record(name, folder)
     env_id, settings, n = record.env_id, record.settings, len(record.costs)
     cost = cost_of(env_id, task_of(env_id, settings))
     unranked = objection(env_id, settings, TEST_SEED, n)
@@ -69,14 +69,14 @@ def published_evaluation(name: str) -> Evaluation:
         seed=TEST_SEED,
         cost=cost,
         values={"success": record.successes.astype(np.float64), cost.name: record.costs},
-        best=None if unranked else best_of(env_id, n),
-        bounds=bounds_of(env_id, n, TEST_SEED, settings),
         provenance=record.provenance,
         unranked=unranked,
+        best=None if unranked else best_of(env_id, n),
+        bounds=bounds_of(env_id, n, TEST_SEED, settings),
     )
 
 
-def recheck(name: str, seed: int | None = None, folder: Path = FOLDER) -> Recheck:
+def recheck(name: str, seed: int | None = None, folder: Path = FOLDER) -> Repeat:
     """Evaluate a published policy again.
 
     From the published starts, success and cost of each must be the same, to the last digit. From
@@ -88,40 +88,21 @@ def recheck(name: str, seed: int | None = None, folder: Path = FOLDER) -> Rechec
         folder: Where the policies are.
     """
     file, record = file_of(name, folder), published_record(name, folder)
-    policy, n = load(file), len(record.costs)
+    then = published_evaluation(name, folder)
     starts = TEST_SEED if seed is None else seed
-    found = evaluate(record.env_id, policy, n=n, config=record.settings, seed=starts)
+    now = evaluate(then.env_id, load(file), n=then.n, config=then.config, seed=starts)
     if seed is None:
-        wrong = record.differences(found)
+        wrong = _differences(then.values, {key: now.values[key] for key in then.values})
     else:
-        low, high = wilson_interval(int(record.successes.sum()), n)
-        rate = found.success.mean
-        wrong = (
-            []
-            if low <= rate <= high
-            else [f"success {rate:.3f} of other starts; expected {low:.3f} to {high:.3f}"]
-        )
+        (_, low, high), rate = then.success, now.success.mean
+        expected = f"expected {low:.3f} to {high:.3f}"
+        wrong = [] if low <= rate <= high else [f"success {rate:.3f} of other starts; {expected}"]
     if hashlib.sha256(file.read_bytes()).hexdigest() != record.policy_sha256:
         wrong.append("the record is of another file")
-    return Recheck(file.stem, record, found, tuple(wrong))
+    return Repeat(then, now, tuple(wrong))
 
 
 # Results in files, played again: every number must be hit to the last digit.
-
-
-@dataclass(frozen=True, eq=False)
-class Repeat:
-    """A result that was played again.
-
-    Attributes:
-        then: What the file says.
-        now: What came of it now.
-        differences: Which numbers of which starts differ; empty if none does.
-    """
-
-    then: Evaluation
-    now: Evaluation
-    differences: tuple[str, ...]
 
 
 def repeat(file: str | Path, policy: str | None = None) -> Repeat:
@@ -140,7 +121,7 @@ def repeat(file: str | Path, policy: str | None = None) -> Repeat:
     then = read_evaluation(file)
     chosen = policy_named(policy) if policy is not None else _policy_of(then)
     now = evaluate(then.env_id, chosen, n=then.n, config=dict(then.config), seed=then.seed)
-    return Repeat(then, now, tuple(_differences(then, now)))
+    return Repeat(then, now, tuple(_differences(then.values, now.values)))
 
 
 def policy_named(name: str) -> Any:
@@ -163,11 +144,11 @@ def _policy_of(found: Evaluation) -> Any:
     )
 
 
-def _differences(then: Evaluation, now: Evaluation) -> list[str]:
+def _differences(then: Mapping[str, Array], now: Mapping[str, Array]) -> list[str]:
     """One line for every quantity that is not the same from every start."""
     lines = []
-    for name in sorted(then.values.keys() | now.values.keys()):
-        old, new = then.values.get(name), now.values.get(name)
+    for name in sorted(then.keys() | now.keys()):
+        old, new = then.get(name), now.get(name)
         if old is None or new is None:
             lines.append(f"{name}: only {'now' if old is None else 'then'}")
         elif not np.array_equal(old, new, equal_nan=True):

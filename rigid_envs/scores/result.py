@@ -42,12 +42,12 @@ class Evaluation:
         values: "success", "return", "length", "cost" and the metrics of the id by name, each of
             shape (n,). Success and cost are what the rows themselves publish; in environments of
             others what ``info`` says.
-        best: Best known costs, shape (n,), NaN where nobody succeeded; None for an id without data,
-            or where this is not ranked.
-        bounds: Least costs that theory allows, shape (n,); None where it says nothing.
         provenance: Versions, kernels, commit, machine and date.
         unranked: Why it does not stand beside the best known; None if its actions, played again in
             the registered task from the starts of the evaluation set, gave the same figures.
+        best: Best known costs, shape (n,), NaN where nobody succeeded; None for an id without data,
+            or where this is not ranked.
+        bounds: Least costs that theory allows, shape (n,); None where it says nothing.
     """
 
     env_id: str
@@ -56,10 +56,10 @@ class Evaluation:
     seed: int
     cost: Cost | None
     values: Mapping[str, Array]
-    best: Array | None
-    bounds: Array | None
     provenance: Mapping[str, Any]
     unranked: str | None
+    best: Array | None = None
+    bounds: Array | None = None
 
     def __post_init__(self) -> None:
         """Refuse text that cannot be shown, and read again."""
@@ -129,9 +129,9 @@ class Evaluation:
         """The same episodes beside other best known costs."""
         return replace(self, best=best)
 
-    def summary(self) -> dict[str, Any]:
-        """Rates, means and intervals, as JSON values; costs are of the successes alone."""
-        efficiency, others = self.efficiency, self.values.keys() - {"success", "length", "cost"}
+    def figures(self) -> dict[str, Any]:
+        """What it is ranked by, as JSON values; costs are of the successes alone."""
+        efficiency = self.efficiency
         return {
             "episodes": self.n,
             "successes": int(self.successes.sum()),
@@ -143,6 +143,13 @@ class Evaluation:
             "best_mean": _plain(self.mean(self.best)),
             "bound_mean": _plain(self.mean(self.bounds)),
             "gap": self.gap,
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """All rates, means and intervals, as JSON values."""
+        others = self.values.keys() - {"success", "length", "cost"}
+        return {
+            **self.figures(),
             "records": int(self.records.sum()),
             "return_mean": float(self.values["return"].mean()),
             "length_mean": float(self.values["length"].mean()),

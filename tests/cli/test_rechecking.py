@@ -29,7 +29,12 @@ def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         whole = published.published_record(name)
         few = replace(whole, successes=whole.successes[:N], costs=whole.costs[:N])
         write_record(tmp_path / f"{name}.json", few)
-    for function in (loading.published, loading.file_of, published.published_record):
+    for function in (
+        loading.published,
+        loading.file_of,
+        published.published_record,
+        published.published_evaluation,
+    ):
         monkeypatch.setattr(function, "__defaults__", (tmp_path,))
     monkeypatch.setattr(published.recheck, "__defaults__", (None, tmp_path))
     return tmp_path
@@ -71,8 +76,8 @@ def other_file(record: Record) -> Record:
 
 CHANGES: dict[str, tuple[Callable[[Path], None], str]] = {
     "one weight": (one_other_weight, "the record is of another file"),
-    "the last digit of a cost": (rewritten(other_cost), "cost differs from 1 of 6 starts"),
-    "one success": (rewritten(other_success), "success differs from 1 of 6 starts; from start 2"),
+    "the last digit of a cost": (rewritten(other_cost), "path: 1 of 6 starts differ"),
+    "one success": (rewritten(other_success), "success: 1 of 6 starts differ, start 2 first"),
     "hash of the file": (rewritten(other_file), "the record is of another file"),
 }
 

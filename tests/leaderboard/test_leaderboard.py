@@ -19,12 +19,11 @@ from rigid_envs.scores.leaderboard import (
     look,
     markdown,
     packaged_rows,
-    read_results,
     row_of,
     sorted_rows,
     write_leaderboard,
 )
-from rigid_envs.scores.records import evaluation_of, read_evaluation
+from rigid_envs.scores.records import evaluation_of, read_evaluation, read_results
 from rigid_envs.scores.repeating import published_record
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.trained import published
@@ -97,13 +96,6 @@ def test_a_result_that_was_damaged_is_refused_and_not_left_out(
             read_results(tmp_path)
     file.write_text('{"name": "of another program"}')
     assert read_results(tmp_path) == []
-
-
-def test_a_file_of_more_than_16_mebibytes_is_not_read(tmp_path: Path) -> None:
-    with (tmp_path / "row.json").open("wb") as sparse:
-        sparse.truncate(2**24 + 1)
-    with pytest.raises(DamagedFileError, match=f"{2**24 + 1} bytes; expected at most {2**24}"):
-        read_results(tmp_path)
 
 
 def test_an_id_of_another_package_is_left_out(folder: Path) -> None:

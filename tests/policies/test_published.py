@@ -73,51 +73,10 @@ def test_records_of_the_same_policy_among_the_baselines_have_the_same_figures() 
             np.testing.assert_array_equal(mine.costs, other.costs)
 
 
-def test_the_last_digit_counts(tmp_path: Path) -> None:
-    name = NAMES[0]
-    for file in FOLDER.glob(f"{name}.*"):
-        shutil.copy(file, tmp_path)
-    record = published_record(name)
-    record.costs[7] = np.nextafter(record.costs[7], np.inf)
-    write_record(tmp_path / f"{name}.json", record)
-    (difference,) = recheck(name, folder=tmp_path).differences
-    assert "cost differs from 1 of 500 starts; from start 7" in difference
-    with (tmp_path / f"{name}.safetensors").open("rb") as file:
-        data = file.read()
-    (tmp_path / f"{name}.safetensors").write_bytes(data[:-1])
-    with pytest.raises(ValueError, match="not a file of this program"):
-        recheck(name, folder=tmp_path)
-
-
-def test_the_record_of_another_file_is_noticed(tmp_path: Path) -> None:
-    name = NAMES[0]
-    for file in FOLDER.glob(f"{name}.*"):
-        shutil.copy(file, tmp_path)
-    write_record(tmp_path / f"{name}.json", replace(published_record(name), policy_sha256="0" * 64))
-    assert recheck(name, folder=tmp_path).differences == ("the record is of another file",)
-
-
-def test_the_command_says_what_fails(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    name = NAMES[0]
-    record = published_record(name)
-    changed = replace(record, successes=~record.successes)
-    monkeypatch.setattr("rigid_envs.scores.repeating.published_record", lambda *_: changed)
-    assert main(["verify", "--policies", name]) == 1
-    out = capsys.readouterr().out
-    assert f"FAILS: {name}: success differs from 500 of 500 starts" in out
-    assert "holds" not in out
-
-
 def test_a_record_of_an_easier_task_has_no_efficiency() -> None:
     record = published_record(NAMES[0])
     assert record.efficiency is not None
     assert replace(record, settings={"frame": "reduced", "dt": 0.07}).efficiency is None
-
-
-def test_an_evaluation_of_fewer_starts_is_no_repetition() -> None:
-    record = published_record(NAMES[0])
-    few = replace(record, successes=record.successes[:9], costs=record.costs[:9])
-    assert few.differences(published_evaluation(NAMES[0])) == ["500 starts; the record has 9"]
 
 
 def test_records_of_other_tasks_and_of_a_part_of_the_starts_are_passed_over(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ import gymnasium as gym
 import numpy as np
 import pytest
 import torch
-from stable_baselines3 import A2C, PPO, SAC
 from stable_baselines3.common.env_util import make_vec_env as their_make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
 
@@ -65,13 +64,6 @@ def test_what_cannot_be_is_refused(words: Any, message: str) -> None:
         make_vec_env(*words)
     with pytest.raises(ConfigError, match=r"config\.radios: unknown key; did you mean 'radius'"):
         make_vec_env("BallPark", radios=1.0)
-
-
-def test_their_algorithms_train_on_it() -> None:
-    for kind, more in ((PPO, {"n_steps": 16, "batch_size": 32}), (A2C, {})):
-        kind("MlpPolicy", make_vec_env("Detumble", 4), seed=0, **more).learn(128)
-    goals = make_vec_env("BallParkGoal", 2)
-    SAC("MultiInputPolicy", goals, learning_starts=10, batch_size=8, seed=0).learn(30)
 
 
 @pytest.mark.parametrize("name", ["Detumble", "BallGrid", "BallParkGoal", "BallPark"])

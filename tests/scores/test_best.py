@@ -68,7 +68,7 @@ def test_published_policies_are_among_those_who_search():
 def test_data_that_have_been_changed_are_found(monkeypatch, capsys):
     known = best_known(DETUMBLE)
     changed = replace(known, costs=0.99 * known.costs)
-    monkeypatch.setattr("rigid_envs.scores.best_known", lambda _: changed)
+    monkeypatch.setattr("rigid_envs.scores.best.best_known", lambda _: changed)
     assert main(["verify", "--scores", DETUMBLE]) == 1
     assert "riccati" in next(x for x in capsys.readouterr().out.splitlines() if "FAILS" in x)
 
@@ -85,13 +85,13 @@ def test_figures_that_differ_are_told_of_their_policies_alone(monkeypatch, capsy
         zero["success_rate"] += rate
         policies = {**known.policies, "zero": zero}
         changed = replace(known, costs=costs, finders=finders, policies=policies)
-        monkeypatch.setattr("rigid_envs.scores.best_known", lambda _, changed=changed: changed)
+        monkeypatch.setattr("rigid_envs.scores.best.best_known", lambda _, changed=changed: changed)
         assert main(["verify", "--scores", DETUMBLE]) == 1
         lines = [line.split() for line in capsys.readouterr().out.splitlines()]
         assert {words[1] for words in lines if words[-1:] == ["FAILS"]} == told
 
 
-def test_a_file_is_read_as_it_was_written_and_damaged_ones_are_refused(tmp_path):
+def test_a_file_is_read_as_it_was_written(tmp_path):
     known, file = find(GRID, n=5), tmp_path / "grid.json"
     write_best(file, replace(known, costs=np.array([*known.costs[:4], np.nan]),
                              finders=(*known.finders[:4], "")))  # fmt: skip
@@ -99,19 +99,10 @@ def test_a_file_is_read_as_it_was_written_and_damaged_ones_are_refused(tmp_path)
     np.testing.assert_array_equal(again.costs[:4], known.costs[:4])
     assert np.isnan(again.costs[4]) and again.finders == (*known.finders[:4], "")
     assert again.policies == json.loads(json.dumps(known.policies))
-    text = file.read_text()
-    for old, new in (("best 1", "best 0"), ('"finder": [0', '"finder": [-1'), ('"costs"', '"c"')):
-        assert old in text
-        file.write_text(text.replace(old, new))
-        with pytest.raises(DamagedFileError, match="write it anew: rigid-envs best"):
-            read_best(file)
 
 
-def test_the_name_of_a_finder_is_one_that_can_be_shown(tmp_path):
+def test_the_name_of_a_finder_is_a_text(tmp_path):
     file = tmp_path / "grid.json"
-    write_best(file, replace(find(GRID, n=2), finders=("a\x1b[2J",) * 2))
-    with pytest.raises(DamagedFileError, match="can be printed"):
-        read_best(file)
     write_best(file, find(GRID, n=2))
     said = {"finders": ["zero", 3], "finder": [0, 1]}
     write_document(file, json.loads(file.read_text()) | said)

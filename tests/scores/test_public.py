@@ -216,21 +216,18 @@ def test_the_gap_is_over_the_mean_bound_of_the_successes_if_there_is_one_above_z
     assert lost.gap is None and np.isnan(lost.mean(lost.costs))
 
 
-def test_a_row_is_read_as_it_was_written_and_changed_ones_are_refused(tmp_path):
+def test_a_row_is_read_as_it_was_written(tmp_path):
     found = rigid_envs.evaluate(GRID, "random", n=60)
-    file = found.save(tmp_path / "row.json")
-    again = read_evaluation(file)
+    again = read_evaluation(found.save(tmp_path / "row.json"))
     assert str(again) == str(found) and again.row() == found.row()
-    text = file.read_text()
-    for old, new in (
-        (f'"successes": {int(found.successes.sum())}', '"successes": 60'),
-        ("result 3", "result 2"),
-        ('"starts": {', '"begins": {'),
-    ):
-        assert old in text
-        file.write_text(text.replace(old, new))
-        with pytest.raises(DamagedFileError, match=r"expected|no 'starts'"):
-            read_evaluation(file)
+
+
+def test_a_count_that_does_not_follow_from_the_starts_is_refused(tmp_path):
+    row, file = rigid_envs.evaluate(GRID, "zero", n=2).row(), tmp_path / "row.json"
+    row["policy"]["successes"] = 2
+    write_document(file, row)
+    with pytest.raises(DamagedFileError, match=r"policy\.successes = 2; expected 0"):
+        read_evaluation(file)
 
 
 def test_starts_without_an_outcome_are_refused_by_name(tmp_path):
@@ -293,6 +290,7 @@ def test_what_cannot_be_played_is_refused(arguments, message):
         ({"config": {1: 2}}, "config.1: unknown key; expected one of dt"),
         ({"config": 0}, "config = 0; expected a dict of hyperparameters"),
         ({"n": "x"}, "n = 'x'; expected an integer of at least 1"),
+        ({"n": 0}, "n = 0; expected an integer of at least 1"),
         ({"seed": "x"}, "seed = 'x'; expected an integer of at least 0"),
         ({"seed": None}, "seed = None; expected an integer of at least 0"),
         ({"env": "x"}, "env = 'x'; expected an environment of Gymnasium"),
@@ -323,9 +321,6 @@ def test_recorded_actions_of_other_episodes_are_refused():
 
 def test_environments_that_do_not_fit_are_refused():
     for options, message in (
-        ({"n": 0}, "n = 0; expected an integer of at least 1"),
-        ({"config": {"max_episode_steps": 9}}, "max_episode_steps: unknown key; expected one of"),
-        ({"env": 7}, "env = 7; expected an environment of Gymnasium"),
         ({"env": gym.make(GRID)}, f"env = {GRID}; expected one of {TOP}"),
         ({"env": gym.make(TOP), "config": {"dt": 0.1}}, "expected none beside env"),
         (

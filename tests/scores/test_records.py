@@ -12,9 +12,9 @@ import pytest
 from rigid_envs.base.files import DamagedFileError, write_document
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.scores.best import read_best, read_plans
-from rigid_envs.scores.records import read_evaluation, read_record, write_record
+from rigid_envs.scores.records import read_evaluation, read_record, read_results, write_record
 from rigid_envs.scores.repeating import published_record
-from rigid_envs.scores.trained import published
+from rigid_envs.scores.trained import load, published
 from tests.loading.readers import READERS
 
 PROVENANCE = tuple(provenance())
@@ -97,23 +97,40 @@ def test_figures_of_no_version_of_this_library_are_refused(kind: str, tmp_path: 
 
 @pytest.mark.parametrize(
     ("read", "limit"),
-    [(read_record, 2**20), (read_best, 2**20), (read_evaluation, 2**24), (read_plans, 2**25)],
+    [
+        *((read_record, 2**20), (read_best, 2**20), (read_evaluation, 2**24), (read_plans, 2**25)),
+        (load, 2**28),
+        (lambda file: read_results(file.parent), 2**24),
+    ],
 )
 def test_a_file_of_more_bytes_than_make_sense_is_not_read(
     read: Callable[[Path], Any], limit: int, tmp_path: Path
 ) -> None:
-    with (tmp_path / "file").open("wb") as sparse:
+    with (tmp_path / "file.json").open("wb") as sparse:
         sparse.truncate(limit + 1)
     with pytest.raises(DamagedFileError, match=f"{limit + 1} bytes; expected at most {limit}"):
-        read(tmp_path / "file")
+        read(tmp_path / "file.json")
 
 
-@pytest.mark.parametrize("key", ["policy", "algo", "config", "env_id"])
-def test_text_that_would_forge_a_row_of_a_page_is_refused(key: str, tmp_path: Path) -> None:
-    file = tmp_path / "record.json"
-    write_record(file, published_record(published()[0]))
-    write_document(
-        file, json.loads(file.read_text()) | {key: {"a": FORGED} if key == "config" else FORGED}
-    )
+@pytest.mark.parametrize(
+    ("kind", "key", "value"),
+    [
+        *(("record", key, FORGED) for key in ("policy", "algo", "env_id")),
+        ("record", "config", {"a": FORGED}),
+        ("best", "finders", ["a\x1b[2J"]),
+        ("result", "algo", "\x1b]0;owned\x07"),
+        ("result", "algo", "zero |\n| forged | 1.000"),
+        ("result", "config", {"frame": "\x1b[2J"}),
+        ("result", "cost", ["loss", "\x1b[2J", 0.0]),
+        ("result", "versions", {"rigid-envs": "\x1b[2J"}),
+        ("result", "env_id", "\x1b[2J"),
+    ],
+)
+def test_text_that_would_steer_a_terminal_or_forge_a_row_is_refused(
+    kind: str, key: str, value: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / READERS[kind].name
+    READERS[kind].write(file)
+    write_document(file, json.loads(file.read_text()) | {key: value})
     with pytest.raises(DamagedFileError, match="can be printed"):
-        read_record(file)
+        READERS[kind].read(file)

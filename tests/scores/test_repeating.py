@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from rigid_envs import load
-from rigid_envs.base.files import DamagedFileError, sealed
+from rigid_envs.base.files import sealed
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.records import read_evaluation
@@ -71,26 +71,6 @@ def test_a_published_policy_is_known_by_its_record(tmp_path):
         repeat(changed(file, tmp_path, lambda row: row.update(algo="mine"), sealed))
 
 
-def test_a_number_that_was_changed_is_noticed(saved, tmp_path):
-    def better(row):
-        row["starts"]["cost"][3] *= 0.99  # of which no other figure is made
-
-    other = changed(saved, tmp_path, better)
-    with pytest.raises(DamagedFileError, match=r"sha256 = .*: the content was changed"):
-        read_evaluation(other)
-
-
-@pytest.mark.parametrize("key", ["config", "algo", "cpu", "date", "git_commit", "versions"])
-def test_every_entry_of_a_row_is_under_its_digest(saved, tmp_path, key):
-    def other(row):
-        row[key] = {"dt": 0.1} if isinstance(row[key], dict) else "other"
-
-    with pytest.raises(DamagedFileError, match="the content was changed"):
-        read_evaluation(changed(saved, tmp_path, other))
-    with pytest.raises(DamagedFileError, match="no sha256"):
-        read_evaluation(changed(saved, tmp_path, lambda row: row.pop("sha256")))
-
-
 def test_the_digest_does_not_depend_on_the_order_of_keys_or_on_the_locale(saved):
     row = json.loads(saved.read_text())
     backwards = dict(reversed([(k, v) for k, v in row.items()]))
@@ -122,23 +102,6 @@ def test_the_command_plays_results_again(saved, tmp_path, capsys):
         assert said in capsys.readouterr().err
     assert main(["verify", "none.json"]) == 1
     assert "none.json" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("algo", "\x1b]0;owned\x07"),
-        ("algo", "zero |\n| forged | 1.000"),
-        ("config", {"frame": "\x1b[2J"}),
-        ("cost", ["loss", "\x1b[2J", 0.0]),
-        ("versions", {"rigid-envs": "\x1b[2J"}),
-        ("env_id", "\x1b[2J"),
-    ],
-)
-def test_text_that_would_steer_a_terminal_is_refused(key, value, saved, tmp_path):
-    other = changed(saved, tmp_path, lambda row: row.update({key: value}), sealed)
-    with pytest.raises(DamagedFileError, match="can be printed"):
-        read_evaluation(other)
 
 
 def test_a_name_that_could_not_be_read_again_is_refused_before_anything_is_played():

@@ -110,18 +110,14 @@ def verify_policies(names: Sequence[str], seed: int | None) -> bool:
         tell(name)
         begin = time.perf_counter()
         again = recheck(name, seed)
-        record, found = again.record, again.found
-        efficiency = None if found.efficiency is None else found.efficiency.mean
-        figures = (
-            f"{100 * found.success.mean:.1f} %",
-            f"{100 * record.success_rate:.1f} %",
-            *("-" if each is None else f"{each:.4f}" for each in (efficiency, record.efficiency)),
-            f"{time.perf_counter() - begin:.1f}",
-        )
-        rows.append(
-            (again.name, record.policy, *figures, "FAILS" if again.differences else "holds")
-        )
-        complaints += [f"{again.name}: {line}" for line in again.differences]
+        seconds = time.perf_counter() - begin
+        pair = (again.now, again.then)
+        rates = [f"{100 * each.success.mean:.1f} %" for each in pair]
+        means = ["-" if each.efficiency is None else f"{each.efficiency.mean:.4f}" for each in pair]
+        verdict = "FAILS" if again.differences else "holds"
+        own = again.then.env_id.rpartition("/")[2]
+        rows.append((own, again.then.policy, *rates, *means, f"{seconds:.1f}", verdict))
+        complaints += [f"{own}: {line}" for line in again.differences]
     tell("")
     print(table(_HEADER, rows, "<<>>>>><"))
     for line in complaints:
