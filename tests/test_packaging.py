@@ -91,6 +91,11 @@ def test_wheel_holds_every_published_policy_and_its_record(wheel: Path) -> None:
     assert {stem + end for stem in stems for end in (".safetensors", ".json")} <= files_of(wheel)
 
 
+def test_wheel_is_of_4_megabytes_at_most_and_holds_no_plans(wheel: Path) -> None:
+    assert wheel.stat().st_size <= 4_000_000
+    assert not [name for name in files_of(wheel) if "/scores/plans" in name]
+
+
 def test_library_depends_on_four_packages_only(metadata: Message) -> None:
     requirements = [Requirement(line) for line in metadata.get_all("Requires-Dist", [])]
     base = {r.name: r.specifier for r in requirements if "extra" not in str(r.marker)}

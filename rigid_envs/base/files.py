@@ -333,8 +333,7 @@ _LIMIT = 256 * 2**20  # bytes of a file, and of what is in it
 _MOST = 50_000  # arrays in a file: to list many more takes seconds
 _ENTRY = b"PK\x01\x02"  # how each one of them is listed
 _NPY = ".npy"
-_PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_LZMA)
-_PIECE = 4096  # bytes that are asked for at once: LZMA unpacks so many into 60 MB at most
+_PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # others may unpack more than is asked for
 
 
 def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -411,12 +410,11 @@ def _array(stream: IO[bytes], limit: int) -> NDArray[Any]:
     size = dtype.itemsize * math.prod(shape)
     if size > limit:
         raise ValueError(f"shape = {shape}: {size} bytes unpacked; expected at most {limit}")
-    content = bytearray()
-    while len(content) <= size and (piece := stream.read(_PIECE)):
-        content += piece
+    content = stream.read(size + 1)
     if len(content) != size:
         raise ValueError(f"{len(content)} bytes; expected {size} for shape {shape}")
-    return np.frombuffer(content, dtype).reshape(shape, order="F" if by_column else "C")
+    numbers = np.frombuffer(bytearray(content), dtype)  # which can be written to
+    return numbers.reshape(shape, order="F" if by_column else "C")
 
 
 # One file that holds named arrays and a JSON document, checked to the bit, and runs no code.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -20,7 +18,7 @@ from rigid_envs.base.files import (
     named_damage,
     read_arrays,
     read_document,
-    write_atomic,
+    write_arrays,
     write_document,
 )
 from rigid_envs.engine.provenance import KINDS
@@ -172,7 +170,8 @@ def write_best(file: Path, known: Best) -> None:
 # Plans as data, one file for each id: what shows that a best known cost can be had.
 #
 # `rigid-envs best --plan` writes them, `rigid-envs best` and `rigid-envs verify --scores` play
-# them.
+# them. They are in the repository and in the source package; wheels, four times as large with them,
+# have none.
 
 PLANNER = "planner"
 """Name of the planner among those who found best known costs."""
@@ -206,27 +205,32 @@ def file_of_plans(env_id: str, folder: Path = PLANS_FOLDER) -> Path:
     return folder / f"{env_id.rpartition('/')[2]}.npz"
 
 
-def write_plans(file: Path, plans: StoredPlans) -> None:
-    """Write a file, atomically.
+def missing_plans(env_id: str, folder: Path = PLANS_FOLDER) -> str | None:
+    """What to do where best known costs are of plans that are not here; None if nothing is missing.
 
-    The first bytes of all numbers come first, then the second ones, and so on, each along the time:
-    compressed, they are a fifth smaller. By LZMA, which `numpy.load` reads too, they are smaller by
-    another twentieth than from `numpy.savez_compressed`.
+    Args:
+        env_id: Gymnasium's id.
+        folder: Where they should be.
+    """
+    known, file = best_known(env_id), file_of_plans(env_id, folder)
+    if known is None or PLANNER not in known.finders or file.exists():
+        return None
+    return (
+        f"{env_id}: no {file}; expected the plans of {known.finders.count(PLANNER)} starts, which "
+        "a wheel leaves out: copy it from a checkout, or from `pip download --no-deps --no-binary "
+        ":all: rigid-envs`"
+    )
+
+
+def write_plans(file: Path, plans: StoredPlans) -> None:
+    """Write a file, atomically; its folder is made if it is not there.
 
     Args:
         file: Its path.
         plans: The data.
     """
-    along = np.ascontiguousarray(plans.actions.transpose(1, 2, 0)[..., None])
-    octets = np.moveaxis(along.astype("<f4").view(np.uint8), -1, 0)
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_LZMA) as archive:
-        for name, part in {"octets": octets, "hold": np.array(plans.hold)}.items():
-            entry = zipfile.ZipInfo(f"{name}.npy")  # without the time: the same bytes every time
-            entry.compress_type = zipfile.ZIP_LZMA
-            with archive.open(entry, "w") as stream:
-                np.lib.format.write_array(stream, part, allow_pickle=False)
-    write_atomic(file, buffer.getvalue())
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_arrays(file, {"actions": plans.actions, "hold": np.array(plans.hold)})
 
 
 def read_plans(file: Path) -> StoredPlans:
@@ -239,14 +243,13 @@ def read_plans(file: Path) -> StoredPlans:
         DamagedFileError: It holds something else.
     """
     with named_damage(file, "write it anew: rigid-envs best --plan"):
-        arrays = read_arrays(file, _PLANS_LIMIT, ("octets", "hold"))
-        octets, held = arrays["octets"], cast(Any, arrays["hold"])
+        arrays = read_arrays(file, _PLANS_LIMIT, ("actions", "hold"))
+        actions, held = arrays["actions"], cast(Any, arrays["hold"])
         hold = integer(held, "hold", 1)
-        if octets.dtype != np.uint8 or octets.ndim != 4 or len(octets) != 4 or not octets.size:
-            raise ValueError(f"octets: {octets.dtype} of shape {octets.shape}; expected uint8 of "
-                             "(4, n, m, T)")  # fmt: skip
-        require(octets.shape[3] * hold <= _MOST_PERIODS, hold, "hold",
+        if actions.dtype != np.float32 or actions.ndim != 3 or not actions.size:
+            raise ValueError(f"actions: {actions.dtype} of shape {actions.shape}; expected float32 "
+                             "of (T, n, m)")  # fmt: skip
+        require(len(actions) * hold <= _MOST_PERIODS, hold, "hold",
                 f"plans of at most {_MOST_PERIODS} control periods")  # fmt: skip
-        along = np.ascontiguousarray(np.moveaxis(octets, 0, -1)).view("<f4")[..., 0]
-        require(np.abs(along) <= 1.0, along, "actions", "numbers from -1 to 1")  # and no NaN
-        return StoredPlans(np.ascontiguousarray(along.transpose(2, 0, 1), np.float32), hold)
+        require(np.abs(actions) <= 1.0, actions, "actions", "numbers from -1 to 1")  # and no NaN
+        return StoredPlans(actions, hold)

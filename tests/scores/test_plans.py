@@ -16,6 +16,8 @@ from rigid_envs.scores.best import (
     best_known,
     file_of,
     file_of_plans,
+    missing_plans,
+    read_best,
     read_plans,
 )
 from rigid_envs.scores.best import write_plans as write
@@ -28,7 +30,6 @@ PLANNED = sorted(f"RigidEnvs/{file.stem}" for file in PLANS_FOLDER.glob("*.npz")
 
 def test_there_are_plans_of_no_other_ids_than_have_a_recipe():
     assert PLANNED and all(recipe_of(env_id) is not None for env_id in PLANNED)
-    assert sum(file.stat().st_size for file in PLANS_FOLDER.iterdir()) < 2**22
 
 
 @pytest.mark.parametrize("env_id", PLANNED)
@@ -41,23 +42,13 @@ def test_plans_cost_what_the_data_say(env_id):
     assert not better.any()
 
 
-def test_nobody_is_better_than_theory_allows():
-    for env_id in PLANNED:
-        found = evaluate(env_id, read_plans(file_of_plans(env_id)).policy(20), n=20)
-        if found.bounds is not None:
-            assert (found.bounds <= found.costs + 1e-9)[found.successes].all()
-
-
-def test_plans_are_read_as_they_were_written_and_damaged_ones_are_refused(tmp_path):
+def test_plans_are_read_as_they_were_written(tmp_path):
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, (5, 3, 2)).astype(np.float32)
     file = tmp_path / "plans.npz"
     write(file, StoredPlans(actions, 4))
     again = read_plans(file)
     np.testing.assert_array_equal(again.actions, actions)
     assert again.hold == 4
-    file.write_bytes(file.read_bytes()[:50])
-    with pytest.raises(DamagedFileError, match="--plan"):
-        read_plans(file)
 
 
 SOUND = np.zeros((5, 3, 2), np.float32)
@@ -65,9 +56,9 @@ WRONG = {
     "nan": StoredPlans(np.where(np.arange(2) == 1, np.nan, SOUND), 1),
     "inf": StoredPlans(SOUND - np.inf, 1),
     "7.0; expected numbers from -1 to 1": StoredPlans(SOUND + 7.0, 1),
-    r"\(4, 3, 2, 0\)": StoredPlans(SOUND[:0], 1),
-    r"\(4, 0, 2, 5\)": StoredPlans(SOUND[:, :0], 1),
-    r"\(4, 3, 0, 5\)": StoredPlans(SOUND[..., :0], 1),
+    r"\(0, 3, 2\)": StoredPlans(SOUND[:0], 1),
+    r"\(5, 0, 2\)": StoredPlans(SOUND[:, :0], 1),
+    r"\(5, 3, 0\)": StoredPlans(SOUND[..., :0], 1),
     "hold = 0; expected an integer of at least 1": StoredPlans(SOUND, 0),
     "hold = 2001; expected plans of at most 10000": StoredPlans(SOUND, 2001),
 }
@@ -91,46 +82,37 @@ def test_plans_of_fewer_starts_or_of_another_environment_are_refused(tmp_path):
 
 def test_a_small_file_that_unpacks_into_gigabytes_is_refused_before_it_does(tmp_path):
     file, header = tmp_path / "plans.npz", io.BytesIO()
-    described = {"descr": "|u1", "fortran_order": False, "shape": (4, 500, 2, 650_000)}
+    described = {"descr": "<f4", "fortran_order": False, "shape": (650_000, 500, 2)}
     np.lib.format.write_array_header_1_0(header, described)
     with zipfile.ZipFile(file, "w") as archive:
-        archive.writestr("octets.npy", header.getvalue() + bytes(1000))
+        archive.writestr("actions.npy", header.getvalue() + bytes(1000))
         archive.writestr("hold.npy", b"")
     with pytest.raises(DamagedFileError, match="2600000000 bytes unpacked; expected at most"):
         read_plans(file)
-
-
-def test_no_bit_of_a_file_can_be_wrong_unnoticed(tmp_path):
-    random, file = np.random.default_rng(0), tmp_path / "plans.npz"
-    plans = StoredPlans(random.uniform(-1.0, 1.0, (5, 3, 2)).astype(np.float32), 4)
-    write(file, plans)
-    sound, n_refused = file.read_bytes(), 0
-    for k in random.integers(8 * len(sound), size=500).tolist():
-        content = bytearray(sound)
-        content[k // 8] ^= 1 << k % 8
-        file.write_bytes(content)
-        try:  # some bits say only when and where a file was packed
-            again = read_plans(file)
-            assert again.hold == 4 and np.array_equal(again.actions, plans.actions)
-        except DamagedFileError:
-            n_refused += 1
-    assert n_refused > 250
 
 
 def test_the_command_plans_and_says_who_found_it(tmp_path, capsys):
     env_id = "RigidEnvs/CoinPark-v0"
     assert main(["best", env_id, "--plan", "--starts", "3", "--out", str(tmp_path)]) == 0
     assert PLANNER in capsys.readouterr().out
-    known = read_best_of(env_id, tmp_path)
-    assert known[:3] == list(replayed(env_id, 3, tmp_path)[0].costs)
+    file = file_of(env_id, tmp_path)
+    assert list(read_best(file).costs[:3]) == list(replayed(env_id, 3, tmp_path)[0].costs)
     assert main(["best", env_id, "--plan", "--starts", "4", "--out", str(tmp_path)]) == 0
-    assert len(read_best_of(env_id, tmp_path)) == 4  # those of three starts are no beginning
+    assert len(read_best(file).costs) == 4  # those of three starts are no beginning
 
 
-def read_best_of(env_id, folder):
-    import json
-
-    return json.loads(file_of(env_id, folder).read_text())["costs"]
+def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypatch, capsys):
+    env_id = "RigidEnvs/BallPark-v0"
+    for function in (missing_plans, replayed):
+        before = function.__defaults__
+        monkeypatch.setattr(function, "__defaults__", (*before[:-1], tmp_path))
+    zero = evaluate(env_id, "zero")
+    monkeypatch.setattr("rigid_envs.scores.finding.played", lambda *_: {"zero": zero})
+    monkeypatch.setattr("rigid_envs.scores.finding.trained", lambda *_: [])
+    assert main(["verify", "--scores", env_id]) == 0
+    (line,) = [x for x in capsys.readouterr().out.splitlines() if x.startswith("not played: ")]
+    assert f"{env_id}: no {tmp_path / 'BallPark-v0.npz'}; expected the plans of 486 starts" in line
+    assert missing_plans("RigidEnvs/Detumble-v0") is None  # whose best costs are of no plan
 
 
 def test_every_recipe_names_an_id():

@@ -393,6 +393,7 @@ def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) ->
     from rigid_envs.scores.best import (
         file_of,
         file_of_plans,
+        missing_plans,
         read_best,
         read_plans,
         write_best,
@@ -408,6 +409,8 @@ def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) ->
         place = file_of_plans(env_id, plans)
         stored = read_plans(place) if place.exists() else None
         write_plans(place, plan(env_id, n, stored))
+    elif options.out is None and (missing := missing_plans(env_id)):
+        print(missing)
     others += [*replayed(env_id, n, plans), *trained(env_id, n)]
     found = find(env_id, known, others, untrained, n)
     write_best(file, found)
@@ -435,32 +438,39 @@ def verify_scores(ids: Sequence[str]) -> bool:
     Returns:
         Whether all agree.
     """
-    from rigid_envs.scores.best import best_known
-    from rigid_envs.scores.finding import played, replayed, trained
+    from rigid_envs.scores.best import best_known, missing_plans
 
     print(heading(provenance()), end="\n\n")
-    rows, holds = [], True
-    for env_id in ids or catalogue.one_of_each():
+    chosen = list(ids or catalogue.one_of_each())
+    rows: list[tuple[str, ...]] = []
+    for env_id in chosen:
         tell(env_id)
         known = best_known(env_id)
-        if known is None:
-            rows.append((env_id, "", "", "", "", "no data"))
-            holds = False
-            continue
-        for name, found in played(env_id, len(known.costs)).items():
-            now, then = found.against(known.costs).summary(), known.policies.get(name, {})
-            off = max(abs(now[key] - then.get(key, np.inf)) for key in _COMPARED)
-            holds &= off <= _TOLERANCE
-            figures = f"{now['success_rate']:.3f}", f"{now['efficiency']:.4f}", f"{off:.1e}"
-            rows.append((env_id, name, *figures, "holds" if off <= _TOLERANCE else "FAILS"))
-        for found in (*replayed(env_id), *trained(env_id)):
-            own = np.array([name == found.policy for name in known.finders])
-            off = float(np.max(np.abs(found.costs[own] / known.costs[own] - 1.0), initial=0.0))
-            met = bool(found.successes[own].all()) and off <= _ROUNDING
-            holds &= met
-            figures = f"{found.success.mean:.3f}", f"{own.mean():.4f}", f"{off:.1e}"
-            rows.append((env_id, found.policy, *figures, "holds" if met else "FAILS"))
+        rows += [(env_id, "", "", "", "", "no data")] if known is None else _compared(known)
     tell("")
     print(table(("id", "policy", "success", "efficiency", "off by", ""), rows, "<<>>><"))
     print(f"\noff by: the larger difference of success and efficiency; {_TOLERANCE:g}")
-    return holds
+    for line in filter(None, map(missing_plans, chosen)):
+        print(f"not played: {line}")
+    return all(row[-1] == "holds" for row in rows)
+
+
+def _compared(known: Best) -> list[tuple[str, ...]]:
+    """A row for each policy that is played again: how far it is off what the data say of it."""
+    from rigid_envs.scores.finding import played, replayed, trained
+
+    rows = []
+    for name, found in played(known.env_id, len(known.costs)).items():
+        now, then = found.against(known.costs).summary(), known.policies.get(name, {})
+        off = max(abs(now[key] - then.get(key, np.inf)) for key in _COMPARED)
+        rows.append((found, now["efficiency"], off, off <= _TOLERANCE))
+    for found in (*replayed(known.env_id), *trained(known.env_id)):
+        own = np.array([name == found.policy for name in known.finders])
+        off = float(np.max(np.abs(found.costs[own] / known.costs[own] - 1.0), initial=0.0))
+        met = bool(found.successes[own].all()) and off <= _ROUNDING
+        rows.append((found, float(own.mean()), off, met))
+    return [
+        (known.env_id, found.policy, f"{found.success.mean:.3f}", f"{share:.4f}", f"{off:.1e}",
+         "holds" if holds else "FAILS")
+        for found, share, off, holds in rows
+    ]  # fmt: skip
