@@ -12,10 +12,6 @@
 Everything else of `rigid_envs` works without Stable-Baselines3.
 """
 
-from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError
-from rigid_envs.sb3.exporting import export
-from rigid_envs.sb3.making import make_vec_env
-
 try:
     import stable_baselines3  # noqa: F401
 except ImportError as error:
@@ -23,5 +19,7 @@ except ImportError as error:
         f'rigid_envs.sb3 needs Stable-Baselines3: pip install "rigid-envs[train]" ({error})'
     ) from error
 
+from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError, make_vec_env
+from rigid_envs.sb3.exporting import export
 
 __all__ = ["GymnasiumVecEnv", "NonFiniteError", "export", "make_vec_env"]

@@ -19,7 +19,9 @@ from stable_baselines3.common.vec_env.base_vec_env import (
 )
 
 from rigid_envs.base.checks import as_array, require, safe_repr
+from rigid_envs.envs.lookup import checked_id
 from rigid_envs.envs.spaces import seeds_of
+from rigid_envs.scores.evaluation import make_rows
 
 # Infos of some rows, from Gymnasium's one dictionary of arrays.
 
@@ -386,3 +388,30 @@ class GymnasiumVecEnv(VecEnv):
                 f"set_options: options = {self._options}; expected the same for all rows"
             )
         return dict(options) or None
+
+
+# Vector environments of registered ids.
+
+
+def make_vec_env(
+    env_id: str, n_envs: int = 1, seed: int | None = None, **env_kwargs: Any
+) -> GymnasiumVecEnv:
+    """An environment of n rows, compiled into one loop, as Stable-Baselines3 takes it.
+
+    It stands for `stable_baselines3.common.env_util.make_vec_env`: same episodes from the same
+    seed, episode statistics included.
+
+    Args:
+        env_id: A registered id, also in short: "BallPark".
+        n_envs: Number of rows.
+        seed: Row i is given seed + i in the first reset; None draws the seeds.
+        **env_kwargs: Hyperparameters of the task, and ``num_threads``.
+
+    Raises:
+        ConfigError: An unknown id or hyperparameter, or a bad value; names it.
+    """
+    venv = GymnasiumVecEnv(make_rows(checked_id(env_id), n_envs, env_kwargs))
+    venv.action_space.seed(seed)
+    if seed is not None:
+        venv.seed(seed)
+    return venv

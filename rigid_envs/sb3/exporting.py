@@ -227,7 +227,7 @@ def export(model: BaseAlgorithm, path: str | Path) -> Path:
 def contents(
     model: BaseAlgorithm, env_id: str, env_kwargs: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Document and arrays of the file of a policy; see `rigid_envs.scores.trained.StoredPolicy`.
+    """Document and arrays of the file of a policy; see `rigid_envs.scores.trained.CompiledPolicy`.
 
     Args:
         model: See `export`.

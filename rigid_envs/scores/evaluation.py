@@ -26,6 +26,7 @@ from rigid_envs.scores.starts import (
     play,
     row_seeds,
 )
+from rigid_envs.scores.trained import is_trained, load
 from rigid_envs.tasks.registry import ENVIRONMENTS, ErrorTerm
 
 
@@ -46,7 +47,8 @@ def evaluate(
         env_id: Gymnasium's id.
         policy: A model with `predict`, as Stable-Baselines3 has it; a function from the
             observations of all rows to their actions; the name of a reference controller, or
-            "reference", "sampling", "zero", "random"; a controller, as `from_controller(factory)`.
+            "reference", "sampling", "zero", "random"; a controller, as `from_controller(factory)`;
+            a trained policy by its file or id, see `rigid_envs.load`.
         n: Number of starts.
         seed: Seed that the starts are drawn from; that of the evaluation set by default.
         config: Hyperparameters of the task; None takes the `env_kwargs` of a policy that has some,
@@ -63,6 +65,7 @@ def evaluate(
     require(name is None or isinstance(name, str), name, "name", "None or a text")
     require(callable(progress), progress, "progress", "a function of a text")
     env_id = _id_of(env_id, env)
+    policy = load(policy) if isinstance(policy, str) and is_trained(policy) else policy
     chosen = policy_of(env_id, policy)
     printable(chosen.name if name is None else name, "name")
     if config is None and env is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ from rigid_envs.scores.best import (
     read_plans,
 )
 from rigid_envs.scores.evaluation import evaluate, make_rows
-from rigid_envs.scores.policies import PolicyFactory, reference_controllers, untrained_policies
+from rigid_envs.scores.policies import reference_controllers, untrained_policies
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, metrics_of, rollout, row_seeds
 from rigid_envs.scores.trained import load, published
@@ -224,18 +224,18 @@ BASELINES = ("zero", "random")
 def find(
     env_id: str,
     known: Best | None = None,
-    finders: Iterable[PolicyFactory | Evaluation] = (),
+    others: Sequence[Evaluation] = (),
     untrained: Mapping[str, Evaluation] | None = None,
     n: int = N_STARTS,
 ) -> Best:
-    """Play the untrained policies and other finders, and keep the best from each start.
+    """Play the untrained policies, and keep the best of them and of others from each start.
 
     Args:
         env_id: Gymnasium's id.
         known: What is known already. What it has of untrained policies is not taken over, for they
             are played now. What a finder of the same name once found stays where it is better: a
             policy is trained anew, and its predecessor becomes `NAME, earlier`.
-        finders: Other policies, or what came of them.
+        others: What came of other policies.
         untrained: What came of the untrained policies; None plays them.
         n: Number of starts.
 
@@ -243,9 +243,6 @@ def find(
         ConfigError: A finder whose episodes are not proven to be those of the registered task.
     """
     policies = played(env_id, n) if untrained is None else untrained
-    others = [
-        each if isinstance(each, Evaluation) else evaluate(env_id, each, n=n) for each in finders
-    ]
     for each in (*policies.values(), *others):
         if each.unranked is not None:
             raise ConfigError(f"{each.policy}: {each.unranked}")

@@ -157,15 +157,6 @@ def dress(axes: Axes, label: str) -> None:
 # The plot of the leaderboard.
 
 
-def require_matplotlib() -> None:
-    """Import matplotlib.
-
-    Raises:
-        DependencyNotInstalled: it is missing; names the command that installs it.
-    """
-    needed("matplotlib", "the plot of the leaderboard needs matplotlib")
-
-
 def draw(results: Sequence[Row]) -> Figure:
     """One line for each environment, with the efficiency of each policy and its interval.
 
@@ -235,7 +226,7 @@ def write_leaderboard(folder: Path, packaged: bool = False) -> str:
         ConfigError: No result below the folder.
         DependencyNotInstalled: matplotlib is missing.
     """
-    require_matplotlib()
+    needed("matplotlib", "the plot of the leaderboard needs matplotlib")
     rows = [*map(row_of, read_results(folder)), *(packaged_rows() if packaged else [])]
     if not rows:
         raise ConfigError(

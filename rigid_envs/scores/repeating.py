@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.envs.lookup import full_id, task_of
+from rigid_envs.envs.lookup import task_of
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.policies import untrained_policies
 from rigid_envs.scores.proof import best_of, bounds_of, objection
@@ -19,7 +19,6 @@ from rigid_envs.scores.records import Record, read_evaluation, read_record
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import TEST_SEED, cost_of
 from rigid_envs.scores.trained import FOLDER, file_of, load, published
-from rigid_envs.tasks.registry import ENVIRONMENTS
 
 # Published policies evaluated again: every figure must be hit to the last digit.
 
@@ -110,7 +109,7 @@ def repeat(file: str | Path, policy: str | None = None) -> Repeat:
 
     Args:
         file: From `Evaluation.save` or ``rigid-envs evaluate --out``.
-        policy: Which one to play, see `policy_named`; by default the one that the result names, if
+        policy: Which one to play, see `evaluate`; by default the one that the result names, if
             it is a controller or published.
 
     Raises:
@@ -119,15 +118,9 @@ def repeat(file: str | Path, policy: str | None = None) -> Repeat:
         ValueError: The result does not say which policy it is of.
     """
     then = read_evaluation(file)
-    chosen = policy_named(policy) if policy is not None else _policy_of(then)
+    chosen = _policy_of(then) if policy is None else policy
     now = evaluate(then.env_id, chosen, n=then.n, config=dict(then.config), seed=then.seed)
     return Repeat(then, now, tuple(_differences(then.values, now.values)))
-
-
-def policy_named(name: str) -> Any:
-    """The trained policy of a file (.safetensors) or of an id; else the name, of a controller."""
-    trained = name.endswith(".safetensors") or full_id(name) in ENVIRONMENTS
-    return load(name) if trained else name
 
 
 def _policy_of(found: Evaluation) -> Any:

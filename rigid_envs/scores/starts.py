@@ -116,18 +116,11 @@ def joined(parts: Sequence[Episodes], n: int, limit: int) -> Episodes:
         n: Number of episodes.
         limit: Number of steps after which an episode is cut off.
     """
-    errors = [part.errors for part in parts if part.errors is not None]
-    return Episodes(
-        seeds=[seed for part in parts for seed in part.seeds][:n],
-        returns=np.concatenate([part.returns for part in parts])[:n],
-        lengths=np.concatenate([part.lengths for part in parts])[:n],
-        successes=np.concatenate([part.successes for part in parts])[:n],
-        since=np.concatenate([part.since for part in parts])[:n],
-        terminated=np.concatenate([part.terminated for part in parts])[:n],
-        costs=np.concatenate([part.costs for part in parts])[:n],
-        errors=np.concatenate(errors)[:n] if errors else None,
-        limit=limit,
-    )
+    columns: dict[str, Any] = {}
+    for name in ("returns", "lengths", "successes", "since", "terminated", "costs", "errors"):
+        each = [getattr(part, name) for part in parts]
+        columns[name] = None if each[0] is None else np.concatenate(each)[:n]
+    return Episodes(seeds=[k for part in parts for k in part.seeds][:n], limit=limit, **columns)
 
 
 # Metrics of an episode, and the metrics of an id.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import abc
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_envs.base.checks import ConfigError, printable
+from rigid_envs.base.checks import ConfigError, one_of, printable
 from rigid_envs.base.files import DamagedFileError, load_tensors, named_damage, save_tensors
 from rigid_envs.engine.network import ACTIVATIONS, perceptron, relative_rotations
-from rigid_envs.envs.lookup import SEEN, id_in_file
+from rigid_envs.envs.lookup import SEEN, full_id, id_in_file
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 # Arrays of a policy file: the layers of its network, and what else its head needs.
 
@@ -48,7 +48,7 @@ def weights_of(arrays: Arrays) -> list[NDArray[np.float32]]:
     return weights
 
 
-def check_others(arrays: Arrays, head: str, last: tuple[int, int], n_normal: int | None) -> None:
+def _check_others(arrays: Arrays, head: str, last: tuple[int, int], n_normal: int | None) -> None:
     """Refuse an array, other than those of the layers, that is missing, misshapen or unused.
 
     Args:
@@ -85,8 +85,10 @@ N_ROTATIONS = 18
 _SHOWN = ("algo", "env_kwargs", "versions", "git_commit", "kernel_hash")
 
 
-class StoredPolicy(abc.ABC):
-    """A multilayer perceptron from observations to actions.
+class CompiledPolicy:
+    """A multilayer perceptron from observations to actions, without torch.
+
+    Its actions are the same to the last bit on every x86-64 processor.
 
     Attributes:
         document: JSON values: `algo`, `env_id`, `env_kwargs`, `seed`, `timesteps`, `network`,
@@ -101,8 +103,8 @@ class StoredPolicy(abc.ABC):
             layer takes too; None if it does not.
     """
 
-    def __init__(self, document: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Check what a file holds.
+    def __init__(self, document: Mapping[str, Any], arrays: Arrays) -> None:
+        """Check what a file holds, and lay out the weights as the compiled code takes them.
 
         Args:
             document: See the attributes.
@@ -119,8 +121,8 @@ class StoredPolicy(abc.ABC):
         if bad := [name for name, array in self.arrays.items() if not np.isfinite(array).all()]:
             raise ValueError(f"{bad[0]} is not finite")
         network = document["network"]
-        self.activation = _one_of(ACTIVATIONS[1:], network["activation"], "activation")
-        self.head = _one_of(HEADS, network["distribution"], "distribution")
+        self.activation = one_of(network["activation"], ACTIVATIONS[1:], "activation")
+        self.head = one_of(network["distribution"], HEADS, "distribution")
         weights = weights_of(self.arrays)
         self.attitudes = _attitudes(network.get("attitudes"), weights[0].shape[1])
         self.n_obs = weights[0].shape[1] - (0 if self.attitudes is None else N_ROTATIONS)
@@ -129,7 +131,12 @@ class StoredPolicy(abc.ABC):
         if self._normalized:
             self._clip, self._epsilon = float(network["clip"]), float(network["epsilon"])
         last: tuple[int, int] = weights[-1].shape
-        check_others(self.arrays, self.head, last, self.n_obs if self._normalized else None)
+        _check_others(self.arrays, self.head, last, self.n_obs if self._normalized else None)
+        self._sizes = np.array([weights[0].shape[1], *map(len, weights)])
+        parts = [(self.arrays[f"layers.{k}.bias"], w.T.ravel()) for k, w in enumerate(weights)]
+        self._weights = np.concatenate([part for pair in parts for part in pair])
+        self._hidden = ACTIVATIONS.index(self.activation)
+        self._last = ACTIVATIONS.index("tanh" if self.head == "squashed gaussian" else "identity")
 
     @property
     def env_kwargs(self) -> dict[str, Any]:
@@ -145,7 +152,6 @@ class StoredPolicy(abc.ABC):
         frame = self.env_kwargs.get("frame", "world")
         return str(self.document["algo"]) + ("" if frame == "world" else f" {frame}")
 
-    @abc.abstractmethod
     def predict(
         self,
         observation: NDArray[Any] | Mapping[str, NDArray[Any]],
@@ -161,7 +167,7 @@ class StoredPolicy(abc.ABC):
                 the part `observation`.
             state: Returned as it is; the network is not recurrent.
             episode_start: Ignored, for the same reason.
-            deterministic: The mode of the distribution, or else a sample.
+            deterministic: True: it has no random stream, and acts by the mode of the distribution.
 
         Returns:
             The action or actions, and `state`.
@@ -169,6 +175,25 @@ class StoredPolicy(abc.ABC):
         Raises:
             ValueError: The observation has another shape, or is not finite.
         """
+        if not deterministic:
+            raise ValueError("deterministic = False; expected True: it does not draw at random")
+        x, alone = self._batch(observation)
+        if self.attitudes is not None:
+            more = np.empty((len(x), x.shape[1] + N_ROTATIONS), np.float32)
+            relative_rotations(x, *self.attitudes, more)
+            x = more
+        out = np.empty((len(x), self._sizes[-1]))
+        perceptron(x, self._weights, self._sizes, self._hidden, self._last, out)
+        actions = self._actions(out)
+        return (actions[0] if alone else actions), state
+
+    def _actions(self, out: NDArray[np.float64]) -> NDArray[Any]:
+        """Modes of the distributions that the outputs of the network stand for."""
+        if self.head in ("categorical", "greedy"):
+            return np.asarray(out.argmax(axis=1))
+        low, high = self.arrays["action.low"], self.arrays["action.high"]
+        actions = out if self.head == "gaussian" else low + 0.5 * (out + 1.0) * (high - low)
+        return np.asarray(np.clip(actions.astype(np.float32), low, high))
 
     def _batch(
         self, observation: NDArray[Any] | Mapping[str, NDArray[Any]]
@@ -205,12 +230,6 @@ class StoredPolicy(abc.ABC):
         return obs.astype(np.float32)
 
 
-def _one_of(known: tuple[str, ...], name: Any, what: str) -> str:
-    if name not in known:
-        raise ValueError(f"{what} = {name!r}; expected one of {', '.join(known)}")
-    return str(name)
-
-
 def _inputs(value: Any, n_obs: int) -> list[tuple[str, int]] | None:
     """Names and sizes of the parts of an observation; None if it is one array."""
     if value is None:
@@ -231,59 +250,6 @@ def _attitudes(places: Any, n_inputs: int) -> tuple[int, int] | None:
             f"attitudes = {places}; expected where matrices are in the input of layers.0"
         )
     return achieved, desired
-
-
-# A stored policy as compiled code: without torch, with the same bits on every processor.
-
-
-class CompiledPolicy(StoredPolicy):
-    """A policy whose actions are the same to the last bit on every x86-64 processor."""
-
-    def __init__(self, document: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Lay out the weights as the compiled code takes them.
-
-        Args:
-            document: See `StoredPolicy`.
-            arrays: See `StoredPolicy`.
-
-        Raises:
-            ValueError, LookupError, TypeError: They do not fit together.
-        """
-        super().__init__(document, arrays)
-        weights = weights_of(self.arrays)
-        self._sizes = np.array([weights[0].shape[1], *map(len, weights)])
-        parts = [(self.arrays[f"layers.{k}.bias"], w.T.ravel()) for k, w in enumerate(weights)]
-        self._weights = np.concatenate([part for pair in parts for part in pair])
-        self._hidden = ACTIVATIONS.index(self.activation)
-        self._last = ACTIVATIONS.index("tanh" if self.head == "squashed gaussian" else "identity")
-
-    def predict(
-        self,
-        observation: NDArray[Any] | Mapping[str, NDArray[Any]],
-        state: Any = None,
-        episode_start: Any = None,
-        deterministic: bool = True,
-    ) -> tuple[NDArray[Any], Any]:
-        """See `StoredPolicy`; it has no random stream, and so is always deterministic."""
-        if not deterministic:
-            raise ValueError("deterministic = False; expected True: it does not draw at random")
-        x, alone = self._batch(observation)
-        if self.attitudes is not None:
-            more = np.empty((len(x), x.shape[1] + N_ROTATIONS), np.float32)
-            relative_rotations(x, *self.attitudes, more)
-            x = more
-        out = np.empty((len(x), self._sizes[-1]))
-        perceptron(x, self._weights, self._sizes, self._hidden, self._last, out)
-        actions = self._actions(out)
-        return (actions[0] if alone else actions), state
-
-    def _actions(self, out: NDArray[np.float64]) -> NDArray[Any]:
-        """Modes of the distributions that the outputs of the network stand for."""
-        if self.head in ("categorical", "greedy"):
-            return np.asarray(out.argmax(axis=1))
-        low, high = self.arrays["action.low"], self.arrays["action.high"]
-        actions = out if self.head == "gaussian" else low + 0.5 * (out + 1.0) * (high - low)
-        return np.asarray(np.clip(actions.astype(np.float32), low, high))
 
 
 # Policies from files: those that come with the package by name, others by path.
@@ -319,6 +285,11 @@ def file_of(name: str, folder: Path = FOLDER) -> Path:
         f"name = {name!r}; expected the path of a policy.safetensors, or a published policy: "
         f"{', '.join(names) or 'there is none yet'}"
     )
+
+
+def is_trained(name: str) -> bool:
+    """Whether a name is of a trained policy: a file (.safetensors), or an id, also in short."""
+    return name.endswith(".safetensors") or full_id(name) in ENVIRONMENTS
 
 
 def load(name: str | Path) -> CompiledPolicy:
@@ -375,8 +346,8 @@ def write_policy(
 
     Args:
         file: Its path; the folder exists.
-        document: JSON values; see `StoredPolicy`.
-        arrays: See `StoredPolicy`.
+        document: JSON values; see `CompiledPolicy`.
+        arrays: See `CompiledPolicy`.
 
     Returns:
         The file.

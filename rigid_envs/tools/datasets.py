@@ -24,7 +24,7 @@ from rigid_envs.base.checks import ConfigError, integer
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.engine.compiler import kernel_hash
 from rigid_envs.engine.provenance import provenance
-from rigid_envs.envs.lookup import SEEN, changed, checked_id, full_id, id_in_file, task_of
+from rigid_envs.envs.lookup import SEEN, changed, checked_id, id_in_file, task_of
 from rigid_envs.envs.spaces import action_space
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.scores.best import best_known
@@ -37,7 +37,7 @@ from rigid_envs.scores.policies import (
 )
 from rigid_envs.scores.references import reference
 from rigid_envs.scores.starts import N_STARTS, rollout, row_seeds
-from rigid_envs.scores.trained import load, path_of
+from rigid_envs.scores.trained import is_trained, load, path_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
 # Minari, and the folder where its data sets lie.
@@ -203,7 +203,7 @@ def behaviour(env_id: str, policy: str, settings: Mapping[str, Any], seed: int =
     Raises:
         ConfigError: None of these; says what there is. Or settings that cannot be.
     """
-    if policy.endswith(".safetensors") or full_id(policy) in ENVIRONMENTS:
+    if is_trained(policy):
         return _trained(policy, settings)
     if policy == "random":
         stream = np.random.default_rng(row_seeds(seed, 1, "random policy"))

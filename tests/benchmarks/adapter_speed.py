@@ -13,7 +13,7 @@ import numpy as np
 from stable_baselines3.common.env_util import make_vec_env as their_make_vec_env
 
 from rigid_envs.envs.lookup import checked_id
-from rigid_envs.sb3.making import make_vec_env
+from rigid_envs.sb3.adapter import make_vec_env
 
 STEPS, ROUNDS = 50, 40
 IDS = ("BallPark", "IntermediateAxis", "DiskRollRandom", "BallParkGoal", "BallGrid")

@@ -26,7 +26,7 @@ from agents.storage.runs import create_run
 from agents.training.trainer import Trainer
 from agents.training.validation import Progress
 from rigid_envs import evaluate
-from rigid_envs.sb3.making import make_vec_env
+from rigid_envs.sb3.adapter import make_vec_env
 from rigid_envs.tools.pages.tables import table
 
 _ENV = "RigidEnvs/IntermediateAxis-v0"

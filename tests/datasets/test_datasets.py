@@ -215,9 +215,6 @@ def test_scores_are_between_the_random_policy_and_the_reference() -> None:
     assert known is not None
     for key, policy in (("ref_min_score", "random"), ("ref_max_score", "riccati")):
         assert dataset.storage.metadata[key] == known.policies[policy]["return_mean"]
-    other = minari.load_dataset(datasets.write("Detumble", "random", 2, name="o-v0",
-                                               config={"impulse": 0.3}))  # fmt: skip
-    assert "ref_max_score" not in other.storage.metadata
 
 
 def test_there_are_scores_of_the_task_that_is_known_alone(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -142,7 +142,7 @@ def test_a_malformed_policy_is_refused_by_name(tmp_path: Path, how: str) -> None
 @pytest.mark.parametrize("what", ["activation", "distribution"])
 def test_a_network_of_an_unknown_kind_is_refused_with_the_kinds_there_are(what: str) -> None:
     document, arrays = example(**{what: "os.system"})
-    with pytest.raises(ValueError, match=f"^{what} = 'os.system'; expected one of [a-z]+, "):
+    with pytest.raises(ValueError, match=rf"^{what} = 'os.system'; expected one of \['[a-z]+', "):
         CompiledPolicy(document, arrays)
 
 

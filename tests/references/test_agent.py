@@ -12,7 +12,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor
 
 import rigid_envs
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.sb3.making import make_vec_env
+from rigid_envs.sb3.adapter import make_vec_env
 from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.policies import reference_controllers
 from rigid_envs.scores.starts import evaluation_seeds

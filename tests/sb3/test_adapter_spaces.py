@@ -10,8 +10,7 @@ from stable_baselines3 import HerReplayBuffer
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
-from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError
-from rigid_envs.sb3.making import make_vec_env
+from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError, make_vec_env
 from rigid_envs.scores.policies import RandomPolicy
 
 GOAL = "RigidEnvs/BallParkGoal-v0"

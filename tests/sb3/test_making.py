@@ -14,8 +14,7 @@ from stable_baselines3.common.evaluation import evaluate_policy
 
 from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.sb3.adapter import GymnasiumVecEnv
-from rigid_envs.sb3.making import make_vec_env
+from rigid_envs.sb3.adapter import GymnasiumVecEnv, make_vec_env
 
 
 @pytest.mark.parametrize("env_id", ["RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTopRandom-v0"])

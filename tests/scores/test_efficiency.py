@@ -71,11 +71,14 @@ def fails_late(env_id: str) -> PolicyFactory:
 
 
 @each_id
-def test_nothing_that_fails_is_efficient(env_id: str) -> None:
+def test_nothing_that_fails_is_efficient_and_no_best_known_is_below_the_bound(env_id: str) -> None:
     policies = ["zero", "random", constant(1.0), constant(-0.5), fails_late(env_id)]
     for policy in policies:
         found = evaluate(env_id, policy, n=N)
         assert found.efficiencies.mean() <= 0.05, found.policy
+    if found.bounds is not None:
+        # float32 actions and what the finite horizon leaves change a loss by less than this
+        assert (found.best >= found.bounds * (1.0 - 1e-6)).all()
 
 
 @each_id
@@ -89,12 +92,3 @@ def test_no_reference_controller_is_better_than_the_data_say(env_id: str) -> Non
     assert (found.costs >= known.costs[:4] * (1.0 - 1e-3)).all()
     np.testing.assert_allclose(found.efficiencies[own], 1.0, rtol=1e-3)
     assert known.policies[name]["success_rate"] == 1.0
-
-
-@each_id
-def test_no_best_known_is_below_the_bound_of_theory(env_id: str) -> None:
-    found = evaluate(env_id, "zero", n=N)
-    if found.bounds is None:
-        return
-    # float32 actions and what the finite horizon leaves change a loss by less than this
-    assert (found.best >= found.bounds * (1.0 - 1e-6)).all()

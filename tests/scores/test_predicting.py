@@ -7,8 +7,8 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
+from rigid_envs.control.predictive import PredictiveControl
 from rigid_envs.envs.lookup import task_of
-from rigid_envs.scores import policies as predictive
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.policies import predictive_controllers, untrained_policies
@@ -33,14 +33,13 @@ def test_it_is_there_where_the_registry_says_so_and_no_reference_controller():
     ("name", "periods"), [("IntermediateAxis", 52), ("PivotTop", 156), ("BallPlate", 32)]
 )
 def test_plans_look_as_far_ahead_as_their_descriptions_say(name, periods, monkeypatch):
-    seen = []
+    seen, checked = [], PredictiveControl.__post_init__
 
-    class Seen(predictive.PredictiveControl):
-        def __post_init__(self):
-            super().__post_init__()
-            seen.append(self.intervals)
+    def keep(law):
+        checked(law)
+        seen.append(law.intervals)
 
-    monkeypatch.setattr(predictive, "PredictiveControl", Seen)
+    monkeypatch.setattr(PredictiveControl, "__post_init__", keep)
     env_id = f"RigidEnvs/{name}-v0"
     task, (make,) = task_of(env_id), predictive_controllers(env_id).values()
     make(task)

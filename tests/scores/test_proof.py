@@ -352,7 +352,7 @@ def test_costs_of_an_easier_task_do_not_become_the_best_known(
 ) -> None:
     easier = evaluate(DETUMBLE, "brake", n=2, config={"start_momentum": 0.5})
     with pytest.raises(ValueError, match=r"^brake: start_momentum = 0\.5; expected .* registered"):
-        find(DETUMBLE, finders=[easier], untrained={}, n=2)
+        find(DETUMBLE, others=[easier], untrained={}, n=2)
     still = recorded(np.zeros((50, 2, 3), np.float32))
     replay = record_starts(still, DETUMBLE, 2, "me", config={"start_momentum": 0.5})
     words = ["best", DETUMBLE, "--starts", "2", "--out", str(tmp_path)]

@@ -310,7 +310,6 @@ def add_best(verbs: Any) -> None:
 
 def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
     from rigid_envs.scores.evaluation import evaluate
-    from rigid_envs.scores.repeating import policy_named
     from rigid_envs.scores.starts import N_STARTS
 
     env_id, config = catalogue.checked_id(options.id), config_of(rest)
@@ -322,8 +321,7 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
             raise ValueError(f"--policy = {policy}; expected no other option: a replay has its own")
         found = _again(Path(policy), env_id)
     else:
-        chosen = policy_named(policy)
-        found = evaluate(env_id, chosen, n=n, config=config or None, progress=tell)
+        found = evaluate(env_id, policy, n=n, config=config or None, progress=tell)
     tell("")
     found = found if options.name is None else replace(found, policy=options.name)
     file = found.save(options.out) if options.out else None
