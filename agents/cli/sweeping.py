@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 # The verb `benchmark`: all environments, with several seeds.
 
-_PATIENCE = 3600.0  # [s] each update writes, and takes far less
-
 
 def add_benchmark(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
@@ -79,16 +77,15 @@ def _add_place(parser: argparse.ArgumentParser) -> None:
         "--patience",
         type=float,
         metavar="SECONDS",
-        default=_PATIENCE,
         help="kill a training that writes nothing for so long; it goes on from its last checkpoint "
-        "(%(default)g)",
+        "(3600)",
     )
 
 
 def _benchmark(options: argparse.Namespace, _: list[str]) -> int:
     """Train and evaluate several environments with several seeds."""
     refuse_episodes(options.episodes)
-    from ..sweeps.sweep import Training, train_all
+    from ..sweeps.sweep import PATIENCE, Training, train_all
 
     entries = {"log_dir": options.out}
     if options.algo is not None:
@@ -104,7 +101,11 @@ def _benchmark(options: argparse.Namespace, _: list[str]) -> int:
             config = dataclasses.replace(config, run_name=name)
             trainings.append(Training(config, records, options.episodes))
     status = train_all(
-        trainings, _workers(options), options.overwrite, options.quiet, options.patience
+        trainings,
+        _workers(options),
+        options.overwrite,
+        options.quiet,
+        options.patience or PATIENCE,
     )
     if status >= 128:
         print(f"stopped by {signal.Signals(status - 128).name}; the same command goes on")
@@ -131,7 +132,7 @@ def seeds_of(text: str) -> list[int]:
 
 def _workers(options: argparse.Namespace) -> Workers:
     """The processes that the options ask for."""
-    if not options.patience > 0.0:
+    if not (options.patience is None or options.patience > 0.0):
         raise ConfigError(f"--patience = {options.patience}; expected seconds above 0")
     if options.ray is not None:
         _require_ray()

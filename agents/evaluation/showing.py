@@ -66,16 +66,13 @@ def players_of(
 _LEFT_OUT = ("is_success", "action_clipped", "physics_error")  # said in words where they are true
 
 
-def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int) -> bool:
+def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int) -> None:
     """Play one episode and print every step of it.
 
     Args:
         act: What acts.
         document: Of the policy: its environment and settings.
         seed: Seed of the start.
-
-    Returns:
-        Whether it ended in success.
     """
     venv = make(document["env_id"], document["env_kwargs"], 1)
     dt = getattr(getattr(venv.unwrapped, "task", None), "dt", None)
@@ -96,7 +93,6 @@ def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int) -> bool:
         print(f"{step:5d}", clock, *cells, *notes)
     print(f"return {total:.4f} in {step} steps: {'success' if success else 'no success'}")
     venv.close()
-    return success
 
 
 def _header(names: list[str], n_action: int, dt: float | None) -> str:
