@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium as gym
 from gymnasium.error import DependencyNotInstalled
@@ -13,10 +13,6 @@ from rigid_envs.base.checks import Image
 from rigid_envs.base.settings import Either, Integer, List, Null, Number, Rule, Text, refusal
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.task import Task
-
-if TYPE_CHECKING:
-    from rigid_envs.watch.drawing import Drawing
-    from rigid_envs.watch.window import Window
 
 
 def needed(module: str, why: str) -> Any:
@@ -71,8 +67,9 @@ class Shown:
         }
         self.render_mode = mode
         self._look = {**sizes, "camera": _checked_camera(camera)}
-        self._drawn: dict[int, tuple[Drawing, int, float]] = {}
-        self._window: Window | None = None
+        # drawing of each row, with episode and time of its last picture; types of `watch`, above
+        self._drawn: dict[int, tuple[Any, int, float]] = {}
+        self._window: Any = None
 
     def __getstate__(self) -> dict[str, Any]:
         """All attributes except drawings and window, which are made again where they are needed."""
@@ -106,7 +103,8 @@ class Shown:
         if episode != last[0] or moment.time < last[1]:
             drawing.clear()
         self._drawn[row] = drawing, episode, moment.time
-        return drawing.picture(moment, extend=last != [episode, moment.time])
+        picture: Image = drawing.picture(moment, extend=last != [episode, moment.time])
+        return picture
 
     def _close_display(self) -> None:
         """Close the window and free the memory."""

@@ -105,20 +105,26 @@ def test_render_needs_an_episode_and_an_open_environment():
         assert np.array_equal(env.render(), picture)
 
 
-def test_a_path_begins_anew_with_the_episode():
-    env = gym.make(PARK, render_mode="rgb_array").unwrapped
-    env.reset(seed=5)
-    fresh = env.render()
+@pytest.mark.parametrize("env_id", [PARK, "RigidEnvs/BallParkRandom-v0"])
+def test_an_episode_is_drawn_anew_with_its_own_parameters(env_id):
+    fresh, env = (gym.make(env_id, render_mode="rgb_array").unwrapped for _ in range(2))
+    fresh.reset(seed=5)
+    env.reset(seed=4)
     for _ in range(5):
         env.step(np.ones(2, dtype=np.float32))
         env.render()
     env.reset(seed=5)
-    assert np.array_equal(env.render(), fresh)
+    assert np.array_equal(env.render(), fresh.render())
 
 
-def test_rendering_twice_gives_the_same_picture():
-    env = played(PARK)
-    assert np.array_equal(env.render(), env.render())
+def test_rendering_again_gives_the_same_picture_and_no_point_of_a_path():
+    env = gym.make("RigidEnvs/PivotTop-v0", render_mode="rgb_array")
+    env.reset(seed=1)
+    for _ in range(20):
+        env.step(np.ones(2, dtype=np.float32))
+        picture = env.render()
+    again = [env.render() for _ in range(45)]  # a path of the tip has 40 points
+    assert all(np.array_equal(picture, each) for each in again)
 
 
 def test_a_copy_of_a_rendered_environment_renders_by_itself():
@@ -131,8 +137,7 @@ def test_a_copy_of_a_rendered_environment_renders_by_itself():
 
 
 def _picture(queue):
-    env = played(PARK)
-    queue.put(env.render())
+    queue.put(played(PARK).render())
 
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])

@@ -200,6 +200,26 @@ def test_a_shadow_falls_on_the_floor_away_from_the_light(ball):
     assert ((dark - bright).max(axis=-1) < 5).all()
 
 
+def test_what_a_frame_leaves_out_and_an_arrow_without_length_are_not_shown(ball):
+    scene = Scene(ball.parts, CAMERA, {"v": Arrow((0.0, 0.5, 0.0), 0.08, "v")})
+    pixels, origin = drawing(scene, 64, 64), (0.0, 0.0, 0.0)
+    seen = pixels.picture(SceneFrame({"ball": Pose()}, {"v": (origin, (0.0, 0.0, 2.0))}))
+    assert seen.std() > 5.0
+    for frame in (SceneFrame({}), SceneFrame({}, {"v": (origin, origin)})):
+        nothing = pixels.picture(frame)
+        assert (nothing == nothing[0, 0]).all()
+
+
+def test_of_arrows_in_one_place_the_first_is_seen_and_not_that_which_comes_first_in_memory():
+    looks = {str(k): Arrow((0.1 * k, 0.0, 0.8 - 0.1 * k), 0.1, "v") for k in range(8)}
+    orders = [dict(reversed(looks.items())), looks, {"0": looks["0"]}]
+    at = dict.fromkeys(looks, ((0.0, 0.0, 0.0), (0.0, 0.0, 1.5)))
+    drawings = [drawing(Scene({}, CAMERA, arrows), 64, 64) for arrows in orders]
+    last, first, alone = (each.picture(SceneFrame({}, at)) for each in drawings)
+    assert np.array_equal(first, alone)
+    assert not np.array_equal(first, last)
+
+
 def test_edges_are_smooth():
     scene = Scene(parts={"ball": Part(ball_of_one_colour(RADIUS, (0.8, 0.1, 0.1)))}, camera=CAMERA)
     image = drawing(scene).picture(SceneFrame({"ball": Pose()})).astype(int)
