@@ -85,8 +85,9 @@ def search_recipe(search: Search, out: Path, imports: Sequence[str] = ()) -> Fou
             storage=JournalStorage(JournalFileBackend(str(journal))),
             load_if_exists=True,
             directions=[_WAYS[FIGURES[name]] for name in search.objective],
-            sampler=optuna.samplers.TPESampler(seed=0),
         )
+        # one that goes on must not propose again what it began with
+        study.sampler = optuna.samplers.TPESampler(seed=len(study.trials))
     _try_all(study, search, out, tuple(imports))
     return _conclude(study, search, out)
 
