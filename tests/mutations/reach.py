@@ -59,7 +59,9 @@ ROOMS = {
             *("tests/policies", "tests/sb3/test_exporting.py"),
         ),
     ),
-    "references": Room(("systems/*/references.py",), ("tests/references", "tests/scores")),
+    "references": Room(
+        ("systems/*/references.py",), ("tests/references", "tests/scores", "tests/control/planning")
+    ),
     "replays": Room(("watch/replays/*.py",), ("tests/replays", "tests/cli/test_replay.py")),
     "films": Room(("watch/films.py", "watch/animation.py"), ("tests/films",)),
     "datasets": Room(("tools/datasets.py",), ("tests/datasets",)),
