@@ -281,7 +281,8 @@ def _is_safe(folder: Path) -> bool:
 #
 # Numba makes machine code, and entries for calls from Python and C, of every function that a kernel
 # calls. That takes as long as the kernel itself, and nobody calls them: the kernel contains copies.
-# Here a function is translated to the code of LLVM only, and optimised where it has been copied to.
+# Here a function is translated to the code of LLVM only, and optimised where it has been copied to:
+# once, where numba does so twice for the sake of code that counts references.
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -296,7 +297,7 @@ _DefaultPassBuilder: Any = compiler.DefaultPassBuilder
 _register_pass: Any = compiler_machinery.register_pass
 
 
-class _Library(_JITCodeLibrary):  # type: ignore[misc]
+class _Part(_JITCodeLibrary):  # type: ignore[misc]
     """LLVM code of a function, to be linked into kernels."""
 
     def _optimize_functions(self, ll_module: Any) -> None:
@@ -311,18 +312,27 @@ class _Library(_JITCodeLibrary):  # type: ignore[misc]
         self._finalized = True
 
 
+class _Kernel(_JITCodeLibrary):  # type: ignore[misc]
+    """Machine code of a kernel."""
+
+    def _optimize_final_module(self) -> None:
+        made = self._codegen._module_pass_manager()
+        manager, *builder = made if isinstance(made, tuple) else (made,)  # none in old versions
+        manager.run(self._final_module, *builder)
+
+
 class _Place:
     """Stands for the address of a function that has none."""
 
 
 @_register_pass(mutates_CFG=True, analysis_only=False)
-class _Lowering(_NativeLowering):  # type: ignore[misc]
-    """Translates a typed function to a `_Library`."""
+class _PartLowering(_NativeLowering):  # type: ignore[misc]
+    """Translates a typed function to a `_Part`."""
 
     _name = "rigid_envs_part_lowering"
 
     def run_pass(self, state: Any) -> bool:
-        state.library = _Library(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
         state.flags.no_compile = True
         super().run_pass(state)
         place = _Place()
@@ -331,18 +341,38 @@ class _Lowering(_NativeLowering):  # type: ignore[misc]
         return True
 
 
-class _Compiler(_CompilerBase):  # type: ignore[misc]
+@_register_pass(mutates_CFG=True, analysis_only=False)
+class _KernelLowering(_NativeLowering):  # type: ignore[misc]
+    """Translates a typed function to a `_Kernel`."""
+
+    _name = "rigid_envs_kernel_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = _Kernel(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return bool(super().run_pass(state))
+
+
+class _PartCompiler(_CompilerBase):  # type: ignore[misc]
     """Numba's compiler with another last pass."""
+
+    lowering: type[Any] = _PartLowering
 
     def define_pipelines(self) -> list[Any]:
         usual = _DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager = type(usual)(usual.pipeline_name)
         for each, text in usual.passes:
-            if each is _NopythonRewrites:  # of expressions of arrays, which parts do not have
+            if each is _NopythonRewrites:  # of expressions of arrays, which there are none of
                 continue
-            manager.add_pass(_Lowering if each is _NativeLowering else each, text)
+            manager.add_pass(self.lowering if each is _NativeLowering else each, text)
         manager.finalize()
         return [manager]
+
+
+class _KernelCompiler(_PartCompiler):
+    """The same for kernels."""
+
+    lowering = _KernelLowering
 
 
 def part(function: Function, **options: bool) -> Function:
@@ -351,7 +381,7 @@ def part(function: Function, **options: bool) -> Function:
     if compiled is function:  # with NUMBA_DISABLE_JIT
         return function
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    inside = _njit(error_model="numpy", pipeline_class=_Compiler, **options)(function)
+    inside = _njit(error_model="numpy", pipeline_class=_PartCompiler, **options)(function)
     # numba would keep an address for calls from Python, where there is none
     inside.add_overload = lambda result: inside.overloads.__setitem__(
         tuple(result.signature.args), result
@@ -418,7 +448,8 @@ def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = 
         # Numba counts the functions of a process in its names for them: the code of two loops that
         # other processes have compiled could bear the same one, and be taken for each other
         function.__qualname__ = name
-    compiled = _numba.njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True)(function)
+    options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+    compiled = _njit(pipeline_class=_KernelCompiler, **options)(function)
     if folder is not None and name is not None:
         compiled._cache = KernelCache(folder, name)
     _labels[compiled] = label.removeprefix("rigid_envs.")

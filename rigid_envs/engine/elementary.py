@@ -14,21 +14,9 @@ from typing import Any
 
 from numba import types
 from numba.core.typing.templates import Signature
-from numba.extending import overload
+from numba.extending import lower_builtin, overload, type_callable
 
 from rigid_envs.engine.compiler import instruction, scalar
-
-__all__ = ["atan2", "cbrt", "expm1", "fma", "log", "select", "sincos", "sqrt", "tanh"]
-
-
-# Elementary functions built from ``+ - * / sqrt`` and fma: the same bits on every processor.
-#
-# The C library's sin, cos, exp or atan2 differ between processors with and without FMA. These do
-# not. They have no branches, so that loops over rows are vectorised; accuracy is a few units in the
-# last place over the stated range (measured in the tests against NumPy).
-#
-# Equations of motion are differentiated by complex step: the functions in them also take complex
-# numbers x + i y with a tiny y, and return f(x) + i y f'(x).
 
 _PI = math.pi
 _DISSOLVED: Any = {"forceinline": True, "error_model": "numpy"}  # as `scalar`
@@ -37,13 +25,8 @@ _TO_INTEGER = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it round
 _HALF_PI = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 _LOG_2 = (6.93147180369123816490e-01, 1.90821492927058770002e-10)  # log 2, the first of 33 bits
 
-
-@instruction
-def _fma(_context: Any, a: Any, b: Any, c: Any) -> tuple[Signature, Callable[..., Any]]:
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.fma(*arguments)
-
-    return types.float64(types.float64, types.float64, types.float64), generate
+_lower: Any = lower_builtin  # untyped
+_typed: Any = type_callable
 
 
 @instruction
@@ -67,16 +50,26 @@ def fma(a: float, b: float, c: float) -> float:
     return a * b + c
 
 
-@overload(fma, jit_options=_DISSOLVED)
-def _compiled_fma(a: Any, b: Any, c: Any) -> Callable[..., Any]:
-    def fused(a: Any, b: Any, c: Any) -> Any:
-        return _fma(a, b, c)
+def _type_of_fma(_context: Any) -> Callable[..., Any]:
+    def typer(a: Any, b: Any, c: Any) -> Any:
+        # complex arguments occur where an equation of motion is differentiated by complex step
+        kind = types.complex128 if types.complex128 in (a, b, c) else types.float64
+        return kind(kind, kind, kind)
 
-    def plain(a: Any, b: Any, c: Any) -> Any:
-        return a * b + c
+    return typer
 
-    # complex arguments occur where an equation of motion is differentiated by complex step
-    return plain if types.complex128 in (a, b, c) else fused
+
+def _fused(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+    return builder.fma(*arguments)
+
+
+def _plain(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return context.compile_internal(builder, lambda a, b, c: a * b + c, signature, arguments)
+
+
+_typed(fma)(_type_of_fma)
+_lower(fma, *3 * [types.float64])(_fused)
+_lower(fma, *3 * [types.complex128])(_plain)
 
 
 def sqrt(x: float) -> float:
@@ -96,10 +89,25 @@ def _compiled_sqrt(x: Any) -> Callable[..., Any]:
     return tangent if x == types.complex128 else root
 
 
-@scalar
 def select(condition: bool, a: float, b: float) -> float:
     """``a if condition else b``, compiled to a blend."""
     return a if condition else b
+
+
+def _type_of_select(context: Any) -> Callable[..., Any]:
+    def typer(_condition: Any, a: Any, b: Any) -> Any:
+        kind: Any = context.unify_types(*map(types.unliteral, (a, b)))
+        return kind(types.boolean, kind, kind)
+
+    return typer
+
+
+def _blend(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+    return builder.select(*arguments)
+
+
+_typed(select)(_type_of_select)
+_lower(select, types.boolean, types.Number, types.Number)(_blend)
 
 
 def sincos(x: float) -> tuple[float, float]:
@@ -226,13 +234,6 @@ def tanh(x: float) -> float:
     """Hyperbolic tangent: t / (t + 2) with t = exp(2 abs(x)) - 1; beyond 20 it is 1."""
     t = expm1(2.0 * min(abs(x), 20.0))
     return math.copysign(t / (t + 2.0), x)
-
-
-# Roller: a wheel, sphere or hoop that rolls without slipping on an incline or in a valley.
-#
-# State y = (s, v): arc length of the centre along its path, positive downhill at s = 0, and
-# velocity. The ratio beta is I / (m r^2); the path descends by the angle slope - curvature * s, a
-# straight line or a circular arc. The motion does not depend on mu, the coefficient of friction.
 
 
 @scalar
