@@ -10,13 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigid_envs.engine import loops as reset_loop
-from rigid_envs.engine import loops as step_loop
 from rigid_envs.engine import publication as goals
 from rigid_envs.engine.algebra import Contact, Row
 from rigid_envs.engine.compiler import kernel, scalar
 from rigid_envs.engine.dynamics import Dynamics, check_derive
-from rigid_envs.engine.layout import Prototypes
+from rigid_envs.engine.layout import Prototypes, Slots, slots_of
+from rigid_envs.engine.loops import Functions, Reset, Step, reset_rows, step_rows
 from rigid_envs.engine.publication import NOISE_AND_DELAY, UNDISTURBED, Array, Disturbances
 from rigid_envs.engine.rows import prototype
 
@@ -106,16 +105,14 @@ def single(x: float) -> float:
 
 # Definition of a task over a system: functions of one row, compiled into step and reset.
 #
-# ============================================================  ====================================
-# ``start(stream, p, c) -> (y, aux)``                           first state of an episode
-# ``clip(action) -> (action, clipped)``                         action clipped to its space
-# ``frame_of(y, aux, p, c) -> frame``                           frame in which the next action is
-# given ``turn(action, frame) -> action``                             action turned from this frame
-# to that of `actuate` ``actuate(action, y, aux, p, c) -> (y, u)``                   state, changed
-# at once or unchanged, and the input held over the step ``outcome(y, u, aux, p, c, dt)
-# result of the step -> (aux, terms, cost, success, terminated)`` ``observe(y, aux, p, c) ->
-# features``                         observation without the attitude
-# ============================================================  ====================================
+# - ``start(stream, p, c) -> (y, aux)``: first state of an episode;
+# - ``clip(action) -> (action, clipped)``: action clipped to its space;
+# - ``frame_of(y, aux, p, c) -> frame``: frame in which the next action is given;
+# - ``turn(action, frame) -> action``: action turned from this frame to that of `actuate`;
+# - ``actuate(action, y, aux, p, c) -> (y, u)``: state, changed at once or unchanged, and the input
+#   held over the step;
+# - ``outcome(y, u, aux, p, c, dt) -> (aux, terms, cost, success, terminated)``: result of the step;
+# - ``observe(y, aux, p, c) -> features``: observation without the attitude.
 #
 # y is the state, u the input and p the parameters of the system; aux is the auxiliary state, which
 # a task keeps from step to step (goal, counters); c are its constants. All are read by name: ``y.X
@@ -150,9 +147,9 @@ class Episode:
         Terms: `NamedTuple` of the reward terms, unweighted.
         Constants: `NamedTuple` of numbers that the functions use; each is an attribute of the task.
         Auxiliary: `NamedTuple` of the auxiliary state; its defaults are used after a physics error.
-        start, clip, actuate, outcome, observe: see the table of the module.
+        start, clip, actuate, outcome, observe: see the list above.
         Frame: `NamedTuple` of the frame.
-        frame_of, turn: see the table; by default actions are given in the frame of `actuate`.
+        frame_of, turn: see the list above; by default actions are given in the frame of `actuate`.
         disturbances: noise and delay between agent and body; by default none.
         advance: one step of the integrator, by default that of the system.
         contact: contact with the ground, by default that of the system.
@@ -207,35 +204,50 @@ class Episode:
             constants=prototype(self.Constants),
         )
 
+    @cached_property
+    def slots(self) -> Slots:
+        """Memory slots of a row."""
+        return slots_of(self.prototypes)
+
     @property
     def ground(self) -> Contact:
         """Contact with the ground."""
         return self.contact or self.dynamics.contact
 
     @cached_property
-    def step(self) -> step_loop.Step:
-        """Compiled loop of a step: see `step_loop.step_rows`."""
-        advance, restore = self.advance or self.dynamics.step, self.dynamics.restore
-        stages, prototypes = self.dynamics.weights, self.prototypes
-        clip, turn, actuate = self.clip, self.turn, self.actuate
-        outcome, rate = self.outcome, self.dynamics.rate
-        force, grip, slips, *_ = self.ground
-        functions = (
-            *(clip, turn, actuate, outcome, force, grip, slips, rate),
-            *(self.observe, self.frame_of),
-            *self.disturbances,
+    def functions(self) -> Functions:
+        """Compiled functions and rows, as the loops take them."""
+        system, ground = self.dynamics, self.ground
+        return Functions(
+            advance=self.advance or system.step,
+            restore=system.restore,
+            stages=system.weights,
+            rate=system.rate,
+            derive=self.derive or system.derive,
+            start=self.start,
+            clip=self.clip,
+            turn=self.turn,
+            actuate=self.actuate,
+            outcome=self.outcome,
+            force=ground.force,
+            grip=ground.grip,
+            slips=ground.slips,
+            observe=self.observe,
+            frame_of=self.frame_of,
+            disturb_actions=self.disturbances.of_actions,
+            disturb_observations=self.disturbances.of_observations,
+            prototypes=self.prototypes,
         )
-        step = step_loop.step_rows(advance, restore, stages, *functions, prototypes)
-        return self._kernel(step, advance, restore, *functions)
 
     @cached_property
-    def reset(self) -> reset_loop.Reset:
-        """Compiled loop of a reset: see `reset_loop.reset_rows`."""
-        derive, start = self.derive or self.dynamics.derive, self.start
-        rate, observe, frame_of = self.dynamics.rate, self.observe, self.frame_of
-        functions = (derive, start, rate, observe, frame_of, self.disturbances.of_observations)
-        reset = reset_loop.reset_rows(*functions, self.prototypes)
-        return self._kernel(reset, *functions)
+    def step(self) -> Step:
+        """Compiled loop of a step: see `step_rows`."""
+        return self._kernel(step_rows(self.functions), *self.functions)
+
+    @cached_property
+    def reset(self) -> Reset:
+        """Compiled loop of a reset: see `reset_rows`."""
+        return self._kernel(reset_rows(self.functions), *self.functions)
 
     @cached_property
     def reward(self) -> Callable[[Array, Array, Array, Array, Array], None]:

@@ -10,14 +10,20 @@ row after the other. What a step or a reset publishes is written to arrays of it
 `rigid_envs.engine.publication`.
 """
 
-from typing import NamedTuple
+import itertools
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 import numpy.typing as npt
+from numba.core.typing.templates import Signature
 
 from rigid_envs.engine.algebra import Row
-from rigid_envs.engine.compiler import scalar
+from rigid_envs.engine.compiler import instruction
+from rigid_envs.engine.rows import elements
 
+types: Any = numba.types  # untyped
 Buffer = npt.NDArray[np.float64]
 
 
@@ -69,12 +75,17 @@ class Prototypes(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """Numbers shared by all rows: sizes, and offsets of the parts of the array."""
+    """Numbers shared by all rows: sizes, and offsets of the parts of the array.
+
+    The past actions of a row are in its slots from `history` to `total`, its last ones.
+    """
 
     n_rows: int
     n_substeps: int
     max_steps: float
     dt: float
+    history: int
+    total: int
     n_delays: int
     n_observed: int
     n_observation: int
@@ -95,7 +106,10 @@ class Sizes(NamedTuple):
 
 
 class Slots(NamedTuple):
-    """First slot of every part of a row; results are cost, reward terms, grip and reward."""
+    """First slot of every part of a row; results are cost, reward terms, grip and reward.
+
+    All that compiled loops depend on: parts whose length is a setting come last.
+    """
 
     state: int
     inputs: int
@@ -108,66 +122,29 @@ class Slots(NamedTuple):
     results: int
     flags: int
     observation: int
-    history: int
-    total: int
 
 
-@scalar
-def read_settings(buffer: Buffer) -> Sizes:
+@instruction
+def read_settings(_context: Any, buffer: Any) -> tuple[Signature, Callable[..., Any]]:
     """The settings at the head of the array."""
-    return Sizes(
-        int(buffer[0]),
-        int(buffer[1]),
-        buffer[2],
-        buffer[3],
-        int(buffer[4]),
-        int(buffer[5]),
-        int(buffer[6]),
-        int(buffer[7]),
-        int(buffer[8]),
-        int(buffer[9]),
-        int(buffer[10]),
-        buffer[11],
-        int(buffer[12]),
-        buffer[13],
-        int(buffer[14]),
-        int(buffer[15]),
-        int(buffer[16]),
-        int(buffer[17]),
-        int(buffer[18]),
-        int(buffer[19]),
-        int(buffer[20]),
-    )
+    numbers = {int: types.intp, float: types.float64}
+    kinds = [numbers[kind] for kind in Sizes.__annotations__.values()]
+    result = types.NamedTuple(kinds, Sizes)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        places = elements(context, builder, signature.args[0], arguments[0], range(len(kinds)))
+        row = [
+            context.cast(builder, builder.load(at), types.float64, kind)
+            for at, kind in zip(places, kinds, strict=True)
+        ]
+        return context.make_tuple(builder, result, row)
+
+    return result(buffer), generate
 
 
-@scalar
-def slots_of(prototypes: Prototypes, n_delays: int, n_observation: int) -> Slots:
-    """Slots of a row: state, inputs and parameters first, where `integrate` expects them.
-
-    The history, whose length is a setting, comes last: up to it the compiler knows all distances.
-    """
-    parameters = len(prototypes.state) + len(prototypes.inputs)
-    channel = parameters + len(prototypes.parameters)
-    aux = channel + len(CHANNEL)
-    clock = aux + len(prototypes.aux)
-    frame = clock + len(CLOCK)
-    action = frame + len(prototypes.frame)
-    results = action + len(prototypes.action)
-    flags = results + 2 + len(prototypes.terms) + len(prototypes.grip)
-    observation = flags + len(FLAGS)
-    history = observation + n_observation
-    return Slots(
-        0,
-        len(prototypes.state),
-        parameters,
-        channel,
-        aux,
-        clock,
-        frame,
-        action,
-        results,
-        flags,
-        observation,
-        history,
-        history + len(prototypes.action) * n_delays,
-    )
+def slots_of(prototypes: Prototypes) -> Slots:
+    """Slots of a row: state, inputs and parameters first, where `integrate` expects them."""
+    state, inputs, parameters, _, aux, frame, action, terms, grip, _ = map(len, prototypes)
+    results = 2 + terms + grip
+    sizes = (state, inputs, parameters, len(CHANNEL), aux, len(CLOCK), frame, action, results)
+    return Slots(0, *itertools.accumulate((*sizes, len(FLAGS))))

@@ -1,7 +1,7 @@
 """The step and the reset of an environment, over all rows."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,9 +34,44 @@ from rigid_envs.engine.publication import (
     publish_results,
     stream_of,
 )
-from rigid_envs.engine.rows import LANES, integrate, load, load_single, load_tile, store
+from rigid_envs.engine.rows import (
+    LANES,
+    get,
+    integrate,
+    load,
+    load_single,
+    load_tile,
+    place,
+    put,
+)
 
-# Loop that steps the rows of an environment, with the functions of an `Episode`.
+Function = Callable[..., Any]
+
+
+class Functions(NamedTuple):
+    """Compiled functions of an `Episode`, and the rows that they take."""
+
+    advance: Function
+    restore: Function
+    stages: Row
+    rate: Function
+    derive: Function
+    start: Function
+    clip: Function
+    turn: Function
+    actuate: Function
+    outcome: Function
+    force: Function
+    grip: Function
+    slips: Function
+    observe: Function
+    frame_of: Function
+    disturb_actions: Function
+    disturb_observations: Function
+    prototypes: Prototypes
+
+
+# Loop that steps the rows of an environment.
 #
 # Rows are independent, so the result is the same for any number of rows and threads.
 
@@ -45,35 +80,19 @@ ENDED = 1 << 40  # more than rows that have a flag
 _ONE = (0.0,)
 _LARGEST = 1e9  # a larger state is a physics error and ends the episode
 
-Function = Callable[..., Any]
 Step = Callable[[Buffer, int, int, Results, Observations, Bools], int]
 
 
-def step_rows(
-    advance: Function,
-    restore: Function,
-    stages: Row,
-    clip: Function,
-    turn: Function,
-    actuate: Function,
-    outcome: Function,
-    force: Function,
-    grip: Function,
-    slips: Function,
-    rate: Function,
-    observe: Function,
-    frame_of: Function,
-    disturb_actions: Function,
-    disturb_observations: Function,
-    prototypes: Prototypes,
-) -> Step:
-    """Loop ``step(buffer, first_block, last_block, results, observations, flags)`` of functions.
+def step_rows(e: Functions) -> Step:
+    """Loop ``step(buffer, first_block, last_block, results, observations, flags)`` of an episode.
 
     It steps all rows of the given blocks by one control period, and publishes them: see
     `publication`. It returns 0 if no flag of any row is set, a positive number if one is, and at
     least `ENDED` if an episode has ended. If action entry k is not finite, no row changes and
     -1 - k is returned.
     """
+    disturb_actions = e.disturb_actions  # inlined before types are known
+    slots = slots_of(e.prototypes)
 
     def step(
         buffer: Buffer,
@@ -84,27 +103,22 @@ def step_rows(
         flags: Bools,
     ) -> int:
         s = read_settings(buffer)
-        bad = _first_not_finite(buffer, s, len(prototypes.action))
+        bad = _first_not_finite(buffer, s, len(e.prototypes.action))
         if bad >= 0:
             return -1 - bad
-        slots = slots_of(prototypes, s.n_delays, s.n_observation)
-        weights = load(buffer, s.weights, prototypes.terms, 1)
-        c = load(buffer, s.constants, prototypes.constants, 1)
+        weights = load(buffer, s.weights, e.prototypes.terms, 1)
+        c = load(buffer, s.constants, e.prototypes.constants, 1)
         n_raised = 0
-        moving = (prototypes.state, prototypes.inputs, prototypes.parameters)
         for block in range(first_block, last_block):
-            base = s.blocks + block * slots.total * LANES
-            row = block * LANES
+            base, row = s.blocks + block * s.total * LANES, block * LANES
             left = s.n_rows - row
             n = left if left < LANES else LANES
-            n_raised += _receive(clip, turn, prototypes, buffer, s, slots, base, row, n)
-            disturb_actions(clip, prototypes, buffer, s, slots, base, n)
-            _actuate(actuate, prototypes, buffer, slots, base, n, c)
-            h = s.dt / s.n_substeps
-            integrate(advance, restore, stages, moving, buffer, base, n, h, s.n_substeps)
-            n_raised += _conclude(outcome, observe, frame_of, force, grip, slips, rate, prototypes,
-                                  buffer, s, slots, base, n, weights, c)  # fmt: skip
-            complete_observations(disturb_observations, buffer, s, slots, base, 0, n)
+            n_raised += _receive(e, buffer, s, slots, base, row, n)
+            disturb_actions(e.clip, e.prototypes.action, buffer, s, slots, base, n)
+            _actuate(e, buffer, slots, base, n, c)
+            _integrate(e, buffer, s, base, n)
+            n_raised += _conclude(e, buffer, s, slots, base, n, weights, c)
+            complete_observations(e.disturb_observations, buffer, s, slots, base, 0, n)
             span = Span(base, row, 0, n)
             publish_results(buffer, s, slots, span, results)
             publish_observations(buffer, s, slots, span, observations)
@@ -128,80 +142,57 @@ def _first_not_finite(buffer: Buffer, s: Sizes, n_action: int) -> int:
 
 @phase
 def _receive(
-    clip: Function,
-    turn: Function,
-    prototypes: Prototypes,
-    buffer: Buffer,
-    s: Sizes,
-    slots: Slots,
-    base: int,
-    row: int,
-    n: int,
+    e: Functions, buffer: Buffer, s: Sizes, slots: Slots, base: int, row: int, n: int
 ) -> int:
     """Read actions, clip them to their space and turn them from the frame in which they are given.
 
     Returns how many were clipped.
     """
-    n_action = len(prototypes.action)
-    given, at = s.actions + row * n_action, base + slots.action * LANES
-    flag = base + (slots.flags + FLAGS.action_clipped) * LANES
+    n_action = len(e.prototypes.action)
+    given = s.actions + row * n_action
     whole = n - n % 8
     for i in range(0, whole, 8):
-        load_tile(buffer, given + i * n_action, at + i, prototypes.action)
+        at = place(base, slots.action, i)
+        load_tile(buffer, given + i * n_action, at, e.prototypes.action)
     for i in range(whole, n):
-        action = load_single(buffer, given + i * n_action, prototypes.action, 1)
-        store(buffer, at + i, action, LANES)
+        action = load_single(buffer, given + i * n_action, e.prototypes.action, 1)
+        put(buffer, base, slots.action, i, action)
     n_clipped = 0
     for i in range(n):
-        action, clipped = clip(load(buffer, at + i, prototypes.action, LANES))
-        frame = load(buffer, base + slots.frame * LANES + i, prototypes.frame, LANES)
-        store(buffer, at + i, turn(action, frame), LANES)
-        store(buffer, flag + i, (_number(clipped),), 1)
+        action, clipped = e.clip(get(buffer, base, slots.action, i, e.prototypes.action))
+        frame = get(buffer, base, slots.frame, i, e.prototypes.frame)
+        put(buffer, base, slots.action, i, e.turn(action, frame))
+        put(buffer, base, slots.flags + FLAGS.action_clipped, i, (_number(clipped),))
         n_clipped += clipped
     for k in range(n_action):
         for i in range(n):
-            a = load(buffer, at + k * LANES + i, _ONE, 1)
-            store(buffer, at + k * LANES + i, (a[0] + 0.0,), 1)  # -0 becomes 0
+            entry = get(buffer, base, slots.action + k, i, _ONE)
+            put(buffer, base, slots.action + k, i, (entry[0] + 0.0,))  # -0 becomes 0
     return n_clipped
 
 
 @phase
-def _actuate(
-    actuate: Function,
-    prototypes: Prototypes,
-    buffer: Buffer,
-    slots: Slots,
-    base: int,
-    n: int,
-    c: Row,
-) -> None:
+def _actuate(e: Functions, buffer: Buffer, slots: Slots, base: int, n: int, c: Row) -> None:
     for i in range(n):
-        y = load(buffer, base + i, prototypes.state, LANES)
-        p = load(buffer, base + slots.parameters * LANES + i, prototypes.parameters, LANES)
-        aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
-        a = load(buffer, base + slots.action * LANES + i, prototypes.action, LANES)
-        y, u = actuate(a, y, aux, p, c)
-        store(buffer, base + i, y, LANES)
-        store(buffer, base + slots.inputs * LANES + i, u, LANES)
+        y = get(buffer, base, slots.state, i, e.prototypes.state)
+        p = get(buffer, base, slots.parameters, i, e.prototypes.parameters)
+        aux = get(buffer, base, slots.aux, i, e.prototypes.aux)
+        a = get(buffer, base, slots.action, i, e.prototypes.action)
+        y, u = e.actuate(a, y, aux, p, c)
+        put(buffer, base, slots.state, i, y)
+        put(buffer, base, slots.inputs, i, u)
+
+
+@phase
+def _integrate(e: Functions, buffer: Buffer, s: Sizes, base: int, n: int) -> None:
+    rows = (e.prototypes.state, e.prototypes.inputs, e.prototypes.parameters)
+    h = s.dt / s.n_substeps
+    integrate(e.advance, e.restore, e.stages, rows, buffer, base, n, h, s.n_substeps)
 
 
 @phase
 def _conclude(
-    outcome: Function,
-    observe: Function,
-    frame_of: Function,
-    force: Function,
-    grip: Function,
-    slips: Function,
-    rate: Function,
-    prototypes: Prototypes,
-    buffer: Buffer,
-    s: Sizes,
-    slots: Slots,
-    base: int,
-    n: int,
-    weights: Row,
-    c: Row,
+    e: Functions, buffer: Buffer, s: Sizes, slots: Slots, base: int, n: int, weights: Row, c: Row
 ) -> int:
     """Write cost, reward terms, grip, reward, flags, features and frame, and advance the clock.
 
@@ -216,45 +207,38 @@ def _conclude(
     each pair of places for overlap, more than the compiler makes, and would not become vector
     instructions.
     """
-    elapsed = base + (slots.clock + CLOCK.elapsed) * LANES
-    running = base + (slots.clock + CLOCK.running) * LANES
-    results, flags = base + slots.results * LANES, base + slots.flags * LANES
-    grip_at = results + (1 + len(prototypes.terms)) * LANES
-    reward_at = grip_at + len(prototypes.grip) * LANES
-    broken_flag = flags + FLAGS.physics_error * LANES
     n_broken, n_raised, n_ended = 0, 0, 0
     for i in range(n):
-        y = load(buffer, base + i, prototypes.state, LANES)
-        u = load(buffer, base + slots.inputs * LANES + i, prototypes.inputs, LANES)
-        p = load(buffer, base + slots.parameters * LANES + i, prototypes.parameters, LANES)
-        aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
-        aux, terms, cost, success, done = outcome(y, u, aux, p, c, s.dt)
-        store(buffer, base + slots.aux * LANES + i, aux, LANES)
-        store(buffer, base + slots.observation * LANES + i, observe(y, aux, p, c), LANES)
-        store(buffer, base + slots.frame * LANES + i, frame_of(y, aux, p, c), LANES)
-        held = grip(force(y, u, p))
-        slipping = slips(held, p)
+        y = get(buffer, base, slots.state, i, e.prototypes.state)
+        u = get(buffer, base, slots.inputs, i, e.prototypes.inputs)
+        p = get(buffer, base, slots.parameters, i, e.prototypes.parameters)
+        aux = get(buffer, base, slots.aux, i, e.prototypes.aux)
+        aux, terms, cost, success, done = e.outcome(y, u, aux, p, c, s.dt)
+        put(buffer, base, slots.aux, i, aux)
+        put(buffer, base, slots.observation, i, e.observe(y, aux, p, c))
+        put(buffer, base, slots.frame, i, e.frame_of(y, aux, p, c))
+        held = e.grip(e.force(y, u, p))
+        slipping = e.slips(held, p)
         lost = slipping & (s.ends_on_slip > 0)
         success, done = success & (not lost), done | lost
         reward = weighted_sum(weights, terms) - select(lost, s.slip_penalty, 0.0)
-        too_fast = (rate(y, p) > s.fastest) & (not done)
+        too_fast = (e.rate(y, p) > s.fastest) & (not done)
         broken = _is_broken(y) | too_fast | (not abs(reward) < np.inf)
-        store(buffer, results + i, (cost,), LANES)
-        store(buffer, results + LANES + i, terms, LANES)
-        store(buffer, grip_at + i, held, LANES)
-        store(buffer, reward_at + i, (reward,), LANES)
-        steps = load(buffer, elapsed + i, _ONE, 1)[0] + 1.0
-        store(buffer, elapsed + i, (steps,), 1)
+        put(buffer, base, slots.results, i, (cost,))
+        put(buffer, base, slots.results + 1, i, terms)
+        put(buffer, base, slots.results + 1 + len(terms), i, held)
+        put(buffer, base, slots.flags - 1, i, (reward,))
+        steps = get(buffer, base, slots.clock + CLOCK.elapsed, i, _ONE)[0] + 1.0
         over, late = done | (broken != 0), steps >= s.max_steps
-        store(buffer, running + i, (select(over | late, 0.0, 1.0),), 1)
+        put(buffer, base, slots.clock + CLOCK.elapsed, i, (steps, _number(not (over | late))))
         n_raised += over | late | success | slipping
         n_ended += over | late
-        store(buffer, flags + i, (_number(over), _number(late), _number(success)), LANES)
-        store(buffer, broken_flag + i, (float(broken), _number(slipping)), LANES)
+        put(buffer, base, slots.flags, i, (_number(over), _number(late), _number(success)))
+        put(buffer, base, slots.flags + FLAGS.physics_error, i, (float(broken), _number(slipping)))
         n_broken += broken
     if n_broken:
-        _mend(prototypes, buffer, slots, base, n)
-        observe_features(observe, frame_of, prototypes, buffer, slots, base, 0, n, c)
+        _mend(e.prototypes.state, e.prototypes.aux, buffer, slots, base, n)
+        observe_features(e.observe, e.frame_of, e.prototypes, buffer, slots, base, 0, n, c)
     return n_raised + ENDED * n_ended
 
 
@@ -273,47 +257,32 @@ def _is_broken(y: Row) -> int:
 
 @scalar
 def _number(flag: bool) -> float:
-    """1 if the flag is set, else 0."""
+    """1 if the flag is set, else 0: a blend is faster than the conversion."""
     return select(flag, 1.0, 0.0)
 
 
 @routine
-def _mend(
-    prototypes: Prototypes,
-    buffer: Buffer,
-    slots: Slots,
-    base: int,
-    n: int,
-) -> None:
+def _mend(rest: Row, aux: Row, buffer: Buffer, slots: Slots, base: int, n: int) -> None:
     """Set a row with a physics error to the rest state, without reward, cost and success."""
-    flags = base + slots.flags * LANES
     for i in range(n):
-        if buffer[flags + FLAGS.physics_error * LANES + i]:
-            store(buffer, base + i, prototypes.state, LANES)
-            store(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
-            buffer[flags + FLAGS.is_success * LANES + i] = 0.0
-            buffer[flags + FLAGS.slips * LANES + i] = 0.0
-            for k in range(slots.flags - slots.results):
-                buffer[base + (slots.results + k) * LANES + i] = 0.0
+        if buffer[place(base, slots.flags + FLAGS.physics_error, i)]:
+            put(buffer, base, slots.state, i, rest)
+            put(buffer, base, slots.aux, i, aux)
+            buffer[place(base, slots.flags + FLAGS.is_success, i)] = 0.0
+            buffer[place(base, slots.flags + FLAGS.slips, i)] = 0.0
+            for k in range(slots.results, slots.flags):
+                buffer[place(base, k, i)] = 0.0
 
 
-# Loop that resets rows of an environment, with the functions of an `Episode`.
+# Loop that resets rows of an environment.
 
 BEGIN, BEGIN_UNSEEN, PARAMETERS_GIVEN, OBSERVE = range(4)  # modes of `reset_rows`
 
 Reset = Callable[[Buffer, Any, int, Results, Observations, Bools], int]
 
 
-def reset_rows(
-    derive: Function,
-    start: Function,
-    rate: Function,
-    observe: Function,
-    frame_of: Function,
-    disturb: Function,
-    prototypes: Prototypes,
-) -> Reset:
-    """Loop ``reset(buffer, rows, mode, results, observations, flags)`` of some functions.
+def reset_rows(e: Functions) -> Reset:
+    """Loop ``reset(buffer, rows, mode, results, observations, flags)`` of an episode.
 
     It begins a new episode in the given rows and publishes their observations. `BEGIN` draws
     parameters and an initial state. `BEGIN_UNSEEN` does the same and sets the results of the last
@@ -321,6 +290,7 @@ def reset_rows(
     state again. `OBSERVE` draws nothing. It returns the last one of the rows whose rate is outside
     the envelope of the integrator, or -1.
     """
+    slots = slots_of(e.prototypes)
 
     def reset(
         buffer: Buffer,
@@ -331,27 +301,26 @@ def reset_rows(
         flags: Bools,
     ) -> int:
         s = read_settings(buffer)
-        slots = slots_of(prototypes, s.n_delays, s.n_observation)
-        c = load(buffer, s.constants, prototypes.constants, 1)
+        c = load(buffer, s.constants, e.prototypes.constants, 1)
         outside = -1
         for row in rows:
-            block, lane = row // LANES, row % LANES
-            base = s.blocks + block * slots.total * LANES
-            span = Span(base, block * LANES, lane, lane + 1)
+            block, i = row // LANES, row % LANES
+            base = s.blocks + block * s.total * LANES
+            span = Span(base, block * LANES, i, i + 1)
             if mode == BEGIN_UNSEEN:
-                _clear_results(prototypes, buffer, slots, base, lane)
+                _clear_results(buffer, slots, base, i)
                 publish_results(buffer, s, slots, span, results)
                 publish_flags(buffer, s, slots, span, flags)
             if mode <= BEGIN_UNSEEN:
-                _new_episode(prototypes, buffer, s, slots, base + lane)
-                _draw_parameters(prototypes, buffer, s, slots, base + lane)
-            _derive_parameters(derive, prototypes, buffer, slots, base + lane)
+                _new_episode(buffer, s, slots, base, i)
+                _draw_parameters(buffer, s, slots, base, i, len(e.prototypes.raw))
+            _derive_parameters(e, buffer, slots, base, i)
             if mode != OBSERVE:
-                _draw_start(start, prototypes, buffer, slots, base + lane, c)
-            if _is_outside(rate, prototypes, buffer, s, slots, base + lane):
+                _draw_start(e, buffer, slots, base, i, c)
+            if _is_outside(e, buffer, s, slots, base, i):
                 outside = row
-            observe_features(observe, frame_of, prototypes, buffer, slots, base, lane, lane + 1, c)
-            complete_observations(disturb, buffer, s, slots, base, lane, lane + 1)
+            observe_features(e.observe, e.frame_of, e.prototypes, buffer, slots, base, i, i + 1, c)
+            complete_observations(e.disturb_observations, buffer, s, slots, base, i, i + 1)
             publish_observations(buffer, s, slots, span, observations)
         return outside
 
@@ -359,31 +328,25 @@ def reset_rows(
 
 
 @routine
-def _new_episode(prototypes: Prototypes, buffer: Buffer, s: Sizes, slots: Slots, at: int) -> None:
+def _new_episode(buffer: Buffer, s: Sizes, slots: Slots, base: int, i: int) -> None:
     """Set the clock of a new episode and clear past actions."""
-    clock = at + slots.clock * LANES
-    buffer[clock + CLOCK.episode * LANES] += 1.0
-    buffer[clock + CLOCK.elapsed * LANES] = 0.0
-    buffer[clock + CLOCK.running * LANES] = 1.0
-    for k in range(len(prototypes.action) * s.n_delays):
-        buffer[at + (slots.history + k) * LANES] = 0.0
+    buffer[place(base, slots.clock + CLOCK.episode, i)] += 1.0
+    buffer[place(base, slots.clock + CLOCK.elapsed, i)] = 0.0
+    buffer[place(base, slots.clock + CLOCK.running, i)] = 1.0
+    for k in range(s.history, s.total):
+        buffer[place(base, k, i)] = 0.0
 
 
 @routine
-def _clear_results(
-    prototypes: Prototypes, buffer: Buffer, slots: Slots, base: int, lane: int
-) -> None:
-    for k in range(slots.observation - slots.results):
-        buffer[base + (slots.results + k) * LANES + lane] = 0.0
+def _clear_results(buffer: Buffer, slots: Slots, base: int, i: int) -> None:
+    for k in range(slots.results, slots.observation):
+        buffer[place(base, k, i)] = 0.0
 
 
 @routine
-def _draw_parameters(
-    prototypes: Prototypes, buffer: Buffer, s: Sizes, slots: Slots, at: int
-) -> None:
+def _draw_parameters(buffer: Buffer, s: Sizes, slots: Slots, base: int, i: int, n_raw: int) -> None:
     """Draw every parameter of system and channel, uniform in its range; the delay is an integer."""
-    n_raw = len(prototypes.raw)
-    draws = stream_of(buffer, at + slots.clock * LANES, DRAW_PARAMETERS)
+    draws = stream_of(buffer, slots, base, i, DRAW_PARAMETERS)
     for k in range(n_raw + len(CHANNEL)):
         low, high = buffer[s.ranges + 2 * k], buffer[s.ranges + 2 * k + 1]
         share = randoms.uniform(draws, k)
@@ -392,33 +355,26 @@ def _draw_parameters(
         else:
             value = fma(high - low, share, low)
         slot = slots.parameters + k if k < n_raw else slots.channel + k - n_raw
-        buffer[at + slot * LANES] = value
+        buffer[place(base, slot, i)] = value
 
 
 @phase
-def _derive_parameters(
-    derive: Function, prototypes: Prototypes, buffer: Buffer, slots: Slots, at: int
-) -> None:
-    parameters = at + slots.parameters * LANES
-    p = derive(*load(buffer, parameters, prototypes.raw, LANES))
-    store(buffer, parameters, p, LANES)
+def _derive_parameters(e: Functions, buffer: Buffer, slots: Slots, base: int, i: int) -> None:
+    p = e.derive(*get(buffer, base, slots.parameters, i, e.prototypes.raw))
+    put(buffer, base, slots.parameters, i, p)
 
 
 @phase
-def _draw_start(
-    start: Function, prototypes: Prototypes, buffer: Buffer, slots: Slots, at: int, c: Row
-) -> None:
-    p = load(buffer, at + slots.parameters * LANES, prototypes.parameters, LANES)
-    y, aux = start(stream_of(buffer, at + slots.clock * LANES, DRAW_START), p, c)
-    store(buffer, at, y, LANES)
-    store(buffer, at + slots.aux * LANES, aux, LANES)
+def _draw_start(e: Functions, buffer: Buffer, slots: Slots, base: int, i: int, c: Row) -> None:
+    p = get(buffer, base, slots.parameters, i, e.prototypes.parameters)
+    y, aux = e.start(stream_of(buffer, slots, base, i, DRAW_START), p, c)
+    put(buffer, base, slots.state, i, y)
+    put(buffer, base, slots.aux, i, aux)
 
 
 @phase
-def _is_outside(
-    rate: Function, prototypes: Prototypes, buffer: Buffer, s: Sizes, slots: Slots, at: int
-) -> bool:
+def _is_outside(e: Functions, buffer: Buffer, s: Sizes, slots: Slots, base: int, i: int) -> bool:
     """Whether the rate of a row is outside the envelope of the integrator."""
-    y = load(buffer, at, prototypes.state, LANES)
-    p = load(buffer, at + slots.parameters * LANES, prototypes.parameters, LANES)
-    return not rate(y, p) <= s.fastest
+    y = get(buffer, base, slots.state, i, e.prototypes.state)
+    p = get(buffer, base, slots.parameters, i, e.prototypes.parameters)
+    return not e.rate(y, p) <= s.fastest

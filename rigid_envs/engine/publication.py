@@ -14,8 +14,10 @@ from rigid_envs.engine.compiler import phase, routine, scalar
 from rigid_envs.engine.elementary import atan2, fma, select
 from rigid_envs.engine.layout import CHANNEL, CLOCK, FLAGS, Buffer, Prototypes, Sizes, Slots
 from rigid_envs.engine.rows import (
-    LANES,
+    get,
     load,
+    place,
+    put,
     store,
     store_byte,
     store_nonzero,
@@ -50,15 +52,15 @@ class Span(NamedTuple):
 def publish_results(buffer: Buffer, s: Sizes, slots: Slots, span: Span, results: Results) -> None:
     """Publish the results of some rows of a block."""
     base, row, first, last = span
-    at, n = base + slots.results * LANES, slots.flags - slots.results
+    n = slots.flags - slots.results
     rest = last - (last - first) % 8
     for k in range(n):
         for i in range(first, rest, 8):
-            values = load(buffer, at + k * LANES + i, _EIGHT, 1)
+            values = load(buffer, place(base, slots.results + k, i), _EIGHT, 1)
             store(results, k * s.n_rows + row + i, values, 1)
     for i in range(rest, last):
         for k in range(n):
-            value = load(buffer, at + k * LANES + i, _ONE, 1)
+            value = get(buffer, base, slots.results + k, i, _ONE)
             store(results, k * s.n_rows + row + i, value, 1)
 
 
@@ -68,7 +70,7 @@ def publish_observations(
 ) -> None:
     """Publish the observations of some rows of a block."""
     base, row, first, last = span
-    at, width = base + slots.observation * LANES, s.n_observation
+    width = s.n_observation
     target = row * width
     rest = first
     if width >= 4:
@@ -76,10 +78,11 @@ def publish_observations(
         for i in range(first, rest, 8):
             for start in range(0, width, 4):
                 k = select(start < width - 4, start, width - 4)  # the last tile overlaps another
-                store_tile(buffer, at + k * LANES + i, observations, target + i * width + k, width)
+                at = place(base, slots.observation + k, i)
+                store_tile(buffer, at, observations, target + i * width + k, width)
     for k in range(width):
         for i in range(rest, last):
-            value = load(buffer, at + k * LANES + i, _ONE, 1)
+            value = get(buffer, base, slots.observation + k, i, _ONE)
             store_single(observations, target + i * width + k, value, 1)
 
 
@@ -87,14 +90,14 @@ def publish_observations(
 def publish_flags(buffer: Buffer, s: Sizes, slots: Slots, span: Span, flags: Bools) -> None:
     """Publish the flags of some rows of a block."""
     base, row, first, last = span
-    at = base + slots.flags * LANES
     rest = last - (last - first) % 8
     for k in range(len(FLAGS)):
         for i in range(first, rest, 8):
-            store_nonzero(buffer, at + k * LANES + i, flags, k * s.n_rows + row + i)
+            at = place(base, slots.flags + k, i)
+            store_nonzero(buffer, at, flags, k * s.n_rows + row + i)
     for i in range(rest, last):
         for k in range(len(FLAGS)):
-            flag = buffer[at + k * LANES + i] != 0.0
+            flag = buffer[place(base, slots.flags + k, i)] != 0.0
             store_byte(flags, k * s.n_rows + row + i, (flag,), 1)
 
 
@@ -142,23 +145,19 @@ def _wrapped(angle: float) -> float:
 def write_attitude(
     buffer: Buffer, base: int, end: int, first: int, last: int, representation: int
 ) -> None:
-    """Write the attitude of rows ``first .. last - 1`` to the slots before `end`."""
+    """Write the attitude of rows ``first .. last - 1`` to the slots before slot `end`."""
     if representation == MATRIX:
         for i in range(first, last):
-            r = matrix(load(buffer, base + i, _Q, LANES))
-            store(buffer, end - 9 * LANES + i, r, LANES)
+            put(buffer, base, end - 9, i, matrix(get(buffer, base, 0, i, _Q)))
     elif representation == ROT6D:
         for i in range(first, last):
-            columns = rot6d(load(buffer, base + i, _Q, LANES))
-            store(buffer, end - 6 * LANES + i, columns, LANES)
+            put(buffer, base, end - 6, i, rot6d(get(buffer, base, 0, i, _Q)))
     elif representation == QUATERNION:
         for i in range(first, last):
-            q = canonical(load(buffer, base + i, _Q, LANES))
-            store(buffer, end - 4 * LANES + i, q, LANES)
+            put(buffer, base, end - 4, i, canonical(get(buffer, base, 0, i, _Q)))
     elif representation == EULER:
         for i in range(first, last):
-            angles = euler(load(buffer, base + i, _Q, LANES))
-            store(buffer, end - 3 * LANES + i, angles, LANES)
+            put(buffer, base, end - 3, i, euler(get(buffer, base, 0, i, _Q)))
 
 
 # Observations of rows and frames of their next actions, computed from the state.
@@ -179,13 +178,12 @@ def observe_features(
     c: Row,
 ) -> None:
     """Write features and frame of rows ``first .. last - 1``."""
-    at = base + slots.observation * LANES
     for i in range(first, last):
-        y = load(buffer, base + i, prototypes.state, LANES)
-        p = load(buffer, base + slots.parameters * LANES + i, prototypes.parameters, LANES)
-        aux = load(buffer, base + slots.aux * LANES + i, prototypes.aux, LANES)
-        store(buffer, at + i, observe(y, aux, p, c), LANES)
-        store(buffer, base + slots.frame * LANES + i, frame_of(y, aux, p, c), LANES)
+        y = get(buffer, base, slots.state, i, prototypes.state)
+        p = get(buffer, base, slots.parameters, i, prototypes.parameters)
+        aux = get(buffer, base, slots.aux, i, prototypes.aux)
+        put(buffer, base, slots.observation, i, observe(y, aux, p, c))
+        put(buffer, base, slots.frame, i, frame_of(y, aux, p, c))
 
 
 @phase
@@ -199,12 +197,12 @@ def complete_observations(
     last: int,
 ) -> None:
     """Write what follows the features: attitude, drawn parameters, noise."""
-    end = base + (slots.observation + s.n_observation - s.n_observed) * LANES  # of the attitude
+    end = slots.observation + s.n_observation - s.n_observed  # of the attitude
     write_attitude(buffer, base, end, first, last, s.rotation)
     for k in range(s.n_observed):
-        source = base + int(buffer[s.observed + k]) * LANES
+        slot = int(buffer[s.observed + k])
         for i in range(first, last):
-            buffer[end + k * LANES + i] = buffer[source + i]
+            buffer[place(base, end + k, i)] = buffer[place(base, slot, i)]
     disturb(buffer, s, slots, base, first, last)
 
 
@@ -220,7 +218,7 @@ class Disturbances(NamedTuple):
     """What happens to actions and observations between agent and body, in the rows of a block.
 
     Attributes:
-        of_actions: ``of_actions(clip, prototypes, buffer, s, slots, base, n)``.
+        of_actions: ``of_actions(clip, like, buffer, s, slots, base, n)``, like an action.
         of_observations: ``of_observations(buffer, s, slots, base, first, last)``.
     """
 
@@ -229,35 +227,31 @@ class Disturbances(NamedTuple):
 
 
 @scalar
-def stream_of(buffer: Buffer, clock: int, use: int) -> randoms.Stream:
+def stream_of(buffer: Buffer, slots: Slots, base: int, i: int, use: int) -> randoms.Stream:
     """Random stream of one row and episode for one purpose."""
-    high = np.uint64(buffer[clock + CLOCK.key_high * LANES])
-    low = np.uint64(buffer[clock + CLOCK.key_low * LANES])
+    high = np.uint64(buffer[place(base, slots.clock + CLOCK.key_high, i)])
+    low = np.uint64(buffer[place(base, slots.clock + CLOCK.key_low, i)])
     key = (high << np.uint64(32)) | low
-    return key, np.uint64(buffer[clock + CLOCK.episode * LANES]), np.uint64(use)
+    return key, np.uint64(buffer[place(base, slots.clock + CLOCK.episode, i)]), np.uint64(use)
 
 
 @scalar
-def _noise_pair(buffer: Buffer, clock: int, use: int, pair: int) -> tuple[float, float]:
+def _noise_pair(
+    buffer: Buffer, slots: Slots, base: int, i: int, use: int, pair: int
+) -> tuple[float, float]:
     """Standard normals 2 * pair and 2 * pair + 1 of this row at this step (pair below 128)."""
-    index = int(buffer[clock + CLOCK.elapsed * LANES]) * 128 + pair
-    return randoms.normal_pair(stream_of(buffer, clock, use), index)
+    index = int(buffer[place(base, slots.clock + CLOCK.elapsed, i)]) * 128 + pair
+    return randoms.normal_pair(stream_of(buffer, slots, base, i, use), index)
 
 
 @phase
 def _disturb_actions(
-    clip: Function,
-    prototypes: Prototypes,
-    buffer: Buffer,
-    s: Sizes,
-    slots: Slots,
-    base: int,
-    n: int,
+    clip: Function, like: Row, buffer: Buffer, s: Sizes, slots: Slots, base: int, n: int
 ) -> None:
     if s.noisy_actions:
-        _add_action_noise(clip, prototypes, buffer, slots, base, n)
+        _add_action_noise(clip, like, buffer, slots, base, n)
     if s.n_delays:
-        _delay_actions(buffer, s, slots, base, n, len(prototypes.action))
+        _delay_actions(buffer, s, slots, base, n, len(like))
 
 
 @routine
@@ -270,13 +264,7 @@ def _disturb_observations(
 
 @phase
 def _leave_actions(
-    clip: Function,
-    prototypes: Prototypes,
-    buffer: Buffer,
-    s: Sizes,
-    slots: Slots,
-    base: int,
-    n: int,
+    clip: Function, like: Row, buffer: Buffer, s: Sizes, slots: Slots, base: int, n: int
 ) -> None:
     pass
 
@@ -290,21 +278,18 @@ def _leave_observations(
 
 @phase
 def _add_action_noise(
-    clip: Function, prototypes: Prototypes, buffer: Buffer, slots: Slots, base: int, n: int
+    clip: Function, like: Row, buffer: Buffer, slots: Slots, base: int, n: int
 ) -> None:
     """Add Gaussian noise to every entry of the action, and clip it again."""
-    at = base + slots.action * LANES
     for i in range(n):
-        clock = base + slots.clock * LANES + i
-        sigma = buffer[base + (slots.channel + CHANNEL.action_noise) * LANES + i]
-        n_action = len(prototypes.action)
-        for pair in range((n_action + 1) // 2):
-            even, odd = _noise_pair(buffer, clock, DRAW_ACTION, pair)
-            buffer[at + 2 * pair * LANES + i] += sigma * even
-            if 2 * pair + 1 < n_action:
-                buffer[at + (2 * pair + 1) * LANES + i] += sigma * odd
-        action, _ = clip(load(buffer, at + i, prototypes.action, LANES))
-        store(buffer, at + i, action, LANES)
+        sigma = buffer[place(base, slots.channel + CHANNEL.action_noise, i)]
+        for pair in range((len(like) + 1) // 2):
+            even, odd = _noise_pair(buffer, slots, base, i, DRAW_ACTION, pair)
+            buffer[place(base, slots.action + 2 * pair, i)] += sigma * even
+            if 2 * pair + 1 < len(like):
+                buffer[place(base, slots.action + 2 * pair + 1, i)] += sigma * odd
+        action, _ = clip(get(buffer, base, slots.action, i, like))
+        put(buffer, base, slots.action, i, action)
 
 
 @routine
@@ -313,16 +298,15 @@ def _delay_actions(
 ) -> None:
     """Replace the action by that of `action_delay` steps before; zero before the first."""
     for i in range(n):
-        lag = int(buffer[base + (slots.channel + CHANNEL.action_delay) * LANES + i])
+        lag = int(buffer[place(base, slots.channel + CHANNEL.action_delay, i)])
         for k in range(n_action):
-            at = base + (slots.action + k) * LANES + i
-            past = base + (slots.history + k * s.n_delays) * LANES + i
+            at, past = place(base, slots.action + k, i), s.history + k * s.n_delays
             new = buffer[at]
             if lag > 0:
-                buffer[at] = buffer[past + (lag - 1) * LANES]
+                buffer[at] = buffer[place(base, past + lag - 1, i)]
             for j in range(s.n_delays - 1, 0, -1):
-                buffer[past + j * LANES] = buffer[past + (j - 1) * LANES]
-            buffer[past] = new
+                buffer[place(base, past + j, i)] = buffer[place(base, past + j - 1, i)]
+            buffer[place(base, past, i)] = new
 
 
 @routine
@@ -331,13 +315,12 @@ def _add_observation_noise(
 ) -> None:
     """Add Gaussian noise to every observation entry except goals, and clip to its bounds."""
     for i in range(first, last):
-        clock = base + slots.clock * LANES + i
-        sigma = buffer[base + (slots.channel + CHANNEL.observation_noise) * LANES + i]
+        sigma = buffer[place(base, slots.channel + CHANNEL.observation_noise, i)]
         for pair in range(s.n_exact // 2, (s.n_observation + 1) // 2):
-            values = _noise_pair(buffer, clock, DRAW_OBSERVATION, pair)
+            values = _noise_pair(buffer, slots, base, i, DRAW_OBSERVATION, pair)
             for k in range(2 * pair, 2 * pair + 2):
                 if s.n_exact <= k < s.n_observation:
-                    at = base + (slots.observation + k) * LANES + i
+                    at = place(base, slots.observation + k, i)
                     noisy = buffer[at] + sigma * values[k % 2]
                     low, high = buffer[s.bounds + 2 * k], buffer[s.bounds + 2 * k + 1]
                     noisy = select(low > noisy, low, noisy)

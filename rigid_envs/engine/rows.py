@@ -1,6 +1,6 @@
 """Rows in memory, and the loops over them behind the NumPy interface of systems."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numba
@@ -14,15 +14,16 @@ from rigid_envs.engine.compiler import instruction, phase, scalar
 
 # Memory layout of rows, and the loop that integrates them.
 #
-# A *block* holds `LANES` rows as a structure of arrays: number k of row i is at ``base + k * LANES
-# + i``. Because `LANES` is a constant, the compiler knows that the numbers of a row never overlap
-# and turns every loop over the rows of a block into vector instructions. In arrays of the public
-# interface the numbers of a row are adjacent.
+# A *block* holds `LANES` rows as a structure of arrays: see `place`. Because `LANES` is a constant,
+# the compiler knows that the numbers of a row never overlap and turns every loop over the rows of a
+# block into vector instructions. In arrays of the public interface the numbers of a row are
+# adjacent.
 #
-# `load` and `store` copy a row of numbers between an array and a tuple. Length and names of the row
-# are those of a `prototype`, so that they are known at compile time. `load_single`, `store_single`
-# and `store_byte` do the same for arrays, or parts of the buffer, that hold float32 or bytes; their
-# positions are in units of these. Positions in an array of several axes are those of its memory.
+# `get` and `put` copy some numbers of a row between a block and a tuple, `load` and `store` between
+# an array and a tuple. Length and names of the tuple are those of a `prototype`, so that they are
+# known at compile time. `load_single`, `store_single` and `store_byte` do the same for arrays, or
+# parts of the buffer, that hold float32 or bytes; their positions are in units of these. Positions
+# in an array of several axes are those of its memory.
 
 types: Any = numba.types  # untyped
 Buffer = npt.NDArray[np.float64]
@@ -49,15 +50,82 @@ def prototype(kind: type[Any]) -> Prototype:
     return kind(*(float(defaults.get(name, 1.0)) for name in names)) if names else ()
 
 
-def _elements(
-    context: Any, builder: Any, signature: Any, arguments: Any, kind: Any, count: int
+_Element = types.float64
+
+
+def elements(
+    context: Any, builder: Any, array: Any, value: Any, places: Iterable[Any], kind: Any = _Element
 ) -> list[Any]:
-    """Pointers to ``array[start + k * stride]``, k below `count`, the buffer cast to `kind`."""
-    array, start, _, stride = arguments
-    data = context.make_array(signature.args[0])(context, builder, array).data
+    """Pointers to elements of an array, as if it were one of a kind.
+
+    Args:
+        context: From numba, as the next ones.
+        builder: Of instructions.
+        array: Type of the array.
+        value: The array.
+        places: Indices: integers, or values of the code.
+        kind: Type of an element.
+    """
+    data = context.make_array(array)(context, builder, value).data
     data = builder.bitcast(data, context.get_value_type(kind).as_pointer())
-    offsets = (builder.mul(ir.Constant(stride.type, k), stride) for k in range(count))
-    return [builder.gep(data, [builder.add(start, offset)]) for offset in offsets]
+    index = context.get_value_type(types.intp)
+    return [builder.gep(data, [index(k) if isinstance(k, int) else k]) for k in places]
+
+
+def _spaced(builder: Any, start: Any, stride: Any, count: int) -> Iterator[Any]:
+    """``start + k * stride`` for k below `count`."""
+    for k in range(count):
+        yield builder.add(start, builder.mul(ir.Constant(stride.type, k), stride))
+
+
+def _places(builder: Any, where: Any, count: int) -> Iterator[Any]:
+    """``base + (slot + k) * LANES + lane`` for k below `count`, where is (base, slot, lane)."""
+    base, slot, lane = where
+    lanes = ir.Constant(slot.type, LANES)
+    start = builder.add(builder.add(base, builder.mul(slot, lanes)), lane)
+    return _spaced(builder, start, lanes, count)
+
+
+@instruction
+def place(_context: Any, base: Any, slot: Any, lane: Any) -> tuple[Signature, Callable[..., Any]]:
+    """``base + slot * LANES + lane``: of number `slot` of row `lane` in the block at `base`."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return next(_places(builder, arguments, 1))
+
+    return types.intp(types.intp, types.intp, types.intp), generate
+
+
+@instruction
+def get(
+    _context: Any, array: Any, base: Any, slot: Any, lane: Any, like: Any
+) -> tuple[Signature, Callable[..., Any]]:
+    """Numbers of row `lane` of a block, from `slot` on, as many as `like` has."""
+    result = _row_type(like, types.float64)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        places = _places(builder, arguments[1:4], len(like))
+        at = elements(context, builder, signature.args[0], arguments[0], places)
+        return context.make_tuple(builder, result, map(builder.load, at))
+
+    return result(array, types.intp, types.intp, types.intp, like), generate
+
+
+@instruction
+def put(
+    _context: Any, array: Any, base: Any, slot: Any, lane: Any, values: Any
+) -> tuple[Signature, Callable[..., Any]]:
+    """Write numbers of row `lane` of a block, from `slot` on."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        places = _places(builder, arguments[1:4], len(values))
+        at = elements(context, builder, signature.args[0], arguments[0], places)
+        for k, given in enumerate(values):
+            value = builder.extract_value(arguments[4], k)
+            builder.store(context.cast(builder, value, given, types.float64), at[k])
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, types.intp, types.intp, values), generate
 
 
 def _row_type(like: Any, number: Any) -> Any:
@@ -78,8 +146,10 @@ def _load_as(kind: Any) -> Callable[..., Any]:
         result = _row_type(like, target)
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            places = _elements(context, builder, signature, arguments, source, len(like))
-            values = [context.cast(builder, builder.load(p), source, target) for p in places]
+            array, start, _, stride = arguments
+            places = _spaced(builder, start, stride, len(like))
+            at = elements(context, builder, signature.args[0], array, places, source)
+            values = [context.cast(builder, builder.load(p), source, target) for p in at]
             return context.make_tuple(builder, result, values)
 
         return result(array, types.intp, like, types.intp), generate
@@ -97,10 +167,12 @@ def _store_as(kind: Any) -> Callable[..., None]:
         target = kind or array.dtype
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            places = _elements(context, builder, signature, arguments, target, len(values))
-            for k, (place, given) in enumerate(zip(places, values, strict=True)):
-                value = builder.extract_value(arguments[2], k)
-                builder.store(context.cast(builder, value, given, target), place)
+            array, start, row, stride = arguments
+            places = _spaced(builder, start, stride, len(values))
+            at = elements(context, builder, signature.args[0], array, places, target)
+            for k, given in enumerate(values):
+                value = builder.extract_value(row, k)
+                builder.store(context.cast(builder, value, given, target), at[k])
             return context.get_dummy_value()
 
         return types.void(array, types.intp, values, types.intp), generate
@@ -216,20 +288,18 @@ def advance_rows(
     State, inputs and parameters (`prototypes`) are adjacent in the block, in this order.
     """
     state, inputs, parameters = prototypes
-    input_slot = base + len(state) * LANES
-    parameter_slot = input_slot + len(inputs) * LANES
     for i in range(n):
-        y = load(buffer, base + i, state, LANES)
-        u = load(buffer, input_slot + i, inputs, LANES)
-        p = load(buffer, parameter_slot + i, parameters, LANES)
-        store(buffer, base + i, step(y, u, p, h), LANES)
+        y = get(buffer, base, 0, i, state)
+        u = get(buffer, base, len(state), i, inputs)
+        p = get(buffer, base, len(state) + len(inputs), i, parameters)
+        put(buffer, base, 0, i, step(y, u, p, h))
 
 
 @phase
 def restore_rows(restore: Restore, state: Row, buffer: Buffer, base: int, n: int) -> None:
     """Apply ``restore(y)`` to the first n rows of a block."""
     for i in range(n):
-        store(buffer, base + i, restore(load(buffer, base + i, state, LANES)), LANES)
+        put(buffer, base, 0, i, restore(get(buffer, base, 0, i, state)))
 
 
 @phase
@@ -323,21 +393,21 @@ def simulate(
     for row in range(0, n_rows, LANES):
         n = min(LANES, n_rows - row)
         for i in range(n):
-            store(block, (len(state) + len(inputs)) * LANES + i, p_row, LANES)
-            store(block, i, load(y, (row + i) * len(state), state, 1), LANES)
+            put(block, 0, len(state) + len(inputs), i, p_row)
+            put(block, 0, 0, i, load(y, (row + i) * len(state), state, 1))
         k = 0
-        _hold(block, inputs, len(state) * LANES, u, k, row, n)
+        _hold(block, inputs, len(state), u, k, row, n)
         for m in range(h.size):
             for _ in range(n_substeps[m]):
                 for j in range(weights.size):
                     if u_per_stage:
-                        _hold(block, inputs, len(state) * LANES, u, k, row, n)
+                        _hold(block, inputs, len(state), u, k, row, n)
                         k += 1
                     advance_rows(step, prototypes, block, 0, n, weights[j] * h[m])
                 restore_rows(restore, state, block, 0, n)
             target = ((m + 1) * n_rows + row) * len(state)
             for i in range(n):
-                store(y, target + i * len(state), load(block, i, state, LANES), 1)
+                store(y, target + i * len(state), get(block, 0, 0, i, state), 1)
 
 
 @scalar
@@ -346,4 +416,4 @@ def _hold(block: Array, inputs: Row, slot: int, u: Array, k: int, row: int, n: i
     n_inputs, shared = len(inputs), u.shape[1] == 1
     for i in range(n):
         source = k * u.shape[1] * n_inputs + (0 if shared else row + i) * n_inputs
-        store(block, slot + i, load(u, source, inputs, 1), LANES)
+        put(block, 0, slot, i, load(u, source, inputs, 1))

@@ -13,14 +13,14 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import TOLERANCE, Array, Bools, Integers, one_of, real_numbers, require
 from rigid_envs.engine.compiler import COMPILES, compiled_for
-from rigid_envs.engine.layout import CHANNEL, CLOCK, FLAGS, Slots
+from rigid_envs.engine.layout import CHANNEL, CLOCK, FLAGS, Sizes
 from rigid_envs.engine.loops import BEGIN, BEGIN_UNSEEN, OBSERVE, PARAMETERS_GIVEN, Reset
 from rigid_envs.engine.publication import Observations, Outputs, Results
 from rigid_envs.engine.rows import LANES
 from rigid_envs.engine.threads import Workers
 from rigid_envs.mechanics.rotations import norm
 from rigid_envs.tasks.starts import Start, of_unit_length
-from rigid_envs.tasks.task import UNIT, Task, new_buffer, parameter_slot, slots_for
+from rigid_envs.tasks.task import UNIT, Task, new_buffer, parameter_slot
 
 # One row of an environment at one moment: what is drawn, recorded and replayed.
 
@@ -74,16 +74,17 @@ class StateFormat:
     the frame and what is observed, which no state depends on.
     """
 
-    def __init__(self, task: Task, slots: Slots) -> None:
+    def __init__(self, task: Task, sizes: Sizes) -> None:
         """Look up the slots of every part."""
         self._task = task
+        slots = task.compiled.slots
         parts = {
             "y": (slots.state, slots.inputs),
             "parameters": (slots.parameters, slots.parameters + len(task.episode.prototypes.raw)),
             "channel": (slots.channel, slots.aux),
             "aux": (slots.aux, slots.clock),
             "clock": (slots.clock, slots.frame),
-            "history": (slots.history, slots.total),
+            "history": (sizes.history, sizes.total),
         }
         self.parts = {name: ends for name, ends in parts.items() if ends[0] < ends[1]}
         """First slot of every part, and the one after its last."""
@@ -267,7 +268,6 @@ class Core:
         self.n_rows = n_rows
         self._n_blocks = -(-n_rows // LANES)
         self._n_threads = min(n_threads, self._n_blocks) if COMPILES else 1
-        self._slots = slots_for(task)
         self.buffer, self._settings = new_buffer(task, n_rows, max_steps)
         self._make_views()
         self.renew_outputs()
@@ -314,7 +314,7 @@ class Core:
         s = self._slots
         self.outputs = (
             np.ascontiguousarray(self._columns(s.results, s.flags).T),
-            self._columns(s.observation, s.history).astype(np.float32),
+            self._columns(s.observation, self._settings.history).astype(np.float32),
             np.ascontiguousarray(self._columns(s.flags, s.observation).T != 0.0),
         )
 
@@ -372,7 +372,7 @@ class Core:
             self._write(rows, self._slots.clock + slot, value)
 
     def _begin(self, rows: Integers, mode: int) -> int:
-        """Reset rows and publish them: see `reset_loop.reset_rows`."""
+        """Reset rows and publish them: see `reset_rows`."""
         return self._compiled_reset(self.buffer, rows, mode, *self.outputs)
 
     @cached_property
@@ -382,7 +382,7 @@ class Core:
 
     @cached_property
     def _format(self) -> StateFormat:
-        return StateFormat(self.task, self._slots)
+        return StateFormat(self.task, self._settings)
 
     @property
     def y(self) -> Array:
@@ -478,7 +478,7 @@ class Core:
         for name, (first, last) in self._format.parts.items():
             self._write(begun, slice(first, last), arrays[name][begun])
         self._write(fresh, slice(0, self._slots.clock), 0.0)
-        self._write(fresh, slice(self._slots.clock + CLOCK.elapsed, self._slots.total), 0.0)
+        self._write(fresh, slice(self._slots.clock + CLOCK.elapsed, self._settings.total), 0.0)
         self._begin(begun, OBSERVE)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -490,7 +490,6 @@ class Core:
             "outputs": self.outputs,
             "_n_blocks": self._n_blocks,
             "_n_threads": self._n_threads,
-            "_slots": self._slots,
             "_settings": self._settings,
         }
 
@@ -500,10 +499,10 @@ class Core:
         self._make_views()
 
     def _make_views(self) -> None:
-        s, n, slots, rows = self._settings, self.n_rows, self._slots, self.task.episode.prototypes
-        size = self._n_blocks * slots.total * LANES
+        self._slots = self.task.compiled.slots
+        s, n, n_action = self._settings, self.n_rows, len(self.task.episode.prototypes.action)
+        size = self._n_blocks * s.total * LANES
         self._blocks = self.buffer[s.blocks : s.blocks + size].reshape(self._n_blocks, -1, LANES)
-        n_action = len(rows.action)
         end = s.actions + n * n_action
         self.actions = self.buffer.view(np.float32)[s.actions : end].reshape(n, n_action)
 

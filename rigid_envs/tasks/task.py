@@ -24,7 +24,7 @@ from rigid_envs.base.settings import (
     setting,
 )
 from rigid_envs.engine.episode import Episode, with_noise_and_delay
-from rigid_envs.engine.layout import CHANNEL, Sizes, Slots, slots_of
+from rigid_envs.engine.layout import CHANNEL, Sizes
 from rigid_envs.engine.rows import LANES
 from rigid_envs.mechanics.system import System
 from rigid_envs.tasks.fields import (
@@ -388,15 +388,9 @@ class Task(WithinEnvelope, Settings, abc.ABC):
 _LINE = 8  # numbers in a cache line
 
 
-def slots_for(task: Task) -> Slots:
-    """Memory slots of a row of this task."""
-    delay = int(task.ranges()["action_delay"][1])
-    return Slots(*slots_of(task.compiled.prototypes, delay, len(task.observations())))
-
-
 def parameter_slot(task: Task, position: int) -> int:
     """Slot of the parameter at a position of `Task.ranges`."""
-    slots, n_raw = slots_for(task), len(task.episode.prototypes.raw)
+    slots, n_raw = task.compiled.slots, len(task.episode.prototypes.raw)
     if position < n_raw:
         return slots.parameters + position
     return slots.channel + position - n_raw
@@ -406,7 +400,7 @@ def new_buffer(
     task: Task, n_rows: int, max_steps: int | None
 ) -> tuple[npt.NDArray[np.float64], Sizes]:
     """Array of `n_rows` rows, zero except for the settings at its head; and the settings."""
-    slots, ranges = slots_for(task), list(task.ranges().values())
+    prototypes, ranges = task.episode.prototypes, list(task.ranges().values())
     positions = task.parameter_positions()
     observed = [parameter_slot(task, positions[name][0]) for name in task.observed_parameters()]
     bounds = [end for entry in task.observations() for end in (entry.low, entry.high)]
@@ -415,14 +409,18 @@ def new_buffer(
     ends_on_slip, slip_penalty = task.slip_rule
     noise, blur, delay = (high for _, high in ranges[-len(CHANNEL) :])
     n_head = len(Sizes._fields)
+    history = task.compiled.slots.observation + len(bounds) // 2
+    total = history + int(delay) * len(prototypes.action)
     blocks = _blocks_up(n_head + len(tail))
-    actions = 2 * (blocks + _blocks_up(n_rows) * slots.total)
-    end = actions + len(task.episode.prototypes.action) * n_rows
+    actions = 2 * (blocks + _blocks_up(n_rows) * total)
+    end = actions + len(prototypes.action) * n_rows
     settings = Sizes(
         n_rows=n_rows,
         n_substeps=task.n_substeps,
         max_steps=np.inf if max_steps is None else max_steps,
         dt=task.dt,
+        history=history,
+        total=total,
         n_delays=int(delay),
         n_observed=len(observed),
         n_observation=len(bounds) // 2,
