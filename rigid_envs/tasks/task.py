@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
@@ -400,20 +400,22 @@ def new_buffer(
     task: Task, n_rows: int, max_steps: int | None
 ) -> tuple[npt.NDArray[np.float64], Sizes]:
     """Array of `n_rows` rows, zero except for the settings at its head; and the settings."""
-    prototypes, ranges = task.episode.prototypes, list(task.ranges().values())
-    positions = task.parameter_positions()
-    observed = [parameter_slot(task, positions[name][0]) for name in task.observed_parameters()]
-    bounds = [end for entry in task.observations() for end in (entry.low, entry.high)]
-    weights, constants = task.weights(), task.constants()
-    tail = [*weights, *constants, *(end for ends in ranges for end in ends), *observed, *bounds]
+    n_action, ranges = len(task.episode.prototypes.action), list(task.ranges().values())
+    positions, observations = task.parameter_positions(), task.observations()
+    parts: dict[str, Sequence[float]] = {
+        "weights": task.weights(),
+        "constants": task.constants(),
+        "ranges": [end for ends in ranges for end in ends],
+        "observed": [parameter_slot(task, positions[k][0]) for k in task.observed_parameters()],
+        "bounds": [end for entry in observations for end in (entry.low, entry.high)],
+    }
+    *starts, n_head = itertools.accumulate(map(len, parts.values()), initial=len(Sizes._fields))
     ends_on_slip, slip_penalty = task.slip_rule
     noise, blur, delay = (high for _, high in ranges[-len(CHANNEL) :])
-    n_head = len(Sizes._fields)
-    history = task.compiled.slots.observation + len(bounds) // 2
-    total = history + int(delay) * len(prototypes.action)
-    blocks = _blocks_up(n_head + len(tail))
+    history = task.compiled.slots.observation + len(observations)
+    total = history + int(delay) * n_action
+    blocks = _blocks_up(n_head)
     actions = 2 * (blocks + _blocks_up(n_rows) * total)
-    end = actions + len(prototypes.action) * n_rows
     settings = Sizes(
         n_rows=n_rows,
         n_substeps=task.n_substeps,
@@ -422,8 +424,8 @@ def new_buffer(
         history=history,
         total=total,
         n_delays=int(delay),
-        n_observed=len(observed),
-        n_observation=len(bounds) // 2,
+        n_observed=len(parts["observed"]),
+        n_observation=len(observations),
         n_exact=2 * task.n_goal,
         rotation=task.rotation_code,
         noisy_actions=int(noise > 0),
@@ -431,16 +433,12 @@ def new_buffer(
         fastest=task.fastest,
         ends_on_slip=int(ends_on_slip),
         slip_penalty=slip_penalty,
-        weights=n_head,
-        constants=n_head + len(weights),
-        ranges=n_head + len(weights) + len(constants),
-        observed=n_head + len(weights) + len(constants) + 2 * len(ranges),
-        bounds=n_head + len(weights) + len(constants) + 2 * len(ranges) + len(observed),
+        **dict(zip(parts, starts, strict=True)),
         blocks=blocks,
         actions=actions,
     )
-    buffer = aligned_zeros(-(-end // 2))
-    buffer[: n_head + len(tail)] = [*settings, *tail]
+    buffer = aligned_zeros(-(-(actions + n_action * n_rows) // 2))
+    buffer[:n_head] = [*settings, *itertools.chain(*parts.values())]
     return buffer, settings
 
 
