@@ -13,9 +13,13 @@ import pytest
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.entries import config_from
 from agents.config.reading import dump_yaml, read_yaml
+from agents.config.search import read_search
 from agents.storage.runs import read_config
+from agents.sweeps.search import search_recipe
 from agents.training.trainer import train
+from rigid_envs.base.files import DamagedFileError
 from tests.agents.sessions import SMALL
+from tests.loading.payloads import harmful
 
 RECIPE = SMALL | {
     "algo": "ppo",
@@ -23,6 +27,19 @@ RECIPE = SMALL | {
     "learning_rate": [{"low": 5e-4, "high": 4e-3, "log": True}, 1e-4],
     "net_arch": {"choices": [[16], [8, 8]]},
 }
+
+
+def test_what_stands_in_the_folder_of_a_search_is_not_run(tmp_path: Path) -> None:
+    (tmp_path / "search.yaml").write_text(dump_yaml({"trials": 1, "recipe": RECIPE}))
+    search, mark = read_search(tmp_path / "search.yaml"), tmp_path / "mark"
+    for k, content in enumerate(harmful(mark)):
+        out = tmp_path / str(k)
+        out.mkdir()
+        for name in ("optuna.journal", "tuner.pkl", "searcher-state.pkl"):
+            (out / name).write_bytes(content + b"\n" + content)
+        with pytest.raises(DamagedFileError, match=r"optuna\.journal"):
+            search_recipe(search, out)
+    assert not mark.exists()
 
 
 @pytest.mark.long
