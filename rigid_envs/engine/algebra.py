@@ -250,7 +250,7 @@ def cosine(z: float) -> float:
 # Integration*, section II.4). Its error constant is far below that of the three-step composition at
 # the same cost per unit of accuracy.
 
-_S = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))
+_S = 0.4144907717943757
 
 SUZUKI = (_S, _S, 1.0 - 4.0 * _S, _S, _S)
 EXACT = (1.0,)  # for steps that are the exact flow

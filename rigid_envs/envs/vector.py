@@ -106,8 +106,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         self._set_look(render_mode, width, height, camera)
         self.num_envs = int(num_envs)
         self._shown_rows = shown_rows(render_rows, self.num_envs)
-        self.metadata = {
-            **type(self).metadata,
+        self.metadata = type(self).metadata | {
             "autoreset_mode": self.autoreset_mode,
             "render_fps": frames_per_second(self.task),
         }

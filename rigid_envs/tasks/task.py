@@ -396,23 +396,28 @@ def parameter_slot(task: Task, position: int) -> int:
     return slots.channel + position - n_raw
 
 
+def _shared_numbers(task: Task) -> dict[str, Sequence[float]]:
+    """Numbers of all rows that follow the settings, by the offset that says where they begin."""
+    positions = task.parameter_positions()
+    return {
+        "weights": task.weights(),
+        "constants": task.constants(),
+        "ranges": [end for ends in task.ranges().values() for end in ends],
+        "observed": [parameter_slot(task, positions[k][0]) for k in task.observed_parameters()],
+        "bounds": [end for entry in task.observations() for end in (entry.low, entry.high)],
+    }
+
+
 def new_buffer(
     task: Task, n_rows: int, max_steps: int | None
 ) -> tuple[npt.NDArray[np.float64], Sizes]:
     """Array of `n_rows` rows, zero except for the settings at its head; and the settings."""
-    n_action, ranges = len(task.episode.prototypes.action), list(task.ranges().values())
-    positions, observations = task.parameter_positions(), task.observations()
-    parts: dict[str, Sequence[float]] = {
-        "weights": task.weights(),
-        "constants": task.constants(),
-        "ranges": [end for ends in ranges for end in ends],
-        "observed": [parameter_slot(task, positions[k][0]) for k in task.observed_parameters()],
-        "bounds": [end for entry in observations for end in (entry.low, entry.high)],
-    }
+    n_action, n_observation = len(task.episode.prototypes.action), len(task.observations())
+    parts = _shared_numbers(task)
     *starts, n_head = itertools.accumulate(map(len, parts.values()), initial=len(Sizes._fields))
     ends_on_slip, slip_penalty = task.slip_rule
-    noise, blur, delay = (high for _, high in ranges[-len(CHANNEL) :])
-    history = task.compiled.slots.observation + len(observations)
+    noise, blur, delay = (task.ranges()[name][1] for name in CHANNEL._fields)
+    history = task.compiled.slots.observation + n_observation
     total = history + int(delay) * n_action
     blocks = _blocks_up(n_head)
     actions = 2 * (blocks + _blocks_up(n_rows) * total)
@@ -425,7 +430,7 @@ def new_buffer(
         total=total,
         n_delays=int(delay),
         n_observed=len(parts["observed"]),
-        n_observation=len(observations),
+        n_observation=n_observation,
         n_exact=2 * task.n_goal,
         rotation=task.rotation_code,
         noisy_actions=int(noise > 0),

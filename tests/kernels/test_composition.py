@@ -7,7 +7,6 @@ from rigid_envs.engine.algebra import EXACT, SUZUKI
 
 
 def test_suzuki_coefficients_are_the_closed_form_rounded_once():
-    # The same double on every machine, however its `pow` rounds.
     outer = float(1 / (4 - mpmath.cbrt(mpmath.mpf(4))))
     assert SUZUKI == (outer, outer, 1.0 - 4.0 * outer, outer, outer)
 
