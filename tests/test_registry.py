@@ -95,8 +95,8 @@ def test_wrong_records_are_refused_and_equal_ones_harmless() -> None:
     ):
         with pytest.raises(ConfigError, match=f"^Other/Park-v0: .*{complaint}"):
             add(replace(other, **change))
-    with pytest.raises(ConfigError, match=r"'rigid_envs\.tasks:Nothing'; expected 'module:name'"):
-        rigid_envs.register("Other/Park-v0", "rigid_envs.tasks:Nothing", 10)
+    with pytest.raises(ConfigError, match=r"'rigid_envs\.systems:Nothing'; expected 'module:name'"):
+        rigid_envs.register("Other/Park-v0", "rigid_envs.systems:Nothing", 10)
     assert "Other/Park-v0" not in ENVIRONMENTS
 
 

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import (
     canonical_json,
@@ -287,6 +285,8 @@ def manifest() -> dict[str, Any]:
     Returns:
         Versions, processor and threads, as JSON values.
     """
+    import torch  # slow to import: commands that look at no run do without
+
     return {
         "versions": versions(_PACKAGES),
         "machine": platform.machine(),

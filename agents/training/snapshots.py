@@ -22,8 +22,8 @@ from torch.optim import Optimizer
 from rigid_envs.base.checks import require
 
 from ..config.entries import Config
-from ..environments import TrainingRows
 from .algorithms import counters_of, parts_of
+from .rows import TrainingRows
 
 # The random streams of a training: captured, checked and restored.
 #

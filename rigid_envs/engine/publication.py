@@ -196,13 +196,18 @@ def complete_observations(
     first: int,
     last: int,
 ) -> None:
-    """Write what follows the features: attitude, drawn parameters, noise."""
-    end = slots.observation + s.n_observation - s.n_observed  # of the attitude
-    write_attitude(buffer, base, end, first, last, s.rotation)
+    """Write what follows the features: attitude, drawn parameters, noise.
+
+    A reset may be given parameters outside their ranges: they are observed as the nearest end.
+    """
+    end = s.n_observation - s.n_observed  # of the attitude
+    write_attitude(buffer, base, slots.observation + end, first, last, s.rotation)
     for k in range(s.n_observed):
         slot = int(buffer[s.observed + k])
+        low, high = buffer[s.bounds + 2 * (end + k)], buffer[s.bounds + 2 * (end + k) + 1]
         for i in range(first, last):
-            buffer[place(base, end + k, i)] = buffer[place(base, slot, i)]
+            value = buffer[place(base, slot, i)]
+            buffer[place(base, slots.observation + end + k, i)] = min(max(value, low), high)
     disturb(buffer, s, slots, base, first, last)
 
 

@@ -145,7 +145,7 @@ def test_arguments_of_the_wrong_kind_are_refused_as_values(name):
         kinds.append(RigidEnv)
     for kind in kinds:
         for thing in things():
-            keywords = {"task": "rigid_envs.tasks:BallPark"} | {name: thing}
+            keywords = {"task": "rigid_envs.systems.rolling_ball.tasks:BallPark"} | {name: thing}
             try:
                 kind(**keywords)
             except ValueError:

@@ -158,7 +158,9 @@ def test_the_state_of_another_environment_is_refused(env_id):
 
 
 def test_the_state_of_another_configuration_is_refused(env_id):
-    env, other = single(env_id), single(env_id, **ending(env_id))
+    env = single(env_id)
+    term = env.task.terms[0]
+    other = single(env_id, **ending(env_id) | {f"weight_{term}": 0.1234})
     for each in (env, other):
         each.reset(seed=0)
     assert "digest" in refusal(env, env.get_state() | {"digest": other.get_state()["digest"]})

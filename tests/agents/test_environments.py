@@ -7,7 +7,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from agents.environments import TrainingRows, make
+import tests.agents.drift  # noqa: F401, registers the environment
+from agents.environments import make
+from agents.training.rows import TrainingRows
 from tests.sb3.script import Script, steps
 
 
@@ -61,7 +63,7 @@ def raw() -> Iterator[None]:
     gym.register(
         "Raw-v0",
         vector_entry_point="rigid_envs.envs:RigidVectorEnv",
-        kwargs={"task": "rigid_envs.tasks:Detumble"},
+        kwargs={"task": "rigid_envs.systems.free_body.tasks:Detumble"},
     )
     yield
     del gym.registry["Raw-v0"]
@@ -82,10 +84,14 @@ def raw() -> Iterator[None]:
         ),
         (
             "RigidEnvs/Detumble-v0",
-            {"task": "rigid_envs.tasks:Detumble"},
+            {"task": "rigid_envs.systems.free_body.tasks:Detumble"},
             r"^config\.env_kwargs\.task",
         ),
-        ("Raw-v0", {"task": "rigid_envs.tasks:Reorient"}, r"^config\.env_kwargs\.task"),
+        (
+            "Raw-v0",
+            {"task": "rigid_envs.systems.free_body.tasks:Reorient"},
+            r"^config\.env_kwargs\.task",
+        ),
     ],
 )
 def test_an_environment_that_cannot_be_is_refused_by_key(

@@ -48,7 +48,7 @@ def test_a_single_environment_refuses_the_step_that_leaves_the_envelope():
 
 
 def test_a_clock_that_is_set_counts():
-    env = RigidEnv("rigid_envs.tasks:Reorient")
+    env = RigidEnv("rigid_envs.systems.free_body.tasks:Reorient")
     env.reset(seed=0)
     state = env.get_state()
     state["clock"][3] = env.task.stable_steps()
@@ -58,7 +58,7 @@ def test_a_clock_that_is_set_counts():
 
 
 def test_rows_without_a_limit_are_refused_the_same_step():
-    envs = RigidVectorEnv("rigid_envs.tasks:Reorient", 2)
+    envs = RigidVectorEnv("rigid_envs.systems.free_body.tasks:Reorient", 2)
     envs.reset(seed=0)
     stable = envs.task.stable_steps()
     actions = np.ones((2, 3), dtype=np.float32)
@@ -69,8 +69,10 @@ def test_rows_without_a_limit_are_refused_the_same_step():
 
 
 def test_the_longest_limit_is_played_to_its_end_and_on():
-    longest = RigidEnv("rigid_envs.tasks:Reorient").task.stable_steps()
-    envs = RigidVectorEnv("rigid_envs.tasks:Reorient", 2, max_episode_steps=longest)
+    longest = RigidEnv("rigid_envs.systems.free_body.tasks:Reorient").task.stable_steps()
+    envs = RigidVectorEnv(
+        "rigid_envs.systems.free_body.tasks:Reorient", 2, max_episode_steps=longest
+    )
     envs.reset(seed=0)
     still = np.zeros((2, 3), dtype=np.float32)
     ends = [envs.step(still)[3].all() for _ in range(longest + 2)]
@@ -78,7 +80,7 @@ def test_the_longest_limit_is_played_to_its_end_and_on():
 
 
 def test_what_nothing_can_make_faster_goes_on_for_ever():
-    env = RigidEnv("rigid_envs.tasks:BallPark")
+    env = RigidEnv("rigid_envs.systems.rolling_ball.tasks:BallPark")
     assert env.task.stable_steps() == 2**31
     env.reset(seed=0)
     for _ in range(250):

@@ -136,7 +136,7 @@ def test_render_without_a_mode_warns_and_returns_none(env):
 )
 def test_settings_of_pictures_are_refused_by_key(key, value):
     with pytest.raises(ConfigError, match=rf"^config\.{key}: {key} = .*expected"):
-        RigidEnv("rigid_envs.tasks:BallPark", **{key: value})
+        RigidEnv("rigid_envs.systems.rolling_ball.tasks:BallPark", **{key: value})
 
 
 @pytest.mark.parametrize(
@@ -156,14 +156,17 @@ def test_settings_of_pictures_are_refused_by_key(key, value):
 )
 def test_wrong_fields_of_the_camera_are_refused_by_name(field, value):
     with pytest.raises(ConfigError, match=rf"^config\.camera\.{field}: {field} = .*expected"):
-        RigidEnv("rigid_envs.tasks:BallPark", camera={field: value})
+        RigidEnv("rigid_envs.systems.rolling_ball.tasks:BallPark", camera={field: value})
 
 
 @pytest.mark.parametrize("kind", [RigidEnv, RigidVectorEnv])
 def test_human_mode_renders_in_each_reset_and_step_and_no_other_mode_does(kind, monkeypatch):
     for mode, counts in (("human", [1, 2, 3, 4]), ("rgb_array", [0] * 4)):
         rows = {"num_envs": 2} if kind is RigidVectorEnv else {}
-        env, shown = kind("rigid_envs.tasks:BallPark", render_mode=mode, **rows), []
+        env, shown = (
+            kind("rigid_envs.systems.rolling_ball.tasks:BallPark", render_mode=mode, **rows),
+            [],
+        )
         monkeypatch.setattr(env, "render", lambda shown=shown: shown.append(True))
         found, still = [], np.zeros(env.action_space.shape, np.float32)
         for act in (env.reset, lambda: env.step(still), lambda: env.step(still), env.reset):  # noqa: B023
@@ -175,9 +178,9 @@ def test_human_mode_renders_in_each_reset_and_step_and_no_other_mode_does(kind, 
 def asked(field, value):
     """An environment whose pictures are asked for so; a target is given in all three numbers."""
     if field in ("width", "height"):
-        return RigidEnv("rigid_envs.tasks:BallPark", **{field: value})
+        return RigidEnv("rigid_envs.systems.rolling_ball.tasks:BallPark", **{field: value})
     value = [value] * 3 if field == "target" else value
-    return RigidEnv("rigid_envs.tasks:BallPark", camera={field: value})
+    return RigidEnv("rigid_envs.systems.rolling_ball.tasks:BallPark", camera={field: value})
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ for law in (law for name in sys.argv[2:] for law in SUBJECTS[name].laws[:count])
         break
 print(json.dumps([rigid_envs.__file__, broken]))
 """
-# Kernels run without compilation, except for the two functions that read and write rows.
+# Kernels run without compilation, except for the functions that read and write rows.
 _INTERPRETED_ROWS = """
 
 if numba.config.DISABLE_JIT:
@@ -36,6 +36,15 @@ if numba.config.DISABLE_JIT:
 
     def store(array, start, values, stride):
         array.reshape(-1)[start : start + len(values) * stride : stride] = values
+
+    def place(base, slot, lane):
+        return base + slot * LANES + lane
+
+    def get(array, base, slot, lane, like):
+        return load(array, place(base, slot, lane), like, LANES)
+
+    def put(array, base, slot, lane, values):
+        store(array, place(base, slot, lane), values, LANES)
 """
 
 

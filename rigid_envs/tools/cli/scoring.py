@@ -16,13 +16,12 @@ import numpy as np
 
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs import lookup as catalogue
-from rigid_envs.mechanics.laws import Outcome, Subject
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools import laws
 from rigid_envs.tools.cli.words import config_of, refuse, refuse_missing_folder, tell
 from rigid_envs.tools.pages.tables import paragraphs, table
 
 if TYPE_CHECKING:
+    from rigid_envs.mechanics.laws import Outcome, Subject
     from rigid_envs.scores.best import Best
 
 
@@ -188,6 +187,8 @@ def verify(names: Sequence[str] = ()) -> Verdict:
     Args:
         names: subjects; all of them if empty.
     """
+    from rigid_envs.tools import laws
+
     where, start = provenance(), time.perf_counter()
     outcomes = laws.check_all(names, tell)
     tell("")

@@ -32,6 +32,8 @@ class _Pace:
 
 
 _pace = _Pace()
+_messages = logging.StreamHandler()
+_messages.setFormatter(logging.Formatter("rigid-envs: %(message)s"))
 
 
 def show_messages() -> None:
@@ -41,10 +43,9 @@ def show_messages() -> None:
     """
     _pace.begin()
     logger = logging.getLogger("rigid_envs")
+    _messages.stream = sys.stderr  # that of before may be closed
     if not logger.handlers:
-        handler = logging.StreamHandler()
-        handler.setFormatter(logging.Formatter("rigid-envs: %(message)s"))
-        logger.addHandler(handler)
+        logger.addHandler(_messages)
         logger.setLevel(logging.INFO)
 
 

@@ -10,9 +10,10 @@ import pytest
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.entries import Config, config_from
-from agents.environments import TrainingRows, make
+from agents.environments import make
 from agents.training.algorithms import build_model
 from agents.training.recording import acting, save_policy
+from agents.training.rows import TrainingRows
 from agents.training.trainer import wrapped
 from rigid_envs import load
 from rigid_envs.base.files import load_tensors

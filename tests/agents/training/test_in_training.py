@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from agents.config.entries import config_from
-from agents.environments import TrainingRows, make
+from agents.environments import make
+from agents.training.rows import TrainingRows
 from agents.training.trainer import train
 from rigid_envs import load
 from rigid_envs.base.checks import ConfigError

@@ -10,8 +10,9 @@ from torch.nn import Linear, SiLU, Tanh
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.entries import Config, config_from
-from agents.environments import TrainingRows, make
+from agents.environments import make
 from agents.training.algorithms import build_model, parts_of
+from agents.training.rows import TrainingRows
 from agents.training.trainer import train
 from rigid_envs import load
 

@@ -26,8 +26,8 @@ def validated(**entries: Any) -> Validation:
 def test_training_validation_and_test_share_no_start(
     tmp_path: Any, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
-    from agents.environments import TrainingRows
     from agents.storage.runs import create_run
+    from agents.training.rows import TrainingRows
     from agents.training.validation import Progress
 
     seen: dict[str, Any] = {}

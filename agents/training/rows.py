@@ -1,0 +1,84 @@
+"""The adapter of a training: its pay, the episodes that ended, its state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import VectorEnv
+from numpy.typing import NDArray
+
+from rigid_envs.sb3.adapter import GymnasiumVecEnv
+from rigid_envs.scores.starts import entries_of
+
+
+class TrainingRows(GymnasiumVecEnv):
+    """The adapter, with what a training adds to it.
+
+    Attributes:
+        price: What is taken from the reward for a unit of `info["cost"]`.
+        bonus: What is added to it where `info["is_success"]`.
+    """
+
+    def __init__(self, venv: VectorEnv[Any, Any, Any]) -> None:
+        """As the adapter, without price and bonus."""
+        super().__init__(venv)
+        self.price, self.bonus = 0.0, 0.0
+        self._ends: list[dict[str, Any]] = []
+
+    def pop_episodes(self) -> list[dict[str, Any]]:
+        """The episodes that ended since the last call, in order: rows of a monitor file of SB3.
+
+        Returns:
+            Of each its sum of rewards r, length l, age t of the training at its end [steps], and
+            `is_success`; None if the environment has none.
+        """
+        ends, self._ends = self._ends, []
+        return ends
+
+    def get_state(self) -> dict[str, NDArray[Any]]:
+        """Everything that a bitwise continuation needs: the environment's state and ours.
+
+        Returns:
+            Arrays by name; `set_state` takes them back.
+        """
+        state = {f"env/{key}": value for key, value in self._find("get_state")().items()}
+        state["returns"] = self._returns.copy()
+        state["lengths"] = self._lengths.copy()
+        state["steps"] = np.array(self._steps)
+        return state
+
+    def set_state(self, state: Mapping[str, NDArray[Any]]) -> None:
+        """Return to a state, to the bit.
+
+        Args:
+            state: From `get_state`.
+        """
+        inner = {key[4:]: value for key, value in state.items() if key.startswith("env/")}
+        self._find("set_state")(inner)
+        self._returns[:] = state["returns"]
+        self._lengths[:] = state["lengths"]
+        self._steps = int(state["steps"])
+        self._ends = []
+
+    def _paid(self, rewards: NDArray[Any], dones: NDArray[np.bool_]) -> NDArray[Any]:
+        told = entries_of(self.vector_infos, ("cost", "is_success"), dones)
+        if self.price:
+            rewards = rewards - self.price * told["cost"]
+        if self.bonus:
+            rewards = rewards + self.bonus * told["is_success"]
+        return rewards
+
+    def _end_episodes(
+        self,
+        rows: NDArray[np.intp],
+        truncated: NDArray[np.bool_],
+        infos: dict[str, Any],
+        row_infos: list[dict[str, Any]],
+    ) -> None:
+        super()._end_episodes(rows, truncated, infos, row_infos)
+        for info in (row_infos[row] for row in rows):
+            won, age = info.get("is_success"), self._steps * self.num_envs
+            ended = {"t": age, "is_success": None if won is None else int(won)}
+            self._ends.append({**info["episode"], **ended})
