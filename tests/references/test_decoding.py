@@ -16,6 +16,7 @@ from rigid_envs.systems.rolling_ball.controllers import pose_error
 from rigid_envs.systems.rolling_disk.controllers import rolling
 from rigid_envs.tasks.fields import ROTATIONS
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.testing.environments import in_full
 
 IDS = list(ENVIRONMENTS)
 SEEN = [name for name in ROTATIONS if name != "none"]
@@ -126,7 +127,7 @@ def test_an_attitude_that_is_needed_and_hidden_is_refused_by_name(env_id: str) -
         compare(env_id, rotation="none")
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@in_full(IDS)  # noise takes a kernel of its own
 def test_noise_is_no_reason_to_stop(env_id: str) -> None:
     envs = make_rows(env_id, 8, {"observation_noise": 0.01})
     agent = rigid_envs.reference(
