@@ -4,6 +4,10 @@ Each system is a frozen dataclass of physical parameters. All of them share the 
 `System`; the names of what can be read off a state are in `system.accessors`.
 """
 
+import importlib
+from importlib.util import find_spec
+from types import ModuleType
+
 from rigid_envs.mechanics.equations import RollingContact
 from rigid_envs.mechanics.events import Event, crossing, flat, lift_off, slip
 from rigid_envs.mechanics.integration import Trajectory
@@ -16,6 +20,7 @@ from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.systems.upright_coin.system import UprightCoin
+from rigid_envs.tasks.registry import ENVIRONMENTS
 
 __all__ = [
     "DynamicBall",
@@ -36,3 +41,17 @@ __all__ = [
     "poincare_section",
     "slip",
 ]
+
+
+def modules_of_all(name: str) -> list[ModuleType]:
+    """The modules of a name in the folders of the systems, in the order of the registry.
+
+    Args:
+        name: such as "laws"; a system need not have it.
+    """
+    tasks = (record.task.partition(":")[0] for record in ENVIRONMENTS.values())
+    folders = dict.fromkeys(
+        task.removesuffix(".tasks") for task in tasks if task.startswith(__name__)
+    )
+    places = (f"{folder}.{name}" for folder in folders)
+    return [importlib.import_module(place) for place in places if find_spec(place)]

@@ -13,13 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance, versions
-from rigid_envs.systems.dynamic_ball import figures as of_dynamic_ball
-from rigid_envs.systems.free_body import figures as of_free_body
-from rigid_envs.systems.heavy_top import figures as of_heavy_top
-from rigid_envs.systems.roller import figures as of_roller
-from rigid_envs.systems.rolling_ball import figures as of_rolling_ball
-from rigid_envs.systems.rolling_disk import figures as of_rolling_disk
-from rigid_envs.systems.upright_coin import figures as of_upright_coin
+from rigid_envs.systems import modules_of_all
 from rigid_envs.tools.motions import motion_of
 from rigid_envs.tools.pages.films import sources_hash
 from rigid_envs.watch.figures import (
@@ -43,14 +37,10 @@ if TYPE_CHECKING:
 # numbers. `rigid-envs gallery` writes them as PNG and SVG. matplotlib, of the extra `render`, is
 # imported when a figure is drawn.
 
-_SYSTEMS = (
-    *(of_free_body, of_heavy_top, of_roller, of_upright_coin),
-    *(of_rolling_disk, of_rolling_ball, of_dynamic_ball),
-)
 FIGURES: dict[str, Exhibit] = {
     name: entry
-    for system in _SYSTEMS
-    for name, entry in vars(system).items()
+    for figures in modules_of_all("figures")
+    for name, entry in vars(figures).items()
     if isinstance(entry, Exhibit)
 }
 """All figures by name, in the order of the page."""

@@ -6,25 +6,9 @@ from collections.abc import Callable, Sequence
 from rigid_envs.mechanics import body_laws as bodies
 from rigid_envs.mechanics import rotation_laws as rotations
 from rigid_envs.mechanics.laws import Outcome, Subject, check
-from rigid_envs.systems.dynamic_ball import laws as dynamic_ball
-from rigid_envs.systems.free_body import laws as free_body
-from rigid_envs.systems.heavy_top import laws as heavy_top
-from rigid_envs.systems.roller import laws as roller
-from rigid_envs.systems.rolling_ball import laws as rolling_ball
-from rigid_envs.systems.rolling_disk import laws as rolling_disk
-from rigid_envs.systems.upright_coin import laws as upright_coin
+from rigid_envs.systems import modules_of_all
 
-_MODULES = (
-    rotations,
-    bodies,
-    free_body,
-    heavy_top,
-    rolling_ball,
-    dynamic_ball,
-    rolling_disk,
-    upright_coin,
-    roller,
-)
+_MODULES = (rotations, bodies, *modules_of_all("laws"))
 SUBJECTS: dict[str, Subject] = {module.SUBJECT.name: module.SUBJECT for module in _MODULES}
 """All laws by subject, in the order in which they are checked."""
 
