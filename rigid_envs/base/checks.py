@@ -234,6 +234,20 @@ def all_non_negative(**values: float) -> None:
         non_negative(value, name)
 
 
+def positive_fields(owner: object, **units: str) -> None:
+    """Refuse fields of an object that are not positive finite numbers.
+
+    Args:
+        owner: the object.
+        **units: unit of each field, by its name.
+
+    Raises:
+        ValueError: the first that is not, by name.
+    """
+    for name, unit in units.items():
+        positive(getattr(owner, name), name, unit)
+
+
 def one_of(value: Any, known: Collection[str], name: str) -> str:
     """One of some names.
 

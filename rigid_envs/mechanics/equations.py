@@ -70,6 +70,8 @@ class Equations(abc.ABC):
     input_entries: ClassVar[tuple[str, ...]]
     components: ClassVar[Mapping[str, slice]]
     """The named parts that a state consists of, and where they stand in y."""
+    quantities: ClassVar[tuple[str, ...]] = ()
+    """Methods that read what follows from the components off a state: more `accessors`."""
 
     def __init_subclass__(cls) -> None:
         """Check that the fields are the physical parameters of the dynamics.
@@ -105,9 +107,11 @@ class Equations(abc.ABC):
     def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
         """Named quantities of a state: each maps y, shape (..., n_state), to (...) or (..., k).
 
-        Its components, unless a system says more.
+        The attitude in several forms, the components, and the `quantities` of the system.
         """
-        return {name: partial(_component, part) for name, part in self.components.items()}
+        attitude = ATTITUDE if "q" in self.components else {}
+        parts = {name: partial(_component, part) for name, part in self.components.items()}
+        return {**attitude, **parts, **{name: getattr(self, name) for name in self.quantities}}
 
     @classmethod
     def state(cls, **components: npt.ArrayLike) -> Array:
@@ -305,6 +309,10 @@ def _component(part: slice, y: npt.ArrayLike) -> Array:
 
 
 # What a contact must bear: the normal force, and the friction that rolling needs.
+
+
+CONTACT = ("contact_force", "normal_force", "needed_friction")
+"""Methods of a `RollingContact` among the `quantities` of a system."""
 
 
 class RollingContact(Equations):

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, Integers, array, positive, require
+from rigid_envs.base.checks import Array, Integers, array, positive_fields, require
 from rigid_envs.control.linear import (
     Regulator,
     clip_to_ball,
@@ -68,10 +68,7 @@ class PlateRegulator:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        positive(self.tilt_rate, "tilt_rate", "rad/s")
-        positive(self.dt, "dt", "s")
-        positive(self.input_weight, "input_weight", "m^2 s^2")
-        positive(self.farthest, "farthest", "m")
+        positive_fields(self, tilt_rate="rad/s", dt="s", input_weight="m^2 s^2", farthest="m")
 
     def __call__(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:
         """Rates to command, as parts of the largest.
@@ -187,10 +184,7 @@ class PushAlong:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        positive(self.force, "force", "N")
-        positive(self.dt, "dt", "s")
-        positive(self.share, "share", "1")
-        positive(self.rate, "rate", "1/s")
+        positive_fields(self, force="N", dt="s", share="1", rate="1/s")
         require(self.share <= 1.0, self.share, "share", "a part of the force, at most 1")
         table = self.ball.turntable_rate
         expected = "0: on a turntable a ball is not turned by its path alone"
@@ -291,9 +285,7 @@ class HeldBall:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        positive(self.tilt_rate, "tilt_rate", "rad/s")
-        positive(self.tilt_limit, "tilt_limit", "rad")
-        positive(self.dt, "dt", "s")
+        positive_fields(self, tilt_rate="rad/s", tilt_limit="rad", dt="s")
 
     def coordinates(self, y: npt.ArrayLike) -> Array:
         """Of states y."""

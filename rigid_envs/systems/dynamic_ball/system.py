@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, non_negative, number, positive
-from rigid_envs.mechanics.equations import ATTITUDE, RollingContact
+from rigid_envs.base.checks import Array, non_negative, number, positive_fields
+from rigid_envs.mechanics.equations import CONTACT, RollingContact
 from rigid_envs.mechanics.system import AdaptiveStepSystem, ball_ratio
 from rigid_envs.systems.dynamic_ball.dynamics import DYNAMIC_BALL
 
@@ -69,13 +69,20 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
         "tilt": slice(9, 11),
         "tilt_rate": slice(11, 13),
     }
+    quantities: ClassVar = (
+        "plate",
+        "centre",
+        "velocity_world",
+        "omega_plate",
+        "omega_world",
+        *CONTACT,
+        "energy",
+    )
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        positive(self.m, "m", "kg")
-        positive(self.radius, "radius", "m")
+        positive_fields(self, m="kg", radius="m", g="m/s^2")
         ball_ratio(self.beta)
-        positive(self.g, "g", "m/s^2")
         number(self.turntable_rate, "turntable_rate", "rad/s")
         non_negative(self.mu, "mu", "1")
         super().__post_init__()
@@ -133,27 +140,6 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
         turn = np.sum(self.omega_plate(y) ** 2, axis=-1)
         kinetic = 0.5 * self.m * (speed + self.beta * self.radius**2 * turn)
         return np.asarray(kinetic + self.m * self.g * self.centre(y)[..., 2])
-
-    @property
-    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
-        """Named quantities of a state."""
-        return {
-            **ATTITUDE,
-            "position": self.position,
-            "velocity": self.velocity,
-            "spin": self.spin,
-            "tilt": self.tilt,
-            "tilt_rate": self.tilt_rate,
-            "plate": self.plate,
-            "centre": self.centre,
-            "velocity_world": self.velocity_world,
-            "omega_plate": self.omega_plate,
-            "omega_world": self.omega_world,
-            "contact_force": self.contact_force,
-            "normal_force": self.normal_force,
-            "needed_friction": self.needed_friction,
-            "energy": self.energy,
-        }
 
     def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
         """Sum of the rates of ball and plate and sqrt(g / radius), and its growth."""

@@ -11,7 +11,16 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, Bools, array, number, positive, positive_array, require
+from rigid_envs.base.checks import (
+    Array,
+    Bools,
+    array,
+    number,
+    positive,
+    positive_array,
+    positive_fields,
+    require,
+)
 from rigid_envs.control.linear import Regulator, clip_to_ball, clip_to_box, lqr, zero_order_hold
 from rigid_envs.control.predictive import Symbols, size
 from rigid_envs.mechanics import rotations
@@ -43,8 +52,7 @@ class SpinController:
         """Check the order of the moments, the rate and the torque."""
         ordered = self.body.I1 < self.body.I2 < self.body.I3
         require(ordered, self.body, "body", "I1 < I2 < I3: e2 is the intermediate axis")
-        positive(self.rate, "rate", "rad/s")
-        positive(self.torque, "torque", "N m")
+        positive_fields(self, rate="rad/s", torque="N m")
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `FreeBody` [N m], shape (..., 3), of actions."""
@@ -95,8 +103,7 @@ class SpinRegulator(SpinController):
     def __post_init__(self) -> None:
         """Check the control period and the weight too."""
         super().__post_init__()
-        positive(self.dt, "dt", "s")
-        positive(self.input_weight, "input_weight", "rad^2/s^2 / (N m)^2")
+        positive_fields(self, dt="s", input_weight="rad^2/s^2 / (N m)^2")
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
@@ -183,9 +190,7 @@ class SeparatrixSteering(SpinController):
     def __post_init__(self) -> None:
         """Check the numbers and the actuators too."""
         super().__post_init__()
-        positive(self.dt, "dt", "s")
-        positive(self.gain, "gain", "1")
-        positive(self.input_weight, "input_weight", "rad^2/s^2 / (N m)^2")
+        positive_fields(self, dt="s", gain="1", input_weight="rad^2/s^2 / (N m)^2")
         expected = "an actuator about e1 or e3: torque about e2 alone keeps 2 T I2 - L^2"
         require(self.axes[0] or self.axes[2], self.axes, "axes", expected)
 
@@ -306,8 +311,7 @@ class SingleTorque(SpinController):
     def __post_init__(self) -> None:
         """Check the gains too; a controller that is too weak may be made, to see it fail."""
         super().__post_init__()
-        positive(self.strength, "strength", "1")
-        positive(self.damping, "damping", "1")
+        positive_fields(self, strength="1", damping="1")
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 1), of states y, shape (..., 7)."""
@@ -639,8 +643,7 @@ class MomentumRegulator(ImpulseController):
     def __post_init__(self) -> None:
         """Check the weights too."""
         super().__post_init__()
-        positive(self.weight_momentum, "weight_momentum", "1 / (N m s)^2")
-        positive(self.weight_impulse, "weight_impulse", "1 / (N m s)^2")
+        positive_fields(self, weight_momentum="1 / (N m s)^2", weight_impulse="1 / (N m s)^2")
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, impulses over the largest, shape (..., 3), of states y, shape (..., 7)."""
@@ -731,8 +734,7 @@ class QuaternionPD:
 
     def __post_init__(self) -> None:
         """Check the torque and the stiffness."""
-        positive(self.torque, "torque", "N m")
-        positive(self.stiffness, "stiffness", "1")
+        positive_fields(self, torque="N m", stiffness="1")
 
     def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, shape (..., 3).

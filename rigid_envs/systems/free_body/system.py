@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.equations import ATTITUDE, quaternion
+from rigid_envs.mechanics.equations import quaternion
 from rigid_envs.mechanics.integration import Schedule
 from rigid_envs.mechanics.system import System, fastest_turn, principal_moments
 from rigid_envs.systems.free_body.dynamics import FREE_BODY
@@ -50,6 +50,7 @@ class FreeBody(System):
 
     dynamics: ClassVar = FREE_BODY
     components: ClassVar[Mapping[str, slice]] = {"q": slice(0, 4), "omega_body": slice(4, 7)}
+    quantities: ClassVar = ("omega_world", "L_body", "L_world", "kinetic_energy")
 
     def __post_init__(self) -> None:
         """Check the moments."""
@@ -80,18 +81,6 @@ class FreeBody(System):
     def kinetic_energy(self, y: npt.ArrayLike) -> Array:
         """Kinetic energy omega . I omega / 2 [J], shape (...)."""
         return np.asarray(0.5 * np.sum(self.L_body(y) * self.omega_body(y), axis=-1))
-
-    @property
-    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
-        """Named quantities of a state."""
-        return {
-            **ATTITUDE,
-            "omega_body": self.omega_body,
-            "omega_world": self.omega_world,
-            "L_body": self.L_body,
-            "L_world": self.L_world,
-            "kinetic_energy": self.kinetic_energy,
-        }
 
     def run(self, y0: Array, u: Array, plan: Schedule) -> Array:
         """All states of a schedule, with the axes renamed so that e2 has the middle moment.

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, positive, positive_array, require
+from rigid_envs.base.checks import Array, positive_array, positive_fields, require
 from rigid_envs.control.linear import (
     Regulator,
     clip_to_ball,
@@ -79,8 +79,7 @@ class TopBalance(abc.ABC):
         require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
         weighs = self.top.critical_spin > 0.0
         require(weighs, self.top, "top", "a top that can fall, g and ell above 0")
-        positive(self.limit, "limit", "N m or m/s^2")
-        positive(self.dt, "dt", "s")
+        positive_fields(self, limit="N m or m/s^2", dt="s")
 
     @abc.abstractmethod
     def model(self, spin: float) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
@@ -259,9 +258,7 @@ class AsymmetricBalance:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        positive(self.torque, "torque", "N m")
-        positive(self.dt, "dt", "s")
-        positive(self.fastest, "fastest", "rad/s")
+        positive_fields(self, torque="N m", dt="s", fastest="rad/s")
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, in [-1, 1], shape (..., 3), of states (..., 11)."""
@@ -370,8 +367,7 @@ class PrecessionRegulator:
     def __post_init__(self) -> None:
         """Check everything, and that there is a steady precession at the slowest spin."""
         require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
-        positive(self.torque, "torque", "N m")
-        positive(self.dt, "dt", "s")
+        positive_fields(self, torque="N m", dt="s")
         require(self.branch in _BRANCHES, self.branch, "branch", f"one of {_BRANCHES}")
         low, high = positive_array(self.tilts, "tilts", "rad", 2)
         require(low < high < np.pi, self.tilts, "tilts", "0 < least < largest < pi [rad]")
@@ -477,8 +473,7 @@ class BalancedTop:
     def __post_init__(self) -> None:
         """Check the symmetry of the top and the numbers."""
         require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
-        positive(self.push, "push", "m/s^2")
-        positive(self.weight, "weight", "m/s^2")
+        positive_fields(self, push="m/s^2", weight="m/s^2")
 
     def coordinates(self, y: npt.ArrayLike) -> Array:
         """Of states y."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, non_negative, positive
 from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.equations import ATTITUDE, gamma, quaternion
+from rigid_envs.mechanics.equations import gamma, quaternion
 from rigid_envs.mechanics.system import System, fastest_turn, pivot_distance, principal_moments
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP
 
@@ -66,6 +66,7 @@ class HeavyTop(System):
         "pivot": slice(7, 9),
         "pivot_velocity": slice(9, 11),
     }
+    quantities: ClassVar = ("omega_world", "L_body", "L_world", "tilt", "energy")
 
     def __post_init__(self) -> None:
         """Check the parameters."""
@@ -126,21 +127,6 @@ class HeavyTop(System):
         """Kinetic energy about the pivot plus m g ell cos(theta) [J], shape (...)."""
         kinetic = 0.5 * np.sum(self.L_body(y) * self.omega_body(y), axis=-1)
         return np.asarray(kinetic + self.m * self.g * self.ell * gamma(y)[..., 2])
-
-    @property
-    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
-        """Named quantities of a state."""
-        return {
-            **ATTITUDE,
-            "omega_body": self.omega_body,
-            "omega_world": self.omega_world,
-            "L_body": self.L_body,
-            "L_world": self.L_world,
-            "tilt": self.tilt,
-            "pivot": self.pivot,
-            "pivot_velocity": self.pivot_velocity,
-            "energy": self.energy,
-        }
 
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
         """Bound on the rates of the body, of the turns of a step and of the pendulum [rad/s].

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, non_negative, number, positive, require
-from rigid_envs.mechanics.equations import RollingContact
+from rigid_envs.base.checks import Array, non_negative, number, positive_fields, require
+from rigid_envs.mechanics.equations import CONTACT, RollingContact
 from rigid_envs.mechanics.system import System
 from rigid_envs.systems.roller.dynamics import ROLLER
 
@@ -65,13 +65,12 @@ class Roller(RollingContact, System):
 
     dynamics: ClassVar = ROLLER
     components: ClassVar[Mapping[str, slice]] = {"arc_length": slice(0, 1), "velocity": slice(1, 2)}
+    quantities: ClassVar = ("turn", "descent", "place", "energy", *CONTACT)
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        positive(self.m, "m", "kg")
-        positive(self.radius, "radius", "m")
+        positive_fields(self, m="kg", radius="m", g="m/s^2")
         non_negative(self.beta, "beta", "1")
-        positive(self.g, "g", "m/s^2")
         number(self.slope, "slope", "rad")
         number(self.curvature, "curvature", "1/m")
         non_negative(self.mu, "mu", "1")
@@ -117,21 +116,6 @@ class Roller(RollingContact, System):
         """Kinetic energy of motion and rotation plus m g z [J], shape (...)."""
         kinetic = 0.5 * (1.0 + self.beta) * self.m * self.velocity(y) ** 2
         return np.asarray(kinetic + self.m * self.g * self.place(y)[..., 1])
-
-    @property
-    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
-        """Named quantities of a state."""
-        return {
-            "arc_length": self.arc_length,
-            "velocity": self.velocity,
-            "turn": self.turn,
-            "descent": self.descent,
-            "place": self.place,
-            "energy": self.energy,
-            "contact_force": self.contact_force,
-            "normal_force": self.normal_force,
-            "needed_friction": self.needed_friction,
-        }
 
     def rate_bound(self, y: Array, u: Array, duration: float) -> float:
         """Rate at which the descent can change, v curvature, or of small oscillations [rad/s].

@@ -13,8 +13,8 @@ from rigid_envs.base.checks import (
     Integers,
     array,
     integer,
-    positive,
     positive_array,
+    positive_fields,
     require,
 )
 from rigid_envs.control.linear import Regulator, piecewise_constant
@@ -171,9 +171,7 @@ class DampedFollower:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        positive(self.rate, "rate", "rad/s")
-        positive(self.gain, "gain", "1/s")
-        positive(self.turn, "turn", "1")
+        positive_fields(self, rate="rad/s", gain="1/s", turn="1")
 
     def __call__(
         self, y: npt.ArrayLike, reference: npt.ArrayLike, velocity: npt.ArrayLike
@@ -240,9 +238,7 @@ class FarSightedFollower:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        positive(self.rate, "rate", "rad/s")
-        positive(self.dt, "dt", "s")
-        positive(self.input_weight, "input_weight", "s^2")
+        positive_fields(self, rate="rad/s", dt="s", input_weight="s^2")
 
     def __call__(
         self,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, positive
-from rigid_envs.mechanics.equations import ATTITUDE
 from rigid_envs.mechanics.system import System
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL
 
@@ -55,11 +54,6 @@ class RollingBall(System):
     def position(self, y: npt.ArrayLike) -> Array:
         """Position of the centre (X, Y) on the plane [m], shape (..., 2)."""
         return np.array(np.asarray(y, dtype=np.float64)[..., 4:6])
-
-    @property
-    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
-        """Named quantities of a state."""
-        return {**ATTITUDE, "position": self.position}
 
     def omega_world(self, u: npt.ArrayLike) -> Array:
         """Angular velocity in world axes [rad/s] under input u, shape (..., 3)."""

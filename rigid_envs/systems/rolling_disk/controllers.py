@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, positive
+from rigid_envs.base.checks import Array, positive_fields
 from rigid_envs.control.linear import Regulator, clip_to_box, lqr, scheduled, zero_order_hold
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_disk.system import RollingDisk
@@ -111,9 +111,7 @@ class CircleRegulator:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        positive(self.torque, "torque", "N m")
-        positive(self.dt, "dt", "s")
-        positive(self.input_weight, "input_weight", "rad^2 / (N m)^2")
+        positive_fields(self, torque="N m", dt="s", input_weight="rad^2 / (N m)^2")
 
     def __call__(self, y: npt.ArrayLike, curvature: npt.ArrayLike) -> Array:
         """Torque as a part of the largest.

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, non_negative, positive, require
+from rigid_envs.base.checks import Array, non_negative, positive_fields, require
 from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.equations import ATTITUDE, RollingContact, gamma, quaternion
+from rigid_envs.mechanics.equations import CONTACT, RollingContact, gamma, quaternion
 from rigid_envs.mechanics.system import AdaptiveStepSystem, axial_moment, principal_moments
 from rigid_envs.systems.rolling_disk.dynamics import ROLLING_DISK
 
@@ -66,16 +66,15 @@ class RollingDisk(RollingContact, AdaptiveStepSystem):
         "omega_body": slice(4, 7),
         "contact": slice(7, 9),
     }
+    quantities: ClassVar = ("omega_world", "tilt", "centre", "velocity", *CONTACT, "energy")
     # a disk that rises from near flat turns within a few steps
     default_step_angle: ClassVar[float] = 1.0 / 128.0
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        positive(self.m, "m", "kg")
-        positive(self.radius, "radius", "m")
+        positive_fields(self, m="kg", radius="m", g="m/s^2")
         principal_moments(self.I1, self.I1, self.I3)
         axial_moment(self.I3, self.m, self.radius)
-        positive(self.g, "g", "m/s^2")
         non_negative(self.mu, "mu", "1")
         super().__post_init__()
 
@@ -157,23 +156,6 @@ class RollingDisk(RollingContact, AdaptiveStepSystem):
         speed = np.sum(self.velocity(y) ** 2, axis=-1)
         height = self.centre(y)[..., 2]
         return np.asarray(0.5 * (spin + self.m * speed) + self.m * self.g * height)
-
-    @property
-    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
-        """Named quantities of a state."""
-        return {
-            **ATTITUDE,
-            "omega_body": self.omega_body,
-            "omega_world": self.omega_world,
-            "tilt": self.tilt,
-            "contact": self.contact,
-            "centre": self.centre,
-            "velocity": self.velocity,
-            "contact_force": self.contact_force,
-            "normal_force": self.normal_force,
-            "needed_friction": self.needed_friction,
-            "energy": self.energy,
-        }
 
     def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
         """The largest `rate`, and its growth."""

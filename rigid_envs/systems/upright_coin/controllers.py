@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, Integers, integer, positive
+from rigid_envs.base.checks import Array, Integers, integer, positive_fields
 from rigid_envs.control.linear import piecewise_constant
 from rigid_envs.systems.upright_coin.system import UprightCoin
 
@@ -76,8 +76,7 @@ class TwoRolls:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        positive(self.roll_per_step, "roll_per_step", "rad")
-        positive(self.steer_per_step, "steer_per_step", "rad")
+        positive_fields(self, roll_per_step="rad", steer_per_step="rad")
         integer(self.directions, "directions", 1)
 
     def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike | None = None) -> CoinPlan:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, non_negative, number, positive, require
+from rigid_envs.base.checks import Array, non_negative, number, positive_fields, require
 from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.equations import ATTITUDE, RollingContact, gamma, quaternion
+from rigid_envs.mechanics.equations import CONTACT, RollingContact, gamma, quaternion
 from rigid_envs.mechanics.system import AdaptiveStepSystem
 from rigid_envs.systems.upright_coin.dynamics import UPRIGHT_COIN
 
@@ -63,14 +63,21 @@ class UprightCoin(RollingContact, AdaptiveStepSystem):
         "steer_rate": slice(6, 7),
         "roll_rate": slice(7, 8),
     }
+    quantities: ClassVar = (
+        "heading",
+        "phase",
+        "direction",
+        "velocity",
+        "omega_world",
+        *CONTACT,
+        "upright_torque",
+        "energy",
+    )
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        positive(self.m, "m", "kg")
-        positive(self.radius, "radius", "m")
-        positive(self.I1, "I1", "kg m^2")
+        positive_fields(self, m="kg", radius="m", I1="kg m^2", g="m/s^2")
         non_negative(self.I3, "I3", "kg m^2")
-        positive(self.g, "g", "m/s^2")
         number(self.slope, "slope", "rad")
         non_negative(self.mu, "mu", "1")
         rest = 2.0 * self.I1
@@ -152,26 +159,6 @@ class UprightCoin(RollingContact, AdaptiveStepSystem):
         axis = rotations.rotate(quaternion(y), np.array([0.0, 0.0, 1.0]))
         side = np.sum(self.contact_force(y, u) * axis, axis=-1)
         return np.asarray(-self.I3 * self.steer_rate(y) * self.roll_rate(y) - self.radius * side)
-
-    @property
-    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
-        """Named quantities of a state."""
-        return {
-            **ATTITUDE,
-            "heading": self.heading,
-            "phase": self.phase,
-            "contact": self.contact,
-            "steer_rate": self.steer_rate,
-            "roll_rate": self.roll_rate,
-            "direction": self.direction,
-            "velocity": self.velocity,
-            "omega_world": self.omega_world,
-            "contact_force": self.contact_force,
-            "normal_force": self.normal_force,
-            "needed_friction": self.needed_friction,
-            "upright_torque": self.upright_torque,
-            "energy": self.energy,
-        }
 
     def rate_and_growth(self, y: Array, u: Array) -> tuple[float, float]:
         """The larger of phi' and psi' and its growth by torques and gravity, each at least 1."""
