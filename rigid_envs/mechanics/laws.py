@@ -369,6 +369,14 @@ def law_of_contact_force(
         return max_abs(found - force, np.cross(arm, found) - torque)
 
 
+def laws_of_every_system(subject: Subject, system: System, y: Array, u: Array) -> None:
+    """`rhs`, `parameters`, `linearize` and the steps of a system agree with its motion."""
+    law_of_rhs(subject, system, y, u)
+    law_of_parameters(subject, system)
+    law_of_linearization(subject, system, y, u)
+    law_of_reversibility(subject, system, y, u)
+
+
 def law_of_rhs(subject: Subject, system: System, y: Array, u: Array) -> None:
     """`rhs` is the time derivative of the simulated motion."""
 

@@ -13,11 +13,8 @@ from rigid_envs.mechanics.laws import (
     attitudes,
     law_of_contact_force,
     law_of_dalembert,
-    law_of_linearization,
     law_of_order,
-    law_of_parameters,
-    law_of_reversibility,
-    law_of_rhs,
+    laws_of_every_system,
     matrices,
     max_abs,
     quaternion,
@@ -89,9 +86,6 @@ def the_contact_point_moves_with_the_plate() -> float:
     return max_abs(v - carried - table)
 
 
-law_of_rhs(SUBJECT, _BALL, _Y, _U)
-
-
 @SUBJECT.law(
     "invariants with T + m g z of NumPy",
     bound=1e-12,
@@ -147,9 +141,7 @@ def the_plate_moves_as_it_is_told() -> float:
     return max_abs(_BALL.tilt(end) - angles, _BALL.tilt_rate(end) - rate - t * a)
 
 
-law_of_parameters(SUBJECT, _BALL)
-law_of_linearization(SUBJECT, _BALL, _Y, _U)
-law_of_reversibility(SUBJECT, _BALL, _Y, _U)
+laws_of_every_system(SUBJECT, _BALL, _Y, _U)
 law_of_order(SUBJECT, _BALL, _Y, _U, 0.5)
 law_of_contact_force(
     SUBJECT,

@@ -11,11 +11,8 @@ from rigid_envs.mechanics.laws import (
     attitudes,
     integrate_newton,
     law_of_dalembert,
-    law_of_linearization,
     law_of_order,
-    law_of_parameters,
-    law_of_reversibility,
-    law_of_rhs,
+    laws_of_every_system,
     max_abs,
     quaternion,
     random_states,
@@ -50,7 +47,6 @@ _MODEL = RigidBodyModel(
     displacements=lambda y: (np.zeros((3, 1, 3)), VIRTUAL_ROTATIONS),
 )
 law_of_dalembert(SUBJECT, _BODY, _Y, _U, _MODEL)
-law_of_rhs(SUBJECT, _BODY, _Y, _U)
 
 
 @SUBJECT.law(
@@ -82,9 +78,7 @@ def torque_does_its_work() -> float:
     return max_abs(motion.rate(_BODY.invariants(motion.y)["energy"]) - power)
 
 
-law_of_parameters(SUBJECT, _BODY)
-law_of_linearization(SUBJECT, _BODY, _Y, _U)
-law_of_reversibility(SUBJECT, _BODY, _Y, _U)
+laws_of_every_system(SUBJECT, _BODY, _Y, _U)
 law_of_order(SUBJECT, _BODY, _Y, _U)
 
 

@@ -13,11 +13,8 @@ from rigid_envs.mechanics.laws import (
     attitudes,
     integrate_newton,
     law_of_dalembert,
-    law_of_linearization,
     law_of_order,
-    law_of_parameters,
-    law_of_reversibility,
-    law_of_rhs,
+    laws_of_every_system,
     matrices,
     max_abs,
     quaternion,
@@ -66,7 +63,6 @@ def _displacements(y: Array) -> tuple[Array, Array]:
 _STEINER = _TOP.m * _TOP.ell**2 * np.array([1.0, 1.0, 0.0])
 _MODEL = RigidBodyModel(_TOP.m, _TOP.moments - _STEINER, _centre, _weight, _torque, _displacements)
 law_of_dalembert(SUBJECT, _TOP, _Y, _U, _MODEL)
-law_of_rhs(SUBJECT, _TOP, _Y, _U)
 
 
 def _leaning(theta: float, omega: tuple[float, float, float]) -> Array:
@@ -123,9 +119,7 @@ def the_pivot_moves_as_it_is_told() -> float:
     return max_abs(_TOP.pivot(end) - pivot, _TOP.pivot_velocity(end) - v - t * a)
 
 
-law_of_parameters(SUBJECT, _TOP)
-law_of_linearization(SUBJECT, _TOP, _Y, _U)
-law_of_reversibility(SUBJECT, _TOP, _Y, _U)
+laws_of_every_system(SUBJECT, _TOP, _Y, _U)
 law_of_order(SUBJECT, _TOP, _Y, _U)
 
 

@@ -8,11 +8,8 @@ from rigid_envs.base.checks import Array
 from rigid_envs.mechanics.laws import (
     EPS,
     Subject,
-    law_of_linearization,
     law_of_order,
-    law_of_parameters,
-    law_of_reversibility,
-    law_of_rhs,
+    laws_of_every_system,
     max_abs,
     random_states,
     stencil,
@@ -65,9 +62,6 @@ def the_wheel_rolls() -> float:
     )
 
 
-law_of_rhs(SUBJECT, _ROLLER, _FAR, _PUSHED)
-
-
 @SUBJECT.law(
     "invariants with T + m g z",
     bound=1e-12,
@@ -98,9 +92,7 @@ def gravity_pulls_by_the_sine_of_any_descent() -> float:
     return max_abs(block.rhs(y)[:, 1] - np.sin(-s))
 
 
-law_of_parameters(SUBJECT, _ROLLER)
-law_of_linearization(SUBJECT, _ROLLER, _FAR, _PUSHED)
-law_of_reversibility(SUBJECT, _ROLLER, _Y, _U)
+laws_of_every_system(SUBJECT, _ROLLER, _FAR, _PUSHED)
 law_of_order(SUBJECT, _ROLLER, _Y, _U, 2.5)
 
 

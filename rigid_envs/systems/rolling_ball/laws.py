@@ -9,10 +9,7 @@ from rigid_envs.mechanics.laws import (
     EPS,
     Subject,
     attitudes,
-    law_of_linearization,
-    law_of_parameters,
-    law_of_reversibility,
-    law_of_rhs,
+    laws_of_every_system,
     matrices,
     max_abs,
     random_states,
@@ -42,9 +39,6 @@ def the_contact_point_is_at_rest() -> float:
     return max_abs(contact, np.concatenate([v, omega[:, 2:]], axis=-1) - _U)
 
 
-law_of_rhs(SUBJECT, _BALL, _Y, _U)
-
-
 @SUBJECT.law(
     "invariants with the squared length of q",
     bound=8 * EPS,
@@ -70,9 +64,7 @@ def quaternions_are_kept_unit() -> float:
     return max_abs(np.linalg.norm(found[:, _Q], axis=-1) - 1.0, found[:, _Q] - expected[:, _Q])
 
 
-law_of_parameters(SUBJECT, _BALL)
-law_of_linearization(SUBJECT, _BALL, _Y, _U)
-law_of_reversibility(SUBJECT, _BALL, _Y, _U)
+laws_of_every_system(SUBJECT, _BALL, _Y, _U)
 
 
 @SUBJECT.law(

@@ -13,11 +13,8 @@ from rigid_envs.mechanics.laws import (
     attitudes,
     law_of_contact_force,
     law_of_dalembert,
-    law_of_linearization,
     law_of_order,
-    law_of_parameters,
-    law_of_reversibility,
-    law_of_rhs,
+    laws_of_every_system,
     matrices,
     max_abs,
     random_states,
@@ -79,9 +76,6 @@ def the_contact_point_is_at_rest() -> float:
     return max_abs(v + np.cross(omega, -0.7 * _frame(_Y)[0]), in_body - _DISK.omega_body(_Y))
 
 
-law_of_rhs(SUBJECT, _DISK, _Y, _U)
-
-
 @SUBJECT.law(
     "invariants with T + m g z of NumPy",
     bound=1e-13,
@@ -108,9 +102,7 @@ def torque_does_its_work() -> float:
     return max_abs(motion.rate(_DISK.invariants(motion.y)["energy"]) - power)
 
 
-law_of_parameters(SUBJECT, _DISK)
-law_of_linearization(SUBJECT, _DISK, _Y, _U)
-law_of_reversibility(SUBJECT, _DISK, _Y, _U)
+laws_of_every_system(SUBJECT, _DISK, _Y, _U)
 law_of_order(SUBJECT, _DISK, _Y, _U, 0.2)
 law_of_contact_force(
     SUBJECT,

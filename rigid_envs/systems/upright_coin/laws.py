@@ -11,11 +11,8 @@ from rigid_envs.mechanics.laws import (
     attitudes,
     law_of_contact_force,
     law_of_dalembert,
-    law_of_linearization,
     law_of_order,
-    law_of_parameters,
-    law_of_reversibility,
-    law_of_rhs,
+    laws_of_every_system,
     matrices,
     max_abs,
     random_states,
@@ -86,9 +83,6 @@ def the_contact_point_is_at_rest() -> float:
     )
 
 
-law_of_rhs(SUBJECT, _COIN, _Y, _U)
-
-
 @SUBJECT.law(
     "invariants with T - m g . x of NumPy",
     bound=1e-13,
@@ -103,9 +97,7 @@ def invariants_are_energy_and_steer_rate() -> float:
     return max_abs(found["energy"] - energy, found["steer_rate"] - steer)
 
 
-law_of_parameters(SUBJECT, _COIN)
-law_of_linearization(SUBJECT, _COIN, _Y, _U)
-law_of_reversibility(SUBJECT, _COIN, _Y, _U)
+laws_of_every_system(SUBJECT, _COIN, _Y, _U)
 law_of_order(SUBJECT, _COIN, _Y, _U, 1.5)
 law_of_contact_force(
     SUBJECT, _COIN, _Y, _U, _HELD_MODEL, lambda y, u: (_COIN.contact_force(y, u), -0.7 * _NORMAL)
