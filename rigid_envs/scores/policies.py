@@ -90,6 +90,19 @@ Controller = Callable[[Any], npt.NDArray[Any]]
 One that reads more takes a `RigidVectorEnv`, and acts in native rows only.
 """
 
+
+def system_of(task: Task) -> Any:
+    """The system of a task, of the class that its controllers take: the middle of each range."""
+    return task.system()
+
+
+def feedback(law: Callable[..., npt.NDArray[Any]], *names: str) -> Controller:
+    """A controller by a function of the state, and of named parts of the auxiliary state."""
+    if not names:
+        return lambda states: law(states.y)
+    return lambda states: law(states.y, states.auxiliary(*names))
+
+
 ControllerFactory = Callable[[Any], Controller]
 """A function from a task, with its settings, to a controller of its rows."""
 

@@ -16,21 +16,16 @@ from rigid_envs.scores.policies import (
     Rows,
     Script,
     States,
+    feedback,
     predicting,
+    system_of,
 )
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries
 from rigid_envs.scores.theory import TheoreticalLimit, _rows, least_time
 from rigid_envs.systems.dynamic_ball.controllers import HeldBall, PlateRegulator, PushAlong
-from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDynamic
 from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
-from rigid_envs.systems.rolling_ball.references import (
-    _PLACE,
-    _POSE,
-    _pose,
-    _roll,
-    straight_rolls,
-)
+from rigid_envs.systems.rolling_ball.references import _PLACE, _POSE, _pose, _roll, straight_rolls
 from rigid_envs.tasks.core import Core
 
 # Theoretical limits of metrics: optima and bounds from each start, in closed form.
@@ -53,7 +48,7 @@ PUSHED_BALL_TIME = TheoreticalLimit(
 
 def pushed(task: BallParkDynamic) -> Controller:
     """Three straight rolls, each from rest to rest, tracked by feedback."""
-    ball = _dynamic_ball(task)
+    ball = system_of(task)
     controller, parts = PushAlong(ball, task.force, task.dt), ball.components
 
     def plan(states: States, rows: Rows) -> Array:
@@ -67,14 +62,7 @@ def pushed(task: BallParkDynamic) -> Controller:
 
 def plate_regulator(task: BallPlate) -> Controller:
     """Linear-quadratic regulator of the ball by the tilt of the table."""
-    controller = PlateRegulator(_dynamic_ball(task), task.tilt_rate, task.dt)
-    return lambda states: controller(states.y, states.auxiliary("point_X", "point_Y"))
-
-
-def _dynamic_ball(task: BallParkDynamic | BallPlate) -> DynamicBall:
-    ball = task.system()
-    assert isinstance(ball, DynamicBall)
-    return ball
+    return feedback(PlateRegulator(system_of(task), task.tilt_rate, task.dt), "point_X", "point_Y")
 
 
 # Predictive controllers; of drawn parameters they know the middle. They need CasADi.
@@ -82,7 +70,7 @@ def _dynamic_ball(task: BallParkDynamic | BallPlate) -> DynamicBall:
 
 def held_ball(task: BallPlate) -> Controller:
     """Least distance over a horizon of 32 control periods."""
-    problem = HeldBall(_dynamic_ball(task), task.tilt_rate, task.tilt_limit, task.dt)
+    problem = HeldBall(system_of(task), task.tilt_rate, task.tilt_limit, task.dt)
     controller = PredictiveControl(problem, doubling(task.dt, 4, 8, 3))
     return predicting(
         controller, task.dt, PREDICTION_PERIOD, lambda envs: envs.auxiliary("point_X", "point_Y")
@@ -97,7 +85,7 @@ def held_ball(task: BallPlate) -> Controller:
 
 def ball_park_dynamic(task: BallParkDynamic) -> Decoder:
     """Position, attitude and velocity; the ball does not spin about the vertical."""
-    ball: Any = task.system()
+    ball = system_of(task)
     q, place = attitude(task), entries(task, *_PLACE)
     velocity = entries(task, "VX / radius", "VY / radius")
     return lambda seen: Decoded(
@@ -110,7 +98,7 @@ def ball_park_dynamic(task: BallParkDynamic) -> Decoder:
 
 def ball_plate(task: BallPlate) -> Decoder:
     """Ball, table, and the commanded point."""
-    ball: Any = task.system()
+    ball = system_of(task)
     q, place = attitude(task, needed=False), entries(task, "X", "Y")
     offset, velocity = entries(task, "X - X*", "Y - Y*"), entries(task, "VX", "VY")
     spin, tilt = entries(task, "spin"), entries(task, "alpha_x / limit", "alpha_y / limit")

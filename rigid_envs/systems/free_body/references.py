@@ -12,7 +12,13 @@ from rigid_envs.control.planning import Conditions
 from rigid_envs.control.predictive import PredictiveControl, doubling
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.mechanics import rotations
-from rigid_envs.scores.policies import PREDICTION_PERIOD, Controller, predicting
+from rigid_envs.scores.policies import (
+    PREDICTION_PERIOD,
+    Controller,
+    feedback,
+    predicting,
+    system_of,
+)
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries, goal_attitude
 from rigid_envs.scores.theory import TheoreticalLimit, _rows, least_time
 from rigid_envs.systems.free_body.controllers import (
@@ -28,7 +34,6 @@ from rigid_envs.systems.free_body.controllers import (
     TimedFlip,
     slew_acceleration,
 )
-from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.free_body.tasks.axis_flip import AxisFlip
 from rigid_envs.systems.free_body.tasks.detumble import Detumble
 from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxis
@@ -36,7 +41,6 @@ from rigid_envs.systems.free_body.tasks.intermediate_axis_single import Intermed
 from rigid_envs.systems.free_body.tasks.reorient import Reorient
 from rigid_envs.systems.free_body.tasks.spin_capture import SpinCapture
 from rigid_envs.tasks.core import Core
-from rigid_envs.tasks.task import Task
 
 # Theoretical limits of metrics: optima and bounds from each start, in closed form.
 
@@ -76,13 +80,7 @@ def _impulses(envs: RigidVectorEnv) -> Array:
 def _riccati(envs: RigidVectorEnv) -> Array:
     """Loss of the optimal controller over an infinite horizon; after 50 steps 1e-7 is left."""
     task: Any = envs.task
-    controller = MomentumRegulator(
-        task.system(),
-        task.impulse,
-        task.weight_momentum / task.start_momentum**2,
-        task.weight_impulse / task.impulse**2,
-    )
-    return controller.riccati * _momentum(envs) ** 2
+    return _momentum_regulator(task).riccati * _momentum(envs) ** 2
 
 
 DETUMBLE_LOSS = TheoreticalLimit("exact", "the root of the scalar Riccati equation", _riccati)
@@ -95,75 +93,65 @@ REORIENT_TIME = TheoreticalLimit(
 # Controllers for the tasks of a free body; of drawn moments they know the middle.
 
 
-def body_of(task: Task) -> FreeBody:
-    """The body of a task, with the middle of each range."""
-    body = task.system()
-    assert isinstance(body, FreeBody)
-    return body
-
-
 def spin_regulator(task: IntermediateAxis) -> Controller:
     """Linear-quadratic regulator of the spin."""
-    controller = SpinRegulator(body_of(task), task.spin_rate, task.torque, task.dt)
-    return lambda states: controller(states.y)
+    return feedback(SpinRegulator(system_of(task), task.spin_rate, task.torque, task.dt))
 
 
 def energy_casimir(task: IntermediateAxis) -> Controller:
     """Energy-Casimir feedback of the spin."""
-    controller = EnergyCasimir(body_of(task), task.spin_rate, task.torque)
-    return lambda states: controller(states.y)
+    return feedback(EnergyCasimir(system_of(task), task.spin_rate, task.torque))
 
 
 def single_torque(
     task: IntermediateAxisSingle, strength: float = 3.0, damping: float = 5.0 / 3.0
 ) -> Controller:
     """Energy-Casimir feedback by one torque; see `SingleTorque` for its two gains."""
-    controller = SingleTorque(body_of(task), task.spin_rate, task.torque, strength, damping)
-    return lambda states: controller(states.y)
+    return feedback(SingleTorque(system_of(task), task.spin_rate, task.torque, strength, damping))
 
 
 def separatrix_steering(task: SpinCapture) -> Controller:
     """Steering onto the separatrix that leads to e2, and a regulator there."""
     first, second, third = (torque > 0.0 for torque in task.torques())
-    controller = SeparatrixSteering(
-        body_of(task), task.spin_rate, task.torque, task.dt, axes=(first, second, third)
+    steering = SeparatrixSteering(
+        system_of(task), task.spin_rate, task.torque, task.dt, axes=(first, second, third)
     )
-    return lambda states: controller(states.y)
+    return feedback(steering)
 
 
 def timed_flip(task: AxisFlip) -> Controller:
     """Tracking of the free flip that ends within 0.6 of the tolerance at the commanded time."""
-    controller = TimedFlip(body_of(task), task.spin_rate, task.torque, margin=0.6 * task.tolerance)
-    return lambda states: controller(states.y, states.auxiliary("time_left"))
+    margin = 0.6 * task.tolerance
+    return feedback(TimedFlip(system_of(task), task.spin_rate, task.torque, margin), "time_left")
 
 
 def forced_flip(task: AxisFlip) -> Controller:
     """The flip by linear feedback, at once."""
-    controller = ForcedFlip(body_of(task), task.spin_rate, task.torque)
-    return lambda states: controller(states.y)
+    return feedback(ForcedFlip(system_of(task), task.spin_rate, task.torque))
 
 
 def momentum_regulator(task: Detumble) -> Controller:
     """Optimal impulses for the weights of the reward, from the scalar Riccati equation."""
-    controller = MomentumRegulator(
-        body_of(task),
+    return feedback(_momentum_regulator(task))
+
+
+def _momentum_regulator(task: Detumble) -> MomentumRegulator:
+    return MomentumRegulator(
+        system_of(task),
         task.impulse,
         weight_momentum=task.weight_momentum / task.start_momentum**2,
         weight_impulse=task.weight_impulse / task.impulse**2,
     )
-    return lambda states: controller(states.y)
 
 
 def momentum_brake(task: Detumble) -> Controller:
     """Time-optimal impulses: rest in the least number of steps."""
-    controller = MomentumBrake(body_of(task), task.impulse)
-    return lambda states: controller(states.y)
+    return feedback(MomentumBrake(system_of(task), task.impulse))
 
 
 def quaternion_pd(task: Reorient) -> Controller:
     """Quaternion feedback to the goal attitude."""
-    controller = QuaternionPD(body_of(task), task.torque)
-    return lambda states: controller(states.y, states.auxiliary(*task.aux_names))
+    return feedback(QuaternionPD(system_of(task), task.torque), *task.aux_names)
 
 
 # Predictive controllers; of drawn parameters they know the middle. They need CasADi.
@@ -171,7 +159,7 @@ def quaternion_pd(task: Reorient) -> Controller:
 
 def held_spin(task: IntermediateAxis) -> Controller:
     """Least torque impulse over a horizon of 52 control periods."""
-    problem = HeldSpin(body_of(task), task.spin_rate, task.torque)
+    problem = HeldSpin(system_of(task), task.spin_rate, task.torque)
     controller = PredictiveControl(problem, doubling(task.dt, 4, 4, 10))
     return predicting(controller, task.dt, PREDICTION_PERIOD)
 
@@ -182,17 +170,15 @@ _SPIN = ("omega1 / Omega", "omega2 / Omega", "omega3 / Omega")
 _RATES = ("omega1", "omega2", "omega3")
 
 
-def intermediate_axis(
-    task: IntermediateAxis | IntermediateAxisSingle | SpinCapture,
-) -> Decoder:
+def intermediate_axis(task: IntermediateAxis | IntermediateAxisSingle | SpinCapture) -> Decoder:
     """The spin, which is observed divided by Omega."""
-    body, q, spin = body_of(task), attitude(task, needed=False), entries(task, *_SPIN)
+    body, q, spin = system_of(task), attitude(task, needed=False), entries(task, *_SPIN)
     return lambda seen: Decoded(body, body.state(q=q(seen), omega_body=task.spin_rate * spin(seen)))
 
 
 def axis_flip(task: AxisFlip) -> Decoder:
     """The spin, and the time until the commanded time, which is 0 after it."""
-    body, q, spin = body_of(task), attitude(task, needed=False), entries(task, *_SPIN)
+    body, q, spin = system_of(task), attitude(task, needed=False), entries(task, *_SPIN)
     left = entries(task, "time left / longest")
     return lambda seen: Decoded(
         body,
@@ -203,13 +189,13 @@ def axis_flip(task: AxisFlip) -> Decoder:
 
 def detumble(task: Detumble) -> Decoder:
     """The angular velocity."""
-    body, q, rates = body_of(task), attitude(task, needed=False), entries(task, *_RATES)
+    body, q, rates = system_of(task), attitude(task, needed=False), entries(task, *_RATES)
     return lambda seen: Decoded(body, body.state(q=q(seen), omega_body=rates(seen)))
 
 
 def reorient(task: Reorient) -> Decoder:
     """Pose and goal from the goals, which noise does not touch."""
-    body, rates = body_of(task), entries(task, *_RATES, part="achieved_goal")
+    body, rates = system_of(task), entries(task, *_RATES, part="achieved_goal")
     here, there = goal_attitude(task, "achieved_goal"), goal_attitude(task, "desired_goal")
     return lambda seen: Decoded(
         body,

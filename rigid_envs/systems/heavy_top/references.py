@@ -10,7 +10,13 @@ from rigid_envs.base.checks import Array
 from rigid_envs.control.planning import Conditions
 from rigid_envs.control.predictive import PredictiveControl, doubling
 from rigid_envs.mechanics import rotations
-from rigid_envs.scores.policies import PREDICTION_PERIOD, Controller, predicting
+from rigid_envs.scores.policies import (
+    PREDICTION_PERIOD,
+    Controller,
+    feedback,
+    predicting,
+    system_of,
+)
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries
 from rigid_envs.systems.heavy_top.controllers import (
     AsymmetricBalance,
@@ -19,39 +25,28 @@ from rigid_envs.systems.heavy_top.controllers import (
     PrecessionRegulator,
     UprightBalance,
 )
-from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.heavy_top.tasks.pivot_top import PivotTop
 from rigid_envs.systems.heavy_top.tasks.sleeping_top import SleepingTop
 from rigid_envs.systems.heavy_top.tasks.top_precession import TopPrecession
 from rigid_envs.systems.heavy_top.tasks.top_random import TopRandom
 from rigid_envs.tasks.core import Core
-from rigid_envs.tasks.task import Task
 
 # Controllers for the tasks of a heavy top; of drawn parameters they know the middle.
 
 
-def top_of(task: Task) -> HeavyTop:
-    """The top of a task, with the middle of each range."""
-    top = task.system()
-    assert isinstance(top, HeavyTop)
-    return top
-
-
 def upright_balance(task: SleepingTop) -> Controller:
     """Linear-quadratic regulator of the upright top by torque."""
-    controller = UprightBalance(top_of(task), task.torque, task.dt)
-    return lambda states: controller(states.y)
+    return feedback(UprightBalance(system_of(task), task.torque, task.dt))
 
 
 def pivot_balance(task: PivotTop) -> Controller:
     """Linear-quadratic regulator of the upright top by acceleration of its pivot."""
-    controller = PivotBalance(top_of(task), task.push, task.dt)
-    return lambda states: controller(states.y)
+    return feedback(PivotBalance(system_of(task), task.push, task.dt))
 
 
 def precession_regulator(task: TopPrecession) -> Controller:
     """Linear-quadratic regulator of steady precession at the commanded tilt."""
-    top = top_of(task)
+    top = system_of(task)
     highest = task.goal_tilt + max(task.goal_spread, 1e-3)
     fastest = top.critical_spin * (task.start_spin + max(task.start_spread, 1e-3))
     controller = PrecessionRegulator(
@@ -62,15 +57,13 @@ def precession_regulator(task: TopPrecession) -> Controller:
         spins=(top.critical_spin, fastest),
         branch=task.branch,
     )
-    return lambda states: controller(states.y, states.auxiliary("goal_tilt"))
+    return feedback(controller, "goal_tilt")
 
 
 def asymmetric_balance(task: TopRandom) -> Controller:
     """Linear-quadratic regulator of the asymmetric upright top by torque."""
-    controller = AsymmetricBalance(
-        top_of(task), task.torque, task.dt, fastest=1.5 * task.start_spin
-    )
-    return lambda states: controller(states.y)
+    fastest = 1.5 * task.start_spin
+    return feedback(AsymmetricBalance(system_of(task), task.torque, task.dt, fastest=fastest))
 
 
 # Predictive controllers; of drawn parameters they know the middle. They need CasADi.
@@ -78,7 +71,7 @@ def asymmetric_balance(task: TopRandom) -> Controller:
 
 def balanced_top(task: PivotTop) -> Controller:
     """Least acceleration over a horizon of 156 control periods."""
-    problem = BalancedTop(top_of(task), task.push)
+    problem = BalancedTop(system_of(task), task.push)
     controller = PredictiveControl(problem, doubling(task.dt, 4, 4, 4, 4, 6))
     return predicting(controller, task.dt, PREDICTION_PERIOD)
 
@@ -91,7 +84,7 @@ _IN_BODY = ("omega1", "omega2", "omega3")
 
 def sleeping_top(task: SleepingTop) -> Decoder:
     """The angular velocity is observed in world axes."""
-    top, attitude_of, rates = top_of(task), attitude(task), entries(task, *_IN_WORLD)
+    top, attitude_of, rates = system_of(task), attitude(task), entries(task, *_IN_WORLD)
 
     def decode(seen: Array) -> Decoded:
         q = attitude_of(seen)
@@ -102,7 +95,7 @@ def sleeping_top(task: SleepingTop) -> Decoder:
 
 def pivot_top(task: PivotTop) -> Decoder:
     """The angular velocity is observed in world axes, the pivot in radii of the arena."""
-    top, attitude_of, rates = top_of(task), attitude(task), entries(task, *_IN_WORLD)
+    top, attitude_of, rates = system_of(task), attitude(task), entries(task, *_IN_WORLD)
     pivot, velocity = entries(task, "X / arena", "Y / arena"), entries(task, "VX", "VY")
 
     def decode(seen: Array) -> Decoded:
@@ -120,7 +113,7 @@ def pivot_top(task: PivotTop) -> Decoder:
 
 def top_precession(task: TopPrecession) -> Decoder:
     """Attitude, angular velocity in body axes, and the commanded tilt."""
-    top, q, rates = top_of(task), attitude(task), entries(task, *_IN_BODY)
+    top, q, rates = system_of(task), attitude(task), entries(task, *_IN_BODY)
     goal = entries(task, "goal theta")
     return lambda seen: Decoded(
         top, top.state(q=q(seen), omega_body=rates(seen)), {"goal_tilt": goal(seen)}
@@ -129,7 +122,7 @@ def top_precession(task: TopPrecession) -> Decoder:
 
 def top_random(task: TopRandom) -> Decoder:
     """Attitude and angular velocity in body axes."""
-    top, q, rates = top_of(task), attitude(task), entries(task, *_IN_BODY)
+    top, q, rates = system_of(task), attitude(task), entries(task, *_IN_BODY)
     return lambda seen: Decoded(top, top.state(q=q(seen), omega_body=rates(seen)))
 
 

@@ -9,11 +9,10 @@ import numpy as np
 
 from rigid_envs.base.checks import Array
 from rigid_envs.envs.vector import RigidVectorEnv
-from rigid_envs.scores.policies import Controller
+from rigid_envs.scores.policies import Controller, feedback, system_of
 from rigid_envs.scores.references import Decoded, Decoder, entries
 from rigid_envs.scores.theory import TheoreticalLimit
 from rigid_envs.systems.roller.controllers import Pump
-from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 
 # Theoretical limits of metrics: optima and bounds from each start, in closed form.
@@ -32,10 +31,7 @@ ROLL_PUMP_TIME = TheoreticalLimit("bound", "(n - 1/2) half swings, n the least p
 
 def pump(task: RollPump) -> Controller:
     """Bang-bang control of the inertia ratio: large on the way down, small on the way up."""
-    roller = task.system()
-    assert isinstance(roller, Roller)
-    controller = Pump(roller, task.beta_change, task.dt)
-    return lambda states: controller(states.y, states.auxiliary("beta_change"))
+    return feedback(Pump(system_of(task), task.beta_change, task.dt), "beta_change")
 
 
 # Decoders of the tasks of a coin, a disk and a roller.
@@ -43,7 +39,7 @@ def pump(task: RollPump) -> Controller:
 
 def roll_pump(task: RollPump) -> Decoder:
     """Arc length and velocity in the valley, and the addition to the ratio, which is positive."""
-    roller: Any = task.system()
+    roller = system_of(task)
     angle, speed = entries(task, "curvature s"), entries(task, "v sqrt(curvature / g)")
     addition = entries(task, "beta_change / largest")
     unit = math.sqrt(roller.g / roller.curvature)

@@ -11,7 +11,7 @@ from rigid_envs.base.settings import refusal
 from rigid_envs.control.planning import Conditions
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.mechanics import rotations
-from rigid_envs.scores.policies import Controller, Rows, Script, States
+from rigid_envs.scores.policies import Controller, Rows, Script, States, feedback, system_of
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries, goal_attitude
 from rigid_envs.scores.theory import TheoreticalLimit, _rows
 from rigid_envs.systems.rolling_ball.controllers import (
@@ -24,7 +24,6 @@ from rigid_envs.systems.rolling_ball.controllers import (
     three_rolls,
 )
 from rigid_envs.systems.rolling_ball.shortest_path import shortest_path
-from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_ball.tasks.ball_grid import BallGrid
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
 from rigid_envs.systems.rolling_ball.tasks.ball_park_goal import BallParkGoal
@@ -118,7 +117,7 @@ def along_shortest_path(task: BallPark | BallParkGoal) -> Controller:
 
 def damped(task: BallSteer) -> Controller:
     """Gradient descent of the pose error, without looking ahead."""
-    controller = DampedFollower(_rolling_ball(task), task.roll_per_step / task.dt)
+    controller = DampedFollower(system_of(task), task.roll_per_step / task.dt)
 
     def policy(states: States) -> Array:
         heading = states.auxiliary(*_HEADING)
@@ -129,7 +128,7 @@ def damped(task: BallSteer) -> Controller:
 
 def far_sighted(task: BallSteer) -> Controller:
     """Linear-quadratic regulator along the elastica that the reference is on."""
-    controller = FarSightedFollower(_rolling_ball(task), task.roll_per_step / task.dt, task.dt)
+    controller = FarSightedFollower(system_of(task), task.roll_per_step / task.dt, task.dt)
     speed = _speed(task)
 
     def plan(states: States, rows: Rows) -> Array:
@@ -147,8 +146,7 @@ def far_sighted(task: BallSteer) -> Controller:
 
 def quarter_rolls(task: BallGrid) -> Controller:
     """Shortest path home, by breadth-first search."""
-    controller = QuarterRolls(_rolling_ball(task), task.start_cells + _LONGEST)
-    return lambda states: controller(states.y)
+    return feedback(QuarterRolls(system_of(task), task.start_cells + _LONGEST))
 
 
 def _goals(task: Task, states: States) -> Array:
@@ -164,15 +162,9 @@ def _radii(states: States) -> Array:
     return np.array([ball.radius for ball in systems])
 
 
-def _rolling_ball(task: BallSteer | BallGrid) -> RollingBall:
-    ball = task.system()
-    assert isinstance(ball, RollingBall)
-    return ball
-
-
 def _speed(task: BallSteer) -> float:
     """Speed of the reference [m/s]."""
-    return task.reference_speed * task.roll_per_step / task.dt * _rolling_ball(task).radius
+    return task.reference_speed * task.roll_per_step / task.dt * system_of(task).radius
 
 
 # Decoders of the tasks of a ball: position, attitude, and what they are to become.
@@ -185,7 +177,7 @@ _PLACE = ("X / radius", "Y / radius")
 
 def ball_park(task: BallPark) -> Decoder:
     """Position and attitude."""
-    ball: Any = task.system()
+    ball = system_of(task)
     q, place = attitude(task), entries(task, *_PLACE)
     return lambda seen: Decoded(ball, ball.state(q=q(seen), position=ball.radius * place(seen)))
 
@@ -195,7 +187,7 @@ def ball_park_goal(task: BallParkGoal) -> Decoder:
     low, high = span(task.radius)
     if low < high:
         raise refusal("radius", task.radius, "a number: goals are in metres, and it is not seen")
-    ball: Any = task.system()
+    ball = system_of(task)
     here, there = goal_attitude(task, "achieved_goal"), goal_attitude(task, "desired_goal")
     place = entries(task, "X", "Y", part="achieved_goal")
     end = entries(task, "X", "Y", part="desired_goal")
@@ -213,7 +205,7 @@ def ball_park_goal(task: BallParkGoal) -> Decoder:
 
 def ball_steer(task: BallSteer) -> Decoder:
     """Pose relative to the reference, which is put upright at the origin, and its path ahead."""
-    ball: Any = task.system()
+    ball = system_of(task)
     place = entries(task, "dX / radius", "dY / radius")
     turn = entries(task, "theta_x", "theta_y", "theta_z")
     action = entries(task, "VX of the reference", "VY of the reference")
@@ -234,7 +226,7 @@ def ball_steer(task: BallSteer) -> Decoder:
 
 def ball_grid(task: BallGrid) -> Decoder:
     """Cell and attitude, the nearest of those that there are: noise does not lead off the grid."""
-    ball: Any = task.system()
+    ball = system_of(task)
     turn, place = attitude(task), entries(task, "X / cell", "Y / cell")
     side = 0.5 * np.pi * ball.radius
 

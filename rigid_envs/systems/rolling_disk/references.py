@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from rigid_envs.scores.policies import Controller
+from rigid_envs.scores.policies import Controller, feedback, system_of
 from rigid_envs.scores.references import Decoded, Decoder, entries
 from rigid_envs.systems.rolling_disk.controllers import CircleRegulator, Rolling, rolling_state
-from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll
 
 # Controllers for the tasks of a coin, a disk and a roller, for the middle of drawn ranges.
@@ -13,10 +12,7 @@ from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll
 
 def circle_regulator(task: DiskRoll) -> Controller:
     """Linear-quadratic regulator of the lean that the circle needs."""
-    disk = task.system()
-    assert isinstance(disk, RollingDisk)
-    controller = CircleRegulator(disk, task.torque, task.dt)
-    return lambda states: controller(states.y, states.auxiliary("goal_curvature"))
+    return feedback(CircleRegulator(system_of(task), task.torque, task.dt), "goal_curvature")
 
 
 # Decoders of the tasks of a coin, a disk and a roller.

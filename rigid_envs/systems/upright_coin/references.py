@@ -10,7 +10,7 @@ from rigid_envs.base.checks import Array
 from rigid_envs.control.planning import Conditions
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.mechanics import rotations
-from rigid_envs.scores.policies import Controller, Script
+from rigid_envs.scores.policies import Controller, Script, system_of
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries
 from rigid_envs.scores.theory import TheoreticalLimit, _rows
 from rigid_envs.systems.upright_coin.controllers import TwoRolls
@@ -37,8 +37,7 @@ COIN_PATH = TheoreticalLimit("bound", "max(distance, radius |phase|), less toler
 
 def two_rolls(task: CoinPark) -> Controller:
     """Two straight rolls, planned in the first step and carried out open loop."""
-    coin = task.system()
-    assert isinstance(coin, UprightCoin)
+    coin = system_of(task)
     planner = TwoRolls(coin, task.roll_per_step, task.steer_per_step)
     return Script(lambda states, rows: planner(states.y[rows]).actions)
 
@@ -52,7 +51,7 @@ def coin_park(task: CoinPark) -> Decoder:
     The position is in radii, so that of what the controller makes of it a radius that is drawn
     cancels.
     """
-    coin: Any = task.system()
+    coin = system_of(task)
     turn, place = attitude(task), entries(task, "X / radius", "Y / radius")
 
     def decode(seen: Array) -> Decoded:
