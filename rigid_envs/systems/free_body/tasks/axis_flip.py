@@ -25,21 +25,17 @@ from rigid_envs.systems.free_body.saddle import (
     within,
 )
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_2, ROTATION_IN_SPACE
-from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
-    MiddleMoments,
+    SpinTask,
     actuate,
-    check_order,
-    fastest,
     observed_rates,
     perturbed_spin,
-    spun_up,
 )
-from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical, span
+from rigid_envs.tasks.fields import Entry, Range, span
 from rigid_envs.tasks.reduction import Reduction, Side
-from rigid_envs.tasks.task import AuxiliaryRanges, Task
+from rigid_envs.tasks.task import AuxiliaryRanges
 
 # Reduced coordinates of a spin that is to flip from e2 to -e2 in a given time: `AxisFlip`.
 #
@@ -217,7 +213,7 @@ def observe(
 
 
 @dataclass(frozen=True)
-class AxisFlip(MiddleMoments, Task):
+class AxisFlip(SpinTask):
     """Reverse the spin in the body, from e2 to -e2, by a commanded time with the least impulse.
 
     The angular momentum L is fixed in space, but not in the body: spin about the unstable
@@ -277,12 +273,8 @@ class AxisFlip(MiddleMoments, Task):
     """
 
     n_substeps: int = setting(4, Integer("integrator steps per control period", 1, 1000))
-    rotation: str = setting("none", ROTATION)
-    I1: Range = physical(1.0, "least principal moment", "kg m^2")
-    I2: Range = physical(2.0, "middle principal moment", "kg m^2")
-    I3: Range = physical(3.0, "largest principal moment", "kg m^2")
     spin_rate: float = setting(1.0, Number("rate Omega", "rad/s", 1e-3, 1e3))
-    torque: float = setting(0.5, Number("largest torque about each axis", "N m", 1e-6, 1e6))
+    torque: float = 0.5
     start_spread: float = setting(
         0.1, Number("radius of the ball of perturbations at the start", "rad/s", 0.0, 1e3)
     )
@@ -293,7 +285,6 @@ class AxisFlip(MiddleMoments, Task):
     weight_spin: float = setting(1.0, Number("weight of the spin term", "1", -1e3, 1e3))
     weight_impulse: float = setting(1.0, Number("weight of the impulse term", "1", -1e3, 1e3))
 
-    system_type: ClassVar = FreeBody
     episode: ClassVar = Episode(
         dynamics=FREE_BODY,
         Action=BodyTorque,
@@ -308,11 +299,6 @@ class AxisFlip(MiddleMoments, Task):
     )
     reduction: ClassVar = FLIP
     counters: ClassVar = ("kept",)
-    cost_unit: ClassVar = "torque impulse [N m s]"
-
-    def _check_parameters(self) -> None:
-        check_order((self.I1, self.I2, self.I3))
-        super()._check_parameters()
 
     @property
     def least_flip_time(self) -> float:
@@ -324,16 +310,9 @@ class AxisFlip(MiddleMoments, Task):
         """Largest commanded time [s]."""
         return span(self.flip_time)[1]
 
-    def actions(self) -> tuple[Entry, ...]:
-        """Torques about the body axes."""
-        return tuple(Entry(f"tau{k}", "N m", "body", -self.torque, self.torque) for k in (1, 2, 3))
-
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity divided by Omega, and the time left."""
-        return (
-            *(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3)),
-            Entry("time left / longest", "1", "none", 0.0, 1.0),
-        )
+        return (*super().features(), Entry("time left / longest", "1", "none", 0.0, 1.0))
 
     def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
         """The time left is at most the largest commanded one, and falls with the steps."""
@@ -343,6 +322,4 @@ class AxisFlip(MiddleMoments, Task):
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque during the whole episode."""
-        moments = (self.I1, self.I2, self.I3)
-        rate = self.spin_rate + self.start_spread
-        return fastest(moments, spun_up(moments, rate, (self.torque,) * 3, duration))
+        return self.spun_up_from(self.spin_rate + self.start_spread, duration)

@@ -15,23 +15,18 @@ from rigid_envs.engine.episode import Episode, clip_to_box
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems.free_body.saddle import Place, near, place_at, turn, within
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_2, ROTATION_IN_SPACE
-from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
     Held,
-    MiddleMoments,
-    check_order,
-    fastest,
+    SpinTask,
     held_for,
     observed_rates,
     perturbed_spin,
-    spun_up,
     torque_about_axes,
 )
-from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical
+from rigid_envs.tasks.fields import Entry, Range, physical
 from rigid_envs.tasks.reduction import Reduction, Side
-from rigid_envs.tasks.task import Task
 
 # Reduced coordinates of a spin held at e2: `IntermediateAxis` and `IntermediateAxisSingle`.
 #
@@ -207,7 +202,7 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, fl
 
 
 @dataclass(frozen=True)
-class IntermediateAxis(MiddleMoments, Task):
+class IntermediateAxis(SpinTask):
     """Hold spin about the unstable intermediate axis e2 at the rate Omega.
 
     Free spin about the axis of the middle moment is unstable: perturbations grow, and the body
@@ -257,12 +252,7 @@ class IntermediateAxis(MiddleMoments, Task):
         doi:10.1016/0167-6911(90)90055-Y.
     """
 
-    rotation: str = setting("none", ROTATION)
-    I1: Range = physical(1.0, "least principal moment", "kg m^2")
-    I2: Range = physical(2.0, "middle principal moment", "kg m^2")
-    I3: Range = physical(3.0, "largest principal moment", "kg m^2")
-    spin_rate: float = setting(1.0, Number("target rate Omega", "rad/s", 1e-3, 1e3))
-    torque: float = setting(0.2, Number("largest torque about each axis", "N m", 1e-6, 1e6))
+    torque: float = 0.2
     start_spread: float = setting(
         0.25, Number("radius of the ball of perturbations at the start", "rad/s", 0.0, 1e3)
     )
@@ -273,7 +263,6 @@ class IntermediateAxis(MiddleMoments, Task):
     weight_spin: float = setting(1.0, Number("weight of the spin term", "1", -1e3, 1e3))
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
-    system_type: ClassVar = FreeBody
     episode: ClassVar = Episode(
         dynamics=FREE_BODY,
         Action=BodyTorque,
@@ -287,29 +276,13 @@ class IntermediateAxis(MiddleMoments, Task):
         observe=observe,
     )
     reduction: ClassVar = HOLDING
-    counters: ClassVar = ("held",)
-    cost_unit: ClassVar = "torque impulse [N m s]"
     # Full torque for 30 s exceeds the envelope of the system, at more than 5 rad/s: the step is
     # then stable but less accurate. See Physics.
     envelope: ClassVar = 1.1
 
-    def _check_parameters(self) -> None:
-        super()._check_parameters()
-        check_order((self.I1, self.I2, self.I3))
-
-    def actions(self) -> tuple[Entry, ...]:
-        """Torques about the body axes."""
-        return tuple(Entry(f"tau{k}", "N m", "body", -self.torque, self.torque) for k in (1, 2, 3))
-
-    def features(self) -> tuple[Entry, ...]:
-        """Angular velocity divided by Omega."""
-        return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
-
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque during the whole episode."""
-        moments = (self.I1, self.I2, self.I3)
-        rate = self.spin_rate + self.start_spread
-        return fastest(moments, spun_up(moments, rate, (self.torque,) * 3, duration))
+        return self.spun_up_from(self.spin_rate + self.start_spread, duration)
 
 
 @dataclass(frozen=True)

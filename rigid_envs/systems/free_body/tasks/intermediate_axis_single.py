@@ -12,21 +12,15 @@ from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import atan2
 from rigid_envs.engine.episode import Episode, clip_to_interval
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
-from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.free_body.tasks.intermediate_axis import POINTING
 from rigid_envs.systems.free_body.tasks.shared import (
-    FASTEST,
     Held,
-    MiddleMoments,
-    check_order,
-    fastest,
+    SpinTask,
     held_for,
     observed_rates,
     perturbed_spin,
-    spun_up,
 )
-from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical
-from rigid_envs.tasks.task import Task
+from rigid_envs.tasks.fields import Entry
 
 
 class Action(NamedTuple):
@@ -89,7 +83,7 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, fl
 
 
 @dataclass(frozen=True)
-class IntermediateAxisSingle(MiddleMoments, Task):
+class IntermediateAxisSingle(SpinTask):
     """Align the spin with the unstable intermediate axis e2 by a torque about e3 alone.
 
     Without control the spin leaves e2 and flips over. One torque is enough to hold it there if it
@@ -140,10 +134,6 @@ class IntermediateAxisSingle(MiddleMoments, Task):
     """
 
     n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
-    rotation: str = setting("none", ROTATION)
-    I1: Range = physical(1.0, "least principal moment", "kg m^2")
-    I2: Range = physical(2.0, "middle principal moment", "kg m^2")
-    I3: Range = physical(3.0, "largest principal moment", "kg m^2")
     spin_rate: float = setting(1.0, Number("rate Omega about e2 at the start", "rad/s", 1e-3, 1e3))
     torque: float = setting(0.45, Number("largest torque about e3", "N m", 1e-6, 1e6))
     start_spread: float = setting(
@@ -156,7 +146,6 @@ class IntermediateAxisSingle(MiddleMoments, Task):
     weight_axis: float = setting(1.0, Number("weight of the axis term", "1", -1e3, 1e3))
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
-    system_type: ClassVar = FreeBody
     episode: ClassVar = Episode(
         dynamics=FREE_BODY,
         Action=Action,
@@ -170,23 +159,15 @@ class IntermediateAxisSingle(MiddleMoments, Task):
         observe=observe,
     )
     reduction: ClassVar = POINTING
-    counters: ClassVar = ("held",)
-    cost_unit: ClassVar = "torque impulse [N m s]"
 
-    def _check_parameters(self) -> None:
-        check_order((self.I1, self.I2, self.I3))
-        super()._check_parameters()
+    def torques(self) -> tuple[float, float, float]:
+        """Torque about e3 only."""
+        return 0.0, 0.0, self.torque
 
     def actions(self) -> tuple[Entry, ...]:
         """Torque about e3."""
         return (Entry("tau3", "N m", "body", -self.torque, self.torque),)
 
-    def features(self) -> tuple[Entry, ...]:
-        """Angular velocity divided by Omega."""
-        return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
-
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque during the whole episode."""
-        moments = (self.I1, self.I2, self.I3)
-        rate = self.spin_rate + self.start_spread
-        return fastest(moments, spun_up(moments, rate, (0.0, 0.0, self.torque), duration))
+        return self.spun_up_from(self.spin_rate + self.start_spread, duration)

@@ -1,11 +1,14 @@
 """What tasks of a free body share."""
 
+from __future__ import annotations
+
 import math
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from rigid_envs.base.settings import refusal
+from rigid_envs.base.settings import Number, refusal, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Quaternion, Row, Vector, attitude, matrix
 from rigid_envs.engine.compiler import scalar
@@ -13,7 +16,9 @@ from rigid_envs.engine.elementary import select
 from rigid_envs.engine.episode import single
 from rigid_envs.mechanics.system import fastest_turn
 from rigid_envs.systems.free_body.dynamics import Input, State
-from rigid_envs.tasks.fields import Range, span
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical, span
+from rigid_envs.tasks.task import Task
 
 Moments = tuple[Range, Range, Range]
 
@@ -56,6 +61,44 @@ class MiddleMoments:
     def middle3(self) -> float:
         """Middle of the range of I3 [kg m^2]."""
         return 0.5 * sum(span(self.I3))
+
+
+@dataclass(frozen=True)
+class SpinTask(MiddleMoments, Task):
+    """A task of the spin of a body at the rate Omega about the intermediate axis."""
+
+    rotation: str = setting("none", ROTATION)
+    I1: Range = physical(1.0, "least principal moment", "kg m^2")
+    I2: Range = physical(2.0, "middle principal moment", "kg m^2")
+    I3: Range = physical(3.0, "largest principal moment", "kg m^2")
+    spin_rate: float = setting(1.0, Number("target rate Omega", "rad/s", 1e-3, 1e3))
+    torque: float = setting(0.1, Number("largest torque about each axis", "N m", 1e-6, 1e6))
+
+    system_type: ClassVar = FreeBody
+    counters: ClassVar = ("held",)
+    cost_unit: ClassVar = "torque impulse [N m s]"
+
+    def _check_parameters(self) -> None:
+        super()._check_parameters()
+        check_order((self.I1, self.I2, self.I3))
+
+    def torques(self) -> tuple[float, float, float]:
+        """Largest torque about each body axis [N m]; 0 where there is no actuator."""
+        return self.torque, self.torque, self.torque
+
+    def actions(self) -> tuple[Entry, ...]:
+        """Torques about the body axes."""
+        torques = enumerate(self.torques(), start=1)
+        return tuple(Entry(f"tau{k}", "N m", "body", -torque, torque) for k, torque in torques)
+
+    def features(self) -> tuple[Entry, ...]:
+        """Angular velocity divided by Omega."""
+        return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
+
+    def spun_up_from(self, rate: float, duration: float) -> float:
+        """Bound on the rates after full torque for a time [s] from a rate on [rad/s]."""
+        moments = (self.I1, self.I2, self.I3)
+        return fastest(moments, spun_up(moments, rate, self.torques(), duration))
 
 
 @scalar

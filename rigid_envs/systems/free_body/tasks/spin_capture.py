@@ -22,21 +22,16 @@ from rigid_envs.systems.free_body.saddle import (
     within,
 )
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_2, ROTATION_IN_SPACE
-from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
     Held,
-    MiddleMoments,
-    check_order,
-    fastest,
+    SpinTask,
     held_for,
     observed_rates,
-    spun_up,
 )
-from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical, span
+from rigid_envs.tasks.fields import Entry, Range, span
 from rigid_envs.tasks.reduction import Reduction, Side
-from rigid_envs.tasks.task import Task
 
 # Reduced coordinates of a tumbling body that is steered to the separatrix: `SpinCapture`.
 #
@@ -186,7 +181,7 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, fl
 
 
 @dataclass(frozen=True)
-class SpinCapture(MiddleMoments, Task):
+class SpinCapture(SpinTask):
     """Bring a spin about any axis to the intermediate axis e2 at the rate Omega.
 
     The torque is weak: a tenth of the largest gyroscopic term in Euler's equations at the rate
@@ -247,12 +242,6 @@ class SpinCapture(MiddleMoments, Task):
     """
 
     n_substeps: int = setting(3, Integer("integrator steps per control period", 1, 1000))
-    rotation: str = setting("none", ROTATION)
-    I1: Range = physical(1.0, "least principal moment", "kg m^2")
-    I2: Range = physical(2.0, "middle principal moment", "kg m^2")
-    I3: Range = physical(3.0, "largest principal moment", "kg m^2")
-    spin_rate: float = setting(1.0, Number("target rate Omega", "rad/s", 1e-3, 1e3))
-    torque: float = setting(0.1, Number("largest torque about each axis", "N m", 1e-6, 1e6))
     actuators: str = setting("e1 e2 e3", Choice("body axes that have an actuator", _ACTUATORS))
     start_rate: Range = setting(
         (0.5, 1.5), Number("rate of the spin at the start", "rad/s", 0.0, 1e3, drawn=True)
@@ -265,7 +254,6 @@ class SpinCapture(MiddleMoments, Task):
     weight_manifold: float = setting(0.2, Number("weight of the manifold term", "1", -1e3, 1e3))
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
-    system_type: ClassVar = FreeBody
     episode: ClassVar = Episode(
         dynamics=FREE_BODY,
         Action=BodyTorque,
@@ -279,12 +267,6 @@ class SpinCapture(MiddleMoments, Task):
         observe=observe,
     )
     reduction: ClassVar = CAPTURE
-    counters: ClassVar = ("held",)
-    cost_unit: ClassVar = "torque impulse [N m s]"
-
-    def _check_parameters(self) -> None:
-        check_order((self.I1, self.I2, self.I3))
-        super()._check_parameters()
 
     def torques(self) -> tuple[float, float, float]:
         """Largest torque about each body axis [N m]; 0 where there is no actuator."""
@@ -320,20 +302,6 @@ class SpinCapture(MiddleMoments, Task):
         """Largest rate of the spin at the start [rad/s]."""
         return span(self.start_rate)[1]
 
-    def actions(self) -> tuple[Entry, ...]:
-        """Torques about the body axes."""
-        return tuple(
-            Entry(f"tau{k}", "N m", "body", -torque, torque)
-            for k, torque in enumerate(self.torques(), start=1)
-        )
-
-    def features(self) -> tuple[Entry, ...]:
-        """Angular velocity divided by Omega."""
-        return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
-
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque from the fastest start on."""
-        moments = (self.I1, self.I2, self.I3)
-        return fastest(
-            moments, spun_up(moments, span(self.start_rate)[1], self.torques(), duration)
-        )
+        return self.spun_up_from(span(self.start_rate)[1], duration)
