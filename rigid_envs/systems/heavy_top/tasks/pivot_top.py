@@ -18,17 +18,16 @@ from rigid_envs.systems.heavy_top.tasks.shared import (
     FRAME_FORMULAS,
     LEAN_FORMULAS,
     Lean,
-    TopTask,
+    SymmetricTopTask,
     derive_symmetric,
     fastest_spinning,
     length,
     share,
     shares,
     tilted,
-    weight,
     world_lean,
 )
-from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.fields import Entry, span
 from rigid_envs.tasks.reduction import Frame, Reduction, frame_along, polar_seen, turn
 
 # Reduced coordinates of a symmetric top whose pivot is accelerated: `PivotTop`.
@@ -247,7 +246,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class PivotTop(TopTask):
+class PivotTop(SymmetricTopTask):
     """Balance a slowly spinning top by moving its pivot: the spinning spherical cart-pole.
 
     A top below the sleeping threshold falls, more slowly the faster it spins, and it precesses as
@@ -303,12 +302,6 @@ class PivotTop(TopTask):
         the pivot.
     """
 
-    dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
-    I_perp: Range = physical(1.0, "moments I1 = I2 about the pivot", "kg m^2")
-    I3: Range = physical(0.5, "moment about the axis of symmetry", "kg m^2")
-    m: Range = physical(1.0, "mass", "kg")
-    g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
-    ell: Range = physical(1.0 / 9.81, "distance from pivot to centre of mass", "m")
     push: float = setting(3.0, Number("largest acceleration of the pivot", "m/s^2", 1e-6, 1e6))
     arena: float = setting(5.0, Number("radius of the arena", "m", 1e-3, 1e6))
     fall: float = setting(0.5, Number("tilt of a top that has fallen", "rad", 1e-3, math.pi))
@@ -341,9 +334,7 @@ class PivotTop(TopTask):
         observe=observe,
     )
     reduction: ClassVar = PIVOT_TOP
-    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "acceleration times time [m/s]"
-    aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 
     def actions(self) -> tuple[Entry, ...]:
         """Acceleration of the pivot, in a disk."""
@@ -359,7 +350,6 @@ class PivotTop(TopTask):
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates under gravity and full acceleration of the pivot."""
-        mgl = weight(self.m, self.g, self.ell)
-        spin = self.start_spin * 2.0 * math.sqrt(span(self.I_perp)[1] * mgl) / span(self.I3)[0]
+        spin = self.start_spin * self.largest_critical_spin
         impulse = span(self.m)[1] * span(self.ell)[1] * self.push * duration
-        return fastest_spinning(self.I_perp, self.I3, spin, 0.0, mgl, impulse)
+        return fastest_spinning(self.I_perp, self.I3, spin, 0.0, self.mgl, impulse)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Quaternion, Row, Vector, attitude, compose, rotate, vertical
 from rigid_envs.engine.compiler import scalar
@@ -16,7 +17,7 @@ from rigid_envs.mechanics.system import fastest_turn
 from rigid_envs.systems.heavy_top import dynamics as heavy_top
 from rigid_envs.systems.heavy_top.dynamics import Parameters, State
 from rigid_envs.systems.heavy_top.system import HeavyTop
-from rigid_envs.tasks.fields import Entry, Range, span
+from rigid_envs.tasks.fields import Entry, Range, physical, span
 from rigid_envs.tasks.reduction import Frame, frame_along, polar_seen
 from rigid_envs.tasks.task import Task
 
@@ -55,6 +56,31 @@ class TopTask(Task):
     def gravity(self) -> float:
         """Gravitational acceleration [m/s^2]."""
         return float(self._middle().g)
+
+
+@dataclass(frozen=True)
+class SymmetricTopTask(TopTask):
+    """A task of a top with I1 = I2 (`I_perp`)."""
+
+    dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
+    I_perp: Range = physical(1.0, "moments I1 = I2 about the pivot", "kg m^2")
+    I3: Range = physical(0.5, "moment about the axis of symmetry", "kg m^2")
+    m: Range = physical(1.0, "mass", "kg")
+    g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
+    ell: Range = physical(1.0 / 9.81, "distance from pivot to centre of mass", "m")
+
+    counters: ClassVar = ("held",)
+    aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
+
+    @property
+    def mgl(self) -> float:
+        """Largest m g ell [N m] of the ranges."""
+        return weight(self.m, self.g, self.ell)
+
+    @property
+    def largest_critical_spin(self) -> float:
+        """Largest of the spins [rad/s] above which an upright top of the ranges sleeps."""
+        return 2.0 * math.sqrt(span(self.I_perp)[1] * self.mgl) / span(self.I3)[0]
 
 
 @scalar

@@ -20,12 +20,11 @@ from rigid_envs.systems.heavy_top.tasks.shared import (
     UPRIGHT,
     UPRIGHT_FORMULAS,
     Lean,
-    TopTask,
+    SymmetricTopTask,
     derive_symmetric,
     fastest_top,
     lean_frame,
     upright_seen,
-    weight,
     world_lean,
 )
 from rigid_envs.tasks.fields import Entry, Range, physical, span
@@ -185,7 +184,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
 
 
 @dataclass(frozen=True)
-class SleepingTop(TopTask):
+class SleepingTop(SymmetricTopTask):
     """Keep a spinning top upright whose spin is below the sleeping threshold.
 
     Upright spin above the critical rate is stable: the top sleeps. Here the spin is 0.3 to 0.95 of
@@ -231,12 +230,6 @@ class SleepingTop(TopTask):
         Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7.
     """
 
-    dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
-    I_perp: Range = physical(1.0, "moments I1 = I2 about the pivot", "kg m^2")
-    I3: Range = physical(0.5, "moment about the axis of symmetry", "kg m^2")
-    m: Range = physical(1.0, "mass", "kg")
-    g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
-    ell: Range = physical(1.0 / 9.81, "distance from pivot to centre of mass", "m")
     torque: float = setting(0.3, Number("largest torque", "N m", 1e-6, 1e6))
     start_tilt: float = setting(0.2, Number("largest tilt at the start", "rad", 0.0, math.pi))
     start_spin_low: float = setting(0.3, Number("least spin / critical spin", "1", 0.0, 10.0))
@@ -263,9 +256,7 @@ class SleepingTop(TopTask):
     # Full torque for 15 s exceeds the envelope of the system, at more than 10 rad/s: the step is
     # then stable but less accurate. See Physics.
     envelope: ClassVar[float | None] = 1.1
-    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "torque impulse [N m s]"
-    aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 
     def _check_parameters(self) -> None:
         super()._check_parameters()
@@ -285,12 +276,16 @@ class SleepingTop(TopTask):
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates from the fastest start under gravity and full torque."""
-        mgl = weight(self.m, self.g, self.ell)
         moments = (self.I_perp, self.I_perp, self.I3)
         low = min(span(moment)[0] for moment in moments)
-        critical = 2.0 * math.sqrt(span(self.I_perp)[1] * mgl) / span(self.I3)[0]
         growth = self.torque / math.sqrt(low) * duration
-        return fastest_top(moments, self.start_spin_high * critical, 0.0, mgl, growth)
+        return fastest_top(
+            moments,
+            self.start_spin_high * self.largest_critical_spin,
+            0.0,
+            self.mgl,
+            growth,
+        )
 
 
 @dataclass(frozen=True)

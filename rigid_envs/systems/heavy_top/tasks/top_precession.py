@@ -19,16 +19,15 @@ from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks.shared import (
     FAST,
     FRAME_FORMULAS,
-    TopTask,
+    SymmetricTopTask,
     derive_symmetric,
     fastest_spinning,
     precession,
     shares,
     steady,
     tilted,
-    weight,
 )
-from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, turned_back
 from rigid_envs.tasks.task import AuxiliaryRanges
 
@@ -269,7 +268,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class TopPrecession(TopTask):
+class TopPrecession(SymmetricTopTask):
     """Bring a nutating top to steady precession at a commanded tilt.
 
     A top from a general start nutates between two tilts while it precesses. At every tilt there are
@@ -331,13 +330,7 @@ class TopPrecession(TopTask):
         Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7.
     """
 
-    dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
     n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
-    I_perp: Range = physical(1.0, "moments I1 = I2 about the pivot", "kg m^2")
-    I3: Range = physical(0.5, "moment about the axis of symmetry", "kg m^2")
-    m: Range = physical(1.0, "mass", "kg")
-    g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
-    ell: Range = physical(1.0 / 9.81, "distance from pivot to centre of mass", "m")
     branch: str = setting("slow", Choice("root of steady precession", ("slow", "fast")))
     torque: float = setting(0.5, Number("largest torque about each axis", "N m", 1e-6, 1e6))
     goal_tilt: float = setting(0.3, Number("least commanded tilt", "rad", 0.05, 0.9))
@@ -370,9 +363,7 @@ class TopPrecession(TopTask):
         observe=observe,
     )
     reduction: ClassVar = TOP_PRECESSION
-    counters: ClassVar = ("held",)
     cost_unit: ClassVar = "torque impulse [N m s]"
-    aliases: ClassVar = {"I1": "I_perp", "I2": "I_perp"}
 
     @property
     def fast_branch(self) -> float:
@@ -400,8 +391,6 @@ class TopPrecession(TopTask):
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates from the fastest start under gravity and full torque."""
-        mgl = weight(self.m, self.g, self.ell)
-        critical = 2.0 * math.sqrt(span(self.I_perp)[1] * mgl) / span(self.I3)[0]
-        spin = (self.start_spin + self.start_spread) * critical
+        spin = (self.start_spin + self.start_spread) * self.largest_critical_spin
         impulse = math.sqrt(2.0) * self.torque * duration
-        return fastest_spinning(self.I_perp, self.I3, spin, self.start_rate, mgl, impulse)
+        return fastest_spinning(self.I_perp, self.I3, spin, self.start_rate, self.mgl, impulse)

@@ -18,11 +18,9 @@ from rigid_envs.engine.episode import Episode, NoAuxiliary, clip_to_disk
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems.rolling_ball.symmetry import REFLECTION, TURN
-from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
 from rigid_envs.tasks.fields import Entry, Range, physical, span
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, polar_seen, turn
-from rigid_envs.tasks.task import Task
 
 # Reduced coordinates of the pose of a ball relative to its goal: `BallPark` and its relatives.
 
@@ -194,7 +192,7 @@ def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[fl
 
 
 @dataclass(frozen=True)
-class BallPark(RollsAsTold, Task):
+class BallPark(RollsAsTold):
     """Park the ball: position at the origin and attitude upright, by rolling alone.
 
     A ball rolls on a plane without slipping. The action is the velocity of its centre. The ball
@@ -257,10 +255,6 @@ class BallPark(RollsAsTold, Task):
         Lecture Notes 79.
     """
 
-    radius: Range = physical(1.0, "radius of the ball", "m")
-    roll_per_step: float = setting(
-        math.pi / 8, Number("largest roll per control period", "rad", 1e-3, math.pi / 2)
-    )
     start_half_width: float = setting(2.0, Number("half side of the start square", "m", 0.0, 20.0))
     position_tolerance: float = setting(0.1, Number("largest offset when parked", "m", 1e-6, 10.0))
     angle_tolerance: float = setting(0.15, Number("largest angle when parked", "rad", 1e-6, 3.2))
@@ -270,7 +264,6 @@ class BallPark(RollsAsTold, Task):
     weight_angle: float = setting(0.0, Number("weight of -|theta|", "1", -1e3, 1e3))
     weight_parked: float = setting(10.0, Number("weight of the step that parks", "1", -1e3, 1e3))
 
-    system_type: ClassVar = RollingBall
     episode: ClassVar = Episode(
         dynamics=ROLLING_BALL,
         Action=Action,
@@ -283,7 +276,6 @@ class BallPark(RollsAsTold, Task):
         observe=observe,
     )
     reduction: ClassVar = BALL_POSE
-    cost_unit: ClassVar = "distance rolled [m]"
 
     def features(self) -> tuple[Entry, ...]:
         """Offset in radii."""

@@ -24,7 +24,6 @@ from rigid_envs.engine.elementary import cbrt, fma, select, sincos
 from rigid_envs.engine.episode import Episode, clip_to_disk, single
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TRANSLATION, TURN
-from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_ball.tasks.ball_park import (
     FAR,
     POSE,
@@ -33,9 +32,9 @@ from rigid_envs.systems.rolling_ball.tasks.ball_park import (
     pose_seen,
 )
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
-from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.fields import Entry, span
 from rigid_envs.tasks.reduction import Reduction, turned_back
-from rigid_envs.tasks.task import UNIT, AuxiliaryRanges, Task
+from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
 
 # Reduced coordinates of `BallParkGoal`: the pose relative to the goal, and rest at the goal.
 
@@ -238,7 +237,7 @@ def observe_reduced(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Ro
 
 
 @dataclass(frozen=True)
-class BallParkGoal(RollsAsTold, Task):
+class BallParkGoal(RollsAsTold):
     """Park the ball at a pose drawn in every episode; sparse reward.
 
     The ball of `BallPark`, as a goal environment: the observation is a dictionary, the goals are
@@ -301,10 +300,6 @@ class BallParkGoal(RollsAsTold, Task):
         Shepperd 1978, doi:10.2514/3.55767b.
     """
 
-    radius: Range = physical(1.0, "radius of the ball", "m")
-    roll_per_step: float = setting(
-        math.pi / 8, Number("largest roll per control period", "rad", 1e-3, math.pi / 2)
-    )
     start_half_width: float = setting(
         2.0, Number("half side of the square of poses", "m", 0.0, 20.0)
     )
@@ -319,7 +314,6 @@ class BallParkGoal(RollsAsTold, Task):
         0.0, Number("weight of minus the homogeneous distance", "1", -1e3, 1e3)
     )
 
-    system_type: ClassVar = RollingBall
     episode: ClassVar = Episode(
         dynamics=ROLLING_BALL,
         Action=Action,
@@ -335,7 +329,6 @@ class BallParkGoal(RollsAsTold, Task):
         judge=judge,
     )
     reduction: ClassVar = goal_pose(observe_reduced)
-    cost_unit: ClassVar = "distance rolled [m]"
 
     @property
     def largest_angle(self) -> float:

@@ -17,11 +17,10 @@ from rigid_envs.engine.episode import Episode, clip_to_disk, single
 from rigid_envs.systems.rolling_ball import dynamics as rolling_ball
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TRANSLATION, TURN
-from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
 from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, polar_seen, turn
-from rigid_envs.tasks.task import UNIT, AuxiliaryRanges, Task
+from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
 
 # Reduced coordinates of `BallSteer`: the error in the frame of the reference's path.
 
@@ -247,7 +246,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class BallSteer(RollsAsTold, Task):
+class BallSteer(RollsAsTold):
     """Track a reference ball, which rolls along an elastica, in position and attitude.
 
     Both balls have the same kinematics, so a ball that starts without offset and copies the
@@ -315,9 +314,6 @@ class BallSteer(RollsAsTold, Task):
 
     rotation: str = setting("none", ROTATION)
     radius: Range = physical(1.0, "radius of both balls", "m")
-    roll_per_step: float = setting(
-        math.pi / 8, Number("largest roll per control period", "rad", 1e-3, math.pi / 2)
-    )
     reference_speed: float = setting(0.5, Number("speed of the reference / largest", "1", 0.0, 1.0))
     path: str = setting("both", Choice("path of the reference", tuple(_EIGHTS)))
     wavenumber: float = setting(0.6, Number("wavenumber of the paths", "1/radius", 0.01, 1.0))
@@ -326,7 +322,6 @@ class BallSteer(RollsAsTold, Task):
     bound: float = setting(0.3, Number("largest mean pose error of a success", "1", 1e-6, 10.0))
     weight_close: float = setting(1.0, Number("weight of closeness", "1", -1e3, 1e3))
 
-    system_type: ClassVar = RollingBall
     episode: ClassVar = Episode(
         dynamics=ROLLING_BALL,
         Action=Action,
@@ -341,7 +336,6 @@ class BallSteer(RollsAsTold, Task):
     )
     reduction: ClassVar = ALONG_PATH
     counters: ClassVar = ("n_errors",)
-    cost_unit: ClassVar = "distance rolled [m]"
 
     @property
     def share_of_eights(self) -> float:

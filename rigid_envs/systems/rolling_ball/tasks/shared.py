@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
 
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.systems.rolling_ball.dynamics import Input, Parameters, State
-from rigid_envs.tasks.fields import Entry, Range, span
+from rigid_envs.systems.rolling_ball.system import RollingBall
+from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.task import Task
 
 
 class Action(NamedTuple):
@@ -24,12 +29,17 @@ def actuate(a: Action, y: State, aux: Any, p: Parameters, c: Any) -> tuple[State
     )
 
 
-class RollsAsTold:
+@dataclass(frozen=True)
+class RollsAsTold(Task):
     """The velocity of the centre as action."""
 
-    radius: Range
-    roll_per_step: float
-    dt: float
+    radius: Range = physical(1.0, "radius of the ball", "m")
+    roll_per_step: float = setting(
+        math.pi / 8, Number("largest roll per control period", "rad", 1e-3, math.pi / 2)
+    )
+
+    system_type: ClassVar = RollingBall
+    cost_unit: ClassVar = "distance rolled [m]"
 
     @property
     def largest_roll_rate(self) -> float:
