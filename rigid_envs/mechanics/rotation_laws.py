@@ -86,10 +86,7 @@ def exp_is_the_exponential_of_the_cross_product() -> float:
 @SUBJECT.law("axis, angle and distance with the trace of R", bound=1e-12, why="roundings over sin")
 def angles_are_those_of_the_trace() -> float:
     """2 cos(angle) + 1 = tr R, R axis = axis, and the distance is the angle between."""
-    R, between = (
-        matrices(_Q),
-        np.swapaxes(matrices(_P), -1, -2) @ matrices(_Q),
-    )
+    R, between = matrices(_Q), np.swapaxes(matrices(_P), -1, -2) @ matrices(_Q)
     axis, angle = rot.axis_angle_from_quaternion(_Q)
     return max_abs(
         2.0 * np.cos(rot.angle(_Q)) + 1.0 - np.trace(R, axis1=-2, axis2=-1),

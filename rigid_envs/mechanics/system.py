@@ -211,13 +211,7 @@ class System(Equations):
         y[0] = rows
         inputs = np.ascontiguousarray(u.reshape(len(u), -1, u.shape[-1]))
         self.dynamics.simulate_rows(
-            plan.weights,
-            self.parameters,
-            inputs,
-            plan.per_stage,
-            plan.h,
-            plan.n_substeps,
-            y,
+            plan.weights, self.parameters, inputs, plan.per_stage, plan.h, plan.n_substeps, y
         )
         return y.reshape(len(y), *y0.shape)
 

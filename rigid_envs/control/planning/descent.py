@@ -269,10 +269,7 @@ def condense(linear: Linear, rows: Rows) -> Array:
 
 
 def improve(
-    model: Model,
-    actions: npt.NDArray[np.floating],
-    n_rounds: int,
-    price: float = 2.0,
+    model: Model, actions: npt.NDArray[np.floating], n_rounds: int, price: float = 2.0
 ) -> Plans:
     """Improve plans until they settle.
 
@@ -418,12 +415,7 @@ def merge(which: npt.NDArray[np.bool_], new: Motion, old: Motion) -> Motion:
 _FIRST_CUT = 0.25  # part of its steps by which a plan is first to be shorter
 
 
-def shorten(
-    model: Model,
-    actions: npt.NDArray[np.floating],
-    n_cuts: int,
-    n_rounds: int,
-) -> Plans:
+def shorten(model: Model, actions: npt.NDArray[np.floating], n_cuts: int, n_rounds: int) -> Plans:
     """Shorten plans: where a deadline is met the next is as much earlier, else half as much.
 
     Args:

@@ -139,11 +139,7 @@ def cone(mass: float, radius: float, height: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32, problem 2e.
     """
-    m, r, h = (
-        positive(mass, "mass", "kg"),
-        distance(radius, "radius"),
-        distance(height, "height"),
-    )
+    m, r, h = positive(mass, "mass", "kg"), distance(radius, "radius"), distance(height, "height")
     across = 0.15 * m * (r**2 + h**2 / 4.0)
     return aligned(m, across, across, 0.3 * m * r**2, 0.75 * h)
 
@@ -237,11 +233,8 @@ def capsule(mass: float, radius: float, length: float) -> Body:
     Source:
         Landau & Lifshitz, Mechanics (3rd ed.), section 32: problem 2c and eq. 32.12.
     """
-    m, r, ell = (
-        positive(mass, "mass", "kg"),
-        distance(radius, "radius"),
-        extent(length, "length", "a solid_sphere"),
-    )
+    m, r = positive(mass, "mass", "kg"), distance(radius, "radius")
+    ell = extent(length, "length", "a solid_sphere")
     c, b = m * 3.0 * ell / (3.0 * ell + 4.0 * r), m * 4.0 * r / (3.0 * ell + 4.0 * r)
     axial = (c / 2.0 + 0.4 * b) * r**2
     across = c * (r**2 / 4.0 + ell**2 / 12.0) + b * (0.4 * r**2 + 0.375 * ell * r + ell**2 / 4.0)
@@ -481,10 +474,6 @@ def conical_shell(mass: float, radius: float, height: float) -> Body:
     Source:
         Meriam & Kraige, Engineering Mechanics: Dynamics, table D/4.
     """
-    m, r, h = (
-        positive(mass, "mass", "kg"),
-        distance(radius, "radius"),
-        distance(height, "height"),
-    )
+    m, r, h = positive(mass, "mass", "kg"), distance(radius, "radius"), distance(height, "height")
     across = m * (r**2 / 4.0 + h**2 / 18.0)
     return aligned(m, across, across, m * r**2 / 2.0, 2.0 * h / 3.0)

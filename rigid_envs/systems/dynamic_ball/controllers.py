@@ -96,10 +96,8 @@ class PlateRegulator:
 
     def error(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:
         """(offset, velocity, tilt, tilt rates) of states, shape (..., 8) [m, m/s, rad, rad/s]."""
-        rows, goal = (
-            self.ball.checked_state(y)[..., _PLANAR],
-            array(point, "point", 2, entries="X, Y"),
-        )
+        rows = self.ball.checked_state(y)[..., _PLANAR]
+        goal = array(point, "point", 2, entries="X, Y")
         return np.concatenate([rows[..., :2] - goal, rows[..., 2:] + 0.0 * goal[..., :1]], axis=-1)
 
     def value(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:

@@ -458,10 +458,7 @@ def _argument(start: Start, sums: tuple[float, float], lag: float, m1: float) ->
 # II; DLMF 19.7(iii).
 
 ComplexArray = NDArray[np.complex128]
-_Pair = Callable[
-    [Array, Array, Array, float],
-    tuple[Array, Array, Array, Array],
-]
+_Pair = Callable[[Array, Array, Array, float], tuple[Array, Array, Array, Array]]
 
 
 @dataclass(frozen=True)

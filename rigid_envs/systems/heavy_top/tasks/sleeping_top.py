@@ -279,13 +279,8 @@ class SleepingTop(SymmetricTopTask):
         moments = (self.I_perp, self.I_perp, self.I3)
         low = min(span(moment)[0] for moment in moments)
         growth = self.torque / math.sqrt(low) * duration
-        return fastest_top(
-            moments,
-            self.start_spin_high * self.largest_critical_spin,
-            0.0,
-            self.mgl,
-            growth,
-        )
+        spin = self.start_spin_high * self.largest_critical_spin
+        return fastest_top(moments, spin, 0.0, self.mgl, growth)
 
 
 @dataclass(frozen=True)
