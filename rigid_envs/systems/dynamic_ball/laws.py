@@ -86,6 +86,9 @@ def the_contact_point_moves_with_the_plate() -> float:
     return max_abs(v - carried - table)
 
 
+laws_of_every_system(SUBJECT, _BALL, _Y, _U)
+
+
 @SUBJECT.law(
     "invariants with T + m g z of NumPy",
     bound=1e-12,
@@ -141,7 +144,6 @@ def the_plate_moves_as_it_is_told() -> float:
     return max_abs(_BALL.tilt(end) - angles, _BALL.tilt_rate(end) - rate - t * a)
 
 
-laws_of_every_system(SUBJECT, _BALL, _Y, _U)
 law_of_order(SUBJECT, _BALL, _Y, _U, 0.5)
 law_of_contact_force(
     SUBJECT,

@@ -47,6 +47,7 @@ _MODEL = RigidBodyModel(
     displacements=lambda y: (np.zeros((3, 1, 3)), VIRTUAL_ROTATIONS),
 )
 law_of_dalembert(SUBJECT, _BODY, _Y, _U, _MODEL)
+laws_of_every_system(SUBJECT, _BODY, _Y, _U)
 
 
 @SUBJECT.law(
@@ -78,7 +79,6 @@ def torque_does_its_work() -> float:
     return max_abs(motion.rate(_BODY.invariants(motion.y)["energy"]) - power)
 
 
-laws_of_every_system(SUBJECT, _BODY, _Y, _U)
 law_of_order(SUBJECT, _BODY, _Y, _U)
 
 

@@ -63,6 +63,7 @@ def _displacements(y: Array) -> tuple[Array, Array]:
 _STEINER = _TOP.m * _TOP.ell**2 * np.array([1.0, 1.0, 0.0])
 _MODEL = RigidBodyModel(_TOP.m, _TOP.moments - _STEINER, _centre, _weight, _torque, _displacements)
 law_of_dalembert(SUBJECT, _TOP, _Y, _U, _MODEL)
+laws_of_every_system(SUBJECT, _TOP, _Y, _U)
 
 
 def _leaning(theta: float, omega: tuple[float, float, float]) -> Array:
@@ -119,7 +120,6 @@ def the_pivot_moves_as_it_is_told() -> float:
     return max_abs(_TOP.pivot(end) - pivot, _TOP.pivot_velocity(end) - v - t * a)
 
 
-laws_of_every_system(SUBJECT, _TOP, _Y, _U)
 law_of_order(SUBJECT, _TOP, _Y, _U)
 
 

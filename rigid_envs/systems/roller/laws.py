@@ -62,6 +62,9 @@ def the_wheel_rolls() -> float:
     )
 
 
+laws_of_every_system(SUBJECT, _ROLLER, _FAR, _PUSHED)
+
+
 @SUBJECT.law(
     "invariants with T + m g z",
     bound=1e-12,
@@ -92,7 +95,6 @@ def gravity_pulls_by_the_sine_of_any_descent() -> float:
     return max_abs(block.rhs(y)[:, 1] - np.sin(-s))
 
 
-laws_of_every_system(SUBJECT, _ROLLER, _FAR, _PUSHED)
 law_of_order(SUBJECT, _ROLLER, _Y, _U, 2.5)
 
 

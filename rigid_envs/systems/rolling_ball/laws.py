@@ -39,6 +39,9 @@ def the_contact_point_is_at_rest() -> float:
     return max_abs(contact, np.concatenate([v, omega[:, 2:]], axis=-1) - _U)
 
 
+laws_of_every_system(SUBJECT, _BALL, _Y, _U)
+
+
 @SUBJECT.law(
     "invariants with the squared length of q",
     bound=8 * EPS,
@@ -62,9 +65,6 @@ def quaternions_are_kept_unit() -> float:
     y[:, _Q] *= np.linspace(1.0 - 9e-7, 1.0 + 9e-7, 20)[:, None]
     found, expected = _BALL.advance(y, _U, 0.5), _BALL.advance(_Y, _U, 0.5)
     return max_abs(np.linalg.norm(found[:, _Q], axis=-1) - 1.0, found[:, _Q] - expected[:, _Q])
-
-
-laws_of_every_system(SUBJECT, _BALL, _Y, _U)
 
 
 @SUBJECT.law(

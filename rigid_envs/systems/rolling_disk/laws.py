@@ -76,6 +76,9 @@ def the_contact_point_is_at_rest() -> float:
     return max_abs(v + np.cross(omega, -0.7 * _frame(_Y)[0]), in_body - _DISK.omega_body(_Y))
 
 
+laws_of_every_system(SUBJECT, _DISK, _Y, _U)
+
+
 @SUBJECT.law(
     "invariants with T + m g z of NumPy",
     bound=1e-13,
@@ -102,7 +105,6 @@ def torque_does_its_work() -> float:
     return max_abs(motion.rate(_DISK.invariants(motion.y)["energy"]) - power)
 
 
-laws_of_every_system(SUBJECT, _DISK, _Y, _U)
 law_of_order(SUBJECT, _DISK, _Y, _U, 0.2)
 law_of_contact_force(
     SUBJECT,

@@ -83,6 +83,9 @@ def the_contact_point_is_at_rest() -> float:
     )
 
 
+laws_of_every_system(SUBJECT, _COIN, _Y, _U)
+
+
 @SUBJECT.law(
     "invariants with T - m g . x of NumPy",
     bound=1e-13,
@@ -97,7 +100,6 @@ def invariants_are_energy_and_steer_rate() -> float:
     return max_abs(found["energy"] - energy, found["steer_rate"] - steer)
 
 
-laws_of_every_system(SUBJECT, _COIN, _Y, _U)
 law_of_order(SUBJECT, _COIN, _Y, _U, 1.5)
 law_of_contact_force(
     SUBJECT, _COIN, _Y, _U, _HELD_MODEL, lambda y, u: (_COIN.contact_force(y, u), -0.7 * _NORMAL)
