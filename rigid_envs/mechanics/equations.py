@@ -308,6 +308,31 @@ def _component(part: slice, y: npt.ArrayLike) -> Array:
     return rows[..., 0] if rows.shape[-1] == 1 else rows
 
 
+class TurningBody(Equations):
+    """A body whose state has the component `omega_body`, along its principal axes."""
+
+    @property
+    @abc.abstractmethod
+    def moments(self) -> Array:
+        """Principal moments [kg m^2], shape (3,)."""
+
+    def omega_body(self, y: npt.ArrayLike) -> Array:
+        """Angular velocity in body axes [rad/s], shape (..., 3)."""
+        return _component(self.components["omega_body"], y)
+
+    def omega_world(self, y: npt.ArrayLike) -> Array:
+        """Angular velocity in world axes [rad/s], shape (..., 3)."""
+        return rotations.rotate(quaternion(y), self.omega_body(y))
+
+    def L_body(self, y: npt.ArrayLike) -> Array:
+        """Angular momentum I omega about the point of the moments, body axes [N m s]."""
+        return self.moments * self.omega_body(y)
+
+    def L_world(self, y: npt.ArrayLike) -> Array:
+        """Angular momentum about the point of the moments, world axes [N m s], shape (..., 3)."""
+        return rotations.rotate(quaternion(y), self.L_body(y))
+
+
 # What a contact must bear: the normal force, and the friction that rolling needs.
 
 

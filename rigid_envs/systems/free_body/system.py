@@ -12,14 +12,14 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.equations import quaternion
+from rigid_envs.mechanics.equations import TurningBody
 from rigid_envs.mechanics.integration import Schedule
 from rigid_envs.mechanics.system import System, fastest_turn, principal_moments
 from rigid_envs.systems.free_body.dynamics import FREE_BODY
 
 
 @dataclass(frozen=True)
-class FreeBody(System):
+class FreeBody(TurningBody, System):
     """Rigid body turning about its centre of mass.
 
     ``I omega' = I omega x omega + tau``, ``q' = q (0, omega) / 2``, all in body axes, which are
@@ -61,22 +61,6 @@ class FreeBody(System):
     def moments(self) -> Array:
         """Principal moments (I1, I2, I3) [kg m^2]."""
         return np.array([self.I1, self.I2, self.I3])
-
-    def omega_body(self, y: npt.ArrayLike) -> Array:
-        """Angular velocity in body axes [rad/s], shape (..., 3)."""
-        return np.array(np.asarray(y, dtype=np.float64)[..., 4:7])
-
-    def omega_world(self, y: npt.ArrayLike) -> Array:
-        """Angular velocity in world axes [rad/s], shape (..., 3)."""
-        return rotations.rotate(quaternion(y), self.omega_body(y))
-
-    def L_body(self, y: npt.ArrayLike) -> Array:
-        """Angular momentum I omega in body axes [N m s], shape (..., 3)."""
-        return self.moments * self.omega_body(y)
-
-    def L_world(self, y: npt.ArrayLike) -> Array:
-        """Angular momentum in world axes [N m s], shape (..., 3); constant without torque."""
-        return rotations.rotate(quaternion(y), self.L_body(y))
 
     def kinetic_energy(self, y: npt.ArrayLike) -> Array:
         """Kinetic energy omega . I omega / 2 [J], shape (...)."""

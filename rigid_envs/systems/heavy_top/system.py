@@ -11,14 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, non_negative, positive
-from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.equations import gamma, quaternion
+from rigid_envs.mechanics.equations import TurningBody, gamma
 from rigid_envs.mechanics.system import System, fastest_turn, pivot_distance, principal_moments
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP
 
 
 @dataclass(frozen=True)
-class HeavyTop(System):
+class HeavyTop(TurningBody, System):
     """Rigid body turning about a pivot on its axis e3, in gravity; the pivot may be accelerated.
 
     ``I omega' = I omega x omega + tau_body + R^T tau_world + ell e3 x R^T m (-aX, -aY, -g)``,
@@ -91,22 +90,6 @@ class HeavyTop(System):
         Source: Goldstein, Poole & Safko, section 5.7, equation (5.80).
         """
         return 2.0 * math.sqrt(self.I1 * self.m * self.g * self.ell) / self.I3
-
-    def omega_body(self, y: npt.ArrayLike) -> Array:
-        """Angular velocity in body axes [rad/s], shape (..., 3)."""
-        return np.array(np.asarray(y, dtype=np.float64)[..., 4:7])
-
-    def omega_world(self, y: npt.ArrayLike) -> Array:
-        """Angular velocity in world axes [rad/s], shape (..., 3)."""
-        return rotations.rotate(quaternion(y), self.omega_body(y))
-
-    def L_body(self, y: npt.ArrayLike) -> Array:
-        """Angular momentum about the pivot in body axes [N m s], shape (..., 3)."""
-        return self.moments * self.omega_body(y)
-
-    def L_world(self, y: npt.ArrayLike) -> Array:
-        """Angular momentum about the pivot in world axes [N m s], shape (..., 3)."""
-        return rotations.rotate(quaternion(y), self.L_body(y))
 
     def tilt(self, y: npt.ArrayLike) -> Array:
         """Angle theta between e3 and the vertical [rad], in [0, pi], shape (...)."""

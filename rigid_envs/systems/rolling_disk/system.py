@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, non_negative, positive_fields, require
 from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.equations import CONTACT, RollingContact, gamma, quaternion
+from rigid_envs.mechanics.equations import CONTACT, RollingContact, TurningBody, gamma, quaternion
 from rigid_envs.mechanics.system import AdaptiveStepSystem, axial_moment, principal_moments
 from rigid_envs.systems.rolling_disk.dynamics import ROLLING_DISK
 
@@ -20,7 +20,7 @@ _FLAT = 1e-6  # sin(theta) below which the point of contact is lost in rounding
 
 
 @dataclass(frozen=True)
-class RollingDisk(RollingContact, AdaptiveStepSystem):
+class RollingDisk(TurningBody, RollingContact, AdaptiveStepSystem):
     """Axisymmetric disk with a thin rim that rolls without slipping on the plane z = 0.
 
     Newton's and Euler's laws with the contact force F at -radius n, n the radius that points up:
@@ -116,14 +116,6 @@ class RollingDisk(RollingContact, AdaptiveStepSystem):
     def moments(self) -> Array:
         """Principal moments at the centre (I1, I1, I3) [kg m^2]."""
         return np.array([self.I1, self.I1, self.I3])
-
-    def omega_body(self, y: npt.ArrayLike) -> Array:
-        """Angular velocity in body axes [rad/s], shape (..., 3)."""
-        return np.array(np.asarray(y, dtype=np.float64)[..., 4:7])
-
-    def omega_world(self, y: npt.ArrayLike) -> Array:
-        """Angular velocity in world axes [rad/s], shape (..., 3)."""
-        return rotations.rotate(quaternion(y), self.omega_body(y))
 
     def tilt(self, y: npt.ArrayLike) -> Array:
         """Angle theta between the axis e3 and the vertical [rad], pi / 2 upright, shape (...)."""
