@@ -164,7 +164,8 @@ def _radii(states: States) -> Array:
 
 def _speed(task: BallSteer) -> float:
     """Speed of the reference [m/s]."""
-    return task.reference_speed * task.roll_per_step / task.dt * system_of(task).radius
+    radius: float = system_of(task).radius
+    return task.reference_speed * task.roll_per_step / task.dt * radius
 
 
 # Decoders of the tasks of a ball: position, attitude, and what they are to become.
