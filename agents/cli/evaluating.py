@@ -11,18 +11,14 @@ from typing import Any
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.cli.words import add_verb
 
 # The verb `evaluate`: success and efficiency of a policy. Controllers have `rigid-envs evaluate`.
 
 
 def add_evaluate(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    parser = verbs.add_parser(
-        "evaluate",
-        help="success and efficiency on unseen starts",
-        description="Play one episode of a policy from each of the fixed starts.",
-        allow_abbrev=False,
-    )
+    parser = add_verb(verbs, _evaluate)
     _add_policy(parser)
     parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
     parser.add_argument("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})")
@@ -42,11 +38,13 @@ def add_evaluate(verbs: Any) -> None:
         help="for results.json, episodes.csv (of a run: evaluated/WHICH-EPISODES-SEED in it)",
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
-    parser.set_defaults(act=_evaluate)
 
 
 def _evaluate(options: argparse.Namespace, _: list[str]) -> None:
-    """Evaluate a policy on unseen starts."""
+    """Success and efficiency on unseen starts.
+
+    Play one episode of a policy from each of the fixed starts.
+    """
     refuse_episodes(options.episodes)
     if options.save_replays:
         refuse_episodes(options.save_replays, "--save-replays")
@@ -101,14 +99,7 @@ def _save_replays(file: Path, path: Path, n: int, seed: int) -> Path:
 
 def add_enjoy(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    parser = verbs.add_parser(
-        "enjoy",
-        help="watch one episode, in a window or as a film",
-        description="Print one episode, step by step, and show it: in a window where there is a "
-        "display (Space pauses, R plays it again, Esc closes), and else in a film, enjoy.mp4 in "
-        "the folder of the policy. --video and --html write files instead.",
-        allow_abbrev=False,
-    )
+    parser = add_verb(verbs, _enjoy)
     _add_policy(parser)
     parser.add_argument("--seed", type=int, help="of the start (the first of the evaluation)")
     parser.add_argument("--random", action="store_true", help="act at random instead")
@@ -121,11 +112,15 @@ def add_enjoy(verbs: Any) -> None:
     parser.add_argument("--video", metavar="FILE", help="write a film: FILE.mp4, .gif or .webp")
     parser.add_argument("--html", metavar="FILE", help="write a page for a browser")
     parser.add_argument("--table", action="store_true", help="print only")
-    parser.set_defaults(act=_enjoy)
 
 
 def _enjoy(options: argparse.Namespace, _: list[str]) -> None:
-    """Print one episode of a policy, and show it."""
+    """Watch one episode, in a window or as a film.
+
+    Print one episode, step by step, and show it: in a window where there is a display (Space
+    pauses, R plays it again, Esc closes), and else in a film, enjoy.mp4 in the folder of the
+    policy. --video and --html write files instead.
+    """
     from rigid_envs import load
 
     from ..evaluation.showing import players_of, refuse_early, show, watch

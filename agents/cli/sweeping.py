@@ -17,6 +17,7 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.envs.lookup import full_id
 from rigid_envs.scores.starts import N_STARTS
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.cli.words import add_verb
 
 from ..config.entries import ALGORITHMS
 from ..config.reading import config_for, parse_yaml
@@ -31,17 +32,7 @@ if TYPE_CHECKING:
 
 def add_benchmark(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    parser = verbs.add_parser(
-        "benchmark",
-        help="train all environments, with several seeds",
-        description="Train every environment with its config (configs/NAME_reduced_ALGO.yaml, else "
-        "configs/NAME_ALGO.yaml, else the defaults of the algorithm that suits it), with several "
-        "seeds, and write a record of each: config, learning curve, times, and success and cost "
-        "from each test start. Each training is a process of its own, which can die without harm: "
-        "it begins again at its last checkpoint. What has a record is left out: the same command "
-        "goes on where it was stopped, and several may share the work.",
-        allow_abbrev=False,
-    )
+    parser = add_verb(verbs, _benchmark)
     parser.add_argument("--ids", "--env_id", nargs="+", metavar="ID", default=list(ENVIRONMENTS),
                         help="(all)")  # fmt: skip
     parser.add_argument("--algo", choices=tuple(ALGORITHMS), help="(the one that suits each)")
@@ -54,7 +45,6 @@ def add_benchmark(verbs: Any) -> None:
     parser.add_argument("--seeds", default="0", help="of the trainings, as 0-9 or 0,2,5 (0)")
     parser.add_argument("--quiet", action="store_true", help="no progress, only the results")
     _add_place(parser)
-    parser.set_defaults(act=_benchmark)
 
 
 def _add_place(parser: argparse.ArgumentParser) -> None:
@@ -83,7 +73,15 @@ def _add_place(parser: argparse.ArgumentParser) -> None:
 
 
 def _benchmark(options: argparse.Namespace, _: list[str]) -> int:
-    """Train and evaluate several environments with several seeds."""
+    """Train all environments, with several seeds.
+
+    Train every environment with its config (configs/NAME_reduced_ALGO.yaml, else
+    configs/NAME_ALGO.yaml, else the defaults of the algorithm that suits it), with several seeds,
+    and write a record of each: config, learning curve, times, and success and cost from each test
+    start. Each training is a process of its own, which can die without harm: it begins again at
+    its last checkpoint. What has a record is left out: the same command goes on where it was
+    stopped, and several may share the work.
+    """
     refuse_episodes(options.episodes)
     from ..sweeps.sweep import PATIENCE, Training, train_all
 
@@ -163,15 +161,7 @@ def _require_ray() -> None:
 
 def add_search(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    parser = verbs.add_parser(
-        "search",
-        help="search hyperparameters",
-        description="Search hyperparameters, as a YAML file says: a recipe in which any value may "
-        "be a range. Optuna proposes, Ray trains, and what counts are evaluations on validation "
-        "starts. Writes a table of all trials and the best as configs for `train --config`. The "
-        "same command goes on where it was stopped.",
-        allow_abbrev=False,
-    )
+    parser = add_verb(verbs, _search)
     parser.add_argument("file", type=Path, metavar="FILE", help="such as configs/searches/*.yaml")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="(logs/search/NAME)")
     parser.add_argument(
@@ -184,10 +174,16 @@ def add_search(verbs: Any) -> None:
         default=os.cpu_count() or 1,
         help="trials at the same time, without a cluster (%(default)s)",
     )
-    parser.set_defaults(act=_search)
 
 
 def _search(options: argparse.Namespace, _: list[str]) -> int:
+    """Search hyperparameters.
+
+    Search hyperparameters, as a YAML file says: a recipe in which any value may be a range. Optuna
+    proposes, Ray trains, and what counts are evaluations on validation starts. Writes a table of
+    all trials and the best as configs for `train --config`. The same command goes on where it was
+    stopped.
+    """
     _refuse_jobs(options.jobs)
     from ..config.search import read_search
 
@@ -214,33 +210,22 @@ def _search(options: argparse.Namespace, _: list[str]) -> int:
 
 def add_publish(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    parser = verbs.add_parser(
-        "publish",
-        help="put a policy into the library",
-        description="Copy the best policy of complete runs into rigid_envs/scores/published, where "
-        "rigid_envs.load finds it, and beside it the record of its evaluation from the 500 test "
-        "starts.",
-        allow_abbrev=False,
-    )
+    parser = add_verb(verbs, _publish)
     parser.add_argument("paths", nargs="+", type=Path, metavar="RUN")
-    parser.set_defaults(act=_publish)
 
 
 def add_baselines(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    parser = verbs.add_parser(
-        "baselines",
-        help="page and figures of all records",
-        description="Write FOLDER.md about all records below a folder, those of `benchmark`, and "
-        "figures into the folder: learning curves, interquartile means, profiles, probabilities "
-        "of improvement.",
-        allow_abbrev=False,
-    )
+    parser = add_verb(verbs, _baselines)
     parser.add_argument("folder", type=Path, metavar="FOLDER")
-    parser.set_defaults(act=_baselines)
 
 
 def _publish(options: argparse.Namespace, _: list[str]) -> None:
+    """Put a policy into the library.
+
+    Copy the best policy of complete runs into rigid_envs/scores/published, where rigid_envs.load
+    finds it, and beside it the record of its evaluation from the 500 test starts.
+    """
     from ..training.recording import publish
 
     for path in options.paths:
@@ -248,6 +233,11 @@ def _publish(options: argparse.Namespace, _: list[str]) -> None:
 
 
 def _baselines(options: argparse.Namespace, _: list[str]) -> None:
+    """Page and figures of all records.
+
+    Write FOLDER.md about all records below a folder, those of `benchmark`, and figures into the
+    folder: learning curves, interquartile means, profiles, probabilities of improvement.
+    """
     from ..evaluation.baselines import write_baselines
 
     page = write_baselines(options.folder)

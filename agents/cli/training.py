@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigid_envs.base.checks import ConfigError
+from rigid_envs.tools.cli.words import add_verb
 
 from ..config.entries import ALGORITHMS, config_to_dict
 from ..config.reading import (
@@ -34,14 +35,8 @@ _DEFAULT = "RigidEnvs/BallPark-v0"
 
 def add_train(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    parser = verbs.add_parser(
-        "train",
-        help="train, then evaluate",
-        usage="python -m agents train [--config FILE | --resume RUN] [--ENTRY VALUE ...]",
-        description="Train from a config file; every entry of it can be given as an option too, "
-        "and --env_kwargs.NAME VALUE sets a hyperparameter of the task. Ctrl-C and SIGTERM save "
-        "first, and say how to go on.",
-        allow_abbrev=False,
+    parser = add_verb(
+        verbs, train, "python -m agents train [--config FILE | --resume RUN] [--ENTRY VALUE ...]"
     )
     parser.add_argument("--config", type=Path, metavar="FILE", help="(that of the environment)")
     parser.add_argument("--resume", type=Path, metavar="RUN", help="go on with a run, to the bit")
@@ -49,11 +44,15 @@ def add_train(verbs: Any) -> None:
     parser.add_argument("--print-config", action="store_true", help="print the config and stop")
     parser.add_argument("--quiet", action="store_true", help="no progress, only the result")
     add_config_options(parser)
-    parser.set_defaults(act=train)
 
 
 def train(options: argparse.Namespace, rest: list[str]) -> int:
-    """Train a new run, or resume one, and evaluate it."""
+    """Train, then evaluate.
+
+    Train from a config file; every entry of it can be given as an option too, and
+    --env_kwargs.NAME VALUE sets a hyperparameter of the task. Ctrl-C and SIGTERM save first, and
+    say how to go on.
+    """
     known = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
     entries = {key: value for key, value in vars(options).items() if key in known}
     run = _resumed(options, entries, rest) if options.resume else _started(options, entries, rest)

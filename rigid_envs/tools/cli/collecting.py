@@ -12,7 +12,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.bench.accuracy import FreeRun
 from rigid_envs.tools.bench.figures import Figures
 from rigid_envs.tools.bench.measuring import COLUMNS, FORMS, Throughput
-from rigid_envs.tools.cli.words import config_of, refuse, tell
+from rigid_envs.tools.cli.words import add_verb, config_of, refuse, tell
 from rigid_envs.tools.pages.tables import paragraphs, table
 
 # `rigid-envs dataset`: its arguments.
@@ -20,14 +20,11 @@ from rigid_envs.tools.pages.tables import paragraphs, table
 
 def add_dataset(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    collecting = verbs.add_parser(
-        "dataset",
-        help="episodes of a policy as a Minari data set; or one played again",
-        usage="rigid-envs dataset ID --policy NAME|FILE [OPTION ...] [--KEY VALUE ...]\n"
+    collecting = add_verb(
+        verbs,
+        _dataset,
+        "rigid-envs dataset ID --policy NAME|FILE [OPTION ...] [--KEY VALUE ...]\n"
         "       rigid-envs dataset --check DATASET [--out FOLDER]",
-        description="Play episodes and write them as a data set of Minari, with what is needed to "
-        "play them again to the bit. Any hyperparameter can be given as an option.",
-        allow_abbrev=False,
     )
     collecting.add_argument("id", metavar="ID", nargs="?")
     collecting.add_argument(
@@ -51,10 +48,14 @@ def add_dataset(verbs: Any) -> None:
     collecting.add_argument(
         "--check", metavar="DATASET", help="play its episodes again, and compare every bit"
     )
-    collecting.set_defaults(act=_dataset)
 
 
 def _dataset(options: argparse.Namespace, rest: list[str]) -> int:
+    """Episodes of a policy as a Minari data set; or one played again.
+
+    Play episodes and write them as a data set of Minari, with what is needed to play them again to
+    the bit. Any hyperparameter can be given as an option.
+    """
     if options.check is not None:
         refuse([*rest, *([options.id] if options.id else [])])
         return _check(options)
@@ -97,23 +98,22 @@ def _check(options: argparse.Namespace) -> int:
 
 def add_compile(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    compiling = verbs.add_parser(
-        "compile",
-        help="compile environments now, rather than at their first use",
-        usage="rigid-envs compile [ID ...] [--jobs N] [--KEY VALUE ...]",
-        description="Compile reset and step of environments, of all if none is named, in the frame "
-        "of the world and in the reduced one, or as hyperparameters say. What is compiled is kept "
-        "for every later process.",
-        allow_abbrev=False,
+    compiling = add_verb(
+        verbs, _compile, "rigid-envs compile [ID ...] [--jobs N] [--KEY VALUE ...]"
     )
     compiling.add_argument("ids", nargs="*", metavar="ID", help="these environments only")
     compiling.add_argument(
         "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="processes (one a core)"
     )
-    compiling.set_defaults(act=_compile)
 
 
 def _compile(options: argparse.Namespace, rest: list[str]) -> None:
+    """Compile environments now, rather than at their first use.
+
+    Compile reset and step of environments, of all if none is named, in the frame of the world and
+    in the reduced one, or as hyperparameters say. What is compiled is kept for every later
+    process.
+    """
     from rigid_envs.engine.compiler import cache_directory
     from rigid_envs.envs.lookup import compile_all, kernels_of
 

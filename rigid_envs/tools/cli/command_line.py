@@ -29,6 +29,7 @@ from rigid_envs.tools.cli.scoring import (
 from rigid_envs.tools.cli.watching import add_films, add_frames, add_gallery, add_play, add_replay
 from rigid_envs.tools.cli.words import (
     add_ids,
+    add_verb,
     config_of,
     refuse,
     refuse_missing_folder,
@@ -66,21 +67,15 @@ def run(argv: Sequence[str] | None = None) -> int:
     return status
 
 
-class _Parser(argparse.ArgumentParser):
-    """A parser, also of a verb, that takes no option by its first letters."""
-
-    def __init__(self, **settings: Any) -> None:
-        super().__init__(**{"allow_abbrev": False, **settings})
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
-        prog="rigid-envs", description="Environments of rotating and rolling rigid bodies."
+    parser = argparse.ArgumentParser(
+        prog="rigid-envs",
+        description="Environments of rotating and rolling rigid bodies.",
+        allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     verbs = parser.add_subparsers(metavar="VERB", required=True)
-    listing = verbs.add_parser("list", help="all environments")
-    listing.set_defaults(act=_list)
+    listing = add_verb(verbs, _list)
     listing.add_argument("--json", action="store_true", help="print JSON instead of tables")
     _add_describe(verbs)
     add_compile(verbs)
@@ -100,40 +95,19 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_describe(verbs: Any) -> None:
-    describing = verbs.add_parser(
-        "describe",
-        help="one environment: action, observation, reward, hyperparameters",
-        usage="rigid-envs describe ID [--json] [--KEY VALUE ...]",
-        description="Describe an environment. Any hyperparameter can be given as an option, "
-        "a range as LOW,HIGH: --dt 0.05 --I1 0.5,0.9",
-    )
-    describing.set_defaults(act=_describe)
+    describing = add_verb(verbs, _describe, "rigid-envs describe ID [--json] [--KEY VALUE ...]")
     describing.add_argument("id", metavar="ID")
     describing.add_argument("--json", action="store_true", help="print JSON instead of a page")
 
 
 def _add_docs(verbs: Any) -> None:
-    writing = verbs.add_parser(
-        "docs",
-        help="a page for every environment, in Markdown",
-        description="Write a page for every environment, and their index README.md, from the "
-        "docstrings. In the repository they are in docs/environments.",
-    )
-    writing.set_defaults(act=_docs)
+    writing = add_verb(verbs, _docs)
     writing.add_argument("folder", metavar="FOLDER", type=Path)
     add_ids(writing)
 
 
 def _add_bench(verbs: Any) -> None:
-    benching = verbs.add_parser(
-        "bench",
-        help="speed and accuracy, beside Gymnasium's environments and MuJoCo",
-        description="Measure environment steps per second of every environment, single and "
-        "vectorised, beside Gymnasium's CartPole and Pendulum and, where it is installed, a free "
-        "body in MuJoCo, all in one interleaved run; then accuracy and start-up. Takes about five "
-        "minutes on an idle machine.",
-    )
-    benching.set_defaults(act=_bench)
+    benching = add_verb(verbs, _bench)
     add_ids(benching)
     benching.add_argument("--quick", action="store_true", help="a first look, a minute")
     benching.add_argument("--json", type=Path, metavar="FILE", help="write every sample there")
@@ -173,25 +147,24 @@ _VERIFY: dict[str, dict[str, Any]] = {
 
 
 def _add_verify(verbs: Any) -> None:
-    verifying = verbs.add_parser(
-        "verify",
-        help="the laws of the physics, each with its error and its bound",
-        description="Compare the physics with closed forms, conserved quantities and Newton's law "
-        "in world axes. The exit status is 1 if a law does not hold. Takes half a minute the first "
-        "time, a few seconds later.",
-    )
+    verifying = add_verb(verbs, _verify)
     for name, settings in _VERIFY.items():
         verifying.add_argument(name, **settings)
-    verifying.set_defaults(act=_verify)
 
 
 def _list(options: argparse.Namespace, rest: list[str]) -> None:
+    """All environments."""
     refuse(rest)
     as_json = json.dumps([overview_as_data(env_id) for env_id in ENVIRONMENTS], indent=1)
     print(as_json if options.json else list_all())
 
 
 def _describe(options: argparse.Namespace, rest: list[str]) -> None:
+    """One environment: action, observation, reward, hyperparameters.
+
+    Describe an environment. Any hyperparameter can be given as an option, a range as LOW,HIGH:
+    --dt 0.05 --I1 0.5,0.9
+    """
     config = config_of(rest)
     if options.json:
         print(json.dumps(description(options.id, config), indent=1, allow_nan=False))
@@ -200,6 +173,11 @@ def _describe(options: argparse.Namespace, rest: list[str]) -> None:
 
 
 def _docs(options: argparse.Namespace, rest: list[str]) -> None:
+    """A page for every environment, in Markdown.
+
+    Write a page for every environment, and their index README.md, from the docstrings. In the
+    repository they are in docs/environments.
+    """
     refuse(rest)
     if options.folder.exists() and not options.folder.is_dir():
         raise ValueError(f"FOLDER = {options.folder}; expected a folder: this is a file")
@@ -211,6 +189,12 @@ def _docs(options: argparse.Namespace, rest: list[str]) -> None:
 
 
 def _bench(options: argparse.Namespace, rest: list[str]) -> None:
+    """Speed and accuracy, beside Gymnasium's environments and MuJoCo.
+
+    Measure environment steps per second of every environment, single and vectorised, beside
+    Gymnasium's CartPole and Pendulum and, where it is installed, a free body in MuJoCo, all in one
+    interleaved run; then accuracy and start-up. Takes about five minutes on an idle machine.
+    """
     refuse(rest)
     ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
     refuse_missing_folder("--json", options.json)
@@ -238,6 +222,12 @@ _VERIFIED = {
 
 
 def _verify(options: argparse.Namespace, rest: list[str]) -> int:
+    """The laws of the physics, each with its error and its bound.
+
+    Compare the physics with closed forms, conserved quantities and Newton's law in world axes. The
+    exit status is 1 if a law does not hold. Takes half a minute the first time, a few seconds
+    later.
+    """
     refuse(rest)
     what = _asked(options)
     if what == "results":

@@ -17,7 +17,7 @@ import numpy as np
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs import lookup as catalogue
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.cli.words import config_of, refuse, refuse_missing_folder, tell
+from rigid_envs.tools.cli.words import add_verb, config_of, refuse, refuse_missing_folder, tell
 from rigid_envs.tools.pages.tables import paragraphs, table
 
 if TYPE_CHECKING:
@@ -30,23 +30,21 @@ if TYPE_CHECKING:
 
 def add_leaderboard(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    ranking = verbs.add_parser(
-        "leaderboard",
-        help="one table and plot of evaluations",
-        description="Collect all results below a folder, of `rigid-envs evaluate --out` and of "
-        "rigid_envs.evaluate, into leaderboard.md and leaderboard.png there.",
-        allow_abbrev=False,
-    )
+    ranking = add_verb(verbs, _leaderboard)
     ranking.add_argument("folder", type=Path, metavar="FOLDER")
     ranking.add_argument(
         "--packaged",
         action="store_true",
         help="also of what comes with the package: published policies and controllers",
     )
-    ranking.set_defaults(act=_leaderboard)
 
 
 def _leaderboard(options: argparse.Namespace, rest: list[str]) -> None:
+    """One table and plot of evaluations.
+
+    Collect all results below a folder, of `rigid-envs evaluate --out` and of rigid_envs.evaluate,
+    into leaderboard.md and leaderboard.png there.
+    """
     refuse(rest)
     from rigid_envs.scores.leaderboard import write_leaderboard
 
@@ -246,14 +244,11 @@ _ROUNDING = 1e-9
 
 def add_evaluate(verbs: Any) -> None:
     """Add the verb `evaluate`."""
-    evaluating = verbs.add_parser(
-        "evaluate",
-        help="success and efficiency of a policy over 500 fixed starts",
-        usage="rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--name NAME] [--out FILE] "
+    evaluating = add_verb(
+        verbs,
+        _evaluate,
+        "rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--name NAME] [--out FILE] "
         "[--json] [--KEY VALUE]",
-        description="Play one episode from each of the fixed starts. Any hyperparameter can be "
-        "given as an option.",
-        allow_abbrev=False,
     )
     evaluating.add_argument("id", metavar="ID")
     evaluating.add_argument(
@@ -271,19 +266,11 @@ def add_evaluate(verbs: Any) -> None:
         "--out", type=Path, metavar="FILE", help="write a row of the leaderboard"
     )
     evaluating.add_argument("--json", action="store_true", help="print that row, not a table")
-    evaluating.set_defaults(act=_evaluate)
 
 
 def add_best(verbs: Any) -> None:
     """Add the verb `best`."""
-    finding = verbs.add_parser(
-        "best",
-        help="compute the best known cost from each start, and keep it as data",
-        description="Play the untrained policies, the stored plans, the published policy and "
-        "recorded episodes from the starts of the evaluation set, and keep the least cost of a "
-        "success from each start with its finder.",
-        allow_abbrev=False,
-    )
+    finding = add_verb(verbs, _best)
     finding.add_argument("ids", nargs="*", metavar="ID", help="these environments only")
     finding.add_argument(
         "--with",
@@ -306,10 +293,13 @@ def add_best(verbs: Any) -> None:
     finding.add_argument(
         "--rows", type=Path, metavar="FOLDER", help="leaderboard rows of the untrained policies"
     )
-    finding.set_defaults(act=_best)
 
 
 def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
+    """Success and efficiency of a policy over 500 fixed starts.
+
+    Play one episode from each of the fixed starts. Any hyperparameter can be given as an option.
+    """
     from rigid_envs.scores.evaluation import evaluate
     from rigid_envs.scores.starts import N_STARTS
 
@@ -358,6 +348,12 @@ def _again(file: Path, env_id: str) -> Any:
 
 
 def _best(options: argparse.Namespace, rest: list[str]) -> None:
+    """Compute the best known cost from each start, and keep it as data.
+
+    Play the untrained policies, the stored plans, the published policy and recorded episodes from
+    the starts of the evaluation set, and keep the least cost of a success from each start with its
+    finder.
+    """
     refuse(rest)
     from rigid_envs.scores.best import FOLDER
     from rigid_envs.scores.starts import N_STARTS

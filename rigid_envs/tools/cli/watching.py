@@ -14,8 +14,15 @@ from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import checked_id
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.cli.words import add_ids, config_of, refuse, refuse_missing_folder, tell
-from rigid_envs.tools.pages.films import as_text, with_table
+from rigid_envs.tools.cli.words import (
+    add_ids,
+    add_verb,
+    config_of,
+    refuse,
+    refuse_missing_folder,
+    tell,
+)
+from rigid_envs.tools.pages.films import as_text, stale_films, with_table, write_films
 from rigid_envs.tools.pages.tables import table
 
 if TYPE_CHECKING:
@@ -28,13 +35,7 @@ if TYPE_CHECKING:
 
 def add_films(verbs: Any) -> None:
     """Add the verb to the command."""
-    filming = verbs.add_parser(
-        "films",
-        help="a short film of every environment, as animated WebP",
-        description="Film the reference controller of each environment for its page. In the "
-        "repository the films are in docs/environments/films.",
-    )
-    filming.set_defaults(act=_films)
+    filming = add_verb(verbs, _films)
     filming.add_argument("folder", metavar="FOLDER", type=Path)
     add_ids(filming)
     filming.add_argument(
@@ -43,12 +44,12 @@ def add_films(verbs: Any) -> None:
 
 
 def _films(options: argparse.Namespace, rest: list[str]) -> int:
-    refuse(rest)
-    from rigid_envs.tools.pages.films import (
-        stale_films,
-        write_films,  # draws: only here
-    )
+    """A short film of every environment, as animated WebP.
 
+    Film the reference controller of each environment for its page. In the repository the films are
+    in docs/environments/films.
+    """
+    refuse(rest)
     own = (env_id for env_id in ENVIRONMENTS if env_id.startswith("RigidEnvs/"))
     ids = [checked_id(name) for name in options.ids or own]
     if options.check:
@@ -66,13 +67,7 @@ def _films(options: argparse.Namespace, rest: list[str]) -> int:
 
 def add_frames(verbs: Any) -> None:
     """Add the verb to the command."""
-    timing = verbs.add_parser(
-        "frames",
-        help="time of a picture of every environment",
-        description="Measure pictures of 480 x 480 pixels on one thread, with and without shadows, "
-        "and the first one of a new process. Takes a minute on an idle machine.",
-    )
-    timing.set_defaults(act=_frames)
+    timing = add_verb(verbs, _frames)
     add_ids(timing)
     timing.add_argument(
         "--page",
@@ -84,11 +79,13 @@ def add_frames(verbs: Any) -> None:
 
 
 def _frames(options: argparse.Namespace, rest: list[str]) -> None:
+    """Time of a picture of every environment.
+
+    Measure pictures of 480 x 480 pixels on one thread, with and without shadows, and the first one
+    of a new process. Takes a minute on an idle machine.
+    """
     refuse(rest)
-    from rigid_envs.tools.bench.frames import (
-        frame_times,
-        installed_size,  # draws: only here
-    )
+    from rigid_envs.tools.bench.frames import frame_times, installed_size  # draws: only here
 
     ids = [checked_id(name) for name in options.ids or ENVIRONMENTS]
     page = "" if options.page is None else options.page.read_text(encoding="utf-8")
@@ -111,13 +108,7 @@ def _frames(options: argparse.Namespace, rest: list[str]) -> None:
 
 def add_gallery(verbs: Any) -> None:
     """Add the verb to the command."""
-    drawing = verbs.add_parser(
-        "gallery",
-        help="figures of rotation and rolling, simulation against closed form",
-        description="Draw figures as PNG and SVG, and write captions, numbers and provenance to "
-        "figures.json. The exit status is 1 if a number is beyond its bound.",
-    )
-    drawing.set_defaults(act=_gallery)
+    drawing = add_verb(verbs, _gallery)
     drawing.add_argument("names", nargs="*", metavar="NAME", help="these figures only")
     drawing.add_argument("--out", type=Path, metavar="DIR", help="folder of the files")
     drawing.add_argument("--list", action="store_true", help="name the figures, draw nothing")
@@ -131,11 +122,13 @@ def add_gallery(verbs: Any) -> None:
 
 
 def _gallery(options: argparse.Namespace, rest: list[str]) -> int:
+    """Figures of rotation and rolling, simulation against closed form.
+
+    Draw figures as PNG and SVG, and write captions, numbers and provenance to figures.json. The
+    exit status is 1 if a number is beyond its bound.
+    """
     refuse(rest)
-    from rigid_envs.tools.gallery import (
-        FIGURES,
-        checked_name,  # imports the systems: only here
-    )
+    from rigid_envs.tools.gallery import FIGURES, checked_name  # imports the systems: only here
 
     names = list(dict.fromkeys(map(checked_name, options.names or FIGURES)))
     if options.list:
@@ -175,15 +168,7 @@ def _draw(names: Sequence[str], options: argparse.Namespace) -> int:
 
 def add_play(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
-    playing = verbs.add_parser(
-        "play",
-        help="steer an environment yourself, by keyboard, mouse or gamepad",
-        usage="rigid-envs play ID [OPTION ...] [--KEY VALUE ...]",
-        description="Open a window in which you steer, in real time, and see your result beside "
-        "what the reference controller makes of the same start. Any hyperparameter can be given as "
-        "an option, as for `describe`.",
-    )
-    playing.set_defaults(act=_play)
+    playing = add_verb(verbs, _play, "rigid-envs play ID [OPTION ...] [--KEY VALUE ...]")
     playing.add_argument("id", metavar="ID")
     playing.add_argument("--seed", type=int, default=0, metavar="N", help="of the first start (0)")
     playing.add_argument("--size", type=int, default=640, metavar="PIXELS", help="(640)")
@@ -192,6 +177,12 @@ def add_play(verbs: Any) -> None:
 
 
 def _play(options: argparse.Namespace, rest: list[str]) -> None:
+    """Steer an environment yourself, by keyboard, mouse or gamepad.
+
+    Open a window in which you steer, in real time, and see your result beside what the reference
+    controller makes of the same start. Any hyperparameter can be given as an option, as for
+    `describe`.
+    """
     from rigid_envs.watch.play.loop import play
     from rigid_envs.watch.play.steering import keys
 
@@ -212,13 +203,7 @@ _SAME = "same bits"
 
 def add_replay(verbs: Any) -> None:
     """Add the verb to the command."""
-    replaying = verbs.add_parser(
-        "replay",
-        help="recorded episodes: what happened, and a page or a film to watch them",
-        description="Print the episodes of replays, and whether their actions give the same bits "
-        "again. Several files are shown side by side. The exit status is 1 if other bits come.",
-    )
-    replaying.set_defaults(act=_replay)
+    replaying = add_verb(verbs, _replay)
     replaying.add_argument("files", nargs="+", metavar="FILE", type=Path)
     replaying.add_argument(
         "--episodes", nargs="+", type=int, metavar="K", help="only these episodes, counted from 0"
@@ -233,6 +218,11 @@ def add_replay(verbs: Any) -> None:
 
 
 def _replay(options: argparse.Namespace, rest: list[str]) -> int:
+    """Recorded episodes: what happened, and a page or a film to watch them.
+
+    Print the episodes of replays, and whether their actions give the same bits again. Several
+    files are shown side by side. The exit status is 1 if other bits come.
+    """
     refuse(rest)
     refuse_missing_folder("--html", options.html)
     if options.video:
@@ -275,9 +265,7 @@ def _read(files: Sequence[Path]) -> list[Replay]:
     Raises:
         ValueError: A file that does not exist or is no replay.
     """
-    from rigid_envs.watch.replays.replay import (
-        load_replay,  # imports what it plays again: only here
-    )
+    from rigid_envs.watch.replays.replay import load_replay  # imports what it plays again
 
     for file in files:
         if not file.exists():

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import ast
+import inspect
 import logging
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +66,30 @@ def tell(what: str) -> None:
 
 
 # Words of the command line: hyperparameters, and what is refused.
+
+
+def add_verb(
+    verbs: Any, act: Callable[..., int | None], usage: str | None = None
+) -> argparse.ArgumentParser:
+    """Add a verb to a command, and say of it what the docstring of its function says.
+
+    Args:
+        verbs: Of the command.
+        act: Has the name of the verb. The first line of its docstring is the help, what follows the
+            description. It takes the options, and the words that are none; its value is the exit
+            status, None for 0.
+        usage: None is that of argparse.
+    """
+    summary, _, description = inspect.cleandoc(act.__doc__ or "").partition("\n\n")
+    verb: argparse.ArgumentParser = verbs.add_parser(
+        act.__name__.removeprefix("_"),
+        help=summary[:1].lower() + summary[1:].removesuffix("."),
+        description=description or None,
+        usage=usage,
+        allow_abbrev=False,
+    )
+    verb.set_defaults(act=act)
+    return verb
 
 
 def add_ids(verb: argparse.ArgumentParser) -> None:
