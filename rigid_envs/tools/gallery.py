@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from rigid_envs.base.files import write_atomic
+from rigid_envs.base.text import markdown_table
 from rigid_envs.engine.provenance import provenance, versions
 from rigid_envs.systems import modules_of_all
 from rigid_envs.tools.motions import motion_of
@@ -147,6 +148,7 @@ def _save(figure: Figure, kind: str, metadata: dict[str, Any]) -> bytes:
 # The page of the gallery, in Markdown, from the data of the figures.
 
 SHEET = "contact_sheet.png"
+_NUMBERS = ("number", "simulated", "theory", "difference", "bound")
 _HEADING = (
     "<!-- Written by `rigid-envs gallery --docs docs/gallery`: change the figures.py of "
     "its system, not this page. -->"
@@ -189,26 +191,17 @@ def _section(figure: Mapping[str, Any], folder: str) -> list[str]:
         f"![{figure['title']}]({folder}/{figure['files']['png']})",
         figure["caption"],
         f"```text\n{figure['law']}\n```",
-        "\n".join(_numbers(figure["numbers"])),
+        markdown_table(_NUMBERS, map(_cells, figure["numbers"]), "<>>>>"),
         f"`{figure['command']}`. Source: {figure['source']}.",
     ]
 
 
-def _numbers(numbers: list[dict[str, Any]]) -> list[str]:
-    rows = ["| number | simulated | theory | difference | bound |"]
-    rows.append("| --- | ---: | ---: | ---: | ---: |")
-    for number in numbers:
-        unit = f" [{number['unit']}]" if number["unit"] else ""
-        what = number["what"].replace("|", r"\|") + unit
-        error = number["expected"] == 0.0
-        cells = ("", "") if error else (_plain(number["value"]), _plain(number["expected"]))
-        difference, bound = f"{number['error']:.1e}", f"{number['bound']:.0e}"
-        rows.append(f"| {' | '.join([what, *cells, difference, bound])} |")
-    return rows
-
-
-def _plain(value: float) -> str:
-    return f"{value:.7g}"
+def _cells(number: Mapping[str, Any]) -> tuple[str, ...]:
+    unit = f" [{number['unit']}]" if number["unit"] else ""
+    what = number["what"].replace("|", r"\|") + unit
+    value, expected = (f"{number[key]:.7g}" for key in ("value", "expected"))
+    cells = ("", "") if number["expected"] == 0.0 else (value, expected)  # 0: it is an error
+    return (what, *cells, f"{number['error']:.1e}", f"{number['bound']:.0e}")
 
 
 # Smaller pictures, and all on one sheet; Pillow comes with matplotlib.

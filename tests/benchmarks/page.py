@@ -6,7 +6,7 @@ from typing import Any
 
 from rigid_envs.tools.cli.collecting import as_factor, as_time
 from rigid_envs.tools.pages.tables import Table
-from rigid_envs.tools.pages.writing import table_lines
+from rigid_envs.tools.pages.writing import as_markdown
 
 _HEAD = """\
 <!-- Written by `python -m tests.benchmarks` from docs/speed.json. -->
@@ -332,4 +332,4 @@ def _short(name: str) -> str:
 
 
 def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], align: str) -> str:
-    return "\n".join(table_lines(Table(head, list(rows), align)))
+    return as_markdown(Table(head, list(rows), align))

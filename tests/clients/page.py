@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rigid_envs.tools.pages.tables import Table
-from rigid_envs.tools.pages.writing import table_lines
+from rigid_envs.tools.pages.writing import as_markdown
 from tests.clients.rows import ROWS, Row
 
 _SOURCES = "https://github.com/rigid-envs/rigid-envs/blob/main/tests/clients"
@@ -39,7 +39,7 @@ def markdown(data: Mapping[str, Mapping[str, Any]]) -> str:
     table = Table(
         head, [_cells(row, data[row.recipe]) for row in ROWS if row.recipe in data], "<<<<>"
     )
-    return "\n".join((_HEAD, *table_lines(table))) + "\n"
+    return f"{_HEAD}\n{as_markdown(table)}\n"
 
 
 def _cells(row: Row, found: Mapping[str, Any]) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Rolling, Task
 from rigid_envs.tools.pages.tables import (
     RANGE_NOTE,
+    SIDES,
     WIDTH,
     Table,
     TaskDocstring,
@@ -261,7 +262,6 @@ def _integrator_step(env_id: str, task: Task) -> list[str]:
 
 # The page of one environment for a terminal: `rigid-envs describe`.
 
-_SIDES = str.maketrans("=", "<")
 _EXAMPLE = """\
 import gymnasium as gym
 import {package}
@@ -323,7 +323,7 @@ def _lines(sections: Sequence[Section], rule: str) -> list[str]:
 
 def _block(block: str | Table | Code) -> str:
     if isinstance(block, Table):
-        return table(block.header, block.rows, block.kinds.translate(_SIDES))
+        return table(block.header, block.rows, block.kinds.translate(SIDES))
     if isinstance(block, Code):
         return textwrap.indent(block.text.rstrip(), "  ")
     return paragraphs(block)

@@ -14,11 +14,12 @@ import numpy as np
 import rigid_envs
 from rigid_envs.base.checks import ConfigError, Image
 from rigid_envs.base.files import checked_values, named_damage, read_json, write_atomic
+from rigid_envs.base.text import markdown_table
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.scores.starts import evaluation_seeds
-from rigid_envs.tools.pages.tables import Table, table
-from rigid_envs.tools.pages.writing import film_of, table_lines
+from rigid_envs.tools.pages.tables import table
+from rigid_envs.tools.pages.writing import film_of
 from rigid_envs.watch.drawing import Look
 from rigid_envs.watch.films import Played, episode_pictures, play_episode, write_film
 from rigid_envs.watch.lettering import pillow
@@ -172,7 +173,7 @@ def with_table(page: str, data: Mapping[str, Any]) -> str:
     _, end, after = rest.partition(_END)
     if not begin or not end:
         raise ConfigError(f"page has no marks for the table; expected {_BEGIN} and {_END}")
-    lines = "\n".join(table_lines(Table(_HEADER, _rows(data), "<>>>")))
+    lines = markdown_table(_HEADER, _rows(data), "<>>>")
     cpu = data["provenance"]["cpu"]
     return f"{before}{begin}\n\n{lines}\n\nOn one core of {cpu}. {_size(data)}\n\n{end}{after}"
 

@@ -233,6 +233,10 @@ _GRIP = {
 }
 
 
+SIDES = str.maketrans("=", "<")
+"""Sides of columns by their kinds."""
+
+
 @dataclass(frozen=True)
 class Table:
     """Rows under a header.

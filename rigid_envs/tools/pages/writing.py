@@ -13,6 +13,7 @@ from gymnasium import spaces
 
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import write_atomic
+from rigid_envs.base.text import markdown_table
 from rigid_envs.envs.lookup import checked_id, families, task_of
 from rigid_envs.envs.spaces import action_space, observation_space
 from rigid_envs.scores.best import best_known
@@ -22,11 +23,9 @@ from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.tools.pages.document import Code, Section, document, observed, short
-from rigid_envs.tools.pages.tables import Table, blocks, size_of, summary_of, time_limit
+from rigid_envs.tools.pages.tables import SIDES, Table, size_of, summary_of, time_limit
 
 # Sections as Markdown, in the dialect of GitHub.
-
-_RULES = {"<": "---", ">": "---:", "=": "---"}
 
 
 def markdown(sections: Sequence[Section], level: int = 2) -> str:
@@ -38,19 +37,15 @@ def markdown(sections: Sequence[Section], level: int = 2) -> str:
     return "\n\n".join(parts)
 
 
-def table_lines(table: Table) -> list[str]:
+def as_markdown(table: Table) -> str:
     """Header, rule and rows of a table."""
-    rows = [
-        [_cell(text, kind) for text, kind in zip(row, table.kinds, strict=True)]
-        for row in table.rows
-    ]
-    rules = [_RULES[kind] for kind in table.kinds]
-    return [f"| {' | '.join(cells)} |" for cells in (table.header, rules, *rows)]
+    rows = [[_cell(*each) for each in zip(row, table.kinds, strict=True)] for row in table.rows]
+    return markdown_table(table.header, rows, table.kinds.translate(SIDES))
 
 
 def _block(block: str | Table | Code) -> str:
     if isinstance(block, Table):
-        return "\n".join(table_lines(block))
+        return as_markdown(block)
     return f"```python\n{block.text}\n```" if isinstance(block, Code) else block
 
 
@@ -58,74 +53,6 @@ def _cell(text: str, kind: str) -> str:
     """A cell with bars escaped: a bar would end the cell, also between backticks."""
     escaped = text.replace("|", r"\|")
     return f"`{escaped}`" if kind == "=" and text else escaped
-
-
-# What holds for all environments: said once, in the index of their pages, to which they link.
-
-_STEP = """
-1. The action is rounded to float32 and clipped: each entry to [-1, 1]; in a disk or ball, if its
-squared norm is above 1 + 2^-22, it is divided by its norm and rounded to float32 again.
-`info["action_clipped"]` is about this.
-
-2. With `frame="reduced"` it is turned to the frame of the task, by the state before the step.
-
-3. To every entry a normal number of the standard deviation `action_noise` is added, and the action
-is clipped again.
-
-4. It acts `action_delay` steps later; until the first one does, the action (or choice) 0 acts.
-
-5. The body moves for `dt` under a constant input.
-
-6. Reward terms, cost, success and end follow from the state after the motion and from the input
-that acted, also in the step that ends an episode. A torque impulse is `|tau| dt`, an impulse of a
-step `|j|`, acceleration times time `|a| dt`.
-
-7. Observed is this state, each entry limited to its Min and Max and rounded to float32; before the
-rounding, a normal number of the standard deviation `observation_noise` is added to every entry
-except goals, and the sum is limited again.
-"""
-_STARTS = """
-Every reset draws the arguments that are ranges, then a start. Numbers are independent and uniform,
-`action_delay` among the integers of its range, both ends included. The start has to be slow enough
-for the integrator; one that is given and is not is refused.
-
-Beside the state a task keeps goals and counters, in the order that its page gives:
-`env.unwrapped.get_state()["aux"]`. `set_state` takes a changed copy of what `get_state` gave.
-"""
-_ENDS = """
-"Throughout the last `hold` seconds" means after each of the last n steps, n the least integer with
-`n dt >= hold`. The start does not count, so a success takes at least n steps. With `hold` = 0 every
-step is a success, whatever its error.
-
-A motion is too fast for the integrator if the rate that the page names, times the integrator step,
-is more than the page accepts, and the episode does not end by itself. Reward, terms and cost are
-then 0. The state, and what the task keeps beside it, is set to attitudes 1 and zeros (a heading to
-(1, 0), a curvature to 1), which is observed.
-"""
-_ATTITUDE = """
-The state has the unit quaternion q = (w, x, y, z), body to world, its matrix is R. `rot6d` is R11,
-R21, R31, R12, R22, R32; `quat` is -q where w < 0, else q; `euler` has `R = Rz(phi) Rx(theta)
-Rz(psi)`, from `theta = 2 atan2(|(x, y)|, |(w, z)|)`, `phi + psi = 2 atan2(z, w)` and `phi - psi = 2
-atan2(y, x)` with `atan2(0, 0) = 0`, phi and psi in [-pi, pi]. None is shown in the reduced frame.
-"""
-_PARAMETERS = """
-`observe_params` shows what is drawn from a range, in its unit, at the end of the observation and in
-the order of Arguments: those of the body, then noise and delay. Formulas of the reduced frame take
-the middle of a range in place of what is drawn, except where they say otherwise.
-"""
-
-COMMON = Section(
-    "What all environments share",
-    [],
-    [
-        Section("A step, in this order", blocks(_STEP)),
-        Section("Starts", blocks(_STARTS)),
-        Section("Successes and ends", blocks(_ENDS)),
-        Section("Attitudes", blocks(_ATTITUDE)),
-        Section("Parameters", blocks(_PARAMETERS)),
-    ],
-)
-"""Section of the index."""
 
 
 # Table of the best known costs beside what theory allows, for a page of the documentation.
@@ -156,7 +83,7 @@ def best_costs() -> str:
         link = f"[`{name}`](environments/{name}.md)"
         rows.append((link, cost.name + unit, f"{mean:.4g}", bound, gap, verdict, shares))
     names = ("id", "cost", "best known", "bound", "gap", "", "found by, of the starts")
-    return "\n".join(table_lines(Table(names, rows, "<<>>><<")))
+    return as_markdown(Table(names, rows, "<<>>><<"))
 
 
 # Environments as JSON values, for programs: `rigid-envs list --json` and `describe --json`.
@@ -229,6 +156,8 @@ def _argument(task: Task, field: Any) -> dict[str, Any]:
 
 INDEX = "README.md"
 FILMS = "films"
+_COMMON = Path(__file__).with_name("common.md")  # what holds for all: said once, in the index
+_SHARED = "What all environments share"  # its heading
 _SMALL = 120  # pixels, in the README
 _SPACE = "RigidEnvs/"
 _DOI = re.compile(r"\bdoi:(10\.[^\s;,]*[^\s;,.])")
@@ -299,7 +228,7 @@ def page(env_id: str) -> str:
         summary_of(type(task)),
         *([_film(env_id)] if env_id in _own_ids() else []),
         _family_of(env_id),
-        "\n".join(table_lines(_glance(env_id, task))),
+        as_markdown(_glance(env_id, task)),
         markdown(document(env_id, task, {})),
     ]
     return "\n\n".join([_NOTE, f"# {name}", *(_linked(part, env_id) for part in parts)]) + "\n"
@@ -309,8 +238,8 @@ def index(ids: Iterable[str]) -> str:
     """The page that lists environments by family."""
     parts = [_NOTE, "# Environments", _INTRODUCTION]
     for family, members in families(ids).items():
-        parts += [f"## {family}", "\n".join(table_lines(_family(members)))]
-    return "\n\n".join([*parts, markdown([COMMON])]) + "\n"
+        parts += [f"## {family}", as_markdown(_family(members))]
+    return "\n\n".join([*parts, _COMMON.read_text(encoding="utf-8")])
 
 
 def overview(folder: str = "docs/environments") -> str:
@@ -328,8 +257,8 @@ def overview(folder: str = "docs/environments") -> str:
             film = f'<img src="{folder}/{FILMS}/{film_of(env_id)}" width="{_SMALL}" alt="film">'
             row = (film, link, summary_of(type(task)), short(type(task).actions), observed(task))
             rows.append(row)
-        table = Table(("", family, "task", "action", "observation"), rows, "<<<<<")
-        parts.append("\n".join(table_lines(table)))
+        header = ("", family, "task", "action", "observation")
+        parts.append(as_markdown(Table(header, rows, "<<<<<")))
     return "\n\n".join(parts)
 
 
@@ -343,8 +272,7 @@ def groups() -> str:
         alike = links.setdefault((reduction.group, names, reduction.frame), [])
         alike.append(f"[`{_name(env_id)}`]({_FROM_DOCS}/{file_of(env_id)}#reduced-frame)")
     rows = [(", ".join(found), *cells) for cells, found in links.items()]
-    table = Table(("id", "group", "generated by", "reduced frame"), rows, "<<<<")
-    return "\n".join(table_lines(table))
+    return as_markdown(Table(("id", "group", "generated by", "reduced frame"), rows, "<<<<"))
 
 
 def with_tables(text: str) -> str:
@@ -389,7 +317,7 @@ def _name(env_id: str) -> str:
 
 def _family_of(env_id: str) -> str:
     family = ENVIRONMENTS[env_id].family
-    common = f"[{COMMON.title}]({_place(COMMON.title)}) is said once for all."
+    common = f"[{_SHARED}]({_place(_SHARED)}) is said once for all."
     return f"One of the [{family}]({_place(family)}) environments. {common}"
 
 
