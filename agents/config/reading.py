@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 from gymnasium import spaces
 
-from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.checks import ConfigError, named_refusal
 from rigid_envs.base.files import read_bytes
 from rigid_envs.base.settings import unknown_key
 from rigid_envs.envs.lookup import full_id
@@ -118,10 +118,8 @@ def read_yaml(path: Path) -> dict[str, Any]:
         FileNotFoundError: There is no such file.
     """
     data = read_bytes(path, _LIMIT)
-    try:
+    with named_refusal(path):
         values = parse_yaml(data.decode())
-    except ValueError as error:
-        raise ConfigError(f"{path}: {error}") from None
     if not isinstance(values, dict):
         raise ConfigError(f"{path}: expected a mapping `key: value`, got {type(values).__name__}")
     return values
@@ -239,10 +237,8 @@ def entry_value(key: str, text: str) -> Any:
     Raises:
         ConfigError: "config.<key>: ...", for text that is not YAML.
     """
-    try:
+    with named_refusal(f"config.{key}"):
         return parse_yaml(text)
-    except ValueError as error:
-        raise ConfigError(f"config.{key}: {error}") from None
 
 
 # Shipped config of each environment.

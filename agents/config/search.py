@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.checks import named_refusal
 from rigid_envs.base.settings import (
     Integer,
     Keywords,
@@ -98,10 +98,8 @@ def read_search(path: Path) -> Search:
     Raises:
         ConfigError: Something in it that cannot be; names the file.
     """
-    try:
+    with named_refusal(path):
         search: Search = from_config(Search, read_yaml(path))
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
     return search
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import itertools
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -20,7 +19,7 @@ from rigid_envs.base.files import write_atomic
 from rigid_envs.base.text import in_markdown, in_plot, markdown_table
 from rigid_envs.envs.lookup import families, task_of
 from rigid_envs.scores.best import best_known
-from rigid_envs.scores.leaderboard import INK, MUTED, dress, look
+from rigid_envs.scores.leaderboard import INK, MUTED, dress, file_of, look
 from rigid_envs.scores.records import Record, read_records
 from rigid_envs.scores.starts import cost_of
 from rigid_envs.scores.statistics import (
@@ -295,9 +294,7 @@ def write_baselines(folder: Path) -> Path:
     folder = Path(os.path.abspath(folder))  # "." has a name, too
     about = {"Description": digest_of(groups)}
     for name, draw in figures_of(groups).items():
-        buffer = io.BytesIO()
-        draw().savefig(buffer, format="png", metadata=about)
-        write_atomic(folder / f"{name}.png", buffer.getvalue())
+        write_atomic(folder / f"{name}.png", file_of(draw(), about=about))
     page = folder.with_name(f"{folder.name}.md")
     write_atomic(page, markdown(groups, folder.name))
     return page

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from rigid_envs.base.files import write_atomic
-from rigid_envs.scores.leaderboard import INK, MUTED, dress
+from rigid_envs.scores.leaderboard import INK, MUTED, dress, file_of
 from rigid_envs.scores.statistics import wilson_interval
 
 from ..storage.logs import read_evaluations
@@ -53,9 +52,7 @@ def draw_learning_curve(run: Run) -> Path:
     bottom.set_xlim(0, 1.02 * held_out["timesteps"].max(initial=1))
     figure.align_ylabels()
     path = run / "learning_curve.png"
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
-    write_atomic(path, buffer.getvalue())
+    write_atomic(path, file_of(figure))
     return path
 
 

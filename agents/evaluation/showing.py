@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.base.checks import ConfigError, Image
+from rigid_envs.base.checks import ConfigError, Image, named_refusal
 from rigid_envs.scores.policies import PolicyFactory, from_predict, uniform, untrained_policy
 from rigid_envs.scores.starts import rollout, row_seeds
 from rigid_envs.scores.trained import CompiledPolicy
@@ -52,10 +52,8 @@ def players_of(
     first = ("random", uniform(seed)) if random else (name, from_predict(policy))
     players: list[Player] = [(*first, config)]
     if against is not None:
-        try:
+        with named_refusal("--against"):
             other = untrained_policy(policy.env_id, against)
-        except ValueError as error:
-            raise ConfigError(f"--against: {error}") from None
         # controllers act in the frame of the world
         players.append((*other, {**config, "frame": "world"}))
     return players
@@ -136,10 +134,8 @@ def refuse_early(
     page = None if html is None else Path(html)
     if page is not None and not (page.suffix == ".html" and page.parent.is_dir()):
         raise ConfigError(f"--html = {html}; expected NAME.html in a folder that exists")
-    try:
+    with named_refusal("--video"):
         return (None if video is None else films.checked_film(video)), page
-    except ValueError as error:
-        raise ConfigError(f"--video: {error}") from None
 
 
 def show(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.checks import ConfigError, named_refusal
 from rigid_envs.base.files import (
     canonical_json,
     read_json,
@@ -61,10 +61,8 @@ def read_config(path: Path) -> Config:
             "started with; put them back, or start a new run with them: "
             f"python -m agents train --config {path} --run_name NAME"
         )
-    try:
+    with named_refusal(path):
         return config_from(values)
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
 
 
 def _digest(values: dict[str, Any]) -> str:

@@ -1,8 +1,10 @@
 """Checks of arguments, and the errors of what a user asked for."""
 
+import difflib
 import math
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,41 @@ from numpy.typing import ArrayLike, NDArray
 
 class ConfigError(ValueError):
     """A hyperparameter or setting that is unknown or outside its range."""
+
+
+@contextmanager
+def named_refusal(name: Any) -> Iterator[None]:
+    """Give refusals the name of what they are about.
+
+    Args:
+        name: With which their message then begins.
+
+    Raises:
+        ConfigError: In place of a ValueError.
+    """
+    try:
+        yield
+    except ValueError as error:
+        raise ConfigError(f"{name}: {error}") from None
+
+
+def one_named(name: str, known: Collection[str], what: str) -> str:
+    """The name itself, if it is known.
+
+    Args:
+        name: What was asked for.
+        known: All names.
+        what: Of what they are.
+
+    Raises:
+        ConfigError: Names the nearest one and lists all.
+    """
+    if name in known:
+        return name
+    (near,) = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)
+    raise ConfigError(
+        f"{what} = {name!r}; expected one of {', '.join(known)}: did you mean {near!r}?"
+    )
 
 
 class MissingPackageError(ImportError):

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import gymnasium as gym
-from gymnasium.error import DependencyNotInstalled
+from gymnasium.error import ClosedEnvironmentError, DependencyNotInstalled, ResetNeeded
 
 from rigid_envs.base.checks import Image
 from rigid_envs.base.settings import Either, Integer, List, Null, Number, Rule, Text, refusal
@@ -70,6 +70,18 @@ class Shown:
         # drawing of each row, with episode and time of its last picture; types of `watch`, above
         self._drawn: dict[int, tuple[Any, int, float]] = {}
         self._window: Any = None
+
+    def _refuse_without_episode(self, what: str, closed: bool, fresh: bool) -> None:
+        """Refuse what needs an episode.
+
+        Raises:
+            ResetNeeded: before the first `reset`.
+            ClosedEnvironmentError: after `close`.
+        """
+        if closed:
+            raise ClosedEnvironmentError(f"{self._name}: {what} after close; call reset first")
+        if fresh:
+            raise ResetNeeded(f"{self._name}: {what} before the first reset; call reset first")
 
     def __getstate__(self) -> dict[str, Any]:
         """All attributes except drawings and window, which are made again where they are needed."""

@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
-from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.error import ResetNeeded
 from numpy import ndarray
 
 from rigid_envs.base.checks import Array, require
@@ -185,10 +185,8 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             ClosedEnvironmentError: after `close`.
             DependencyNotInstalled: the extra "render" is missing.
         """
-        if self._status == _CLOSED:
-            raise ClosedEnvironmentError(f"{self._name}: render after close; call reset first")
-        if self._status == _FRESH:
-            raise ResetNeeded(f"{self._name}: render before the first reset; call reset first")
+        status = self._status
+        self._refuse_without_episode("render", status == _CLOSED, status == _FRESH)
         pictures = self._pictures((0,))
         return pictures[0] if pictures is not None else None
 
@@ -270,7 +268,6 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             left = self._checked_steps - elapsed
             self._steps_left = left if left > 0 else further_steps(self.task, elapsed, self._name)
             return
-        if self._status == _CLOSED:
-            raise ClosedEnvironmentError(f"{self._name}: step after close; call reset first")
-        when = "before the first reset" if self._status == _FRESH else "after the episode ended"
-        raise ResetNeeded(f"{self._name}: step {when}; call reset first")
+        status = self._status
+        self._refuse_without_episode("step", status == _CLOSED, status == _FRESH)
+        raise ResetNeeded(f"{self._name}: step after the episode ended; call reset first")

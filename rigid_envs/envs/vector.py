@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy import ndarray
@@ -229,10 +229,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             ResetNeeded: before `reset`.
             ClosedEnvironmentError: after `close`.
         """
-        if self.closed:
-            raise ClosedEnvironmentError(f"{self._name}: infos after close; call reset first")
-        if self._fresh:
-            raise ResetNeeded(f"{self._name}: infos before the first reset; call reset first")
+        self._refuse_without_episode("infos", self.closed, self._fresh)
         return self._infos.now()
 
     def render(self) -> Any:
@@ -247,10 +244,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             ClosedEnvironmentError: after `close`.
             DependencyNotInstalled: the extra "render" is missing.
         """
-        if self.closed:
-            raise ClosedEnvironmentError(f"{self._name}: render after close; call reset first")
-        if self._fresh:
-            raise ResetNeeded(f"{self._name}: render before the first reset; call reset first")
+        self._refuse_without_episode("render", self.closed, self._fresh)
         return self._pictures(self._shown_rows)
 
     def call(self, name: Any) -> tuple[Any, ...]:
@@ -334,10 +328,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             ResetNeeded, ClosedEnvironmentError: no step is allowed.
             ConfigError: without a time limit, the rates may leave the stability envelope.
         """
-        if self.closed:
-            raise ClosedEnvironmentError(f"{self._name}: step after close; call reset first")
-        if self._fresh:
-            raise ResetNeeded(f"{self._name}: step before the first reset; call reset first")
+        self._refuse_without_episode("step", self.closed, self._fresh)
         if self.autoreset_mode is not AutoresetMode.NEXT_STEP and self._ended.size:
             raise ResetNeeded(
                 f"{self._name}: row {self._ended[0]} has ended; in {self.autoreset_mode.name} mode "

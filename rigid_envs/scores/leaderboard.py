@@ -154,6 +154,19 @@ def dress(axes: Axes, label: str) -> None:
     axes.spines["bottom"].set_color(_GRID)
 
 
+def file_of(figure: Figure, kind: str = "png", about: Mapping[str, Any] | None = None) -> bytes:
+    """What a file of a figure holds.
+
+    Args:
+        figure: The figure.
+        kind: Format, as matplotlib calls it.
+        about: Metadata.
+    """
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format=kind, metadata=about)
+    return buffer.getvalue()
+
+
 # The plot of the leaderboard.
 
 
@@ -236,9 +249,8 @@ def write_leaderboard(folder: Path, packaged: bool = False) -> str:
     rows = sorted_rows(rows)
     text = markdown(rows)
     write_atomic(folder / "leaderboard.md", text)
-    buffer = io.BytesIO()
-    draw([row for row in rows if row.unranked is None]).savefig(buffer, format="png")
-    write_atomic(folder / "leaderboard.png", buffer.getvalue())
+    figure = draw([row for row in rows if row.unranked is None])
+    write_atomic(folder / "leaderboard.png", file_of(figure))
     return text
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import io
 import json
 import math
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 from rigid_envs.base.files import write_atomic
 from rigid_envs.base.text import markdown_table
 from rigid_envs.engine.provenance import provenance, versions
+from rigid_envs.scores.leaderboard import file_of
 from rigid_envs.systems import modules_of_all
 from rigid_envs.tools.motions import motion_of
 from rigid_envs.tools.pages.films import sources_hash
@@ -45,24 +45,6 @@ FIGURES: dict[str, Exhibit] = {
     if isinstance(entry, Exhibit)
 }
 """All figures by name, in the order of the page."""
-
-
-class UnknownFigureError(ValueError):
-    """No figure has that name."""
-
-
-def checked_name(name: str) -> str:
-    """The name itself, if it is one of `FIGURES`.
-
-    Raises:
-        UnknownFigureError: names the nearest figure and lists all.
-    """
-    if name in FIGURES:
-        return name
-    (near,) = difflib.get_close_matches(name.lower(), FIGURES, n=1, cutoff=0.0)
-    raise UnknownFigureError(
-        f"figure = {name!r}; expected one of {', '.join(FIGURES)}: did you mean {near!r}?"
-    )
 
 
 # Draw entries of the gallery, as PNG and SVG.
@@ -103,8 +85,8 @@ def make(entry: Exhibit, *, svg: bool = True) -> Made:
 
     with rc_context(cast(Any, STYLE)):
         figure, numbers = compose(entry)
-        vector = _save(figure, "svg", _SVG) if svg else b""
-        return Made(entry, _save(figure, "png", _PNG), vector, numbers)
+        vector = file_of(figure, "svg", _SVG) if svg else b""
+        return Made(entry, file_of(figure, "png", _PNG), vector, numbers)
 
 
 def compose(entry: Exhibit) -> tuple[Figure, tuple[Match, ...]]:
@@ -137,12 +119,6 @@ def _title_and_numbers(figure: Figure, entry: Exhibit, numbers: tuple[Match, ...
         legend.set_bbox_to_anchor((0.5, below / height))
         below += 0.07 + 0.2 * math.ceil(len(legend.get_texts()) / legend._ncols)  # type: ignore[attr-defined]
     lay_out(figure, below, 0.38)
-
-
-def _save(figure: Figure, kind: str, metadata: dict[str, Any]) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=kind, metadata=metadata)
-    return buffer.getvalue()
 
 
 # The page of the gallery, in Markdown, from the data of the figures.
@@ -336,13 +312,9 @@ def _write_data(
 
 def _entry(made: Made, kinds: Sequence[str]) -> dict[str, Any]:
     entry = made.entry
+    words = ("name", "title", "caption", "law", "source", "command")
     return {
-        "name": entry.name,
-        "title": entry.title,
-        "caption": entry.caption,
-        "law": entry.law,
-        "source": entry.source,
-        "command": entry.command,
+        **{key: getattr(entry, key) for key in words},
         "files": {kind: f"{entry.name}.{kind}" for kind in kinds},
         "numbers": [number.as_json() for number in made.numbers],
     }

@@ -1,6 +1,5 @@
 """All laws of systems, bodies and rotations, and their check."""
 
-import difflib
 from collections.abc import Callable, Sequence
 
 from rigid_envs.mechanics import body_laws as bodies
@@ -11,24 +10,6 @@ from rigid_envs.systems import modules_of_all
 _MODULES = (rotations, bodies, *modules_of_all("laws"))
 SUBJECTS: dict[str, Subject] = {module.SUBJECT.name: module.SUBJECT for module in _MODULES}
 """All laws by subject, in the order in which they are checked."""
-
-
-class UnknownSubjectError(ValueError):
-    """No subject of laws has that name."""
-
-
-def checked_subject(name: str) -> str:
-    """The name itself, if it is one of `SUBJECTS`.
-
-    Raises:
-        UnknownSubjectError: names the nearest subject and lists all.
-    """
-    if name in SUBJECTS:
-        return name
-    (near,) = difflib.get_close_matches(name.lower(), SUBJECTS, n=1, cutoff=0.0)
-    raise UnknownSubjectError(
-        f"subject = {name!r}; expected one of {', '.join(SUBJECTS)}: did you mean {near!r}?"
-    )
 
 
 def check_all(

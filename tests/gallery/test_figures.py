@@ -9,7 +9,8 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from rigid_envs.tools.gallery import FIGURES, UnknownFigureError, checked_name, compose, make
+from rigid_envs.base.checks import ConfigError, one_named
+from rigid_envs.tools.gallery import FIGURES, compose, make
 from rigid_envs.watch.figures import DPI, STYLE, Match
 
 pytestmark = pytest.mark.long  # see .ci/run
@@ -82,6 +83,6 @@ def test_a_number_that_is_beyond_its_bound_or_no_number_does_not_hold() -> None:
 
 
 def test_names_that_are_no_figure_are_refused_with_the_nearest() -> None:
-    assert checked_name("flip") == "flip"
-    with pytest.raises(UnknownFigureError, match=r"figure = 'flips'; .* did you mean 'flip'\?"):
-        checked_name("flips")
+    assert one_named("flip", FIGURES, "figure") == "flip"
+    with pytest.raises(ConfigError, match=r"figure = 'flips'; .* did you mean 'flip'\?"):
+        one_named("flips", FIGURES, "figure")

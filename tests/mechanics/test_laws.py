@@ -5,9 +5,10 @@ import re
 import pytest
 
 from rigid_envs import systems
+from rigid_envs.base.checks import ConfigError, one_named
 from rigid_envs.mechanics.laws import Law, Subject, check
 from rigid_envs.tools import laws
-from rigid_envs.tools.laws import SUBJECTS, UnknownSubjectError, checked_subject
+from rigid_envs.tools.laws import SUBJECTS
 
 LAWS = [law for subject in SUBJECTS.values() for law in subject.laws]
 
@@ -56,5 +57,5 @@ def test_all_laws_of_the_chosen_subjects_are_checked_in_order(
 
 def test_an_unknown_subject_is_refused_with_the_nearest_one() -> None:
     expected = r"subject = 'heavytop'; expected one of .*: did you mean 'heavy_top'\?"
-    with pytest.raises(UnknownSubjectError, match=expected):
-        checked_subject("heavytop")
+    with pytest.raises(ConfigError, match=expected):
+        one_named("heavytop", SUBJECTS, "subject")

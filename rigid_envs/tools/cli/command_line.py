@@ -12,7 +12,7 @@ from typing import Any
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs import __version__
-from rigid_envs.base.checks import MissingPackageError, shown
+from rigid_envs.base.checks import MissingPackageError, one_named, shown
 from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs import lookup as catalogue
@@ -267,9 +267,9 @@ def _asked(options: argparse.Namespace) -> str:
 
 def _verify_laws(options: argparse.Namespace) -> bool:
     from rigid_envs.tools.cli.scoring import verify  # imports SciPy: only here
-    from rigid_envs.tools.laws import SUBJECTS, checked_subject
+    from rigid_envs.tools.laws import SUBJECTS
 
-    names = [checked_subject(name) for name in options.subjects]
+    names = [one_named(name, SUBJECTS, "subject") for name in options.subjects]
     if options.json in SUBJECTS:
         raise ValueError(f"--json = {options.json}; expected a file: name subjects before --json")
     file = Path(options.json) if options.json not in (None, "-") else None

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rigid_envs.base.checks import positive
+from rigid_envs.base.checks import one_named, positive
 from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import checked_id
@@ -128,14 +128,14 @@ def _gallery(options: argparse.Namespace, rest: list[str]) -> int:
     exit status is 1 if a number is beyond its bound.
     """
     refuse(rest)
-    from rigid_envs.tools.gallery import FIGURES, checked_name  # imports the systems: only here
+    from rigid_envs.tools.gallery import FIGURES  # imports the systems: only here
 
-    names = list(dict.fromkeys(map(checked_name, options.names or FIGURES)))
+    names = list(dict.fromkeys(one_named(name, FIGURES, "figure") for name in options.names))
     if options.list:
-        rows = [(FIGURES[name].name, FIGURES[name].title) for name in names]
+        rows = [(FIGURES[name].name, FIGURES[name].title) for name in names or FIGURES]
         print(table(("name", "figure"), rows, "<<"))
         return 0
-    return _draw(names, options)
+    return _draw(names or list(FIGURES), options)
 
 
 def _draw(names: Sequence[str], options: argparse.Namespace) -> int:

@@ -19,7 +19,7 @@ from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.scores.starts import evaluation_seeds
 from rigid_envs.tools.pages.tables import table
-from rigid_envs.tools.pages.writing import film_of
+from rigid_envs.tools.pages.writing import between, film_of, marks
 from rigid_envs.watch.drawing import Look
 from rigid_envs.watch.films import Played, episode_pictures, play_episode, write_film
 from rigid_envs.watch.lettering import pillow
@@ -148,8 +148,7 @@ def _read(folder: Path) -> dict[str, Any]:
 # Times of pictures as tables: in the terminal, and in the page about pictures.
 
 _HEADER = ("id", "picture", "without shadows", "first of a process")
-_BEGIN = "<!-- times: written by `rigid-envs frames --page docs/rendering.md` -->"
-_END = "<!-- end of times -->"
+_MARKS = marks("times", "rigid-envs frames --page docs/rendering.md")
 
 
 def as_text(data: Mapping[str, Any]) -> str:
@@ -169,13 +168,12 @@ def with_table(page: str, data: Mapping[str, Any]) -> str:
     Raises:
         ConfigError: there are no such marks.
     """
-    before, begin, rest = page.partition(_BEGIN)
-    _, end, after = rest.partition(_END)
-    if not begin or not end:
-        raise ConfigError(f"page has no marks for the table; expected {_BEGIN} and {_END}")
     lines = markdown_table(_HEADER, _rows(data), "<>>>")
-    cpu = data["provenance"]["cpu"]
-    return f"{before}{begin}\n\n{lines}\n\nOn one core of {cpu}. {_size(data)}\n\n{end}{after}"
+    content = f"{lines}\n\nOn one core of {data['provenance']['cpu']}. {_size(data)}"
+    made = between(page, _MARKS, lambda: content)
+    if made is None:
+        raise ConfigError("page has no marks for the table; expected {} and {}".format(*_MARKS))
+    return made
 
 
 def _rows(data: Mapping[str, Any]) -> list[tuple[str, ...]]:

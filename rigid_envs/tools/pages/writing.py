@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -170,12 +170,7 @@ _INTRODUCTION = (
     "its `observation` and of each of its goals. `rigid-envs describe ID` shows a page in the "
     "terminal, for any arguments."
 )
-_BEGIN = "<!-- environments: written by `python -m rigid_envs.tools.pages README.md` -->"
-_END = "<!-- end of environments -->"
-_GROUPS = "<!-- groups: written by `python -m rigid_envs.tools.pages docs/symmetry.md` -->"
-_END_OF_GROUPS = "<!-- end of groups -->"
-_COSTS = "<!-- costs: written by `python -m rigid_envs.tools.pages docs/best_known.md` -->"
-_END_OF_COSTS = "<!-- end of costs -->"
+_COMMAND = "python -m rigid_envs.tools.pages"
 _FROM_DOCS = "environments"
 
 
@@ -281,20 +276,29 @@ def with_tables(text: str) -> str:
     Raises:
         ConfigError: there are no such marks.
     """
-    kinds = (
-        (_BEGIN, _END, overview),
-        (_GROUPS, _END_OF_GROUPS, groups),
-        (_COSTS, _END_OF_COSTS, best_costs),
-    )
-    for begin, end, tables in kinds:
-        before, _, rest = text.partition(begin)
-        _, found, after = rest.partition(end)
-        if found:
-            return f"{before}{begin}\n\n{tables()}\n\n{end}{after}"
-    raise ConfigError(
-        "the page has no marks for its tables; expected "
-        + ", or ".join(f"{begin} and {end}" for begin, end, _ in kinds)
-    )
+    kinds = {
+        marks("environments", f"{_COMMAND} README.md"): overview,
+        marks("groups", f"{_COMMAND} docs/symmetry.md"): groups,
+        marks("costs", f"{_COMMAND} docs/best_known.md"): best_costs,
+    }
+    for pair, tables in kinds.items():
+        if (made := between(text, pair, tables)) is not None:
+            return made
+    expected = ", or ".join(map(" and ".join, kinds))
+    raise ConfigError(f"the page has no marks for its tables; expected {expected}")
+
+
+def marks(part: str, command: str) -> tuple[str, str]:
+    """The comments around a part of a page that a command writes."""
+    return f"<!-- {part}: written by `{command}` -->", f"<!-- end of {part} -->"
+
+
+def between(page: str, pair: tuple[str, str], content: Callable[[], str]) -> str | None:
+    """A page with what is between a pair of marks made anew; None where it has no such marks."""
+    begin, end = pair
+    before, _, rest = page.partition(begin)
+    _, found, after = rest.partition(end)
+    return f"{before}{begin}\n\n{content()}\n\n{end}{after}" if found else None
 
 
 def film_of(env_id: str) -> str:

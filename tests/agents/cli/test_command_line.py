@@ -139,11 +139,11 @@ def test_without_a_word_the_flagship_is_trained_for_a_short_time(
 ) -> None:
     seen: list[Namespace] = []
 
-    def kept(options: Namespace, rest: list[str]) -> int:
+    def train(options: Namespace, rest: list[str]) -> int:
         seen.append(options)
         return 0
 
-    monkeypatch.setattr(training, "train", kept)
+    monkeypatch.setattr(training, "train", train)
     assert main([]) == main(["train"]) == main(["--quiet"]) == 0
     short, *others = (getattr(options, "total_timesteps", None) for options in seen)
     assert others == [None, None]
