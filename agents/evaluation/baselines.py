@@ -42,21 +42,7 @@ Grouped = Mapping[str, Mapping[str, Sequence[Record]]]
 SOLVED = 0.99
 """Rate of success from which on an environment counts as solved."""
 
-_HEADING = "<!-- Written by `python -m agents baselines docs/baselines`: not by hand. -->"
-_INTRODUCTION = """# Baselines
-
-Every training of `python -m agents benchmark`, one record each: config, learning curve, times, and
-success and cost from each of the 500 test starts, which no training has seen, played by the policy
-that did best on other starts held out. Records are in [{folder}]({folder}); policies with the same
-bits on every processor play them, so that anybody gets the same numbers.
-
-`success` and `efficiency` are means over the seeds of the training, with 95 % intervals over the
-seeds (bootstrap, within each environment; Agarwal et al. 2021, arXiv:2108.13264); one seed says
-nothing about others, and has none. What is taken over all environments has an interval where each
-has several seeds; each has the same weight, however many. `efficiency` is against the best known
-cost from each start, `cost` the mean of the successes, `ratio` how much more it is than what is
-best known from these starts. `CPU` is the time of processors, user and system, of a whole
-training, evaluations on the way included."""
+_INTRODUCTION = Path(__file__).with_suffix(".md")  # how the page begins
 
 
 def grouped(folder: Path) -> Grouped:
@@ -131,7 +117,8 @@ def markdown(groups: Grouped, folder: str) -> str:
         groups: All records.
         folder: Of records and figures, as seen from the page.
     """
-    parts = [_HEADING, _INTRODUCTION.format(folder=folder), "## All environments", _overall(groups)]
+    introduction = _INTRODUCTION.read_text(encoding="utf-8").rstrip().format(folder=folder)
+    parts = [introduction, "## All environments", _overall(groups)]
     if len(groups) > 1:
         parts += [_IMPROVEMENT, _comparisons(groups)]
     names = [name for name in figures_of(groups) if name in _TITLES]

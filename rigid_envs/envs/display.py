@@ -10,7 +10,17 @@ import gymnasium as gym
 from gymnasium.error import ClosedEnvironmentError, DependencyNotInstalled, ResetNeeded
 
 from rigid_envs.base.checks import Image
-from rigid_envs.base.settings import Either, Integer, List, Null, Number, Rule, Text, refusal
+from rigid_envs.base.settings import (
+    Either,
+    Integer,
+    List,
+    Null,
+    Number,
+    Rule,
+    Text,
+    checked,
+    refusal,
+)
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.task import Task
 
@@ -63,7 +73,7 @@ class Shown:
         if mode is not None and not (isinstance(mode, str) and mode in MODES):
             raise refusal("render_mode", mode, f"None or one of {list(MODES)}")
         sizes = {
-            name: _checked(name, n, _SIZE) for name, n in (("width", width), ("height", height))
+            name: checked(name, n, _SIZE) for name, n in (("width", width), ("height", height))
         }
         self.render_mode = mode
         self._look = {**sizes, "camera": _checked_camera(camera)}
@@ -147,11 +157,4 @@ def _checked_camera(camera: Any) -> dict[str, Any]:
     for key in camera:
         if key not in _CAMERA:
             raise refusal("camera", key, keys)
-    return {key: _checked(f"camera.{key}", value, _CAMERA[key]) for key, value in camera.items()}
-
-
-def _checked(key: str, value: Any, rule: Rule) -> Any:
-    try:
-        return rule.check(value)
-    except (ValueError, TypeError, OverflowError):
-        raise refusal(key, value, str(rule)) from None
+    return {key: checked(f"camera.{key}", value, _CAMERA[key]) for key, value in camera.items()}

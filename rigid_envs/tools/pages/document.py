@@ -24,11 +24,9 @@ from rigid_envs.tools.pages.tables import (
     argument_table,
     blocks,
     docstring_of,
-    goal_table,
+    entry_table,
     info_table,
-    observation_table,
     paragraphs,
-    reduced_table,
     reference_section,
     sample_arguments,
     summary_of,
@@ -162,11 +160,11 @@ def _array(n: int) -> str:
 
 
 def _observation(task: Task) -> Section:
-    title, what = "Observation Space", observed(task)
-    table, attitude = observation_table(task), _attitude(task)
-    if not task.n_goal:
+    title, what, n = "Observation Space", observed(task), task.n_goal
+    table, attitude = entry_table(task.observations()[2 * n :]), _attitude(task)
+    if not n:
         return Section(title, [f"{_array(len(table.rows))}: {what}.", table, *attitude])
-    goal = goal_table(task)
+    goal = entry_table(task.observations()[:n])  # the achieved one; the desired one is alike
     lead = (
         f"A dictionary of arrays of type float32: {what}. "
         "`env.unwrapped.compute_reward(achieved_goal, desired_goal, info)` computes rewards anew, "
@@ -205,7 +203,7 @@ def _reduced_frame(env_id: str, task: Task) -> list[Section]:
     )
     after = f"An array of shape ({len(reduction.features)},) and type float32.{goals}"
     formulas = blocks(inspect.cleandoc(reduction.formulas)) if reduction.formulas else []
-    return [Section("Reduced Frame", [lead, after, reduced_table(task), *formulas])]
+    return [Section("Reduced Frame", [lead, after, entry_table(reduction.features), *formulas])]
 
 
 def _options(task: Task) -> str:

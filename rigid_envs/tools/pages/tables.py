@@ -264,22 +264,6 @@ def action_table(task: Task) -> Table:
     return Table(("Num", "Action", "Unit", "Frame", *bounds), rows, ">=<<>>>>")
 
 
-def observation_table(task: Task) -> Table:
-    """Entries of the observation, without those of the goals."""
-    return _entries(task.observations()[2 * task.n_goal :])
-
-
-def reduced_table(task: Task) -> Table:
-    """Entries of the observation in the reduced frame, without those of the goals."""
-    assert task.reduction is not None
-    return _entries(task.reduction.features)
-
-
-def goal_table(task: Task) -> Table:
-    """Entries of the achieved goal; those of the desired one are the same."""
-    return _entries(task.observations()[: task.n_goal])
-
-
 def term_table(task: Task) -> Table:
     """The reward terms with their weights and the arguments that set these."""
     weights = task.weights()
@@ -325,7 +309,8 @@ def sample_arguments(task: Task) -> dict[str, Any]:
     return {**ranges, "observe_params": True}
 
 
-def _entries(entries: Sequence[Entry]) -> Table:
+def entry_table(entries: Sequence[Entry]) -> Table:
+    """Entries of an observation, or of a goal, with their bounds."""
     rows = [(*_names(k, entry), *_bounds(entry)) for k, entry in enumerate(entries)]
     return Table(("Num", "Observation", "Unit", "Frame", "Min", "Max"), rows, ">=<<>>")
 
