@@ -18,7 +18,7 @@ from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs import lookup as catalogue
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli.words import add_verb, config_of, refuse, refuse_missing_folder, tell
-from rigid_envs.tools.pages.tables import paragraphs, table
+from rigid_envs.tools.pages.tables import paragraphs, short_figure, table
 
 if TYPE_CHECKING:
     from rigid_envs.mechanics.laws import Outcome, Subject
@@ -368,7 +368,7 @@ def _best(options: argparse.Namespace, rest: list[str]) -> None:
         shares = ", ".join(f"{name} {count}" for name, count in found.shares.items()) or "nobody"
         print(f"{env_id}   {time.perf_counter() - begin:.1f} s   best {found.cost}: {shares}")
         rows = [
-            (name, *(_figure(each[key]) for key in _COLUMNS))
+            (name, *(short_figure(each[key]) for key in _COLUMNS))
             for name, each in found.policies.items()
         ]
         print(table(("", *_COLUMNS), rows, "<" + ">" * len(_COLUMNS)), end="\n\n")
@@ -411,10 +411,6 @@ def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) ->
 
 _COMPARED = ("success_rate", "efficiency")
 _COLUMNS = ("success_rate", "efficiency", "cost_mean", "bound_mean", "gap", "return_mean")
-
-
-def _figure(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"
 
 
 def verify_scores(ids: Sequence[str]) -> bool:

@@ -397,7 +397,7 @@ def _row(policy: str, names: list[str], summary: Mapping[str, Any]) -> tuple[str
         f"{low:.1f} .. {high:.1f}",
         f"{summary['efficiency']:.3f}",
         f"{least:.3f} .. {most:.3f}",
-        *(_figure(summary["metrics"][name]) for name in names),
+        *(short_figure(summary["metrics"][name]) for name in names),
     )
 
 
@@ -407,7 +407,8 @@ def _heading(task: Task, name: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _figure(value: float | None) -> str:
+def short_figure(value: float | None) -> str:
+    """A number in four digits, a dash for none."""
     return "-" if value is None else f"{value:.4g}"
 
 
