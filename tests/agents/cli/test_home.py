@@ -2,14 +2,13 @@
 
 import json
 import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import pytest
 
 from rigid_envs.engine.compiler import cache_directory
+from tests.programs import printed
 
 ROOT = Path(__file__).parents[3]
 # Runs a module and prints which files were opened to write, and which were made or renamed.
@@ -32,40 +31,26 @@ finally:
     named = (each for each in found if isinstance(each, (str, bytes, os.PathLike)))
     print(json.dumps([os.path.realpath(os.fsdecode(each)) for each in named]))
 """
-TRAIN = ["--n_envs", "16", "--total_timesteps", "8192", "--eval_every", "4096", "--quiet"]
+TRAIN = "--n_envs 16 --total_timesteps 8192 --eval_every 4096 --quiet"
 
 
 @pytest.mark.parametrize(
     "words",
     [
-        ["agents", "train", "--env_id", "Detumble", *TRAIN, "--log_dir", "HERE"],
-        [
-            "rigid_envs.tools.cli",
-            "evaluate",
-            "Detumble",
-            "--policy",
-            "brake",
-            "--out",
-            "HERE/row.json",
-        ],
-        ["rigid_envs.tools.cli", "verify", "rotations", "--json", "HERE/laws.json"],
+        f"agents train --env_id Detumble {TRAIN} --log_dir HERE",
+        "rigid_envs.tools.cli evaluate Detumble --policy brake --out HERE/row.json",
+        "rigid_envs.tools.cli verify rotations --json HERE/laws.json",
     ],
-    ids=lambda words: words[1],
 )
 def test_nothing_is_written_elsewhere(tmp_path, words):
     here, elsewhere = tmp_path / "here", tmp_path / "elsewhere"
     here.mkdir()
     elsewhere.mkdir()
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *(word.replace("HERE", str(here)) for word in words)],
-        cwd=elsewhere,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
+    given = words.replace("HERE", str(here)).split()
+    told = printed(
+        "-c", PROGRAM, *given, cwd=elsewhere, PYTHONPATH=str(ROOT), PYTHONDONTWRITEBYTECODE="1"
     )
-    assert done.returncode == 0, done.stderr[-2000:]
-    written = [Path(each) for each in json.loads(done.stdout.splitlines()[-1])]
+    written = [Path(each) for each in json.loads(told.splitlines()[-1])]
     allowed = [here.resolve(), Path("/dev"), Path(os.environ.get("HOME", "/"), ".cache")]
     cache = cache_directory()
     allowed += [] if cache is None else [cache.resolve().parent]

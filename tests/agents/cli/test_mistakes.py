@@ -15,12 +15,10 @@ import pytest
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.cli.command_line import main
-from agents.config.entries import config_from
-from agents.storage.runs import create_run
 from agents.training import trainer as trainer_module
 from agents.training.trainer import Trainer, train
 from rigid_envs.scores.trained import file_of
-from tests.agents.sessions import SMALL
+from tests.agents.sessions import SMALL, begun, small
 from tests.paths import NOT_A_FILE, NOT_A_FOLDER, PATHS
 
 READ = [
@@ -68,9 +66,8 @@ def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 
 @pytest.fixture(scope="module")
 def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    values = {**SMALL, "total_timesteps": 1024, "run_name": "r"}
-    folder = tmp_path_factory.mktemp("logs")
-    return train(config_from({**values, "log_dir": str(folder)}), quiet=True).folder
+    config = small(tmp_path_factory.mktemp("logs"), total_timesteps=1024)
+    return train(config, quiet=True).folder
 
 
 @pytest.mark.parametrize("verb", ["evaluate", "enjoy"])
@@ -78,9 +75,7 @@ def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_run_without_a_policy_yet_says_when_there_is_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], verb: str, which: str
 ) -> None:
-    run = create_run(config_from({**SMALL, "log_dir": str(tmp_path), "run_name": "r"}))
-    run.begin()
-    run.close()
+    run = begun(small(tmp_path))
     said = refused([verb, str(run.folder), "--which", which], capsys)
     assert f"{run.folder}: no {which} policy yet" in said and f"--resume {run.folder}" in said
 
@@ -103,31 +98,21 @@ def swapped(path: Path) -> None:
         path.mkdir()
 
 
-POLICY = "best_model/policy.safetensors"
+POLICY, RESUME = "best_model/policy.safetensors", "train --quiet --resume"
+SPOILS = (garbage, emptied, swapped)
+NAMES = ("best_model", "checkpoints/000000000001024.safetensors", "last_model", "tensorboard",
+         "progress.csv")  # fmt: skip
 RUIN: list[tuple[str, Callable[[Path], None], list[str]]] = [
-    (POLICY, garbage, ["evaluate", "enjoy", "train --quiet --resume"]),
-    (POLICY, emptied, ["evaluate", "enjoy", "train --quiet --resume"]),
-    (POLICY, swapped, ["evaluate", "enjoy", "train --quiet --resume"]),
-    (POLICY, Path.unlink, ["evaluate", "enjoy", "train --quiet --resume"]),
-    ("best_model", swapped, ["train --quiet --resume"]),
-    ("config.yaml", garbage, ["publish", "train --resume"]),
-    ("config.yaml", emptied, ["publish", "train --resume"]),
-    ("config.yaml", swapped, ["publish", "train --resume"]),
-    ("evaluations.npz", garbage, ["train --quiet --resume"]),
-    ("evaluations.npz", emptied, ["train --quiet --resume"]),
-    ("evaluations.npz", swapped, ["train --quiet --resume"]),
-    ("evaluations.npz", Path.unlink, ["train --quiet --resume"]),
-    ("checkpoints/000000000001024.safetensors", swapped, ["train --quiet --resume"]),
-    ("last_model", swapped, ["train --quiet --resume"]),
-    ("tensorboard", swapped, ["train --quiet --resume"]),
-    ("progress.csv", swapped, ["train --quiet --resume"]),
+    *((POLICY, ruin, ["evaluate", "enjoy", RESUME]) for ruin in (*SPOILS, Path.unlink)),
+    *(("config.yaml", ruin, ["publish", "train --resume"]) for ruin in SPOILS),
+    *(("evaluations.npz", ruin, [RESUME]) for ruin in (*SPOILS, Path.unlink)),
+    *((name, swapped, [RESUME]) for name in NAMES),
     ("run.lock", swapped, ["train --resume"]),
 ]
 
 
 @pytest.mark.parametrize(
-    ("name", "ruin", "verb"),
-    [(name, ruin, verb) for name, ruin, verbs in RUIN for verb in verbs],
+    ("name", "ruin", "verb"), [(name, ruin, verb) for name, ruin, verbs in RUIN for verb in verbs]
 )
 def test_a_spoilt_file_of_a_run_is_named_in_one_line(
     complete: Path,
@@ -141,6 +126,12 @@ def test_a_spoilt_file_of_a_run_is_named_in_one_line(
     ruin(run / name)
     said = refused([*verb.split(), str(run)], capsys)
     assert str(run / name) in said or (name == "config.yaml" and f"{run}: no run here" in said)
+
+
+def train_in(folder: Path) -> list[str]:
+    """The words of a small training."""
+    words = [word for key, value in SMALL.items() for word in (f"--{key}", str(value))]
+    return ["train", *words, "--log_dir", str(folder), "--run_name", "r", "--quiet"]
 
 
 # The thread of TensorBoard has a file of its own in there, and a word of its own to say.
@@ -158,9 +149,7 @@ def test_a_run_folder_that_is_deleted_while_it_is_trained_ends_it(
 
     original = Trainer.iterate
     monkeypatch.setattr(Trainer, "iterate", iterate)
-    words = [word for key, value in SMALL.items() for word in (f"--{key}", str(value))]
-    words += ["--log_dir", str(tmp_path), "--run_name", "r", "--quiet"]
-    assert str(tmp_path / "ppo" / "r") in refused(["train", *words], capsys)
+    assert str(tmp_path / "ppo" / "r") in refused(train_in(tmp_path), capsys)
     assert len(made) < 10
 
 
@@ -180,9 +169,7 @@ def test_what_may_not_be_written_ends_a_training_in_one_line(
 
     rename = os.replace
     monkeypatch.setattr(os, "replace", replace)
-    words = [word for key, value in SMALL.items() for word in (f"--{key}", str(value))]
-    words += ["--log_dir", str(tmp_path), "--run_name", "r", "--quiet"]
-    said = refused(["train", *words], capsys)
+    said = refused(train_in(tmp_path), capsys)
     assert str(tmp_path / "ppo" / "r" / name) in said and os.strerror(code) in said
     assert list((tmp_path / "ppo" / "r").rglob("*.tmp")) == []
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,6 +15,7 @@ from agents.evaluation import showing as short_film
 from agents.evaluation.showing import try_film
 from rigid_envs import load
 from rigid_envs.scores.starts import TEST_SEED
+from tests.programs import python
 
 pytestmark = pytest.mark.long  # see .ci/run
 
@@ -23,13 +23,14 @@ imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 pygame = pytest.importorskip("pygame")
 pytest.importorskip("panda3d")
 
-SMALL = ["--n_envs", "8", "--n_steps", "16", "--batch_size", "64", "--n_epochs", "1"]
+SMALL = "--n_envs 8 --n_steps 16 --batch_size 64 --n_epochs 1 --eval_episodes 4 --quiet"
+TRAIN = ["train", *SMALL.split()]
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     logs = tmp_path_factory.mktemp("logs")
-    words = ["train", *SMALL, "--total_timesteps", "512", "--eval_episodes", "4", "--quiet"]
+    words = [*TRAIN, "--total_timesteps", "512"]
     with pytest.MonkeyPatch.context() as patch:
         # A busy machine would leave out the end of the film.
         patch.setattr(short_film, "BUDGET", 600.0)
@@ -63,7 +64,7 @@ def test_training_ends_with_the_path_of_the_film_and_shows_no_progress_where_it_
 ) -> None:
     told: list[str] = []
     monkeypatch.setattr("agents.evaluation.reports.tell", told.append)
-    words = ["train", *SMALL, "--total_timesteps", "128", "--eval_episodes", "4", "--quiet"]
+    words = [*TRAIN, "--total_timesteps", "128"]
     assert main([*words, "--env_id", "RigidEnvs/RollPump-v0", "--log_dir", str(tmp_path)]) == 0
     said = capsys.readouterr().out
     found = re.search(r"In (\S+):\n +(film\.mp4) +what it does\n", said)
@@ -100,19 +101,15 @@ def test_a_film_changes_no_result(run: Path) -> None:
 
 
 def test_without_the_extra_training_says_so_in_a_line_and_ends_well(tmp_path: Path) -> None:
-    code = (
-        "import sys\n"
-        "for name in ('imageio_ffmpeg', 'moviepy', 'panda3d', 'pygame'):\n"
-        "    sys.modules[name] = None\n"
-        "from agents.cli.command_line import main\n"
-        "sys.exit(main(sys.argv[1:]))\n"
-    )
-    words = ["train", *SMALL, "--total_timesteps", "128", "--eval_episodes", "4", "--quiet"]
-    answer = subprocess.run(
-        [sys.executable, "-c", code, *words, "--log_dir", str(tmp_path)],
-        capture_output=True,
-        text=True,
-    )
+    code = """
+import sys
+for name in ("imageio_ffmpeg", "moviepy", "panda3d", "pygame"):
+    sys.modules[name] = None
+from agents.cli.command_line import main
+sys.exit(main(sys.argv[1:]))
+"""
+    words = [*TRAIN, "--total_timesteps", "128"]
+    answer = python("-c", code, *words, "--log_dir", tmp_path)
     assert answer.returncode == 0, answer.stderr
     assert answer.stderr.count("\n") == 1 and 'pip install "rigid-envs[render]"' in answer.stderr
     assert "film.mp4" not in answer.stdout and "python -m agents enjoy" in answer.stdout
@@ -207,16 +204,16 @@ def test_enjoy_without_the_extra_prints_and_says_what_to_install(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--video", "a.avi"], r"--video: film = 'a\.avi'; expected a name that ends in"),
-        (["--video", "no/a.mp4"], "expected a file in a folder that exists"),
-        (["--html", "a.txt"], r"--html = a\.txt; expected NAME\.html"),
-        (["--against", "nobody"], "controller = 'nobody'; expected one of"),
-        (["--table", "--video", "a.mp4"], "--table prints only; leave out --video"),
+        ("--video a.avi", r"--video: film = 'a\.avi'; expected a name that ends in"),
+        ("--video no/a.mp4", "expected a file in a folder that exists"),
+        ("--html a.txt", r"--html = a\.txt; expected NAME\.html"),
+        ("--against nobody", "controller = 'nobody'; expected one of"),
+        ("--table --video a.mp4", "--table prints only; leave out --video"),
     ],
 )
 def test_a_mistake_is_refused_before_anything_is_played(
-    run: Path, words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+    run: Path, words: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["enjoy", str(run), *words]) == 2
+    assert main(["enjoy", str(run), *words.split()]) == 2
     said = capsys.readouterr()
     assert re.search(message, said.err) and said.err.count("\n") == 1 and said.out == ""

@@ -1,5 +1,9 @@
-"""A run folder belongs to one process; names are free, numbered, and never overwritten unasked."""
+"""A run folder belongs to one process, is never overwritten unasked, and keeps its config.
 
+Flipped bits and cut files: `tests/loading`.
+"""
+
+import shutil
 import subprocess
 import sys
 import time
@@ -8,8 +12,31 @@ from pathlib import Path
 
 import pytest
 
-from agents.config.entries import config_from
-from agents.storage.runs import RunInUseError, create_run, find_run, open_run
+from agents.cli.command_line import main
+from agents.config.entries import Config, config_from, config_to_dict
+from agents.config.reading import dump_yaml, parse_yaml
+from agents.storage.runs import (
+    RunInUseError,
+    create_run,
+    find_run,
+    open_run,
+    read_config,
+    write_config,
+)
+from tests.agents.sessions import begun
+
+VALUES = {
+    "learning_rate": [1e-3, 1e-4],
+    "env_kwargs": {"frame": "reduced", "radius": [0.9, 1.1], "action_delay": 2},
+    "cost_price": [0.0, 3e-7],
+    "target_kl": 0.02,
+}
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Config:
+    return config_from({**VALUES, "log_dir": str(tmp_path), "run_name": "r"})
+
 
 HOLDER = """
 import sys, time
@@ -52,20 +79,14 @@ def test_runs_are_numbered(tmp_path: Path) -> None:
     assert create_run(config).folder.name == "Thing-v3_42"
 
 
-def test_the_config_is_kept_with_its_defaults(tmp_path: Path) -> None:
-    config = config_from({"log_dir": str(tmp_path), "seed": 3, "env_kwargs": {"dt": 1e-3}})
-    run = create_run(config)
-    run.begin()
-    assert find_run(run.folder).config() == config
+def test_the_config_is_kept_with_its_defaults(config: Config) -> None:
+    assert find_run(begun(config).folder).config() == config
 
 
-def test_a_name_that_is_taken_needs_a_flag(tmp_path: Path) -> None:
-    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
-    run = create_run(config)
-    run.begin()
+def test_a_name_that_is_taken_needs_a_flag(config: Config) -> None:
+    run = begun(config)
     (run / "deep").mkdir()
     (run / "deep" / "file").touch()
-    run.close()
     with pytest.raises(FileExistsError, match="--overwrite"):
         create_run(config)
     assert (run / "deep" / "file").exists()
@@ -75,22 +96,19 @@ def test_a_name_that_is_taken_needs_a_flag(tmp_path: Path) -> None:
     assert sorted(path.name for path in again.folder.iterdir()) == ["config.yaml", "run.lock"]
 
 
-def test_a_folder_that_is_no_run_is_never_deleted(tmp_path: Path) -> None:
+def test_a_folder_that_is_no_run_is_never_deleted(tmp_path: Path, config: Config) -> None:
     folder = tmp_path / "ppo" / "r"
     folder.mkdir(parents=True)
     (folder / "thesis.tex").touch()
     with pytest.raises(FileExistsError, match="it is no run"):
-        create_run(config_from({"log_dir": str(tmp_path), "run_name": "r"}), overwrite=True)
+        create_run(config, overwrite=True)
     assert (folder / "thesis.tex").exists()
     with pytest.raises(FileNotFoundError, match="no run here"):
         open_run(folder)
 
 
-def test_what_an_overwritten_run_links_to_stays(tmp_path: Path) -> None:
-    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
-    run = create_run(config)
-    run.begin()
-    run.close()
+def test_what_an_overwritten_run_links_to_stays(tmp_path: Path, config: Config) -> None:
+    run = begun(config)
     (tmp_path / "kept").mkdir()
     (run / "config.yaml").rename(tmp_path / "kept" / "config.yaml")
     (run / "config.yaml").symlink_to(tmp_path / "kept" / "config.yaml")
@@ -106,11 +124,8 @@ def test_what_an_overwritten_run_links_to_stays(tmp_path: Path) -> None:
     assert not (run / "config.yaml").is_symlink() and find_run(run.folder).config().seed == 3
 
 
-def test_a_run_is_not_overwritten_through_a_link_with_another_name(tmp_path: Path) -> None:
-    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
-    run = create_run(config)
-    run.begin()
-    run.close()
+def test_a_run_is_not_overwritten_through_a_link_with_another_name(config: Config) -> None:
+    run = begun(config)
     run.folder.with_name("best").symlink_to("r")
     before = {path: path.read_bytes() for path in run.folder.iterdir()}
     with pytest.raises(FileExistsError, match="best exists; it is no run, or a link to one"):
@@ -119,8 +134,7 @@ def test_a_run_is_not_overwritten_through_a_link_with_another_name(tmp_path: Pat
     assert find_run(run.folder).config() == config
 
 
-def test_a_start_that_came_to_nothing_leaves_the_name_free(tmp_path: Path) -> None:
-    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
+def test_a_start_that_came_to_nothing_leaves_the_name_free(tmp_path: Path, config: Config) -> None:
     run = create_run(config)
     run.close()  # as if killed before the run began
     again = create_run(config)
@@ -128,11 +142,10 @@ def test_a_start_that_came_to_nothing_leaves_the_name_free(tmp_path: Path) -> No
     assert list((tmp_path / "ppo").iterdir()) == []
 
 
-def test_a_second_process_is_told_who_has_it_and_changes_nothing(tmp_path: Path) -> None:
-    config = config_from({"log_dir": str(tmp_path), "run_name": "r"})
-    run = create_run(config)
-    run.begin()
-    run.close()
+def test_a_second_process_is_told_who_has_it_and_changes_nothing(
+    tmp_path: Path, config: Config
+) -> None:
+    run = begun(config)
     holder = python(HOLDER, str(run.folder))
     assert holder.stdout is not None and holder.stdout.readline() == "held\n"
     before = {path: path.read_bytes() for path in run.folder.iterdir()}
@@ -170,11 +183,66 @@ def test_of_two_starts_at_once_one_gets_the_run(tmp_path: Path, n_tries: int) ->
         assert f"process {pids[winner]} on" in said[1 - winner]
 
 
-def test_a_copied_run_is_free(tmp_path: Path) -> None:
-    import shutil
-
-    run = create_run(config_from({"log_dir": str(tmp_path), "run_name": "r"}))
+def test_a_copied_run_is_free(tmp_path: Path, config: Config) -> None:
+    run = create_run(config)
     run.begin()
     shutil.copytree(run.folder, tmp_path / "copy")
     open_run(tmp_path / "copy").close()
     run.close()
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("gamma: 0.99", "gamma: 0.9"),
+        ("seed: 0", "seed: 1"),
+        ("radius: [0.9, 1.1]", "radius: [0.9, 1.5]"),
+        ("run_name: r\n", "run_name: s\n"),
+        ("target_kl: 0.02\n", ""),
+        ("target_kl: 0.02\n", "target_kl: .nan\n"),
+        ("target_kl: 0.02\n", "target_kl: 2026-01-01\n"),
+    ],
+)
+def test_a_changed_entry_is_refused_before_the_first_checkpoint(
+    config: Config, capsys: pytest.CaptureFixture[str], old: str, new: str
+) -> None:
+    run = begun(config)
+    path = run / "config.yaml"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    assert main(["train", "--resume", str(run.folder)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"agents: {path}: its entries do not match") and said.count("\n") == 1
+    assert f"python -m agents train --config {path}" in said
+    assert sorted(each.name for each in run.folder.iterdir()) == ["config.yaml", "run.lock"]
+
+
+def test_a_changed_config_of_a_run_starts_a_new_one(
+    config: Config, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = begun(config)
+    text = (run / "config.yaml").read_text().replace("gamma: 0.99", "gamma: 0.9")
+    (run / "config.yaml").write_text(text)
+    words = ["train", "--config", str(run / "config.yaml"), "--run_name", "s", "--print-config"]
+    assert main(words) == 0
+    expected = {**config_to_dict(config), "gamma": 0.9, "run_name": "s"}
+    assert parse_yaml(capsys.readouterr().out) == expected
+
+
+def test_order_notes_and_spelling_are_free(tmp_path: Path, config: Config) -> None:
+    path = tmp_path / "config.yaml"
+    write_config(path, config)
+    head, _, text = path.read_text().partition("\n")
+    turned = dump_yaml(dict(reversed(parse_yaml(text).items())))
+    assert "3.0e-07" in turned and turned != text
+    path.write_text(f"{head}\n# a note\n{turned.replace('3.0e-07', '0.0000003')}")
+    assert read_config(path) == config
+
+
+def test_a_run_of_an_older_version_has_no_digest_and_is_read(
+    tmp_path: Path, config: Config
+) -> None:
+    path = tmp_path / "config.yaml"
+    path.write_text(dump_yaml(config_to_dict(config)))
+    assert read_config(path) == config

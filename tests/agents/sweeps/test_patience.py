@@ -1,14 +1,16 @@
-"""A training that hangs is killed and goes on; one that works is let be."""
+"""Sweeps go on to the bit where processes die or hang; a training that works is let be."""
 
+import multiprocessing
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from agents.sweeps import sweep as module
-from agents.sweeps.sweep import Patience, Processes, train_all
-from tests.agents.sweeps.kills import assert_as_undisturbed, stop_once, trainings
+from agents.sweeps.sweep import Patience, Processes, Training, train_all
+from tests.agents.sweeps.kills import assert_as_undisturbed, kill_some, stop_once, trainings
 
 
 class Clock:
@@ -94,3 +96,27 @@ def test_a_training_that_hangs_is_killed_and_goes_on_to_the_bit(
     assert "hung/ppo/run_0: has written nothing for too long" in said
     assert "run_0: its process was ended by SIGKILL; goes on from its last checkpoint" in said
     assert_as_undisturbed(hung, alone)
+
+
+_context = multiprocessing.get_context("forkserver")
+
+
+def sweep(all_trainings: Sequence[Training]) -> None:
+    raise SystemExit(train_all(all_trainings, Processes(2, ["tests.agents.drift"])))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("n", "updates", "kills"), [(4, 300, 3), (8, 500, 20)])
+def test_runs_are_those_of_an_undisturbed_sweep(
+    tmp_path: Path, n: int, updates: int, kills: int
+) -> None:
+    killed, alone = (trainings(tmp_path / name, n, updates) for name in ("killed", "alone"))
+
+    def start() -> multiprocessing.process.BaseProcess:
+        process = _context.Process(target=sweep, args=(killed,))
+        process.start()
+        return process
+
+    done = kill_some(tmp_path / "killed", start, kills, seed=0)
+    print(f"kills: {done}")
+    assert_as_undisturbed(killed, alone)

@@ -82,15 +82,6 @@ def test_a_record_has_the_age_of_its_policy_and_the_costs_of_successes(tmp_path:
     np.testing.assert_allclose(record.curve["success_rate"], won.mean(axis=1), rtol=1e-5)
 
 
-KILLED = """
-import sys
-from pathlib import Path
-from tests.agents.sweeps.test_sweep import sweep, training
-if __name__ == "__main__":
-    sweep(training(Path(sys.argv[1]), total_timesteps=10**8))
-"""
-
-
 def listening(session: int) -> list[str]:
     """TCP sockets on which a process of a session listens."""
     tables = [Path(f"/proc/net/{name}").read_text().splitlines()[1:] for name in ("tcp", "tcp6")]
@@ -104,27 +95,6 @@ def listening(session: int) -> list[str]:
             continue
         found += [link for link in links if link.removeprefix("socket:[")[:-1] in inodes]
     return found
-
-
-@pytest.mark.long
-def test_a_sweep_listens_nowhere_and_killed_leaves_no_process_and_its_run_saved(
-    tmp_path: Path,
-) -> None:
-    (tmp_path / "killed.py").write_text(KILLED)
-    command = [sys.executable, str(tmp_path / "killed.py"), str(tmp_path)]
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
-    process = subprocess.Popen(command, env=environment, start_new_session=True)
-    run = tmp_path / "ppo" / "a"
-    try:
-        wait_for(lambda: (run / "progress.csv").is_file())
-        pid = json.loads((run / "run.lock").read_bytes())["pid"]
-        assert Path(f"/proc/{pid}").exists()
-        assert listening(process.pid) == []
-    finally:
-        process.kill()
-        process.wait()
-    wait_for(lambda: not Path(f"/proc/{pid}").exists())
-    assert list((run / "checkpoints").iterdir())
 
 
 def test_the_same_again_trains_nothing_anew(tmp_path: Path) -> None:
@@ -198,7 +168,7 @@ def test_a_run_of_another_process_is_tried_again_later(
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
-def test_a_command_that_is_ended_leaves_no_process_behind_and_goes_on(
+def test_a_command_listens_nowhere_and_leaves_no_process_behind_and_goes_on(
     tmp_path: Path, number: signal.Signals
 ) -> None:
     words = f"{VERB} --algo ppo --steps 1.5e5 --episodes 20 --seeds 0-1 --jobs 2 --out {tmp_path}"
@@ -206,6 +176,7 @@ def test_a_command_that_is_ended_leaves_no_process_behind_and_goes_on(
     locks = [tmp_path / "ppo" / f"Drift-v0_world_{seed}" / "run.lock" for seed in (0, 1)]
     first = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
     wait_for(lambda: all((lock.parent / "progress.csv").is_file() for lock in locks))
+    assert listening(first.pid) == []
     os.killpg(first.pid, number) if number == signal.SIGINT else first.send_signal(number)
     _, err = first.communicate(timeout=60)
     assert first.returncode == (-number if number == signal.SIGKILL else 128 + number)
@@ -230,18 +201,7 @@ def test_the_verb_trains_what_it_is_told(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    words = [
-        "benchmark",
-        "--allow-import",
-        DRIFT,
-        "--ids",
-        "Drift-v0",
-        "--steps",
-        "2e4",
-        "--episodes",
-        "20",
-        "--quiet",
-    ]
+    words = f"{VERB} --steps 2e4 --episodes 20 --quiet".split()
     assert main([*words, "--algo", "ppo", "--seeds", "0,2", "--out", str(out)]) == 0
     assert f"records: {out / 'records'}" in capsys.readouterr().out
     for seed in (0, 2):

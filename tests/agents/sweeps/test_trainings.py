@@ -7,12 +7,13 @@ import pytest
 
 from agents.cli.command_line import main
 from agents.config.entries import config_from
-from agents.storage.runs import Run, create_run
+from agents.storage.runs import Run
 from agents.sweeps import sweep as module
 from agents.sweeps.sweep import Training
 from agents.training.recording import is_complete, publish
 from agents.training.trainer import Outcome
 from rigid_envs.base.checks import ConfigError
+from tests.agents.sessions import begun
 
 
 def asked(monkeypatch: pytest.MonkeyPatch, words: str) -> list[Training]:
@@ -51,12 +52,9 @@ def test_seeds_that_name_no_training_are_refused(
     assert f"--seeds = {text!r}; expected seeds as 0-9 or 0,2,5" in capsys.readouterr().err
 
 
-def begun(folder: Path, times: str | None, **entries: Any) -> Run:
+def begun_with(folder: Path, times: str | None, **entries: Any) -> Run:
     """A run that was begun, with this clock."""
-    config = config_from({"log_dir": str(folder), "run_name": "r", **entries})
-    run = create_run(config)
-    run.begin()
-    run.close()
+    run = begun(config_from({"log_dir": str(folder), "run_name": "r", **entries}))
     if times is not None:
         (run / "times.csv").write_text(times)
     return Run(run.folder)
@@ -72,7 +70,7 @@ def test_a_run_that_has_not_made_its_last_step_is_not_complete(
 ) -> None:
     """It is neither published nor recorded: a sweep goes on with it."""
     entries = {"env_id": "RigidEnvs/BallPark-v0", "total_timesteps": 8192}
-    run = begun(tmp_path, times, **entries)
+    run = begun_with(tmp_path, times, **entries)
     assert not is_complete(run)
     with pytest.raises(ConfigError, match="expected a complete run"):
         publish(run, tmp_path / "published")
@@ -87,4 +85,4 @@ def test_a_run_that_has_not_made_its_last_step_is_not_complete(
 @pytest.mark.parametrize("last", [8192, 12288])  # the last update is made in full
 def test_a_run_is_complete_from_its_last_step_on(tmp_path: Path, last: int) -> None:
     times = f"{HEADER}4096,1,1,9\n{last},2,2,9\n"
-    assert is_complete(begun(tmp_path, times, total_timesteps=8192))
+    assert is_complete(begun_with(tmp_path, times, total_timesteps=8192))

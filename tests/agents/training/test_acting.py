@@ -12,7 +12,7 @@ import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.entries import Config, config_from
 from agents.environments import make
 from agents.training.algorithms import build_model
-from agents.training.recording import acting, save_policy
+from agents.training.recording import acting, save_policy, stronger
 from agents.training.rows import TrainingRows
 from agents.training.trainer import wrapped
 from rigid_envs import load
@@ -120,3 +120,25 @@ def test_a_dictionary_that_does_not_fit_its_file_is_refused(
         policy.predict({k: part for k, part in obs.items() if part is not None})
     with pytest.raises(ValueError, match="expected a dictionary"):
         policy.predict(np.zeros((2, sum(sizes.values()))))
+
+
+@pytest.mark.parametrize("gain", [0.5, 1.0, 3.0])
+def test_modes_and_spread_are_those_without_it_times_the_gain(tmp_path: Path, gain: float) -> None:
+    """What is trained does not change."""
+    seen = np.random.default_rng(0).normal(size=(500, 2)).astype(np.float32)
+    config = config_of()
+    model = model_of(config)
+    model.learn(256)
+    rows = make("Drift-v0", {}, 500)
+    plain, before = acting(model, rows)(seen), str(model.policy.state_dict())
+    spread = model.policy.log_std.exp().tolist()
+    with stronger(model, gain):
+        strong = acting(model, rows)(seen)
+        save_policy(model, config, tmp_path / "policy")
+    assert str(model.policy.state_dict()) == before
+    np.testing.assert_array_equal(acting(model, rows)(seen), plain)
+    inside = np.abs(plain) < 1.0
+    np.testing.assert_allclose(strong[inside], np.clip(gain * plain, -1.0, 1.0)[inside], 1e-5, 1e-7)
+    np.testing.assert_allclose(load(tmp_path / "policy").predict(seen)[0], strong, 1e-5, 1e-5)
+    saved, _ = load_tensors(tmp_path / "policy" / "policy.safetensors", 10**6)
+    np.testing.assert_allclose(np.exp(saved["log_std"]), gain * np.array(spread), rtol=1e-6)

@@ -45,6 +45,15 @@ def content(run: Path) -> dict[str, bytes]:
     return {str(path.relative_to(run)): path.read_bytes() for path in files}
 
 
+def refused(run: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """What is said where a run does not go on, in one line; no file of it changes."""
+    before = content(run)
+    assert main(["train", "--resume", str(run), "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and content(run) == before
+    return said
+
+
 def damage(run: Path, change: Change) -> None:
     """Change the newest checkpoint of a run, with a checksum that is right."""
     path = newest(run)
@@ -149,12 +158,8 @@ def test_bad_content_is_refused_by_name_and_no_file_changes(
 ) -> None:
     run = Path(shutil.copytree(runs[algo], tmp_path / "run"))
     damage(run, change)
-    before = content(run)
-    assert main(["train", "--resume", str(run), "--quiet"]) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f"agents: {newest(run)}: ") and said.count("\n") == 1
-    assert re.search(message, said), said
-    assert content(run) == before
+    said = refused(run, capsys)
+    assert said.startswith(f"agents: {newest(run)}: ") and re.search(message, said), said
 
 
 def test_of_two_checkpoints_a_bad_one_is_passed_over_and_the_run_ends_as_it_would(
@@ -174,11 +179,7 @@ def test_bad_content_in_both_checkpoints_is_told_of_both(
     arrays, document = load_tensors(newest(run), 10**9)
     for path in (run / "checkpoints").iterdir():
         save_tensors(path, arrays | {BIAS: np.array([NAN], dtype=np.float32)}, document)
-    before = content(run)
-    assert main(["train", "--resume", str(run), "--quiet"]) == 2
-    said = capsys.readouterr().err
-    assert said.count(f"{BIAS}[0] = nan") == 2 and said.count("\n") == 1
-    assert content(run) == before
+    assert refused(run, capsys).count(f"{BIAS}[0] = nan") == 2
 
 
 @pytest.mark.parametrize("name", ["progress", "monitor", "times"])
@@ -189,8 +190,5 @@ def test_a_log_that_is_gone_or_cut_is_named_and_no_file_changes(
     log = run / f"{name}.csv"
     for spoil in (lambda: log.write_bytes(log.read_bytes()[:-9]), log.unlink, log.mkdir):
         spoil()
-        before = content(run)
-        assert main(["train", "--resume", str(run), "--quiet"]) == 2
-        said = capsys.readouterr().err
-        assert f"{log}: " in said and "the checkpoint knows of" in said and said.count("\n") == 1
-        assert content(run) == before
+        said = refused(run, capsys)
+        assert f"{log}: " in said and "the checkpoint knows of" in said

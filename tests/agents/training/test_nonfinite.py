@@ -16,7 +16,7 @@ from agents.training.algorithms import guard_optimizer
 from agents.training.trainer import Trainer, train
 from rigid_envs.base.files import load_tensors
 from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError, all_finite, bad_row
-from tests.agents.sessions import SMALL
+from tests.agents.sessions import SMALL, small
 
 MEMORY = {"env_id": "Drift-v0", "n_envs": 16, "learning_starts": 32, "log_every": 64}
 
@@ -36,8 +36,7 @@ def test_an_optimiser_does_not_step_along_a_bad_gradient(bad: float) -> None:
 
 
 def test_a_nan_reward_stops_the_run_and_leaves_good_checkpoints(tmp_path: Path) -> None:
-    values = {**SMALL, "env_kwargs": {"bad_reward_at": 300}, "seed": 11}
-    config = config_from({**values, "log_dir": str(tmp_path), "run_name": "r"})
+    config = small(tmp_path, env_kwargs={"bad_reward_at": 300}, seed=11)
     with pytest.raises(NonFiniteError, match=r"reward of row 8 .*step 300 .*action \[.*seed 11"):
         train(config, quiet=True)
     run = tmp_path / "ppo" / "r"
@@ -130,8 +129,7 @@ def test_one_bad_number_stops_any_algorithm_and_every_checkpoint_is_finite(
     ("values", "factor"),
     [
         (SMALL, "ent_coef"),
-        (MEMORY | {"algo": "sac"}, "gamma"),
-        (MEMORY | {"algo": "tqc"}, "gamma"),
+        *((MEMORY | {"algo": algo}, "gamma") for algo in ("sac", "tqc")),
         (MEMORY | {"algo": "dqn", "env_id": "RigidEnvs/BallGrid-v0"}, "gamma"),
     ],
 )

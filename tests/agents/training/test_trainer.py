@@ -12,20 +12,24 @@ import pytest
 import torch
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.entries import config_from
 from agents.storage.runs import create_run
 from agents.training import trainer
 from agents.training import validation as clock
 from agents.training.trainer import Trainer, train
 from agents.training.validation import Clock, Progress, Spent
 from rigid_envs import load
-from tests.agents.sessions import SMALL
+from tests.agents.sessions import small
 
 
 def begun(folder: Path, **entries: Any) -> Trainer:
-    run = create_run(config_from({**SMALL, "log_dir": str(folder), "run_name": "r", **entries}))
+    run = create_run(small(folder, **entries))
     run.begin()
     return Trainer(run, run.config(), Progress(True))
+
+
+def trained(folder: Path, updates: int, **entries: Any) -> Path:
+    config = small(folder, total_timesteps=512 * updates, **entries)
+    return train(config, quiet=True).folder
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -84,9 +88,8 @@ def test_a_default_run_that_is_killed_has_a_checkpoint(
         iterate(self)
 
     monkeypatch.setattr(Trainer, "iterate", killed)
-    config = {**SMALL, "checkpoint_every": None, "log_dir": str(tmp_path), "run_name": "r"}
     with pytest.raises(KeyboardInterrupt):
-        train(config_from(config), quiet=True)
+        trained(tmp_path, 40, checkpoint_every=None)
     assert len(list((tmp_path / "ppo" / "r" / "checkpoints").iterdir())) == 2
 
 
@@ -117,8 +120,7 @@ def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(
 
 
 def test_the_best_policy_is_the_first_of_the_best_evaluation(tmp_path: Path) -> None:
-    config = {**SMALL, "total_timesteps": 512 * 20, "eval_every": 512, "learning_rate": 3e-3}
-    run = train(config_from({**config, "log_dir": str(tmp_path)}), quiet=True).folder
+    run = trained(tmp_path, 20, eval_every=512, learning_rate=3e-3)
     with np.load(run / "evaluations.npz") as file:
         scores = zip(file["successes"].mean(axis=1), file["results"].mean(axis=1), strict=True)
         ages = file["timesteps"].tolist()
@@ -129,8 +131,7 @@ def test_the_best_policy_is_the_first_of_the_best_evaluation(tmp_path: Path) -> 
 
 
 def test_logged_evaluations_are_those_of_the_file(tmp_path: Path) -> None:
-    config = {**SMALL, "total_timesteps": 512 * 6, "eval_every": 512, "seed": 5}
-    run = train(config_from({**config, "log_dir": str(tmp_path)}), quiet=True).folder
+    run = trained(tmp_path, 6, eval_every=512, seed=5)
     logged = rows(run / "progress.csv")
     names = {"eval/success_rate": "successes", "eval/mean_reward": "results",
              "eval/mean_ep_length": "ep_lengths", "eval/mean_cost": "costs"}  # fmt: skip
@@ -141,8 +142,7 @@ def test_logged_evaluations_are_those_of_the_file(tmp_path: Path) -> None:
 
 
 def test_episodes_are_logged_at_the_age_of_all_rows_together(tmp_path: Path) -> None:
-    config = {**SMALL, "total_timesteps": 512 * 4, "env_kwargs": {"max_episode_steps": 10}}
-    run = train(config_from({**config, "log_dir": str(tmp_path)}), quiet=True).folder
+    run = trained(tmp_path, 4, env_kwargs={"max_episode_steps": 10})
     episodes = rows(run / "monitor.csv")
     ages = [int(row["t"]) for row in episodes]
     assert ages == sorted(ages) and all(age % 16 == 0 for age in ages) and ages[-1] > 512 * 3
@@ -172,8 +172,7 @@ def test_threads_of_torch_are_as_said(tmp_path: Path) -> None:
 
 
 def test_leftovers_of_writes_are_swept_when_a_run_goes_on(tmp_path: Path) -> None:
-    config = {**SMALL, "total_timesteps": 1024, "log_dir": str(tmp_path), "run_name": "r"}
-    run = train(config_from(config), quiet=True).folder
+    run = trained(tmp_path, 2)
     leftover = run / "checkpoints" / ".000000000001536.safetensors.77.tmp"
     leftover.touch()
     train(resume=run, quiet=True)
@@ -207,8 +206,7 @@ def test_speed_is_that_of_each_update(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_another_machine_is_told_of_when_a_run_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config = {**SMALL, "total_timesteps": 1024, "log_dir": str(tmp_path), "run_name": "r"}
-    run = train(config_from(config), quiet=True).folder
+    run = trained(tmp_path, 2)
     capsys.readouterr()
     train(resume=run)
     assert "not the machine" not in capsys.readouterr().err
