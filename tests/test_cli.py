@@ -27,23 +27,16 @@ from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.command_line import _parser
 from rigid_envs.tools.pages.document import describe, example
 from rigid_envs.tools.pages.tables import size_of, table
+from tests.fixtures import Capture, Patch
+from tests.programs import python
 
 IDS = list(ENVIRONMENTS)
-Capture = pytest.CaptureFixture[str]
 
 
 def said(capsys: Capture, *words: str) -> str:
     """What a command that succeeds prints."""
     assert main(words) == 0
     return capsys.readouterr().out
-
-
-def refused(capsys: Capture, *words: str) -> str:
-    """The complaint of a command that makes no sense; it prints nothing else."""
-    assert main(words) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    return err
 
 
 def task_of(env_id: str) -> Task:
@@ -128,32 +121,7 @@ def test_description_takes_hyperparameters(capsys: Capture) -> None:
     assert "'I1': (1, 1.4)" in section(text, "Example")
 
 
-@pytest.mark.parametrize("word", ["BalPark", "rigidenvs/ballpark-v0", "RigidEnvs/BallPark-v7"])
-def test_unknown_id_is_refused_with_the_nearest_one(capsys: Capture, word: str) -> None:
-    assert "did you mean 'RigidEnvs/BallPark-v0'" in refused(capsys, "describe", word)
-
-
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        (["--radiu", "2"], "config.radiu: unknown key; did you mean 'radius'?"),
-        (
-            ["--radius", "-2"],
-            "config.radius: radius = -2; expected a number in [1e-09, 1e+06]",
-        ),
-        (["--rotation", "angles"], "config.rotation: rotation = 'angles'; expected one of"),
-        (["--radius"], "argument = '--radius'; expected --KEY VALUE"),
-        (["radius", "2"], "argument = 'radius'"),
-    ],
-)
-def test_wrong_hyperparameters_are_refused_by_name(
-    capsys: Capture, words: list[str], complaint: str
-) -> None:
-    assert complaint in refused(capsys, "describe", "RigidEnvs/BallPark-v0", *words)
-
-
-def test_unknown_option_and_missing_verb_are_refused(capsys: Capture) -> None:
-    assert "'--all'" in refused(capsys, "list", "--all")
+def test_a_missing_verb_is_refused() -> None:
     with pytest.raises(SystemExit, match="2"):
         main([])
 
@@ -179,18 +147,8 @@ def test_a_description_as_json_has_the_entries_of_the_spaces(capsys: Capture, en
 
 
 def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys: Capture, tmp_path: Path) -> None:
-    words = (
-        "evaluate",
-        "BallGrid",
-        "--policy",
-        "zero",
-        "--starts",
-        "5",
-        "--rotation",
-        "quat",
-        "--out",
-    )
-    row = json.loads(said(capsys, *words, str(tmp_path / "row.json"), "--json"))
+    words = "evaluate BallGrid --policy zero --starts 5 --rotation quat --json --out".split()
+    row = json.loads(said(capsys, *words, str(tmp_path / "row.json")))
     assert row == json.loads((tmp_path / "row.json").read_text())
     assert len(row["starts"]["success"]) == 5 and row["config"] == {"rotation": "quat"}
 
@@ -229,17 +187,14 @@ def test_the_default_of_a_number_is_the_one_that_help_tells() -> None:
 
 
 def test_what_the_package_logs_is_printed_from_a_command_on() -> None:
-    program = (
-        "import logging, rigid_envs.tools.cli\n"
-        "log = logging.getLogger('rigid_envs.engine.compiler')\n"
-        "log.info('before')\n"
-        "rigid_envs.tools.cli.main(['list'])\n"
-        "log.info('compiled')\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
-    assert done.stderr == "rigid-envs: compiled\n"
+    program = """
+import logging, rigid_envs.tools.cli
+log = logging.getLogger('rigid_envs.engine.compiler')
+log.info('before')
+rigid_envs.tools.cli.main(['list'])
+log.info('compiled')
+"""
+    assert python("-c", program).stderr == "rigid-envs: compiled\n"
 
 
 def test_ctrl_c_ends_a_command_without_a_word() -> None:
@@ -281,19 +236,12 @@ def test_lines_fit_a_narrow_terminal() -> None:
 
 def test_command_survives_a_reader_that_stops_reading() -> None:
     command = f"{sys.executable} -m rigid_envs.tools.cli describe {IDS[0]} | head -1"
-    done = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", command],
-        cwd=Path(__file__).parents[1],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    words = ["bash", "-o", "pipefail", "-c", command]
+    done = subprocess.run(words, cwd=Path(__file__).parents[1], capture_output=True, text=True)
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, IDS[0], "")
 
 
-def test_nothing_is_left_to_be_written_when_a_command_is_over(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_nothing_is_left_to_be_written_when_a_command_is_over(monkeypatch: Patch) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     with open(writing, "w") as out:  # a reader that has gone
@@ -320,9 +268,6 @@ def test_what_has_no_blank_is_wrapped_last() -> None:
 
 def test_one_of_each_has_numbers_choices_and_goals() -> None:
     chosen = [task_of(env_id) for env_id in one_of_each()]
-    assert [(bool(task.n_choices), bool(task.n_goal)) for task in chosen] == [
-        (False, False),
-        (False, True),
-        (True, False),
-    ]
+    kinds = [(bool(task.n_choices), bool(task.n_goal)) for task in chosen]
+    assert kinds == [(False, False), (False, True), (True, False)]
     assert one_of_each(IDS[1:3]) == [IDS[1]]

@@ -15,8 +15,7 @@ from rigid_envs.tools.bench.measuring import Throughput
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.collecting import _speed, as_factor, as_text, as_time
 from tests.bench.examples import FIGURES
-
-Capture = pytest.CaptureFixture[str]
+from tests.fixtures import Capture, Patch
 
 
 def test_the_report_fits_a_page_and_names_the_peers() -> None:
@@ -33,25 +32,6 @@ def test_the_report_fits_a_page_and_names_the_peers() -> None:
     assert "substeps per control period" not in as_text(provenance(), replace(FIGURES, mujoco=()))
 
 
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        (["--ids", "BalPark-v0"], "did you mean 'RigidEnvs/BallPark-v0'"),
-        (
-            ["--json", "nowhere/bench.json"],
-            "--json = nowhere/bench.json; expected a file in a folder that exists",
-        ),
-    ],
-)
-def test_unknown_ids_and_a_missing_folder_are_refused(
-    capsys: Capture, words: list[str], complaint: str
-) -> None:
-    assert main(["bench", *words]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert complaint in err
-
-
 def test_three_digits_are_shown_and_the_unit_that_they_need() -> None:
     speeds = [Throughput("", "", [each, each]) for each in (40e3, 999.4e3, 999.6e3, 1.234e6, 12e6)]
     assert [_speed(each).split()[0] for each in speeds] == ["40k", "999k", "1M", "1.23M", "12M"]
@@ -66,7 +46,7 @@ def test_three_digits_are_shown_and_the_unit_that_they_need() -> None:
     ("quick", "started"), [([], ["BallPark", "BallGrid"]), (["--quick"], ["BallPark"])]
 )
 def test_start_up_is_measured_of_each_kind_of_task_and_in_a_quick_look_of_the_first(
-    quick: list[str], started: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    quick: list[str], started: list[str], tmp_path: Path, monkeypatch: Patch
 ) -> None:
     asked: list[Any] = []
 

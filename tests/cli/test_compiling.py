@@ -1,8 +1,5 @@
 """`rigid-envs compile` leaves nothing to compile for later processes."""
 
-import os
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -11,6 +8,8 @@ import pytest
 
 from rigid_envs.envs.lookup import compile_all, kernels_of
 from rigid_envs.tools.cli import main
+from tests.fixtures import Capture, Patch
+from tests.programs import printed, python
 
 STEP = """
 import logging
@@ -24,32 +23,16 @@ env.step(0)
 """
 
 
-def python(*words: str, cache: Path) -> str:
-    """What Python prints with its own folder for compiled code."""
-    env = os.environ | {"NUMBA_CACHE_DIR": str(cache)}
-    done = subprocess.run(
-        [sys.executable, *words], env=env, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout + done.stderr
-
-
 @pytest.mark.long
 def test_later_processes_find_what_was_compiled(tmp_path: Path) -> None:
-    command = (
-        "-m",
-        "rigid_envs.tools.cli",
-        "compile",
-        "BallGrid",
-        "--frame",
-        "world",
-        "--jobs",
-        "2",
-    )
-    assert python(*command, cache=tmp_path).startswith("2 kernels compiled in ")
+    words = "-m rigid_envs.tools.cli compile BallGrid --frame world --jobs 2"
+    command = words.split()
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    assert printed(*command, **cache).startswith("2 kernels compiled in ")
     assert len(list(tmp_path.rglob("*.nbc"))) == 2
-    assert "compiled" not in python("-c", STEP, cache=tmp_path)
-    assert "0 kernels compiled in " in python(*command, cache=tmp_path)
+    step = python("-c", STEP, **cache)
+    assert step.returncode == 0 and "compiled" not in step.stdout + step.stderr
+    assert "0 kernels compiled in " in printed(*command, **cache)
 
 
 def test_both_frames_are_compiled_and_the_rewards_of_goals() -> None:
@@ -66,7 +49,7 @@ def test_both_frames_are_compiled_and_the_rewards_of_goals() -> None:
 
 @pytest.mark.parametrize(("jobs", "started"), [(1, 1), (2, 2), (100, 3)])
 def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels(
-    jobs: int, started: int, monkeypatch: pytest.MonkeyPatch
+    jobs: int, started: int, monkeypatch: Patch
 ) -> None:
     asked: list[int] = []
 
@@ -82,9 +65,7 @@ def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels
     assert asked == [started]
 
 
-def test_what_was_compiled_and_what_was_there_is_told(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_was_compiled_and_what_was_there_is_told(monkeypatch: Patch, capsys: Capture) -> None:
     asked: list[Any] = []
 
     def compiled(kernels: list[Any], jobs: int) -> list[tuple[str, bool]]:
@@ -97,13 +78,3 @@ def test_what_was_compiled_and_what_was_there_is_told(
     assert asked == [([f"BallParkGoal-v0 {part}, frame = world" for part in parts], 1)]
     said = capsys.readouterr().out
     assert said.startswith("1 kernels compiled in ") and ", 2 were there; in /" in said
-
-
-def test_what_cannot_be_compiled_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    for words, message in (
-        (["BallPrk"], "did you mean 'RigidEnvs/BallPark-v0'?"),
-        (["BallPark", "--frame", "nowhere"], "frame = 'nowhere'; expected one of"),
-        (["BallPark", "--jobs", "0"], "--jobs = 0; expected 1 or more"),
-    ):
-        assert main(["compile", *words]) == 2
-        assert message in capsys.readouterr().err

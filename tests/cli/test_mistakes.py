@@ -1,13 +1,16 @@
 """Whatever a path is, a command ends in one line that names it, with a status and no trace."""
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 
 from rigid_envs.tools.cli import main
+from tests.fixtures import Capture, Patch
 from tests.paths import NOT_A_FILE, NOT_A_FOLDER, PATHS
 
+NO_IDS = ("BalPark", "rigidenvs/ballpark-v0", "RigidEnvs/BallPark-v7")
 READ = [
     ["replay", "PATH"],
     ["replay", "PATH", "--html", "out.html"],
@@ -33,6 +36,56 @@ WRITTEN = [
     ["evaluate", "BallPark", "--policy", "zero", "--starts", "2", "--out", "PATH/out.json"],
 ]
 
+REFUSED = [
+    ("list --all", "argument = '--all'"),
+    *((f"describe {word}", "did you mean 'RigidEnvs/BallPark-v0'") for word in NO_IDS),
+    ("describe BallPark --radiu 2", "config.radiu: unknown key; did you mean 'radius'?"),
+    ("describe BallPark --radius -2", "radius: radius = -2; expected a number in [1e-09, 1e+06]"),
+    ("describe BallPark --rotation angles", "rotation: rotation = 'angles'; expected one of"),
+    ("describe BallPark --radius", "argument = '--radius'; expected --KEY VALUE"),
+    ("describe BallPark radius 2", "argument = 'radius'"),
+    ("compile BallPrk", "did you mean 'RigidEnvs/BallPark-v0'?"),
+    ("compile BallPark --frame nowhere", "frame = 'nowhere'; expected one of"),
+    ("compile BallPark --jobs 0", "--jobs = 0; expected 1 or more"),
+    ("bench --ids BalPark-v0", "did you mean 'RigidEnvs/BallPark-v0'"),
+    ("bench --json no/bench.json", "--json = no/bench.json; expected a file in a folder that ex"),
+    ("verify heavytop", "subject = 'heavytop'; expected one of rotations, "),
+    ("verify --json heavy_top", "heavy_top; expected a file: name subjects before --json"),
+    ("verify --json no/laws.json", "--json = no/laws.json; expected a file in a folder that ex"),
+    ("verify --fast", "argument = '--fast'; expected"),
+    ("verify --scores --json", "--json = -; expected only --scores, SUBJECT where scores"),
+    ("verify --policies --json x.json", "--json = x.json; expected only --policies, --seed"),
+    ("verify --policies BallPark --scores", "--scores = True; expected only --policies"),
+    ("verify --seed 3", "--seed = 3; expected only SUBJECT, --json where laws are verified"),
+    ("verify --policy zero", "--policy = zero; expected only SUBJECT, --json where laws"),
+    ("best Detumble --starts 5", "with --out if it is less"),
+    ("best --with x.npz", "expected the one id"),
+    ("best Detumble --out none", "expected a folder that exists"),
+    ("evaluate Detumble --policy a.npz --starts 5", "expected no other option"),
+    ("evaluate Detumble --policy a.npz --dt 0.1", "expected no other option"),
+    ("evaluate Detumble --policy pid", "controller = 'pid'; expected one of"),
+    ("evaluate BallPark --policy nmpc --starts 1", "controller = 'nmpc'; expected one of"),
+    ("leaderboard .", "expected results below it"),
+    ("play CoinParc-v0", "did you mean 'RigidEnvs/CoinPark-v0'?"),
+    ("play CoinPark --radus 1", "config.radus: "),
+    ("play CoinPark --radus 1 --help-keys", "config.radus: "),
+    ("play CoinPark --size 10", "size = 10; expected an integer of at least 240"),
+    ("play CoinPark --save no/mine.npz", "--save = no/mine.npz; expected a file in"),
+    ("dataset --policy random", "expected ID and --policy NAME, or --check DATASET"),
+    ("dataset BallPark", "expected ID and --policy NAME, or --check DATASET"),
+    ("dataset BallPrak --policy random", "did you mean 'RigidEnvs/BallPark-v0'"),
+    ("dataset BallPark --policy lqr", "'shortest_path', 'three_rolls', the name of a published"),
+    ("dataset BallPark --policy no.safetensors", "no.safetensors'; expected the path of a"),
+    ("dataset BallPark --policy random --episodes 0", "episodes = 0; expected an integer"),
+    ("dataset BallPark --policy random --seed -1", "seed = -1; expected an integer"),
+    ("dataset BallPark --policy random --name 'a b'", "name = 'a b'; expected NAMESPACE"),
+    ("dataset BallPark --policy random --name x", "name = 'x'; expected NAMESPACE"),
+    ("dataset BallPark --policy random --radios 1", "config.radios: unknown key"),
+    ("dataset BallPark --policy reference --frame reduced", "expected 'world'"),
+    ("dataset --check 'a b'", "name = 'a b'; expected NAMESPACE"),
+    ("dataset BallPark --check mine-v0", "argument = 'BallPark'; expected one of those that --h"),
+]
+
 FIXED = [  # verbs that take no hyperparameters
     *(["list"], ["docs", "new"], ["bench"], ["verify"], ["verify", "--policies"], ["best"]),
     *(["leaderboard", "."], ["frames"], ["films", "new"], ["gallery", "--out", "new"]),
@@ -47,10 +100,7 @@ OPEN = [
 
 @pytest.mark.parametrize("words", FIXED + OPEN, ids=" ".join)
 def test_an_option_that_a_verb_does_not_have_is_refused_before_anything_is_done(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    words: list[str],
+    tmp_path: Path, monkeypatch: Patch, capsys: Capture, words: list[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main([*words, "--nonsense", "1"]) == 2
@@ -60,7 +110,20 @@ def test_an_option_that_a_verb_does_not_have_is_refused_before_anything_is_done(
     assert not list(tmp_path.iterdir())
 
 
-def test_all_verbs_are_asked(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(("words", "message"), REFUSED)
+def test_a_mistake_is_answered_in_one_line_before_anything_is_done(
+    tmp_path: Path, monkeypatch: Patch, capsys: Capture, words: str, message: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "sets"))
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    assert main(shlex.split(words)) == 2
+    out, err = capsys.readouterr()
+    assert message in err and err.startswith("rigid-envs: ") and err.count("\n") == 1
+    assert out == "" and not list(tmp_path.rglob("*.*"))
+
+
+def test_all_verbs_are_asked(capsys: Capture) -> None:
     with pytest.raises(SystemExit):
         main(["--help"])
     verbs = re.findall(r"^    (\w+)\b", capsys.readouterr().out, re.MULTILINE)
@@ -70,11 +133,7 @@ def test_all_verbs_are_asked(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("kind", NOT_A_FILE)
 @pytest.mark.parametrize("words", READ, ids=" ".join)
 def test_what_is_not_there_or_not_what_it_should_be_is_named_in_one_line(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    words: list[str],
-    kind: str,
+    tmp_path: Path, monkeypatch: Patch, capsys: Capture, words: list[str], kind: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     refuse(PATHS[kind](tmp_path), words, capsys)
@@ -84,13 +143,13 @@ def test_what_is_not_there_or_not_what_it_should_be_is_named_in_one_line(
 @pytest.mark.parametrize("kind", NOT_A_FOLDER)
 @pytest.mark.parametrize("words", WRITTEN, ids=" ".join)
 def test_what_cannot_be_a_folder_is_named_in_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], kind: str
+    tmp_path: Path, capsys: Capture, words: list[str], kind: str
 ) -> None:
     refuse(PATHS[kind](tmp_path), words, capsys)
 
 
 def test_a_file_in_the_place_of_a_folder_of_pages_is_a_mistake_of_the_caller(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: Capture
 ) -> None:
     (tmp_path / "docs").write_text("mine")
     assert main(["docs", str(tmp_path / "docs"), "--ids", "BallPark"]) == 2
@@ -98,7 +157,7 @@ def test_a_file_in_the_place_of_a_folder_of_pages_is_a_mistake_of_the_caller(
     assert (tmp_path / "docs").read_text() == "mine"
 
 
-def refuse(path: Path, words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def refuse(path: Path, words: list[str], capsys: Capture) -> None:
     """Run a command that must end in one line with the path in it, and change no file there."""
     before = path.read_bytes() if path.is_file() else None
     assert main([word.replace("PATH", str(path)) for word in words]) in (1, 2)
@@ -108,9 +167,7 @@ def refuse(path: Path, words: list[str], capsys: pytest.CaptureFixture[str]) -> 
     assert before is None or path.read_bytes() == before
 
 
-def test_the_name_of_a_file_cannot_steer_the_terminal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_name_of_a_file_cannot_steer_the_terminal(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "\x1b[2J\r.json").touch()
     assert main(["leaderboard", str(tmp_path)]) == 2
     assert "\\x1b[2J\\r.json" in capsys.readouterr().err

@@ -5,40 +5,18 @@ from pathlib import Path
 import pytest
 
 from rigid_envs.tools.cli import main
+from tests.fixtures import Capture, Patch
 
 COIN = "RigidEnvs/CoinPark-v0"
 
 
-def test_keys_are_told_without_a_display(capsys: pytest.CaptureFixture[str]) -> None:
+def test_keys_are_told_without_a_display(capsys: Capture) -> None:
     assert main(["play", COIN, "--help-keys"]) == 0
     said = capsys.readouterr().out
     assert "roll forwards" in said and "turn right / left" in said and "gamepad" in said
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["CoinParc-v0"], "did you mean 'RigidEnvs/CoinPark-v0'?"),
-        ([COIN, "--radus", "1"], "config.radus: "),
-        ([COIN, "--radus", "1", "--help-keys"], "config.radus: "),
-        ([COIN, "--size", "10"], "size = 10; expected an integer of at least 240"),
-        ([COIN, "--save", "nowhere/mine.npz"], "--save = nowhere/mine.npz; expected a file in"),
-    ],
-)
-def test_what_cannot_be_played_is_refused(
-    words: list[str],
-    message: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    assert main(["play", *words]) == 2
-    assert message in capsys.readouterr().err
-
-
-def test_what_is_played_is_saved(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_played_is_saved(tmp_path: Path, monkeypatch: Patch, capsys: Capture) -> None:
     pygame = pytest.importorskip("pygame")
     pytest.importorskip("panda3d")
     from rigid_envs.watch.play.loop import GameWindow

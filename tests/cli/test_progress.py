@@ -15,19 +15,18 @@ from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli import words as progress
 from rigid_envs.tools.laws import SUBJECTS
 from tests.bench.examples import FIGURES
+from tests.fixtures import Capture, Patch
 
 
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+def clock(monkeypatch: Patch) -> list[float]:
     now = [0.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(progress, "_pace", progress._Pace())
     return now
 
 
-def test_off_a_terminal_lines_come_ever_more_seldom(
-    clock: list[float], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_off_a_terminal_lines_come_ever_more_seldom(clock: list[float], capsys: Capture) -> None:
     times = []
     for second in range(3600):
         clock[0] = float(second)
@@ -39,7 +38,7 @@ def test_off_a_terminal_lines_come_ever_more_seldom(
 
 
 def test_a_quick_command_says_nothing_and_a_cleared_line_neither(
-    clock: list[float], capsys: pytest.CaptureFixture[str]
+    clock: list[float], capsys: Capture
 ) -> None:
     progress.tell("1 of 500")
     clock[0] = 60.0
@@ -48,7 +47,7 @@ def test_a_quick_command_says_nothing_and_a_cleared_line_neither(
 
 
 def test_on_a_terminal_it_is_one_line(
-    clock: list[float], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    clock: list[float], capsys: Capture, monkeypatch: Patch
 ) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     progress.tell("1 of 500")
@@ -95,7 +94,7 @@ class Stream(io.StringIO):
         return [line.rpartition(CLEAR)[2] for line in "".join(self.screen).split("\n")]
 
 
-def streams(monkeypatch: pytest.MonkeyPatch) -> tuple[Stream, Stream]:
+def streams(monkeypatch: Patch) -> tuple[Stream, Stream]:
     """Those of output and of errors, from here on."""
     screen: list[str] = []
     out, err = Stream(screen), Stream(screen)
@@ -120,7 +119,7 @@ def told(result: Any) -> Callable[..., Any]:
 
 @pytest.mark.parametrize("words", WORK)
 def test_on_a_terminal_nothing_stands_behind_the_progress_and_in_the_end_it_is_gone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str
+    tmp_path: Path, monkeypatch: Patch, words: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     evaluate("BallGrid", "zero", n=1).save("row.json")
@@ -136,7 +135,7 @@ def test_on_a_terminal_nothing_stands_behind_the_progress_and_in_the_end_it_is_g
     ("error", "status"), [(ValueError("bad"), 2), (OSError("bad"), 1), (KeyboardInterrupt(), 130)]
 )
 def test_what_ends_a_command_has_a_status_and_a_line_of_its_own(
-    monkeypatch: pytest.MonkeyPatch, error: BaseException, status: int
+    monkeypatch: Patch, error: BaseException, status: int
 ) -> None:
     monkeypatch.setattr("rigid_envs.tools.laws.check_all", told(error))
     _, err = streams(monkeypatch)
@@ -145,7 +144,7 @@ def test_what_ends_a_command_has_a_status_and_a_line_of_its_own(
     assert "\n".join(err.lines()) == ("rigid-envs: bad\n" if error.args else "")
 
 
-def test_ctrl_c_ends_a_command_that_has_not_begun_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_ends_a_command_that_has_not_begun_yet(monkeypatch: Patch) -> None:
     monkeypatch.setattr(progress, "show_messages", told(KeyboardInterrupt()))
     _, err = streams(monkeypatch)
     assert main(["list"]) == 130

@@ -15,14 +15,14 @@ from rigid_envs.scores import trained as loading
 from rigid_envs.scores.records import Record, write_record
 from rigid_envs.scores.trained import FOLDER, read_policy, write_policy
 from rigid_envs.tools.cli import main
+from tests.fixtures import Capture, Patch
 
-Capture = pytest.CaptureFixture[str]
 NAMES = ("BallPark-v0", "Detumble-v0")
 N = 6  # starts: the first of the published ones
 
 
 @pytest.fixture
-def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def shelf(tmp_path: Path, monkeypatch: Patch) -> Path:
     """A folder in the place of that of the published policies, with two, each of a few starts."""
     for name in NAMES:
         shutil.copy(FOLDER / f"{name}.safetensors", tmp_path)

@@ -12,9 +12,9 @@ from rigid_envs.tools import laws
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.scoring import Verdict, verify
 from rigid_envs.tools.laws import SUBJECTS
+from tests.fixtures import Capture, Patch
 
 LAWS = [law for subject in SUBJECTS.values() for law in subject.laws]
-Capture = pytest.CaptureFixture[str]
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def found() -> Verdict:
 
 
 @pytest.fixture
-def planted(monkeypatch: pytest.MonkeyPatch) -> Subject:
+def planted(monkeypatch: Patch) -> Subject:
     """A subject of its own, in the place of all others."""
     subject = Subject("planted", "what a test has written down")
     monkeypatch.setattr(laws, "SUBJECTS", {"planted": subject})
@@ -129,31 +129,3 @@ def test_subjects_can_be_chosen(capsys: Capture) -> None:
     document = json.loads(capsys.readouterr().out)
     assert {row["subject"] for row in document["laws"]} == {"rotations"}
     assert len(document["laws"]) == len(SUBJECTS["rotations"].laws)
-
-
-@pytest.mark.parametrize(
-    ("words", "complaint"),
-    [
-        (["heavytop"], "subject = 'heavytop'; expected one of rotations, "),
-        (
-            ["--json", "heavy_top"],
-            "--json = heavy_top; expected a file: name subjects before --json",
-        ),
-        (
-            ["--json", "nowhere/laws.json"],
-            "--json = nowhere/laws.json; expected a file in a folder that exists",
-        ),
-        (["--fast"], "argument = '--fast'; expected"),
-        (["--scores", "--json"], "--json = -; expected only --scores, SUBJECT where scores"),
-        (["--policies", "--json", "x.json"], "--json = x.json; expected only --policies, --seed"),
-        (["--policies", "BallPark", "--scores"], "--scores = True; expected only --policies"),
-        (["--seed", "3"], "--seed = 3; expected only SUBJECT, --json where laws are verified"),
-    ],
-)
-def test_words_that_make_no_sense_are_refused(
-    capsys: Capture, words: list[str], complaint: str
-) -> None:
-    assert main(["verify", *words]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert complaint in err

@@ -205,16 +205,3 @@ def test_what_a_finder_found_stays_when_another_one_of_its_name_plays():
     assert after.finders == ("ppo, earlier", "ppo", "ppo", "riccati", "riccati")
     np.testing.assert_allclose(after.costs / riccati.costs, [0.5, 0.6, 0.4, 1.0, 1.0], rtol=1e-12)
     assert find(DETUMBLE, after, [anew], n=5).finders == after.finders
-
-
-def test_what_makes_no_sense_is_refused(capsys, tmp_path):
-    for words, message in (
-        (["best", DETUMBLE, "--starts", "5"], "with --out if it is less"),
-        (["best", "--with", "x.npz"], "expected the one id"),
-        (["best", DETUMBLE, "--out", str(tmp_path / "none")], "expected a folder that exists"),
-        (["evaluate", DETUMBLE, "--policy", "a.npz", "--starts", "5"], "expected no other option"),
-        (["evaluate", DETUMBLE, "--policy", "a.npz", "--dt", "0.1"], "expected no other option"),
-        (["evaluate", DETUMBLE, "--policy", "pid"], "controller = 'pid'; expected one of"),
-    ):
-        assert main(words) == 2
-        assert message in capsys.readouterr().err

@@ -45,10 +45,8 @@ def test_the_same_policy_gives_the_same_numbers(saved):
 
 
 def test_another_policy_is_told_by_the_numbers_that_differ(saved):
-    differences = repeat(saved, "zero").differences
-    assert any(
-        line.startswith(f"return: {N} of {N} starts differ, start 0 first") for line in differences
-    )
+    told = f"return: {N} of {N} starts differ, start 0 first"
+    assert any(line.startswith(told) for line in repeat(saved, "zero").differences)
 
 
 def test_a_quantity_that_was_not_yet_counted_is_told(tmp_path):
@@ -94,12 +92,9 @@ def test_the_command_plays_results_again(saved, tmp_path, capsys):
     said = capsys.readouterr().out
     assert said.count("FAILS: return") == said.count("success 100.0 % then, 0.0 % now") == 2
     assert "every number" not in said
-    for words, said in (
-        ([str(saved), "rotations"], "SUBJECT = ['rotations']; expected only FILE.json, --policy"),
-        (["--policy", "zero"], "--policy = zero; expected only SUBJECT, --json where laws"),
-    ):
-        assert main(["verify", *words]) == 2
-        assert said in capsys.readouterr().err
+    assert main(["verify", str(saved), "rotations"]) == 2
+    said = "SUBJECT = ['rotations']; expected only FILE.json, --policy"
+    assert said in capsys.readouterr().err
     assert main(["verify", "none.json"]) == 1
     assert "none.json" in capsys.readouterr().err
 

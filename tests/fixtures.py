@@ -1,0 +1,6 @@
+"""Types of fixtures, by short names."""
+
+import pytest
+
+Capture = pytest.CaptureFixture[str]
+Patch = pytest.MonkeyPatch
