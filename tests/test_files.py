@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from rigid_envs.base.files import DamagedFileError, canonical_json, read_bytes, sweep, write_atomic
+from tests.fixtures import Patch
 
 
 def test_what_is_too_large_or_no_file_is_not_read(tmp_path: Path) -> None:
@@ -48,7 +49,7 @@ def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path: 
 
 
 def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_end(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: Patch
 ) -> None:
     calls: list[tuple[object, ...]] = []
 
@@ -70,7 +71,7 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_en
     assert [call[:2] for call in calls[2:]] == [("fsync", tmp_path.stat().st_ino)]
 
 
-def without_folders(monkeypatch: pytest.MonkeyPatch, call: str, code: int) -> None:
+def without_folders(monkeypatch: Patch, call: str, code: int) -> None:
     """Let `os.open` or `os.fsync` fail, for folders only."""
     real = getattr(os, call)
 
@@ -86,13 +87,11 @@ def without_folders(monkeypatch: pytest.MonkeyPatch, call: str, code: int) -> No
     ("call", "code"),
     [
         ("open", errno.EACCES),
-        ("fsync", errno.EBADF),
-        ("fsync", errno.EINVAL),
-        ("fsync", errno.ENOTSUP),
+        *(("fsync", code) for code in (errno.EBADF, errno.EINVAL, errno.ENOTSUP)),
     ],
 )
 def test_a_file_is_written_where_folders_cannot_be_synced(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str, code: int
+    tmp_path: Path, monkeypatch: Patch, call: str, code: int
 ) -> None:
     without_folders(monkeypatch, call, code)
     write_atomic(tmp_path / "a", b"new")
@@ -100,7 +99,7 @@ def test_a_file_is_written_where_folders_cannot_be_synced(
 
 
 def test_a_disk_that_fails_after_the_rename_is_told_as_it_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: Patch
 ) -> None:
     path = tmp_path / "a"
     write_atomic(path, b"old")

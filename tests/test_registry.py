@@ -1,7 +1,5 @@
 """The registry is what Gymnasium, tasks and scores have; other packages can add to it."""
 
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +16,8 @@ from rigid_envs.scores.starts import METRICS
 from rigid_envs.scores.theory import TheoreticalLimit
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.registry import COSTS, ENVIRONMENTS, EnvironmentRecord, add, load
+from tests.fixtures import Patch
+from tests.programs import printed
 
 each_id = pytest.mark.parametrize("env_id", list(ENVIRONMENTS))
 PARK = "RigidEnvs/BallPark-v0"
@@ -100,7 +100,7 @@ def test_wrong_records_are_refused_and_equal_ones_harmless() -> None:
     assert "Other/Park-v0" not in ENVIRONMENTS
 
 
-def test_an_episode_may_have_one_step_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_episode_may_have_one_step_alone(monkeypatch: Patch) -> None:
     known: dict[str, EnvironmentRecord] = {}
     for name in ("_RECORDS", "ENVIRONMENTS"):
         monkeypatch.setattr(f"rigid_envs.tasks.registry.{name}", known)
@@ -117,7 +117,7 @@ def test_an_id_may_be_short() -> None:
 
 
 def test_a_short_id_means_the_newest_version_and_never_one_of_two_namespaces(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: Patch,
 ) -> None:
     balls = (f"RigidEnvs/BallPark-v{k}" for k in (0, 10, 9))
     coins = ("RigidEnvs/Coin-v0", "Other/Coin-v0")
@@ -152,10 +152,7 @@ def test_another_package_gets_all_that_ours_get(tmp_path: Path) -> None:
     (tmp_path / "hoops.py").write_text(_HOOP)
     path = [str(tmp_path), str(Path(__file__).parents[1])]
     code = f"import sys; sys.path[:0] = {path!r}\n{_USE}"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    printed("-c", code, cwd=tmp_path)
 
 
 def turned(core: Core) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

@@ -22,14 +22,19 @@ ARRAYS: dict[str, Any] = {
     "empty": np.zeros((0, 3)),
     "bytes": np.arange(5, dtype=np.uint8),
 }
-DOCUMENT = {"step": 3, "big": 2**200, "third": 1 / 3, "list": [None, True, "é"]}
+DOCUMENT: dict[str, Any] = {"step": 3, "big": 2**200, "third": 1 / 3, "list": [None, True, "é"]}
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """Of a good file."""
+    save_tensors(tmp_path / "a.safetensors", ARRAYS, DOCUMENT)
+    return tmp_path / "a.safetensors"
 
 
 def test_arrays_and_document_come_back_to_the_bit_and_to_the_library_of_the_format(
-    tmp_path: Path,
+    path: Path,
 ) -> None:
-    path = tmp_path / "a.safetensors"
-    save_tensors(path, ARRAYS, DOCUMENT)
     arrays, document = load_tensors(path, 10**6)
     assert document == DOCUMENT
     for found in (arrays, safetensors.numpy.load_file(path)):
@@ -48,9 +53,7 @@ def test_equal_content_gives_equal_bytes(tmp_path: Path) -> None:
     assert one.read_bytes() == two.read_bytes()
 
 
-def test_what_the_library_of_the_format_wrote_is_read(tmp_path: Path) -> None:
-    path = tmp_path / "a.safetensors"
-    save_tensors(path, ARRAYS, DOCUMENT)
+def test_what_the_library_of_the_format_wrote_is_read(path: Path) -> None:
     with safetensors.safe_open(path, "numpy") as file:
         metadata = file.metadata()
     solid = {name: array.copy(order="C") for name, array in ARRAYS.items()}
@@ -61,9 +64,7 @@ def test_what_the_library_of_the_format_wrote_is_read(tmp_path: Path) -> None:
         np.testing.assert_array_equal(arrays[name], array)
 
 
-def test_what_the_library_of_the_format_refuses_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.safetensors"
-    save_tensors(path, ARRAYS, DOCUMENT)
+def test_what_the_library_of_the_format_refuses_is_refused(path: Path) -> None:
     good = path.read_bytes()
     rng = np.random.default_rng(3)
     refused = 0
@@ -81,9 +82,7 @@ def test_what_the_library_of_the_format_refuses_is_refused(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("kind", ["flip", "cut", "tail"])
-def test_damage_is_named_or_harmless(tmp_path: Path, kind: str) -> None:
-    path = tmp_path / "a.safetensors"
-    save_tensors(path, ARRAYS, DOCUMENT)
+def test_damage_is_named_or_harmless(path: Path, kind: str) -> None:
     good = path.read_bytes()
     rng = np.random.default_rng(0)
     for _ in range(500):
@@ -140,9 +139,7 @@ def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("more", [0, 1])
-def test_a_header_has_at_most_16_mebibytes(tmp_path: Path, more: int) -> None:
-    path = tmp_path / "a.safetensors"
-    save_tensors(path, ARRAYS, DOCUMENT)
+def test_a_header_has_at_most_16_mebibytes(path: Path, more: int) -> None:
     rewritten(path, lambda text: text.ljust(2**24 + more))
     with (
         pytest.raises(DamagedFileError, match="16777217; expected at most")
@@ -180,11 +177,7 @@ def test_an_array_has_at_most_32_axes(tmp_path: Path, n_axes: int) -> None:
         ('"mask"', '"task"'),
     ],
 )
-def test_shapes_types_and_names_are_part_of_the_checksum(
-    tmp_path: Path, old: str, new: str
-) -> None:
-    path = tmp_path / "a.safetensors"
-    save_tensors(path, ARRAYS, DOCUMENT)
+def test_shapes_types_and_names_are_part_of_the_checksum(path: Path, old: str, new: str) -> None:
     assert old.encode() in path.read_bytes()
     rewritten(path, lambda text: text.replace(old, new))  # the same numbers, read otherwise
     with pytest.raises(DamagedFileError, match="does not match its checksum"):
@@ -231,9 +224,7 @@ def test_sizes_and_places_of_arrays_are_whole_numbers_from_0(
         load_tensors(path, 10**6)
 
 
-def test_a_number_that_json_does_not_have_is_damage(tmp_path: Path) -> None:
-    path = tmp_path / "a.safetensors"
-    save_tensors(path, ARRAYS, DOCUMENT)
+def test_a_number_that_json_does_not_have_is_damage(path: Path) -> None:
     whole = path.read_bytes()
     assert b"0.3333333333333333" in whole
     for text in (b"1" + 14 * b"0" + b"e99", b"NaN".rjust(18), b"-Infinity".rjust(18)):
@@ -242,9 +233,16 @@ def test_a_number_that_json_does_not_have_is_damage(tmp_path: Path) -> None:
             load_tensors(path, 10**6)
 
 
-def kill_writers(folder: Path, size: int, interruptions: int) -> None:
-    """Kill writers of one file at random until so many were in the middle of a write."""
-    path = folder / "a.safetensors"
+SIZES = (1_000, 100_000, 3_000_000)
+KILLS = [(100_000, 5), *(pytest.param(size, 100, marks=pytest.mark.long) for size in SIZES)]
+
+
+@pytest.mark.parametrize(("size", "interruptions"), KILLS)
+def test_a_kill_in_the_middle_of_a_write_leaves_a_whole_file(
+    tmp_path: Path, size: int, interruptions: int
+) -> None:
+    """Writers of one file are killed at random until so many were in the middle of a write."""
+    path = tmp_path / "a.safetensors"
     rng = np.random.default_rng(2)
     kills = interrupted = 0
     while interrupted < interruptions:
@@ -258,17 +256,7 @@ def kill_writers(folder: Path, size: int, interruptions: int) -> None:
         finish(writer)
         arrays, document = load_tensors(path, 10**9)
         assert (arrays["a"] == document["k"]).all() and arrays["a"].shape == (size,)
-        interrupted += bool(list(folder.glob(".*.tmp")))
-        sweep(folder)
-        assert not list(folder.glob(".*.tmp"))
+        interrupted += bool(list(tmp_path.glob(".*.tmp")))
+        sweep(tmp_path)
+        assert not list(tmp_path.glob(".*.tmp"))
     print(f"{interrupted} of {kills} kills in the middle of a write of {8 * size} bytes")
-
-
-def test_a_kill_in_the_middle_of_a_write_leaves_a_whole_file(tmp_path: Path) -> None:
-    kill_writers(tmp_path, 100_000, 5)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("size", [1_000, 100_000, 3_000_000])
-def test_100_kills_in_the_middle_of_a_write_leave_a_whole_file(tmp_path: Path, size: int) -> None:
-    kill_writers(tmp_path, size, 100)

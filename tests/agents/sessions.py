@@ -11,6 +11,8 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from agents.config.entries import Config, config_from
 from agents.storage.runs import Run, create_run
 
@@ -45,6 +47,26 @@ def begun(config: Config) -> Run:
 
 _context = multiprocessing.get_context("forkserver")
 multiprocessing.forkserver.set_forkserver_preload(["tests.agents.preloaded"])
+
+
+SAME = (
+    "progress.csv",
+    "monitor.csv",
+    "last_model/policy.safetensors",
+    "last_model/policy.json",
+    "best_model/policy.safetensors",
+)
+"""Files of a run that have the same bytes however often it was killed."""
+
+
+def assert_same_files(run: Path, other: Path) -> None:
+    """What two runs have logged, learnt and found is the same, to the bit."""
+    for name in SAME:
+        assert (run / name).read_bytes() == (other / name).read_bytes(), run / name
+    with np.load(run / "evaluations.npz") as a, np.load(other / "evaluations.npz") as b:
+        assert a.files == b.files
+        for key in a.files:
+            np.testing.assert_array_equal(a[key], b[key])
 
 
 def start(values: dict[str, Any] | None, resume: Path | None = None) -> BaseProcess:
@@ -82,8 +104,6 @@ def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
 
 
 def _write(path: Path, size: int) -> None:
-    import numpy as np
-
     from rigid_envs.base.files import save_tensors
 
     for k in range(10**9):

@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 import torch
 
-__all__ = ["changed", "harmful"]
-
 
 class _Runs:
     """Its pickle calls a function where it is loaded."""

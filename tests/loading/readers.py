@@ -20,8 +20,6 @@ from rigid_envs.scores.trained import file_of as file_of_policy
 from rigid_envs.watch.replays.recording import RecordReplay
 from rigid_envs.watch.replays.replay import load_replay
 
-__all__ = ["READERS", "Reader"]
-
 ID = "RigidEnvs/Detumble-v0"
 PLANNED = "RigidEnvs/PivotTop-v0"
 _EVALUATIONS = ("results", "ep_lengths", "successes", "costs")

@@ -2,8 +2,6 @@
 
 import json
 import pickle
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,17 +10,15 @@ from tests.loading.bombs import BOMBS
 from tests.loading.payloads import changed, harmful
 from tests.loading.readers import READERS
 from tests.loading.trapped import ENTRIES, NAMED
+from tests.programs import printed
 
 N = 112  # changed files of each kind: more than 1000 together
 
 
 def said_by(module, *words):
     """The JSON that a module prints, as a process of its own."""
-    root = Path(__file__).parents[2]
-    program = [sys.executable, "-W", "ignore", "-m", module, *words]
-    done = subprocess.run(program, cwd=root, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr[-3000:]
-    return json.loads(done.stdout.splitlines()[-1])
+    told = printed("-W", "ignore", "-m", module, *words, cwd=Path(__file__).parents[2])
+    return json.loads(told.splitlines()[-1])
 
 
 @pytest.fixture(scope="module")

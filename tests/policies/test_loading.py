@@ -1,8 +1,6 @@
 """Published policies: found by name, run without torch, and played in the frame they know."""
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,6 +14,8 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError, save_tensors
 from rigid_envs.scores import trained as loading
 from rigid_envs.scores.trained import CompiledPolicy
+from tests.fixtures import Patch
+from tests.programs import printed
 
 STREAM = np.random.default_rng(5)
 
@@ -48,7 +48,7 @@ def saved(folder: Path, name: str = "policy") -> Path:
 
 
 @pytest.fixture
-def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def shelf(tmp_path: Path, monkeypatch: Patch) -> Path:
     """A folder in the place of that of the published policies, with one policy."""
     saved(tmp_path, "BallPark-v0")
     monkeypatch.setattr(loading.published, "__defaults__", (tmp_path,))
@@ -84,6 +84,11 @@ def layers(numbers: range, weight: Any, **more: Any) -> dict[str, Any]:
     return {f"layers.{k}.{name}": each for k in numbers for name, each in parts.items()}
 
 
+def other(name: str, change: Callable[[Any], Any]) -> Callable[..., Any]:
+    """Another array in the place of one."""
+    return lambda arrays, document: arrays.update({name: change(arrays[name])})
+
+
 CHANGES: dict[str, Callable[[dict[str, Any], dict[str, Any]], Any]] = {
     "another format": lambda arrays, document: document.update(format="policy 9"),
     "no format": lambda arrays, document: document.pop("format"),
@@ -100,25 +105,13 @@ CHANGES: dict[str, Callable[[dict[str, Any], dict[str, Any]], Any]] = {
         layers(range(2, 65), np.eye(2, dtype="f"), bias=np.zeros(2, "f"))
     ),
     "not finite": lambda arrays, document: arrays["layers.0.weight"].fill(np.nan),
-    "double": lambda arrays, document: arrays.update(
-        {"layers.0.weight": arrays["layers.0.weight"].astype(np.float64)}
-    ),
-    "a vector": lambda arrays, document: arrays.update(
-        {"layers.1.weight": arrays["layers.1.weight"][0]}
-    ),
-    "layers that do not fit": lambda arrays, document: arrays.update(
-        {"layers.1.weight": arrays["layers.1.weight"][:, :-1]}
-    ),
-    "bias that does not fit": lambda arrays, document: arrays.update(
-        {"layers.1.bias": arrays["layers.1.bias"][:-1]}
-    ),
+    "double": other("layers.0.weight", lambda weight: weight.astype(np.float64)),
+    "a vector": other("layers.1.weight", lambda weight: weight[0]),
+    "layers that do not fit": other("layers.1.weight", lambda weight: weight[:, :-1]),
+    "bias that does not fit": other("layers.1.bias", lambda bias: bias[:-1]),
     "no spread": lambda arrays, document: arrays.pop("log_std"),
-    "statistics without use": lambda arrays, document: arrays.update(
-        {"observation.mean": np.zeros(2)}
-    ),
-    "bounds that do not fit": lambda arrays, document: arrays.update(
-        {"action.low": np.zeros(3, "f")}
-    ),
+    "statistics without use": lambda arrays, _: arrays.update({"observation.mean": np.zeros(2)}),
+    "bounds that do not fit": other("action.low", lambda low: np.zeros(3, "f")),
 }
 NETWORKS: dict[str, dict[str, Any]] = {
     "statistics missing": {"normalized": True},
@@ -241,10 +234,8 @@ import numpy as np, rigid_envs
 policy = rigid_envs.load({str(file)!r})
 print(policy.predict(np.zeros(policy.n_obs))[0].tolist())
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
     policy = rigid_envs.load(file)
-    assert json.loads(done.stdout) == policy.predict(np.zeros(policy.n_obs))[0].tolist()
+    assert json.loads(printed("-c", code)) == policy.predict(np.zeros(policy.n_obs))[0].tolist()
 
 
 STEERING = "PPO\x1b]0;owned\x07"

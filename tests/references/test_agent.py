@@ -1,6 +1,7 @@
 """References act on observations as trained policies do, wherever those act."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -18,6 +19,8 @@ from rigid_envs.scores.policies import reference_controllers
 from rigid_envs.scores.starts import evaluation_seeds
 from rigid_envs.tasks import registry
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from tests.fixtures import Patch
+from tests.page_code import run_page
 
 IDS = list(ENVIRONMENTS)
 PARK, GRID, GOAL = (f"RigidEnvs/{name}-v0" for name in ("BallPark", "BallGrid", "BallParkGoal"))
@@ -79,10 +82,8 @@ def test_evaluate_policy_of_stable_baselines3_takes_it(env_id: str) -> None:
         if names["done"]:
             wins.append(names["info"]["is_success"])
 
-    for env in (
-        make_vec_env(env_id, 2, seed=0),
-        DummyVecEnv([lambda: Monitor(gym.make(env_id))] * 2),
-    ):
+    theirs = DummyVecEnv([lambda: Monitor(gym.make(env_id))] * 2)
+    for env in (make_vec_env(env_id, 2, seed=0), theirs):
         returns, _ = evaluate_policy(
             agent, env, n_eval_episodes=2, callback=keep, return_episode_rewards=True
         )
@@ -94,10 +95,8 @@ def test_a_bare_environment_and_other_wrappers_are_taken() -> None:
     agent = quickest(PARK)
     mean, _ = evaluate_policy(agent, gym.make(PARK), n_eval_episodes=2, warn=False)
     assert mean > 5.0  # 10 for parking, minus what the way costs
-    wrapped = VecMonitor(
-        DummyVecEnv([lambda: gym.wrappers.RecordEpisodeStatistics(gym.make(PARK))])
-    )
-    assert evaluate_policy(agent, wrapped, n_eval_episodes=3)[0] > 5.0
+    rows = DummyVecEnv([lambda: gym.wrappers.RecordEpisodeStatistics(gym.make(PARK))])
+    assert evaluate_policy(agent, VecMonitor(rows), n_eval_episodes=3)[0] > 5.0
     envs = gym.wrappers.vector.RecordEpisodeStatistics(gym.make_vec(PARK, num_envs=5))
     assert rigid_envs.evaluate(PARK, agent, n=10, env=envs).successes.all()
 
@@ -180,7 +179,7 @@ def test_what_cannot_be_is_refused_by_name(
 
 @pytest.mark.parametrize("lacking", [{"controllers": {}}, {"decoder": ""}])
 def test_an_id_without_a_controller_or_a_decoder_is_refused(
-    lacking: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+    lacking: dict[str, Any], monkeypatch: Patch
 ) -> None:
     monkeypatch.setitem(registry._RECORDS, PARK, replace(ENVIRONMENTS[PARK], **lacking))
     with pytest.raises(ConfigError, match=f"env_id = '{PARK}'; expected one with a controller and"):
@@ -195,9 +194,7 @@ def test_observations_and_states_that_do_not_fit_are_refused() -> None:
             agent.predict(bad)
     goal = quickest(GOAL)
     for part in (np.zeros(33), {"observation": np.zeros(11)}):
-        with pytest.raises(
-            ValueError, match="expected a dictionary of achieved_goal, desired_goal"
-        ):
+        with pytest.raises(ValueError, match="expected a dictionary of achieved_goal, desired"):
             goal.predict(part)
     seen, _ = make_rows(PARK, 3).reset(seed=0)
     _, state = agent.predict(seen)
@@ -210,3 +207,10 @@ def test_it_says_what_it_is() -> None:
     assert repr(agent) == "rigid_envs.reference('RigidEnvs/TopRandom-v0', 'lqr', rotation='quat')"
     assert agent.env_kwargs == {"rotation": "quat"}
     assert rigid_envs.evaluate("TopRandom", agent, n=4).config == {"rotation": "quat"}
+
+
+def test_the_page_runs(tmp_path: Path, monkeypatch: Patch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names = run_page("references.md")
+    assert names["info"]["is_success"]
+    assert names["mean"] > 5.0  # 10 for parking, minus what the way costs

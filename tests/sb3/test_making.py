@@ -1,8 +1,7 @@
 """Rows of a registered id, made as Stable-Baselines3 makes them."""
 
 import random
-import subprocess
-import sys
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -15,6 +14,10 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.sb3.adapter import GymnasiumVecEnv, make_vec_env
+from rigid_envs.scores.trained import CompiledPolicy
+from tests.fixtures import Patch
+from tests.page_code import run_page
+from tests.programs import printed
 
 
 @pytest.mark.parametrize("env_id", ["RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTopRandom-v0"])
@@ -95,7 +98,15 @@ try:
 except ImportError as error:
     print(error)
 """
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    first, second = out.stdout.splitlines()
+    first, second = printed("-c", code).splitlines()
     assert first.startswith("ppo")
     assert 'pip install "rigid-envs[train]"' in second
+
+
+def test_the_page_runs(tmp_path: Path, monkeypatch: Patch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names = run_page("sb3.md", _200_000="1", _2_000="1_100")
+    assert isinstance(names["policy"], CompiledPolicy)
+    assert names["venv"].action_space.contains(names["action"][0])
+    assert names["mean"] > 0.0
+    assert "mine" in (tmp_path / "leaderboard.md").read_text()

@@ -1,5 +1,9 @@
 """Metrics against the motion itself, bounds against what was reached, rollouts against rows."""
 
+from dataclasses import fields
+from typing import Any
+
+import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -12,7 +16,7 @@ from rigid_envs.scores.policies import (
     reference_controllers,
     sampling,
 )
-from rigid_envs.scores.starts import evaluation_seeds, metrics_of, row_seeds
+from rigid_envs.scores.starts import Tally, evaluation_seeds, metrics_of, play, row_seeds
 from rigid_envs.scores.statistics import mean_interval
 from rigid_envs.scores.theory import least_time, limit_of
 from rigid_envs.systems.upright_coin.system import UprightCoin
@@ -137,11 +141,9 @@ def test_the_bound_of_an_upright_ball_is_the_straight_line_to_the_edge_of_the_to
 def test_the_bound_of_a_coin_is_the_way_or_the_roll_to_the_edge_of_the_tolerance(
     place, phase, way, roll
 ):
-    env_id, tolerances = (
-        "RigidEnvs/CoinPark-v0",
-        {"position_tolerance": 0.05, "phase_tolerance": 0.1},
-    )
-    envs = make_rows(env_id, 1, {**tolerances, "radius": 0.5})
+    env_id = "RigidEnvs/CoinPark-v0"
+    config = {"position_tolerance": 0.05, "phase_tolerance": 0.1, "radius": 0.5}
+    envs = make_rows(env_id, 1, config)
     q = UprightCoin.attitude(0.3, phase)
     envs.reset(seed=0, options={"state": {"q": q, "contact": place}})
     expected = max(way - 0.05, 0.5 * (roll - 0.1), 0.0)
@@ -312,3 +314,39 @@ def test_every_id_has_metrics_that_matter():
         names = [metric.name for metric in metrics_of(env_id)]
         assert {"success", "return"} < set(names) and len(set(names)) == len(names)
     assert metrics_of("Mine/Top-v0") == ()
+
+
+TALLIED = [f"RigidEnvs/{name}-v0" for name in ("BallPark", "DiskRoll", "SleepingTop", "BallGrid")]
+
+
+@pytest.mark.parametrize("env_id", TALLIED)
+@pytest.mark.parametrize("seed", [3, 4])
+def test_an_episode_counts_as_in_an_evaluation(env_id: str, seed: int) -> None:
+    env = gym.make(env_id)
+    env.action_space.seed(seed)
+    env.reset(seed=seed)
+    record: Any = ENVIRONMENTS[env_id]
+    tally, actions, over = Tally([seed], record.error, record.max_episode_steps), [], False
+    while not over:
+        actions.append(env.action_space.sample())
+        _, reward, terminated, truncated, info = env.step(actions[-1])
+        tally.add(reward, terminated, truncated, info)
+        assert tally.success == info["is_success"]
+        over = terminated or truncated
+    left = iter(actions)
+    theirs = play(lambda _: np.array([next(left)]), make_rows(env_id, 1), [seed], record.error)
+    ours = tally.episodes()
+    for field in fields(ours):
+        if field.name != "bounds":
+            assert np.array_equal(getattr(ours, field.name), getattr(theirs, field.name))
+    task: Any = env.unwrapped.task  # type: ignore[attr-defined]
+    for metric in metrics_of(env_id):
+        assert tally.value(metric, task) == metric.values(theirs, task)[0]
+
+
+def test_metrics_of_the_cost_have_its_unit() -> None:
+    units = {
+        env_id: metrics_of(env_id)[0].unit(make_rows(env_id, 1).task)
+        for env_id in ("RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTop-v0", "RigidEnvs/DiskRoll-v0")
+    }
+    assert list(units.values()) == ["m", "N m s", ""]

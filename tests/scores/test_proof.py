@@ -21,6 +21,7 @@ from rigid_envs.scores.starts import TEST_SEED, Cost
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 from rigid_envs.watch.replays.recording import record_starts
+from tests.fixtures import Capture, Patch
 
 TOP = "RigidEnvs/SleepingTop-v0"  # 300 steps, no bound is known, nobody succeeds by doing nothing
 PARK = "RigidEnvs/BallPark-v0"
@@ -64,9 +65,7 @@ def test_an_easier_task_is_not_ranked_whoever_made_it(make: Callable[[], Any]) -
     refused(found, "start_tilt = 0.01; expected 0.2, as registered")
 
 
-def test_an_easier_task_in_place_of_the_registered_one_is_not_ranked(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_easier_task_in_place_of_the_registered_one_is_not_ranked(monkeypatch: Patch) -> None:
     """Gymnasium lets anybody register an id again."""
     monkeypatch.setitem(gym.registry[TOP].kwargs, "tolerance", 1.5)
     found = evaluate(TOP, "zero", n=N)
@@ -340,7 +339,7 @@ class Endless(gym.Env[Any, Any]):
         return np.zeros(1, np.float32), 0.0, False, False, {}
 
 
-def test_episodes_of_others_that_do_not_end_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_episodes_of_others_that_do_not_end_are_refused(monkeypatch: Patch) -> None:
     monkeypatch.setattr("rigid_envs.scores.starts._MOST", 100)
     message = "env: 1 episodes of more than 100 steps; expected a time limit: wrap it in"
     with pytest.raises(ValueError, match=message):
@@ -348,7 +347,7 @@ def test_episodes_of_others_that_do_not_end_are_refused(monkeypatch: pytest.Monk
 
 
 def test_costs_of_an_easier_task_do_not_become_the_best_known(
-    tmp_path: Any, capsys: pytest.CaptureFixture[str]
+    tmp_path: Any, capsys: Capture
 ) -> None:
     easier = evaluate(DETUMBLE, "brake", n=2, config={"start_momentum": 0.5})
     with pytest.raises(ValueError, match=r"^brake: start_momentum = 0\.5; expected .* registered"):

@@ -232,10 +232,8 @@ def test_a_count_that_does_not_follow_from_the_starts_is_refused(tmp_path):
 
 def test_starts_without_an_outcome_are_refused_by_name(tmp_path):
     found, file = rigid_envs.evaluate(GRID, "zero", n=2), tmp_path / "row.json"
-    for name, wrong in (
-        ("success", 0.5),
-        *((name, None) for name in ("success", "return", "length", "cost")),
-    ):
+    missing = [(name, None) for name in ("success", "return", "length", "cost")]
+    for name, wrong in (("success", 0.5), *missing):
         row = found.row()
         row["starts"][name][0] = wrong
         write_document(file, row)
@@ -320,13 +318,11 @@ def test_recorded_actions_of_other_episodes_are_refused():
 
 
 def test_environments_that_do_not_fit_are_refused():
+    stays = gym.make_vec(TOP, num_envs=2, autoreset_mode="Disabled")
     for options, message in (
         ({"env": gym.make(GRID)}, f"env = {GRID}; expected one of {TOP}"),
         ({"env": gym.make(TOP), "config": {"dt": 0.1}}, "expected none beside env"),
-        (
-            {"env": gym.make_vec(TOP, num_envs=2, autoreset_mode="Disabled")},
-            "expected rows that start anew",
-        ),
+        ({"env": stays}, "expected rows that start anew"),
         ({"env": gym.make(TOP), "policy": "lqr"}, "expected native rows for lqr"),
     ):
         policy = options.pop("policy", "zero")
@@ -342,9 +338,7 @@ def test_models_of_stable_baselines3_are_played_with_their_scaling():
 
     venv = make_vec_env(TOP, n_envs=2)
     plain = PPO("MlpPolicy", venv, n_steps=64, batch_size=64, n_epochs=1).learn(128)
-    with pytest.raises(
-        ValueError, match=r"have shape \(12,\), .*expected the settings .*'reduced'"
-    ):
+    with pytest.raises(ValueError, match=r"shape \(12,\), .*expected the settings .*'reduced'"):
         rigid_envs.evaluate("BallSteer", plain, n=4)
     found = rigid_envs.evaluate(TOP, plain, n=4)
     assert found.policy == "ppo" and 0.0 <= found.efficiency.mean <= 1.0

@@ -21,6 +21,13 @@ PROVENANCE = tuple(provenance())
 FORGED = "ppo |\n| forged"
 
 
+@pytest.fixture
+def file(kind: str, tmp_path: Path) -> Path:
+    """A good file of a kind."""
+    READERS[kind].write(tmp_path / READERS[kind].name)
+    return tmp_path / READERS[kind].name
+
+
 @pytest.mark.parametrize("won", [False, True])
 def test_a_record_is_read_as_it_was_written(tmp_path: Path, won: bool) -> None:
     record, file = published_record(published()[0]), tmp_path / "new" / "record.json"
@@ -35,9 +42,7 @@ def test_a_record_is_read_as_it_was_written(tmp_path: Path, won: bool) -> None:
     ("about", "changed"),
     [
         ({"format": "rigid-envs record 0"}, {}),
-        ({}, {"version": 0}),
-        ({}, {"seed": 5}),
-        ({}, {"starts": 499}),
+        *(({}, changed) for changed in ({"version": 0}, {"seed": 5}, {"starts": 499})),
     ],
 )
 def test_records_of_other_formats_and_starts_are_refused(
@@ -65,10 +70,8 @@ def test_records_of_other_formats_and_starts_are_refused(
     ],
 )
 def test_what_figures_come_from_is_told_in_full_by_every_file_of_figures(
-    kind: str, part: str, names: tuple[str, ...], tmp_path: Path
+    kind: str, part: str, names: tuple[str, ...], file: Path
 ) -> None:
-    file = tmp_path / READERS[kind].name
-    READERS[kind].write(file)
     whole = json.loads(file.read_text())
     assert READERS[kind].read(file)
     wrong: dict[str, Any]
@@ -82,9 +85,7 @@ def test_what_figures_come_from_is_told_in_full_by_every_file_of_figures(
 
 
 @pytest.mark.parametrize("kind", ["record", "best", "result"])
-def test_figures_of_no_version_of_this_library_are_refused(kind: str, tmp_path: Path) -> None:
-    file = tmp_path / READERS[kind].name
-    READERS[kind].write(file)
+def test_figures_of_no_version_of_this_library_are_refused(kind: str, file: Path) -> None:
     whole = json.loads(file.read_text())
     told = whole.get("provenance", whole)
     wrong: dict[str, Any]
@@ -127,10 +128,8 @@ def test_a_file_of_more_bytes_than_make_sense_is_not_read(
     ],
 )
 def test_text_that_would_steer_a_terminal_or_forge_a_row_is_refused(
-    kind: str, key: str, value: Any, tmp_path: Path
+    kind: str, key: str, value: Any, file: Path
 ) -> None:
-    file = tmp_path / READERS[kind].name
-    READERS[kind].write(file)
     write_document(file, json.loads(file.read_text()) | {key: value})
     with pytest.raises(DamagedFileError, match="can be printed"):
         READERS[kind].read(file)

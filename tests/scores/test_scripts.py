@@ -9,13 +9,8 @@ from rigid_envs.scores.policies import Script, reference_controllers
 
 
 def rows(n, mode="NextStep", limit=7):
-    return gym.make_vec(
-        "RigidEnvs/BallPark-v0",
-        num_envs=n,
-        vectorization_mode="vector_entry_point",
-        autoreset_mode=mode,
-        max_episode_steps=limit,
-    )
+    options = {"autoreset_mode": mode, "max_episode_steps": limit}
+    return gym.make_vec("RigidEnvs/BallPark-v0", n, "vector_entry_point", **options)
 
 
 class Counted:

@@ -1,14 +1,24 @@
 """No page shows code that no test has run, or a command that is not understood."""
 
 import importlib.util
+import re
+import shlex
 from argparse import ArgumentParser
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from rigid_envs.tools.cli.command_line import _parser as library
 from rigid_envs.tools.cli.words import config_of
-from tests.site.pages import PAGES, ROOT, blocks_of, commands_of
+from tests.fixtures import Patch
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(
+    path.relative_to(ROOT).as_posix()
+    for path in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")]
+    if "_build" not in path.parts
+)
 
 # Python of these pages is run by the test that is named, which knows what must come out, or runs it
 # in parts, or for shorter. Of all other pages it is run here, as it stands.
@@ -18,10 +28,10 @@ ELSEWHERE = {
     "docs/extending.md": "tests/test_extending.py::test_the_script_of_the_page_runs",
     "docs/policies.md": "tests/policies/test_published.py::"
     "test_the_example_of_the_page_loads_acts_and_evaluates",
-    "docs/references.md": "tests/references/test_page.py::test_the_page_runs",
+    "docs/references.md": "tests/references/test_agent.py::test_the_page_runs",
     "docs/rendering.md": "tests/pages/test_pictures.py::test_code_of_the_guide_runs",
     "docs/replays.md": "tests/replays/test_recording.py::test_the_example_of_the_guide_runs",
-    "docs/sb3.md": "tests/sb3/test_page.py::test_the_page_runs",
+    "docs/sb3.md": "tests/sb3/test_making.py::test_the_page_runs",
     "docs/scoring.md": "tests/test_docs.py::"
     "test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider",
     "docs/symmetry.md": "tests/envs/test_frames.py::test_the_examples_of_the_page_run",
@@ -31,6 +41,38 @@ GENERATED = "docs/environments/"  # tests/test_docs.py runs the example of each 
 
 # Tools of others, which are not called here.
 TOOLS = {"cd", "git", "lint-imports", "mypy", "npm", "pip", "pre-commit", "ray", "ruff", "source"}
+
+
+class Block(NamedTuple):
+    """A fenced block of code."""
+
+    language: str
+    code: str
+
+
+def text_of(page: str) -> str:
+    return (ROOT / page).read_text(encoding="utf-8")
+
+
+def blocks_of(page: str, *languages: str) -> list[Block]:
+    """Blocks of a page in some languages, in order."""
+    found = re.findall(r"^```(\w+)\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
+    return [Block(*each) for each in found if each[0] in languages]
+
+
+def commands_of(page: str) -> list[list[str]]:
+    """Commands of the shell that a page shows, as words."""
+    found = []
+    for block in blocks_of(page, "bash", "sh", "console", "shell"):
+        for line in block.code.replace("\\\n", " ").splitlines():
+            words = shlex.split(line, comments=True)
+            while "&&" in words:
+                at = words.index("&&")
+                found.append(words[:at])
+                words = words[at + 1 :]
+            found.append(words)
+    return [words for words in found if words]
+
 
 HERE = [
     page
@@ -49,7 +91,7 @@ def test_the_tests_that_are_named_are_there_and_read_their_page() -> None:
 
 
 @pytest.mark.parametrize("page", HERE)
-def test_python_of_a_page_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_of_a_page_runs(page: str, tmp_path: Path, monkeypatch: Patch) -> None:
     """A block that stands on a page of the list, too, is not run again."""
     known = {block for other in ELSEWHERE for block in blocks_of(other, "python")}
     monkeypatch.chdir(tmp_path)

@@ -19,6 +19,7 @@ from agents.cli.command_line import main
 from agents.config.reading import load_config, recipe_for
 from rigid_envs.scores.trained import file_of
 from rigid_envs.watch.replays.replay import load_replay
+from tests.fixtures import Capture, Patch
 from tests.programs import python
 
 ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow-import", "tests.agents.drift"]
@@ -131,9 +132,7 @@ def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
     process.communicate()
 
 
-def test_without_a_word_the_flagship_is_trained_for_a_short_time(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_without_a_word_the_flagship_is_trained_for_a_short_time(monkeypatch: Patch) -> None:
     seen: list[Namespace] = []
 
     def train(options: Namespace, rest: list[str]) -> int:
@@ -166,7 +165,7 @@ def test_without_a_word_the_flagship_is_trained_for_a_short_time(
     ],
 )
 def test_an_environment_is_trained_with_its_own_recipe(
-    words: str, entries: dict[str, object], capsys: pytest.CaptureFixture[str]
+    words: str, entries: dict[str, object], capsys: Capture
 ) -> None:
     assert main(["train", *shlex.split(words), "--print-config"]) == 0
     shown = yaml.safe_load(capsys.readouterr().out)
@@ -192,12 +191,7 @@ def test_an_environment_is_trained_with_its_own_recipe(
     ],
 )
 def test_a_mistake_is_answered_in_one_line(
-    words: str,
-    status: int,
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    words: str, status: int, message: str, tmp_path: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(words.split()) == status
@@ -207,7 +201,7 @@ def test_a_mistake_is_answered_in_one_line(
 
 
 def test_the_config_is_printed_and_nothing_is_made(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["train", "--print-config", "--seed", "7", "--env_kwargs.dt", "1e-2"]) == 0
@@ -220,7 +214,7 @@ def test_the_config_is_printed_and_nothing_is_made(
 
 
 @pytest.mark.parametrize("verb", [[], ["train"], ["evaluate"], ["enjoy"], ["benchmark"]], ids=str)
-def test_help_is_there(verb: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_is_there(verb: list[str], capsys: Capture) -> None:
     with pytest.raises(SystemExit) as stop:
         main([*verb, "--help"])
     assert stop.value.code == 0

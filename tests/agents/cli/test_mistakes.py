@@ -19,6 +19,7 @@ from agents.training import trainer as trainer_module
 from agents.training.trainer import Trainer, train
 from rigid_envs.scores.trained import file_of
 from tests.agents.sessions import SMALL, begun, small
+from tests.fixtures import Capture, Patch
 from tests.paths import NOT_A_FILE, NOT_A_FOLDER, PATHS
 
 READ = [
@@ -46,7 +47,7 @@ CASES = [*product(READ, NOT_A_FILE), *product(WRITTEN, NOT_A_FOLDER)]
     ("words", "kind"), CASES, ids=[f"{' '.join(words)}-{kind}" for words, kind in CASES]
 )
 def test_what_is_not_what_it_should_be_is_named_in_one_line_and_left_as_it_is(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], kind: str
+    tmp_path: Path, capsys: Capture, words: list[str], kind: str
 ) -> None:
     path = PATHS[kind](tmp_path)
     before = path.read_bytes() if path.is_file() else None
@@ -55,7 +56,7 @@ def test_what_is_not_what_it_should_be_is_named_in_one_line_and_left_as_it_is(
     assert before is None or path.read_bytes() == before
 
 
-def refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+def refused(words: list[str], capsys: Capture) -> str:
     """What a command says that is refused, in one line."""
     capsys.readouterr()
     assert main(words) in (1, 2)
@@ -73,7 +74,7 @@ def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("verb", ["evaluate", "enjoy"])
 @pytest.mark.parametrize("which", ["best", "last"])
 def test_a_run_without_a_policy_yet_says_when_there_is_one(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], verb: str, which: str
+    tmp_path: Path, capsys: Capture, verb: str, which: str
 ) -> None:
     run = begun(small(tmp_path))
     said = refused([verb, str(run.folder), "--which", which], capsys)
@@ -117,7 +118,7 @@ RUIN: list[tuple[str, Callable[[Path], None], list[str]]] = [
 def test_a_spoilt_file_of_a_run_is_named_in_one_line(
     complete: Path,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
     name: str,
     ruin: Callable[[Path], None],
     verb: str,
@@ -137,7 +138,7 @@ def train_in(folder: Path) -> list[str]:
 # The thread of TensorBoard has a file of its own in there, and a word of its own to say.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_run_folder_that_is_deleted_while_it_is_trained_ends_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     made = []
 
@@ -156,11 +157,7 @@ def test_a_run_folder_that_is_deleted_while_it_is_trained_ends_it(
 @pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS, errno.ENOSPC, errno.EIO])
 @pytest.mark.parametrize("name", ["checkpoints", "last_model", "best_model"])
 def test_what_may_not_be_written_ends_a_training_in_one_line(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    name: str,
-    code: int,
+    tmp_path: Path, monkeypatch: Patch, capsys: Capture, name: str, code: int
 ) -> None:
     def replace(old: Path, new: Path) -> None:
         if new.parent.name == name:
@@ -176,11 +173,7 @@ def test_what_may_not_be_written_ends_a_training_in_one_line(
 
 @pytest.mark.parametrize("words", [["train", "--config"], ["evaluate"], ["train", "--resume"]])
 def test_what_may_not_be_read_is_named_in_one_line(
-    complete: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    words: list[str],
+    complete: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture, words: list[str]
 ) -> None:
     run = Path(shutil.copytree(complete, tmp_path / "run"))
     name = {"evaluate": POLICY}.get(words[0], "config.yaml")
@@ -196,9 +189,7 @@ def test_what_may_not_be_read_is_named_in_one_line(
     assert str(run / name) in refused([*words, str(path)], capsys)
 
 
-def test_a_bug_is_not_dressed_up_as_a_mistake(
-    complete: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_bug_is_not_dressed_up_as_a_mistake(complete: Path, monkeypatch: Patch) -> None:
     def broken(*_: object) -> None:
         raise KeyError("a bug")
 
@@ -207,8 +198,6 @@ def test_a_bug_is_not_dressed_up_as_a_mistake(
         main(["train", "--resume", str(complete), "--quiet"])
 
 
-def test_the_name_of_a_file_cannot_steer_the_terminal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_name_of_a_file_cannot_steer_the_terminal(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "\x1b[2J\r.json").touch()
     assert "\\x1b[2J\\r.json" in refused(["leaderboard", str(tmp_path)], capsys)

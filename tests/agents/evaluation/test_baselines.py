@@ -15,6 +15,7 @@ from rigid_envs.scores.records import Record, read_record, record_file, write_re
 from rigid_envs.scores.repeating import published_record
 from rigid_envs.scores.starts import FLOOR
 from rigid_envs.scores.trained import FOLDER, published
+from tests.fixtures import Capture
 
 DOCS = Path(__file__).parents[3] / "docs"
 IDS = ("RigidEnvs/BallPark-v0", "RigidEnvs/SpinCapture-v0")
@@ -96,9 +97,7 @@ def test_page_and_figures_are_written(tmp_path: Path, seeds: int) -> None:
     assert figures == names and all(f"(baselines/{name}.png)" in text for name in names)
 
 
-def test_a_folder_without_records_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_without_records_is_refused(tmp_path: Path, capsys: Capture) -> None:
     assert main(["baselines", str(tmp_path)]) == 2
     assert "expected records of `python -m agents benchmark`" in capsys.readouterr().err
 

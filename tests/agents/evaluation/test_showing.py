@@ -15,6 +15,7 @@ from agents.evaluation import showing as short_film
 from agents.evaluation.showing import try_film
 from rigid_envs import load
 from rigid_envs.scores.starts import TEST_SEED
+from tests.fixtures import Capture, Patch
 from tests.programs import python
 
 pytestmark = pytest.mark.long  # see .ci/run
@@ -39,7 +40,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(autouse=True)
-def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
+def no_display(monkeypatch: Patch) -> None:
     for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("sys.platform", "linux")
@@ -60,7 +61,7 @@ def test_training_leaves_a_film_of_its_policy(run: Path) -> None:
 
 
 def test_training_ends_with_the_path_of_the_film_and_shows_no_progress_where_it_is_quiet(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, monkeypatch: Patch
 ) -> None:
     told: list[str] = []
     monkeypatch.setattr("agents.evaluation.reports.tell", told.append)
@@ -71,9 +72,7 @@ def test_training_ends_with_the_path_of_the_film_and_shows_no_progress_where_it_
     assert found is not None and (Path(found[1]) / found[2]).is_file() and not told
 
 
-def test_a_film_costs_at_most_its_time(
-    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_film_costs_at_most_its_time(run: Path, tmp_path: Path, monkeypatch: Patch) -> None:
     from rigid_envs.watch.drawing import Drawing
 
     draw, clock = Drawing.picture, [0.0]
@@ -118,10 +117,7 @@ sys.exit(main(sys.argv[1:]))
 
 
 def test_whatever_fails_does_not_fail_the_training(
-    run: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    run: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     def broken(*_: Any, **__: Any) -> None:
         raise OSError("no space")
@@ -131,9 +127,7 @@ def test_whatever_fails_does_not_fail_the_training(
     assert capsys.readouterr().err == "no film of the policy: OSError: no space\n"
 
 
-def test_enjoy_without_a_display_writes_a_film_and_says_where(
-    run: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_enjoy_without_a_display_writes_a_film_and_says_where(run: Path, capsys: Capture) -> None:
     assert main(["enjoy", str(run), "--seed", "4"]) == 0
     *table, film = capsys.readouterr().out.splitlines()
     assert "return" in table[-1] and film.startswith(f"film: {run / 'enjoy.mp4'} (")
@@ -141,7 +135,7 @@ def test_enjoy_without_a_display_writes_a_film_and_says_where(
 
 
 def test_enjoy_shows_policy_and_controller_side_by_side(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    run: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     film = tmp_path / "a.mp4"
     words = ["--against", "reference", "--video", str(film), "--seed", "4"]
@@ -160,7 +154,7 @@ def test_enjoy_writes_a_page_for_a_browser(run: Path, tmp_path: Path) -> None:
 
 
 def test_enjoy_opens_a_window_where_there_is_a_display(
-    run: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    run: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     seen = []
@@ -183,7 +177,7 @@ def test_enjoy_opens_a_window_where_there_is_a_display(
     assert not pygame.display.get_init()
 
 
-def test_enjoy_prints_only_if_asked(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_enjoy_prints_only_if_asked(run: Path, capsys: Capture) -> None:
     (run / "enjoy.mp4").unlink(missing_ok=True)
     assert main(["enjoy", str(run), "--table"]) == 0
     assert capsys.readouterr().out.splitlines()[-1].startswith("return")
@@ -191,7 +185,7 @@ def test_enjoy_prints_only_if_asked(run: Path, capsys: pytest.CaptureFixture[str
 
 
 def test_enjoy_without_the_extra_prints_and_says_what_to_install(
-    run: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    run: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     assert main(["enjoy", str(run)]) == 0
@@ -212,7 +206,7 @@ def test_enjoy_without_the_extra_prints_and_says_what_to_install(
     ],
 )
 def test_a_mistake_is_refused_before_anything_is_played(
-    run: Path, words: str, message: str, capsys: pytest.CaptureFixture[str]
+    run: Path, words: str, message: str, capsys: Capture
 ) -> None:
     assert main(["enjoy", str(run), *words.split()]) == 2
     said = capsys.readouterr()

@@ -24,6 +24,7 @@ from agents.storage.runs import (
     write_config,
 )
 from tests.agents.sessions import begun
+from tests.fixtures import Capture
 
 VALUES = {
     "learning_rate": [1e-3, 1e-4],
@@ -204,7 +205,7 @@ def test_a_copied_run_is_free(tmp_path: Path, config: Config) -> None:
     ],
 )
 def test_a_changed_entry_is_refused_before_the_first_checkpoint(
-    config: Config, capsys: pytest.CaptureFixture[str], old: str, new: str
+    config: Config, capsys: Capture, old: str, new: str
 ) -> None:
     run = begun(config)
     path = run / "config.yaml"
@@ -218,9 +219,7 @@ def test_a_changed_entry_is_refused_before_the_first_checkpoint(
     assert sorted(each.name for each in run.folder.iterdir()) == ["config.yaml", "run.lock"]
 
 
-def test_a_changed_config_of_a_run_starts_a_new_one(
-    config: Config, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_changed_config_of_a_run_starts_a_new_one(config: Config, capsys: Capture) -> None:
     run = begun(config)
     text = (run / "config.yaml").read_text().replace("gamma: 0.99", "gamma: 0.9")
     (run / "config.yaml").write_text(text)

@@ -11,28 +11,16 @@ from typing import Any
 import numpy as np
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.entries import config_from
 from agents.sweeps.sweep import Training
 from rigid_envs.scores.records import read_record
-from tests.agents.sessions import SMALL
-
-SAME = (
-    "progress.csv",
-    "monitor.csv",
-    "last_model/policy.safetensors",
-    "best_model/policy.safetensors",
-)
+from tests.agents.sessions import assert_same_files, small
 
 
 def trainings(folder: Path, n: int, updates: int) -> list[Training]:
     """So many runs, each with a seed of its own."""
     return [
         Training(
-            config_from(
-                SMALL
-                | {"log_dir": str(folder), "run_name": f"run_{k}", "seed": k}
-                | {"total_timesteps": 512 * updates}
-            ),
+            small(folder, run_name=f"run_{k}", seed=k, total_timesteps=512 * updates),
             folder / "records",
             20,
         )
@@ -119,16 +107,7 @@ def assert_as_undisturbed(killed: list[Training], alone: list[Training]) -> None
     """
     for training, other in zip(killed, alone, strict=True):
         assert other.run() is None
-        for name in SAME:
-            ours, theirs = training.folder / name, other.folder / name
-            assert ours.read_bytes() == theirs.read_bytes(), ours
-        with (
-            np.load(training.folder / "evaluations.npz") as a,
-            np.load(other.folder / "evaluations.npz") as b,
-        ):
-            assert a.files == b.files
-            for key in a.files:
-                np.testing.assert_array_equal(a[key], b[key])
+        assert_same_files(training.folder, other.folder)
         record, undisturbed = read_record(training.file), read_record(other.file)
         assert record.policy_sha256 == undisturbed.policy_sha256
         assert (record.config, record.curve) == (undisturbed.config, undisturbed.curve)

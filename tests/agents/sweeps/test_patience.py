@@ -11,6 +11,7 @@ import pytest
 from agents.sweeps import sweep as module
 from agents.sweeps.sweep import Patience, Processes, Training, train_all
 from tests.agents.sweeps.kills import assert_as_undisturbed, kill_some, stop_once, trainings
+from tests.fixtures import Capture, Patch
 
 
 class Clock:
@@ -37,7 +38,7 @@ class Watched:
 
 
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+def clock(monkeypatch: Patch) -> Clock:
     clock = Clock()
     monkeypatch.setattr(module, "monotonic", clock)
     return clock
@@ -85,7 +86,7 @@ def test_time_in_which_the_sweep_was_stopped_too_does_not_count(clock: Clock) ->
 
 @pytest.mark.long
 def test_a_training_that_hangs_is_killed_and_goes_on_to_the_bit(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: Capture
 ) -> None:
     hung, alone = (trainings(tmp_path / name, 2, 60) for name in ("hung", "alone"))
     stopper = threading.Thread(target=stop_once, args=(hung[0].folder,), daemon=True)

@@ -24,6 +24,7 @@ from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.scores.records import read_record
 from tests.agents.sessions import SMALL
+from tests.fixtures import Capture, Patch
 
 FEW = SMALL | {"total_timesteps": 512 * 6}
 DRIFT = "tests.agents.drift"
@@ -124,7 +125,7 @@ def test_another_config_is_refused_before_anything_is_trained_or_trained_anew(
 
 
 def test_a_training_that_fails_leaves_no_record_and_lets_others_be(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: Capture
 ) -> None:
     bad = training(tmp_path, "bad", env_kwargs={"bad_reward_at": 40}, seed=1)
     assert sweep(bad, training(tmp_path)) == 1
@@ -136,7 +137,7 @@ def test_a_training_that_fails_leaves_no_record_and_lets_others_be(
 
 @pytest.mark.long
 def test_a_training_that_dies_five_times_at_the_same_place_is_given_up(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: Capture
 ) -> None:
     assert sweep(training(tmp_path), imports="tests.agents.deadly") == 1
     out, err = capsys.readouterr()
@@ -145,9 +146,7 @@ def test_a_training_that_dies_five_times_at_the_same_place_is_given_up(
 
 
 @pytest.mark.long
-def test_a_run_of_another_process_is_tried_again_later(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_of_another_process_is_tried_again_later(tmp_path: Path, monkeypatch: Patch) -> None:
     first, second = training(tmp_path), training(tmp_path, "b", seed=1)
     sweep(first)
     place(tmp_path).unlink()
@@ -197,9 +196,7 @@ def wait_for(condition: Any) -> None:
         time.sleep(0.05)
 
 
-def test_the_verb_trains_what_it_is_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_verb_trains_what_it_is_told(tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "out"
     words = f"{VERB} --steps 2e4 --episodes 20 --quiet".split()
     assert main([*words, "--algo", "ppo", "--seeds", "0,2", "--out", str(out)]) == 0

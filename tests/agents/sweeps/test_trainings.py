@@ -14,9 +14,10 @@ from agents.training.recording import is_complete, publish
 from agents.training.trainer import Outcome
 from rigid_envs.base.checks import ConfigError
 from tests.agents.sessions import begun
+from tests.fixtures import Capture, Patch
 
 
-def asked(monkeypatch: pytest.MonkeyPatch, words: str) -> list[Training]:
+def asked(monkeypatch: Patch, words: str) -> list[Training]:
     """The trainings of a command, none of which is begun."""
     found: list[Training] = []
 
@@ -36,18 +37,14 @@ def asked(monkeypatch: pytest.MonkeyPatch, words: str) -> list[Training]:
         ("benchmark --seeds 0-2,1,2-3 --ids BallPark BallPark RigidEnvs/BallPark-v0", 4),
     ],
 )
-def test_what_is_named_twice_is_trained_once(
-    monkeypatch: pytest.MonkeyPatch, words: str, n: int
-) -> None:
+def test_what_is_named_twice_is_trained_once(monkeypatch: Patch, words: str, n: int) -> None:
     found = asked(monkeypatch, words)
     assert len(found) == n
     assert len({each.folder for each in found}) == len({each.file for each in found}) == n
 
 
 @pytest.mark.parametrize("text", ["", ",", "3-1", "1-", "-1", "1-2-3", "many", "0x2", "1.5"])
-def test_seeds_that_name_no_training_are_refused(
-    text: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_seeds_that_name_no_training_are_refused(text: str, capsys: Capture) -> None:
     assert main(["benchmark", f"--seeds={text}"]) == 2
     assert f"--seeds = {text!r}; expected seeds as 0-9 or 0,2,5" in capsys.readouterr().err
 
@@ -66,7 +63,7 @@ UNFINISHED = [None, "", HEADER, f"{HEADER}4096,1,1,9\n", f"{HEADER}4096,1,1,9\n8
 
 @pytest.mark.parametrize("times", UNFINISHED)
 def test_a_run_that_has_not_made_its_last_step_is_not_complete(
-    tmp_path: Path, times: str | None, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, times: str | None, monkeypatch: Patch
 ) -> None:
     """It is neither published nor recorded: a sweep goes on with it."""
     entries = {"env_id": "RigidEnvs/BallPark-v0", "total_timesteps": 8192}

@@ -5,65 +5,45 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Change", "add", "both", "cast", "drop", "forget", "put", "say", "shape"]
-
 Arrays = dict[str, Any]
-Change = Callable[[Arrays, dict[str, Any]], None]
+Change = Callable[[Arrays, dict[str, Any]], Any]
+
+
+def swap(member: str, change: Callable[[Any], Any]) -> Change:
+    """Put what becomes of an array in its place."""
+    return lambda arrays, _: arrays.update({member: change(arrays[member])})
 
 
 def put(member: str, value: float, place: Any = ...) -> Change:
     """Put a value into an array."""
-
-    def change(arrays: Arrays, _: dict[str, Any]) -> None:
-        arrays[member][place] = value
-
-    return change
+    return lambda arrays, _: arrays[member].__setitem__(place, value)
 
 
 def shape(member: str, *sizes: int) -> Change:
     """Cut an array to a shape, which numbers of the old shape may broadcast to."""
-
-    def change(arrays: Arrays, _: dict[str, Any]) -> None:
-        arrays[member] = np.resize(arrays[member], sizes)
-
-    return change
+    return swap(member, lambda array: np.resize(array, sizes))
 
 
 def cast(member: str, kind: str) -> Change:
     """Give an array another type."""
-
-    def change(arrays: Arrays, _: dict[str, Any]) -> None:
-        arrays[member] = arrays[member].astype(kind)
-
-    return change
+    return swap(member, lambda array: array.astype(kind))
 
 
 def drop(member: str) -> Change:
     """Leave an array out."""
-
-    def change(arrays: Arrays, _: dict[str, Any]) -> None:
-        del arrays[member]
-
-    return change
+    return lambda arrays, _: arrays.pop(member)
 
 
 def add(member: str) -> Change:
     """Add an array."""
-
-    def change(arrays: Arrays, _: dict[str, Any]) -> None:
-        arrays[member] = np.zeros(3)
-
-    return change
+    return lambda arrays, _: arrays.update({member: np.zeros(3)})
 
 
 def say(place: str, value: Any) -> Change:
     """Put a value into the document; a function is given the old one."""
 
     def change(_: Arrays, document: dict[str, Any]) -> None:
-        *path, last = (int(key) if key.isdecimal() else key for key in place.split("."))
-        inner: Any = document
-        for key in path:
-            inner = inner[key]
+        inner, last = _found(document, place)
         inner[last] = value(inner[last]) if callable(value) else value
 
     return change
@@ -73,10 +53,7 @@ def forget(place: str) -> Change:
     """Leave an entry of the document out."""
 
     def change(_: Arrays, document: dict[str, Any]) -> None:
-        *path, last = place.split(".")
-        inner = document
-        for key in path:
-            inner = inner[key]
+        inner, last = _found(document, place)
         del inner[last]
 
     return change
@@ -84,9 +61,12 @@ def forget(place: str) -> Change:
 
 def both(*changes: Change) -> Change:
     """Make several changes."""
+    return lambda arrays, document: [each(arrays, document) for each in changes]
 
-    def change(arrays: Arrays, document: dict[str, Any]) -> None:
-        for each in changes:
-            each(arrays, document)
 
-    return change
+def _found(document: Any, place: str) -> tuple[Any, Any]:
+    """What holds an entry, and its key or number there."""
+    *path, last = (int(key) if key.isdecimal() else key for key in place.split("."))
+    for key in path:
+        document = document[key]
+    return document, last

@@ -14,6 +14,7 @@ from agents.training.trainer import train
 from rigid_envs.base.files import load_tensors, save_tensors
 from tests.agents.training.changes import Change, add, both, cast, drop, forget, put, say, shape
 from tests.agents.training.test_resume import VARIANTS, assert_same, base, newest
+from tests.fixtures import Capture
 
 UPDATES = 12
 
@@ -45,7 +46,7 @@ def content(run: Path) -> dict[str, bytes]:
     return {str(path.relative_to(run)): path.read_bytes() for path in files}
 
 
-def refused(run: Path, capsys: pytest.CaptureFixture[str]) -> str:
+def refused(run: Path, capsys: Capture) -> str:
     """What is said where a run does not go on, in one line; no file of it changes."""
     before = content(run)
     assert main(["train", "--resume", str(run), "--quiet"]) == 2
@@ -149,12 +150,7 @@ def _id(part: object) -> str:
 
 @pytest.mark.parametrize(("algo", "change", "message"), KINDS, ids=_id)
 def test_bad_content_is_refused_by_name_and_no_file_changes(
-    runs: dict[str, Path],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    algo: str,
-    change: Change,
-    message: str,
+    runs: dict[str, Path], tmp_path: Path, capsys: Capture, algo: str, change: Change, message: str
 ) -> None:
     run = Path(shutil.copytree(runs[algo], tmp_path / "run"))
     damage(run, change)
@@ -172,9 +168,7 @@ def test_of_two_checkpoints_a_bad_one_is_passed_over_and_the_run_ends_as_it_woul
     assert_same(runs["ppo"], run)
 
 
-def test_bad_content_in_both_checkpoints_is_told_of_both(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_content_in_both_checkpoints_is_told_of_both(tmp_path: Path, capsys: Capture) -> None:
     run = run_of(tmp_path, "plain", updates=8)
     arrays, document = load_tensors(newest(run), 10**9)
     for path in (run / "checkpoints").iterdir():
@@ -184,7 +178,7 @@ def test_bad_content_in_both_checkpoints_is_told_of_both(
 
 @pytest.mark.parametrize("name", ["progress", "monitor", "times"])
 def test_a_log_that_is_gone_or_cut_is_named_and_no_file_changes(
-    runs: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+    runs: dict[str, Path], tmp_path: Path, capsys: Capture, name: str
 ) -> None:
     run = Path(shutil.copytree(runs["ppo"], tmp_path / "run"))
     log = run / f"{name}.csv"

@@ -14,6 +14,7 @@ from agents.training.trainer import train
 from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from tests.agents.drift import Drift
+from tests.fixtures import Patch
 
 SHORT: dict[str, Any] = {
     "env_id": "RigidEnvs/SleepingTop-v0",
@@ -90,9 +91,7 @@ class Free(Drift):
         return observation, {"is_success": infos["is_success"]}
 
 
-def test_a_price_is_refused_where_there_is_no_cost(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_price_is_refused_where_there_is_no_cost(tmp_path: Path, monkeypatch: Patch) -> None:
     spec = gym.envs.registration.EnvSpec("Free-v0", vector_entry_point=Free)
     monkeypatch.setitem(gym.registry, "Free-v0", spec)
     with pytest.raises(ConfigError, match=r"config\.cost_price.*no cost"):

@@ -46,6 +46,12 @@ def model_of(config: Config) -> Any:
     return build_model(config, TrainingRows(make(config.env_id, config.env_kwargs, config.n_envs)))
 
 
+def progress(config: Config) -> Any:
+    """What a training logs, by columns."""
+    with (train(config, quiet=True).folder / "progress.csv").open() as file:
+        return np.genfromtxt(file, delimiter=",", names=True, deletechars="")
+
+
 @pytest.mark.parametrize("algo", ENTRIES)
 def test_every_entry_of_an_algorithm_is_told_to_its_model(algo: str) -> None:
     config = config_of(algo)
@@ -94,9 +100,7 @@ def test_the_learning_rate_falls_along_a_line_and_ends_at_its_end(
     own = {"n_steps": 100, "batch_size": 100, "target_kl": None} if algo == "ppo" else memory
     config = config_of(algo, **own, learning_rate=[1e-3, 0.0], total_timesteps=1500,
                        eval_episodes=2, log_dir=str(tmp_path))  # fmt: skip
-    run = train(config, quiet=True).folder
-    with (run / "progress.csv").open() as file:
-        table = np.genfromtxt(file, delimiter=",", names=True, deletechars="")
+    table = progress(config)
     expected = 1e-3 * np.maximum(1 - np.array([400, 800, 1200, 1600]) / 1500, 0.0)
     np.testing.assert_allclose(table["train/learning_rate"], expected, rtol=1e-12)
 
@@ -107,9 +111,7 @@ def test_a_round_has_its_gradient_steps_once_learning_has_started(
 ) -> None:
     own = {"log_every": 40, "learning_starts": 100, "train_freq": 2, "gradient_steps": 3}
     config = config_of(algo, **own, total_timesteps=200, eval_episodes=2, log_dir=str(tmp_path))
-    run = train(config, quiet=True).folder
-    with (run / "progress.csv").open() as file:
-        table = np.genfromtxt(file, delimiter=",", names=True, deletechars="")
+    table = progress(config)
     # a round is 8 steps, an update 5 rounds; the first one with gradient steps ends at 104 steps
     assert table["time/total_timesteps"].tolist() == [40, 80, 120, 160, 200]
     assert table["train/n_updates"][2:].tolist() == [9, 24, 39]

@@ -17,6 +17,7 @@ from agents.training.trainer import Trainer, train
 from rigid_envs.base.files import load_tensors
 from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError, all_finite, bad_row
 from tests.agents.sessions import SMALL, small
+from tests.fixtures import Patch
 
 MEMORY = {"env_id": "Drift-v0", "n_envs": 16, "learning_starts": 32, "log_every": 64}
 
@@ -35,6 +36,12 @@ def test_an_optimiser_does_not_step_along_a_bad_gradient(bad: float) -> None:
     assert torch.equal(weights, before)
 
 
+def assert_finite(paths: list[Path]) -> None:
+    for path in paths:
+        arrays, _ = load_tensors(path, 10**8)
+        assert all(np.isfinite(array).all() for array in arrays.values())
+
+
 def test_a_nan_reward_stops_the_run_and_leaves_good_checkpoints(tmp_path: Path) -> None:
     config = small(tmp_path, env_kwargs={"bad_reward_at": 300}, seed=11)
     with pytest.raises(NonFiniteError, match=r"reward of row 8 .*step 300 .*action \[.*seed 11"):
@@ -42,9 +49,7 @@ def test_a_nan_reward_stops_the_run_and_leaves_good_checkpoints(tmp_path: Path) 
     run = tmp_path / "ppo" / "r"
     paths = sorted((run / "checkpoints").glob("*.safetensors"))
     assert [int(path.stem) for path in paths] == [512 * 6, 512 * 9]  # 300 is in update 10
-    for path in paths:
-        arrays, _ = load_tensors(path, 10**8)
-        assert all(np.isfinite(array).all() for array in arrays.values())
+    assert_finite(paths)
     assert (run / "progress.csv").read_text().count("\n") == 1 + 9
 
 
@@ -89,7 +94,7 @@ D7 = [
 
 @pytest.mark.parametrize(("algo", "what", "value"), D7)
 def test_one_bad_number_stops_any_algorithm_and_every_checkpoint_is_finite(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, algo: str, what: str, value: float
+    tmp_path: Path, monkeypatch: Patch, algo: str, what: str, value: float
 ) -> None:
     at = int(np.random.default_rng([len(algo), len(what), value > 0]).integers(70, 120))
     memory = {**MEMORY, "algo": algo, "log_every": 160, "buffer_size": 4000, "gradient_steps": 1}
@@ -120,9 +125,7 @@ def test_one_bad_number_stops_any_algorithm_and_every_checkpoint_is_finite(
     assert re.search(r"action (\[.*\]|\d); seed 11\. .*checkpoints is of before, and good", said)
     paths = list((tmp_path / algo / "r" / "checkpoints").iterdir())
     assert paths
-    for path in paths:
-        arrays, _ = load_tensors(path, 10**8)
-        assert all(np.isfinite(array).all() for array in arrays.values())
+    assert_finite(paths)
 
 
 @pytest.mark.parametrize(
@@ -134,7 +137,7 @@ def test_one_bad_number_stops_any_algorithm_and_every_checkpoint_is_finite(
     ],
 )
 def test_a_nan_loss_stops_the_run_before_the_optimiser_steps(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, values: dict[str, Any], factor: str
+    tmp_path: Path, monkeypatch: Patch, values: dict[str, Any], factor: str
 ) -> None:
     seen = {}
 

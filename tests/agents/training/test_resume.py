@@ -17,15 +17,8 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.training.trainer import train
 from rigid_envs.base.files import load_tensors
-from tests.agents.sessions import SMALL, finish, start
+from tests.agents.sessions import SAME, SMALL, assert_same_files, finish, start
 
-SAME = (
-    "progress.csv",
-    "monitor.csv",
-    "last_model/policy.safetensors",
-    "last_model/policy.json",
-    "best_model/policy.safetensors",
-)
 PPO_ONLY = ("n_steps", "batch_size", "n_epochs")
 MEMORY = {"log_every": 512, "learning_starts": 2000, "batch_size": 64, "train_freq": 2,
           "gradient_steps": 1, "buffer_size": 50_000}  # fmt: skip
@@ -34,12 +27,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "normalized": {"normalize_observation": True, "normalize_reward": True, "seed": 2**40},
     "ball park": {
         "env_id": "RigidEnvs/BallPark-v0",
-        "env_kwargs": {
-            "radius": [0.9, 1.1],
-            "observation_noise": 0.01,
-            "action_delay": 2,
-            "frame": "reduced",
-        },
+        "env_kwargs": {"radius": [0.9, 1.1], "observation_noise": 0.01, "action_delay": 2}
+        | {"frame": "reduced"},
         "train_kwargs": {"dt": 0.2, "weight_parked": 5.0},
         "success_bonus": 2.0,
         "cost_price": [0.0, 2.0],
@@ -77,12 +66,7 @@ def newest(run: Path) -> Path:
 
 
 def assert_same(run: Path, other: Path) -> None:
-    for name in SAME:
-        assert (run / name).read_bytes() == (other / name).read_bytes(), name
-    with np.load(run / "evaluations.npz") as a, np.load(other / "evaluations.npz") as b:
-        assert a.files == b.files
-        for key in a.files:
-            np.testing.assert_array_equal(a[key], b[key])
+    assert_same_files(run, other)
     ours, ours_too = (load_tensors(newest(r), 10**8) for r in (run, other))
     assert ours[0].keys() == ours_too[0].keys()
     for key, array in ours[0].items():
@@ -135,13 +119,12 @@ def test_a_run_killed_ten_times_is_bitwise_the_one_that_never_was(
     assert_same(reference, kill_at_random(tmp_path, values, kills=10, seed=seed))
 
 
+OTHERS = (signal.SIGINT, signal.SIGHUP)
+
+
 @pytest.mark.parametrize(
     "number",
-    [
-        signal.SIGTERM,
-        pytest.param(signal.SIGINT, marks=pytest.mark.long),
-        pytest.param(signal.SIGHUP, marks=pytest.mark.long),
-    ],
+    [signal.SIGTERM, *(pytest.param(each, marks=pytest.mark.long) for each in OTHERS)],
 )
 def test_a_signal_saves_and_exits_with_its_number(tmp_path: Path, number: signal.Signals) -> None:
     values = {**SMALL, "checkpoint_every": None}

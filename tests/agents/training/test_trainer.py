@@ -19,6 +19,7 @@ from agents.training.trainer import Trainer, train
 from agents.training.validation import Clock, Progress, Spent
 from rigid_envs import load
 from tests.agents.sessions import small
+from tests.fixtures import Capture, Patch
 
 
 def begun(folder: Path, **entries: Any) -> Trainer:
@@ -38,7 +39,7 @@ def rows(path: Path) -> list[dict[str, str]]:
 
 
 def test_without_a_number_checkpoints_are_due_as_often_as_they_cost_two_hundredths(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: Patch
 ) -> None:
     now = [100.0]
     monkeypatch.setattr(trainer, "time", SimpleNamespace(perf_counter=lambda: now[0]))
@@ -73,9 +74,7 @@ def test_with_a_number_checkpoints_are_due_after_so_many_updates(tmp_path: Path)
     assert due == [False, False, True, False, False, True, False]
 
 
-def test_a_default_run_that_is_killed_has_a_checkpoint(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_default_run_that_is_killed_has_a_checkpoint(tmp_path: Path, monkeypatch: Patch) -> None:
     ticks = itertools.count(step=0.5)
     monkeypatch.setattr(trainer, "time", SimpleNamespace(perf_counter=lambda: next(ticks)))
     monkeypatch.setattr(trainer, "_SHARE", 1.0)
@@ -94,7 +93,7 @@ def test_a_default_run_that_is_killed_has_a_checkpoint(
 
 
 def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: Patch
 ) -> None:
     calls: list[Any] = []
 
@@ -179,9 +178,7 @@ def test_leftovers_of_writes_are_swept_when_a_run_goes_on(tmp_path: Path) -> Non
     assert not leftover.exists()
 
 
-def test_time_and_processor_time_of_all_sessions_are_added(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_time_and_processor_time_of_all_sessions_are_added(monkeypatch: Patch) -> None:
     wall, processor = [100.0], [7.0]
     fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: processor[0])
     monkeypatch.setattr(clock, "time", fake)
@@ -190,7 +187,7 @@ def test_time_and_processor_time_of_all_sessions_are_added(
     assert running.spent() == Spent(1030.0, 502.0)
 
 
-def test_speed_is_that_of_each_update(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_speed_is_that_of_each_update(tmp_path: Path, monkeypatch: Patch) -> None:
     wall = [100.0]
     fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: 0.0)
     monkeypatch.setattr(clock, "time", fake)
@@ -204,7 +201,7 @@ def test_speed_is_that_of_each_update(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_another_machine_is_told_of_when_a_run_goes_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     run = trained(tmp_path, 2)
     capsys.readouterr()

@@ -11,6 +11,7 @@ from agents.training import validation
 from agents.training.trainer import Trainer
 from agents.training.validation import VALIDATION_SEED, Validation
 from rigid_envs.scores.starts import TEST_SEED, row_seeds
+from tests.fixtures import Patch
 
 
 def constant(obs: Any) -> Any:
@@ -24,7 +25,7 @@ def validated(**entries: Any) -> Validation:
 
 @pytest.mark.parametrize("seed", [0, 1, TEST_SEED, VALIDATION_SEED])
 def test_training_validation_and_test_share_no_start(
-    tmp_path: Any, monkeypatch: pytest.MonkeyPatch, seed: int
+    tmp_path: Any, monkeypatch: Patch, seed: int
 ) -> None:
     from agents.storage.runs import create_run
     from agents.training.rows import TrainingRows
