@@ -1,18 +1,14 @@
 """Rows of a task: steps, results, parts of their state, and what is refused."""
 
-import copy
 import multiprocessing
-import pickle
 
 import numpy as np
 import pytest
 
 from rigid_envs.engine.layout import FLAGS
 from rigid_envs.engine.rows import LANES
-from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
 from rigid_envs.tasks.core import Core
-from rigid_envs.tasks.fields import span
 from rigid_envs.testing.environments import IDS, task_of
 
 SIZES = (1, LANES - 1, LANES, LANES + 1, 3 * LANES + 5)
@@ -45,18 +41,6 @@ def act(core, seed=0):
 def test_blocks_begin_at_a_cache_line(n):
     core = Core(BallPark(), n)
     assert core._blocks.ctypes.data % 64 == 0
-
-
-@pytest.mark.parametrize("n", SIZES)
-def test_a_row_is_the_same_among_any_number_of_rows(task, n):
-    core, alone = begun(task, n), begun(task, 1)
-    for k in range(5):
-        act(core, k)
-        act(alone, k)
-    assert core.observations[0].tobytes() == alone.observations[0].tobytes()
-    assert core.y[0].tobytes() == alone.y[0].tobytes()
-    assert core.results[:, 0].tobytes() == alone.results[:, 0].tobytes()
-    np.testing.assert_array_equal(core.flags[:, 0], alone.flags[:, 0])
 
 
 @pytest.mark.parametrize("n", SIZES)
@@ -138,20 +122,6 @@ def test_what_is_returned_is_a_copy(task):
     assert core.buffer.tobytes() == before.tobytes()
 
 
-@pytest.mark.parametrize("clone", [copy.deepcopy, lambda c: pickle.loads(pickle.dumps(c))])
-def test_a_copy_looks_at_its_own_memory(task, clone):
-    core = begun(task, LANES + 1)
-    act(core)
-    twin = clone(core)
-    assert twin.buffer.tobytes() == core.buffer.tobytes()
-    assert np.shares_memory(twin.actions, twin.buffer)
-    act(core)
-    act(twin)
-    assert twin.buffer.tobytes() == core.buffer.tobytes()
-    for part, same in zip(core.outputs, twin.outputs, strict=True):
-        assert part.tobytes() == same.tobytes() and not np.shares_memory(part, same)
-
-
 @pytest.mark.parametrize("n", SIZES)
 def test_renewed_outputs_have_the_same_content_in_memory_of_their_own(task, n):
     core = begun(task, n)
@@ -163,55 +133,6 @@ def test_renewed_outputs_have_the_same_content_in_memory_of_their_own(task, n):
         assert not np.shares_memory(part, same)
 
 
-def test_saved_state_restores_memory(task):
-    core = begun(task, LANES + 1)
-    act(core)
-    state = core.get_state()
-    act(core, 1)
-    expected = core.observations.copy()
-    act(core, 2)
-    core.set_state(state)
-    act(core, 1)
-    assert core.observations.tobytes() == expected.tobytes()
-
-
-def test_a_state_without_an_attitude_is_taken_as_it_is():
-    core = begun(RollPump(), LANES + 1)
-    act(core)
-    state = core.get_state()
-    core.set_state(state)
-    for name, part in core.get_state().items():
-        assert part.tobytes() == state[name].tobytes()
-
-
-@pytest.mark.parametrize("wrong", ["missing", "unknown", "shape", "rows"])
-def test_parts_of_a_state_that_do_not_fit_are_refused_and_change_nothing(task, wrong):
-    core = begun(task, 3)
-    state = core.get_state()
-    act(core)
-    before = core.buffer.copy()
-    changed = {
-        "missing": {k: v for k, v in state.items() if k != "y"},
-        "unknown": {**state, "velocity": state["y"]},
-        "shape": {**state, "y": state["y"][:, 1:]},
-        "rows": {k: v[:2] for k, v in state.items()},
-    }[wrong]
-    with pytest.raises(ValueError, match=r"expected .*(y|\(3, )"):
-        core.set_state(changed)
-    assert core.buffer.tobytes() == before.tobytes()
-
-
-def test_seeding_some_rows_leaves_the_others_alone(task):
-    core, twin = begun(task, 10), begun(task, 10)
-    core.seed(np.array([2, 5]), np.array([77, 78], dtype=np.uint64))
-    different = np.zeros(10, dtype=np.bool_)
-    for _ in range(3):  # one start may be like another where there are few
-        for each in (core, twin):
-            each.reset(np.arange(10))
-        different |= (core.y != twin.y).any(axis=1)
-    assert np.flatnonzero(different).tolist() == [2, 5]
-
-
 def test_all_64_bits_of_a_key_count(task):
     keys = np.array([0, 1, 2**31, 2**32, 2**53 + 1, 2**63, 2**64 - 1], dtype=np.uint64)
     core = Core(task, len(keys))
@@ -221,18 +142,6 @@ def test_all_64_bits_of_a_key_count(task):
         core.reset(np.arange(len(keys)))
         begun.append(core.y)
     assert len(np.unique(np.hstack(begun), axis=0)) == len(keys)
-
-
-def test_parameters_are_those_of_the_task_by_its_names(task):
-    core = begun(task, 3)
-    for name, values in core.parameters.items():
-        low, high = span(getattr(task, name))
-        assert ((low <= values) & (values <= high)).all()
-        assert len(set(values)) == (3 if low < high else 1)
-    assert set(core.parameters) >= set(task.physical_parameters())
-    system = task.system(core.system_parameters(2))
-    for name in system.parameter_names():
-        assert getattr(system, name) == core.parameters[task.aliases.get(name, name)][2]
 
 
 def test_a_moment_is_the_row_after_its_last_step_and_has_no_results_after_a_reset(task):

@@ -95,17 +95,6 @@ def test_name_in_messages_without_a_spec_is_that_of_the_task(env):
         env.step("left")
 
 
-@pytest.mark.parametrize("wrong", ["missing", "shape"])
-def test_a_state_that_does_not_fit_is_refused_and_changes_nothing(env, wrong):
-    state = env.get_state()
-    before = {name: part.copy() for name, part in state.items()}
-    changed = {"missing": {"y": state["y"]}, "shape": {**state, "y": state["y"][1:]}}[wrong]
-    with pytest.raises(ValueError, match="expected"):
-        env.set_state(changed)
-    for name, part in env.get_state().items():
-        assert part.tobytes() == before[name].tobytes()
-
-
 def test_state_of_an_ended_episode_is_one_that_has_ended(env):
     break_physics(env)
     assert env.step(zero(env))[2]
