@@ -12,14 +12,7 @@ from gymnasium.utils.env_checker import check_env
 from rigid_envs.envs.goal import RigidGoalEnv, RigidGoalVectorEnv
 from rigid_envs.envs.single import RigidEnv
 from rigid_envs.envs.vector import RigidVectorEnv
-from rigid_envs.testing.environments import (
-    GOALS,
-    assert_same_bits,
-    ranges,
-    rich,
-    single,
-    vector,
-)
+from rigid_envs.testing.environments import GOALS, assert_same_bits, ranges, rich, single, vector
 from rigid_envs.watch.window import Window
 
 

@@ -28,16 +28,7 @@ from rigid_envs.testing.environments import (
 )
 
 CYCLE = 128  # steps after which the prepared actions come again
-WAYS = (
-    "uniform",
-    "bang-bang",
-    "switch",
-    "zero",
-    "one side",
-    "denormal",
-    "resonant",
-    "policy",
-)
+WAYS = ("uniform", "bang-bang", "switch", "zero", "one side", "denormal", "resonant", "policy")
 
 
 def prepared(way: str, rng: np.random.Generator, n_rows: int, m: int) -> npt.NDArray[np.float32]:

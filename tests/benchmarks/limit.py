@@ -19,12 +19,7 @@ _TURN = 0.01  # [s]
 CORE = "core"
 """Column of the workloads."""
 
-_FUNCTIONS = {
-    "fma": "multiply_add",
-    "sum": "sum",
-    "quotient": "quotient",
-    "root": "square_root",
-}
+_FUNCTIONS = {"fma": "multiply_add", "sum": "sum", "quotient": "quotient", "root": "square_root"}
 _TIMES = 1000
 _STEP = "step"
 _UNITS = {"sum": "sum", "product": "fma", "fma": "fma", "quotient": "quotient", "root": "root"}

@@ -1,4 +1,4 @@
-"""Every figure of the gallery: its numbers hold, nothing is cut off, it is the same each time."""
+"""Every figure of the gallery and its motion: its numbers hold, and it is the same each time."""
 
 import struct
 from typing import Any, cast
@@ -10,7 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from rigid_envs.base.checks import ConfigError, one_named
-from rigid_envs.tools.gallery import FIGURES, compose, make
+from rigid_envs.tools.gallery import FIGURES, compose, make, write_figures
+from rigid_envs.tools.motions import MOTIONS, motion_of
 from rigid_envs.watch.figures import DPI, STYLE, Match
 
 pytestmark = pytest.mark.long  # see .ci/run
@@ -86,3 +87,43 @@ def test_names_that_are_no_figure_are_refused_with_the_nearest() -> None:
     assert one_named("flip", FIGURES, "figure") == "flip"
     with pytest.raises(ConfigError, match=r"figure = 'flips'; .* did you mean 'flip'\?"):
         one_named("flips", FIGURES, "figure")
+
+
+def test_motions_belong_to_figures():
+    assert set(MOTIONS) <= set(FIGURES)
+    assert motion_of("potential") is None
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_every_motion_can_be_played(name):
+    replay = motion_of(name)
+    for episode in replay.episodes:
+        assert len(episode) > 10
+        assert np.isfinite(episode.y).all()
+        assert np.abs(np.diff(episode.y, axis=0)).max() > 1e-3  # it moves
+
+
+def test_the_flip_flips_and_conserves_energy():
+    replay = motion_of("flip")
+    (episode,) = replay.episodes
+    system = replay.task.system(episode.parameters)
+    energy = system.invariants(episode.y)["energy"]
+    omega2 = episode.y[:, 5]
+    assert omega2.min() < -0.9 < 0.9 < omega2.max()
+    assert np.ptp(energy) / energy[0] < 1e-7  # fourth order at steps of 0.1 s
+
+
+def test_the_frisbee_keeps_its_spin_and_the_cusped_top_stops_at_its_top():
+    (frisbee,) = motion_of("cones").episodes
+    assert np.ptp(frisbee.y[:, 6]) < 1e-7
+    replay = motion_of("nutation")
+    system = replay.task.system(replay.episodes[0].parameters)
+    tilts = [system.accessors["tilt"](episode.y) for episode in replay.episodes]
+    assert all(tilt[0] == pytest.approx(np.radians(35.0)) for tilt in tilts)
+    assert all(tilt.min() > tilt[0] - 1e-4 for tilt in tilts[1:])
+
+
+def test_what_moves_is_written_as_a_page_too(tmp_path):
+    write_figures(tmp_path, [FIGURES["shortest"], FIGURES["potential"]])
+    assert (tmp_path / "shortest.html").stat().st_size < 1.5e6
+    assert not (tmp_path / "potential.html").exists()

@@ -1,11 +1,13 @@
-"""Vectors and quaternions as tuples, against SciPy's rotations and NumPy."""
+"""Algebra of vectors and quaternions: turns, their polynomials, weights of the parts of a step."""
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from rigid_envs.engine import algebra
 from tests.mechanics.attitudes import ULPS, quaternions, scipy_of, vectors
@@ -98,3 +100,60 @@ def test_one_newton_step_restores_a_length_that_is_nearly_one(excess):
     # Newton's step on 1 / sqrt: what is left is 1.5 excess^2, and roundings.
     length = np.linalg.norm(algebra.normalize_near_unit(row(q)))
     assert length == pytest.approx(1.0, abs=1.5 * excess**2 + ULPS)
+
+
+EPS = float(np.finfo(np.float64).eps)
+TINY = [0.0, 1e-300, 1e-20]
+
+
+@pytest.mark.parametrize("x", [0.01, 0.1, 0.2, 0.3, 0.4, 0.5])
+def test_the_tangent_of_half_a_turn_is_exact_but_for_its_first_neglected_term(x):
+    exact = mpmath.tan(mpmath.mpf(x)) / mpmath.mpf(x)
+    error = abs(float(algebra.tangent(x * x) - exact))
+    assert error <= 0.01 * x**10 + 2.0 * EPS
+
+
+@pytest.mark.parametrize("z", TINY)
+def test_the_tangent_of_no_turn_is_its_argument(z):
+    assert algebra.tangent(z) == 1.0
+
+
+@pytest.mark.parametrize("a", [0.0, 1e-9, -0.3, 1.0, 7.0])
+def test_versine_and_sine_of_a_cayley_turn_are_those_of_its_angle(a):
+    versine, sine = algebra.cayley(a)
+    angle = 2 * mpmath.atan(mpmath.mpf(a))
+    assert sine == pytest.approx(float(mpmath.sin(angle)), rel=4.0 * EPS)
+    assert versine == pytest.approx(float(1 - mpmath.cos(angle)), rel=8.0 * EPS)
+
+
+@pytest.mark.parametrize("x", [*np.linspace(0.0, 0.25 * np.pi, 30), 1e-9])
+def test_a_roll_of_up_to_a_quarter_turn_is_exact_to_rounding(x):
+    # A step turns by 2 x, the stability envelope of the ball is pi / 2.
+    x = float(x)
+    assert algebra.cosine(x * x) == pytest.approx(np.cos(x), abs=2.0 * EPS)
+    assert algebra.sinc(x * x) == pytest.approx(np.sinc(x / np.pi), abs=2.0 * EPS)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_half_turn_is_the_quaternion_of_twice_its_vector(seed):
+    rng = np.random.default_rng(seed)
+    half = rng.normal(size=3)
+    half *= rng.uniform(0.0, 0.25 * np.pi) / np.linalg.norm(half)
+    expected = Rotation.from_rotvec(2.0 * half).as_quat(scalar_first=True)
+    np.testing.assert_allclose(algebra.half_turn(tuple(half)), expected, rtol=0, atol=2.0 * EPS)
+
+
+def test_suzuki_coefficients_are_the_closed_form_rounded_once():
+    outer = float(1 / (4 - mpmath.cbrt(mpmath.mpf(4))))
+    assert algebra.SUZUKI == (outer, outer, 1.0 - 4.0 * outer, outer, outer)
+
+
+def test_suzuki_coefficients_fulfil_the_order_conditions_of_a_symmetric_fourth_order_method():
+    assert algebra.SUZUKI == algebra.SUZUKI[::-1]
+    # Consistency, and no third-order term: Hairer, Lubich & Wanner, theorem II.4.1.
+    assert sum(algebra.SUZUKI) == 1.0  # exactly: a million steps last a million steps
+    assert sum(weight**3 for weight in algebra.SUZUKI) == pytest.approx(0.0, abs=2e-16)
+
+
+def test_the_exact_flow_is_taken_in_one_piece():
+    assert algebra.EXACT == (1.0,)
