@@ -1,7 +1,8 @@
-"""Balls that roll as they are told to a pose: `BallPark` and its relatives, `BallParkGoal`."""
+"""Balls that roll as they are told: to a pose, on a grid, and along a path."""
 
+import itertools
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -16,17 +17,7 @@ from tests.from_pages.attitudes import (
     of_rotation_vector,
     rotation_vector,
 )
-from tests.from_pages.rolling import (
-    Frame,
-    Judged,
-    Model,
-    Settings,
-    in_disk,
-    limited,
-    root,
-    single,
-    smooth,
-)
+from tests.from_pages.rolling import Frame, Judged, Model, in_disk, limited, root, single, smooth
 
 
 def pose_terms(p: Array, theta: Array) -> dict[str, float]:
@@ -61,7 +52,6 @@ class RolledBall(Model):
     """A ball whose velocity is the action."""
 
     clip = staticmethod(in_disk)
-    SETTINGS: ClassVar[Settings] = {"radius": 1.0, "roll_per_step": math.pi / 8}
 
     def place(self, q: Any, position: Any) -> None:
         self.q, self.position = np.array(q, dtype=float), np.array(position, dtype=float)
@@ -79,18 +69,6 @@ class RolledBall(Model):
 
 class BallPark(RolledBall):
     """Park a ball at the origin."""
-
-    SETTINGS: ClassVar[Settings] = {
-        **RolledBall.SETTINGS,
-        "start_half_width": 2.0,
-        "position_tolerance": 0.1,
-        "angle_tolerance": 0.15,
-        "weight_position": 0.01,
-        "weight_twist": 0.02,
-        "weight_mismatch": 0.02,
-        "weight_angle": 0.0,
-        "weight_parked": 10.0,
-    }
 
     def draw(self, rng: np.random.Generator) -> dict[str, Any]:
         half = self.s.start_half_width
@@ -114,26 +92,13 @@ class BallPark(RolledBall):
 class BallParkRandom(BallPark):
     """With a drawn radius."""
 
-    SETTINGS: ClassVar[Settings] = {**BallPark.SETTINGS, "radius": (0.5, 2.0)}
-
 
 class BallReorient(BallPark):
     """From the origin."""
 
-    SETTINGS: ClassVar[Settings] = {**BallPark.SETTINGS, "start_half_width": 0.0}
-
 
 class BallParkGoal(RolledBall):
     """Park a ball at a drawn pose."""
-
-    SETTINGS: ClassVar[Settings] = {
-        **RolledBall.SETTINGS,
-        "start_half_width": 2.0,
-        "position_tolerance": 0.1,
-        "angle_tolerance": 0.15,
-        "weight_reached": 1.0,
-        "weight_distance": 0.0,
-    }
 
     def draw(self, rng: np.random.Generator) -> dict[str, Any]:
         half = self.s.start_half_width
@@ -192,3 +157,186 @@ class BallParkGoal(RolledBall):
         if near and float(np.linalg.norm(theta)) <= inside * self.s.angle_tolerance:
             return np.zeros(2)
         return pose_frame(p, theta).back(action)
+
+
+SIDES = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+QUARTER = math.pi / 2
+# of R, as they decide between images: row and column of R12, R11, R22, R13, R31, R23, R32, R21
+ORDER = ((0, 1), (0, 0), (1, 1), (0, 2), (2, 0), (1, 2), (2, 1), (1, 0))
+IMAGES = [
+    np.diag([a, b])[::order] for a, b, order in itertools.product((1, -1), (1, -1), (1, -1))
+]  # the eight symmetries of the square
+
+
+def as_choice(action: Array) -> tuple[Array, bool]:
+    """The choice itself: any other is refused."""
+    return action, False
+
+
+def quarter(side: int) -> Array:
+    """The rotation of a quarter roll."""
+    x, y = SIDES[side]
+    return of_rotation_vector([-QUARTER * y, QUARTER * x, 0.0])
+
+
+def by_parity() -> tuple[list[Array], list[Array]]:
+    """Attitudes that an even, and that an odd number of quarter rolls leads to."""
+    found: tuple[list[Array], list[Array]] = ([np.array([1.0, 0.0, 0.0, 0.0])], [])
+    for parity in (0, 1, 0, 1, 0, 1):
+        for q, side in itertools.product(found[parity], range(4)):
+            new = compose(quarter(side), q)
+            if all(abs(new @ known) < 0.9 for known in found[1 - parity]):
+                found[1 - parity].append(new)
+    return found
+
+
+class BallGrid(RolledBall):
+    """Bring a ball home by quarter rolls."""
+
+    clip = staticmethod(as_choice)
+    SOLVABLE = by_parity()
+
+    @property
+    def n_action(self) -> int:
+        return 1
+
+    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+        cell = rng.integers(-self.s.start_cells, self.s.start_cells, 2, endpoint=True)
+        attitudes = self.SOLVABLE[int(cell.sum()) % 2]
+        return {
+            "q": attitudes[rng.integers(12)],
+            "position": QUARTER * cell * np.mean(self.s.radius),
+        }
+
+    def step(self, action: Any) -> Any:
+        return super().step([action])
+
+    def cell(self) -> Array:
+        """Position in cells."""
+        return self.position / (QUARTER * self.p.radius)
+
+    def features(self) -> Array:
+        return np.clip(self.cell(), -100.0, 100.0)
+
+    def move(self, action: Array) -> Judged:
+        side = int(action[0])
+        self.q = compose(quarter(side), self.q)
+        self.position = self.position + QUARTER * self.p.radius * SIDES[side]
+        near = math.hypot(*self.position) < 0.5 * self.p.radius
+        home = bool(near and self.q[0] ** 2 > 0.95)
+        cost = QUARTER * self.p.radius
+        return Judged({"moves": -1.0, "home": float(home)}, cost, home, home)
+
+    def image(self) -> tuple[tuple[float, ...], Array, Array, Array]:
+        """Cell and R of the image that is observed, and its symmetry of the plane."""
+        found = []
+        for S in IMAGES:
+            space = np.eye(3)
+            space[:2, :2] = S
+            cell = np.round(S @ self.cell())
+            R = np.round(space @ matrix(self.q) @ space.T)
+            found.append(((*cell, *(R[k] for k in ORDER)), cell, R, S))
+        return max(found, key=lambda image: image[0])
+
+    def reduced(self) -> Array:
+        _, cell, R, _ = self.image()
+        return np.array([*cell, *R.ravel()])
+
+    def turn(self, action: Array) -> Array:
+        *_, S = self.image()
+        (side,) = np.flatnonzero((SIDES == S.T @ SIDES[int(action[0])]).all(axis=1))
+        return np.array([float(side)])
+
+
+EIGHT = 0.9089085575485415  # modulus of the closed elastica
+SHARES = {"eight": 1.0, "both": 0.5, "elastica": 0.0}
+
+
+def cross(a: Array, b: Array) -> float:
+    """Vertical component of the product of two horizontal vectors."""
+    return float(a[0] * b[1] - a[1] * b[0])
+
+
+class BallSteer(RolledBall):
+    """Follow a reference ball."""
+
+    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+        radius, w = np.mean(self.s.radius), self.s.wavenumber / np.mean(self.s.radius)
+        heading, away = rng.uniform(0.0, 2.0 * math.pi, 2)
+        eight = rng.uniform() < SHARES[self.s.path]
+        modulus = EIGHT if eight else rng.uniform(0.6, 1.2)
+        far = radius * self.s.start_offset * math.sqrt(rng.uniform())
+        axis = rng.normal(size=3)
+        theta = self.s.start_angle * np.cbrt(rng.uniform()) * axis / np.linalg.norm(axis)
+        ahead = np.array([math.cos(heading), math.sin(heading)])
+        return {
+            "q": of_rotation_vector(theta),
+            "position": far * np.array([math.cos(away), math.sin(away)]),
+            "aux": [
+                *(1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+                *ahead,
+                rng.choice([-2.0, 2.0]) * modulus * w,
+                *(w * w * ahead),
+                *(0.0, 0.0),
+            ],
+        }
+
+    def beside(self, aux: Array) -> dict[str, Any]:
+        return {"aux": aux}
+
+    def place(self, q: Any, position: Any, aux: Any) -> None:
+        """Take a start; `aux` is what the task keeps beside the state."""
+        super().place(q, position)
+        aux = np.array(aux, dtype=float)
+        self.reference_q, self.reference_position = aux[:4], aux[4:6]
+        self.heading, self.curvature, self.force = aux[6:8], float(aux[8]), aux[9:11]
+        self.errors: list[float] = []
+
+    def leading(self) -> Array:
+        """Action of the reference."""
+        return single(self.s.reference_speed * self.heading)
+
+    def offset(self) -> tuple[Array, Array]:
+        """Offset in radii, and rotation vector, from the reference."""
+        p = (self.position - self.reference_position) / self.p.radius
+        return p, rotation_vector(compose(self.q, inverse(self.reference_q)))
+
+    def bend(self) -> None:
+        """The heading and the curvature of the next side of the reference's polygon."""
+        side = self.s.roll_per_step * self.s.reference_speed * self.p.radius
+        self.curvature += 0.5 * side * cross(self.heading, self.force)
+        c, s = math.cos(side * self.curvature), math.sin(side * self.curvature)
+        self.heading = np.array([[c, -s], [s, c]]) @ self.heading
+        self.curvature += 0.5 * side * cross(self.heading, self.force)
+
+    def features(self) -> Array:
+        p, theta = self.offset()
+        bent = self.p.radius * self.curvature
+        shape = [bent, *(self.p.radius**2 * self.force)]
+        return np.array([*limited(p, 50.0), *theta, *self.leading(), *limited(shape, 5.0)])
+
+    def frame(self) -> Frame:
+        """Along the heading, y on the side to which the path bends."""
+        return Frame(*self.heading, -1.0 if self.curvature < 0.0 else 1.0)
+
+    def reduced(self) -> Array:
+        frame = self.frame()
+        p, theta = self.offset()
+        shape = [self.p.radius * abs(self.curvature), *frame.seen(*self.p.radius**2 * self.force)]
+        return np.array([*limited(frame.seen(*p), 50.0), *frame.axial(theta), *limited(shape, 5.0)])
+
+    def turn(self, action: Array) -> Array:
+        return self.frame().back(action)
+
+    def move(self, action: Array) -> Judged:
+        rolled = self.s.roll_per_step * self.leading()
+        turned = of_rotation_vector([-rolled[1], rolled[0], 0.0])
+        self.reference_q = compose(turned, self.reference_q)
+        self.reference_position = self.reference_position + self.p.radius * rolled
+        self.bend()
+        cost = self.roll(action)
+        p, theta = self.offset()
+        error = math.sqrt(p @ p + theta @ theta)
+        self.errors.append(error)
+        success = float(np.mean(self.errors)) <= self.s.bound
+        return Judged({"close": 1.0 / (1.0 + 5.0 * error)}, cost, success, False)

@@ -1,7 +1,7 @@
 """The environments of the free body, written again from their pages alone."""
 
 from abc import abstractmethod
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -105,21 +105,6 @@ class Spinning(FreeBody):
 class IntermediateAxis(Spinning):
     """docs/environments/IntermediateAxis.md."""
 
-    SETTINGS: ClassVar = {
-        "I1": 1.0,
-        "I2": 2.0,
-        "I3": 3.0,
-        "spin_rate": 1.0,
-        "torque": 0.2,
-        "start_spread": 0.25,
-        "tolerance": 0.05,
-        "hold": 5.0,
-        "weight_spin": 1.0,
-        "weight_effort": 0.1,
-        "dt": 0.1,
-        "n_substeps": 1,
-        "rotation": "none",
-    }
     terms = ("spin", "effort")
     ACCEPTED = 1.1
 
@@ -145,32 +130,10 @@ class IntermediateAxis(Spinning):
 class IntermediateAxisRandom(IntermediateAxis):
     """docs/environments/IntermediateAxisRandom.md."""
 
-    SETTINGS: ClassVar = {
-        **IntermediateAxis.SETTINGS,
-        "I1": (1.0, 1.3),
-        "I2": (1.7, 2.1),
-        "I3": (2.3, 2.7),
-    }
-
 
 class IntermediateAxisSingle(Spinning):
     """docs/environments/IntermediateAxisSingle.md."""
 
-    SETTINGS: ClassVar = {
-        "I1": 1.0,
-        "I2": 2.0,
-        "I3": 3.0,
-        "spin_rate": 1.0,
-        "torque": 0.45,
-        "start_spread": 0.2,
-        "tolerance": 0.05,
-        "hold": 5.0,
-        "weight_axis": 1.0,
-        "weight_effort": 0.1,
-        "dt": 0.1,
-        "n_substeps": 2,
-        "rotation": "none",
-    }
     terms = ("axis", "effort")
     controls = 1
 
@@ -219,23 +182,6 @@ class Flipping(Spinning):
 class SpinCapture(Flipping):
     """docs/environments/SpinCapture.md."""
 
-    SETTINGS: ClassVar = {
-        "I1": 1.0,
-        "I2": 2.0,
-        "I3": 3.0,
-        "spin_rate": 1.0,
-        "torque": 0.1,
-        "actuators": "e1 e2 e3",
-        "start_rate": (0.5, 1.5),
-        "tolerance": 0.05,
-        "hold": 5.0,
-        "weight_spin": 1.0,
-        "weight_manifold": 0.2,
-        "weight_effort": 0.1,
-        "dt": 0.1,
-        "n_substeps": 3,
-        "rotation": "none",
-    }
     terms = ("spin", "manifold", "effort")
 
     @property
@@ -287,21 +233,6 @@ class SpinCapture(Flipping):
 class AxisFlip(Flipping):
     """docs/environments/AxisFlip.md; beside the state: the time left, and whether all was well."""
 
-    SETTINGS: ClassVar = {
-        "I1": 1.0,
-        "I2": 2.0,
-        "I3": 3.0,
-        "spin_rate": 1.0,
-        "torque": 0.5,
-        "start_spread": 0.1,
-        "flip_time": (12.0, 20.0),
-        "tolerance": 0.05,
-        "weight_spin": 1.0,
-        "weight_impulse": 1.0,
-        "dt": 0.1,
-        "n_substeps": 4,
-        "rotation": "none",
-    }
     terms = ("spin", "impulse")
 
     def time_left(self) -> float:
@@ -372,19 +303,6 @@ class AxisFlip(Flipping):
 class Detumble(FreeBody):
     """docs/environments/Detumble.md."""
 
-    SETTINGS: ClassVar = {
-        "I1": 1.0,
-        "I2": 2.0,
-        "I3": 3.0,
-        "impulse": 0.5,
-        "start_momentum": 3.0,
-        "tolerance": 0.01,
-        "weight_momentum": 1.0,
-        "weight_impulse": 1.0,
-        "dt": 0.1,
-        "n_substeps": 6,
-        "rotation": "none",
-    }
     terms = ("momentum", "impulse")
     clip = staticmethod(in_disk)
 
@@ -459,20 +377,6 @@ class Detumble(FreeBody):
 class Reorient(FreeBody):
     """docs/environments/Reorient.md; beside the state: the attitude of the goal."""
 
-    SETTINGS: ClassVar = {
-        "I1": 1.0,
-        "I2": 2.0,
-        "I3": 3.0,
-        "torque": 0.5,
-        "angle_tolerance": 0.1,
-        "rate_tolerance": 0.05,
-        "weight_reached": 1.0,
-        "weight_angle": 0.0,
-        "weight_rate": 0.0,
-        "dt": 0.1,
-        "n_substeps": 2,
-        "rotation": "matrix",
-    }
     terms = ("reached", "angle", "rate")
 
     def poses(self) -> tuple[Array, Array]:

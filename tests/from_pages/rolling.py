@@ -4,10 +4,13 @@ A model is one episode in plain NumPy: `begin` with a state, `observe`, `step`. 
 with `rigid_envs`.
 """
 
+import ast
 import math
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -18,7 +21,8 @@ from scipy.integrate import solve_ivp
 from rigid_envs.base.checks import Array
 from tests.from_pages import attitudes
 
-Settings = Mapping[str, Any]
+PAGES = Path(__file__).parents[2] / "docs" / "environments"
+_WORDS = ("world", "none", "matrix", "both", "slow", "e1 e2 e3")  # values that are text
 
 
 @dataclass(frozen=True)
@@ -52,30 +56,30 @@ class Model(ABC):
     """One episode of a task.
 
     Attributes:
-        SETTINGS: arguments of the task with their defaults, as on its page.
         clip: what makes an action one of the space, and says whether it was outside.
         ranges: the arguments that are given as a pair, from which a start draws.
     """
 
-    COMMON: ClassVar[Settings] = {
-        "dt": 0.1,
-        "n_substeps": 1,
-        "rotation": "matrix",
-        "observe_params": False,
-        "action_delay": 0,
-        "frame": "world",
-    }
     ACCEPTED: ClassVar[float] = 0.5  # rad in a step of the integrator
-    SETTINGS: ClassVar[Settings]
     clip: ClassVar[Callable[[Array], tuple[Array, bool]]]
     q: Array
 
     def __init__(self, **settings: Any) -> None:
-        known = {**self.COMMON, **self.SETTINGS}
+        known = self.defaults()
         assert settings.keys() <= known.keys()
         self.s = SimpleNamespace(**{**known, **settings})
         self.ranges = {name: v for name, v in vars(self.s).items() if isinstance(v, tuple)}
         self.p = self.s
+
+    @classmethod
+    def defaults(cls) -> dict[str, Any]:
+        """Arguments of the task with their defaults, from the table of its page."""
+        page = (PAGES / f"{cls.__name__}.md").read_text(encoding="utf-8")
+        section = page.split("\n## Arguments\n")[1].split("\n## ")[0]
+        return {
+            name: value if value in _WORDS else ast.literal_eval(value)
+            for name, value in re.findall(r"^\| `(\w+)` \| (.+?) \|", section, re.MULTILINE)
+        }
 
     def begin(self, params: Mapping[str, float] | None = None, **state: Any) -> None:
         """Begin an episode in a state, with values of the parameters that have ranges."""

@@ -1,7 +1,7 @@
 """Episodes of an environment beside those of a model that was made from its page."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import gymnasium as gym
 import numpy as np
@@ -11,6 +11,8 @@ import rigid_envs  # noqa: F401 - registers the ids
 from rigid_envs.base.checks import Array
 from tests.from_pages.rolling import Model
 
+ModelT = TypeVar("ModelT", bound=Model)
+
 _HALF_ULP = 2.0**-24  # relative: observations are rounded to float32
 _OF_A_STEP = ("cost", "is_success", "action_clipped", "physics_error")  # 0 at a reset
 _LEAST_P = 1e-4  # of a two-sample test with fixed seeds
@@ -19,6 +21,11 @@ _LEAST_P = 1e-4  # of a two-sample test with fixed seeds
 def environment(name: str, **settings: Any) -> gym.Env[Any, Any]:
     """An environment by the name of its page."""
     return gym.make(f"RigidEnvs/{name}-v0", disable_env_checker=True, **settings)
+
+
+def both(kind: type[ModelT], **settings: Any) -> tuple[gym.Env[Any, Any], ModelT]:
+    """An environment, and the model of its page."""
+    return environment(kind.__name__, **settings), kind(**settings)
 
 
 def begin(
@@ -105,19 +112,27 @@ def play(env: gym.Env[Any, Any], model: Model, choices: Iterable[Any], tolerance
 
 
 def play_many(
-    name: str, kind: type[Model], steps: int, tolerance: float, n: int = 40, **settings: Any
+    kind: type[Model],
+    steps: int,
+    tolerance: float,
+    /,
+    n: int = 40,
+    at_start: float | None = None,
+    **settings: Any,
 ) -> None:
-    """Play n episodes of random actions."""
-    env, model, rng = environment(name, **settings), kind(**settings), np.random.default_rng(99)
+    """Play n episodes of random actions; first observations may have a tolerance of their own."""
+    (env, model), rng = both(kind, **settings), np.random.default_rng(99)
     for seed in range(n):
-        alike(started(env, model, rng, seed), model.observe(), tolerance)
+        alike(started(env, model, rng, seed), model.observe(), at_start or tolerance)
         play(env, model, actions(rng, steps, model.n_action), tolerance)
 
 
-def drawn(name: str, n: int = 2000, seed: int = 5, **settings: Any) -> tuple[Array, Any, Any]:
+def drawn(
+    kind: type[Model], n: int = 2000, seed: int = 5, **settings: Any
+) -> tuple[Array, Any, Any]:
     """States, observations and vector environment after one reset of n rows."""
     envs = gym.make_vec(
-        f"RigidEnvs/{name}-v0",
+        f"RigidEnvs/{kind.__name__}-v0",
         num_envs=n,
         vectorization_mode="vector_entry_point",
         **settings,

@@ -6,17 +6,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.from_pages import balls
 from tests.from_pages.attitudes import compose, of_matrix, of_rotation_vector, rotation_vector
-from tests.from_pages.ball_on_grid import BallGrid
-from tests.from_pages.ball_on_table import BallPlate
-from tests.from_pages.ball_that_follows import BallSteer
-from tests.from_pages.ball_with_inertia import BallParkDynamic
+from tests.from_pages.balls import (
+    BallGrid,
+    BallPark,
+    BallParkGoal,
+    BallParkRandom,
+    BallReorient,
+    BallSteer,
+)
+from tests.from_pages.pushed_balls import BallParkDynamic, BallPlate
 from tests.from_pages.rolling import Model, in_disk
 from tests.from_pages.rolling_play import (
     actions,
     alike,
     begin,
+    both,
     drawn,
     environment,
     hidden,
@@ -47,42 +52,37 @@ INTEGRATED = {n: (4.0 * 0.2 / n) ** 4 for n in (COARSE, FINE)}  # 3e-4 and 5e-9
 ROUGH, SMOOTH = 2, 40
 TABLE_ERROR = {n: (5.0 * 0.1 / n) ** 4 for n in (ROUGH, SMOOTH)}  # 4e-3 and 2e-8
 
-PARKING: list[tuple[str, dict[str, Any]]] = [
-    *((name, {}) for name in ("BallPark", "BallParkRandom", "BallReorient")),
-    *(("BallPark", {"rotation": way}) for way in ("rot6d", "quat", "euler", "none")),
-    ("BallPark", {"weight_angle": 0.3, "weight_twist": -0.5, "weight_position": 0.2}),
-    ("BallPark", {"dt": 0.04, "roll_per_step": 0.7, "radius": 0.3, "n_substeps": 3}),
-    ("BallPark", {"radius": 0.02}),  # 50 radii and more from the goal
-    ("BallPark", {"action_delay": 2}),
-    ("BallParkRandom", {"observe_params": True, "radius": (0.1, 5.0)}),
+# A reduced frame with a delay is a kernel of its own: at a push, of one id of each system.
+long = pytest.mark.long
+
+POSES = (BallPark, BallParkRandom, BallReorient)
+PARKING: list[tuple[type[Model], dict[str, Any]]] = [
+    *((kind, {}) for kind in POSES),
+    *((BallPark, {"rotation": way}) for way in ("rot6d", "quat", "euler", "none")),
+    (BallPark, {"weight_angle": 0.3, "weight_twist": -0.5, "weight_position": 0.2}),
+    (BallPark, {"dt": 0.04, "roll_per_step": 0.7, "radius": 0.3, "n_substeps": 3}),
+    (BallPark, {"radius": 0.02}),  # 50 radii and more from the goal
+    (BallPark, {"action_delay": 2}),
+    (BallParkRandom, {"observe_params": True, "radius": (0.1, 5.0)}),
 ]
 
 
-def model_of(name: str, **settings: Any) -> Model:
-    made = getattr(balls, name)(**settings)
-    assert isinstance(made, Model)
-    return made
+@pytest.mark.parametrize(("kind", "settings"), PARKING)
+def test_a_ball_that_parks_does_what_its_page_says(
+    kind: type[Model], settings: dict[str, Any]
+) -> None:
+    play_many(kind, 40, EXACT, n=3, **settings)
 
 
-@pytest.mark.parametrize(("name", "settings"), PARKING)
-def test_a_ball_that_parks_does_what_its_page_says(name: str, settings: dict[str, Any]) -> None:
-    rng = np.random.default_rng(1)
-    env, model = environment(name, **settings), model_of(name, **settings)
-    for _ in range(3):
-        seen = begin(env, model, model.draw(rng), model.draw_params(rng))
-        alike(seen, model.observe(), EXACT)
-        play(env, model, actions(rng, 40, 2), EXACT)
-
-
-@pytest.mark.parametrize("name", ["BallPark", "BallParkRandom", "BallReorient"])
-def test_the_reduced_frame_of_parking_is_that_of_the_page(name: str) -> None:
-    settings = {"frame": "reduced", "action_delay": 1}
-    rng = np.random.default_rng(2)
-    env, model = environment(name, **settings), model_of(name, **settings)
-    for _ in range(4):
-        seen = begin(env, model, model.draw(rng), model.draw_params(rng))
-        alike(seen, model.observe(), ROOTS)
-        play(env, model, actions(rng, 40, 2), ROOTS)
+@pytest.mark.parametrize(
+    ("kind", "delay"),
+    [
+        *((BallPark, 1), (BallParkRandom, 0), (BallReorient, 0)),
+        *(pytest.param(kind, 1, marks=long) for kind in POSES[1:]),
+    ],
+)
+def test_the_reduced_frame_of_parking_is_that_of_the_page(kind: type[Model], delay: int) -> None:
+    play_many(kind, 40, ROOTS, n=4, frame="reduced", action_delay=delay)
 
 
 @pytest.mark.parametrize(
@@ -97,16 +97,14 @@ def test_the_reduced_frame_of_parking_is_that_of_the_page(name: str) -> None:
 def test_the_reduced_frame_has_a_direction_where_there_is_no_offset(
     q: tuple[float, ...], position: tuple[float, ...]
 ) -> None:
-    settings = {"frame": "reduced", "position_tolerance": 1e-6}
-    env, model = environment("BallPark", **settings), model_of("BallPark", **settings)
+    env, model = both(BallPark, frame="reduced", position_tolerance=1e-6)
     begin(env, model, {"q": q, "position": position})
     play(env, model, [np.array([0.7, 0.2], dtype=np.float32)], ROOTS)
 
 
-@pytest.mark.parametrize("name", ["BallPark", "BallParkRandom", "BallReorient"])
-def test_a_ball_is_parked_within_both_tolerances_and_not_beside_them(name: str) -> None:
-    settings = {"position_tolerance": 0.2, "angle_tolerance": 0.3}
-    env, model = environment(name, **settings), model_of(name, **settings)
+@pytest.mark.parametrize("kind", POSES)
+def test_a_ball_is_parked_within_both_tolerances_and_not_beside_them(kind: type[Model]) -> None:
+    env, model = both(kind, position_tolerance=0.2, angle_tolerance=0.3)
     rng, successes = np.random.default_rng(3), 0
     for _ in range(60):
         offset, theta = rng.uniform(-0.25, 0.25, 2), rng.uniform(-0.25, 0.25, 3)
@@ -118,24 +116,17 @@ def test_a_ball_is_parked_within_both_tolerances_and_not_beside_them(name: str) 
 
 @pytest.mark.parametrize("settings", [{}, {"weight_distance": 0.7, "radius": (0.5, 0.9)}])
 def test_a_ball_with_a_goal_does_what_its_page_says(settings: dict[str, Any]) -> None:
-    rng = np.random.default_rng(4)
-    env, model = environment("BallParkGoal", **settings), model_of("BallParkGoal", **settings)
-    for seed in range(3):
-        seen = started(env, model, rng, seed)
-        alike(seen, model.observe(), EXACT)
-        play(env, model, actions(rng, 100, 2), EXACT)
+    play_many(BallParkGoal, 100, EXACT, n=3, **settings)
 
 
 def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less() -> None:
-    settings = {"frame": "reduced", "position_tolerance": 0.5, "angle_tolerance": 0.5}
-    env, model = environment("BallParkGoal", **settings), model_of("BallParkGoal", **settings)
+    env, model = both(BallParkGoal, frame="reduced", position_tolerance=0.5, angle_tolerance=0.5)
     rng, successes = np.random.default_rng(5), 0
     for seed in range(8):
         seen, _ = env.reset(seed=seed)
         goal = np.asarray(seen["desired_goal"], dtype=float)
         q = compose(
-            of_rotation_vector(rng.uniform(-0.4, 0.4, 3)),
-            of_matrix(goal[2:].reshape(3, 3)),
+            of_rotation_vector(rng.uniform(-0.4, 0.4, 3)), of_matrix(goal[2:].reshape(3, 3))
         )
         state = {"q": q, "position": goal[:2] + rng.uniform(-0.4, 0.4, 2)}
         begin(env, model, state, seed=seed, goal=goal)
@@ -145,8 +136,7 @@ def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less() 
 
 def test_rewards_of_goals_are_computed_anew_as_the_page_says() -> None:
     settings = {"weight_distance": 0.5, "angle_tolerance": 1.5, "position_tolerance": 2.0}
-    env, model = environment("BallParkGoal", **settings), model_of("BallParkGoal", **settings)
-    assert isinstance(model, balls.BallParkGoal)
+    env, model = both(BallParkGoal, **settings)
     rng = np.random.default_rng(6)
     pairs = [(model.draw(rng)["goal"], model.draw(rng)["goal"]) for _ in range(300)]
     expected = []
@@ -170,14 +160,14 @@ def starts_of(y: Any) -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("name", ["BallPark", "BallParkRandom", "BallReorient", "BallParkGoal"])
-def test_balls_that_park_start_as_the_page_says(name: str) -> None:
-    y, seen, _ = drawn(name)
-    model, rng = model_of(name), np.random.default_rng(7)
+@pytest.mark.parametrize("kind", [*POSES, BallParkGoal])
+def test_balls_that_park_start_as_the_page_says(kind: type[Model]) -> None:
+    y, seen, _ = drawn(kind)
+    model, rng = kind(), np.random.default_rng(7)
     ours = [model.draw(rng) for _ in range(len(y))]
     same_distribution(starts_of(y), starts_of(np.array([[*s["q"], *s["position"]] for s in ours])))
     assert np.abs(y[:, 4:6]).max() <= model.s.start_half_width
-    if name == "BallParkGoal":
+    if kind is BallParkGoal:
         theirs, goals = seen["desired_goal"], np.array([s["goal"] for s in ours])
         same_distribution(
             {str(k): theirs[:, k] for k in range(11)}, {str(k): goals[:, k] for k in range(11)}
@@ -185,8 +175,8 @@ def test_balls_that_park_start_as_the_page_says(name: str) -> None:
 
 
 def test_the_radius_of_a_ball_is_drawn_uniformly() -> None:
-    _, seen, _ = drawn("BallParkRandom", observe_params=True)
-    radii, model = seen[:, -1], model_of("BallParkRandom")
+    _, seen, _ = drawn(BallParkRandom, observe_params=True)
+    radii, model = seen[:, -1], BallParkRandom()
     ours = [model.draw_params(np.random.default_rng(k))["radius"] for k in range(len(radii))]
     same_distribution({"radius": radii}, {"radius": np.array(ours)})
     assert 0.5 <= radii.min() and radii.max() <= 2.0
@@ -202,15 +192,14 @@ def test_balls_at_the_bounds_of_an_action_are_not_clipped() -> None:
 
 
 def test_actions_of_other_types_are_rounded_to_float32() -> None:
-    env, model = environment("BallPark"), model_of("BallPark")
+    env, model = both(BallPark)
     begin(env, model, model.draw(np.random.default_rng(24)))
     play(env, model, [[0.3, 0.1], (1.2, 0.7), np.array([1 / 3, 0.1]), np.array([1, -1])], EXACT)
 
 
 @pytest.mark.parametrize(("X", "parked"), [(0.5, True), (math.nextafter(0.5, 1.0), False)])
 def test_a_ball_at_the_edge_of_the_tolerance_is_parked(X: float, parked: bool) -> None:
-    settings = {"position_tolerance": 0.5}
-    env, model = environment("BallPark", **settings), model_of("BallPark", **settings)
+    env, model = both(BallPark, position_tolerance=0.5)
     begin(env, model, {"q": [1.0, 0.0, 0.0, 0.0], "position": [X, 0.0]})
     assert play(env, model, [[0.0, 0.0]], EXACT) == parked
 
@@ -226,7 +215,7 @@ def test_a_ball_at_the_edge_of_the_tolerance_is_parked(X: float, parked: bool) -
     ],
 )
 def test_a_ball_on_a_grid_does_what_its_page_says(settings: dict[str, Any]) -> None:
-    env, model = environment("BallGrid", **settings), BallGrid(**settings)
+    env, model = both(BallGrid, **settings)
     rng, successes = np.random.default_rng(8), 0
     for _ in range(20):
         seen = begin(env, model, model.draw(rng))
@@ -238,7 +227,7 @@ def test_a_ball_on_a_grid_does_what_its_page_says(settings: dict[str, Any]) -> N
 
 
 def test_balls_on_a_grid_start_as_the_page_says() -> None:
-    y, _, _ = drawn("BallGrid", n=4000)
+    y, _, _ = drawn(BallGrid, n=4000)
     model, rng = BallGrid(), np.random.default_rng(9)
     ours = [model.draw(rng) for _ in range(len(y))]
     theirs = [{"q": row[:4], "position": row[4:]} for row in y]
@@ -266,21 +255,16 @@ def _which(model: BallGrid, q: Any, parity: int) -> float:
         {"path": "eight", "weight_close": 0.3, "dt": 0.07},
         {"path": "elastica", "radius": 0.4, "wavenumber": 0.9, "reference_speed": 0.8},
         {"radius": (0.5, 1.5), "observe_params": True, "rotation": "euler", "action_delay": 1},
-        {"frame": "reduced", "action_delay": 2, "roll_per_step": 0.2, "n_substeps": 4},
+        {"frame": "reduced", "roll_per_step": 0.2, "n_substeps": 4},
+        pytest.param({"frame": "reduced", "action_delay": 2}, marks=long),
     ],
 )
 def test_a_ball_that_follows_does_what_its_page_says(settings: dict[str, Any]) -> None:
-    env, model = environment("BallSteer", **settings), BallSteer(**settings)
-    rng = np.random.default_rng(10)
-    for seed in range(3):
-        seen = started(env, model, rng, seed)
-        alike(seen, model.observe(), EXACT)
-        play(env, model, actions(rng, 100, 2), EXACT)
+    play_many(BallSteer, 100, EXACT, n=3, **settings)
 
 
 def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound() -> None:
-    settings = {"start_offset": 0.1, "start_angle": 0.2, "bound": 0.3}
-    env, model = environment("BallSteer", **settings), BallSteer(**settings)
+    env, model = both(BallSteer, start_offset=0.1, start_angle=0.2, bound=0.3)
     outcomes = []
     for seed in range(6):
         seen, _ = env.reset(seed=seed)
@@ -293,7 +277,7 @@ def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound() -> None:
 
 
 def test_balls_that_follow_start_as_the_page_says() -> None:
-    y, _, envs = drawn("BallSteer")
+    y, _, envs = drawn(BallSteer)
     aux = np.array(envs.unwrapped.get_state()["aux"], dtype=float)
     model, rng = BallSteer(), np.random.default_rng(11)
     ours = [model.draw(rng) for _ in range(len(y))]
@@ -329,12 +313,8 @@ def test_balls_that_follow_start_as_the_page_says() -> None:
 )
 def test_a_ball_with_inertia_does_what_its_page_says(settings: dict[str, Any]) -> None:
     settings = {"n_substeps": FINE, **settings}
-    env, model = environment("BallParkDynamic", **settings), BallParkDynamic(**settings)
-    rng = np.random.default_rng(12)
-    for _ in range(2):
-        seen = begin(env, model, model.draw(rng), model.draw_params(rng))
-        alike(seen, model.observe(), EXACT)
-        play(env, model, actions(rng, 40, 2), INTEGRATED[settings["n_substeps"]])
+    tolerance = INTEGRATED[settings["n_substeps"]]
+    play_many(BallParkDynamic, 40, tolerance, n=2, at_start=EXACT, **settings)
 
 
 @pytest.mark.parametrize("turntable_rate", [0.0, -0.6])
@@ -343,7 +323,7 @@ def test_the_reduced_frame_of_a_ball_with_inertia_is_that_of_the_page(
 ) -> None:
     settings = {"frame": "reduced", "turntable_rate": turntable_rate, "action_delay": 1}
     settings |= {"n_substeps": FINE, "m": (0.5, 2.0), "beta": (0.3, 0.6)}
-    env, model = environment("BallParkDynamic", **settings), BallParkDynamic(**settings)
+    env, model = both(BallParkDynamic, **settings)
     rng = np.random.default_rng(13)
     for _ in range(3):
         start = {**model.draw(rng), "velocity": rng.uniform(-1.0, 1.0, 2)}
@@ -355,7 +335,7 @@ def test_the_reduced_frame_of_a_ball_with_inertia_is_that_of_the_page(
 
 def test_a_ball_with_inertia_is_parked_at_rest_and_not_beside_its_tolerances() -> None:
     settings = {"position_tolerance": 0.2, "angle_tolerance": 0.3, "speed_tolerance": 0.2}
-    env, model = environment("BallParkDynamic", **settings), BallParkDynamic(**settings)
+    env, model = both(BallParkDynamic, **settings)
     rng, successes = np.random.default_rng(14), 0
     for _ in range(30):
         theta, offset = rng.uniform(-0.2, 0.2, 3), rng.uniform(-0.2, 0.2, 2)
@@ -367,8 +347,7 @@ def test_a_ball_with_inertia_is_parked_at_rest_and_not_beside_its_tolerances() -
 
 
 def test_a_ball_with_inertia_falls_off_the_plate_at_its_edge() -> None:
-    settings = {"start_half_width": 1.0, "margin": 0.5}
-    env, model = environment("BallParkDynamic", **settings), BallParkDynamic(**settings)
+    env, model = both(BallParkDynamic, start_half_width=1.0, margin=0.5)
     rng = np.random.default_rng(15)
     for _ in range(5):
         begin(env, model, model.draw(rng))
@@ -379,7 +358,7 @@ def test_a_ball_with_inertia_falls_off_the_plate_at_its_edge() -> None:
 
 
 def test_balls_with_inertia_start_as_the_page_says() -> None:
-    y, _, _ = drawn("BallParkDynamic")
+    y, _, _ = drawn(BallParkDynamic)
     model, rng = BallParkDynamic(), np.random.default_rng(16)
     ours = [model.draw(rng) for _ in range(len(y))]
     same_distribution(starts_of(y), starts_of(np.array([[*s["q"], *s["position"]] for s in ours])))
@@ -387,12 +366,12 @@ def test_balls_with_inertia_start_as_the_page_says() -> None:
     assert not y[:, 6:].any()
 
 
-TABLES: list[dict[str, Any]] = [
+TABLES: list[Any] = [
     {},
     {"n_substeps": ROUGH},
     {"turntable_rate": 1.5, "rotation": "matrix", "radius": 0.7},
     {"tilt_limit": 0.4, "tilt_rate": 2.0, "margin": 8.0, "g": 5.0, "rotation": "quat"},
-    {"frame": "reduced", "action_delay": 1},
+    pytest.param({"frame": "reduced", "action_delay": 1}, marks=long),
     {"frame": "reduced", "turntable_rate": -1.0, "beta": (0.3, 0.6), "radius": (0.6, 1.1)},
     {"weight_effort": 2.0, "weight_near": 0.3, "m": (1.0, 2.0), "observe_params": True},
 ]
@@ -401,18 +380,12 @@ TABLES: list[dict[str, Any]] = [
 @pytest.mark.parametrize("settings", TABLES)
 def test_a_ball_on_a_table_does_what_its_page_says(settings: dict[str, Any]) -> None:
     settings = {"n_substeps": SMOOTH, **settings}
-    env, model = environment("BallPlate", **settings), BallPlate(**settings)
-    rng = np.random.default_rng(17)
     tolerance = TABLE_ERROR[settings["n_substeps"]]
-    for seed in range(2):
-        seen = started(env, model, rng, seed)
-        alike(seen, model.observe(), EXACT)
-        play(env, model, actions(rng, 40, 2), tolerance)
+    play_many(BallPlate, 40, tolerance, n=2, at_start=EXACT, **settings)
 
 
 def test_a_table_that_starts_tilted_and_turning_stops_within_its_limit() -> None:
-    settings = {"n_substeps": SMOOTH}
-    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    env, model = both(BallPlate, n_substeps=SMOOTH)
     rng = np.random.default_rng(18)
     for seed in range(4):
         tilted = {"tilt": rng.uniform(-0.15, 0.15, 2), "tilt_rate": rng.uniform(-0.5, 0.5, 2)}
@@ -422,8 +395,7 @@ def test_a_table_that_starts_tilted_and_turning_stops_within_its_limit() -> None
 
 @pytest.mark.parametrize("hold", [0.0, 0.3, 0.35, 2.0])
 def test_a_ball_is_held_for_the_time_that_the_page_says(hold: float) -> None:
-    settings = {"hold": hold, "tolerance": 0.1, "n_substeps": SMOOTH}
-    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    env, model = both(BallPlate, hold=hold, tolerance=0.1, n_substeps=SMOOTH)
     rng, successes = np.random.default_rng(19), 0
     for seed in range(6):
         env.reset(seed=seed)
@@ -436,16 +408,14 @@ def test_a_ball_is_held_for_the_time_that_the_page_says(hold: float) -> None:
 
 @pytest.mark.parametrize(("X", "near"), [(0.0625, False), (math.nextafter(0.0625, 0.0), True)])
 def test_a_ball_at_the_edge_of_the_tolerance_is_not_near_its_point(X: float, near: bool) -> None:
-    settings = {"start_radius": 0.0, "tolerance": 0.0625, "hold": 0.1}
-    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    env, model = both(BallPlate, start_radius=0.0, tolerance=0.0625, hold=0.1)
     at_rest = {"position": [X, 0.0], "velocity": [0.0, 0.0]}
     started(env, model, np.random.default_rng(25), 0, **at_rest)
     assert play(env, model, [[0.0, 0.0]], EXACT) == near
 
 
 def test_a_ball_falls_off_the_table_at_its_edge() -> None:
-    settings = {"start_radius": 1.0, "margin": 0.3, "tilt_limit": 0.3, "n_substeps": SMOOTH}
-    env, model = environment("BallPlate", **settings), BallPlate(**settings)
+    env, model = both(BallPlate, start_radius=1.0, margin=0.3, tilt_limit=0.3, n_substeps=SMOOTH)
     rng = np.random.default_rng(20)
     for seed in range(3):
         started(env, model, rng, seed)
@@ -456,7 +426,7 @@ def test_a_ball_falls_off_the_table_at_its_edge() -> None:
 
 
 def test_balls_on_a_table_start_as_the_page_says() -> None:
-    y, _, envs = drawn("BallPlate")
+    y, _, envs = drawn(BallPlate)
     points = np.array(envs.unwrapped.get_state()["aux"], dtype=float)[:, :2]
     model, rng = BallPlate(), np.random.default_rng(21)
     ours = [model.draw(rng) for _ in range(len(y))]
@@ -501,7 +471,7 @@ def test_a_number_above_1e9_ends_the_episode_without_reward() -> None:
 
 def test_noise_of_action_and_observation_is_what_the_pages_say() -> None:
     n, sigma = 2000, 0.2
-    _, _, envs = drawn("BallPark", n=n, action_noise=sigma, action_delay=1, start_half_width=0.0)
+    _, _, envs = drawn(BallPark, n=n, action_noise=sigma, action_delay=1, start_half_width=0.0)
     before = np.asarray(envs.unwrapped.y)
     envs.step(np.zeros((n, 2), dtype=np.float32))
     assert not np.asarray(envs.unwrapped.y)[:, 4:].any()  # noise is late as the action is
@@ -511,7 +481,7 @@ def test_noise_of_action_and_observation_is_what_the_pages_say() -> None:
     ours = np.array([in_disk(a)[0] for a in sigma * rng.normal(size=(n, 2))])
     same_distribution(dict(enumerate(ours.T)), dict(enumerate(moved.T)))
 
-    y, seen, _ = drawn("BallPark", n=n, observation_noise=0.1)
+    y, seen, _ = drawn(BallPark, n=n, observation_noise=0.1)
     noise = (seen[:, :2] - y[:, 4:]) / 0.1
     same_distribution(
         {"X": rng.normal(size=n), "Y": rng.normal(size=n)}, {"X": noise[:, 0], "Y": noise[:, 1]}
@@ -522,20 +492,19 @@ def test_noise_of_action_and_observation_is_what_the_pages_say() -> None:
 # As above. Roots of components of 1e-6, which are not rounded off, magnify by 500; roundings add up
 # over 300 steps; on the table, errors of a velocity add up to those of a position for 20 s.
 WIDE: list[tuple[type[Model], int, int, float]] = [
-    *((kind, 1, 100, EXACT) for kind in (balls.BallPark, balls.BallParkRandom)),
-    *((kind, 1, 100, EXACT) for kind in (balls.BallReorient, balls.BallParkGoal)),
+    *((kind, 1, 100, EXACT) for kind in (*POSES, BallParkGoal)),
     (BallSteer, 1, 300, 10.0 * EXACT),
     (BallParkDynamic, FINE, 100, INTEGRATED[FINE]),
     (BallPlate, SMOOTH, 200, 100.0 * TABLE_ERROR[SMOOTH]),
 ]
 
 
-@pytest.mark.long
+@long
 @pytest.mark.parametrize("frame", ["world", "reduced"])
 @pytest.mark.parametrize(("kind", "n_substeps", "steps", "tolerance"), WIDE)
 def test_many_episodes_of_a_ball_are_what_its_page_says(
     kind: type[Model], n_substeps: int, steps: int, tolerance: float, frame: str
 ) -> None:
     if frame == "reduced":
-        tolerance = 500.0 * max(tolerance, ROUNDED_GOAL if kind is balls.BallParkGoal else ROOTS)
-    play_many(kind.__name__, kind, steps, tolerance, n_substeps=n_substeps, frame=frame)
+        tolerance = 500.0 * max(tolerance, ROUNDED_GOAL if kind is BallParkGoal else ROOTS)
+    play_many(kind, steps, tolerance, n_substeps=n_substeps, frame=frame)

@@ -5,22 +5,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.from_pages import disk_that_rolls
 from tests.from_pages.attitudes import matrix
-from tests.from_pages.coin_that_parks import CoinPark, angles_of, attitude_of
-from tests.from_pages.disk_that_rolls import DiskRoll, seen
-from tests.from_pages.roller_that_pumps import RollPump
 from tests.from_pages.rolling import Model
 from tests.from_pages.rolling_play import (
     actions,
     alike,
     begin,
+    both,
     drawn,
-    environment,
     play,
     play_many,
     same_distribution,
     started,
+)
+from tests.from_pages.wheels import (
+    CoinPark,
+    DiskRoll,
+    DiskRollRandom,
+    RollPump,
+    angles_of,
+    attitude_of,
+    seen,
 )
 
 # Closed forms in float64 on both sides.
@@ -33,47 +38,35 @@ FEW, MANY = 4, 32
 DISK_ERROR = {n: 200.0 * (5.0 * 0.05 / n) ** 4 for n in (FEW, MANY)}  # 3e-3 and 8e-7
 
 
-def disk_of(name: str, **settings: Any) -> DiskRoll:
-    made = getattr(disk_that_rolls, name)(**settings)
-    assert isinstance(made, DiskRoll)
-    return made
-
-
 def on_rim(env: Any, model: DiskRoll, rng: np.random.Generator, seed: int, **more: Any) -> None:
     """Begin an episode with a start of ours and a goal of theirs."""
     observed = started(env, model, rng, seed, **more)
     alike(observed, model.observe(), EXACT)
 
 
-DISKS: list[tuple[str, dict[str, Any]]] = [
-    ("DiskRoll", {}),
-    ("DiskRollRandom", {}),
-    ("DiskRoll", {"n_substeps": FEW}),
-    ("DiskRoll", {"rotation": "rot6d", "m": 2.0, "radius": 0.7, "I1": 0.4, "I3": 0.7}),
-    ("DiskRoll", {"rotation": "euler", "dt": 0.03, "torque": 5.0, "g": 6.0}),
-    ("DiskRoll", {"weight_circle": 2.0, "weight_effort": -0.5, "action_delay": 2}),
-    ("DiskRollRandom", {"observe_params": True, "rotation": "quat"}),
-    ("DiskRoll", {"frame": "reduced", "action_delay": 1}),
-    ("DiskRollRandom", {"frame": "reduced", "observe_params": True, "tolerance": 0.1}),
+DISKS: list[tuple[type[DiskRoll], dict[str, Any]]] = [
+    (DiskRoll, {}),
+    (DiskRollRandom, {}),
+    (DiskRoll, {"n_substeps": FEW}),
+    (DiskRoll, {"rotation": "rot6d", "m": 2.0, "radius": 0.7, "I1": 0.4, "I3": 0.7}),
+    (DiskRoll, {"rotation": "euler", "dt": 0.03, "torque": 5.0, "g": 6.0}),
+    (DiskRoll, {"weight_circle": 2.0, "weight_effort": -0.5, "action_delay": 2}),
+    (DiskRollRandom, {"observe_params": True, "rotation": "quat"}),
+    (DiskRoll, {"frame": "reduced", "action_delay": 1}),
+    (DiskRollRandom, {"frame": "reduced", "observe_params": True, "tolerance": 0.1}),
 ]
 
 
-@pytest.mark.parametrize(("name", "settings"), DISKS)
-def test_a_disk_does_what_its_page_says(name: str, settings: dict[str, Any]) -> None:
+@pytest.mark.parametrize(("kind", "settings"), DISKS)
+def test_a_disk_does_what_its_page_says(kind: type[DiskRoll], settings: dict[str, Any]) -> None:
     settings = {"n_substeps": MANY, **settings}
-    env, model = environment(name, **settings), disk_of(name, **settings)
-    rng = np.random.default_rng(1)
-    for seed in range(3):
-        on_rim(env, model, rng, seed)
-        play(env, model, actions(rng, 35, 1), DISK_ERROR[settings["n_substeps"]])
+    tolerance = DISK_ERROR[settings["n_substeps"]]
+    play_many(kind, 35, tolerance, n=3, at_start=EXACT, **settings)
 
 
 @pytest.mark.parametrize("frame", ["world", "reduced"])
-def test_a_disk_that_rolls_backwards_or_spins_on_the_spot_does_what_its_page_says(
-    frame: str,
-) -> None:
-    settings = {"n_substeps": MANY, "frame": frame}
-    env, model = environment("DiskRoll", **settings), disk_of("DiskRoll", **settings)
+def test_a_wheels_backwards_or_spins_on_the_spot_does_what_its_page_says(frame: str) -> None:
+    env, model = both(DiskRoll, n_substeps=MANY, frame=frame)
     rng = np.random.default_rng(2)
     for omega in ([0.1, 0.2, -1.5], [1.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1e-6]):
         on_rim(env, model, rng, 0, omega_body=omega)
@@ -82,8 +75,7 @@ def test_a_disk_that_rolls_backwards_or_spins_on_the_spot_does_what_its_page_say
 
 
 def test_a_disk_has_fallen_at_60_degrees() -> None:
-    settings = {"n_substeps": MANY, "hold": 0.0}
-    env, model = environment("DiskRoll", **settings), disk_of("DiskRoll", **settings)
+    env, model = both(DiskRoll, n_substeps=MANY, hold=0.0)
     rng = np.random.default_rng(3)
     for seed in range(2):
         on_rim(env, model, rng, seed, omega_body=[0.0, 0.0, 0.0])
@@ -95,8 +87,7 @@ def test_a_disk_has_fallen_at_60_degrees() -> None:
 
 @pytest.mark.parametrize("hold", [0.0, 0.1, 0.12])
 def test_a_disk_holds_its_circle_for_the_time_that_the_page_says(hold: float) -> None:
-    settings = {"n_substeps": MANY, "hold": hold, "tolerance": 0.9}
-    env, model = environment("DiskRoll", **settings), disk_of("DiskRoll", **settings)
+    env, model = both(DiskRoll, n_substeps=MANY, hold=hold, tolerance=0.9)
     rng, successes = np.random.default_rng(4), 0
     for seed in range(5):
         on_rim(env, model, rng, seed)
@@ -104,11 +95,11 @@ def test_a_disk_holds_its_circle_for_the_time_that_the_page_says(hold: float) ->
     assert successes >= 1
 
 
-@pytest.mark.parametrize("name", ["DiskRoll", "DiskRollRandom"])
-def test_disks_start_as_the_page_says(name: str) -> None:
-    y, observed, envs = drawn(name, observe_params=True)
+@pytest.mark.parametrize("kind", [DiskRoll, DiskRollRandom])
+def test_disks_start_as_the_page_says(kind: type[DiskRoll]) -> None:
+    y, observed, envs = drawn(kind, observe_params=True)
     goals = np.array(envs.unwrapped.get_state()["aux"], dtype=float)[:, 1]
-    model, rng = disk_of(name), np.random.default_rng(5)
+    model, rng = kind(), np.random.default_rng(5)
     params = [model.draw_params(rng) for _ in range(len(y))]
     ours = [model.draw_with(rng, each) for each in params]
     kinds = []
@@ -166,21 +157,15 @@ COINS: list[dict[str, Any]] = [
 @pytest.mark.parametrize("settings", COINS)
 def test_a_coin_does_what_its_page_says(settings: dict[str, Any]) -> None:
     settings = {"n_substeps": SPLIT, **settings}
-    env, model = environment("CoinPark", **settings), CoinPark(**settings)
-    rng = np.random.default_rng(6)
     exact = EXACT if settings["n_substeps"] == SPLIT else ARCS
-    tolerance = SHARP if "frame" in settings else exact
-    for _ in range(4):
-        observed = begin(env, model, model.draw(rng), model.draw_params(rng))
-        alike(observed, model.observe(), tolerance)
-        play(env, model, actions(rng, 50, 2), tolerance)
+    play_many(CoinPark, 50, SHARP if "frame" in settings else exact, n=4, **settings)
 
 
 @pytest.mark.parametrize("rates", [{}, {"steer_rate": 2.0, "roll_rate": -3.0}])
 def test_a_coin_is_parked_within_its_tolerances_and_not_beside_them(
     rates: dict[str, float],
 ) -> None:
-    env, model = environment("CoinPark"), CoinPark()
+    env, model = both(CoinPark)
     rng, successes = np.random.default_rng(7), 0
     for _ in range(60):
         q = attitude_of(rng.uniform(-0.12, 0.12), rng.uniform(-0.18, 0.18))
@@ -190,15 +175,14 @@ def test_a_coin_is_parked_within_its_tolerances_and_not_beside_them(
 
 
 def test_a_coin_at_the_edge_of_the_tolerance_is_parked() -> None:
-    settings = {"position_tolerance": 0.5, "heading_tolerance": 0.3, "phase_tolerance": 0.3}
-    env, model = environment("CoinPark", **settings), CoinPark(**settings)
+    env, model = both(CoinPark, position_tolerance=0.5, heading_tolerance=0.3, phase_tolerance=0.3)
     for y, parked in ((0.5, True), (-0.5, True), (np.nextafter(0.5, 1.0), False)):
         begin(env, model, {"q": attitude_of(0.1, -0.2), "contact": [0.0, y]})
         assert play(env, model, [[0.0, 0.0]], EXACT) == parked
 
 
 def test_coins_start_as_the_page_says() -> None:
-    y, _, _ = drawn("CoinPark")
+    y, _, _ = drawn(CoinPark)
     model, rng = CoinPark(), np.random.default_rng(8)
     ours = [model.draw(rng) for _ in range(len(y))]
     kinds = []
@@ -230,19 +214,13 @@ ROLLERS: list[dict[str, Any]] = [
 @pytest.mark.parametrize("settings", ROLLERS)
 def test_a_roller_does_what_its_page_says(settings: dict[str, Any]) -> None:
     settings = {"n_substeps": FINE, **settings}
-    env, model = environment("RollPump", **settings), RollPump(**settings)
-    rng = np.random.default_rng(9)
-    for _ in range(3):
-        params = model.draw_params(rng)
-        observed = begin(env, model, model.draw_with(rng, params), params)
-        alike(observed, model.observe(), EXACT)
-        play(env, model, actions(rng, 60, 1), ROLLER_ERROR[settings["n_substeps"]])
+    tolerance = ROLLER_ERROR[settings["n_substeps"]]
+    play_many(RollPump, 60, tolerance, n=3, at_start=EXACT, **settings)
 
 
 @pytest.mark.parametrize("frame", ["world", "reduced"])
 def test_a_roller_that_pumps_passes_the_rim(frame: str) -> None:
-    settings = {"n_substeps": FINE, "start_part": 0.8, "frame": frame}
-    env, model = environment("RollPump", **settings), RollPump(**settings)
+    env, model = both(RollPump, n_substeps=FINE, start_part=0.8, frame=frame)
     rng, successes = np.random.default_rng(10), 0
     for velocity in (0.0, 3.0, -5.0):
         begin(env, model, {**model.draw(rng), "velocity": velocity})
@@ -253,7 +231,7 @@ def test_a_roller_that_pumps_passes_the_rim(frame: str) -> None:
 
 
 def test_rollers_start_as_the_page_says() -> None:
-    y, _, _ = drawn("RollPump")
+    y, _, _ = drawn(RollPump)
     model, rng = RollPump(), np.random.default_rng(11)
     ours = np.array([model.draw(rng)["arc_length"] for _ in range(len(y))])
     same_distribution({"arc length": ours}, {"arc length": y[:, 0]})
@@ -263,7 +241,7 @@ def test_rollers_start_as_the_page_says() -> None:
 
 
 def test_a_disk_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
-    env, model = environment("DiskRoll"), disk_of("DiskRoll")
+    env, model = both(DiskRoll)
     rng, ended = np.random.default_rng(12), 0
     for k, spin in enumerate(np.linspace(26.0, 26.8, 12)):
         on_rim(env, model, rng, k, omega_body=[0.0, 0.0, spin])
@@ -273,7 +251,7 @@ def test_a_disk_that_is_too_fast_for_the_integrator_ends_the_episode_without_rew
 
 
 def test_a_roller_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
-    env, model = environment("RollPump"), RollPump()
+    env, model = both(RollPump)
     ended = 0
     for speed in np.linspace(24.6, 24.99, 8):
         begin(env, model, {"arc_length": -3.0, "velocity": speed})
@@ -283,20 +261,20 @@ def test_a_roller_that_is_too_fast_for_the_integrator_ends_the_episode_without_r
 
 
 # As above; a disk that falls turns at up to 10 rad/s, not 5.
-WIDE: list[tuple[str, type[Model], int, int, float]] = [
-    ("DiskRoll", DiskRoll, MANY, 60, 16.0 * DISK_ERROR[MANY]),
-    ("DiskRollRandom", disk_that_rolls.DiskRollRandom, MANY, 60, 16.0 * DISK_ERROR[MANY]),
-    ("CoinPark", CoinPark, SPLIT, 100, SHARP),
-    ("RollPump", RollPump, FINE, 400, ROLLER_ERROR[FINE]),
+WIDE: list[tuple[type[Model], int, int, float]] = [
+    (DiskRoll, MANY, 60, 16.0 * DISK_ERROR[MANY]),
+    (DiskRollRandom, MANY, 60, 16.0 * DISK_ERROR[MANY]),
+    (CoinPark, SPLIT, 100, SHARP),
+    (RollPump, FINE, 400, ROLLER_ERROR[FINE]),
 ]
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("frame", ["world", "reduced"])
-@pytest.mark.parametrize(("name", "kind", "n_substeps", "steps", "tolerance"), WIDE)
+@pytest.mark.parametrize(("kind", "n_substeps", "steps", "tolerance"), WIDE)
 def test_many_episodes_are_what_the_page_says(
-    name: str, kind: type[Model], n_substeps: int, steps: int, tolerance: float, frame: str
+    kind: type[Model], n_substeps: int, steps: int, tolerance: float, frame: str
 ) -> None:
     # roots of the coin that are not rounded off, of 1e-8
     tolerance *= 1e4 if kind is CoinPark and frame == "reduced" else 1.0
-    play_many(name, kind, steps, tolerance, n_substeps=n_substeps, frame=frame)
+    play_many(kind, steps, tolerance, n_substeps=n_substeps, frame=frame)

@@ -154,24 +154,6 @@ class HeavyTop(Page):
 class SleepingTop(HeavyTop):
     """docs/environments/SleepingTop.md."""
 
-    SETTINGS: ClassVar = {
-        "I_perp": 1.0,
-        "I3": 0.5,
-        "m": 1.0,
-        "g": 9.81,
-        "ell": 0.1019367991845056,
-        "torque": 0.3,
-        "start_tilt": 0.2,
-        "start_spin_low": 0.3,
-        "start_spin_high": 0.95,
-        "tolerance": 0.05,
-        "hold": 5.0,
-        "weight_upright": 1.0,
-        "weight_effort": 0.1,
-        "dt": 0.05,
-        "n_substeps": 1,
-        "rotation": "matrix",
-    }
     terms = ("upright", "effort")
     controls = 2
     clip = staticmethod(in_disk)
@@ -211,43 +193,12 @@ class SleepingTop(HeavyTop):
 class SleepingTopRandom(SleepingTop):
     """docs/environments/SleepingTopRandom.md."""
 
-    SETTINGS: ClassVar = {
-        **SleepingTop.SETTINGS,
-        "I_perp": (0.85, 1.2),
-        "I3": (0.42, 0.6),
-        "m": (0.8, 1.2),
-        "ell": (0.09683995922528031, 0.10703363914373089),
-        "n_substeps": 2,
-    }
     ACCEPTED = 0.5
 
 
 class TopPrecession(HeavyTop):
     """docs/environments/TopPrecession.md; beside the state: counter, and commanded tilt."""
 
-    SETTINGS: ClassVar = {
-        "I_perp": 1.0,
-        "I3": 0.5,
-        "m": 1.0,
-        "g": 9.81,
-        "ell": 0.1019367991845056,
-        "branch": "slow",
-        "torque": 0.5,
-        "goal_tilt": 0.3,
-        "goal_spread": 0.6,
-        "start_tilt": 1.2,
-        "start_rate": 1.0,
-        "start_spin": 1.2,
-        "start_spread": 0.8,
-        "tolerance": 0.02,
-        "hold": 5.0,
-        "weight_tilt": 0.5,
-        "weight_rate": 0.5,
-        "weight_effort": 0.1,
-        "dt": 0.05,
-        "n_substeps": 2,
-        "rotation": "matrix",
-    }
     terms = ("tilt", "rate", "effort")
     controls = 2
     bound = 30.0
@@ -342,25 +293,6 @@ class TopPrecession(HeavyTop):
 class TopRandom(HeavyTop):
     """docs/environments/TopRandom.md."""
 
-    SETTINGS: ClassVar = {
-        "I1": (0.85, 1.0),
-        "I2": (1.05, 1.25),
-        "I3": (0.45, 0.65),
-        "m": 1.0,
-        "g": 9.81,
-        "ell": 0.1019367991845056,
-        "torque": 0.3,
-        "start_tilt": 0.2,
-        "start_spin": 2.0,
-        "start_rate": 0.05,
-        "tolerance": 0.1,
-        "hold": 5.0,
-        "weight_upright": 1.0,
-        "weight_effort": 0.1,
-        "dt": 0.05,
-        "n_substeps": 2,
-        "rotation": "matrix",
-    }
     physical = ("I1", "I2", "I3", "m", "g", "ell")
     terms = ("upright", "effort")
     bound = 30.0
@@ -380,10 +312,7 @@ class TopRandom(HeavyTop):
 
     def values(self, u: Array) -> dict[str, float]:
         """Section *Rewards*."""
-        return {
-            "upright": 1 / (1 + 10 * self.tilt()),
-            "effort": self.effort(u, 3 * self.torque**2),
-        }
+        return {"upright": 1 / (1 + 10 * self.tilt()), "effort": self.effort(u, 3 * self.torque**2)}
 
     def success(self) -> bool:
         """Section *Episode End*."""
@@ -417,27 +346,6 @@ class TopRandom(HeavyTop):
 class PivotTop(HeavyTop):
     """docs/environments/PivotTop.md."""
 
-    SETTINGS: ClassVar = {
-        "I_perp": 1.0,
-        "I3": 0.5,
-        "m": 1.0,
-        "g": 9.81,
-        "ell": 0.1019367991845056,
-        "push": 3.0,
-        "arena": 5.0,
-        "fall": 0.5,
-        "start_tilt": 0.15,
-        "start_spin": 0.95,
-        "tilt_tolerance": 0.05,
-        "centre_tolerance": 0.1,
-        "hold": 5.0,
-        "weight_upright": 1.0,
-        "weight_centre": 1.0,
-        "weight_effort": 0.1,
-        "dt": 0.05,
-        "n_substeps": 1,
-        "rotation": "matrix",
-    }
     terms = ("upright", "centre", "effort")
     controls = 2
     clip = staticmethod(in_disk)

@@ -1,15 +1,112 @@
-"""`DiskRoll`: a disk that is to roll on a circle, steered by leaning."""
+"""A coin that parks, a disk that rolls, and a roller that pumps."""
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose, matrix
-from tests.from_pages.rolling import Held, Judged, Model, Settings, in_box, limited, moved
+from tests.from_pages.rolling import Held, Judged, Model, in_box, limited, moved, root, smooth
 from tests.vectors import cross
+
+
+def within_half_a_turn(angle: float) -> float:
+    """The same angle from -pi to pi."""
+    return math.remainder(angle, 2.0 * math.pi)
+
+
+def attitude_of(heading: float, phase: float) -> Array:
+    """q of R = Rz(heading) Rx(pi / 2) Rz(phase)."""
+    half = math.sqrt(0.5)
+    first = [math.cos(0.5 * heading), 0.0, 0.0, math.sin(0.5 * heading)]
+    last = [math.cos(0.5 * phase), 0.0, 0.0, math.sin(0.5 * phase)]
+    return compose(compose(first, [half, half, 0.0, 0.0]), last)
+
+
+def angles_of(q: Any) -> tuple[float, float]:
+    """Heading and phase of an upright attitude."""
+    R = matrix(q)
+    return math.atan2(R[0, 2], -R[1, 2]), math.atan2(R[2, 0], R[2, 1])
+
+
+class CoinPark(Model):
+    """Park a coin."""
+
+    clip = staticmethod(in_box)
+
+    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+        half = self.s.start_half_width
+        return {
+            "q": attitude_of(*rng.uniform(-math.pi, math.pi, 2)),
+            "contact": rng.uniform(-half, half, 2),
+        }
+
+    def place(self, q: Any, contact: Any, **_: Any) -> None:
+        self.heading, self.phase = angles_of(q)
+        self.contact = np.array(contact, dtype=float)
+
+    @property
+    def q(self) -> Array:
+        return attitude_of(self.heading, self.phase)
+
+    def features(self) -> Array:
+        return np.asarray(limited(self.contact / self.p.radius, 50.0))
+
+    def move(self, action: Array) -> Judged:
+        rolled, turned = self.s.roll_per_step * action[0], self.s.steer_per_step * action[1]
+        between = self.heading + 0.5 * turned
+        chord = rolled * np.sinc(0.5 * turned / math.pi)  # of an arc of length `rolled`
+        ahead = np.array([math.cos(between), math.sin(between)])
+        self.contact = self.contact - self.p.radius * chord * ahead
+        self.heading = within_half_a_turn(self.heading + turned)
+        self.phase = within_half_a_turn(self.phase + rolled)
+        return self.judge(float(self.p.radius * abs(rolled)))
+
+    def judge(self, cost: float) -> Judged:
+        """Terms and end of the present state."""
+        x, y = self.contact / self.p.radius
+        m = self.mismatch()
+        parked = bool(
+            math.hypot(*self.contact) <= self.s.position_tolerance
+            and abs(self.heading) <= self.s.heading_tolerance
+            and abs(self.phase) <= self.s.phase_tolerance
+        )
+        terms = {
+            "position": -min(math.hypot(x, y), 50.0),
+            "heading": -abs(self.heading),
+            "side": -math.sqrt(smooth(min(abs(y), 50.0))),
+            "mismatch": -float(np.cbrt(smooth(m))),
+            "parked": float(parked),
+        }
+        return Judged(terms, cost, parked, parked)
+
+    def mismatch(self) -> float:
+        """Of rolled offset and phase."""
+        return within_half_a_turn(limited(self.contact[0] / self.p.radius, 50.0) + self.phase)
+
+    def signs(self) -> tuple[float, float]:
+        """Of X and Y."""
+        return -1.0 if self.mismatch() < 0.0 else 1.0, -1.0 if self.contact[1] < 0.0 else 1.0
+
+    def reduced(self) -> Array:
+        a, b = self.signs()
+        X, Y = np.array([a, b]) * self.features()
+        psi, m = a * self.phase, abs(self.mismatch())
+        cos, sin = math.cos(self.heading), a * b * math.sin(self.heading)
+        ahead, aside = X * cos + Y * sin, Y * cos - X * sin
+        room, missing = -psi - ahead, psi**2 - X**2 - Y**2
+        first = missing * room / (2.0 * max(room**2, 1e-4))
+        rest = limited([room, root(missing)], 10.0)
+        roots = (math.sqrt(Y), math.sqrt(m))
+        return np.array(
+            [X, Y, roots[0], cos, sin, psi, m, roots[1], ahead, aside, *rest, limited(first, 4.0)]
+        )
+
+    def turn(self, action: Array) -> Array:
+        a, b = self.signs()
+        return np.array([a, a * b]) * action
 
 
 @dataclass(frozen=True)
@@ -82,27 +179,6 @@ class DiskRoll(Model):
     """Keep a disk rolling on a circle."""
 
     clip = staticmethod(in_box)
-    SETTINGS: ClassVar[Settings] = {
-        "m": 1.0,
-        "radius": 1.0,
-        "I1": 0.25,
-        "I3": 0.5,
-        "g": 9.81,
-        "torque": 3.0,
-        "goal_curvature": 0.1,
-        "goal_spread": 0.15,
-        "start_lean": 0.1,
-        "start_rate": 0.1,
-        "start_speed": 0.5,
-        "start_spread": 0.45,
-        "tolerance": 0.05,
-        "hold": 5.0,
-        "weight_circle": 0.5,
-        "weight_upright": 0.5,
-        "weight_effort": 0.1,
-        "dt": 0.05,
-        "n_substeps": 3,
-    }
 
     @property
     def n_action(self) -> int:
@@ -215,11 +291,72 @@ class DiskRoll(Model):
 class DiskRollRandom(DiskRoll):
     """With drawn parameters."""
 
-    SETTINGS: ClassVar[Settings] = {
-        **DiskRoll.SETTINGS,
-        "m": (0.85, 1.15),
-        "radius": (0.95, 1.05),
-        "I1": (0.3, 0.36),
-        "I3": (0.5, 0.6),
-        "n_substeps": 4,
-    }
+
+class RollPump(Model):
+    """Roll over the rim of a valley."""
+
+    clip = staticmethod(in_box)
+
+    @property
+    def n_action(self) -> int:
+        return 1
+
+    def draw_with(self, rng: np.random.Generator, params: dict[str, float]) -> dict[str, Any]:
+        """A start in a valley with these parameters."""
+        part = self.s.start_part * rng.uniform(0.5, 1.0)
+        curvature = params.get("curvature", self.s.curvature)
+        return {
+            "arc_length": rng.choice([-1.0, 1.0]) * part * self.s.rim / curvature,
+            "velocity": 0.0,
+        }
+
+    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+        return self.draw_with(rng, {})
+
+    def place(self, arc_length: float, velocity: float) -> None:
+        self.y, self.added = np.array([arc_length, velocity]), 0.0
+
+    @property
+    def angle(self) -> float:
+        """From the bottom [rad]."""
+        return float(self.p.curvature * self.y[0])
+
+    @property
+    def rate(self) -> float:
+        return float(abs(self.p.curvature * self.y[1]))
+
+    def features(self) -> Array:
+        speed = self.y[1] * math.sqrt(self.p.curvature / self.p.g)
+        added = self.added / self.s.beta_change
+        return np.array([limited(self.angle, math.pi), limited(speed, 5.0), added])
+
+    def move(self, action: Array) -> Judged:
+        before, self.added = self.added, 0.5 * self.s.beta_change * (1.0 + float(action[0]))
+        ratio = 1.0 + self.p.beta + self.added
+        self.y[1] *= (1.0 + self.p.beta + before) / ratio
+        self.y = moved(
+            lambda y: [y[1], -self.p.g * math.sin(self.p.curvature * y[0]) / ratio],
+            self.y,
+            self.s.dt,
+            has_attitude=False,
+        )
+        kinetic = 0.5 * ratio * self.y[1] ** 2 * self.p.curvature / self.p.g
+        energy = 1.0 - math.cos(self.angle) + kinetic
+        over = abs(self.angle) >= self.s.rim
+        shortfall = energy / (1.0 - math.cos(self.s.rim)) - 1.0
+        terms = {"shortfall": float(np.clip(shortfall, -1.0, 0.0)), "over": float(over)}
+        return Judged(terms, self.s.dt, over, over)
+
+    def reduced(self) -> Array:
+        low, top = 1.0 + self.p.beta, math.sin(0.5 * self.s.rim)
+        x = math.sin(0.5 * self.angle) / top
+        momentum = (low + self.added) * self.y[1]
+        w = momentum * math.sqrt(self.p.curvature / (self.p.g * low)) / (2.0 * top)
+        energy = x * x + w * w
+        least = max(energy, 1e-12)
+        cos, sin = (x * x - w * w) / least, 2.0 * x * w / least
+        size = limited(-math.log(least), 10.0)
+        return np.array([cos, sin, limited(4.0 * sin, 1.0), min(energy, 4.0), size])
+
+    def turn(self, action: Array) -> Array:
+        return action
