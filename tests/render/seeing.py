@@ -10,20 +10,9 @@ from rigid_envs.base.checks import Array
 from rigid_envs.tasks.core import Moment
 from rigid_envs.watch.scene import Pose
 from rigid_envs.watch.views import View, view_of
+from tests.from_pages.attitudes import matrix
 
 Q = np.array([0.4, -0.2, 0.7, 0.5]) / math.sqrt(0.94)  # no symmetry
-
-
-def matrix(q: npt.ArrayLike) -> Array:
-    """Rotation matrix, from the products of the four entries."""
-    w, x, y, z = np.asarray(q, dtype=np.float64)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def placed(pose: Pose, point: npt.ArrayLike) -> Array:

@@ -12,7 +12,7 @@ from rigid_envs.watch.meshes import ball as ball_of_one_colour
 from rigid_envs.watch.meshes import octants
 from rigid_envs.watch.scene import Arrow, Camera, Floor, Part, Pose, Scene, SceneFrame, Trace
 from rigid_envs.watch.window import tiled
-from tests.render.seeing import matrix
+from tests.from_pages.attitudes import matrix
 
 SIZE = 240
 RADIUS = 1.0

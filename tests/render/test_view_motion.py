@@ -18,7 +18,8 @@ from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, rolling
 from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
 from rigid_envs.tasks.core import Moment
 from rigid_envs.watch.scene import SceneFrame
-from tests.render.seeing import Q, at, matrix, placed
+from tests.from_pages.attitudes import matrix
+from tests.render.seeing import Q, at, placed
 
 
 def moved(task: Any, y: Array, u: Array, dt: float, **aux: float) -> list[SceneFrame]:

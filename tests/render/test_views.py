@@ -30,7 +30,8 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.scene import SceneFrame
 from rigid_envs.watch.views import GenericView, View, view_class, view_of
-from tests.render.seeing import Q, at, matrix, placed
+from tests.from_pages.attitudes import matrix
+from tests.render.seeing import Q, at, placed
 
 IDS = sorted(ENVIRONMENTS)
 
