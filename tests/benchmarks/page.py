@@ -177,7 +177,7 @@ def _by_rows(speeds: Mapping[tuple[str, str], float]) -> str:
 
 def _sizes(sizes: Sequence[Mapping[str, Any]]) -> str:
     forms = tuple(dict.fromkeys(growth["form"] for growth in sizes))
-    times = {(g["name"], g["form"]): as_time(1e-9 * g["nanoseconds"]) for g in sizes}
+    times = {(g["name"], g["form"]): _row_time(g) for g in sizes}
     rows = [
         (f"`{name}`", *(times[name, form] for form in forms))
         for name in dict.fromkeys(growth["name"] for growth in sizes)
@@ -187,31 +187,26 @@ def _sizes(sizes: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _options(options: Iterable[Mapping[str, Any]]) -> str:
-    rows = [
-        (
-            growth["form"],
-            as_time(1e-9 * growth["nanoseconds"]),
-            f"{growth['ratio']:.2f}",
-            " .. ".join(f"{end:.2f}" for end in growth["quartiles"]),
-        )
-        for growth in options
-    ]
+    rows = [(growth["form"], _row_time(growth), *_ratio(growth)) for growth in options]
     return _table(("option", "row", "times", "quartiles"), rows, "<>>>")
 
 
 def _frames(rows: Iterable[Mapping[str, Any]]) -> str:
     rows = list(rows)
     shown = [
-        (
-            f"`{there['name']}`",
-            as_time(1e-9 * here["nanoseconds"]),
-            as_time(1e-9 * there["nanoseconds"]),
-            f"{there['ratio']:.2f}",
-            " .. ".join(f"{end:.2f}" for end in there["quartiles"]),
-        )
+        (f"`{there['name']}`", _row_time(here), _row_time(there), *_ratio(there))
         for here, there in zip(rows[::2], rows[1::2], strict=True)
     ]
     return _table(("", "world", "reduced", "times", "quartiles"), shown, "<>>>>")
+
+
+def _row_time(found: Mapping[str, Any]) -> str:
+    return as_time(1e-9 * found["nanoseconds"])
+
+
+def _ratio(found: Mapping[str, Any]) -> tuple[str, str]:
+    """A ratio and its quartiles."""
+    return f"{found['ratio']:.2f}", " .. ".join(f"{end:.2f}" for end in found["quartiles"])
 
 
 def _ratios(ratios: Iterable[Mapping[str, Any]]) -> str:
@@ -233,8 +228,7 @@ def _loops(loops: Sequence[Mapping[str, Any]]) -> str:
         (
             loop["name"],
             f"{loop['nanoseconds']:.1f} ns",
-            f"{loop['ratio']:.2f}",
-            " .. ".join(f"{end:.2f}" for end in loop["quartiles"]),
+            *_ratio(loop),
             f"{loop['difference']:.0e}" if loop["difference"] else "none",
         )
         for loop in loops
