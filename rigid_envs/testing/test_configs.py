@@ -286,31 +286,24 @@ def test_the_least_cost_is_known_from_the_state_alone(env_id):
     assert (bounds >= 0.0).all()
 
 
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("num_envs", 0),
-        ("num_envs", -1),
-        ("num_envs", 2.0),
-        ("num_envs", "2"),
-        ("num_envs", True),
-        ("num_threads", 0),
-        ("num_threads", None),
-        ("num_threads", 1.5),
-        ("infos_on_request", 1),
-        ("infos_on_request", "yes"),
-        ("autoreset_mode", "Never"),
-        ("autoreset_mode", None),
-        ("render_mode", "x-ray"),
-    ],
-)
-def test_settings_of_the_shell_are_refused_by_key(env_id, key, value):
+OF_THE_SHELL = {
+    "num_envs": (0, -1, 2.0, "2", True),
+    "num_threads": (0, None, 1.5),
+    "infos_on_request": (1, "yes"),
+    "autoreset_mode": ("Never", None),
+    "render_mode": ("x-ray",),
+}
+
+
+@pytest.mark.parametrize("key", OF_THE_SHELL)
+def test_settings_of_the_shell_are_refused_by_key(env_id, key):
     from rigid_envs.envs.vector import RigidVectorEnv
 
     module = type(task_of(env_id))
     task = f"{module.__module__}:{module.__qualname__}"
-    with pytest.raises(ConfigError, match=rf"^config\.{key}: .*expected"):
-        RigidVectorEnv(task, **{"num_envs": 2, key: value})
+    for value in OF_THE_SHELL[key]:
+        with pytest.raises(ConfigError, match=rf"^config\.{key}: .*expected"):
+            RigidVectorEnv(task, **{"num_envs": 2, key: value})
 
 
 def test_fields_are_documented_with_text_unit_and_rule(env_id):

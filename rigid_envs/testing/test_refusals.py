@@ -128,12 +128,8 @@ def test_everything_is_taken_or_refused_without_a_trace(env_id, begun):
 
 
 OF_ROWS = (
-    "num_envs",
-    "num_threads",
-    "max_episode_steps",
-    "autoreset_mode",
-    "render_rows",
-    "infos_on_request",
+    *("num_envs", "num_threads", "max_episode_steps", "autoreset_mode"),
+    *("render_rows", "infos_on_request"),
 )
 OF_BOTH = ("task", "render_mode", "width", "camera", "frame", "rotation", "dt", "action_delay")
 

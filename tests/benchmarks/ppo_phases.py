@@ -26,15 +26,8 @@ from rigid_envs.tools.pages.tables import table
 IDS = ("BallPark", "IntermediateAxis", "SleepingTop", "Reorient", "DiskRoll")
 
 PHASES = (
-    "environment",
-    "policy",
-    "rest of collecting",
-    "forward",
-    "backward",
-    "Adam",
-    "rest of learning",
-    "evaluation",
-    "logs",
+    *("environment", "policy", "rest of collecting", "forward", "backward", "Adam"),
+    *("rest of learning", "evaluation", "logs"),
 )
 """Steps of the environment and actions of the policy; losses of batches, their gradients and the
 steps along them; evaluations on the starts of validation; all else."""

@@ -9,7 +9,6 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import DISCRETE, GOALS
 
 IDS = tuple(ENVIRONMENTS)
-PLAIN = tuple(env_id for env_id in IDS if env_id not in GOALS)
 
 # Gymnasium says so whenever Stable-Baselines3 asks for pictures of what has none
 pytestmark = pytest.mark.filterwarnings("ignore:.*render_mode.*:UserWarning")

@@ -22,7 +22,6 @@ from stable_baselines3.common.vec_env import VecVideoRecorder
 
 from rigid_envs import sb3
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.testing.environments import GOALS
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 pygame = pytest.importorskip("pygame")
@@ -227,7 +226,3 @@ def test_an_id_shows_itself_in_a_window(env_id: str) -> None:
     assert pygame.display.get_surface().get_size() == (64, 64)
     env.close()
     assert not pygame.display.get_init()
-
-
-def test_goal_environments_are_among_them() -> None:
-    assert set(GOALS) <= set(IDS)

@@ -25,23 +25,22 @@ LEFT_OUT_OF_ROWS = {
 }
 """The same of `gymnasium.wrappers.vector`."""
 
+WITHOUT_ARGUMENTS = (
+    *("FlattenObservation", "GrayscaleObservation", "NormalizeObservation", "AddRenderObservation"),
+    *("ReshapeObservation", "TimeAwareObservation", "ClipAction", "NormalizeReward", "Autoreset"),
+    *("PassiveEnvChecker", "OrderEnforcing", "RecordEpisodeStatistics", "RenderCollection"),
+    *("HumanRendering", "ArrayConversion", "NumpyToTorch"),
+)
 SINGLE: Mapping[str, tuple[Any, ...]] = {
     "DelayObservation": (1,),
     "DtypeObservation": (np.float64,),
     "DiscretizeObservation": (2, True),
     "FilterObservation": (["observation"],),
-    "FlattenObservation": (),
     "FrameStackObservation": (2,),
-    "GrayscaleObservation": (),
     "TransformObservation": (np.copy, None),
     "MaxAndSkipObservation": (2,),
-    "NormalizeObservation": (),
-    "AddRenderObservation": (),
     "ResizeObservation": ((8, 8),),
-    "ReshapeObservation": (),
     "RescaleObservation": (-1.0, 1.0),
-    "TimeAwareObservation": (),
-    "ClipAction": (),
     "DiscretizeAction": (3,),
     "TransformAction": (np.copy, None),
     "RescaleAction": (-2.0, 2.0),
@@ -49,19 +48,11 @@ SINGLE: Mapping[str, tuple[Any, ...]] = {
     "RepeatAction": (2,),
     "ClipReward": (-1.0, 1.0),
     "TransformReward": (float,),
-    "NormalizeReward": (),
     "TimeLimit": (2,),
-    "Autoreset": (),
-    "PassiveEnvChecker": (),
-    "OrderEnforcing": (),
-    "RecordEpisodeStatistics": (),
     "AddWhiteNoise": (0.5,),
     "ObstructView": (0.5, 8),
-    "RenderCollection": (),
     "RecordVideo": (tempfile.gettempdir(),),
-    "HumanRendering": (),
-    "ArrayConversion": (),
-    "NumpyToTorch": (),
+    **dict.fromkeys(WITHOUT_ARGUMENTS, ()),
 }
 """Arguments of each wrapper after the environment."""
 ROWS: Mapping[str, tuple[Any, ...]] = {
@@ -75,21 +66,10 @@ ROWS: Mapping[str, tuple[Any, ...]] = {
     **{
         name: SINGLE[name]
         for name in (
-            "FilterObservation",
-            "FlattenObservation",
-            "ReshapeObservation",
-            "RescaleObservation",
-            "DtypeObservation",
-            "NormalizeObservation",
-            "ClipAction",
-            "RescaleAction",
-            "ClipReward",
-            "NormalizeReward",
-            "RecordEpisodeStatistics",
-            "RecordVideo",
-            "HumanRendering",
-            "ArrayConversion",
-            "NumpyToTorch",
+            *("FilterObservation", "FlattenObservation", "ReshapeObservation"),
+            *("RescaleObservation", "DtypeObservation", "NormalizeObservation", "ClipAction"),
+            *("RescaleAction", "ClipReward", "NormalizeReward", "RecordEpisodeStatistics"),
+            *("RecordVideo", "HumanRendering", "ArrayConversion", "NumpyToTorch"),
         )
     },
 }
@@ -100,21 +80,12 @@ _OF_NUMBERS = {"ClipAction", "DiscretizeAction", "RescaleAction", "VectorizeTran
 _PIXELS = {"GrayscaleObservation", "ResizeObservation"}
 PICTURES = {
     *_PIXELS,
-    "AddRenderObservation",
-    "AddWhiteNoise",
-    "ObstructView",
-    "RenderCollection",
-    "RecordVideo",
+    *("AddRenderObservation", "AddWhiteNoise", "ObstructView", "RenderCollection", "RecordVideo"),
     "HumanRendering",
 }
 _OF_ONE_ARRAY = {
-    "DtypeObservation",
-    "DiscretizeObservation",
-    "TransformObservation",
-    "MaxAndSkipObservation",
-    "NormalizeObservation",
-    "ReshapeObservation",
-    "RescaleObservation",
+    *("DtypeObservation", "DiscretizeObservation", "TransformObservation", "MaxAndSkipObservation"),
+    *("NormalizeObservation", "ReshapeObservation", "RescaleObservation"),
 }
 
 

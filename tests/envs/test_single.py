@@ -114,13 +114,8 @@ def test_render_without_a_mode_warns_and_returns_none(env):
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("render_mode", "x-ray"),
-        ("width", 0),
-        ("width", True),
-        ("height", 2.5),
-        ("height", 10**9),
-        ("camera", {"zoom": 2}),
-        ("camera", "above"),
+        *(("render_mode", "x-ray"), ("width", 0), ("width", True), ("height", 2.5)),
+        *(("height", 10**9), ("camera", {"zoom": 2}), ("camera", "above")),
     ],
 )
 def test_settings_of_pictures_are_refused_by_key(key, value):
@@ -131,16 +126,9 @@ def test_settings_of_pictures_are_refused_by_key(key, value):
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("distance", 0.0),
-        ("distance", "far"),
-        ("azimuth", float("nan")),
-        ("elevation", 91.0),
-        ("elevation", -91.0),
-        ("field_of_view", 0.0),
-        ("target", (0.0, 1.0)),
-        ("target", (0.0, 1.0, 2.0, 3.0)),
-        ("target", (0.0, 1.0, float("inf"))),
-        ("follow", 3),
+        *(("distance", 0.0), ("distance", "far"), ("azimuth", float("nan"))),
+        *(("elevation", 91.0), ("elevation", -91.0), ("field_of_view", 0.0), ("follow", 3)),
+        *(("target", end) for end in ((0.0, 1.0), (0.0, 1.0, 2.0, 3.0), (0.0, 1.0, float("inf")))),
     ],
 )
 def test_wrong_fields_of_the_camera_are_refused_by_name(field, value):

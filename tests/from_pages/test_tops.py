@@ -8,11 +8,8 @@ from tests.from_pages.episodes import Page
 from tests.from_pages.side_by_side import Pair, drawn, is_uniform, noise, same_distribution
 
 KINDS = [
-    tops.SleepingTop,
-    tops.SleepingTopRandom,
-    tops.TopPrecession,
-    tops.TopRandom,
-    tops.PivotTop,
+    *(tops.SleepingTop, tops.SleepingTopRandom, tops.TopPrecession),
+    *(tops.TopRandom, tops.PivotTop),
 ]
 each = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 

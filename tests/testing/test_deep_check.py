@@ -19,15 +19,8 @@ from tests.testing import planted
 from tests.testing.planted import LIMIT, PLANTED, Planted, Slider
 
 STOCK = (
-    "CartPole-v1",
-    "Pendulum-v1",
-    "Acrobot-v1",
-    "MountainCar-v0",
-    "MountainCarContinuous-v0",
-    "Blackjack-v1",
-    "Taxi-v4",
-    "FrozenLake-v1",
-    "CliffWalking-v1",
+    *("CartPole-v1", "Pendulum-v1", "Acrobot-v1", "MountainCar-v0", "MountainCarContinuous-v0"),
+    *("Blackjack-v1", "Taxi-v4", "FrozenLake-v1", "CliffWalking-v1"),
 )
 
 
@@ -117,12 +110,7 @@ class NoDriver(Slider):
 @pytest.mark.parametrize(
     "correct",
     [
-        Slider,
-        VanishingInfo,
-        FixedStart,
-        RebuiltFromArguments,
-        NotToBeCopied,
-        NoDriver,
+        *(Slider, VanishingInfo, FixedStart, RebuiltFromArguments, NotToBeCopied, NoDriver),
         BoundsThatTruncate,
     ],
 )
