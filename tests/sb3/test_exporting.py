@@ -147,7 +147,7 @@ def part_scaled() -> Any:
         (RecurrentPPO, BODY, {"policy": "MlpLstmPolicy"}, "model = RecurrentPPO; expected one of"),
         (PPO, BODY, {"use_sde": True}, "use_sde = True; expected False"),
         (PPO, BODY, layers(nn.LeakyReLU, 8), r"activation_fn = LeakyReLU\(.*; expected ELU, ReLU"),
-        (PPO, BODY, layers(partial(nn.ELU, alpha=2.0)), r"activation_fn = ELU\(alpha=2\.0\); exp"),
+        (PPO, BODY, layers(partial(nn.ELU, alpha=2.0), 8), r"activation_fn = ELU\(alpha=2\.0\); "),
         (PPO, BODY, {"policy": Own}, "policy = Own; expected MlpPolicy"),
         (PPO, BODY, EXTRACTED, "features_extractor_class = Extractor; expected FlattenExtractor"),
         (PPO, lambda: VecFrameStack(make_vec_env(BODY), 2), {}, "env = VecFrameStack; expected no"),
