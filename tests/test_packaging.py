@@ -82,7 +82,8 @@ def test_wheel_holds_every_module_config_and_the_type_marker(wheel: Path) -> Non
     configs = {p.relative_to(ROOT).as_posix() for p in ROOT.glob("configs/**/*.yaml")}
     assert configs
     packed = {f"rigid_envs/{name}" for name in configs}
-    assert modules | packed | {"rigid_envs/py.typed"} <= files_of(wheel)
+    others = {"rigid_envs/py.typed", "rigid_envs/tools/pages/common.md"}
+    assert modules | packed | others <= files_of(wheel)
 
 
 def test_wheel_holds_the_viewer_of_replays_and_its_licence(wheel: Path) -> None:

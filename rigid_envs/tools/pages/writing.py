@@ -276,7 +276,7 @@ def with_tables(text: str) -> str:
     Raises:
         ConfigError: there are no such marks.
     """
-    kinds = {
+    kinds: dict[tuple[str, str], Callable[[], str]] = {
         marks("environments", f"{_COMMAND} README.md"): overview,
         marks("groups", f"{_COMMAND} docs/symmetry.md"): groups,
         marks("costs", f"{_COMMAND} docs/best_known.md"): best_costs,
