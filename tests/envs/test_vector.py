@@ -5,14 +5,12 @@ import warnings
 
 import numpy as np
 import pytest
-from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from rigid_envs.envs.goal import RigidGoalEnv, RigidGoalVectorEnv
 from rigid_envs.envs.single import RigidEnv
 from rigid_envs.envs.vector import RigidVectorEnv
-from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     CONTINUOUS,
@@ -64,19 +62,6 @@ def test_number_of_rows_may_be_any_positive_integer(env_id, n):
     assert type(envs.num_envs) is int
     assert flat(observations).shape == (n, len(envs.task.observations()))
     assert envs.observation_space.contains(observations)
-
-
-def test_systems_are_those_of_the_rows(env_id):
-    envs = rows(env_id, num_envs=3)
-    envs.reset(seed=0)
-    drawn = any(low < high for low, high in envs.task.ranges().values())
-    assert len(set(envs.systems)) == (3 if drawn else 1)
-    for system in envs.systems:
-        assert type(system) is envs.task.system_type
-        for name in system.parameter_names():
-            low, high = span(getattr(envs.task, envs.task.aliases.get(name, name)))
-            assert low <= getattr(system, name) <= high
-    assert envs.y.shape == (3, len(envs.systems[0].state_entries))
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)
@@ -175,20 +160,6 @@ def test_a_seed_is_that_of_the_generator_as_gymnasium_has_it(env_id, seed):
     drawn = envs.np_random.random()
     envs.reset(seed=seed)
     assert envs.np_random.random() == drawn
-
-
-def test_a_restored_row_that_has_ended_is_not_stepped(env_id):
-    envs = rows(env_id, num_envs=2, max_episode_steps=2, autoreset_mode="Disabled")
-    envs.reset(seed=0)
-    batch = actions(env_id, 2, 2)
-    for each in batch:
-        envs.step(each)
-    ended = envs.get_state()
-    envs.reset(seed=0)
-    envs.step(batch[0])
-    envs.set_state(ended)
-    with pytest.raises(ResetNeeded, match="row 0 has ended"):
-        envs.step(batch[0])
 
 
 def test_call_gives_a_value_for_each_row_as_vectors_of_single_environments_do() -> None:

@@ -58,6 +58,17 @@ def report(cache: Path, source: Path | None = None, **more: Any) -> Any:
     return done
 
 
+def program(code: str, cache: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """A finished program, with a cache folder."""
+    return subprocess.run(
+        [sys.executable, "-c", code, *words],
+        env=os.environ | {"NUMBA_CACHE_DIR": str(cache)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+
 def found(done: Any) -> tuple[float, int, str]:
     """Momentum, number of kernels loaded from the cache, and where that is."""
     momentum, hits, path = done.stdout.split(maxsplit=2)
@@ -269,26 +280,18 @@ print(digest.hexdigest())
 
 @pytest.mark.long
 def test_a_flipped_bit_in_every_file_changes_no_trajectory(tmp_path: Path) -> None:
-    def played() -> Any:
-        return subprocess.run(
-            [sys.executable, "-c", PLAYED],
-            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-
-    whole = played()
+    whole = program(PLAYED, tmp_path)
     files = sorted(tmp_path.rglob("*.nbc"))
     assert len(files) == 2 and not whole.stderr
     for seed in range(2):
         for path in files:
             flip(path, *bits(path, 1, seed))
-        done = played()
+        done = program(PLAYED, tmp_path)
         assert done.stdout == whole.stdout
         assert done.stderr.startswith("compiled code cannot be read in ")
         assert done.stderr.count("\n") == 1
-    assert (played().stdout, played().stderr) == (whole.stdout, "")
+    for again in (program(PLAYED, tmp_path), program(PLAYED, tmp_path)):
+        assert (again.stdout, again.stderr) == (whole.stdout, "")
 
 
 def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
@@ -326,20 +329,10 @@ print(len({address_of(kernel, *rows) for kernel in kernels}))
 
 
 def test_kernels_that_different_processes_have_compiled_are_not_mixed_up(tmp_path: Path) -> None:
-    def places(*names: str) -> int:
-        done = subprocess.run(
-            [sys.executable, "-c", PLACES, *names],
-            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        return int(done.stdout)
-
     names = ("body", "top", "roller")
     for name in names:  # each is the first function that its process compiles
-        assert places(name) == 1
-    assert places(*names) == len(names)
+        assert int(program(PLACES, tmp_path, name).stdout) == 1
+    assert int(program(PLACES, tmp_path, *names).stdout) == len(names)
 
 
 RESET = "import gymnasium, rigid_envs; gymnasium.make('RigidEnvs/BallGrid-v0').reset(seed=0)"
@@ -347,22 +340,14 @@ LOGGED = f"import logging; logging.basicConfig(level='INFO'); {RESET}"
 
 
 @pytest.mark.parametrize(
-    ("program", "said"),
+    ("code", "said"),
     [
         pytest.param(RESET, "", marks=pytest.mark.long),
         (LOGGED, "INFO:rigid_envs.engine.compiler:compiled systems.rolling_ball."),
     ],
 )
-def test_long_compilations_are_logged_and_not_printed(
-    program: str, said: str, tmp_path: Path
-) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+def test_long_compilations_are_logged_and_not_printed(code: str, said: str, tmp_path: Path) -> None:
+    done = program(code, tmp_path)
     assert done.stderr.startswith(said) and done.stderr.count("\n") == bool(said)
 
 
