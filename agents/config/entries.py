@@ -48,76 +48,116 @@ def is_folder_name(text: str) -> bool:
     return _NAME.fullmatch(text) is not None and text.strip(".") != ""
 
 
-def _line(rule: Number, ends: Number | None = None) -> Either:
+def _line(text: str, rule: Number, ends: Number | None = None) -> Either:
     """A number, or both ends of a straight line over the run."""
-    return Either("", (rule, List("", ends or rule, 2, 2)))
+    also = f"{text}; [start, end] is a straight line over the run"
+    return Either(also, (rule, List("", ends or rule, 2, 2)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Config(Settings, abc.ABC):
-    """Config of a training run: the entries that every algorithm has.
-
-    Attributes:
-        env_id: environment to train on; `rigid-envs list` names them.
-        env_kwargs: hyperparameters of the task; `rigid-envs describe ID` names them.
-        train_kwargs: hyperparameters that hold in training alone, over env_kwargs: a price on
-            effort, a longer control period.
-        cost_price: price of a unit of the cost of an episode, taken from the reward in
-            training; [start, end] is a straight line over the run.
-        success_bonus: added to the reward of a step that counts as success, in training.
-        algo: learning algorithm.
-        seed: seed of weights, exploration and starts; evaluations have their own.
-        total_timesteps: environment steps, all rows together.
-        n_envs: rows stepped together.
-        gamma: discount factor per step.
-        learning_rate: step size of the optimiser; [start, end] is a straight line over the run.
-        net_arch: widths of the hidden layers, of the policy and of the value function each.
-        activation: activation of the hidden layers.
-        normalize_observation: shift and scale observations by their running mean and standard
-            deviation.
-        normalize_reward: scale rewards by the running standard deviation of the discounted
-            return.
-        policy_gain: factor on the actions of the policy that is evaluated and saved (PPO, no
-            choices): in a shorter control period than in training an action does less.
-        goal_turn: give networks the rotation from achieved to desired attitude (goal
-            environments).
-        eval_every: steps between evaluations on fixed held-out starts.
-        eval_episodes: episodes of one such evaluation.
-        checkpoint_every: updates between checkpoints; null: as often as costs at most 2 % of
-            the time.
-        torch_threads: threads of torch; 1 is fastest for small networks.
-        log_dir: folder of all runs.
-        run_name: folder of this run in log_dir/algo; null: the environment's name and a number.
-    """
+    """Config of a training run: the entries that every algorithm has."""
 
     env_id: str = setting(
-        "RigidEnvs/BallPark-v0", Text("", "the id of a registered environment", str.strip)
+        "RigidEnvs/BallPark-v0",
+        Text(
+            "environment to train on; `rigid-envs list` names them",
+            "the id of a registered environment",
+            str.strip,
+        ),
     )
-    env_kwargs: Mapping[str, Any] = setting({}, Keywords())
-    train_kwargs: Mapping[str, Any] = setting({}, Keywords())
-    cost_price: float | tuple[float, float] = setting(0.0, _line(Number(low=0, high=1e6)))
-    success_bonus: float = setting(0.0, Number(low=0, high=1e6))
-    algo: str = setting("ppo", Choice("", ("ppo", "sac", "tqc", "dqn")))
-    seed: int = setting(0, Count(low=0, high=2**63 - 1))
-    total_timesteps: int = setting(1_000_000, Count(low=1, high=10**12))
-    n_envs: int = setting(256, Count(low=1, high=65536))
-    gamma: float = setting(0.99, Number(low=0, high=1))
+    env_kwargs: Mapping[str, Any] = setting(
+        {}, Keywords("hyperparameters of the task; `rigid-envs describe ID` names them")
+    )
+    train_kwargs: Mapping[str, Any] = setting(
+        {},
+        Keywords(
+            "hyperparameters that hold in training alone, over env_kwargs: a price on effort, a "
+            "longer control period"
+        ),
+    )
+    cost_price: float | tuple[float, float] = setting(
+        0.0,
+        _line(
+            "price of a unit of the cost of an episode, taken from the reward in training",
+            Number(low=0, high=1e6),
+        ),
+    )
+    success_bonus: float = setting(
+        0.0,
+        Number(
+            "added to the reward of a step that counts as success, in training", low=0, high=1e6
+        ),
+    )
+    algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "tqc", "dqn")))
+    seed: int = setting(
+        0,
+        Count("seed of weights, exploration and starts; evaluations have their own", 0, 2**63 - 1),
+    )
+    total_timesteps: int = setting(
+        1_000_000, Count("environment steps, all rows together", 1, 10**12)
+    )
+    n_envs: int = setting(256, Count("rows stepped together", 1, 65536))
+    gamma: float = setting(0.99, Number("discount factor per step", low=0, high=1))
     learning_rate: float | tuple[float, float] = setting(
-        (1e-3, 1e-4), _line(Number(low=0, high=1, above=True), Number(low=0, high=1))
+        (1e-3, 1e-4),
+        _line(
+            "step size of the optimiser", Number(low=0, high=1, above=True), Number(low=0, high=1)
+        ),
     )
-    net_arch: tuple[int, ...] = setting((64, 64), List("", Count(low=1, high=4096), 0, 8))
-    activation: str = setting("tanh", Choice("", ("tanh", "relu", "elu", "silu")))
-    normalize_observation: bool = setting(False, Flag())
-    normalize_reward: bool = setting(False, Flag())
-    policy_gain: float = setting(1.0, Number(low=0, high=100, above=True))
-    goal_turn: bool = setting(False, Flag())
-    eval_every: int = setting(100_000, Count(low=1, high=10**12))
-    eval_episodes: int = setting(100, Count(low=1, high=100_000))
-    checkpoint_every: int | None = setting(None, Either("", (Null(), Count(low=1, high=10**9))))
-    torch_threads: int = setting(1, Count(low=1, high=1024))
-    log_dir: str = setting("logs", Text("", "a path", str.strip))
+    net_arch: tuple[int, ...] = setting(
+        (64, 64),
+        List(
+            "widths of the hidden layers, of the policy and of the value function each",
+            Count("", 1, 4096),
+            0,
+            8,
+        ),
+    )
+    activation: str = setting(
+        "tanh", Choice("activation of the hidden layers", ("tanh", "relu", "elu", "silu"))
+    )
+    normalize_observation: bool = setting(
+        False, Flag("shift and scale observations by their running mean and standard deviation")
+    )
+    normalize_reward: bool = setting(
+        False, Flag("scale rewards by the running standard deviation of the discounted return")
+    )
+    policy_gain: float = setting(
+        1.0,
+        Number(
+            "factor on the actions of the policy that is evaluated and saved (PPO, no choices): in "
+            "a shorter control period than in training an action does less",
+            low=0,
+            high=100,
+            above=True,
+        ),
+    )
+    goal_turn: bool = setting(
+        False,
+        Flag("give networks the rotation from achieved to desired attitude (goal environments)"),
+    )
+    eval_every: int = setting(
+        100_000, Count("steps between evaluations on fixed held-out starts", 1, 10**12)
+    )
+    eval_episodes: int = setting(100, Count("episodes of one such evaluation", 1, 100_000))
+    checkpoint_every: int | None = setting(
+        None,
+        Either(
+            "updates between checkpoints; null: as often as costs at most 2 % of the time",
+            (Null(), Count("", 1, 10**9)),
+        ),
+    )
+    torch_threads: int = setting(
+        1, Count("threads of torch; 1 is fastest for small networks", 1, 1024)
+    )
+    log_dir: str = setting("logs", Text("folder of all runs", "a path", str.strip))
     run_name: str | None = setting(
-        None, Either("", (Null(), Text("", "1 to 80 of A-Z a-z 0-9 . _ -", is_folder_name)))
+        None,
+        Either(
+            "folder of this run in log_dir/algo; null: the environment's name and a number",
+            (Null(), Text("", "1 to 80 of A-Z a-z 0-9 . _ -", is_folder_name)),
+        ),
     )
 
     @property
@@ -159,40 +199,44 @@ class Config(Settings, abc.ABC):
 
 # Config of a training run: one frozen dataclass for each algorithm.
 
+_TAU = "fraction by which a target network moves to its network at each update"
+
 
 @dataclass(frozen=True, kw_only=True)
 class PPOConfig(Config):
-    """Proximal policy optimisation. Source: Schulman et al. (2017), arXiv:1707.06347.
+    """Proximal policy optimisation. Source: Schulman et al. (2017), arXiv:1707.06347."""
 
-    Attributes:
-        n_steps: steps of each row between updates.
-        batch_size: samples per gradient step.
-        n_epochs: passes over the samples of one update.
-        gae_lambda: trace decay of the advantage estimate.
-        clip_range: largest change of the probability ratio.
-        ent_coef: weight of the entropy of the policy.
-        vf_coef: weight of the value loss.
-        max_grad_norm: largest norm of a gradient.
-        target_kl: stop an update early at 1.5 times this KL divergence; null: never.
-        log_std_init: logarithm of the initial standard deviation of the actions.
-        action_std: standard deviation of the actions: [start, end] goes from one to the other
-            over the run, by equal factors; null: learnt, from log_std_init on.
-    """
-
-    n_steps: int = setting(64, Count(low=1, high=10**6))
-    batch_size: int = setting(2048, Count(low=2, high=10**7))
-    n_epochs: int = setting(4, Count(low=1, high=1000))
-    gae_lambda: float = setting(0.95, Number(low=0, high=1))
-    clip_range: float = setting(0.2, Number(low=0, high=1, above=True))
-    ent_coef: float = setting(0.0, Number(low=0, high=100))
-    vf_coef: float = setting(0.5, Number(low=0, high=100))
-    max_grad_norm: float = setting(0.5, Number(low=0, high=1e6, above=True))
-    target_kl: float | None = setting(
-        None, Either("", (Null(), Number(low=0, high=100, above=True)))
+    n_steps: int = setting(64, Count("steps of each row between updates", 1, 10**6))
+    batch_size: int = setting(2048, Count("samples per gradient step", 2, 10**7))
+    n_epochs: int = setting(4, Count("passes over the samples of one update", 1, 1000))
+    gae_lambda: float = setting(
+        0.95, Number("trace decay of the advantage estimate", low=0, high=1)
     )
-    log_std_init: float = setting(-0.5, Number(low=-20, high=2))
+    clip_range: float = setting(
+        0.2, Number("largest change of the probability ratio", low=0, high=1, above=True)
+    )
+    ent_coef: float = setting(0.0, Number("weight of the entropy of the policy", low=0, high=100))
+    vf_coef: float = setting(0.5, Number("weight of the value loss", low=0, high=100))
+    max_grad_norm: float = setting(
+        0.5, Number("largest norm of a gradient", low=0, high=1e6, above=True)
+    )
+    target_kl: float | None = setting(
+        None,
+        Either(
+            "stop an update early at 1.5 times this KL divergence; null: never",
+            (Null(), Number(low=0, high=100, above=True)),
+        ),
+    )
+    log_std_init: float = setting(
+        -0.5, Number("logarithm of the initial standard deviation of the actions", low=-20, high=2)
+    )
     action_std: tuple[float, float] | None = setting(
-        None, Either("", (Null(), List("", Number(low=1e-6, high=10), 2, 2)))
+        None,
+        Either(
+            "standard deviation of the actions: [start, end] goes from one to the other over the "
+            "run, by equal factors; null: learnt, from log_std_init on",
+            (Null(), List("", Number(low=1e-6, high=10), 2, 2)),
+        ),
     )
 
     @property
@@ -222,28 +266,32 @@ class OffPolicyConfig(Config):
 
     In a goal environment with hindsight experience replay (HER): goals are replaced by what the
     episode achieved later. Source: Andrychowicz et al. (2017), arXiv:1707.01495.
-
-    Attributes:
-        buffer_size: steps in the replay buffer, of all rows together.
-        learning_starts: steps of random actions before the first gradient step.
-        batch_size: samples per gradient step.
-        train_freq: steps of each row in a round.
-        gradient_steps: gradient steps in a round.
-        tau: fraction by which a target network moves to its network at each update.
-        log_every: least steps between rows of the log, all rows together, in whole rounds.
-        n_sampled_goal: hindsight goals for each real one, in goal environments in the frame of
-            the world; 0: none.
     """
 
-    n_envs: int = 64
-    buffer_size: int = setting(500_000, Count(low=1, high=10**9))
-    learning_starts: int = setting(10_000, Count(low=0, high=10**12))
-    batch_size: int = setting(256, Count(low=2, high=10**7))
-    train_freq: int = setting(1, Count(low=1, high=10**6))
-    gradient_steps: int = setting(4, Count(low=1, high=10**6))
-    tau: float = setting(0.005, Number(low=0, high=1, above=True))
-    log_every: int = setting(2_000, Count(low=1, high=10**12))
-    n_sampled_goal: int = setting(4, Count(low=0, high=100))
+    n_envs: int = setting(64, Count("rows stepped together", 1, 65536))
+    buffer_size: int = setting(
+        500_000, Count("steps in the replay buffer, of all rows together", 1, 10**9)
+    )
+    learning_starts: int = setting(
+        10_000, Count("steps of random actions before the first gradient step", 0, 10**12)
+    )
+    batch_size: int = setting(256, Count("samples per gradient step", 2, 10**7))
+    train_freq: int = setting(1, Count("steps of each row in a round", 1, 10**6))
+    gradient_steps: int = setting(4, Count("gradient steps in a round", 1, 10**6))
+    tau: float = setting(0.005, Number(_TAU, low=0, high=1, above=True))
+    log_every: int = setting(
+        2_000,
+        Count("least steps between rows of the log, all rows together, in whole rounds", 1, 10**12),
+    )
+    n_sampled_goal: int = setting(
+        4,
+        Count(
+            "hindsight goals for each real one, in goal environments in the frame of the world; "
+            "0: none",
+            0,
+            100,
+        ),
+    )
 
     @property
     def rounds(self) -> int:
@@ -261,9 +309,6 @@ class SACConfig(OffPolicyConfig):
     """Soft actor-critic, for Box actions. Source: Haarnoja et al. (2018), arXiv:1812.05905.
 
     The defaults are the recipe of every environment without a config of its own.
-
-    Attributes:
-        ent_coef: weight of the entropy of the policy; auto: learnt.
     """
 
     total_timesteps: int = 200_000
@@ -272,7 +317,11 @@ class SACConfig(OffPolicyConfig):
     activation: str = "relu"
     eval_every: int = 20_000
     ent_coef: str | float = setting(
-        "auto", Either("", (Choice("", ("auto",)), Number(low=0, high=100)))
+        "auto",
+        Either(
+            "weight of the entropy of the policy; auto: learnt",
+            (Choice("", ("auto",)), Number(low=0, high=100)),
+        ),
     )
 
 
@@ -281,14 +330,12 @@ class TQCConfig(SACConfig):
     """Truncated quantile critics: SAC, whose critics are distributions without their upper tail.
 
     Source: Kuznetsov et al. (2020), arXiv:2005.04269.
-
-    Attributes:
-        n_quantiles: quantiles of each of the two critics.
-        n_dropped: of them, the largest that a target leaves out, for each critic.
     """
 
-    n_quantiles: int = setting(25, Count(low=1, high=1000))
-    n_dropped: int = setting(2, Count(low=0, high=999))
+    n_quantiles: int = setting(25, Count("quantiles of each of the two critics", 1, 1000))
+    n_dropped: int = setting(
+        2, Count("of them, the largest that a target leaves out, for each critic", 0, 999)
+    )
 
     def __post_init__(self) -> None:
         """Check the entries, and that quantiles are left.
@@ -305,22 +352,27 @@ class TQCConfig(SACConfig):
 
 @dataclass(frozen=True, kw_only=True)
 class DQNConfig(OffPolicyConfig):
-    """Deep Q-network, for Discrete actions. Source: Mnih et al. (2015), doi:10.1038/nature14236.
+    """Deep Q-network, for Discrete actions. Source: Mnih et al. (2015), doi:10.1038/nature14236."""
 
-    Attributes:
-        target_update_interval: steps between updates of the target network.
-        exploration_fraction: fraction of the run over which the exploration rate falls.
-        exploration_initial_eps: exploration rate at the start.
-        exploration_final_eps: exploration rate at the end.
-        max_grad_norm: largest norm of a gradient.
-    """
-
-    tau: float = 1.0
-    target_update_interval: int = setting(5_000, Count(low=1, high=10**12))
-    exploration_fraction: float = setting(0.3, Number(low=0, high=1, above=True))
-    exploration_initial_eps: float = setting(1.0, Number(low=0, high=1))
-    exploration_final_eps: float = setting(0.05, Number(low=0, high=1))
-    max_grad_norm: float = setting(10.0, Number(low=0, high=1e6, above=True))
+    tau: float = setting(1.0, Number(_TAU, low=0, high=1, above=True))
+    target_update_interval: int = setting(
+        5_000, Count("steps between updates of the target network", 1, 10**12)
+    )
+    exploration_fraction: float = setting(
+        0.3,
+        Number(
+            "fraction of the run over which the exploration rate falls", low=0, high=1, above=True
+        ),
+    )
+    exploration_initial_eps: float = setting(
+        1.0, Number("exploration rate at the start", low=0, high=1)
+    )
+    exploration_final_eps: float = setting(
+        0.05, Number("exploration rate at the end", low=0, high=1)
+    )
+    max_grad_norm: float = setting(
+        10.0, Number("largest norm of a gradient", low=0, high=1e6, above=True)
+    )
 
     def __post_init__(self) -> None:
         """Check the entries, and that the target network does not change within a step of all rows.

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import inspect
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -145,7 +143,7 @@ def add_config_options(parser: argparse.ArgumentParser) -> None:
             whose = "all algorithms" if len(algos) == len(ALGORITHMS) else ", ".join(algos)
             groups[algos] = parser.add_argument_group(f"config, {whose}")
         groups[algos].add_argument(
-            f"--{name}", default=argparse.SUPPRESS, metavar="VALUE", help=_help(name, fields)
+            f"--{name}", default=argparse.SUPPRESS, metavar="VALUE", help=_help(fields)
         )
 
 
@@ -158,30 +156,18 @@ def _fields_by_name() -> dict[str, dict[str, dataclasses.Field[Any]]]:
     return by_name
 
 
-def _help(name: str, fields: Mapping[str, dataclasses.Field[Any]]) -> str:
+def _help(fields: Mapping[str, dataclasses.Field[Any]]) -> str:
     """Help of an entry; for each algorithm by itself where they differ."""
     algos_by_text: dict[str, list[str]] = {}
     for algo, field in fields.items():
         default = {} if field.default is dataclasses.MISSING else field.default
         shown = json.dumps(default)  # as YAML would have it
         rule = field.metadata["rule"]
-        meaning = meanings(ALGORITHMS[algo]).get(name, "")
-        text = f"{meaning} ({rule}; default {shown})".replace("%", "%%")
+        text = f"{rule.text} ({rule}; default {shown})".replace("%", "%%")
         algos_by_text.setdefault(text, []).append(algo)
     if len(algos_by_text) == 1:
         return next(iter(algos_by_text))
     return "; ".join(f"{', '.join(algos)}: {text}" for text, algos in algos_by_text.items())
-
-
-@cache
-def meanings(kind: type[Config]) -> dict[str, str]:
-    """What the entries of a config are, as the docstrings of its classes say it."""
-    found: dict[str, str] = {}
-    for base in reversed(kind.__mro__):
-        entries = inspect.cleandoc(base.__doc__ or "").partition("Attributes:\n")[2]
-        told = re.findall(r"^    (\w+): (.*(?:\n {8}.*)*)", entries, re.MULTILINE)
-        found |= {name: " ".join(text.split()).removesuffix(".") for name, text in told}
-    return found
 
 
 def load_config(

@@ -31,19 +31,22 @@ _RANGES = ({"low", "high"}, {"low", "high", "log"}, {"low", "high", "step"}, {"c
 
 @dataclass(frozen=True, kw_only=True)
 class Search(Settings):
-    """A search of hyperparameters.
+    """A search of hyperparameters."""
 
-    Attributes:
-        trials: values of the ranges that are tried.
-        seeds: seeds that each is trained with; figures are means.
-        objective: what is searched for: some of `FIGURES`; of several, all best compromises.
-        recipe: entries over those of the recipe of `env_id`; any value may be a range.
-    """
-
-    trials: int = setting(20, Integer(low=1, high=100_000))
-    seeds: tuple[int, ...] = setting((0,), List("", Integer("", 0, 2**63 - 1), 1, 100))
-    objective: Mapping[str, Any] = setting({"success_rate": "max", "mean_cost": "min"}, Keywords())
-    recipe: Mapping[str, Any] = setting({}, Keywords())
+    trials: int = setting(20, Integer("values of the ranges that are tried", 1, 100_000))
+    seeds: tuple[int, ...] = setting(
+        (0,),
+        List(
+            "seeds that each is trained with; figures are means", Integer("", 0, 2**63 - 1), 1, 100
+        ),
+    )
+    objective: Mapping[str, Any] = setting(
+        {"success_rate": "max", "mean_cost": "min"},
+        Keywords(f"what is searched for: some of {FIGURES}; of several, all best compromises"),
+    )
+    recipe: Mapping[str, Any] = setting(
+        {}, Keywords("entries over those of the recipe of `env_id`; any value may be a range")
+    )
 
     def __post_init__(self) -> None:
         """Check all, and that a config can be made of it.

@@ -78,9 +78,9 @@ class Number:
 class Integer:
     """An integer in [low, high]; may be a range if `drawn`."""
 
-    text: str = ""
-    low: int = -(2**63)
-    high: int = 2**63 - 1
+    text: str
+    low: int
+    high: int
     unit: str = "1"
     drawn: bool = False
 
@@ -124,7 +124,7 @@ class Choice:
 class Flag:
     """True or False."""
 
-    text: str = ""
+    text: str
     unit: str = ""
 
     def __str__(self) -> str:
@@ -201,7 +201,7 @@ class List:
 class Keywords:
     """A mapping from names to JSON values."""
 
-    text: str = ""
+    text: str
     unit: str = ""
 
     def __str__(self) -> str:
