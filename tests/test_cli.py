@@ -2,7 +2,6 @@
 
 import argparse
 import dataclasses
-import importlib
 import json
 import os
 import pty
@@ -160,19 +159,6 @@ def arguments_of(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
         if isinstance(action, argparse._SubParsersAction):
             for verb in action.choices.values():
                 yield from arguments_of(verb)
-
-
-@pytest.mark.parametrize("command", ["rigid_envs.tools.cli", "agents.cli"])
-def test_every_option_says_what_it_is_and_no_docstring_speaks_of_others(command: str) -> None:
-    if command.startswith("agents"):
-        pytest.importorskip("stable_baselines3")
-    actions = importlib.import_module(f"{command}.command_line")._parser()._actions
-    (verbs,) = (each.choices for each in actions if isinstance(each, argparse._SubParsersAction))
-    for verb in verbs.values():
-        options = [action for action in verb._actions if action.option_strings]
-        assert all(option.help for option in options)
-        names = {name for action in verb._actions for name in (*action.option_strings, action.dest)}
-        assert verb.meanings.keys() <= names
 
 
 def test_the_default_of_a_number_is_the_one_that_help_tells() -> None:

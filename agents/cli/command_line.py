@@ -13,7 +13,6 @@ from rigid_envs import __version__
 from rigid_envs.base.checks import ConfigError, shown
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.tools.cli.scoring import add_leaderboard
-from rigid_envs.tools.cli.words import Verb
 
 from ..environments import import_allowed
 from ..storage.runs import RunInUseError
@@ -61,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"rigid-envs {__version__}")
-    verbs = parser.add_subparsers(metavar="VERB", required=True, parser_class=Verb)
+    verbs = parser.add_subparsers(metavar="VERB", required=True)
     add_train(verbs)
     add_evaluate(verbs)
     add_leaderboard(verbs)

@@ -20,23 +20,30 @@ def add_evaluate(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
     parser = add_verb(verbs, _evaluate)
     _add_policy(parser)
-    parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N")
+    parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
     parser.add_argument("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})")
-    parser.add_argument("--save-replays", type=int, nargs="?", const=10, default=0, metavar="N")
-    parser.add_argument("--out", type=Path, metavar="FOLDER")
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument(
+        "--save-replays",
+        type=int,
+        nargs="?",
+        const=10,
+        default=0,
+        metavar="N",
+        help="record the first N episodes (10) in replays.npz, for `rigid-envs replay`",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="for results.json, episodes.csv (of a run: evaluated/WHICH-EPISODES-SEED in it)",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
 
 
 def _evaluate(options: argparse.Namespace, _: list[str]) -> None:
     """Success and efficiency on unseen starts.
 
     Play one episode of a policy from each of the fixed starts.
-
-    Options:
-        --episodes: (500)
-        --save-replays: record the first N episodes (10) in replays.npz, for `rigid-envs replay`
-        --out: for results.json, episodes.csv (of a run: evaluated/WHICH-EPISODES-SEED in it)
-        --json: print JSON instead of the table
     """
     refuse_episodes(options.episodes)
     if options.save_replays:
@@ -94,12 +101,17 @@ def add_enjoy(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
     parser = add_verb(verbs, _enjoy)
     _add_policy(parser)
-    parser.add_argument("--seed", type=int)
-    parser.add_argument("--random", action="store_true")
-    parser.add_argument("--against", metavar="CONTROLLER")
-    parser.add_argument("--video", metavar="FILE")
-    parser.add_argument("--html", metavar="FILE")
-    parser.add_argument("--table", action="store_true")
+    parser.add_argument("--seed", type=int, help="of the start (the first of the evaluation)")
+    parser.add_argument("--random", action="store_true", help="act at random instead")
+    parser.add_argument(
+        "--against",
+        metavar="CONTROLLER",
+        help="show a controller beside it, from the same start: one by its name, `reference` for "
+        "the best one, `nmpc` where there is one, `sampling`, `zero` or `random`",
+    )
+    parser.add_argument("--video", metavar="FILE", help="write a film: FILE.mp4, .gif or .webp")
+    parser.add_argument("--html", metavar="FILE", help="write a page for a browser")
+    parser.add_argument("--table", action="store_true", help="print only")
 
 
 def _enjoy(options: argparse.Namespace, _: list[str]) -> None:
@@ -108,16 +120,6 @@ def _enjoy(options: argparse.Namespace, _: list[str]) -> None:
     Print one episode, step by step, and show it: in a window where there is a display (Space
     pauses, R plays it again, Esc closes), and else in a film, enjoy.mp4 in the folder of the
     policy. --video and --html write files instead.
-
-    Options:
-        --seed: of the start (the first of the evaluation)
-        --random: act at random instead
-        --against: show a controller beside it, from the same start: one by its name,
-            `reference` for the best one, `nmpc` where there is one, `sampling`, `zero` or
-            `random`
-        --video: write a film: FILE.mp4, .gif or .webp
-        --html: write a page for a browser
-        --table: print only
     """
     from rigid_envs import load
 

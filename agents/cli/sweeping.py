@@ -33,14 +33,17 @@ if TYPE_CHECKING:
 def add_benchmark(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
     parser = add_verb(verbs, _benchmark)
-    parser.add_argument("--ids", "--env_id", nargs="+", metavar="ID", default=list(ENVIRONMENTS))
-    parser.add_argument("--algo", choices=tuple(ALGORITHMS))
-    parser.add_argument("--frame", choices=("world", "reduced"))
-    parser.add_argument("--steps", metavar="N")
-    parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N")
-    parser.add_argument("--overwrite", action="store_true")
-    parser.add_argument("--seeds", default="0")
-    parser.add_argument("--quiet", action="store_true")
+    parser.add_argument("--ids", "--env_id", nargs="+", metavar="ID", default=list(ENVIRONMENTS),
+                        help="(all)")  # fmt: skip
+    parser.add_argument("--algo", choices=tuple(ALGORITHMS), help="(the one that suits each)")
+    parser.add_argument("--frame", choices=("world", "reduced"), help="(as the config says)")
+    parser.add_argument("--steps", metavar="N", help="of each training (as its config says)")
+    parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
+    parser.add_argument(
+        "--overwrite", action="store_true", help="begin anew what was trained with another config"
+    )
+    parser.add_argument("--seeds", default="0", help="of the trainings, as 0-9 or 0,2,5 (0)")
+    parser.add_argument("--quiet", action="store_true", help="no progress, only the results")
     _add_place(parser)
 
 
@@ -78,16 +81,6 @@ def _benchmark(options: argparse.Namespace, _: list[str]) -> int:
     start. Each training is a process of its own, which can die without harm: it begins again at
     its last checkpoint. What has a record is left out: the same command goes on where it was
     stopped, and several may share the work.
-
-    Options:
-        --ids: (all)
-        --algo: (the one that suits each)
-        --frame: (as the config says)
-        --steps: of each training (as its config says)
-        --episodes: (500)
-        --overwrite: begin anew what was trained with another config
-        --seeds: of the trainings, as 0-9 or 0,2,5 (0)
-        --quiet: no progress, only the results
     """
     refuse_episodes(options.episodes)
     from ..sweeps.sweep import PATIENCE, Training, train_all
@@ -169,10 +162,18 @@ def _require_ray() -> None:
 def add_search(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
     parser = add_verb(verbs, _search)
-    parser.add_argument("file", type=Path, metavar="FILE")
-    parser.add_argument("--out", type=Path, metavar="FOLDER")
-    parser.add_argument("--ray", metavar="ADDRESS", default="local")
-    parser.add_argument("--jobs", type=int, metavar="N", default=os.cpu_count() or 1)
+    parser.add_argument("file", type=Path, metavar="FILE", help="such as configs/searches/*.yaml")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="(logs/search/NAME)")
+    parser.add_argument(
+        "--ray", metavar="ADDRESS", default="local", help="of a cluster (%(default)s)"
+    )
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        default=os.cpu_count() or 1,
+        help="trials at the same time, without a cluster (%(default)s)",
+    )
 
 
 def _search(options: argparse.Namespace, _: list[str]) -> int:
@@ -182,12 +183,6 @@ def _search(options: argparse.Namespace, _: list[str]) -> int:
     proposes, Ray trains, and what counts are evaluations on validation starts. Writes a table of
     all trials and the best as configs for `train --config`. The same command goes on where it was
     stopped.
-
-    Options:
-        file: such as configs/searches/*.yaml
-        --out: (logs/search/NAME)
-        --ray: of a cluster (%(default)s)
-        --jobs: trials at the same time, without a cluster (%(default)s)
     """
     _refuse_jobs(options.jobs)
     from ..config.search import read_search

@@ -38,11 +38,11 @@ def add_train(verbs: Any) -> None:
     parser = add_verb(
         verbs, train, "python -m agents train [--config FILE | --resume RUN] [--ENTRY VALUE ...]"
     )
-    parser.add_argument("--config", type=Path, metavar="FILE")
-    parser.add_argument("--resume", type=Path, metavar="RUN")
-    parser.add_argument("--overwrite", action="store_true")
-    parser.add_argument("--print-config", action="store_true")
-    parser.add_argument("--quiet", action="store_true")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="(that of the environment)")
+    parser.add_argument("--resume", type=Path, metavar="RUN", help="go on with a run, to the bit")
+    parser.add_argument("--overwrite", action="store_true", help="delete a run of the same name")
+    parser.add_argument("--print-config", action="store_true", help="print the config and stop")
+    parser.add_argument("--quiet", action="store_true", help="no progress, only the result")
     add_config_options(parser)
 
 
@@ -52,13 +52,6 @@ def train(options: argparse.Namespace, rest: list[str]) -> int:
     Train from a config file; every entry of it can be given as an option too, and
     --env_kwargs.NAME VALUE sets a hyperparameter of the task. Ctrl-C and SIGTERM save first, and
     say how to go on.
-
-    Options:
-        --config: (that of the environment)
-        --resume: go on with a run, to the bit
-        --overwrite: delete a run of the same name
-        --print-config: print the config and stop
-        --quiet: no progress, only the result
     """
     known = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
     entries = {key: value for key, value in vars(options).items() if key in known}

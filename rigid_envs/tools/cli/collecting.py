@@ -27,13 +27,27 @@ def add_dataset(verbs: Any) -> None:
         "       rigid-envs dataset --check DATASET [--out FOLDER]",
     )
     collecting.add_argument("id", metavar="ID", nargs="?")
-    collecting.add_argument("--policy", metavar="NAME|FILE")
-    collecting.add_argument("--episodes", type=int, default=100, metavar="N")
-    collecting.add_argument("--seed", type=int, default=0, metavar="S")
-    collecting.add_argument("--name", metavar="DATASET")
-    collecting.add_argument("--out", type=Path, metavar="FOLDER")
-    collecting.add_argument("--overwrite", action="store_true")
-    collecting.add_argument("--check", metavar="DATASET")
+    collecting.add_argument(
+        "--policy",
+        metavar="NAME|FILE",
+        help="`random`; `reference` for the best reference controller, or its name; a trained "
+        "policy: a file (.safetensors), or `BallPark`, the published one of that id",
+    )
+    collecting.add_argument("--episodes", type=int, default=100, metavar="N", help="(100)")
+    collecting.add_argument("--seed", type=int, default=0, metavar="S", help="of the starts (0)")
+    collecting.add_argument(
+        "--name", metavar="DATASET", help="(rigid-envs/<environment>/<policy>-v0)"
+    )
+    collecting.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="of all data sets (MINARI_DATASETS_PATH, or ~/.minari/datasets)",
+    )
+    collecting.add_argument("--overwrite", action="store_true", help="replace one of that name")
+    collecting.add_argument(
+        "--check", metavar="DATASET", help="play its episodes again, and compare every bit"
+    )
 
 
 def _dataset(options: argparse.Namespace, rest: list[str]) -> int:
@@ -41,16 +55,6 @@ def _dataset(options: argparse.Namespace, rest: list[str]) -> int:
 
     Play episodes and write them as a data set of Minari, with what is needed to play them again to
     the bit. Any hyperparameter can be given as an option.
-
-    Options:
-        --policy: `random`; `reference` for the best reference controller, or its name; a
-            trained policy: a file (.safetensors), or `BallPark`, the published one of that id
-        --episodes: (100)
-        --seed: of the starts (0)
-        --name: (rigid-envs/<environment>/<policy>-v0)
-        --out: of all data sets (MINARI_DATASETS_PATH, or ~/.minari/datasets)
-        --overwrite: replace one of that name
-        --check: play its episodes again, and compare every bit
     """
     if options.check is not None:
         refuse([*rest, *([options.id] if options.id else [])])
@@ -97,8 +101,10 @@ def add_compile(verbs: Any) -> None:
     compiling = add_verb(
         verbs, _compile, "rigid-envs compile [ID ...] [--jobs N] [--KEY VALUE ...]"
     )
-    compiling.add_argument("ids", nargs="*", metavar="ID")
-    compiling.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N")
+    compiling.add_argument("ids", nargs="*", metavar="ID", help="these environments only")
+    compiling.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="processes (one a core)"
+    )
 
 
 def _compile(options: argparse.Namespace, rest: list[str]) -> None:
@@ -107,10 +113,6 @@ def _compile(options: argparse.Namespace, rest: list[str]) -> None:
     Compile reset and step of environments, of all if none is named, in the frame of the world and
     in the reduced one, or as hyperparameters say. What is compiled is kept for every later
     process.
-
-    Options:
-        ids: these environments only
-        --jobs: processes (one a core)
     """
     from rigid_envs.engine.compiler import cache_directory
     from rigid_envs.envs.lookup import compile_all, kernels_of

@@ -28,7 +28,6 @@ from rigid_envs.tools.cli.scoring import (
 )
 from rigid_envs.tools.cli.watching import add_films, add_frames, add_gallery, add_play, add_replay
 from rigid_envs.tools.cli.words import (
-    Verb,
     add_ids,
     add_verb,
     config_of,
@@ -75,9 +74,9 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
-    verbs = parser.add_subparsers(metavar="VERB", required=True, parser_class=Verb)
+    verbs = parser.add_subparsers(metavar="VERB", required=True)
     listing = add_verb(verbs, _list)
-    listing.add_argument("--json", action="store_true")
+    listing.add_argument("--json", action="store_true", help="print JSON instead of tables")
     _add_describe(verbs)
     add_compile(verbs)
     add_play(verbs)
@@ -98,7 +97,7 @@ def _parser() -> argparse.ArgumentParser:
 def _add_describe(verbs: Any) -> None:
     describing = add_verb(verbs, _describe, "rigid-envs describe ID [--json] [--KEY VALUE ...]")
     describing.add_argument("id", metavar="ID")
-    describing.add_argument("--json", action="store_true")
+    describing.add_argument("--json", action="store_true", help="print JSON instead of a page")
 
 
 def _add_docs(verbs: Any) -> None:
@@ -110,26 +109,51 @@ def _add_docs(verbs: Any) -> None:
 def _add_bench(verbs: Any) -> None:
     benching = add_verb(verbs, _bench)
     add_ids(benching)
-    benching.add_argument("--quick", action="store_true")
-    benching.add_argument("--json", type=Path, metavar="FILE")
+    benching.add_argument("--quick", action="store_true", help="a first look, a minute")
+    benching.add_argument("--json", type=Path, metavar="FILE", help="write every sample there")
+
+
+_VERIFY: dict[str, dict[str, Any]] = {
+    "subjects": {
+        "nargs": "*",
+        "metavar": "SUBJECT|FILE.json",
+        "help": "only these subjects; or instead results of `rigid-envs evaluate --out`, whose "
+        "episodes are played again and compared to the last digit",
+    },
+    "--json": {
+        "nargs": "?",
+        "const": "-",
+        "metavar": "FILE",
+        "help": "print JSON instead of tables, or write it to FILE as well",
+    },
+    "--scores": {
+        "action": "store_true",
+        "help": "instead play the untrained policies of the ids given as subjects, or of one for "
+        "every system, and compare their success and efficiency with the data",
+    },
+    "--policies": {
+        "nargs": "*",
+        "metavar": "NAME",
+        "help": "instead evaluate published policies again, all or those named, and compare "
+        "success and cost from every start with what is published, to the last digit",
+    },
+    "--seed": {"type": int, "help": "with --policies: other starts than the published ones"},
+    "--policy": {
+        "metavar": "NAME|FILE",
+        "help": "with FILE.json: the policy it is of, as of `rigid-envs evaluate`; not needed for "
+        "controllers and published policies, which the file names",
+    },
+}
 
 
 def _add_verify(verbs: Any) -> None:
     verifying = add_verb(verbs, _verify)
-    verifying.add_argument("subjects", nargs="*", metavar="SUBJECT|FILE.json")
-    verifying.add_argument("--json", nargs="?", const="-", metavar="FILE")
-    verifying.add_argument("--scores", action="store_true")
-    verifying.add_argument("--policies", nargs="*", metavar="NAME")
-    verifying.add_argument("--seed", type=int)
-    verifying.add_argument("--policy", metavar="NAME|FILE")
+    for name, settings in _VERIFY.items():
+        verifying.add_argument(name, **settings)
 
 
 def _list(options: argparse.Namespace, rest: list[str]) -> None:
-    """All environments.
-
-    Options:
-        --json: print JSON instead of tables
-    """
+    """All environments."""
     refuse(rest)
     as_json = json.dumps([overview_as_data(env_id) for env_id in ENVIRONMENTS], indent=1)
     print(as_json if options.json else list_all())
@@ -140,9 +164,6 @@ def _describe(options: argparse.Namespace, rest: list[str]) -> None:
 
     Describe an environment. Any hyperparameter can be given as an option, a range as LOW,HIGH:
     --dt 0.05 --I1 0.5,0.9
-
-    Options:
-        --json: print JSON instead of a page
     """
     config = config_of(rest)
     if options.json:
@@ -173,10 +194,6 @@ def _bench(options: argparse.Namespace, rest: list[str]) -> None:
     Measure environment steps per second of every environment, single and vectorised, beside
     Gymnasium's CartPole and Pendulum and, where it is installed, a free body in MuJoCo, all in one
     interleaved run; then accuracy and start-up. Takes about five minutes on an idle machine.
-
-    Options:
-        --quick: a first look, a minute
-        --json: write every sample there
     """
     refuse(rest)
     ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
@@ -210,18 +227,6 @@ def _verify(options: argparse.Namespace, rest: list[str]) -> int:
     Compare the physics with closed forms, conserved quantities and Newton's law in world axes. The
     exit status is 1 if a law does not hold. Takes half a minute the first time, a few seconds
     later.
-
-    Options:
-        subjects: only these subjects; or instead results of `rigid-envs evaluate --out`, whose
-            episodes are played again and compared to the last digit
-        --json: print JSON instead of tables, or write it to FILE as well
-        --scores: instead play the untrained policies of the ids given as subjects, or of one
-            for every system, and compare their success and efficiency with the data
-        --policies: instead evaluate published policies again, all or those named, and compare
-            success and cost from every start with what is published, to the last digit
-        --seed: with --policies: other starts than the published ones
-        --policy: with FILE.json: the policy it is of, as of `rigid-envs evaluate`; not needed
-            for controllers and published policies, which the file names
     """
     refuse(rest)
     what = _asked(options)

@@ -32,7 +32,11 @@ def add_leaderboard(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
     ranking = add_verb(verbs, _leaderboard)
     ranking.add_argument("folder", type=Path, metavar="FOLDER")
-    ranking.add_argument("--packaged", action="store_true")
+    ranking.add_argument(
+        "--packaged",
+        action="store_true",
+        help="also of what comes with the package: published policies and controllers",
+    )
 
 
 def _leaderboard(options: argparse.Namespace, rest: list[str]) -> None:
@@ -40,9 +44,6 @@ def _leaderboard(options: argparse.Namespace, rest: list[str]) -> None:
 
     Collect all results below a folder, of `rigid-envs evaluate --out` and of rigid_envs.evaluate,
     into leaderboard.md and leaderboard.png there.
-
-    Options:
-        --packaged: also of what comes with the package: published policies and controllers
     """
     refuse(rest)
     from rigid_envs.scores.leaderboard import write_leaderboard
@@ -250,38 +251,54 @@ def add_evaluate(verbs: Any) -> None:
         "[--json] [--KEY VALUE]",
     )
     evaluating.add_argument("id", metavar="ID")
-    evaluating.add_argument("--policy", required=True, metavar="NAME|FILE")
-    evaluating.add_argument("--starts", type=int, metavar="N")
-    evaluating.add_argument("--name")
-    evaluating.add_argument("--out", type=Path, metavar="FILE")
-    evaluating.add_argument("--json", action="store_true")
+    evaluating.add_argument(
+        "--policy",
+        required=True,
+        metavar="NAME|FILE",
+        help="a reference controller, `reference` for the best, `nmpc` where there is one (it "
+        "needs the extra `control`), `sampling`, `zero`, `random`; a trained policy: a file "
+        "(.safetensors), or `BallPark`, the published one of that id; or a replay (.npz) of the "
+        "first starts, whose actions are played again",
+    )
+    evaluating.add_argument("--starts", type=int, metavar="N", help="(500, or those of the replay)")
+    evaluating.add_argument("--name", help="of the policy in tables (its own)")
+    evaluating.add_argument(
+        "--out", type=Path, metavar="FILE", help="write a row of the leaderboard"
+    )
+    evaluating.add_argument("--json", action="store_true", help="print that row, not a table")
 
 
 def add_best(verbs: Any) -> None:
     """Add the verb `best`."""
     finding = add_verb(verbs, _best)
-    finding.add_argument("ids", nargs="*", metavar="ID")
-    finding.add_argument("--with", dest="files", nargs="+", type=Path, default=[], metavar="FILE")
-    finding.add_argument("--plan", action="store_true")
-    finding.add_argument("--starts", type=int, metavar="N")
-    finding.add_argument("--out", type=Path, metavar="FOLDER")
-    finding.add_argument("--rows", type=Path, metavar="FOLDER")
+    finding.add_argument("ids", nargs="*", metavar="ID", help="these environments only")
+    finding.add_argument(
+        "--with",
+        dest="files",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="FILE",
+        help="replays (.npz) of the first starts of one id; their actions are played again, and "
+        "their labels say who found them",
+    )
+    finding.add_argument(
+        "--plan",
+        action="store_true",
+        help="improve the stored plans first, or plan where there are none: minutes for each id "
+        "that has a recipe",
+    )
+    finding.add_argument("--starts", type=int, metavar="N", help="fewer starts, for a first look")
+    finding.add_argument("--out", type=Path, metavar="FOLDER", help="instead of the package's data")
+    finding.add_argument(
+        "--rows", type=Path, metavar="FOLDER", help="leaderboard rows of the untrained policies"
+    )
 
 
 def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
     """Success and efficiency of a policy over 500 fixed starts.
 
     Play one episode from each of the fixed starts. Any hyperparameter can be given as an option.
-
-    Options:
-        --policy: a reference controller, `reference` for the best, `nmpc` where there is one
-            (it needs the extra `control`), `sampling`, `zero`, `random`; a trained policy: a
-            file (.safetensors), or `BallPark`, the published one of that id; or a replay (.npz)
-            of the first starts, whose actions are played again
-        --starts: (500, or those of the replay)
-        --name: of the policy in tables (its own)
-        --out: write a row of the leaderboard
-        --json: print that row, not a table
     """
     from rigid_envs.scores.evaluation import evaluate
     from rigid_envs.scores.starts import N_STARTS
@@ -336,16 +353,6 @@ def _best(options: argparse.Namespace, rest: list[str]) -> None:
     Play the untrained policies, the stored plans, the published policy and recorded episodes from
     the starts of the evaluation set, and keep the least cost of a success from each start with its
     finder.
-
-    Options:
-        ids: these environments only
-        --with: replays (.npz) of the first starts of one id; their actions are played again,
-            and their labels say who found them
-        --plan: improve the stored plans first, or plan where there are none: minutes for each
-            id that has a recipe
-        --starts: fewer starts, for a first look
-        --out: instead of the package's data
-        --rows: leaderboard rows of the untrained policies
     """
     refuse(rest)
     from rigid_envs.scores.best import FOLDER

@@ -38,7 +38,9 @@ def add_films(verbs: Any) -> None:
     filming = add_verb(verbs, _films)
     filming.add_argument("folder", metavar="FOLDER", type=Path)
     add_ids(filming)
-    filming.add_argument("--check", action="store_true")
+    filming.add_argument(
+        "--check", action="store_true", help="say which films are missing or old; write nothing"
+    )
 
 
 def _films(options: argparse.Namespace, rest: list[str]) -> int:
@@ -46,9 +48,6 @@ def _films(options: argparse.Namespace, rest: list[str]) -> int:
 
     Film the reference controller of each environment for its page. In the repository the films are
     in docs/environments/films.
-
-    Options:
-        --check: say which films are missing or old; write nothing
     """
     refuse(rest)
     own = (env_id for env_id in ENVIRONMENTS if env_id.startswith("RigidEnvs/"))
@@ -70,7 +69,13 @@ def add_frames(verbs: Any) -> None:
     """Add the verb to the command."""
     timing = add_verb(verbs, _frames)
     add_ids(timing)
-    timing.add_argument("--page", type=Path, metavar="FILE.md")
+    timing.add_argument(
+        "--page",
+        type=Path,
+        metavar="FILE.md",
+        help="write the table into this page, and the data beside it as FILE.json; in the "
+        "repository it is docs/rendering.md",
+    )
 
 
 def _frames(options: argparse.Namespace, rest: list[str]) -> None:
@@ -78,10 +83,6 @@ def _frames(options: argparse.Namespace, rest: list[str]) -> None:
 
     Measure pictures of 480 x 480 pixels on one thread, with and without shadows, and the first one
     of a new process. Takes a minute on an idle machine.
-
-    Options:
-        --page: write the table into this page, and the data beside it as FILE.json; in the
-            repository it is docs/rendering.md
     """
     refuse(rest)
     from rigid_envs.tools.bench.frames import frame_times, installed_size  # draws: only here
@@ -108,10 +109,16 @@ def _frames(options: argparse.Namespace, rest: list[str]) -> None:
 def add_gallery(verbs: Any) -> None:
     """Add the verb to the command."""
     drawing = add_verb(verbs, _gallery)
-    drawing.add_argument("names", nargs="*", metavar="NAME")
-    drawing.add_argument("--out", type=Path, metavar="DIR")
-    drawing.add_argument("--list", action="store_true")
-    drawing.add_argument("--docs", type=Path, metavar="DIR")
+    drawing.add_argument("names", nargs="*", metavar="NAME", help="these figures only")
+    drawing.add_argument("--out", type=Path, metavar="DIR", help="folder of the files")
+    drawing.add_argument("--list", action="store_true", help="name the figures, draw nothing")
+    drawing.add_argument(
+        "--docs",
+        type=Path,
+        metavar="DIR",
+        help="draw all figures, small, into DIR instead, and write the page DIR.md about them; in "
+        "the repository it is docs/gallery",
+    )
 
 
 def _gallery(options: argparse.Namespace, rest: list[str]) -> int:
@@ -119,13 +126,6 @@ def _gallery(options: argparse.Namespace, rest: list[str]) -> int:
 
     Draw figures as PNG and SVG, and write captions, numbers and provenance to figures.json. The
     exit status is 1 if a number is beyond its bound.
-
-    Options:
-        names: these figures only
-        --out: folder of the files
-        --list: name the figures, draw nothing
-        --docs: draw all figures, small, into DIR instead, and write the page DIR.md about them;
-            in the repository it is docs/gallery
     """
     refuse(rest)
     from rigid_envs.tools.gallery import FIGURES  # imports the systems: only here
@@ -170,10 +170,10 @@ def add_play(verbs: Any) -> None:
     """Add the verb to the parser of the command."""
     playing = add_verb(verbs, _play, "rigid-envs play ID [OPTION ...] [--KEY VALUE ...]")
     playing.add_argument("id", metavar="ID")
-    playing.add_argument("--seed", type=int, default=0, metavar="N")
-    playing.add_argument("--size", type=int, default=640, metavar="PIXELS")
-    playing.add_argument("--save", type=Path, metavar="FILE")
-    playing.add_argument("--help-keys", action="store_true")
+    playing.add_argument("--seed", type=int, default=0, metavar="N", help="of the first start (0)")
+    playing.add_argument("--size", type=int, default=640, metavar="PIXELS", help="(640)")
+    playing.add_argument("--save", type=Path, metavar="FILE", help="a replay of all you play")
+    playing.add_argument("--help-keys", action="store_true", help="say which keys do what")
 
 
 def _play(options: argparse.Namespace, rest: list[str]) -> None:
@@ -182,12 +182,6 @@ def _play(options: argparse.Namespace, rest: list[str]) -> None:
     Open a window in which you steer, in real time, and see your result beside what the reference
     controller makes of the same start. Any hyperparameter can be given as an option, as for
     `describe`.
-
-    Options:
-        --seed: of the first start (0)
-        --size: (640)
-        --save: a replay of all you play
-        --help-keys: say which keys do what
     """
     from rigid_envs.watch.play.loop import play
     from rigid_envs.watch.play.steering import keys
@@ -211,10 +205,16 @@ def add_replay(verbs: Any) -> None:
     """Add the verb to the command."""
     replaying = add_verb(verbs, _replay)
     replaying.add_argument("files", nargs="+", metavar="FILE", type=Path)
-    replaying.add_argument("--episodes", nargs="+", type=int, metavar="K")
-    replaying.add_argument("--html", type=Path, metavar="OUT")
-    replaying.add_argument("--video", metavar="OUT")
-    replaying.add_argument("--speed", type=float, default=1.0, metavar="X")
+    replaying.add_argument(
+        "--episodes", nargs="+", type=int, metavar="K", help="only these episodes, counted from 0"
+    )
+    replaying.add_argument("--html", type=Path, metavar="OUT", help="write a page that shows them")
+    replaying.add_argument(
+        "--video", metavar="OUT", help="write a film of them: OUT.mp4, .gif or .webp"
+    )
+    replaying.add_argument(
+        "--speed", type=float, default=1.0, metavar="X", help="of the film (1, real time)"
+    )
 
 
 def _replay(options: argparse.Namespace, rest: list[str]) -> int:
@@ -222,12 +222,6 @@ def _replay(options: argparse.Namespace, rest: list[str]) -> int:
 
     Print the episodes of replays, and whether their actions give the same bits again. Several
     files are shown side by side. The exit status is 1 if other bits come.
-
-    Options:
-        --episodes: only these episodes, counted from 0
-        --html: write a page that shows them
-        --video: write a film of them: OUT.mp4, .gif or .webp
-        --speed: of the film (1, real time)
     """
     refuse(rest)
     refuse_missing_folder("--html", options.html)

@@ -6,12 +6,10 @@ import argparse
 import ast
 import inspect
 import logging
-import re
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 # Progress of a command on the terminal.
@@ -70,43 +68,26 @@ def tell(what: str) -> None:
 # Words of the command line: hyperparameters, and what is refused.
 
 
-class Verb(argparse.ArgumentParser):
-    """A verb of a command, which says what the docstring of its function says.
-
-    Attributes:
-        meanings: Help of its options by name.
-    """
-
-    meanings: Mapping[str, str] = MappingProxyType({})
-
-    def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
-        """Add an option as to any parser; its help is that of the docstring, if it is there."""
-        if names[0] in self.meanings:
-            settings["help"] = self.meanings[names[0]]
-        return super().add_argument(*names, **settings)
-
-
-def add_verb(verbs: Any, act: Callable[..., int | None], usage: str | None = None) -> Verb:
-    """Add a verb to a command.
+def add_verb(
+    verbs: Any, act: Callable[..., int | None], usage: str | None = None
+) -> argparse.ArgumentParser:
+    """Add a verb to a command, and say of it what the docstring of its function says.
 
     Args:
         verbs: Of the command.
         act: Has the name of the verb. The first line of its docstring is the help, what follows the
-            description, and under "Options:" stands what each option is. It takes the options, and
-            the words that are none; its value is the exit status, None for 0.
+            description. It takes the options, and the words that are none; its value is the exit
+            status, None for 0.
         usage: None is that of argparse.
     """
-    text, _, options = inspect.cleandoc(act.__doc__ or "").partition("\n\nOptions:\n")
-    summary, _, description = text.partition("\n\n")
-    verb: Verb = verbs.add_parser(
+    summary, _, description = inspect.cleandoc(act.__doc__ or "").partition("\n\n")
+    verb: argparse.ArgumentParser = verbs.add_parser(
         act.__name__.removeprefix("_"),
         help=summary[:1].lower() + summary[1:].removesuffix("."),
         description=description or None,
         usage=usage,
         allow_abbrev=False,
     )
-    told = re.findall(r"^    ([\w-]+): (.*(?:\n {8}.*)*)", options, re.MULTILINE)
-    verb.meanings = {name: " ".join(words.split()) for name, words in told}
     verb.set_defaults(act=act)
     return verb
 
