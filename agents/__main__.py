@@ -5,12 +5,12 @@ import sys
 
 if __name__ == "__main__":
     try:
-        from rigid_envs.tools.cli.words import show_messages
+        from rigid_envs.tools.cli.words import messages
 
         from .cli.command_line import main
 
-        show_messages()
-        status = main()
+        with messages():
+            status = main()
     except KeyboardInterrupt:
         status = 128 + signal.SIGINT
     sys.exit(status)

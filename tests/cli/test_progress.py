@@ -2,6 +2,7 @@
 
 import io
 import itertools
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -128,7 +129,22 @@ def test_on_a_terminal_nothing_stands_behind_the_progress_and_in_the_end_it_is_g
     out, err = streams(monkeypatch)
     assert main(words.split()) in (0, 1)
     assert any(err.getvalue().split(CLEAR))
-    assert err.lines() == out.getvalue().split("\n")
+    lines = [line for line in err.lines() if not line.startswith("rigid-envs: compiled ")]
+    assert lines == out.getvalue().split("\n")
+
+
+def test_what_is_logged_has_a_line_of_its_own_on_the_stream_of_the_moment(
+    monkeypatch: Patch,
+) -> None:
+    log = logging.getLogger("rigid_envs.engine.compiler")
+    with progress.messages():
+        _, err = streams(monkeypatch)
+        progress.tell("half way")
+        log.info("compiled the step")
+        progress.tell("whole")
+        progress.tell("")
+    log.info("compiled the reset")
+    assert err.lines() == ["rigid-envs: compiled the step", ""]
 
 
 @pytest.mark.parametrize(
@@ -145,7 +161,7 @@ def test_what_ends_a_command_has_a_status_and_a_line_of_its_own(
 
 
 def test_ctrl_c_ends_a_command_that_has_not_begun_yet(monkeypatch: Patch) -> None:
-    monkeypatch.setattr(progress, "show_messages", told(KeyboardInterrupt()))
+    monkeypatch.setattr(progress, "messages", told(KeyboardInterrupt()))
     _, err = streams(monkeypatch)
     assert main(["list"]) == 130
     assert err.getvalue() == ""

@@ -83,6 +83,7 @@ def test_evaluate_policy_of_stable_baselines3_takes_it(env_id: str) -> None:
             wins.append(names["info"]["is_success"])
 
     theirs = DummyVecEnv([lambda: Monitor(gym.make(env_id))] * 2)
+    theirs.seed(0)
     for env in (make_vec_env(env_id, 2, seed=0), theirs):
         returns, _ = evaluate_policy(
             agent, env, n_eval_episodes=2, callback=keep, return_episode_rewards=True

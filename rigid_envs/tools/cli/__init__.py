@@ -17,9 +17,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     try:
         from rigid_envs.tools.cli.command_line import run  # imports for a second
-        from rigid_envs.tools.cli.words import show_messages
+        from rigid_envs.tools.cli.words import messages
 
-        show_messages()
-        return run(argv)
+        with messages():
+            return run(argv)
     except KeyboardInterrupt:
         return 128 + signal.SIGINT

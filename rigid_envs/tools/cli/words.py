@@ -8,7 +8,8 @@ import inspect
 import logging
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -34,21 +35,29 @@ class _Pace:
 
 
 _pace = _Pace()
-_messages = logging.StreamHandler()
-_messages.setFormatter(logging.Formatter("rigid-envs: %(message)s"))
 
 
-def show_messages() -> None:
-    """Print what the package logs, such as what it compiles, on standard error.
+class _Messages(logging.Handler):
+    """Prints what is logged on the standard error of the moment, where progress stood."""
 
-    Every command begins with it.
-    """
+    def emit(self, record: logging.LogRecord) -> None:
+        tell("")
+        print(f"rigid-envs: {record.getMessage()}", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def messages() -> Iterator[None]:
+    """Print what the package logs, such as what it compiles; every command runs in it."""
     _pace.begin()
-    logger = logging.getLogger("rigid_envs")
-    _messages.stream = sys.stderr  # that of before may be closed
-    if not logger.handlers:
-        logger.addHandler(_messages)
-        logger.setLevel(logging.INFO)
+    logger, handler = logging.getLogger("rigid_envs"), _Messages()
+    before = logger.level
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(before)
 
 
 def tell(what: str) -> None:
