@@ -1,4 +1,4 @@
-"""`python -m agents`; Ctrl-C ends it without a word, also while it imports."""
+"""`python -m agents`; Ctrl-C ends it without a message, also while it imports."""
 
 import signal
 import sys

@@ -21,7 +21,7 @@ from .sweeping import add_baselines, add_benchmark, add_publish, add_search
 from .training import add_train
 
 _SHORT = ("train", "--total_timesteps", "1_500_000")
-"""Without a word: less than half of the steps of the recipe, for who sees it for the first time."""
+"""Without arguments: less than half of the steps of the recipe, for a first look."""
 
 _MISTAKES = (ConfigError, DamagedFileError)
 _FAILURES = (RunInUseError, FloatingPointError, OSError, ImportError, DependencyNotInstalled)
@@ -55,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m agents",
-        description="Train, evaluate and watch agents. Without a word: train on BallPark with PPO "
+        description="Train, evaluate and watch agents. Without arguments: train on BallPark with PPO "
         "for 1.5 M steps, evaluate on 500 unseen starts, and say where everything was written.",
         allow_abbrev=False,
     )

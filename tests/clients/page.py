@@ -13,7 +13,7 @@ _HEAD = f"""\
 
 # Clients
 
-Programs of others, each run with settings that its documentation names, on environments that it
+Third-party programs, each run with settings that its documentation names, on environments that it
 opens by their ids. Every row is a script of some thirty lines in
 [tests/clients/recipes]({_SOURCES}/recipes), and a test:
 

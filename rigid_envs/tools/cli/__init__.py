@@ -7,7 +7,7 @@ __all__ = ["main"]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command; Ctrl-C ends it without a word.
+    """Run the command; Ctrl-C ends it without a message.
 
     Args:
         argv: arguments; None takes those of the process.
