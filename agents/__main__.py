@@ -5,12 +5,9 @@ import sys
 
 if __name__ == "__main__":
     try:
-        from rigid_envs.tools.cli.words import messages
-
         from .cli.command_line import main
 
-        with messages():
-            status = main()
+        status = main()
     except KeyboardInterrupt:
         status = 128 + signal.SIGINT
     sys.exit(status)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
-from collections.abc import Sequence
-
-from gymnasium.error import DependencyNotInstalled
+from collections.abc import Callable, Sequence
+from functools import partial
 
 from rigid_envs import __version__
-from rigid_envs.base.checks import ConfigError, shown
+from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.tools.cli.scoring import add_leaderboard
+from rigid_envs.tools.cli.words import answer
 
 from ..environments import import_allowed
 from ..storage.runs import RunInUseError
@@ -22,9 +21,6 @@ from .training import add_train
 
 _SHORT = ("train", "--total_timesteps", "1_500_000")
 """Without arguments: less than half of the steps of the recipe, for a first look."""
-
-_MISTAKES = (ConfigError, DamagedFileError)
-_FAILURES = (RunInUseError, FloatingPointError, OSError, ImportError, DependencyNotInstalled)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -39,17 +35,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if argv is None else argv) or list(_SHORT)
     if words[0].startswith("-") and words[0] not in ("-h", "--help", "--version"):
         words = ["train", *words]
-    options, rest = _parser().parse_known_args(words)
-    try:
-        if rest and words[0] != "train":  # which takes hyperparameters of any task
-            raise ConfigError(f"option = {rest[0]}; expected one that --help lists")
-        import_allowed(options.allow_import)
-        return options.act(options, rest) or 0
-    except KeyboardInterrupt:
-        return 128 + signal.SIGINT
-    except (*_MISTAKES, *_FAILURES) as error:
-        print(f"agents: {shown(str(error))}", file=sys.stderr)
-        return 2 if isinstance(error, _MISTAKES) else 1
+    mistakes = ConfigError, DamagedFileError
+    return answer(_parser(), words, mistakes, (RunInUseError, FloatingPointError, ImportError))
+
+
+def _act(act: Callable[[argparse.Namespace], int | None], options: argparse.Namespace) -> int:
+    """Do what a verb does, with the modules that it may import."""
+    import_allowed(options.allow_import)
+    return act(options) or 0
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -77,4 +70,5 @@ def _parser() -> argparse.ArgumentParser:
             default=[],
             help="import a module first, which may register environments of its own",
         )
+        verb.set_defaults(act=partial(_act, verb.get_default("act")))
     return parser

@@ -40,7 +40,7 @@ def add_evaluate(verbs: Any) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
 
 
-def _evaluate(options: argparse.Namespace, _: list[str]) -> None:
+def _evaluate(options: argparse.Namespace) -> None:
     """Success and efficiency on unseen starts.
 
     Play one episode of a policy from each of the fixed starts.
@@ -114,7 +114,7 @@ def add_enjoy(verbs: Any) -> None:
     parser.add_argument("--table", action="store_true", help="print only")
 
 
-def _enjoy(options: argparse.Namespace, _: list[str]) -> None:
+def _enjoy(options: argparse.Namespace) -> None:
     """Watch one episode, in a window or as a film.
 
     Print one episode, step by step, and show it: in a window where there is a display (Space

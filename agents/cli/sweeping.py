@@ -72,7 +72,7 @@ def _add_place(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _benchmark(options: argparse.Namespace, _: list[str]) -> int:
+def _benchmark(options: argparse.Namespace) -> int:
     """Train all environments, with several seeds.
 
     Train every environment with its config (configs/NAME_reduced_ALGO.yaml, else
@@ -176,7 +176,7 @@ def add_search(verbs: Any) -> None:
     )
 
 
-def _search(options: argparse.Namespace, _: list[str]) -> int:
+def _search(options: argparse.Namespace) -> int:
     """Search hyperparameters.
 
     Search hyperparameters, as a YAML file says: a recipe in which any value may be a range. Optuna
@@ -220,7 +220,7 @@ def add_baselines(verbs: Any) -> None:
     parser.add_argument("folder", type=Path, metavar="FOLDER")
 
 
-def _publish(options: argparse.Namespace, _: list[str]) -> None:
+def _publish(options: argparse.Namespace) -> None:
     """Put a policy into the library.
 
     Copy the best policy of complete runs into rigid_envs/scores/published, where rigid_envs.load
@@ -232,7 +232,7 @@ def _publish(options: argparse.Namespace, _: list[str]) -> None:
         print(f"written: {publish(find_run(path))}, and its record", flush=True)
 
 
-def _baselines(options: argparse.Namespace, _: list[str]) -> None:
+def _baselines(options: argparse.Namespace) -> None:
     """Page and figures of all records.
 
     Write FOLDER.md about all records below a folder, those of `benchmark`, and figures into the

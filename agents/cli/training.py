@@ -46,7 +46,7 @@ def add_train(verbs: Any) -> None:
     add_config_options(parser)
 
 
-def train(options: argparse.Namespace, rest: list[str]) -> int:
+def train(options: argparse.Namespace) -> int:
     """Train, then evaluate.
 
     Train from a config file; every entry of it can be given as an option too, and
@@ -55,7 +55,7 @@ def train(options: argparse.Namespace, rest: list[str]) -> int:
     """
     known = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
     entries = {key: value for key, value in vars(options).items() if key in known}
-    run = _resumed(options, entries, rest) if options.resume else _started(options, entries, rest)
+    run = _resumed(options, entries) if options.resume else _started(options, entries)
     if run is None:
         return 0
     from ..training.trainer import train_in
@@ -79,8 +79,9 @@ def train(options: argparse.Namespace, rest: list[str]) -> int:
         run.close()
 
 
-def _started(options: argparse.Namespace, entries: dict[str, str], rest: list[str]) -> Run | None:
-    config = load_config(_recipe(options.config, entries, rest), entries, rest)
+def _started(options: argparse.Namespace, entries: dict[str, str]) -> Run | None:
+    recipe = _recipe(options.config, entries, options.rest)
+    config = load_config(recipe, entries, options.rest)
     if options.print_config:
         print(dump_yaml(config_to_dict(config)), end="")
         return None
@@ -97,8 +98,8 @@ def _recipe(path: Path | None, entries: dict[str, str], rest: list[str]) -> dict
     return recipe_for(env_id, values.get("algo"), frame_of(values, env_keywords(rest)))
 
 
-def _resumed(options: argparse.Namespace, entries: dict[str, str], rest: list[str]) -> Run | None:
-    changes = [*entries, *rest, *(["config"] if options.config else [])]
+def _resumed(options: argparse.Namespace, entries: dict[str, str]) -> Run | None:
+    changes = [*entries, *options.rest, *(["config"] if options.config else [])]
     if changes or options.overwrite:
         raise ConfigError(
             f"--resume goes on with the run as it was started; leave out {changes or '--overwrite'}"

@@ -175,7 +175,7 @@ def train(
         resume: Folder of the run to go on with; it ends with the same bits as if it had never
             stopped, on the same machine and versions.
         overwrite: Whether a new run may delete an old one of its name.
-        quiet: No progress bar.
+        quiet: No progress.
 
     Raises:
         ValueError: Neither or both of config and resume, or a config that cannot be.
@@ -199,7 +199,7 @@ def train_in(run: Run, quiet: bool = False) -> Outcome:
 
     Args:
         run: A run that this process has the lock of.
-        quiet: No progress bar.
+        quiet: No progress.
 
     Raises:
         ConfigError: The config cannot be; a new run then leaves no folder behind.
@@ -249,7 +249,7 @@ class Trainer:
         Args:
             run: Where to write; this process has its lock.
             config: Config of the run.
-            progress: Progress bar.
+            progress: What it says.
         """
         torch.set_num_threads(config.torch_threads)
         sweep(run.folder)

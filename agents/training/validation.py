@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -13,9 +12,9 @@ import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.logger import Logger
-from tqdm import tqdm  # type: ignore[import-untyped]
 
 from rigid_envs.scores.starts import ActionFunction, Episodes, play, row_seeds
+from rigid_envs.tools.cli.words import tell
 
 from ..config.entries import Config
 from ..environments import make
@@ -261,57 +260,44 @@ class Records:
         return int((timesteps - self._last[0]) / max(seconds - self._last[1], 1e-9))
 
 
-# Progress bar on the terminal, and a line for each evaluation.
-
-_LOOK = 5.0  # [s] of training, after which the time that is left is told
+# How far a training has come: a line in place of the one before, and one for each evaluation.
 
 
 class Progress:
-    """A progress bar with speed, success and return. Off a terminal, only the lines."""
+    """What a training says while it goes on."""
 
     def __init__(self, quiet: bool) -> None:
-        """Show nothing yet.
+        """Say nothing yet.
 
         Args:
-            quiet: Show nothing at all.
+            quiet: Say nothing at all.
         """
         self._quiet = quiet
-        self._bar: Any = None
-        self._begun: tuple[float, int, int] | None = None  # time, steps made and to make
+        self._begun = (0.0, 0, 0)  # time, steps made and to make
 
     def start(self, total: int, done: int) -> None:
-        """Show the bar.
+        """The training begins.
 
         Args:
             total: Steps of the run.
             done: Steps made before.
         """
         self._begun = time.perf_counter(), done, total
-        tqdm.set_lock(threading.RLock())  # its own would leave a semaphore behind after a kill
-        self._bar = tqdm(
-            total=total,
-            initial=done,
-            unit=" steps",
-            unit_scale=True,
-            disable=self._quiet or not sys.stderr.isatty(),
-            dynamic_ncols=True,
-            smoothing=0.05,
-        )
 
     def show(self, timesteps: int, figures: Mapping[str, Any]) -> None:
-        """Move the bar, and add a line if there was an evaluation.
+        """Say how far it has come and how long it will take, and add a line of an evaluation.
 
         Args:
             timesteps: Steps made.
             figures: Values by name.
         """
-        success, total = figures.get("rollout/success_rate"), figures.get("rollout/ep_rew_mean")
-        shown = {} if success is None else {"success": f"{100 * success:.1f} %"}
-        if total is not None:
-            shown["return"] = f"{total:.3g}"
-        self._bar.set_postfix(shown, refresh=False)
-        self._bar.update(timesteps - self._bar.n)
-        self._tell_time(timesteps)
+        begin, done, total = self._begun
+        left = round((total - timesteps) * (time.perf_counter() - begin) / (timesteps - done))
+        text = f"{timesteps:,} of {total:,} steps, {left // 60} min {left % 60} s to go"
+        if (success := figures.get("rollout/success_rate")) is not None:
+            text += f"; success {100 * success:.1f} %"
+        if not self._quiet:
+            tell(text)
         if "eval/success_rate" in figures:
             self.say(
                 f"{timesteps:>12,} steps   held-out starts: success "
@@ -321,24 +307,13 @@ class Progress:
                 f"cost {figures['eval/mean_cost']:8.3f}"
             )
 
-    def _tell_time(self, timesteps: int) -> None:
-        """Say once how long it will take, at the speed of the first seconds."""
-        if self._begun is None:
-            return
-        since, done, total = self._begun
-        if (spent := time.perf_counter() - since) < _LOOK:
-            return
-        self._begun = None
-        speed = (timesteps - done) / spent
-        if left := max(0, round((total - timesteps) / speed)):
-            self.say(f"{speed:,.0f} steps per second: about {left // 60} min {left % 60} s to go")
-
     def say(self, line: str) -> None:
-        """Print a line above the bar."""
+        """A line that stays."""
         if not self._quiet:
-            tqdm.write(line, file=sys.stderr)
+            tell("")
+            print(line, file=sys.stderr, flush=True)
 
     def close(self) -> None:
-        """End the bar."""
-        if self._bar is not None:
-            self._bar.close()
+        """The training ends."""
+        if not self._quiet:
+            tell("")

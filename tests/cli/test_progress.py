@@ -161,7 +161,7 @@ def test_what_ends_a_command_has_a_status_and_a_line_of_its_own(
 
 
 def test_ctrl_c_ends_a_command_that_has_not_begun_yet(monkeypatch: Patch) -> None:
-    monkeypatch.setattr(progress, "messages", told(KeyboardInterrupt()))
+    monkeypatch.setattr("rigid_envs.tools.cli.command_line.run", told(KeyboardInterrupt()))
     _, err = streams(monkeypatch)
     assert main(["list"]) == 130
     assert err.getvalue() == ""

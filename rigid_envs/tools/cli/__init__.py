@@ -17,9 +17,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     try:
         from rigid_envs.tools.cli.command_line import run  # imports for a second
-        from rigid_envs.tools.cli.words import messages
 
-        with messages():
-            return run(argv)
+        return run(argv)
     except KeyboardInterrupt:
         return 128 + signal.SIGINT

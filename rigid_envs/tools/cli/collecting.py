@@ -50,14 +50,14 @@ def add_dataset(verbs: Any) -> None:
     )
 
 
-def _dataset(options: argparse.Namespace, rest: list[str]) -> int:
+def _dataset(options: argparse.Namespace) -> int:
     """Episodes of a policy as a Minari data set; or one played again.
 
     Play episodes and write them as a data set of Minari, with what is needed to play them again to
     the bit. Any hyperparameter can be given as an option.
     """
     if options.check is not None:
-        refuse([*rest, *([options.id] if options.id else [])])
+        refuse([*options.rest, *([options.id] if options.id else [])])
         return _check(options)
     if options.id is None or options.policy is None:
         raise ValueError("expected ID and --policy NAME, or --check DATASET")
@@ -71,7 +71,7 @@ def _dataset(options: argparse.Namespace, rest: list[str]) -> int:
         name=options.name,
         folder=options.out,
         overwrite=options.overwrite,
-        config=config_of(rest),
+        config=config_of(options.rest),
         tell=tell,
     )
     tell("")
@@ -107,7 +107,7 @@ def add_compile(verbs: Any) -> None:
     )
 
 
-def _compile(options: argparse.Namespace, rest: list[str]) -> None:
+def _compile(options: argparse.Namespace) -> None:
     """Compile environments now, rather than at their first use.
 
     Compile reset and step of environments, of all if none is named, in the frame of the world and
@@ -119,7 +119,7 @@ def _compile(options: argparse.Namespace, rest: list[str]) -> None:
 
     if options.jobs < 1:
         raise ValueError(f"--jobs = {options.jobs}; expected 1 or more")
-    config, folder = config_of(rest), cache_directory()
+    config, folder = config_of(options.rest), cache_directory()
     if folder is None:
         raise ValueError(
             "no private folder for compiled code can be made below ~/.cache; expected one: name it "

@@ -2,17 +2,12 @@
 
 import argparse
 import json
-import os
-import signal
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gymnasium.error import DependencyNotInstalled
-
 from rigid_envs import __version__
-from rigid_envs.base.checks import MissingPackageError, one_named, shown
+from rigid_envs.base.checks import one_named
 from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs import lookup as catalogue
@@ -30,8 +25,8 @@ from rigid_envs.tools.cli.watching import add_films, add_frames, add_gallery, ad
 from rigid_envs.tools.cli.words import (
     add_ids,
     add_verb,
+    answer,
     config_of,
-    refuse,
     refuse_missing_folder,
     tell,
 )
@@ -50,21 +45,7 @@ def run(argv: Sequence[str] | None = None) -> int:
         Exit status: 0; 1 if a law, a score or a figure's number does not hold, a package is
         missing or a file cannot be read or written; 2 for wrong arguments; 130 after Ctrl-C.
     """
-    options, rest = _parser().parse_known_args(argv)
-    status = 0
-    try:
-        status = options.act(options, rest) or 0
-        sys.stdout.flush()
-    except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (ValueError, DependencyNotInstalled, MissingPackageError, OSError) as error:
-        tell("")
-        print(f"rigid-envs: {shown(str(error))}", file=sys.stderr)
-        return 2 if isinstance(error, ValueError) else 1
-    except KeyboardInterrupt:
-        tell("")
-        return 128 + signal.SIGINT
-    return status
+    return answer(_parser(), argv)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -152,33 +133,31 @@ def _add_verify(verbs: Any) -> None:
         verifying.add_argument(name, **settings)
 
 
-def _list(options: argparse.Namespace, rest: list[str]) -> None:
+def _list(options: argparse.Namespace) -> None:
     """All environments."""
-    refuse(rest)
     as_json = json.dumps([overview_as_data(env_id) for env_id in ENVIRONMENTS], indent=1)
     print(as_json if options.json else list_all())
 
 
-def _describe(options: argparse.Namespace, rest: list[str]) -> None:
+def _describe(options: argparse.Namespace) -> None:
     """One environment: action, observation, reward, hyperparameters.
 
     Describe an environment. Any hyperparameter can be given as an option, a range as LOW,HIGH:
     --dt 0.05 --I1 0.5,0.9
     """
-    config = config_of(rest)
+    config = config_of(options.rest)
     if options.json:
         print(json.dumps(description(options.id, config), indent=1, allow_nan=False))
     else:
         print(describe(options.id, config))
 
 
-def _docs(options: argparse.Namespace, rest: list[str]) -> None:
+def _docs(options: argparse.Namespace) -> None:
     """A page for every environment, in Markdown.
 
     Write a page for every environment, and their index README.md, from the docstrings. In the
     repository they are in docs/environments.
     """
-    refuse(rest)
     if options.folder.exists() and not options.folder.is_dir():
         raise ValueError(f"FOLDER = {options.folder}; expected a folder: this is a file")
     ids = options.ids and list(dict.fromkeys(map(catalogue.checked_id, options.ids)))
@@ -188,14 +167,13 @@ def _docs(options: argparse.Namespace, rest: list[str]) -> None:
         print(f"no id has these, remove them: {', '.join(strangers)}")
 
 
-def _bench(options: argparse.Namespace, rest: list[str]) -> None:
+def _bench(options: argparse.Namespace) -> None:
     """Speed and accuracy, beside Gymnasium's environments and MuJoCo.
 
     Measure environment steps per second of every environment, single and vectorised, beside
     Gymnasium's CartPole and Pendulum and, where it is installed, a free body in MuJoCo, all in one
     interleaved run; then accuracy and start-up. Takes about five minutes on an idle machine.
     """
-    refuse(rest)
     ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
     refuse_missing_folder("--json", options.json)
     from rigid_envs.tools.bench import bench  # imports what it measures: only here
@@ -221,14 +199,13 @@ _VERIFIED = {
 """What can be verified, and the words that make sense beside one another."""
 
 
-def _verify(options: argparse.Namespace, rest: list[str]) -> int:
+def _verify(options: argparse.Namespace) -> int:
     """The laws of the physics, each with its error and its bound.
 
     Compare the physics with closed forms, conserved quantities and Newton's law in world axes. The
     exit status is 1 if a law does not hold. Takes half a minute the first time, a few seconds
     later.
     """
-    refuse(rest)
     what = _asked(options)
     if what == "results":
         holds = verify_results(options.subjects, options.policy)

@@ -17,7 +17,7 @@ import numpy as np
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs import lookup as catalogue
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.cli.words import add_verb, config_of, refuse, refuse_missing_folder, tell
+from rigid_envs.tools.cli.words import add_verb, config_of, refuse_missing_folder, tell
 from rigid_envs.tools.pages.tables import paragraphs, short_figure, table
 
 if TYPE_CHECKING:
@@ -39,13 +39,12 @@ def add_leaderboard(verbs: Any) -> None:
     )
 
 
-def _leaderboard(options: argparse.Namespace, rest: list[str]) -> None:
+def _leaderboard(options: argparse.Namespace) -> None:
     """One table and plot of evaluations.
 
     Collect all results below a folder, of `rigid-envs evaluate --out` and of rigid_envs.evaluate,
     into leaderboard.md and leaderboard.png there.
     """
-    refuse(rest)
     from rigid_envs.scores.leaderboard import write_leaderboard
 
     text = write_leaderboard(options.folder, options.packaged)
@@ -295,7 +294,7 @@ def add_best(verbs: Any) -> None:
     )
 
 
-def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
+def _evaluate(options: argparse.Namespace) -> None:
     """Success and efficiency of a policy over 500 fixed starts.
 
     Play one episode from each of the fixed starts. Any hyperparameter can be given as an option.
@@ -303,7 +302,7 @@ def _evaluate(options: argparse.Namespace, rest: list[str]) -> None:
     from rigid_envs.scores.evaluation import evaluate
     from rigid_envs.scores.starts import N_STARTS
 
-    env_id, config = catalogue.checked_id(options.id), config_of(rest)
+    env_id, config = catalogue.checked_id(options.id), config_of(options.rest)
     refuse_missing_folder("--out", options.out)
     policy: Any = options.policy
     n = N_STARTS if options.starts is None else options.starts
@@ -347,14 +346,13 @@ def _again(file: Path, env_id: str) -> Any:
     return evaluate(env_id, policy, n=len(replay.episodes), config=config)
 
 
-def _best(options: argparse.Namespace, rest: list[str]) -> None:
+def _best(options: argparse.Namespace) -> None:
     """Compute the best known cost from each start, and keep it as data.
 
     Play the untrained policies, the stored plans, the published policy and recorded episodes from
     the starts of the evaluation set, and keep the least cost of a success from each start with its
     finder.
     """
-    refuse(rest)
     from rigid_envs.scores.best import FOLDER
     from rigid_envs.scores.starts import N_STARTS
 

@@ -18,7 +18,6 @@ from rigid_envs.tools.cli.words import (
     add_ids,
     add_verb,
     config_of,
-    refuse,
     refuse_missing_folder,
     tell,
 )
@@ -43,13 +42,12 @@ def add_films(verbs: Any) -> None:
     )
 
 
-def _films(options: argparse.Namespace, rest: list[str]) -> int:
+def _films(options: argparse.Namespace) -> int:
     """A short film of every environment, as animated WebP.
 
     Film the reference controller of each environment for its page. In the repository the films are
     in docs/environments/films.
     """
-    refuse(rest)
     own = (env_id for env_id in ENVIRONMENTS if env_id.startswith("RigidEnvs/"))
     ids = [checked_id(name) for name in options.ids or own]
     if options.check:
@@ -78,13 +76,12 @@ def add_frames(verbs: Any) -> None:
     )
 
 
-def _frames(options: argparse.Namespace, rest: list[str]) -> None:
+def _frames(options: argparse.Namespace) -> None:
     """Time of a picture of every environment.
 
     Measure pictures of 480 x 480 pixels on one thread, with and without shadows, and the first one
     of a new process. Takes a minute on an idle machine.
     """
-    refuse(rest)
     from rigid_envs.tools.bench.frames import frame_times, installed_size  # draws: only here
 
     ids = [checked_id(name) for name in options.ids or ENVIRONMENTS]
@@ -121,13 +118,12 @@ def add_gallery(verbs: Any) -> None:
     )
 
 
-def _gallery(options: argparse.Namespace, rest: list[str]) -> int:
+def _gallery(options: argparse.Namespace) -> int:
     """Figures of rotation and rolling, simulation against closed form.
 
     Draw figures as PNG and SVG, and write captions, numbers and provenance to figures.json. The
     exit status is 1 if a number is beyond its bound.
     """
-    refuse(rest)
     from rigid_envs.tools.gallery import FIGURES  # imports the systems: only here
 
     names = list(dict.fromkeys(one_named(name, FIGURES, "figure") for name in options.names))
@@ -176,7 +172,7 @@ def add_play(verbs: Any) -> None:
     playing.add_argument("--help-keys", action="store_true", help="say which keys do what")
 
 
-def _play(options: argparse.Namespace, rest: list[str]) -> None:
+def _play(options: argparse.Namespace) -> None:
     """Steer an environment yourself, by keyboard, mouse or gamepad.
 
     Open a window in which you steer, in real time, and see your result beside what the reference
@@ -186,7 +182,7 @@ def _play(options: argparse.Namespace, rest: list[str]) -> None:
     from rigid_envs.watch.play.loop import play
     from rigid_envs.watch.play.steering import keys
 
-    config = config_of(rest)
+    config = config_of(options.rest)
     if options.help_keys:
         print(keys(options.id, config))
         return
@@ -217,13 +213,12 @@ def add_replay(verbs: Any) -> None:
     )
 
 
-def _replay(options: argparse.Namespace, rest: list[str]) -> int:
+def _replay(options: argparse.Namespace) -> int:
     """Recorded episodes: what happened, and a page or a film to watch them.
 
     Print the episodes of replays, and whether their actions give the same bits again. Several
     files are shown side by side. The exit status is 1 if other bits come.
     """
-    refuse(rest)
     refuse_missing_folder("--html", options.html)
     if options.video:
         from rigid_envs.watch.films import checked_film

@@ -6,12 +6,18 @@ import argparse
 import ast
 import inspect
 import logging
+import os
+import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+from gymnasium.error import DependencyNotInstalled
+
+from rigid_envs.base.checks import ConfigError, MissingPackageError, shown
 
 # Progress of a command on the terminal.
 
@@ -74,20 +80,55 @@ def tell(what: str) -> None:
         print(what, file=sys.stderr, flush=True)
 
 
-# Words of the command line: hyperparameters, and what is refused.
+# Verbs: how they are added, called and answered for.
+
+
+def answer(
+    parser: argparse.ArgumentParser,
+    words: Sequence[str] | None,
+    mistakes: tuple[type[Exception], ...] = (ValueError,),
+    failures: tuple[type[Exception], ...] = (),
+) -> int:
+    """Do what the words of a command line say.
+
+    Args:
+        parser: Of the command, whose verbs are of `add_verb`.
+        words: None takes those of the process.
+        mistakes: Errors of the user, which are told in a line.
+        failures: Other errors that are told in a line, beside those of files and missing packages.
+
+    Returns:
+        Exit status: that of the verb; 1 for a failure, 2 for a mistake, 130 after Ctrl-C.
+    """
+    options, rest = parser.parse_known_args(words)
+    options.rest, status = rest, 0
+    try:
+        with messages():
+            refuse([] if options.takes_rest else rest)
+            status = options.act(options) or 0
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (*mistakes, *failures, DependencyNotInstalled, MissingPackageError, OSError) as error:
+        tell("")
+        print(f"{parser.prog.rpartition(' ')[2]}: {shown(str(error))}", file=sys.stderr)
+        return 2 if isinstance(error, mistakes) else 1
+    except KeyboardInterrupt:
+        tell("")
+        return 128 + signal.SIGINT
+    return status
 
 
 def add_verb(
-    verbs: Any, act: Callable[..., int | None], usage: str | None = None
+    verbs: Any, act: Callable[[argparse.Namespace], int | None], usage: str | None = None
 ) -> argparse.ArgumentParser:
     """Add a verb to a command, and say of it what the docstring of its function says.
 
     Args:
         verbs: Of the command.
         act: Has the name of the verb. The first line of its docstring is the help, what follows the
-            description. It takes the options, and the words that are none; its value is the exit
-            status, None for 0.
-        usage: None is that of argparse.
+            description. It takes the options; its value is the exit status, None for 0.
+        usage: Of a verb that takes further words too, as `options.rest`; None is that of argparse.
     """
     summary, _, description = inspect.cleandoc(act.__doc__ or "").partition("\n\n")
     verb: argparse.ArgumentParser = verbs.add_parser(
@@ -97,7 +138,7 @@ def add_verb(
         usage=usage,
         allow_abbrev=False,
     )
-    verb.set_defaults(act=act)
+    verb.set_defaults(act=act, takes_rest=usage is not None)
     return verb
 
 
@@ -120,10 +161,10 @@ def refuse(rest: list[str]) -> None:
     """Refuse words that no option took.
 
     Raises:
-        ValueError: there is one.
+        ConfigError: there is one.
     """
     if rest:
-        raise ValueError(f"argument = {rest[0]!r}; expected one of those that --help lists")
+        raise ConfigError(f"argument = {rest[0]!r}; expected one of those that --help lists")
 
 
 def config_of(words: list[str]) -> dict[str, Any]:

@@ -135,7 +135,7 @@ def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
 def test_without_a_word_the_flagship_is_trained_for_a_short_time(monkeypatch: Patch) -> None:
     seen: list[Namespace] = []
 
-    def train(options: Namespace, rest: list[str]) -> int:
+    def train(options: Namespace) -> int:
         seen.append(options)
         return 0
 
@@ -185,7 +185,7 @@ def test_an_environment_is_trained_with_its_own_recipe(
         ("train --allow-import no_such_module", 1, "no_such_module"),
         ("evaluate nowhere", 1, "nowhere"),
         ("evaluate nowhere --episodes 0", 2, "--episodes = 0; expected an integer in"),
-        ("enjoy x --fast", 2, "option = --fast; expected one that --help lists"),
+        ("enjoy x --fast", 2, "argument = '--fast'; expected one of those that --help lists"),
         ("benchmark --ids BalPark-v0", 2, r"config\.env_id: .*BallPark-v0"),
         ("benchmark --steps 0", 2, r"config\.total_timesteps: total_timesteps = 0; expected"),
     ],
