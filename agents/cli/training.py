@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import signal
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +27,7 @@ from ..config.reading import (
 from ..storage.runs import Run, create_run, find_run, open_run
 
 if TYPE_CHECKING:
-    from ..training.trainer import Outcome
+    from ..training.trainer import Session
 
 # Importing torch and SB3 takes seconds, so it waits until it is clear that there is work to do.
 
@@ -62,7 +63,7 @@ def train(options: argparse.Namespace) -> int:
 
     imports = "".join(f" --allow-import {module}" for module in options.allow_import)
     again = f"python -m agents train --resume {run.folder}{imports}"
-    try:
+    with closing(run):
         outcome = train_in(run, options.quiet)
         if outcome.stopped_by is not None:
             print(
@@ -70,13 +71,12 @@ def train(options: argparse.Namespace) -> int:
                 f"{outcome.timesteps:,} steps; all is saved. To go on:\n  {again}"
             )
             return 128 + outcome.stopped_by
-        _finish(run, outcome, imports, options.quiet)
-        return 0
-    except KeyboardInterrupt:
-        print("interrupted; the training is complete and saved. To evaluate it: ", again)
-        raise
-    finally:
-        run.close()
+        try:
+            _finish(run, outcome, imports, options.quiet)
+        except KeyboardInterrupt:
+            print("interrupted; the training is complete and saved. To evaluate it: ", again)
+            raise
+    return 0
 
 
 def _started(options: argparse.Namespace, entries: dict[str, str]) -> Run | None:
@@ -110,7 +110,7 @@ def _resumed(options: argparse.Namespace, entries: dict[str, str]) -> Run | None
     return open_run(options.resume)
 
 
-def _finish(run: Run, outcome: Outcome, imports: str, quiet: bool) -> None:
+def _finish(run: Run, outcome: Session, imports: str, quiet: bool) -> None:
     """Evaluate the best policy, and say what is where and how to go on."""
     from ..evaluation.reports import conclude, table
     from ..evaluation.showing import NAME

@@ -5,8 +5,9 @@ from __future__ import annotations
 import abc
 import dataclasses
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from rigid_envs.base.settings import (
@@ -164,6 +165,11 @@ class Config(Settings, abc.ABC):
     def training_kwargs(self) -> dict[str, Any]:
         """Hyperparameters of the task in training."""
         return {**self.env_kwargs, **self.train_kwargs}
+
+    @property
+    def folder(self) -> Path:
+        """Folder of a run that has a name."""
+        return Path(self.log_dir) / self.algo / str(self.run_name)
 
     @property
     def frame(self) -> str:
@@ -414,9 +420,14 @@ def config_from(values: Mapping[str, Any]) -> Config:
     return config
 
 
-def config_to_dict(config: Config) -> dict[str, Any]:
+PLACES = ("log_dir", "run_name")
+"""Entries that say where a run is, not what."""
+
+
+def config_to_dict(config: Config, without: Collection[str] = ()) -> dict[str, Any]:
     """The entries of a config as JSON or YAML values; `config_from` takes them back."""
     return {
         key: list(value) if isinstance(value, tuple) else value
         for key, value in dataclasses.asdict(config).items()
+        if key not in without
     }

@@ -18,9 +18,9 @@ from rigid_envs.base.checks import Array, ConfigError
 from rigid_envs.base.files import write_atomic
 from rigid_envs.base.text import in_markdown, in_plot, markdown_table
 from rigid_envs.envs.lookup import families, task_of
-from rigid_envs.scores.best import best_known
 from rigid_envs.scores.leaderboard import INK, MUTED, dress, file_of, look
 from rigid_envs.scores.records import Record, read_records
+from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import cost_of
 from rigid_envs.scores.statistics import (
     interquartile_mean,
@@ -105,8 +105,8 @@ def digest_of(groups: Grouped) -> str:
     for name, by_id in groups.items():
         for env_id, records in by_id.items():
             for record in records:
-                digest.update(f"{name} {env_id} {record.seed} {record.efficiency}".encode())
-                digest.update(f"{record.success_rate} {dict(record.curve)}".encode())
+                digest.update(f"{name} {env_id} {record.seed} {_efficiency(record)}".encode())
+                digest.update(f"{record.evaluation.success.mean} {dict(record.curve)}".encode())
     return digest.hexdigest()
 
 
@@ -150,7 +150,7 @@ def _overall(groups: Grouped) -> str:
               "efficiency (IQM)", "95 %", "longest CPU")  # fmt: skip
     rows: list[tuple[str, ...]] = []
     for name, by_id in groups.items():
-        rates = [np.mean([record.success_rate for record in each]) for each in by_id.values()]
+        rates = [np.mean(_rates(each)) for each in by_id.values()]
         runs = results_of(groups, name)
         cpu = max(_cpu(record) for each in by_id.values() for record in each)
         rows.append((
@@ -199,10 +199,10 @@ def _rows(groups: Grouped, env_id: str) -> list[tuple[str, ...]]:
     unit = f" [{cost.unit}]" if cost.unit else ""
     rows: list[tuple[str, ...]] = []
     for name, records in policies_of(groups, env_id).items():
-        rates = [record.success_rate for record in records]
+        rates = _rates(records)
         efficiency = [_efficiency(record) for record in records]
-        costs = [record.cost_mean for record in records if record.successes.any()]
-        ratios = [_ratio(record) for record in records if record.successes.any()]
+        able = [record.evaluation for record in records if record.successes.any()]
+        costs = [found.mean(found.costs) for found in able]
         rows.append((
             f"`{env_id.rpartition('/')[2].removesuffix('-v0')}`",
             in_markdown(name),
@@ -213,26 +213,28 @@ def _rows(groups: Grouped, env_id: str) -> list[tuple[str, ...]]:
             _interval(efficiency),
             f"{cost.name}{unit}",
             f"{np.mean(costs):.4g}" if costs else "-",
-            f"{np.mean(ratios):.2f}" if costs else "-",
+            f"{np.mean(list(map(_ratio, able))):.2f}" if costs else "-",
             _steps(records),
             f"{np.mean([_cpu(record) for record in records]):.0f} s",
         ))  # fmt: skip
     return rows
 
 
+def _rates(records: Sequence[Record]) -> list[float]:
+    return [record.evaluation.success.mean for record in records]
+
+
 def _efficiency(record: Record) -> float:
     """Mean efficiency of a training; every id of this package has best known costs."""
-    found = record.efficiency
+    found = record.evaluation.efficiencies
     assert found is not None
-    return found
+    return float(found.mean())
 
 
-def _ratio(record: Record) -> float:
+def _ratio(found: Evaluation) -> float:
     """Mean cost of the successes over the mean best known cost from the same starts."""
-    known = best_known(record.env_id)
-    assert known is not None
-    best = known.costs[: len(record.costs)][record.successes]
-    return record.cost_mean / float(np.nanmean(best))
+    assert found.best is not None
+    return found.mean(found.costs) / float(np.nanmean(found.best[found.successes]))
 
 
 def _cpu(record: Record) -> float:

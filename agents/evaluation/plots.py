@@ -20,8 +20,6 @@ from rigid_envs.scores.statistics import wilson_interval
 from ..storage.logs import read_evaluations
 from ..storage.runs import Run
 
-__all__ = ["draw_learning_curve", "short_number"]
-
 _HELD_OUT, _TRAINING = "#1f5fbf", "#c9772b"
 
 

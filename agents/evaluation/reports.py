@@ -10,7 +10,7 @@ from typing import Any
 
 from rigid_envs.base.files import write_atomic, write_document
 from rigid_envs.scores import evaluation
-from rigid_envs.scores.result import Evaluation
+from rigid_envs.scores.result import Evaluation, rates_of
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED
 from rigid_envs.scores.trained import load
 from rigid_envs.tasks.registry import ENVIRONMENTS
@@ -151,18 +151,5 @@ def table(row: dict[str, Any]) -> str:
 
 
 def _row(name: str, figures: dict[str, Any]) -> tuple[str, ...]:
-    low, high = figures["success_rate_95"]
-    ends = figures["efficiency_95"]
-    return (
-        name,
-        f"{100 * figures['success_rate']:.1f} %",
-        f"{100 * low:.1f} .. {100 * high:.1f}",
-        _number(figures["efficiency"]),
-        "-" if ends is None else " .. ".join(map(_number, ends)),
-        *(_number(figures[key]) for key in ("cost_mean", "best_mean", "bound_mean")),
-        _number(figures["return_mean"]),
-    )
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3f}"
+    means = [figures[f"{key}_mean"] for key in ("cost", "best", "bound", "return")]
+    return name, *rates_of(figures), *("-" if mean is None else f"{mean:.3f}" for mean in means)

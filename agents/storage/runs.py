@@ -156,7 +156,7 @@ def create_run(config: Config, overwrite: bool = False) -> Run:
         FileExistsError: A run of this name is there.
         RunInUseError: And another process works in it.
     """
-    parent = Path(config.log_dir) / config.algo
+    parent = config.folder.parent
     parent.mkdir(parents=True, exist_ok=True)
     # Made aside, locked, then named: nobody ever sees the folder of a run without its lock.
     hidden = parent / f".{os.urandom(8).hex()}.tmp"
@@ -166,7 +166,7 @@ def create_run(config: Config, overwrite: bool = False) -> Run:
     if folder is None:
         os.close(lock)
         shutil.rmtree(hidden)
-        folder = parent / str(config.run_name)
+        folder = config.folder
         lock = _take_over(folder, overwrite)
     sync_folder(parent)
     return Run(folder, lock, config)
@@ -212,7 +212,7 @@ def is_in_use(folder: Path) -> bool:
 def _name(hidden: Path, parent: Path, config: Config) -> Path | None:
     """Give the hidden folder its name; None if that is taken."""
     if config.run_name is not None:
-        return _renamed(hidden, parent / config.run_name)
+        return _renamed(hidden, config.folder)
     stem = re.sub(r"[^A-Za-z0-9._-]", "-", re.split("[:/]", config.env_id)[-1])[:60]
     numbers = [path.name.removeprefix(f"{stem}_") for path in parent.glob(f"{stem}_*")]
     number = max([int(text) for text in numbers if text.isdecimal()], default=0)

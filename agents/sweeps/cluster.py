@@ -16,8 +16,6 @@ import ray
 
 from .sweep import FAILED, Ended, Training, work
 
-__all__ = ["RayTasks", "connect"]
-
 _WAIT = 1.0  # [s]
 _ROOT = Path(__file__).resolve().parents[2]
 

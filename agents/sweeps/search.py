@@ -8,6 +8,7 @@ import io
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,13 +30,13 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import named_damage, write_atomic
 from rigid_envs.sb3.adapter import NonFiniteError
 
-from ..config.entries import Config, config_to_dict
+from ..config.entries import PLACES, Config, config_to_dict
 from ..config.reading import dump_yaml
 from ..config.search import FIGURES, Search
 from ..environments import import_allowed
 from ..storage.logs import read_evaluations
 from ..storage.runs import Run, create_run, open_run
-from ..training.recording import PLACES, is_complete
+from ..training.recording import is_complete
 from ..training.trainer import train_in
 
 _WORST = {name: np.inf if way == "min" else -np.inf for name, way in FIGURES.items()}
@@ -156,21 +157,19 @@ def _trial(folder: str, configs: list[Config], imports: tuple[str, ...]) -> dict
     os.chdir(folder)
     import_allowed(imports)
     for config in configs:
-        place = Path(config.log_dir) / config.algo / str(config.run_name)
-        run = open_run(place) if (place / "config.yaml").is_file() else create_run(config)
-        try:
-            if run.new is not None or not is_complete(run):
-                train_in(run, quiet=True)
-        except NonFiniteError:  # a recipe that diverges is no error of the search
-            break
-        finally:
-            run.close()
+        begun = (config.folder / "config.yaml").is_file()
+        with closing(open_run(config.folder) if begun else create_run(config)) as run:
+            try:
+                if not is_complete(run):
+                    train_in(run, quiet=True)
+            except NonFiniteError:  # a recipe that diverges is no error of the search
+                break
     return _figures(configs)
 
 
 def _figures(configs: list[Config]) -> dict[str, float]:
     """Means over the last evaluations of some runs; the worst there are if one diverged."""
-    runs = [Run(Path(each.log_dir) / each.algo / str(each.run_name)) for each in configs]
+    runs = [Run(each.folder) for each in configs]
     if not all(is_complete(run) for run in runs):
         return _WORST
     held_out = [read_evaluations(run / "evaluations.npz") for run in runs]
@@ -182,19 +181,19 @@ def _conclude(study: optuna.Study, search: Search, out: Path) -> Found:
     """Write the table of all trials and the configs of the best."""
     done = study.get_trials(states=(_COMPLETE,))
     figures = {each.number: _figures(_runs(search, each.params, out, each.number)) for each in done}
-    text = io.StringIO()
-    writer = csv.DictWriter(text, [*search.ranges(), *FIGURES], lineterminator="\n")
+    table = io.StringIO()
+    writer = csv.DictWriter(table, [*search.ranges(), *FIGURES], lineterminator="\n")
     writer.writeheader()
     writer.writerows({**_values(search, each.params), **figures[each.number]} for each in done)
-    write_atomic(out / "trials.csv", text.getvalue())
+    write_atomic(out / "trials.csv", table.getvalue())
     for old in out.glob("best_*.yaml"):
         old.unlink()
     signs = [1.0 if FIGURES[name] == "min" else -1.0 for name in search.objective]
     best = sorted(study.best_trials, key=lambda each: list(np.multiply(signs, each.values)))
     paths = [out / f"best_{k}.yaml" for k in range(len(best))]
     for path, each in zip(paths, best, strict=True):
-        config = config_to_dict(search.config(_values(search, each.params), seed=search.seeds[0]))
+        config = search.config(_values(search, each.params), seed=search.seeds[0])
         told = ", ".join(f"{name} {value:.5g}" for name, value in figures[each.number].items())
-        entries = {key: value for key, value in config.items() if key not in PLACES}
-        write_atomic(path, f"# validation, seeds {search.seeds}: {told}\n{dump_yaml(entries)}")
+        text = dump_yaml(config_to_dict(config, PLACES))
+        write_atomic(path, f"# validation, seeds {search.seeds}: {told}\n{text}")
     return Found(paths, len(done))

@@ -12,6 +12,7 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -22,9 +23,10 @@ from typing import Protocol
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.sb3.adapter import NonFiniteError
 from rigid_envs.scores.records import Record, read_record, record_file, write_record
+from rigid_envs.scores.result import rates_of
 from rigid_envs.tools.cli.words import tell
 
-from ..config.entries import Config, config_from, config_to_dict
+from ..config.entries import PLACES, Config, config_from, config_to_dict
 from ..environments import import_allowed
 from ..storage.runs import (
     Run,
@@ -35,7 +37,7 @@ from ..storage.runs import (
     is_in_use,
     open_run,
 )
-from ..training.recording import PLACES, is_complete, make_record
+from ..training.recording import is_complete, make_record
 from ..training.trainer import StopSignals, train_in
 
 # One training of a sweep: a config, and the record of what came of it.
@@ -61,7 +63,7 @@ class Training:
     @property
     def folder(self) -> Path:
         """Folder of its run."""
-        return Path(self.config.log_dir) / self.config.algo / str(self.config.run_name)
+        return self.config.folder
 
     @property
     def file(self) -> Path:
@@ -120,19 +122,16 @@ class Training:
         """
         if self.is_done():
             return None
-        run = self._open()
-        try:
+        with closing(self._open()) as run:
             if self.is_done():  # another process was faster
                 return None
             if run.new is not None or not is_complete(run):
-                outcome = train_in(run, quiet=True)
-                if outcome.stopped_by is not None:
-                    return outcome.stopped_by
+                stopped_by = train_in(run, quiet=True).stopped_by
+                if stopped_by is not None:
+                    return stopped_by
             write_record(self.file, make_record(run, self.n))
             # Nothing is left to go on with, and a replay buffer is large.
             shutil.rmtree(run / "checkpoints", ignore_errors=True)
-        finally:
-            run.close()
         return None
 
     def _open(self) -> Run:
@@ -189,11 +188,11 @@ def work(training: Training, imports: Sequence[str]) -> tuple[int, str]:
 
 
 def _line(record: Record) -> str:
-    efficiency = "-" if record.efficiency is None else f"{record.efficiency:.3f}"
-    training = record.training
+    found, training = record.evaluation, record.training
+    success, _, efficiency, _ = rates_of(found.figures())
     return (
-        f"{record.env_id} {record.policy}, seed {record.seed}: success "
-        f"{100 * record.success_rate:.1f} %, efficiency {efficiency}, cost {record.cost_mean:.4g}; "
+        f"{record.env_id} {record.policy}, seed {record.seed}: success {success}, "
+        f"efficiency {efficiency}, cost {found.mean(found.costs):.4g}; "
         f"{training['timesteps']:,} steps, {training['seconds']:.0f} s, "
         f"{training['cpu_seconds']:.0f} s of processors"
     )

@@ -29,7 +29,7 @@ from rigid_envs.scores.starts import N_STARTS, ActionFunction
 from rigid_envs.scores.trained import FOLDER, FORMAT, CompiledPolicy, write_policy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
-from ..config.entries import Config, config_to_dict
+from ..config.entries import PLACES, Config, config_to_dict
 from ..evaluation.reports import evaluate
 from ..storage.logs import read_evaluations
 from ..storage.runs import Run, manifest
@@ -102,9 +102,6 @@ def save_policy(model: BaseAlgorithm, config: Config, folder: Path) -> None:
 
 # The record of a run: read from its files, and evaluated as its published policy would be.
 
-PLACES = ("log_dir", "run_name")
-"""Entries that say where a run is, not what."""
-
 _STEPS = "time/total_timesteps"
 _POLICY = "best_model/policy.safetensors"
 
@@ -131,7 +128,7 @@ def make_record(run: Run, n: int) -> Record:
         algo=config.algo,
         frame=config.frame,
         seed=config.seed,
-        config={k: v for k, v in config_to_dict(config).items() if k not in PLACES},
+        config=config_to_dict(config, PLACES),
         training={
             "timesteps": int(times[_STEPS]),
             "policy_timesteps": document["timesteps"],

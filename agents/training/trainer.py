@@ -8,6 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -146,8 +147,8 @@ _LEAST_GAP = 2.0  # seconds between them, lest a fast disk be worn for nothing
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """Outcome of a training session.
+class Session:
+    """What a session of a training has come to.
 
     Attributes:
         folder: Folder of the run.
@@ -162,39 +163,26 @@ class Outcome:
     stopped_by: int | None
 
 
-def train(
-    config: Config | None = None,
-    resume: Path | None = None,
-    overwrite: bool = False,
-    quiet: bool = False,
-) -> Outcome:
+def train(what: Config | Path, overwrite: bool = False, quiet: bool = False) -> Session:
     """Train from a config, or resume a run.
 
     Args:
-        config: Config of a new run; None with `resume`.
-        resume: Folder of the run to go on with; it ends with the same bits as if it had never
-            stopped, on the same machine and versions.
+        what: Config of a new run; or the folder of one to go on with, which ends with the same bits
+            as if it had never stopped, on the same machine and versions.
         overwrite: Whether a new run may delete an old one of its name.
         quiet: No progress.
 
     Raises:
-        ValueError: Neither or both of config and resume, or a config that cannot be.
+        ConfigError: A config that cannot be.
         RunInUseError: Another process works in the folder.
         NonFiniteError: A NaN came up; nothing was learnt from it, the last checkpoint is good.
     """
-    if config is not None and resume is None:
-        run = create_run(config, overwrite)
-    elif resume is not None and config is None:
-        run = open_run(resume)
-    else:
-        raise ValueError("train: expected either a config or a run to resume")
-    try:
+    run = create_run(what, overwrite) if isinstance(what, Config) else open_run(what)
+    with closing(run):
         return train_in(run, quiet)
-    finally:
-        run.close()
 
 
-def train_in(run: Run, quiet: bool = False) -> Outcome:
+def train_in(run: Run, quiet: bool = False) -> Session:
     """Train in a run folder, from where it is.
 
     Args:
@@ -233,7 +221,7 @@ def train_in(run: Run, quiet: bool = False) -> Outcome:
             ) from error
         finally:
             trainer.close()
-    return Outcome(run.folder, trainer.model.num_timesteps, trainer.seconds(), signals.received)
+    return Session(run.folder, trainer.model.num_timesteps, trainer.seconds(), signals.received)
 
 
 class Trainer:

@@ -1,5 +1,6 @@
 """Frozen dataclasses whose every field has a rule: what a value may be, and how it is refused."""
 
+import abc
 import dataclasses
 import difflib
 import inspect
@@ -8,7 +9,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol, get_origin
+from typing import Any, ClassVar, get_origin
 
 import numpy as np
 
@@ -19,7 +20,8 @@ from rigid_envs.base.checks import ConfigError, UnknownKeywordError, safe_repr
 # Own rules: pydantic and msgspec are no dependencies of the library, and one set serves all.
 
 
-class Rule(Protocol):
+@dataclass(frozen=True)
+class Rule(abc.ABC):
     """What a setting may be; ``str(rule)`` are the allowed values in words.
 
     Attributes:
@@ -27,14 +29,10 @@ class Rule(Protocol):
         unit: Its unit; "1" if it has none, "" if it is no number.
     """
 
-    @property
-    def text(self) -> str:
-        """See the attributes."""
+    text: str
+    unit: str = dataclasses.field(default="", kw_only=True)
 
-    @property
-    def unit(self) -> str:
-        """See the attributes."""
-
+    @abc.abstractmethod
     def check(self, value: Any) -> Any:
         """The value, converted.
 
@@ -44,7 +42,7 @@ class Rule(Protocol):
 
 
 @dataclass(frozen=True)
-class Number:
+class Number(Rule):
     """A number in [low, high], or ]low, high] if `above`; may be a range if `drawn`."""
 
     text: str = ""
@@ -64,24 +62,20 @@ class Number:
         return _pair(value, self._single) if self.drawn and _is_pair(value) else self._single(value)
 
     def _single(self, value: Any) -> float:
-        if _is_bool(value) or not isinstance(value, int | float | np.integer | np.floating):
-            raise ValueError
+        _require(not _is_bool(value) and isinstance(value, int | float | np.integer | np.floating))
         number = float(value)
-        if not (math.isfinite(number) and self.low <= number <= self.high):
-            raise ValueError
-        if self.above and number == self.low:
-            raise ValueError
+        _require(math.isfinite(number) and self.low <= number <= self.high)
+        _require(not (self.above and number == self.low))
         return number
 
 
 @dataclass(frozen=True)
-class Integer:
+class Integer(Rule):
     """An integer in [low, high]; may be a range if `drawn`."""
 
-    text: str
     low: int
     high: int
-    unit: str = "1"
+    unit: str = dataclasses.field(default="1", kw_only=True)
     drawn: bool = False
 
     def __str__(self) -> str:
@@ -94,20 +88,16 @@ class Integer:
         return _pair(value, self._single) if self.drawn and _is_pair(value) else self._single(value)
 
     def _single(self, value: Any) -> int:
-        if _is_bool(value) or not isinstance(value, int | np.integer):
-            raise ValueError
-        if not self.low <= value <= self.high:
-            raise ValueError
+        _require(not _is_bool(value) and isinstance(value, int | np.integer))
+        _require(self.low <= value <= self.high)
         return int(value)
 
 
 @dataclass(frozen=True)
-class Choice:
+class Choice(Rule):
     """One of several words."""
 
-    text: str
     options: tuple[str, ...]
-    unit: str = ""
 
     def __str__(self) -> str:
         """The allowed values in words."""
@@ -115,17 +105,13 @@ class Choice:
 
     def check(self, value: Any) -> str:
         """The word itself."""
-        if not isinstance(value, str) or value not in self.options:
-            raise ValueError
-        return value
+        _require(isinstance(value, str) and value in self.options)
+        return str(value)
 
 
 @dataclass(frozen=True)
-class Flag:
+class Flag(Rule):
     """True or False."""
-
-    text: str
-    unit: str = ""
 
     def __str__(self) -> str:
         """The allowed values in words."""
@@ -133,19 +119,16 @@ class Flag:
 
     def check(self, value: Any) -> bool:
         """The truth value itself."""
-        if not _is_bool(value):
-            raise ValueError
+        _require(_is_bool(value))
         return bool(value)
 
 
 @dataclass(frozen=True)
-class Text:
+class Text(Rule):
     """A string of one line that can be printed and passes a test; `words` says which."""
 
-    text: str
     words: str
     test: Callable[[str], object]
-    unit: str = ""
 
     def __str__(self) -> str:
         """The allowed values in words."""
@@ -153,17 +136,15 @@ class Text:
 
     def check(self, value: Any) -> str:
         """The string itself."""
-        if not (isinstance(value, str) and value.isprintable() and self.test(value)):
-            raise ValueError
-        return value
+        _require(isinstance(value, str) and value.isprintable() and bool(self.test(value)))
+        return str(value)
 
 
 @dataclass(frozen=True)
-class Null:
+class Null(Rule):
     """No value: None, null in YAML."""
 
     text: str = ""
-    unit: str = ""
 
     def __str__(self) -> str:
         """The allowed value in words."""
@@ -171,19 +152,16 @@ class Null:
 
     def check(self, value: Any) -> None:
         """None itself."""
-        if value is not None:
-            raise ValueError
+        _require(value is None)
 
 
 @dataclass(frozen=True)
-class List:
+class List(Rule):
     """A list of `least` to `most` entries that obey one rule."""
 
-    text: str
     rule: Rule
     least: int
     most: int
-    unit: str = ""
 
     def __str__(self) -> str:
         """The allowed values in words."""
@@ -192,17 +170,13 @@ class List:
 
     def check(self, value: Any) -> tuple[Any, ...]:
         """The entries as a tuple."""
-        if not isinstance(value, list | tuple) or not self.least <= len(value) <= self.most:
-            raise ValueError
+        _require(isinstance(value, list | tuple) and self.least <= len(value) <= self.most)
         return tuple(self.rule.check(entry) for entry in value)
 
 
 @dataclass(frozen=True)
-class Keywords:
+class Keywords(Rule):
     """A mapping from names to JSON values."""
-
-    text: str
-    unit: str = ""
 
     def __str__(self) -> str:
         """The allowed values in words."""
@@ -210,19 +184,16 @@ class Keywords:
 
     def check(self, value: Any) -> dict[str, Any]:
         """A deep copy."""
-        if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
-            raise ValueError
+        _require(isinstance(value, dict) and all(isinstance(key, str) for key in value))
         copy: dict[str, Any] = json.loads(json.dumps(value, allow_nan=False))
         return copy
 
 
 @dataclass(frozen=True)
-class Either:
+class Either(Rule):
     """What any of several rules allows; the first that fits converts it."""
 
-    text: str
     rules: tuple[Rule, ...]
-    unit: str = ""
 
     def __str__(self) -> str:
         """The allowed values in words."""
@@ -238,6 +209,11 @@ class Either:
         raise ValueError
 
 
+def _require(ok: bool) -> None:
+    if not ok:
+        raise ValueError
+
+
 def _is_bool(value: Any) -> bool:
     return isinstance(value, bool | np.bool_)
 
@@ -248,8 +224,7 @@ def _is_pair(value: Any) -> bool:
 
 def _pair(value: Any, single: Callable[[Any], float]) -> tuple[float, float]:
     low, high = single(value[0]), single(value[1])
-    if low > high:
-        raise ValueError
+    _require(low <= high)
     return (low, high)
 
 

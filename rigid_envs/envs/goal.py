@@ -43,12 +43,11 @@ class _Goals:
         return reward if np.ndim(reward) else float(reward)
 
     def compute_terminated(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
-        """False everywhere."""
-        return _nowhere(achieved_goal)
+        """False everywhere; so is `compute_truncated`, for time limits are the wrapper's."""
+        shape = real_numbers(achieved_goal, "achieved_goal").shape[:-1]
+        return np.zeros(shape, dtype=np.bool_) if shape else False
 
-    def compute_truncated(self, achieved_goal: Any, desired_goal: Any, info: Any) -> Any:
-        """False everywhere: time limits are the wrapper's."""
-        return _nowhere(achieved_goal)
+    compute_truncated = compute_terminated
 
 
 class RigidGoalEnv(_Goals, RigidEnv):
@@ -82,8 +81,3 @@ def _copies(observation: Part, achieved: Part, desired: Part) -> dict[str, Part]
         "achieved_goal": achieved.copy(),
         "desired_goal": desired.copy(),
     }
-
-
-def _nowhere(goal: npt.ArrayLike) -> Any:
-    shape = real_numbers(goal, "achieved_goal").shape[:-1]
-    return np.zeros(shape, dtype=np.bool_) if shape else False

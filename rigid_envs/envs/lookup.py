@@ -9,7 +9,6 @@ import multiprocessing
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -83,50 +82,33 @@ def actions_of(
     Raises:
         ValueError: names the environment, the entry, its value and what was expected.
     """
-    entry = () if task.n_choices else (len(task.episode.prototypes.action),)
-    read: Any = partial(_choice, task.n_choices) if task.n_choices else _action
+    n, entry = task.n_choices, () if task.n_choices else (len(task.episode.prototypes.action),)
     if lead and isinstance(value, list | tuple) and len(value) == lead[0]:
-        rows = [read(row, entry, env_id, f"action[{k}]") for k, row in enumerate(value)]
+        rows = [_action(n, row, entry, env_id, f"action[{k}]") for k, row in enumerate(value)]
         array = np.stack(rows)
     else:
-        array = read(value, (*lead, *entry), env_id, "action")
+        array = _action(n, value, (*lead, *entry), env_id, "action")
     return array.reshape(*lead, -1)
 
 
-def _action(value: Any, shape: tuple[int, ...], env_id: str, name: str) -> npt.NDArray[np.float32]:
-    array = as_array(value)
-    if array.dtype.kind not in "fiu":
-        raise ValueError(
-            f"{env_id}: {name} = {safe_repr(value)}; "
-            f"expected real numbers in [-1, 1] in shape {shape}"
-        )
-    if array.shape != shape:
-        raise ValueError(f"{env_id}: {name} has shape {array.shape}; expected {shape}")
-    with np.errstate(over="ignore"):
-        single = array.astype(np.float32)
-    if not np.isfinite(single).all():
-        index = tuple(int(k) for k in np.argwhere(~np.isfinite(single))[0])
-        raise ValueError(
-            f"{env_id}: {name}{list(index)} = {array[index]}; expected a finite number in [-1, 1]"
-        )
-    return single
-
-
-def _choice(
+def _action(
     n: int, value: Any, shape: tuple[int, ...], env_id: str, name: str
 ) -> npt.NDArray[np.float32]:
-    expected = f"expected an integer from 0 to {n - 1}" + (f" in shape {shape}" if shape else "")
+    """Numbers, or where there are some n choices."""
+    expected = f"an integer from 0 to {n - 1}" if n else "finite numbers in [-1, 1]"
+    expected = f"expected {expected}" + (f" in shape {shape}" if shape else "")
     array = as_array(value)
-    if array.dtype.kind not in "iu":
+    if array.dtype.kind not in ("iu" if n else "fiu"):
         raise ValueError(f"{env_id}: {name} = {safe_repr(value)}; {expected}")
     if array.shape != shape:
         raise ValueError(f"{env_id}: {name} has shape {array.shape}; {expected}")
-    outside = (array < 0) | (array >= n)
-    if np.any(outside):
-        index = tuple(int(k) for k in np.argwhere(outside)[0])
-        place = f"{name}{list(index)}" if index else name
-        raise ValueError(f"{env_id}: {place} = {array[index]}; {expected}")
-    return array.astype(np.float32)
+    with np.errstate(over="ignore"):
+        single = array.astype(np.float32)
+    known = np.asarray((array >= 0) & (array < n) if n else np.isfinite(single))
+    if not known.all():
+        index = tuple(np.argwhere(~known)[0].tolist())
+        raise ValueError(f"{env_id}: {name}{list(index) or ''} = {array[index]}; {expected}")
+    return single
 
 
 def options_of(

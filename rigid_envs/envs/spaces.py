@@ -1,6 +1,6 @@
 """Spaces of tasks, infos, streams of seeds, time limits."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from operator import itemgetter
 from typing import Any
@@ -14,7 +14,6 @@ from gymnasium.utils import seeding
 from rigid_envs.base.checks import Array, Bools, ConfigError, safe_repr
 from rigid_envs.engine.layout import FLAGS
 from rigid_envs.tasks.core import Core
-from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.task import Task
 
 # Spaces of a task, and the keys of its infos.
@@ -30,14 +29,12 @@ def action_space(task: Task) -> spaces.Space[Any]:
 def observation_space(task: Task) -> spaces.Space[Any]:
     """Box with the bounds of the task's observation entries; a Dict of boxes for a goal task."""
     entries, n = task.observations(), task.n_goal
+    low = np.array([entry.low for entry in entries], dtype=np.float32)
+    high = np.array([entry.high for entry in entries], dtype=np.float32)
     if not n:
-        return _box(entries)
-    parts = {
-        "observation": entries[2 * n :],
-        "achieved_goal": entries[:n],
-        "desired_goal": entries[n : 2 * n],
-    }
-    return spaces.Dict({name: _box(part) for name, part in parts.items()})
+        return spaces.Box(low, high, dtype=np.float32)
+    ends = zip(goal_parts(low, n).items(), goal_parts(high, n).values(), strict=True)
+    return spaces.Dict({name: spaces.Box(least, most) for (name, least), most in ends})
 
 
 def goal_parts(flat: npt.NDArray[np.float32], n_goal: int) -> dict[str, npt.NDArray[np.float32]]:
@@ -47,12 +44,6 @@ def goal_parts(flat: npt.NDArray[np.float32], n_goal: int) -> dict[str, npt.NDAr
         "achieved_goal": flat[..., :n_goal],
         "desired_goal": flat[..., n_goal : 2 * n_goal],
     }
-
-
-def _box(entries: Sequence[Entry]) -> spaces.Box:
-    low = np.array([entry.low for entry in entries], dtype=np.float32)
-    high = np.array([entry.high for entry in entries], dtype=np.float32)
-    return spaces.Box(low, high, dtype=np.float32)
 
 
 def info_keys(task: Task) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.records import read_results
 from rigid_envs.scores.repeating import published_evaluation
-from rigid_envs.scores.result import Estimate, Evaluation
+from rigid_envs.scores.result import Evaluation, rates_of
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION, Cost, cost_of
 from rigid_envs.scores.statistics import interquartile_mean, stratified_bootstrap
 from rigid_envs.scores.trained import published
@@ -37,22 +37,16 @@ class Row(NamedTuple):
     Attributes:
         env_id: Gymnasium's id.
         policy: Who acted.
-        success: Rate of success.
-        efficiency: Mean efficiency; None where no best is known, of what is not ranked.
+        figures: Those of `Evaluation.figures`.
         cost: What an episode costs.
-        means: Of the successes, the mean cost, best known cost and bound; NaN where there is none.
-        gap: How far the mean cost is above the mean bound; None without a bound.
         source: Starts, versions and commit.
         unranked: Why it is listed apart; None if it is ranked.
     """
 
     env_id: str
     policy: str
-    success: Estimate
-    efficiency: Estimate | None
+    figures: Mapping[str, Any]
     cost: Cost | None
-    means: tuple[float, float, float]
-    gap: float | None
     source: str
     unranked: str | None
 
@@ -62,39 +56,8 @@ def row_of(found: Evaluation) -> Row:
     unranked = found.unranked or ("no best is known" if found.efficiencies is None else None)
     if found.unranked is None and found.n != N_STARTS:
         unranked = f"n = {found.n}; expected all {N_STARTS} starts"
-    return _row(found.env_id, found.policy, found.figures(), found.cost, found.seed,
-                found.provenance, unranked)  # fmt: skip
-
-
-def _row(
-    env_id: str,
-    policy: str,
-    figures: Mapping[str, Any],
-    cost: Cost | None,
-    seed: int,
-    where: Mapping[str, Any],
-    unranked: str | None = None,
-) -> Row:
-    means = [figures[key] for key in ("cost_mean", "best_mean", "bound_mean")]
-    mean, best, bound = (np.nan if each is None else float(each) for each in means)
-    efficiency = figures["efficiency"]
-    commit = "no commit" if where["git_commit"] is None else f"commit {where['git_commit'][:12]}"
-    source = (
-        f"{figures['episodes']} starts of seed {seed}, evaluation set {VERSION}; rigid-envs "
-        f"{where['versions']['rigid-envs']}, kernels {where['kernel_hash']}, {commit}"
-        f"{' with changes' if where['git_dirty'] else ''}."
-    )
-    return Row(
-        env_id,
-        policy,
-        Estimate(figures["success_rate"], *figures["success_rate_95"]),
-        None if efficiency is None else Estimate(efficiency, *figures["efficiency_95"]),
-        cost,
-        (mean, best, bound),
-        figures["gap"],
-        source,
-        unranked,
-    )
+    source = _source(found.n, found.seed, found.provenance)
+    return Row(found.env_id, found.policy, found.figures(), found.cost, source, unranked)
 
 
 def packaged_rows() -> list[Row]:
@@ -103,11 +66,18 @@ def packaged_rows() -> list[Row]:
     for env_id in ENVIRONMENTS:
         if (known := best_known(env_id)) is not None:
             cost = cost_of(env_id, task_of(env_id))
-            rows += [
-                _row(env_id, name, summary, cost, TEST_SEED, known.provenance)
-                for name, summary in known.policies.items()
-            ]
+            source = _source(len(known.costs), TEST_SEED, known.provenance)
+            rows += [Row(env_id, *each, cost, source, None) for each in known.policies.items()]
     return rows
+
+
+def _source(n: int, seed: int, where: Mapping[str, Any]) -> str:
+    commit = "no commit" if where["git_commit"] is None else f"commit {where['git_commit'][:12]}"
+    return (
+        f"{n} starts of seed {seed}, evaluation set {VERSION}; rigid-envs "
+        f"{where['versions']['rigid-envs']}, kernels {where['kernel_hash']}, {commit}"
+        f"{' with changes' if where['git_dirty'] else ''}."
+    )
 
 
 def sorted_rows(rows: Sequence[Row]) -> list[Row]:
@@ -123,7 +93,8 @@ def kind_of(row: Row) -> str:
 
 
 def _rank(row: Row) -> float:
-    return -1.0 if row.efficiency is None else row.efficiency.mean
+    efficiency = row.figures["efficiency"]
+    return -1.0 if efficiency is None else float(efficiency)
 
 
 # Looks of the plots of policies: colours, markers, grid.
@@ -186,7 +157,7 @@ def draw(results: Sequence[Row]) -> Figure:
     axes = figure.subplots()
     for k, name in enumerate(names):
         own = [each for each in results if kind_of(each) == name]
-        figures = np.array([each.efficiency for each in own])
+        figures = np.array([(r.figures["efficiency"], *r.figures["efficiency_95"]) for r in own])
         at = [-ids.index(r.env_id) - 0.5 * (k / max(len(names) - 1, 1) - 0.5) for r in own]
         colour, marker = look(k)
         axes.hlines(at, figures[:, 1], figures[:, 2], color=colour, lw=1.6, alpha=0.6)
@@ -282,9 +253,8 @@ def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
     """Aggregates of each kind of policy, the best first."""
     kinds: dict[str, dict[str, list[float]]] = {}
     for each in results:
-        assert each.efficiency is not None  # as of all that are ranked
         runs = kinds.setdefault(kind_of(each), {})
-        runs.setdefault(each.env_id, []).append(each.efficiency.mean)
+        runs.setdefault(each.env_id, []).append(each.figures["efficiency"])
     found = []
     for name, runs in kinds.items():
         by_id, n = list(runs.values()), sum(map(len, runs.values()))
@@ -299,16 +269,15 @@ def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
 
 
 def _cells(result: Row) -> tuple[str, ...]:
-    success, found, cost = result.success, result.efficiency, result.cost
+    figures, cost = result.figures, result.cost
+    success, interval, efficiency, ends = rates_of(figures)
+    means = [figures[name] for name in ("cost_mean", "best_mean", "bound_mean")]
     unit = f" [{in_markdown(cost.unit)}]" if cost is not None and cost.unit else ""
     return (
         f"`{result.env_id.split('/')[-1]}`",
         in_markdown(result.policy),
-        f"{100 * success.mean:.1f} %",
-        f"{100 * success.low:.1f} .. {100 * success.high:.1f}",
-        "-" if found is None else f"**{found.mean:.3f}**",
-        "-" if found is None else f"{found.low:.3f} .. {found.high:.3f}",
+        *(success, interval, efficiency if efficiency == "-" else f"**{efficiency}**", ends),
         f"{'cost' if cost is None else cost.name}{unit}",
-        *("-" if np.isnan(mean) else f"{mean:.4g}" for mean in result.means),
-        "-" if result.gap is None else f"{100 * result.gap:.1f} %",
+        *("-" if mean is None else f"{mean:.4g}" for mean in means),
+        "-" if figures["gap"] is None else f"{100 * figures['gap']:.1f} %",
     )

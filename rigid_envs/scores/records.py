@@ -26,7 +26,7 @@ from rigid_envs.engine.provenance import KINDS
 from rigid_envs.envs.lookup import id_in_file, task_of
 from rigid_envs.scores.proof import best_of, objection, up_to_date
 from rigid_envs.scores.result import FORMAT, Evaluation
-from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION, Cost, cost_of, efficiencies
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION, Cost, cost_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
 # Records of trained policies: how each was trained, and what came of it from every start.
@@ -83,29 +83,24 @@ class Record:
     costs: npt.NDArray[np.float64]
     provenance: Mapping[str, Any]
 
-    @property
-    def success_rate(self) -> float:
-        """Share of the starts from which it succeeds."""
-        return float(self.successes.mean())
-
-    @property
-    def cost_mean(self) -> float:
-        """Mean cost of the successes; NaN without any."""
-        return float(self.costs[self.successes].mean()) if self.successes.any() else float("nan")
-
-    @property
-    def ranked(self) -> bool:
-        """Whether it is of the registered task, and of the evaluation set."""
-        return objection(self.env_id, self.settings, TEST_SEED, len(self.costs)) is None
-
     @cached_property
-    def efficiency(self) -> float | None:
-        """Mean efficiency against what is best known now; None where it is not ranked."""
-        best = best_of(self.env_id, len(self.costs))
-        if best is None or not self.ranked:
-            return None
-        floor = cost_of(self.env_id, task_of(self.env_id)).floor
-        return float(efficiencies(self.successes, self.costs, best, floor).mean())
+    def evaluation(self) -> Evaluation:
+        """Its episodes, beside what is best known now."""
+        n, known = len(self.costs), self.env_id in ENVIRONMENTS
+        cost = cost_of(self.env_id, task_of(self.env_id, self.settings)) if known else None
+        unranked = objection(self.env_id, self.settings, TEST_SEED, n)
+        name = "cost" if cost is None else cost.name
+        return Evaluation(
+            env_id=self.env_id,
+            policy=self.policy,
+            config=self.settings,
+            seed=TEST_SEED,
+            cost=cost,
+            values={"success": self.successes.astype(np.float64), name: self.costs},
+            provenance=self.provenance,
+            unranked=unranked,
+            best=None if unranked else best_of(self.env_id, n),
+        )
 
 
 def record_file(folder: Path, env_id: str, algo: str, frame: str, seed: int) -> Path:
@@ -146,6 +141,7 @@ def write_record(file: Path, record: Record) -> None:
         file: Its path.
         record: The record.
     """
+    figures = record.evaluation.figures()
     data: dict[str, Any] = {
         "format": RECORD_FORMAT,
         **{key: getattr(record, key) for key in _PLAIN},
@@ -154,8 +150,7 @@ def write_record(file: Path, record: Record) -> None:
             "seed": TEST_SEED,
             "starts": len(record.costs),
             "settings": dict(record.settings),
-            "success_rate": record.success_rate,
-            "cost_mean": None if np.isnan(record.cost_mean) else record.cost_mean,
+            **{key: figures[key] for key in ("success_rate", "cost_mean")},
         },
         "successes": "".join("01"[int(won)] for won in record.successes),
         "costs": record.costs.tolist(),
@@ -197,7 +192,7 @@ def read_records(folder: Path) -> Iterator[Record]:
     """
     for file in sorted(folder.glob("*/*.json")):
         record = read_record(file)
-        if len(record.costs) == N_STARTS and record.ranked:
+        if len(record.costs) == N_STARTS and record.evaluation.unranked is None:
             yield record
 
 

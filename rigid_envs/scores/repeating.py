@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.envs.lookup import task_of
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.policies import untrained_policies
-from rigid_envs.scores.proof import best_of, bounds_of, objection
+from rigid_envs.scores.proof import up_to_date
 from rigid_envs.scores.records import Record, read_evaluation, read_record
 from rigid_envs.scores.result import Evaluation
-from rigid_envs.scores.starts import TEST_SEED, cost_of
+from rigid_envs.scores.starts import TEST_SEED
 from rigid_envs.scores.trained import FOLDER, file_of, load, published
 
 # Published policies evaluated again: every figure must be hit to the last digit.
@@ -57,22 +56,7 @@ def published_evaluation(name: str, folder: Path = FOLDER) -> Evaluation:
         name: See `rigid_envs.load`.
         folder: Where the policies are.
     """
-    record = published_record(name, folder)
-    env_id, settings, n = record.env_id, record.settings, len(record.costs)
-    cost = cost_of(env_id, task_of(env_id, settings))
-    unranked = objection(env_id, settings, TEST_SEED, n)
-    return Evaluation(
-        env_id=env_id,
-        policy=record.policy,
-        config=settings,
-        seed=TEST_SEED,
-        cost=cost,
-        values={"success": record.successes.astype(np.float64), cost.name: record.costs},
-        provenance=record.provenance,
-        unranked=unranked,
-        best=None if unranked else best_of(env_id, n),
-        bounds=bounds_of(env_id, n, TEST_SEED, settings),
-    )
+    return up_to_date(published_record(name, folder).evaluation)
 
 
 def recheck(name: str, seed: int | None = None, folder: Path = FOLDER) -> Repeat:

@@ -220,6 +220,17 @@ class Evaluation:
         return "\n".join(lines)
 
 
+def rates_of(figures: Mapping[str, Any]) -> tuple[str, str, str, str]:
+    """Rate of success [%], its 95 % interval, efficiency and its interval, as cells of a table."""
+    ends, efficiency = figures["efficiency_95"], figures["efficiency"]
+    return (
+        f"{100 * figures['success_rate']:.1f} %",
+        " .. ".join(f"{100 * end:.1f}" for end in figures["success_rate_95"]),
+        "-" if efficiency is None else f"{efficiency:.3f}",
+        "-" if ends is None else " .. ".join(f"{end:.3f}" for end in ends),
+    )
+
+
 def _plain(value: float) -> float | None:
     return None if np.isnan(value) else value
 

@@ -94,9 +94,8 @@ def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
     import tests.agents.drift  # noqa: F401, registers the environment
     from agents.training.trainer import train
 
-    config = None if values is None else config_from(values)
     try:
-        outcome = train(config, resume, quiet=True)
+        outcome = train(resume or config_from(values or {}), quiet=True)
     except Exception:
         traceback.print_exc()
         sys.exit(1)

@@ -28,7 +28,7 @@ from rigid_envs.scores.leaderboard import (
 )
 from rigid_envs.scores.records import evaluation_of, read_evaluation, read_results
 from rigid_envs.scores.repeating import published_record
-from rigid_envs.scores.result import Estimate, Evaluation
+from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
@@ -194,13 +194,13 @@ def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path
         assert {(env_id, "zero"), (env_id, "random")} <= rows.keys()
     again = row_of(rigid_envs.evaluate(ID, "brake"))
     told = rows[ID, "brake"]
-    assert told.success == again.success and told.cost == again.cost
-    np.testing.assert_allclose(told.efficiency, again.efficiency, rtol=1e-9)
-    np.testing.assert_allclose([*told.means, told.gap], [*again.means, again.gap], rtol=1e-9)
+    assert told.cost == again.cost
+    for key in again.figures.keys() & told.figures.keys():
+        np.testing.assert_allclose(told.figures[key], again.figures[key], rtol=1e-9)
     for name in published():
         record = published_record(name)
-        efficiency = rows[record.env_id, record.policy].efficiency
-        assert efficiency is not None and efficiency.mean == record.efficiency
+        figures = rows[record.env_id, record.policy].figures
+        assert figures["efficiency"] == record.evaluation.efficiencies.mean()
     assert main(["leaderboard", str(tmp_path), "--packaged"]) == 0
 
 
@@ -256,9 +256,8 @@ def test_a_name_is_shown_letter_by_letter_and_forges_no_row(folder: Path) -> Non
 
 def drawn(env_id: str, policy: str, *efficiency: float) -> Row:
     """A row of which the plot shows nothing but the efficiency."""
-    means = (np.nan, np.nan, np.nan)
-    name, success = f"RigidEnvs/{env_id}-v0", Estimate(1, 1, 1)
-    return Row(name, policy, success, Estimate(*efficiency), None, means, None, "", None)
+    figures = {"efficiency": efficiency[0], "efficiency_95": efficiency[1:]}
+    return Row(f"RigidEnvs/{env_id}-v0", policy, figures, None, "", None)
 
 
 @pytest.fixture
@@ -289,13 +288,11 @@ def test_every_row_has_its_point_and_its_interval_beside_the_name_of_its_id(
     assert len(points) == len(ends) == len(rows)
     assert axes.get_xlabel() == "efficiency"
     for row in rows:
-        estimate = row.efficiency
-        assert estimate is not None
+        mean, ends_of_row = row.figures["efficiency"], row.figures["efficiency_95"]
         near = [(x, y) for x, y in points if abs(y - places[row.env_id]) < 0.3]
-        assert any(x == estimate.mean for x, _ in near)
+        assert any(x == mean for x, _ in near)
         assert any(
-            np.allclose(line[:, 0], [estimate.low, estimate.high])
-            and abs(line[0, 1] - places[row.env_id]) < 0.3
+            np.allclose(line[:, 0], ends_of_row) and abs(line[0, 1] - places[row.env_id]) < 0.3
             for line in ends
         )
     assert len({y for _, y in points}) == len(points)  # no point hides another

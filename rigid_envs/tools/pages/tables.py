@@ -15,6 +15,7 @@ from rigid_envs.base.settings import Choice, Flag, Integer, Number
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.envs.spaces import action_space, info_flags, observation_space
 from rigid_envs.scores.best import Best, best_known
+from rigid_envs.scores.result import rates_of
 from rigid_envs.scores.starts import METRICS, Metric, cost_of
 from rigid_envs.scores.theory import limit_of
 from rigid_envs.tasks.fields import Entry
@@ -389,16 +390,9 @@ def _table(task: Task, names: list[str], found: Best) -> Table:
 
 
 def _row(policy: str, names: list[str], summary: Mapping[str, Any]) -> tuple[str, ...]:
-    low, high = (100.0 * end for end in summary["success_rate_95"])
-    least, most = summary["efficiency_95"]
-    return (
-        policy,
-        f"{100.0 * summary['success_rate']:.1f}",
-        f"{low:.1f} .. {high:.1f}",
-        f"{summary['efficiency']:.3f}",
-        f"{least:.3f} .. {most:.3f}",
-        *(short_figure(summary["metrics"][name]) for name in names),
-    )
+    success, *others = rates_of(summary)
+    metrics = (short_figure(summary["metrics"][name]) for name in names)
+    return policy, success.removesuffix(" %"), *others, *metrics
 
 
 def _heading(task: Task, name: str) -> str:

@@ -122,8 +122,8 @@ def test_the_page_of_the_ablations_is_that_of_their_records() -> None:
         if not (part and folder.is_dir()):
             continue
         found = [read_record(file) for file in folder.glob(f"{name}*/*.json")]
-        rates = [100 * each.success_rate for each in found]
-        costs = [each.cost_mean for each in found if each.successes.any()]
+        rates = [100 * each.evaluation.success.mean for each in found]
+        costs = [each.costs[each.successes].mean() for each in found if each.successes.any()]
         assert told[0] == str(len(found)) and told[1] == f"{np.mean(rates):.1f} %"
         assert told[2] == f"({min(rates):.1f} .. {max(rates):.1f})"
         assert told[3] == (f"{np.mean(costs):.4g}" if costs else "-")

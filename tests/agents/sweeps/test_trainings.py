@@ -11,7 +11,7 @@ from agents.storage.runs import Run
 from agents.sweeps import sweep as module
 from agents.sweeps.sweep import Training
 from agents.training.recording import is_complete, publish
-from agents.training.trainer import Outcome
+from agents.training.trainer import Session
 from rigid_envs.base.checks import ConfigError
 from tests.agents.sessions import begun
 from tests.fixtures import Capture, Patch
@@ -72,7 +72,7 @@ def test_a_run_that_has_not_made_its_last_step_is_not_complete(
     with pytest.raises(ConfigError, match="expected a complete run"):
         publish(run, tmp_path / "published")
     assert not (tmp_path / "published").exists()
-    stopped = Outcome(run.folder, 4096, 1.0, 15)
+    stopped = Session(run.folder, 4096, 1.0, 15)
     monkeypatch.setattr(module, "train_in", lambda run, quiet: stopped)
     training = Training(run.config(), tmp_path / "records", 2)
     assert training.run() == 15  # by a signal, before it is done

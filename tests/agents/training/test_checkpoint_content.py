@@ -164,7 +164,7 @@ def test_of_two_checkpoints_a_bad_one_is_passed_over_and_the_run_ends_as_it_woul
     run = run_of(tmp_path, "normalized")
     damage(run, put(WEIGHT, NAN, (0, 3)))
     assert len(list((run / "checkpoints").iterdir())) == 2
-    train(resume=run, quiet=True)
+    train(run, quiet=True)
     assert_same(runs["ppo"], run)
 
 

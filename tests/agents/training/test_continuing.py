@@ -69,7 +69,7 @@ def test_a_run_that_goes_on_is_bitwise_the_one_that_never_stopped(
     for after in (3, 17):
         run = cut(tmp_path, variant, after)
         stir()
-        outcome = train(resume=run, quiet=True)
+        outcome = train(run, quiet=True)
         assert outcome.timesteps == 512 * UPDATES
         assert_same(reference, run)
 

@@ -204,4 +204,4 @@ def test_a_changed_config_without_a_digest_is_refused_by_its_checkpoint(tmp_path
     _, _, text = (run / "config.yaml").read_text().partition("\n")  # as older versions wrote it
     (run / "config.yaml").write_text(text.replace("gamma: 0.99", "gamma: 0.9"))
     with pytest.raises(ValueError, match=r"config\.yaml .*gamma: 0\.99 -> 0\.9"):
-        train(resume=run, quiet=True)
+        train(run, quiet=True)

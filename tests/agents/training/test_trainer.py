@@ -174,7 +174,7 @@ def test_leftovers_of_writes_are_swept_when_a_run_goes_on(tmp_path: Path) -> Non
     run = trained(tmp_path, 2)
     leftover = run / "checkpoints" / ".000000000001536.safetensors.77.tmp"
     leftover.touch()
-    train(resume=run, quiet=True)
+    train(run, quiet=True)
     assert not leftover.exists()
 
 
@@ -205,9 +205,9 @@ def test_another_machine_is_told_of_when_a_run_goes_on(
 ) -> None:
     run = trained(tmp_path, 2)
     capsys.readouterr()
-    train(resume=run)
+    train(run)
     assert "not the machine" not in capsys.readouterr().err
     other = trainer.manifest() | {"machine": "pdp11"}
     monkeypatch.setattr(trainer, "manifest", lambda: other)
-    train(resume=run)
+    train(run)
     assert "not its bits: machine: " in capsys.readouterr().err
