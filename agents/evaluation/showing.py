@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -207,17 +205,14 @@ BUDGET = 4.0
 """Time [s] after which no picture is drawn any more."""
 
 _SIZE = 360  # pixels along each side
-_DRAWING = 0.7  # share of the time that drawing may plan with; encoding takes the rest
-_SLOWEST = 15.0  # pictures per second, below which rather the end is left out
-_TRIALS = 4
+_LEAST = 15.0  # pictures per second
 
 
 def try_film(policy: CompiledPolicy, folder: Path, seed: int) -> Path | None:
     """Film the episode of the first start of an evaluation, in real time.
 
-    It takes `BUDGET` seconds at most, and a moment more: a slow machine draws fewer pictures per
-    second and, if that is not enough, leaves out the end. Nothing that goes wrong is raised; it is
-    said in one line on standard error.
+    It takes `BUDGET` seconds at most, and a moment more: a slow machine leaves out the end. Nothing
+    that goes wrong is raised; it is said in one line on standard error.
 
     Args:
         policy: The policy, with its document.
@@ -227,45 +222,23 @@ def try_film(policy: CompiledPolicy, folder: Path, seed: int) -> Path | None:
     Returns:
         The film; None if there is none, and then no older one either.
     """
-    path = folder / NAME
+    path, end = folder / NAME, time.perf_counter() + BUDGET
     if policy.env_id not in ENVIRONMENTS:
         return None
     try:
         path.unlink(missing_ok=True)
-        _film(policy, path, row_seeds(seed, 1, "test")[0])
-    except DependencyNotInstalled as error:
-        print(f"no film of the policy: {error}", file=sys.stderr)
-        return None
+        films.checked_film(path)
+        start = row_seeds(seed, 1, "test")[0]
+        ((label, act, config),) = players_of(policy, start)
+        played = films.play_episode(act, policy.env_id, start, config, label)
+        best = films.pictures_per_second(played.task)
+        fps = best / max(1, int(best / _LEAST))
+        pictures = films.episode_pictures([played.captioned()], Look(_SIZE, _SIZE), fps=fps)
+        films.write_film(path, _until(end, pictures), fps)
     except Exception as error:  # a film is not worth the results of a training
         print(f"no film of the policy: {type(error).__name__}: {error}", file=sys.stderr)
         return None
     return path
-
-
-def _film(policy: CompiledPolicy, path: Path, seed: int) -> None:
-    end = time.perf_counter() + BUDGET
-    films.checked_film(path)
-    ((label, act, config),) = players_of(policy, seed)
-    played = films.play_episode(act, policy.env_id, seed, config, label)
-    task, shown = played.task, [played.captioned()]
-    best = films.pictures_per_second(task)
-    look = Look(_SIZE, _SIZE)
-    fps = best / _stride(shown, look, best, end)
-    pictures = films.episode_pictures(shown, look, fps=fps)
-    films.write_film(path, _until(end, pictures), fps)
-
-
-def _stride(shown: list[tuple[Task, Episode]], look: Look, best: float, end: float) -> int:
-    """Number of pictures of which one is drawn, so that the time is enough for the episode."""
-    trial = films.episode_pictures(shown, look)
-    next(trial)  # makes the scene
-    begin = time.perf_counter()
-    n = sum(1 for _ in itertools.islice(trial, _TRIALS))
-    each = (time.perf_counter() - begin) / max(n, 1)
-    affordable = max(_DRAWING * (end - time.perf_counter()) / each, 1.0)
-    ((task, episode),) = shown
-    stride = math.ceil((len(episode) * task.dt + 1.0) * best / affordable)
-    return max(1, min(stride, int(best / _SLOWEST)))
 
 
 def _until(end: float, pictures: Iterator[Image]) -> Iterator[Image]:

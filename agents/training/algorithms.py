@@ -18,8 +18,7 @@ from torch.optim import Optimizer
 
 from rigid_envs.base.settings import refusal
 from rigid_envs.sb3.adapter import NonFiniteError
-from rigid_envs.sb3.exporting import AttitudeExtractor, attitudes
-from rigid_envs.scores.layers import ACTIVATIONS
+from rigid_envs.sb3.exporting import ACTIVATIONS, AttitudeExtractor, attitudes
 from rigid_envs.scores.starts import row_seeds
 
 from ..config.entries import Config, OffPolicyConfig, PPOConfig, TQCConfig

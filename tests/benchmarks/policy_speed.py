@@ -13,7 +13,7 @@ import numpy as np
 import torch
 
 from rigid_envs import load
-from rigid_envs.scores.layers import ACTIVATIONS
+from rigid_envs.sb3.exporting import ACTIVATIONS
 from rigid_envs.scores.trained import FOLDER, CompiledPolicy, weights_of
 
 CALLS, ROUNDS = 50, 100

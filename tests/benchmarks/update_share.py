@@ -21,7 +21,7 @@ from agents.config.reading import recipe_for
 from agents.storage.runs import Run, create_run
 from agents.training.trainer import Trainer
 from agents.training.validation import Progress
-from rigid_envs.scores.layers import ACTIVATIONS, Tanh
+from rigid_envs.sb3.exporting import ACTIVATIONS, Tanh
 
 
 def started(name: str, folder: str) -> tuple[Run, Trainer]:

@@ -94,7 +94,7 @@ def test_the_first_episodes_of_a_file_or_the_first_of_each_are_shown_or_those_th
         shown.extend(len(replay.episodes[k]) for replay, k in chosen)
         return Path(places["MANY"])
 
-    monkeypatch.setattr("rigid_envs.watch.replays.page.write_html", note)
+    monkeypatch.setattr("rigid_envs.tools.cli.watching.write_html", note)
     given = [places.get(word, word) for word in words.split()]
     assert main(["replay", *given, "--html", str(tmp_path / "page.html")]) == 0
     assert shown == lengths

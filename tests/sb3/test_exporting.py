@@ -26,8 +26,7 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.envs.single import RigidEnv
 from rigid_envs.sb3.adapter import make_vec_env
-from rigid_envs.sb3.exporting import AttitudeExtractor, attitudes, export, network_of
-from rigid_envs.scores.layers import Tanh
+from rigid_envs.sb3.exporting import AttitudeExtractor, Tanh, attitudes, export, network_of
 
 GOAL, GRID, BODY = "BallParkGoal", "BallGrid", "Detumble"
 SHORT: dict[type, dict[str, Any]] = {

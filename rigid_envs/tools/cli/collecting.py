@@ -7,8 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rigid_envs.engine.compiler import cache_directory
 from rigid_envs.engine.provenance import heading
+from rigid_envs.envs import lookup
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools import datasets
 from rigid_envs.tools.bench.accuracy import FreeRun
 from rigid_envs.tools.bench.figures import Figures
 from rigid_envs.tools.bench.measuring import COLUMNS, FORMS, Throughput
@@ -61,8 +64,6 @@ def _dataset(options: argparse.Namespace) -> int:
         return _check(options)
     if options.id is None or options.policy is None:
         raise ValueError("expected ID and --policy NAME, or --check DATASET")
-    from rigid_envs.tools import datasets
-
     name = datasets.write(
         options.id,
         options.policy,
@@ -81,8 +82,6 @@ def _dataset(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from rigid_envs.tools import datasets
-
     found = datasets.check(options.check, options.out)
     for line in found.differences:
         print(f"FAILS: {line}")
@@ -114,9 +113,6 @@ def _compile(options: argparse.Namespace) -> None:
     in the reduced one, or as hyperparameters say. What is compiled is kept for every later
     process.
     """
-    from rigid_envs.engine.compiler import cache_directory
-    from rigid_envs.envs.lookup import compile_all, kernels_of
-
     if options.jobs < 1:
         raise ValueError(f"--jobs = {options.jobs}; expected 1 or more")
     config, folder = config_of(options.rest), cache_directory()
@@ -126,10 +122,10 @@ def _compile(options: argparse.Namespace) -> None:
             "by NUMBA_CACHE_DIR"
         )
     ids = list(dict.fromkeys(options.ids or ENVIRONMENTS))
-    kernels = [kernel for env_id in ids for kernel in kernels_of(env_id, config)]
+    kernels = [kernel for env_id in ids for kernel in lookup.kernels_of(env_id, config)]
     begin, found = time.perf_counter(), 0
     tell(f"0 of {len(kernels)} kernels")
-    for count, (kernel, was_there) in enumerate(compile_all(kernels, options.jobs), start=1):
+    for count, (kernel, was_there) in enumerate(lookup.compile_all(kernels, options.jobs), start=1):
         found += was_there
         tell(f"{count} of {len(kernels)} kernels: {kernel}")
     tell("")

@@ -12,11 +12,13 @@ from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs import lookup as catalogue
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.cli.collecting import add_compile, add_dataset
+from rigid_envs.tools import bench
+from rigid_envs.tools.cli.collecting import add_compile, add_dataset, as_text
 from rigid_envs.tools.cli.scoring import (
     add_best,
     add_evaluate,
     add_leaderboard,
+    verify,
     verify_policies,
     verify_results,
     verify_scores,
@@ -176,12 +178,9 @@ def _bench(options: argparse.Namespace) -> None:
     """
     ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
     refuse_missing_folder("--json", options.json)
-    from rigid_envs.tools.bench import bench  # imports what it measures: only here
-    from rigid_envs.tools.cli.collecting import as_text
-
     where = provenance()  # before the run: its own load does not count
     startup_ids = ids[:1] if options.quick else catalogue.one_of_each(ids)
-    figures = bench(ids, startup_ids, options.quick, tell)
+    figures = bench.bench(ids, startup_ids, options.quick, tell)
     tell("")
     print(as_text(where, figures))
     if options.json:
@@ -243,8 +242,7 @@ def _asked(options: argparse.Namespace) -> str:
 
 
 def _verify_laws(options: argparse.Namespace) -> bool:
-    from rigid_envs.tools.cli.scoring import verify  # imports SciPy: only here
-    from rigid_envs.tools.laws import SUBJECTS
+    from rigid_envs.tools.laws import SUBJECTS  # imports SciPy: only here
 
     names = [one_named(name, SUBJECTS, "subject") for name in options.subjects]
     if options.json in SUBJECTS:

@@ -16,13 +16,20 @@ import numpy as np
 
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs import lookup as catalogue
+from rigid_envs.scores import best, finding
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.leaderboard import write_leaderboard
+from rigid_envs.scores.policies import recorded
+from rigid_envs.scores.repeating import recheck, repeat
+from rigid_envs.scores.starts import N_STARTS
+from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli.words import add_verb, config_of, refuse_missing_folder, tell
 from rigid_envs.tools.pages.tables import paragraphs, short_figure, table
+from rigid_envs.watch.replays.replay import load_replay
 
 if TYPE_CHECKING:
     from rigid_envs.mechanics.laws import Outcome, Subject
-    from rigid_envs.scores.best import Best
 
 
 # `rigid-envs leaderboard`: its arguments.
@@ -45,8 +52,6 @@ def _leaderboard(options: argparse.Namespace) -> None:
     Collect all results below a folder, of `rigid-envs evaluate --out` and of rigid_envs.evaluate,
     into leaderboard.md and leaderboard.png there.
     """
-    from rigid_envs.scores.leaderboard import write_leaderboard
-
     text = write_leaderboard(options.folder, options.packaged)
     print(f"{text}\nwritten to {options.folder}: leaderboard.md, leaderboard.png")
 
@@ -66,8 +71,6 @@ def verify_results(files: Sequence[str], policy: str | None) -> bool:
     Returns:
         Whether every number of every start is hit to the last digit.
     """
-    from rigid_envs.scores.repeating import repeat
-
     print(heading(provenance()), end="\n\n")
     holds = True
     for file in files:
@@ -97,9 +100,6 @@ def verify_policies(names: Sequence[str], seed: int | None) -> bool:
     Returns:
         Whether all published figures are hit.
     """
-    from rigid_envs.scores.repeating import recheck
-    from rigid_envs.scores.trained import published
-
     print(heading(provenance()), end="\n\n")
     rows, complaints = [], []
     for name in names or published():
@@ -299,9 +299,6 @@ def _evaluate(options: argparse.Namespace) -> None:
 
     Play one episode from each of the fixed starts. Any hyperparameter can be given as an option.
     """
-    from rigid_envs.scores.evaluation import evaluate
-    from rigid_envs.scores.starts import N_STARTS
-
     env_id, config = catalogue.checked_id(options.id), config_of(options.rest)
     refuse_missing_folder("--out", options.out)
     policy: Any = options.policy
@@ -325,10 +322,6 @@ def _evaluate(options: argparse.Namespace) -> None:
 
 def _again(file: Path, env_id: str) -> Any:
     """What comes of the actions of a replay from the first starts."""
-    from rigid_envs.scores.evaluation import evaluate
-    from rigid_envs.scores.policies import recorded
-    from rigid_envs.watch.replays.replay import load_replay
-
     replay = load_replay(file)
     if replay.env_id != env_id:
         raise ValueError(f"{file}: env_id = {replay.env_id}; expected {env_id}")
@@ -353,16 +346,13 @@ def _best(options: argparse.Namespace) -> None:
     the starts of the evaluation set, and keep the least cost of a success from each start with its
     finder.
     """
-    from rigid_envs.scores.best import FOLDER
-    from rigid_envs.scores.starts import N_STARTS
-
     ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
     n = N_STARTS if options.starts is None else options.starts
     if not 1 <= n <= N_STARTS or (n < N_STARTS and options.out is None):
         raise ValueError(f"--starts = {n}; expected 1 to {N_STARTS}; with --out if it is less")
     if options.files and len(ids) != 1:
         raise ValueError(f"--with: ID = {options.ids}; expected the one id that the files are of")
-    folder = options.out or FOLDER
+    folder = options.out or best.FOLDER
     if not folder.is_dir():
         raise ValueError(f"--out = {folder}; expected a folder that exists")
     for env_id in ids:
@@ -380,33 +370,21 @@ def _best(options: argparse.Namespace) -> None:
     print(f"written to {folder}")
 
 
-def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) -> Best:
+def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) -> best.Best:
     """Plan if that is asked for, play all that is known, and write what is best."""
-    from rigid_envs.scores.best import PLANS_FOLDER as folder_of_plans
-    from rigid_envs.scores.best import (
-        file_of,
-        file_of_plans,
-        missing_plans,
-        read_best,
-        read_plans,
-        write_best,
-        write_plans,
-    )
-    from rigid_envs.scores.finding import find, plan, played, recipe_of, replayed, trained
-
-    file, plans = file_of(env_id, folder), options.out or folder_of_plans
-    known = read_best(file) if file.exists() else None
+    file, plans = best.file_of(env_id, folder), options.out or best.PLANS_FOLDER
+    known = best.read_best(file) if file.exists() else None
     others = [_again(each, env_id) for each in options.files]
-    untrained = played(env_id, n)
-    if options.plan and recipe_of(env_id) is not None:
-        place = file_of_plans(env_id, plans)
-        stored = read_plans(place) if place.exists() else None
-        write_plans(place, plan(env_id, n, stored))
-    elif options.out is None and (missing := missing_plans(env_id)):
+    untrained = finding.played(env_id, n)
+    if options.plan and finding.recipe_of(env_id) is not None:
+        place = best.file_of_plans(env_id, plans)
+        stored = best.read_plans(place) if place.exists() else None
+        best.write_plans(place, finding.plan(env_id, n, stored))
+    elif options.out is None and (missing := best.missing_plans(env_id)):
         print(missing)
-    others += [*replayed(env_id, n, plans), *trained(env_id, n)]
-    found = find(env_id, known, others, untrained, n)
-    write_best(file, found)
+    others += [*finding.replayed(env_id, n, plans), *finding.trained(env_id, n)]
+    found = finding.find(env_id, known, others, untrained, n)
+    best.write_best(file, found)
     for name, each in untrained.items() if options.rows else ():
         row = options.rows / env_id.rpartition("/")[2] / f"{name}.json"
         row.parent.mkdir(parents=True, exist_ok=True)
@@ -427,33 +405,29 @@ def verify_scores(ids: Sequence[str]) -> bool:
     Returns:
         Whether all agree.
     """
-    from rigid_envs.scores.best import best_known, missing_plans
-
     print(heading(provenance()), end="\n\n")
     chosen = list(ids or catalogue.one_of_each())
     rows: list[tuple[str, ...]] = []
     for env_id in chosen:
         tell(env_id)
-        known = best_known(env_id)
+        known = best.best_known(env_id)
         rows += [(env_id, "", "", "", "", "no data")] if known is None else _compared(known)
     tell("")
     print(table(("id", "policy", "success", "efficiency", "off by", ""), rows, "<<>>><"))
     print(f"\noff by: the larger difference of success and efficiency; {_TOLERANCE:g}")
-    for line in filter(None, map(missing_plans, chosen)):
+    for line in filter(None, map(best.missing_plans, chosen)):
         print(f"not played: {line}")
     return all(row[-1] == "holds" for row in rows)
 
 
-def _compared(known: Best) -> list[tuple[str, ...]]:
+def _compared(known: best.Best) -> list[tuple[str, ...]]:
     """A row for each policy that is played again: how far it is off what the data say of it."""
-    from rigid_envs.scores.finding import played, replayed, trained
-
     rows = []
-    for name, found in played(known.env_id, len(known.costs)).items():
+    for name, found in finding.played(known.env_id, len(known.costs)).items():
         now, then = found.against(known.costs).summary(), known.policies.get(name, {})
         off = max(abs(now[key] - then.get(key, np.inf)) for key in _COMPARED)
         rows.append((found, now["efficiency"], off, off <= _TOLERANCE))
-    for found in (*replayed(known.env_id), *trained(known.env_id)):
+    for found in (*finding.replayed(known.env_id), *finding.trained(known.env_id)):
         own = np.array([name == found.policy for name in known.finders])
         off = float(np.max(np.abs(found.costs[own] / known.costs[own] - 1.0), initial=0.0))
         met = bool(found.successes[own].all()) and off <= _ROUNDING

@@ -7,13 +7,14 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rigid_envs.base.checks import one_named, positive
 from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import checked_id
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.bench import frames
 from rigid_envs.tools.cli.words import (
     add_ids,
     add_verb,
@@ -23,11 +24,13 @@ from rigid_envs.tools.cli.words import (
 )
 from rigid_envs.tools.pages.films import as_text, stale_films, with_table, write_films
 from rigid_envs.tools.pages.tables import table
-
-if TYPE_CHECKING:
-    from rigid_envs.watch.replays.episode import Episode
-    from rigid_envs.watch.replays.replay import Replay
-
+from rigid_envs.watch import films
+from rigid_envs.watch.drawing import Look
+from rigid_envs.watch.play.loop import play
+from rigid_envs.watch.play.steering import keys
+from rigid_envs.watch.replays.episode import Episode, play_again, same_bits
+from rigid_envs.watch.replays.page import MOST_EPISODES, write_html
+from rigid_envs.watch.replays.replay import Replay, load_replay
 
 # `rigid-envs films`: a short film of every environment, for its page.
 
@@ -82,14 +85,12 @@ def _frames(options: argparse.Namespace) -> None:
     Measure pictures of 480 x 480 pixels on one thread, with and without shadows, and the first one
     of a new process. Takes a minute on an idle machine.
     """
-    from rigid_envs.tools.bench.frames import frame_times, installed_size  # draws: only here
-
     ids = [checked_id(name) for name in options.ids or ENVIRONMENTS]
     page = "" if options.page is None else options.page.read_text(encoding="utf-8")
     data = {
         "provenance": provenance(),
-        "frames": [asdict(times) for times in frame_times(ids, report=tell)],
-        "bytes": installed_size(),
+        "frames": [asdict(times) for times in frames.frame_times(ids, report=tell)],
+        "bytes": frames.installed_size(),
     }
     tell("")
     if options.page is None:
@@ -179,9 +180,6 @@ def _play(options: argparse.Namespace) -> None:
     controller makes of the same start. Any hyperparameter can be given as an option, as for
     `describe`.
     """
-    from rigid_envs.watch.play.loop import play
-    from rigid_envs.watch.play.steering import keys
-
     config = config_of(options.rest)
     if options.help_keys:
         print(keys(options.id, config))
@@ -221,10 +219,8 @@ def _replay(options: argparse.Namespace) -> int:
     """
     refuse_missing_folder("--html", options.html)
     if options.video:
-        from rigid_envs.watch.films import checked_film
-
         positive(options.speed, "--speed")
-        checked_film(options.video)
+        films.checked_film(options.video)
     replays = _read(options.files)
     same = True
     for replay in replays:
@@ -232,8 +228,6 @@ def _replay(options: argparse.Namespace) -> int:
         same &= all(row[-1] == _SAME for row in rows)
         print(_as_text(replay, rows))
     if options.html:
-        from rigid_envs.watch.replays.page import write_html  # imports the views: only here
-
         file = write_html(options.html, _chosen(replays, options.episodes))
         size = file.stat().st_size / 1e6
         print(f"written to {file} ({size:.2f} MB): open it in a browser")
@@ -244,14 +238,11 @@ def _replay(options: argparse.Namespace) -> int:
 
 def _film(file: str, chosen: Sequence[tuple[Replay, int]], speed: float) -> None:
     """Write a film of episodes side by side; pictures are smaller where there are many."""
-    from rigid_envs.watch.drawing import Look
-    from rigid_envs.watch.films import episode_pictures, pictures_per_second, write_film
-
     size = 480 if len(chosen) <= 2 else 320
     shown = [(replay.task, replay.episodes[k]) for replay, k in chosen]
-    fps = pictures_per_second(*(task for task, _ in shown))
-    pictures = episode_pictures(shown, Look(size, size), speed=speed)
-    print(f"written to {write_film(file, pictures, fps)}")
+    fps = films.pictures_per_second(*(task for task, _ in shown))
+    pictures = films.episode_pictures(shown, Look(size, size), speed=speed)
+    print(f"written to {films.write_film(file, pictures, fps)}")
 
 
 def _read(files: Sequence[Path]) -> list[Replay]:
@@ -260,8 +251,6 @@ def _read(files: Sequence[Path]) -> list[Replay]:
     Raises:
         ValueError: A file that does not exist or is no replay.
     """
-    from rigid_envs.watch.replays.replay import load_replay  # imports what it plays again
-
     for file in files:
         if not file.exists():
             raise ValueError(f"FILE = {file}; expected a replay: there is no such file")
@@ -278,8 +267,6 @@ def _as_text(replay: Replay, rows: Sequence[Sequence[str]]) -> str:
 
 
 def _row(replay: Replay, k: int, episode: Episode) -> tuple[str, ...]:
-    from rigid_envs.watch.replays.episode import play_again, same_bits
-
     again = play_again(replay.task, episode.start, episode.actions)
     return (
         str(k),
@@ -299,8 +286,6 @@ def _chosen(replays: Sequence[Replay], episodes: Sequence[int] | None) -> list[t
 
     Where none are given, the first ones of one replay, or the first of each of several.
     """
-    from rigid_envs.watch.replays.page import MOST_EPISODES
-
     if episodes is None:
         several = range(min(len(replays[0].episodes), MOST_EPISODES))
         episodes = several if len(replays) == 1 else (0,)

@@ -100,6 +100,7 @@ def answer(
     Returns:
         Exit status: that of the verb; 1 for a failure, 2 for a mistake, 130 after Ctrl-C.
     """
+    told = (*mistakes, *failures, DependencyNotInstalled, MissingPackageError, OSError)
     options, rest = parser.parse_known_args(words)
     options.rest, status = rest, 0
     try:
@@ -109,7 +110,7 @@ def answer(
         sys.stdout.flush()
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (*mistakes, *failures, DependencyNotInstalled, MissingPackageError, OSError) as error:
+    except told as error:
         tell("")
         print(f"{parser.prog.rpartition(' ')[2]}: {shown(str(error))}", file=sys.stderr)
         return 2 if isinstance(error, mistakes) else 1
