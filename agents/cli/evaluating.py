@@ -45,9 +45,9 @@ def _evaluate(options: argparse.Namespace) -> None:
 
     Play one episode of a policy from each of the fixed starts.
     """
-    refuse_episodes(options.episodes)
+    refuse_count("--episodes", options.episodes)
     if options.save_replays:
-        refuse_episodes(options.save_replays, "--save-replays")
+        refuse_count("--save-replays", options.save_replays)
     file = _policy_file(options.path, options.which)
     folder = options.out
     if folder is None and _is_run(options.path):  # aside from what its training wrote
@@ -69,14 +69,14 @@ def _evaluate(options: argparse.Namespace) -> None:
         print(f"written to {replays}: {n} episodes; see rigid-envs replay {replays}", file=said)
 
 
-def refuse_episodes(n: int, option: str = "--episodes") -> None:
-    """Refuse a number of episodes that cannot be played.
+def refuse_count(option: str, n: int, most: int = 1_000_000) -> None:
+    """Refuse a number of what is counted, as episodes.
 
     Raises:
-        ConfigError: It is below 1 or above a million.
+        ConfigError: It is below 1 or above `most`.
     """
-    if not 1 <= n <= 1_000_000:
-        raise ConfigError(f"{option} = {n}; expected an integer in [1, 1000000]")
+    if not 1 <= n <= most:
+        raise ConfigError(f"{option} = {n}; expected an integer in [1, {most}]")
 
 
 def _save_replays(file: Path, path: Path, n: int, seed: int) -> Path:

@@ -22,10 +22,13 @@ from rigid_envs.tools.cli.words import add_verb
 from ..config.entries import ALGORITHMS
 from ..config.reading import config_for, parse_yaml
 from ..storage.runs import find_run
-from .evaluating import refuse_episodes
+from .evaluating import refuse_count
 
 if TYPE_CHECKING:
-    from ..sweeps.sweep import Workers
+    from ..sweeps.cluster import RayTasks
+    from ..sweeps.sweep import Processes
+
+_MOST_JOBS = 1024
 
 # The verb `benchmark`: all environments, with several seeds.
 
@@ -82,7 +85,7 @@ def _benchmark(options: argparse.Namespace) -> int:
     its last checkpoint. What has a record is left out: the same command goes on where it was
     stopped, and several may share the work.
     """
-    refuse_episodes(options.episodes)
+    refuse_count("--episodes", options.episodes)
     from ..sweeps.sweep import PATIENCE, Training, train_all
 
     entries = {"log_dir": options.out}
@@ -128,7 +131,7 @@ def seeds_of(text: str) -> list[int]:
     return list(dict.fromkeys(found))
 
 
-def _workers(options: argparse.Namespace) -> Workers:
+def _workers(options: argparse.Namespace) -> Processes | RayTasks:
     """The processes that the options ask for."""
     if not (options.patience is None or options.patience > 0.0):
         raise ConfigError(f"--patience = {options.patience}; expected seconds above 0")
@@ -139,13 +142,8 @@ def _workers(options: argparse.Namespace) -> Workers:
         return RayTasks(options.ray, options.allow_import)
     from ..sweeps.sweep import Processes
 
-    _refuse_jobs(options.jobs)
+    refuse_count("--jobs", options.jobs, _MOST_JOBS)
     return Processes(options.jobs, options.allow_import)
-
-
-def _refuse_jobs(jobs: int) -> None:
-    if not 1 <= jobs <= 1024:
-        raise ConfigError(f"--jobs = {jobs}; expected an integer in [1, 1024]")
 
 
 def _require_ray() -> None:
@@ -184,7 +182,7 @@ def _search(options: argparse.Namespace) -> int:
     all trials and the best as configs for `train --config`. The same command goes on where it was
     stopped.
     """
-    _refuse_jobs(options.jobs)
+    refuse_count("--jobs", options.jobs, _MOST_JOBS)
     from ..config.search import read_search
 
     search = read_search(options.file)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -65,12 +64,10 @@ class Search(Settings):
 
     def ranges(self) -> dict[str, Mapping[str, Any]]:
         """The ranges, as YAML gives them, by the path of their entry: "learning_rate.0"."""
-        found = {}
-        for path, value in _leaves(self.recipe):
-            if isinstance(value, Mapping) and set(value) in _RANGES:
-                name = ".".join(map(str, path))
-                _refuse_range(f"recipe.{name}", value)
-                found[name] = value
+        found: dict[str, Mapping[str, Any]] = {}
+        _filled(self.recipe, found.setdefault)
+        for name, value in found.items():
+            _refuse_range(f"recipe.{name}", value)
         return found
 
     def config(self, values: Mapping[str, Any], **entries: Any) -> Config:
@@ -83,11 +80,7 @@ class Search(Settings):
         Raises:
             ConfigError: One that cannot be.
         """
-        own = copy.deepcopy(dict(self.recipe))
-        for path, _ in list(_leaves(self.recipe)):
-            name = ".".join(map(str, path))
-            if name in values:
-                _put(own, path, values[name])
+        own = _filled(self.recipe, lambda name, given: values.get(name, given))
         base = recipe_for(str(own.get("env_id", "BallPark")), own.get("algo"), frame_of(own, {}))
         return config_from({**base, **own, **entries})
 
@@ -106,21 +99,16 @@ def read_search(path: Path) -> Search:
     return search
 
 
-def _leaves(node: Any, path: tuple[str | int, ...] = ()) -> list[tuple[tuple[str | int, ...], Any]]:
-    """All values of nested mappings and lists, by their path; a range is one value."""
-    if isinstance(node, Mapping) and set(node) not in _RANGES:
-        parts: Sequence[tuple[Any, Any]] = list(node.items())
-    elif isinstance(node, (list, tuple)):
-        parts = list(enumerate(node))
-    else:
-        return [(path, node)]
-    return [leaf for key, value in parts for leaf in _leaves(value, (*path, key))]
-
-
-def _put(node: Any, path: tuple[str | int, ...], value: Any) -> None:
-    for key in path[:-1]:
-        node = node[key]
-    node[path[-1]] = value
+def _filled(node: Any, value_of: Callable[[str, Mapping[str, Any]], Any], path: str = "") -> Any:
+    """Nested mappings and lists with other values for the ranges, by their path."""
+    if isinstance(node, Mapping) and set(node) in _RANGES:
+        return value_of(path, node)
+    start = f"{path}." if path else ""
+    if isinstance(node, Mapping):
+        return {key: _filled(each, value_of, f"{start}{key}") for key, each in node.items()}
+    if isinstance(node, list | tuple):
+        return [_filled(each, value_of, f"{start}{k}") for k, each in enumerate(node)]
+    return node
 
 
 def _refuse_range(key: str, given: Mapping[str, Any]) -> None:

@@ -32,7 +32,7 @@ from rigid_envs.scores.statistics import (
 )
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
-from .plots import short_number
+from .reports import short_number
 
 # The page of the baselines: all records below a folder as tables, and the figures beside them.
 
@@ -196,7 +196,6 @@ def pairs(groups: Grouped) -> list[tuple[str, str, list[str]]]:
 def _rows(groups: Grouped, env_id: str) -> list[tuple[str, ...]]:
     """Rows of an id, one for each policy."""
     cost = cost_of(env_id, task_of(env_id))
-    unit = f" [{cost.unit}]" if cost.unit else ""
     rows: list[tuple[str, ...]] = []
     for name, records in policies_of(groups, env_id).items():
         rates = _rates(records)
@@ -211,7 +210,7 @@ def _rows(groups: Grouped, env_id: str) -> list[tuple[str, ...]]:
             _interval(rates, 100.0),
             f"**{np.mean(efficiency):.3f}**",
             _interval(efficiency),
-            f"{cost.name}{unit}",
+            cost.title,
             f"{np.mean(costs):.4g}" if costs else "-",
             f"{np.mean(list(map(_ratio, able))):.2f}" if costs else "-",
             _steps(records),

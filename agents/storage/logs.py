@@ -217,6 +217,19 @@ def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
 # Checkpoints, from which a run resumes: one file each; the last two are kept.
 
 Arrays = dict[str, NDArray[Any]]
+
+
+def prefixed(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
+    """Arrays under names that begin with a prefix."""
+    return {f"{prefix}/{key}": value for key, value in arrays.items()}
+
+
+def under(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
+    """The arrays of `prefixed` among others."""
+    start = f"{prefix}/"
+    return {k.removeprefix(start): value for k, value in arrays.items() if k.startswith(start)}
+
+
 Check = Callable[[Arrays, dict[str, Any]], None]
 _SIZE_LIMIT = 64 * 2**30
 _KEPT = 2

@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from time import monotonic
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.sb3.adapter import NonFiniteError
@@ -39,6 +39,9 @@ from ..storage.runs import (
 )
 from ..training.recording import is_complete, make_record
 from ..training.trainer import StopSignals, train_in
+
+if TYPE_CHECKING:
+    from .cluster import RayTasks
 
 # One training of a sweep: a config, and the record of what came of it.
 
@@ -254,43 +257,9 @@ Ended = tuple[int, int | None, str]
 """Number of a training, status of `work` (None: its process died), and what to say of it."""
 
 
-class Workers(Protocol):
-    """Processes that train, here or elsewhere.
-
-    Attributes:
-        room: How many may train at the same time.
-    """
-
-    room: float
-
-    def start(self, number: int, training: Training) -> None:
-        """Train in a process of its own.
-
-        Args:
-            number: Names the training.
-            training: What to train.
-        """
-
-    def wait(self) -> list[Ended]:
-        """The trainings that ended; waits for one, a second at most."""
-
-    def kill(self, number: int) -> None:
-        """End one that hangs, without a word; `wait` returns it as one that died.
-
-        Args:
-            number: Names the training.
-        """
-
-    def stop(self) -> None:
-        """Ask all to save and end."""
-
-    def close(self) -> None:
-        """End what is left of them."""
-
-
 def train_all(
     trainings: Sequence[Training],
-    workers: Workers,
+    workers: Processes | RayTasks,
     overwrite: bool = False,
     quiet: bool = False,
     patience: float = PATIENCE,
@@ -332,7 +301,7 @@ class _Sweep:
     def __init__(
         self,
         trainings: Sequence[Training],
-        workers: Workers,
+        workers: Processes | RayTasks,
         signals: StopSignals,
         quiet: bool,
         patience: float,

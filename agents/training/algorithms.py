@@ -172,7 +172,9 @@ def build_model(config: Config, env: VecEnv) -> Any:
     if isinstance(config, PPOConfig) and config.action_std is not None:
         model.policy.log_std.requires_grad_(False)
     for optimizer in parts_of(model).optimizers.values():
-        guard_optimizer(optimizer)
+        # A loss that is NaN has gradients that are NaN, and so has one that is infinite after the
+        # clipping of the norm; so this is the one place to look, whatever the algorithm.
+        optimizer.register_step_pre_hook(refuse_bad_gradients)
     return model
 
 
@@ -235,16 +237,8 @@ def parts_of(model: Any) -> Parts:
     return Parts(weights, optimizers)
 
 
-def guard_optimizer(optimizer: Optimizer) -> None:
-    """Make an optimiser refuse gradients that are not finite.
-
-    A loss that is NaN has gradients that are NaN, and so has a loss that is infinite after the
-    clipping of the norm; so this is the one place to look, whatever the algorithm.
-    """
-    optimizer.register_step_pre_hook(_refuse_bad_gradients)
-
-
-def _refuse_bad_gradients(optimizer: Optimizer, *_: Any) -> None:
+def refuse_bad_gradients(optimizer: Optimizer, *_: Any) -> None:
+    """Refuse gradients that are not finite, before a weight follows them."""
     gradients = [p.grad for group in optimizer.param_groups for p in group["params"]]
     present = [gradient for gradient in gradients if gradient is not None]
     if not math.isfinite(torch.nn.utils.get_total_norm(present).item()):

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from rigid_envs.sb3.adapter import GymnasiumVecEnv
 from rigid_envs.scores.starts import entries_of
 
+from ..storage.logs import prefixed, under
+
 
 class TrainingRows(GymnasiumVecEnv):
     """The adapter, with what a training adds to it.
@@ -43,11 +45,9 @@ class TrainingRows(GymnasiumVecEnv):
         Returns:
             Arrays by name; `set_state` takes them back.
         """
-        state = {f"env/{key}": value for key, value in self._find("get_state")().items()}
-        state["returns"] = self._returns.copy()
-        state["lengths"] = self._lengths.copy()
-        state["steps"] = np.array(self._steps)
-        return state
+        own = {"returns": self._returns.copy(), "lengths": self._lengths.copy()}
+        inner = prefixed("env", self._find("get_state")())
+        return {**inner, **own, "steps": np.array(self._steps)}
 
     def set_state(self, state: Mapping[str, NDArray[Any]]) -> None:
         """Return to a state, to the bit.
@@ -55,8 +55,7 @@ class TrainingRows(GymnasiumVecEnv):
         Args:
             state: From `get_state`.
         """
-        inner = {key[4:]: value for key, value in state.items() if key.startswith("env/")}
-        self._find("set_state")(inner)
+        self._find("set_state")(under("env", state))
         self._returns[:] = state["returns"]
         self._lengths[:] = state["lengths"]
         self._steps = int(state["steps"])

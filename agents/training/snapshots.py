@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 from gymnasium.spaces import Discrete
-from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.running_mean_std import RunningMeanStd
@@ -22,6 +21,7 @@ from torch.optim import Optimizer
 from rigid_envs.base.checks import require
 
 from ..config.entries import Config
+from ..storage.logs import Arrays, prefixed, under
 from .algorithms import counters_of, parts_of
 from .rows import TrainingRows
 
@@ -29,8 +29,6 @@ from .rows import TrainingRows
 #
 # They are the global ones of Python, NumPy and torch (SB3 permutes batches with NumPy's and
 # explores with torch's), and that of the first, random actions and of DQN's exploration.
-
-Arrays = dict[str, NDArray[Any]]
 
 
 class Streams(NamedTuple):
@@ -76,28 +74,20 @@ def capture_random(streams: Streams) -> tuple[Arrays, dict[str, Any]]:
     return arrays, document
 
 
-def restore_random(
-    streams: Streams, arrays: Arrays, document: Mapping[str, Any], names: Sequence[str] = ()
-) -> None:
+def restore_random(streams: Streams, arrays: Arrays, document: Mapping[str, Any]) -> None:
     """Bring streams to captured states.
 
     Args:
         streams: The streams.
         arrays: From `capture_random`.
         document: From `capture_random`.
-        names: Of the streams; all of them if empty.
     """
-    for name in names or Streams._fields:
-        if name == "python":
-            version, next_gauss = document["python"]
-            streams.python.setstate((version, tuple(arrays["python"].tolist()), next_gauss))
-        elif name == "numpy":
-            kind, *numpy = document["numpy"]
-            streams.numpy.set_state((kind, arrays["numpy"], *numpy))
-        elif name == "torch":
-            streams.torch.set_state(torch.tensor(arrays["torch"]))
-        else:
-            streams.actions.state = document["actions"]
+    version, next_gauss = document["python"]
+    streams.python.setstate((version, tuple(arrays["python"].tolist()), next_gauss))
+    kind, *numpy = document["numpy"]
+    streams.numpy.set_state((kind, arrays["numpy"], *numpy))
+    streams.torch.set_state(torch.tensor(arrays["torch"]))
+    streams.actions.state = document["actions"]
 
 
 def check_random(actions: np.random.BitGenerator, arrays: Arrays, document: Any) -> None:
@@ -112,15 +102,14 @@ def check_random(actions: np.random.BitGenerator, arrays: Arrays, document: Any)
         ValueError: "member = value; expected ...".
     """
     scratch = Streams(random.Random(), np.random.RandomState(), torch.Generator(), type(actions)())
-    for name in Streams._fields:
-        try:
-            restore_random(scratch, arrays, document, [name])
-            back, told = capture_random(scratch)
-            same = told.get(name) == document.get(name)
-            same, why = same and np.array_equal(back.get(name, 0), arrays.get(name, 0)), "another"
-        except (ValueError, TypeError, OverflowError, LookupError, RuntimeError) as error:
-            same, why = False, f"{error}"
-        require(same, why.splitlines()[:1], f"random/{name}", "a state of its random stream")
+    try:
+        restore_random(scratch, arrays, document)
+        back, told = capture_random(scratch)
+        same = told == document and all(np.array_equal(back[k], arrays[k]) for k in back)
+        why = "other states"
+    except (ValueError, TypeError, OverflowError, LookupError, RuntimeError) as error:
+        same, why = False, f"{error}"
+    require(same, why.splitlines()[:1], "random", "states of the random streams")
     position, has_gauss = document["numpy"][1:3]  # which NumPy does not check
     require(
         0 <= position <= len(arrays["numpy"]) and has_gauss in (0, 1),
@@ -548,14 +537,3 @@ def _restore_window(model: BaseAlgorithm, arrays: Arrays) -> None:
     size = model._stats_window_size
     model.ep_info_buffer = deque([{"r": r, "l": n} for r, n in pairs], maxlen=size)
     model.ep_success_buffer = deque(arrays["successes"].tolist(), maxlen=size)
-
-
-def prefixed(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
-    """Arrays under names that begin with a prefix."""
-    return {f"{prefix}/{key}": value for key, value in arrays.items()}
-
-
-def under(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
-    """The arrays of `prefixed` among others."""
-    start = f"{prefix}/"
-    return {k.removeprefix(start): value for k, value in arrays.items() if k.startswith(start)}

@@ -29,12 +29,12 @@ from rigid_envs.scores.starts import row_seeds
 
 from ..config.entries import Config, config_to_dict
 from ..environments import make, part_for
-from ..storage.logs import load_newest, save_newest, write_evaluations
+from ..storage.logs import load_newest, prefixed, save_newest, under, write_evaluations
 from ..storage.runs import Run, create_run, differences, manifest, open_run
 from .algorithms import build_model, check_fit, iterate
 from .recording import acting, save_policy, stronger
 from .rows import TrainingRows
-from .snapshots import capture, check, check_document, prefixed, restore, under
+from .snapshots import capture, check, check_document, restore
 from .validation import Clock, Progress, Records, Spent, Validation
 
 # Signals that ask a run to stop are answered between two updates.

@@ -6,7 +6,7 @@ import dataclasses
 import difflib
 import importlib
 import multiprocessing
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from typing import Any
@@ -361,23 +361,14 @@ def compile_all(kernels: list[Kernel], jobs: int) -> Iterator[tuple[Kernel, bool
 
 
 def _compile(kernel: Kernel) -> bool:
+    """Use a kernel once; whether it was compiled before."""
     task = task_of(kernel.env_id, kernel.config)
     episode = task.episode if kernel.part == "reward" else task.compiled
-    _PARTS[kernel.part](task)
+    if kernel.part == "reward":
+        goal = np.zeros(task.n_goal, dtype=np.float32)
+        task.goal_reward(goal, goal)
+    elif kernel.part == "reset":
+        Core(task, 1).reset(np.zeros(1, dtype=np.int64))
+    else:
+        Core(task, 1).step()
     return bool(getattr(episode, kernel.part).stats.cache_hits)
-
-
-def _reset(task: Task) -> None:
-    Core(task, 1).reset(np.zeros(1, dtype=np.int64))
-
-
-def _step(task: Task) -> None:
-    Core(task, 1).step()
-
-
-def _reward(task: Task) -> None:
-    goal = np.zeros(task.n_goal, dtype=np.float32)
-    task.goal_reward(goal, goal)
-
-
-_PARTS: dict[str, Callable[[Task], None]] = {"reset": _reset, "step": _step, "reward": _reward}

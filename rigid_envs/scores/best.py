@@ -205,14 +205,13 @@ def file_of_plans(env_id: str, folder: Path = PLANS_FOLDER) -> Path:
     return folder / f"{env_id.rpartition('/')[2]}.npz"
 
 
-def missing_plans(env_id: str, folder: Path = PLANS_FOLDER) -> str | None:
+def missing_plans(env_id: str) -> str | None:
     """What to do where best known costs are of plans that are not here; None if nothing is missing.
 
     Args:
         env_id: Gymnasium's id.
-        folder: Where they should be.
     """
-    known, file = best_known(env_id), file_of_plans(env_id, folder)
+    known, file = best_known(env_id), file_of_plans(env_id)
     if known is None or PLANNER not in known.finders or file.exists():
         return None
     return (

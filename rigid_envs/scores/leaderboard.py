@@ -272,12 +272,11 @@ def _cells(result: Row) -> tuple[str, ...]:
     figures, cost = result.figures, result.cost
     success, interval, efficiency, ends = rates_of(figures)
     means = [figures[name] for name in ("cost_mean", "best_mean", "bound_mean")]
-    unit = f" [{in_markdown(cost.unit)}]" if cost is not None and cost.unit else ""
     return (
         f"`{result.env_id.split('/')[-1]}`",
         in_markdown(result.policy),
         *(success, interval, efficiency if efficiency == "-" else f"**{efficiency}**", ends),
-        f"{'cost' if cost is None else cost.name}{unit}",
+        "cost" if cost is None else cost._replace(unit=in_markdown(cost.unit)).title,
         *("-" if mean is None else f"{mean:.4g}" for mean in means),
         "-" if figures["gap"] is None else f"{100 * figures['gap']:.1f} %",
     )

@@ -353,33 +353,19 @@ class SamplingController:
         self._rollouts = {size: Rollouts(task, size, self.planner.n_samples) for size in sizes}
 
 
-def sampling(
-    task: Task,
-    n_samples: int = 256,
-    horizon: int | None = None,
-    spread: float = 1.0,
-    temperature: float = 0.2,
-    memory: float = 0.8,
-    seed: int = 0,
-) -> Controller:
-    """Sampling model predictive control of any task.
+def sampling(task: Task) -> Controller:
+    """Sampling model predictive control of any task: in each step 256 plans of 3 s, or 30 steps.
 
     Args:
         task: Any task, with its settings.
-        n_samples: Plans that are tried in each step.
-        horizon: Their number of steps; None for those of 3 s, and 30 at least.
-        spread: See `PathIntegral`.
-        temperature: See `PathIntegral`.
-        memory: See `PathIntegral`.
-        seed: Seed of the draws.
     """
-    horizon = max(30, round(3.0 / task.dt)) if horizon is None else horizon
+    horizon = max(30, round(3.0 / task.dt))
     planner: PathIntegral | CrossEntropyChoices
     if task.n_choices:
-        planner = CrossEntropyChoices(n_samples, horizon, task.n_choices, temperature)
+        planner = CrossEntropyChoices(256, horizon, task.n_choices, temperature=0.2)
     else:
-        planner = PathIntegral(n_samples, horizon, spread, temperature, memory)
-    return SamplingController(planner, np.random.default_rng(seed))
+        planner = PathIntegral(256, horizon, spread=1.0, temperature=0.2, memory=0.8)
+    return SamplingController(planner, np.random.default_rng(0))
 
 
 # Policies of any kind, made into one: a function from a vector environment to actions in it.

@@ -207,13 +207,12 @@ class Evaluation:
         elif self.cost is not None:
             why = "no best is known" if self.unranked is None else f"not ranked: {self.unranked}"
             lines.append(f"{'efficiency':12}        -     {why}")
-        label = "cost" if self.cost is None else self.cost.name
-        unit = f" [{self.cost.unit}]" if self.cost is not None and self.cost.unit else ""
+        label = "cost" if self.cost is None else self.cost.title
         parts = {"best known": self.mean(self.best), "bound": self.mean(self.bounds)}
         told = [f"{name} {value:.4g}" for name, value in parts.items() if not np.isnan(value)]
         told += [] if self.gap is None else [f"gap {100 * self.gap:.1f} %"]
         beside = f"     of successes; {', '.join(told)}" if told else "     of successes"
-        lines.append(f"{label + unit:12}{_figure(self.mean(self.costs)):>9}{beside}")
+        lines.append(f"{label:12}{_figure(self.mean(self.costs)):>9}{beside}")
         lines.append(f"{'return':12}{_figure(float(self.values['return'].mean())):>9}")
         if n := int(self.records.sum()):
             lines.append(f"better than the best known from {n} starts: keep it by rigid-envs best")

@@ -303,6 +303,11 @@ class Cost(NamedTuple):
     unit: str
     floor: float
 
+    @property
+    def title(self) -> str:
+        """Name with the unit, if it has one."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
 
 def cost_of(env_id: str, task: Task) -> Cost:
     """The cost of an id: the first of its metrics.

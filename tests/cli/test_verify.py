@@ -10,8 +10,7 @@ from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.mechanics.laws import Outcome, Subject
 from rigid_envs.tools import laws
 from rigid_envs.tools.cli import main
-from rigid_envs.tools.cli.scoring import Verdict, verify
-from rigid_envs.tools.laws import SUBJECTS
+from rigid_envs.tools.laws import SUBJECTS, Verdict, verify
 from tests.fixtures import Capture, Patch
 
 LAWS = [law for subject in SUBJECTS.values() for law in subject.laws]
@@ -113,7 +112,7 @@ def test_a_law_that_fails_fails_the_run_and_says_why(
 @pytest.mark.parametrize(("length", "cut"), [(299, ""), (300, ""), (301, " ...")])
 def test_a_long_message_is_cut(length: int, cut: str) -> None:
     said = ("of all words " * 30)[:length]
-    text = Verdict(provenance(), [], [Outcome(LAWS[0], math.nan, 0.0, said)], 0.0).as_text()
+    text = Verdict(provenance(), [Outcome(LAWS[0], math.nan, 0.0, said)], 0.0).as_text()
     start = f"FAILS: {LAWS[0].subject}: {LAWS[0].name}. "
     assert f"{start}{said[:300].strip()}{cut} 1 of 1 laws FAIL" in " ".join(text.split())
 

@@ -18,7 +18,6 @@ from rigid_envs.tools.cli.scoring import (
     add_best,
     add_evaluate,
     add_leaderboard,
-    verify,
     verify_policies,
     verify_results,
     verify_scores,
@@ -242,14 +241,15 @@ def _asked(options: argparse.Namespace) -> str:
 
 
 def _verify_laws(options: argparse.Namespace) -> bool:
-    from rigid_envs.tools.laws import SUBJECTS  # imports SciPy: only here
+    from rigid_envs.tools.laws import SUBJECTS, verify  # imports SciPy: only here
 
     names = [one_named(name, SUBJECTS, "subject") for name in options.subjects]
     if options.json in SUBJECTS:
         raise ValueError(f"--json = {options.json}; expected a file: name subjects before --json")
     file = Path(options.json) if options.json not in (None, "-") else None
     refuse_missing_folder("--json", file)
-    verdict = verify(list(dict.fromkeys(names)))
+    verdict = verify(list(dict.fromkeys(names)), tell)
+    tell("")
     document = json.dumps(verdict.as_json(), indent=1, allow_nan=False)
     print(document if options.json == "-" else verdict.as_text())
     if file:

@@ -79,9 +79,8 @@ def best_costs() -> str:
             verdict = "proven" if proven else "open"
         shares = ", ".join(f"`{name}` {count}" for name, count in known.shares.items())
         name = env_id.removeprefix("RigidEnvs/").removesuffix("-v0")
-        unit = f" [{cost.unit}]" if cost.unit else ""
         link = f"[`{name}`](environments/{name}.md)"
-        rows.append((link, cost.name + unit, f"{mean:.4g}", bound, gap, verdict, shares))
+        rows.append((link, cost.title, f"{mean:.4g}", bound, gap, verdict, shares))
     names = ("id", "cost", "best known", "bound", "gap", "", "found by, of the starts")
     return as_markdown(Table(names, rows, "<<>>><<"))
 

@@ -106,13 +106,13 @@ KINDS: list[tuple[str, Change, str]] = [
     ("ppo", say("logs.timesteps", 512), "logs.timesteps = 512; expected 6144"),
     ("ppo", say("logs.seconds", -2.0), "logs.seconds = -2.0; expected"),
     # random streams
-    ("ppo", put("random/python", 700, 624), "random/python = .*; expected a state"),
-    ("ppo", say("random.python", [4, None]), "random/python = .*; expected a state"),
+    ("ppo", put("random/python", 700, 624), "random = .*; expected states"),
+    ("ppo", say("random.python", [4, None]), "random = .*; expected states"),
     ("ppo", say("random.numpy.1", 700), "random.numpy = .*700.*; expected a position"),
     ("ppo", say("random.numpy.0", "PCG64"), r"random.numpy\[0\] = 'PCG64'; expected 'MT19937'"),
     ("ppo", shape("random/numpy", 1), r"random/numpy is uint32 of shape \(1,\)"),
-    ("ppo", put("random/torch", 255), "random/torch = .*; expected a state"),
-    ("ppo", say("random.actions.state.state", -5), "random/actions = .*; expected a state"),
+    ("ppo", put("random/torch", 255), "random = .*; expected states"),
+    ("ppo", say("random.actions.state.state", -5), "random = .*; expected states"),
     # statistics of VecNormalize, last observations, episodes
     ("ppo", put("normalize/observation.var", -1.0), "normalize/observation.var.* = -1.0; expected"),
     ("ppo", put("normalize/observation.mean", NAN), "normalize/observation.mean.* = nan; expected"),
