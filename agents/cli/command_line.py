@@ -10,14 +10,12 @@ from functools import partial
 from rigid_envs import __version__
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
-from rigid_envs.tools.cli.scoring import add_leaderboard
+from rigid_envs.tools.cli.scoring import leaderboard_
 from rigid_envs.tools.cli.words import answer
 
 from ..environments import import_allowed
 from ..storage.runs import RunInUseError
-from .evaluating import add_enjoy, add_evaluate
-from .sweeping import add_baselines, add_benchmark, add_publish, add_search
-from .training import add_train
+from . import evaluating, sweeping, training
 
 _SHORT = ("train", "--total_timesteps", "1_500_000")
 """Without arguments: less than half of the steps of the recipe, for a first look."""
@@ -54,14 +52,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"rigid-envs {__version__}")
     verbs = parser.add_subparsers(metavar="VERB", required=True)
-    add_train(verbs)
-    add_evaluate(verbs)
-    add_leaderboard(verbs)
-    add_enjoy(verbs)
-    add_benchmark(verbs)
-    add_search(verbs)
-    add_baselines(verbs)
-    add_publish(verbs)
+    for each in (
+        *(training.train, evaluating.evaluate, leaderboard_, evaluating.enjoy),
+        *(sweeping.benchmark, sweeping.search, sweeping.baselines, sweeping.publish),
+    ):
+        each.add(verbs)
     for verb in verbs.choices.values():
         verb.add_argument(
             "--allow-import",

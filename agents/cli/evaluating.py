@@ -6,23 +6,25 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import Any
 
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.cli.words import add_verb
+from rigid_envs.tools.cli.words import option, verb
+
+_POLICY = (
+    option("path", type=Path, metavar="RUN_OR_POLICY"),
+    option("--which", choices=("best", "last"), default="best", help="of a run (best)"),
+)
 
 # The verb `evaluate`: success and efficiency of a policy. Controllers have `rigid-envs evaluate`.
 
 
-def add_evaluate(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    parser = add_verb(verbs, _evaluate)
-    _add_policy(parser)
-    parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
-    parser.add_argument("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})")
-    parser.add_argument(
+@verb(
+    *_POLICY,
+    option("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)"),
+    option("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})"),
+    option(
         "--save-replays",
         type=int,
         nargs="?",
@@ -30,17 +32,16 @@ def add_evaluate(verbs: Any) -> None:
         default=0,
         metavar="N",
         help="record the first N episodes (10) in replays.npz, for `rigid-envs replay`",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--out",
         type=Path,
         metavar="FOLDER",
         help="for results.json, episodes.csv (of a run: evaluated/WHICH-EPISODES-SEED in it)",
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
-
-
-def _evaluate(options: argparse.Namespace) -> None:
+    ),
+    option("--json", action="store_true", help="print JSON instead of the table"),
+)
+def evaluate(options: argparse.Namespace) -> None:
     """Success and efficiency on unseen starts.
 
     Play one episode of a policy from each of the fixed starts.
@@ -97,24 +98,21 @@ def _save_replays(file: Path, path: Path, n: int, seed: int) -> Path:
 # The verb `enjoy`: one episode, as a table and to look at.
 
 
-def add_enjoy(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    parser = add_verb(verbs, _enjoy)
-    _add_policy(parser)
-    parser.add_argument("--seed", type=int, help="of the start (the first of the evaluation)")
-    parser.add_argument("--random", action="store_true", help="act at random instead")
-    parser.add_argument(
+@verb(
+    *_POLICY,
+    option("--seed", type=int, help="of the start (the first of the evaluation)"),
+    option("--random", action="store_true", help="act at random instead"),
+    option(
         "--against",
         metavar="CONTROLLER",
         help="show a controller beside it, from the same start: one by its name, `reference` for "
         "the best one, `nmpc` where there is one, `sampling`, `zero` or `random`",
-    )
-    parser.add_argument("--video", metavar="FILE", help="write a film: FILE.mp4, .gif or .webp")
-    parser.add_argument("--html", metavar="FILE", help="write a page for a browser")
-    parser.add_argument("--table", action="store_true", help="print only")
-
-
-def _enjoy(options: argparse.Namespace) -> None:
+    ),
+    option("--video", metavar="FILE", help="write a film: FILE.mp4, .gif or .webp"),
+    option("--html", metavar="FILE", help="write a page for a browser"),
+    option("--table", action="store_true", help="print only"),
+)
+def enjoy(options: argparse.Namespace) -> None:
     """Watch one episode, in a window or as a film.
 
     Print one episode, step by step, and show it: in a window where there is a display (Space
@@ -137,11 +135,6 @@ def _enjoy(options: argparse.Namespace) -> None:
 
 
 # Which policy: of a run, a folder or a file.
-
-
-def _add_policy(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("path", type=Path, metavar="RUN_OR_POLICY")
-    parser.add_argument("--which", choices=("best", "last"), default="best", help="of a run (best)")
 
 
 def _is_run(path: Path) -> bool:

@@ -9,7 +9,7 @@ import os
 import re
 import signal
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gymnasium.error import DependencyNotInstalled
 
@@ -17,7 +17,7 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.envs.lookup import full_id
 from rigid_envs.scores.starts import N_STARTS
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.cli.words import add_verb
+from rigid_envs.tools.cli.words import option, verb
 
 from ..config.entries import ALGORITHMS
 from ..config.reading import config_for, parse_yaml
@@ -31,23 +31,6 @@ if TYPE_CHECKING:
 _MOST_JOBS = 1024
 
 # The verb `benchmark`: all environments, with several seeds.
-
-
-def add_benchmark(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    parser = add_verb(verbs, _benchmark)
-    parser.add_argument("--ids", "--env_id", nargs="+", metavar="ID", default=list(ENVIRONMENTS),
-                        help="(all)")  # fmt: skip
-    parser.add_argument("--algo", choices=tuple(ALGORITHMS), help="(the one that suits each)")
-    parser.add_argument("--frame", choices=("world", "reduced"), help="(as the config says)")
-    parser.add_argument("--steps", metavar="N", help="of each training (as its config says)")
-    parser.add_argument("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)")
-    parser.add_argument(
-        "--overwrite", action="store_true", help="begin anew what was trained with another config"
-    )
-    parser.add_argument("--seeds", default="0", help="of the trainings, as 0-9 or 0,2,5 (0)")
-    parser.add_argument("--quiet", action="store_true", help="no progress, only the results")
-    _add_place(parser)
 
 
 def _add_place(parser: argparse.ArgumentParser) -> None:
@@ -75,7 +58,20 @@ def _add_place(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _benchmark(options: argparse.Namespace) -> int:
+@verb(
+    option("--ids", "--env_id", nargs="+", metavar="ID", default=list(ENVIRONMENTS), help="(all)"),
+    option("--algo", choices=tuple(ALGORITHMS), help="(the one that suits each)"),
+    option("--frame", choices=("world", "reduced"), help="(as the config says)"),
+    option("--steps", metavar="N", help="of each training (as its config says)"),
+    option("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)"),
+    option(
+        "--overwrite", action="store_true", help="begin anew what was trained with another config"
+    ),
+    option("--seeds", default="0", help="of the trainings, as 0-9 or 0,2,5 (0)"),
+    option("--quiet", action="store_true", help="no progress, only the results"),
+    _add_place,
+)
+def benchmark(options: argparse.Namespace) -> int:
     """Train all environments, with several seeds.
 
     Train every environment with its config (configs/NAME_reduced_ALGO.yaml, else
@@ -157,24 +153,19 @@ def _require_ray() -> None:
 # The verb `search`: hyperparameters, by Optuna on Ray.
 
 
-def add_search(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    parser = add_verb(verbs, _search)
-    parser.add_argument("file", type=Path, metavar="FILE", help="such as configs/searches/*.yaml")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="(logs/search/NAME)")
-    parser.add_argument(
-        "--ray", metavar="ADDRESS", default="local", help="of a cluster (%(default)s)"
-    )
-    parser.add_argument(
+@verb(
+    option("file", type=Path, metavar="FILE", help="such as configs/searches/*.yaml"),
+    option("--out", type=Path, metavar="FOLDER", help="(logs/search/NAME)"),
+    option("--ray", metavar="ADDRESS", default="local", help="of a cluster (%(default)s)"),
+    option(
         "--jobs",
         type=int,
         metavar="N",
         default=os.cpu_count() or 1,
         help="trials at the same time, without a cluster (%(default)s)",
-    )
-
-
-def _search(options: argparse.Namespace) -> int:
+    ),
+)
+def search(options: argparse.Namespace) -> int:
     """Search hyperparameters.
 
     Search hyperparameters, as a YAML file says: a recipe in which any value may be a range. Optuna
@@ -206,19 +197,10 @@ def _search(options: argparse.Namespace) -> int:
 # The verbs `publish` and `baselines`: policies and records for others.
 
 
-def add_publish(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    parser = add_verb(verbs, _publish)
-    parser.add_argument("paths", nargs="+", type=Path, metavar="RUN")
-
-
-def add_baselines(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    parser = add_verb(verbs, _baselines)
-    parser.add_argument("folder", type=Path, metavar="FOLDER")
-
-
-def _publish(options: argparse.Namespace) -> None:
+@verb(
+    option("paths", nargs="+", type=Path, metavar="RUN"),
+)
+def publish(options: argparse.Namespace) -> None:
     """Put a policy into the library.
 
     Copy the best policy of complete runs into rigid_envs/scores/published, where rigid_envs.load
@@ -230,7 +212,10 @@ def _publish(options: argparse.Namespace) -> None:
         print(f"written: {publish(find_run(path))}, and its record", flush=True)
 
 
-def _baselines(options: argparse.Namespace) -> None:
+@verb(
+    option("folder", type=Path, metavar="FOLDER"),
+)
+def baselines(options: argparse.Namespace) -> None:
     """Page and figures of all records.
 
     Write FOLDER.md about all records below a folder, those of `benchmark`, and figures into the

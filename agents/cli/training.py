@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.tools.cli.words import add_verb
+from rigid_envs.tools.cli.words import option, verb
 
 from ..config.entries import ALGORITHMS, config_to_dict
 from ..config.reading import (
@@ -34,19 +34,15 @@ if TYPE_CHECKING:
 _DEFAULT = "RigidEnvs/BallPark-v0"
 
 
-def add_train(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    parser = add_verb(
-        verbs, train, "python -m agents train [--config FILE | --resume RUN] [--ENTRY VALUE ...]"
-    )
-    parser.add_argument("--config", type=Path, metavar="FILE", help="(that of the environment)")
-    parser.add_argument("--resume", type=Path, metavar="RUN", help="go on with a run, to the bit")
-    parser.add_argument("--overwrite", action="store_true", help="delete a run of the same name")
-    parser.add_argument("--print-config", action="store_true", help="print the config and stop")
-    parser.add_argument("--quiet", action="store_true", help="no progress, only the result")
-    add_config_options(parser)
-
-
+@verb(
+    option("--config", type=Path, metavar="FILE", help="(that of the environment)"),
+    option("--resume", type=Path, metavar="RUN", help="go on with a run, to the bit"),
+    option("--overwrite", action="store_true", help="delete a run of the same name"),
+    option("--print-config", action="store_true", help="print the config and stop"),
+    option("--quiet", action="store_true", help="no progress, only the result"),
+    add_config_options,
+    usage="python -m agents train [--config FILE | --resume RUN] [--ENTRY VALUE ...]",
+)
 def train(options: argparse.Namespace) -> int:
     """Train, then evaluate.
 

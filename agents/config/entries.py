@@ -55,6 +55,19 @@ def _line(text: str, rule: Number, ends: Number | None = None) -> Either:
     return Either(also, (rule, List("", ends or rule, 2, 2)))
 
 
+def _count(default: int, text: str, low: int, high: int) -> Any:
+    return setting(default, Count(text, low, high))
+
+
+def _number(default: float, text: str, low: float, high: float, above: bool = False) -> Any:
+    return setting(default, Number(text, low=low, high=high, above=above))
+
+
+def _flag(text: str) -> Any:
+    """An entry that is False where it is not given."""
+    return setting(False, Flag(text))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Config(Settings, abc.ABC):
     """Config of a training run: the entries that every algorithm has."""
@@ -84,22 +97,16 @@ class Config(Settings, abc.ABC):
             Number(low=0, high=1e6),
         ),
     )
-    success_bonus: float = setting(
-        0.0,
-        Number(
-            "added to the reward of a step that counts as success, in training", low=0, high=1e6
-        ),
+    success_bonus: float = _number(
+        0.0, "added to the reward of a step that counts as success, in training", low=0, high=1e6
     )
     algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "tqc", "dqn")))
-    seed: int = setting(
-        0,
-        Count("seed of weights, exploration and starts; evaluations have their own", 0, 2**63 - 1),
+    seed: int = _count(
+        0, "seed of weights, exploration and starts; evaluations have their own", 0, 2**63 - 1
     )
-    total_timesteps: int = setting(
-        1_000_000, Count("environment steps, all rows together", 1, 10**12)
-    )
-    n_envs: int = setting(256, Count("rows stepped together", 1, 65536))
-    gamma: float = setting(0.99, Number("discount factor per step", low=0, high=1))
+    total_timesteps: int = _count(1_000_000, "environment steps, all rows together", 1, 10**12)
+    n_envs: int = _count(256, "rows stepped together", 1, 65536)
+    gamma: float = _number(0.99, "discount factor per step", low=0, high=1)
     learning_rate: float | tuple[float, float] = setting(
         (1e-3, 1e-4),
         _line(
@@ -118,30 +125,27 @@ class Config(Settings, abc.ABC):
     activation: str = setting(
         "tanh", Choice("activation of the hidden layers", ("tanh", "relu", "elu", "silu"))
     )
-    normalize_observation: bool = setting(
-        False, Flag("shift and scale observations by their running mean and standard deviation")
+    normalize_observation: bool = _flag(
+        "shift and scale observations by their running mean and standard deviation"
     )
-    normalize_reward: bool = setting(
-        False, Flag("scale rewards by the running standard deviation of the discounted return")
+    normalize_reward: bool = _flag(
+        "scale rewards by the running standard deviation of the discounted return"
     )
-    policy_gain: float = setting(
+    policy_gain: float = _number(
         1.0,
-        Number(
-            "factor on the actions of the policy that is evaluated and saved (PPO, no choices): in "
-            "a shorter control period than in training an action does less",
-            low=0,
-            high=100,
-            above=True,
-        ),
+        "factor on the actions of the policy that is evaluated and saved (PPO, no choices): in "
+        "a shorter control period than in training an action does less",
+        low=0,
+        high=100,
+        above=True,
     )
-    goal_turn: bool = setting(
-        False,
-        Flag("give networks the rotation from achieved to desired attitude (goal environments)"),
+    goal_turn: bool = _flag(
+        "give networks the rotation from achieved to desired attitude (goal environments)"
     )
-    eval_every: int = setting(
-        100_000, Count("steps between evaluations on fixed held-out starts", 1, 10**12)
+    eval_every: int = _count(
+        100_000, "steps between evaluations on fixed held-out starts", 1, 10**12
     )
-    eval_episodes: int = setting(100, Count("episodes of one such evaluation", 1, 100_000))
+    eval_episodes: int = _count(100, "episodes of one such evaluation", 1, 100_000)
     checkpoint_every: int | None = setting(
         None,
         Either(
@@ -149,9 +153,7 @@ class Config(Settings, abc.ABC):
             (Null(), Count("", 1, 10**9)),
         ),
     )
-    torch_threads: int = setting(
-        1, Count("threads of torch; 1 is fastest for small networks", 1, 1024)
-    )
+    torch_threads: int = _count(1, "threads of torch; 1 is fastest for small networks", 1, 1024)
     log_dir: str = setting("logs", Text("folder of all runs", "a path", str.strip))
     run_name: str | None = setting(
         None,
@@ -212,20 +214,16 @@ _TAU = "fraction by which a target network moves to its network at each update"
 class PPOConfig(Config):
     """Proximal policy optimisation. Source: Schulman et al. (2017), arXiv:1707.06347."""
 
-    n_steps: int = setting(64, Count("steps of each row between updates", 1, 10**6))
-    batch_size: int = setting(2048, Count("samples per gradient step", 2, 10**7))
-    n_epochs: int = setting(4, Count("passes over the samples of one update", 1, 1000))
-    gae_lambda: float = setting(
-        0.95, Number("trace decay of the advantage estimate", low=0, high=1)
+    n_steps: int = _count(64, "steps of each row between updates", 1, 10**6)
+    batch_size: int = _count(2048, "samples per gradient step", 2, 10**7)
+    n_epochs: int = _count(4, "passes over the samples of one update", 1, 1000)
+    gae_lambda: float = _number(0.95, "trace decay of the advantage estimate", low=0, high=1)
+    clip_range: float = _number(
+        0.2, "largest change of the probability ratio", low=0, high=1, above=True
     )
-    clip_range: float = setting(
-        0.2, Number("largest change of the probability ratio", low=0, high=1, above=True)
-    )
-    ent_coef: float = setting(0.0, Number("weight of the entropy of the policy", low=0, high=100))
-    vf_coef: float = setting(0.5, Number("weight of the value loss", low=0, high=100))
-    max_grad_norm: float = setting(
-        0.5, Number("largest norm of a gradient", low=0, high=1e6, above=True)
-    )
+    ent_coef: float = _number(0.0, "weight of the entropy of the policy", low=0, high=100)
+    vf_coef: float = _number(0.5, "weight of the value loss", low=0, high=100)
+    max_grad_norm: float = _number(0.5, "largest norm of a gradient", low=0, high=1e6, above=True)
     target_kl: float | None = setting(
         None,
         Either(
@@ -233,8 +231,8 @@ class PPOConfig(Config):
             (Null(), Number(low=0, high=100, above=True)),
         ),
     )
-    log_std_init: float = setting(
-        -0.5, Number("logarithm of the initial standard deviation of the actions", low=-20, high=2)
+    log_std_init: float = _number(
+        -0.5, "logarithm of the initial standard deviation of the actions", low=-20, high=2
     )
     action_std: tuple[float, float] | None = setting(
         None,
@@ -274,29 +272,24 @@ class OffPolicyConfig(Config):
     episode achieved later. Source: Andrychowicz et al. (2017), arXiv:1707.01495.
     """
 
-    n_envs: int = setting(64, Count("rows stepped together", 1, 65536))
-    buffer_size: int = setting(
-        500_000, Count("steps in the replay buffer, of all rows together", 1, 10**9)
+    n_envs: int = _count(64, "rows stepped together", 1, 65536)
+    buffer_size: int = _count(500_000, "steps in the replay buffer, of all rows together", 1, 10**9)
+    learning_starts: int = _count(
+        10_000, "steps of random actions before the first gradient step", 0, 10**12
     )
-    learning_starts: int = setting(
-        10_000, Count("steps of random actions before the first gradient step", 0, 10**12)
+    batch_size: int = _count(256, "samples per gradient step", 2, 10**7)
+    train_freq: int = _count(1, "steps of each row in a round", 1, 10**6)
+    gradient_steps: int = _count(4, "gradient steps in a round", 1, 10**6)
+    tau: float = _number(0.005, _TAU, low=0, high=1, above=True)
+    log_every: int = _count(
+        2_000, "least steps between rows of the log, all rows together, in whole rounds", 1, 10**12
     )
-    batch_size: int = setting(256, Count("samples per gradient step", 2, 10**7))
-    train_freq: int = setting(1, Count("steps of each row in a round", 1, 10**6))
-    gradient_steps: int = setting(4, Count("gradient steps in a round", 1, 10**6))
-    tau: float = setting(0.005, Number(_TAU, low=0, high=1, above=True))
-    log_every: int = setting(
-        2_000,
-        Count("least steps between rows of the log, all rows together, in whole rounds", 1, 10**12),
-    )
-    n_sampled_goal: int = setting(
+    n_sampled_goal: int = _count(
         4,
-        Count(
-            "hindsight goals for each real one, in goal environments in the frame of the world; "
-            "0: none",
-            0,
-            100,
-        ),
+        "hindsight goals for each real one, in goal environments in the frame of the world; "
+        "0: none",
+        0,
+        100,
     )
 
     @property
@@ -338,9 +331,9 @@ class TQCConfig(SACConfig):
     Source: Kuznetsov et al. (2020), arXiv:2005.04269.
     """
 
-    n_quantiles: int = setting(25, Count("quantiles of each of the two critics", 1, 1000))
-    n_dropped: int = setting(
-        2, Count("of them, the largest that a target leaves out, for each critic", 0, 999)
+    n_quantiles: int = _count(25, "quantiles of each of the two critics", 1, 1000)
+    n_dropped: int = _count(
+        2, "of them, the largest that a target leaves out, for each critic", 0, 999
     )
 
     def __post_init__(self) -> None:
@@ -360,25 +353,16 @@ class TQCConfig(SACConfig):
 class DQNConfig(OffPolicyConfig):
     """Deep Q-network, for Discrete actions. Source: Mnih et al. (2015), doi:10.1038/nature14236."""
 
-    tau: float = setting(1.0, Number(_TAU, low=0, high=1, above=True))
-    target_update_interval: int = setting(
-        5_000, Count("steps between updates of the target network", 1, 10**12)
+    tau: float = _number(1.0, _TAU, low=0, high=1, above=True)
+    target_update_interval: int = _count(
+        5_000, "steps between updates of the target network", 1, 10**12
     )
-    exploration_fraction: float = setting(
-        0.3,
-        Number(
-            "fraction of the run over which the exploration rate falls", low=0, high=1, above=True
-        ),
+    exploration_fraction: float = _number(
+        0.3, "fraction of the run over which the exploration rate falls", low=0, high=1, above=True
     )
-    exploration_initial_eps: float = setting(
-        1.0, Number("exploration rate at the start", low=0, high=1)
-    )
-    exploration_final_eps: float = setting(
-        0.05, Number("exploration rate at the end", low=0, high=1)
-    )
-    max_grad_norm: float = setting(
-        10.0, Number("largest norm of a gradient", low=0, high=1e6, above=True)
-    )
+    exploration_initial_eps: float = _number(1.0, "exploration rate at the start", low=0, high=1)
+    exploration_final_eps: float = _number(0.05, "exploration rate at the end", low=0, high=1)
+    max_grad_norm: float = _number(10.0, "largest norm of a gradient", low=0, high=1e6, above=True)
 
     def __post_init__(self) -> None:
         """Check the entries, and that the target network does not change within a step of all rows.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
-from rigid_envs.base.files import write_atomic, write_document
+from rigid_envs.base.files import file_digest, write_atomic, write_document
 from rigid_envs.scores import evaluation
 from rigid_envs.scores.leaderboard import INK, MUTED, dress, file_of
 from rigid_envs.scores.result import Evaluation, rates_of
@@ -95,7 +94,7 @@ def report(path: Path, n: int, seed: int, quiet: bool = False) -> tuple[dict[str
         "command": " ".join([Path(sys.executable).name, "-m", "agents", *sys.argv[1:]]),
         "training_seed": document["seed"],
         "training_timesteps": document["timesteps"],
-        "policy_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "policy_sha256": file_digest(path),
     }
     return row, found
 

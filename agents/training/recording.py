@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import csv
-import hashlib
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,7 +18,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.base.files import canonical_json, write_atomic
+from rigid_envs.base.files import canonical_json, file_digest, write_atomic
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.sb3.adapter import NonFiniteError, all_finite
 from rigid_envs.sb3.exporting import contents
@@ -136,7 +135,7 @@ def make_record(run: Run, n: int) -> Record:
             "cpu_seconds": float(times["cpu_seconds"]),
             **{key: document[key] for key in ("git_commit", "git_dirty", "kernel_hash")},
         },
-        policy_sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
+        policy_sha256=file_digest(path),
         curve=_curve(run),
         provenance=_provenance(),
     )

@@ -35,7 +35,7 @@ from .algorithms import build_model, check_fit, iterate
 from .recording import acting, save_policy, stronger
 from .rows import TrainingRows
 from .snapshots import capture, check, check_document, restore
-from .validation import Clock, Progress, Records, Spent, Validation
+from .validation import Progress, Records, Spent, Stopwatch, Validation
 
 # Signals that ask a run to stop are answered between two updates.
 
@@ -102,7 +102,8 @@ def checked_environment(config: Config) -> VectorEnv[Any, Any, Any]:
     for key, entry in (("cost_price", "cost"), ("success_bonus", "is_success")):
         if (value := getattr(config, key)) and entry not in trained.reset()[1]:
             raise refusal(key, value, f"0: {config.env_id} reports no {entry}")
-    if config.policy_gain != 1.0 and not _is_gaussian(config, trained):
+    is_gaussian = config.algo == "ppo" and isinstance(trained.single_action_space, Box)
+    if config.policy_gain != 1.0 and not is_gaussian:
         raise refusal("policy_gain", config.policy_gain, "1: not for this algorithm and id")
     spaces = [
         (venv.single_observation_space, venv.single_action_space) for venv in (tested, trained)
@@ -115,10 +116,6 @@ def checked_environment(config: Config) -> VectorEnv[Any, Any, Any]:
             "what leaves the spaces of observations and actions as they are with env_kwargs alone",
         )
     return trained
-
-
-def _is_gaussian(config: Config, venv: VectorEnv[Any, Any, Any]) -> bool:
-    return config.algo == "ppo" and isinstance(venv.single_action_space, Box)
 
 
 def wrapped(adapter: TrainingRows, config: Config) -> VecEnv:
@@ -248,7 +245,7 @@ class Trainer:
         self._adapter.seed(row_seeds(config.seed, config.n_envs, "train"))
         self._validation = Validation(config)
         self._iterations = 0
-        self._clock = Clock()
+        self._clock = Stopwatch()
         self._saved_at, self._save_took = time.perf_counter(), 0.0
         self.model.set_logger(Logger(None, []))  # a checkpoint is checked before logs are touched
         _, self._callback = self.model._setup_learn(config.total_timesteps)
@@ -349,7 +346,7 @@ class Trainer:
         restore(self.model, self._adapter, arrays, document)
         held = under("validation", arrays)
         self._validation.found = {name: held[name] for name in self._validation.found}
-        self._iterations, self._clock = document["iterations"], Clock(Spent(*document["spent"]))
+        self._iterations, self._clock = document["iterations"], Stopwatch(Spent(*document["spent"]))
 
     def _figures(self) -> dict[str, Any]:
         episodes, successes = self.model.ep_info_buffer, self.model.ep_success_buffer

@@ -40,7 +40,7 @@ class Spent(NamedTuple):
 _NOTHING = Spent(0.0, 0.0)
 
 
-class Clock:
+class Stopwatch:
     """A clock that goes on from where an earlier session of a run stopped it."""
 
     def __init__(self, before: Spent = _NOTHING) -> None:
@@ -180,16 +180,13 @@ class Records:
         at: Mapping[str, Any] = positions or {}
         # `t` of SB3's monitor files is a time. Steps keep two equal runs equal, byte by byte.
         about = json.dumps({"env_id": config.env_id, "t_start": 0, "t_unit": "steps"})
+        columns = {
+            "progress": (progress_columns(config), ""),
+            "monitor": (("r", "l", "t", "is_success"), f"#{about}\n"),
+            "times": ((_STEPS, *Spent._fields, "steps_per_second"), ""),
+        }
         self._csv = {
-            "progress": CsvLog(
-                run / "progress.csv", progress_columns(config), "", at.get("progress")
-            ),
-            "monitor": CsvLog(
-                run / "monitor.csv", ("r", "l", "t", "is_success"), f"#{about}\n", at.get("monitor")
-            ),
-            "times": CsvLog(
-                run / "times.csv", (_STEPS, *Spent._fields, "steps_per_second"), "", at.get("times")
-            ),
+            name: CsvLog(run / f"{name}.csv", *each, at.get(name)) for name, each in columns.items()
         }
         self._last = (at.get("timesteps", 0), at.get("seconds", 0.0))
         purge = None if positions is None else at["timesteps"] + 1

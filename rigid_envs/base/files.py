@@ -205,6 +205,11 @@ def digest(document: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]] | Non
     return found.hexdigest()
 
 
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
 def canonical_json(value: Mapping[str, Any], indent: int | None = None) -> str:
     """JSON of one spelling: keys sorted, ASCII, no NaN; equal content gives equal bytes.
 

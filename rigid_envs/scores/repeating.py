@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from rigid_envs.base.checks import Array
+from rigid_envs.base.files import file_digest
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.policies import untrained_policies
 from rigid_envs.scores.proof import up_to_date
@@ -80,7 +80,7 @@ def recheck(name: str, seed: int | None = None, folder: Path = FOLDER) -> Repeat
         (_, low, high), rate = then.success, now.success.mean
         expected = f"expected {low:.3f} to {high:.3f}"
         wrong = [] if low <= rate <= high else [f"success {rate:.3f} of other starts; {expected}"]
-    if hashlib.sha256(file.read_bytes()).hexdigest() != record.policy_sha256:
+    if file_digest(file) != record.policy_sha256:
         wrong.append("the record is of another file")
     return Repeat(then, now, tuple(wrong))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import importlib
 import os
 import re
@@ -21,7 +20,7 @@ from gymnasium.error import DependencyNotInstalled
 
 import rigid_envs
 from rigid_envs.base.checks import ConfigError, integer
-from rigid_envs.base.files import DamagedFileError
+from rigid_envs.base.files import DamagedFileError, file_digest
 from rigid_envs.engine.compiler import kernel_hash
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import SEEN, changed, checked_id, id_in_file, task_of
@@ -228,7 +227,7 @@ def _trained(policy: str, settings: Mapping[str, Any]) -> Behaviour:
     origin = {
         "kind": "trained",
         "name": found.name,
-        "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
+        "sha256": file_digest(file),
         **{key: found.document.get(key) for key in ("algo", "env_id", "seed", "timesteps")},
     }
     return Behaviour(from_predict(found, found.name), {**found.env_kwargs, **settings}, origin)

@@ -15,7 +15,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.bench import bench
 from rigid_envs.tools.bench.accuracy import FreeRun
 from rigid_envs.tools.bench.figures import Figures, Ratio, Startup
-from rigid_envs.tools.bench.measuring import FORMS, Cost
+from rigid_envs.tools.bench.measuring import FORMS, StepTime
 from rigid_envs.tools.cli.words import tell
 from rigid_envs.tools.pages.tables import table
 
@@ -81,7 +81,7 @@ def _speed(ratio: Ratio) -> Target:
     return Target(text, ratio.median, limit, at_least=True)
 
 
-def _dearest(costs: Sequence[Cost]) -> list[Target]:
+def _dearest(costs: Sequence[StepTime]) -> list[Target]:
     """The dearest environment in every form, against the median of all."""
     dearest = [
         max((cost for cost in costs if cost.column == column), key=lambda cost: cost.ratio)

@@ -21,7 +21,6 @@ from rigid_envs.scores.best import (
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.finding import find, trained
 from rigid_envs.scores.policies import from_controller, reference_controllers
-from rigid_envs.scores.records import read_evaluation
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.scoring import verify_scores
@@ -132,12 +131,8 @@ def test_another_finder_is_added_by_its_recorded_actions(tmp_path, capsys):
     replay = record_starts(brake, DETUMBLE, 5, "somebody").save(tmp_path / "found.npz")
     command = ["best", DETUMBLE, "--starts", "5", "--out", str(tmp_path)]
     file = file_of(DETUMBLE, tmp_path)
-    assert main([*command, "--rows", str(tmp_path / "rows")]) == 0
+    assert main(command) == 0
     assert read_best(file).shares == {"riccati": 5}
-    for name in ("riccati", "brake", "zero", "random"):
-        row = read_evaluation(tmp_path / "rows/Detumble-v0" / f"{name}.json", anew=True)
-        assert (row.policy, row.n) == (name, 5)
-        np.testing.assert_array_equal(row.best, read_best(file).costs)
     assert main([*command, "--with", str(replay)]) == 0
     assert read_best(file).shares == {"riccati": 5}  # a worse one changes nothing
     command[1] = "RigidEnvs/BallParkDynamic-v0"

@@ -14,7 +14,7 @@ import numpy as np
 
 import rigid_envs
 from rigid_envs.tools.bench.accuracy import FreeRun, MujocoSetting
-from rigid_envs.tools.bench.measuring import FREE_BODY, ON_REQUEST, Cost, Throughput, costs
+from rigid_envs.tools.bench.measuring import FREE_BODY, ON_REQUEST, StepTime, Throughput, costs
 
 # Speed of some environments against peers in the same run.
 
@@ -166,7 +166,7 @@ class Figures:
     startups: Sequence[Startup]
 
     @property
-    def costs(self) -> list[Cost]:
+    def costs(self) -> list[StepTime]:
         """Time per step of every environment, against the median of all."""
         return costs(self.speeds)
 

@@ -231,7 +231,7 @@ _LEAST = 3  # environments below which a median says nothing
 
 
 @dataclass(frozen=True)
-class Cost:
+class StepTime:
     """Time of one environment step.
 
     Attributes:
@@ -249,7 +249,7 @@ class Cost:
     quartiles: tuple[float, float]
 
 
-def costs(speeds: Sequence[Throughput]) -> list[Cost]:
+def costs(speeds: Sequence[Throughput]) -> list[StepTime]:
     """Costs of our environments, in every form that three or more were measured in."""
     found = []
     for column in FORMS:
@@ -259,12 +259,12 @@ def costs(speeds: Sequence[Throughput]) -> list[Cost]:
     return found
 
 
-def _compared(speeds: Sequence[Throughput]) -> list[Cost]:
+def _compared(speeds: Sequence[Throughput]) -> list[StepTime]:
     times = 1.0 / np.array([speed.samples for speed in speeds])
     ratios = times / np.median(times, axis=0)
     made = []
     for speed, spent, ratio in zip(speeds, times, ratios, strict=True):
         low, median, high = np.percentile(ratio, (25, 50, 75)).tolist()
         seconds = float(np.median(spent))
-        made.append(Cost(speed.name, speed.column, seconds, median, (low, high)))
+        made.append(StepTime(speed.name, speed.column, seconds, median, (low, high)))
     return made

@@ -15,45 +15,37 @@ from rigid_envs.tools import datasets
 from rigid_envs.tools.bench.accuracy import FreeRun
 from rigid_envs.tools.bench.figures import Figures
 from rigid_envs.tools.bench.measuring import COLUMNS, FORMS, Throughput
-from rigid_envs.tools.cli.words import add_verb, config_of, refuse, tell
+from rigid_envs.tools.cli.words import config_of, option, refuse, tell, verb
 from rigid_envs.tools.pages.tables import paragraphs, table
 
 # `rigid-envs dataset`: its arguments.
 
 
-def add_dataset(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    collecting = add_verb(
-        verbs,
-        _dataset,
-        "rigid-envs dataset ID --policy NAME|FILE [OPTION ...] [--KEY VALUE ...]\n"
-        "       rigid-envs dataset --check DATASET [--out FOLDER]",
-    )
-    collecting.add_argument("id", metavar="ID", nargs="?")
-    collecting.add_argument(
+@verb(
+    option("id", metavar="ID", nargs="?"),
+    option(
         "--policy",
         metavar="NAME|FILE",
         help="`random`; `reference` for the best reference controller, or its name; a trained "
         "policy: a file (.safetensors), or `BallPark`, the published one of that id",
-    )
-    collecting.add_argument("--episodes", type=int, default=100, metavar="N", help="(100)")
-    collecting.add_argument("--seed", type=int, default=0, metavar="S", help="of the starts (0)")
-    collecting.add_argument(
-        "--name", metavar="DATASET", help="(rigid-envs/<environment>/<policy>-v0)"
-    )
-    collecting.add_argument(
+    ),
+    option("--episodes", type=int, default=100, metavar="N", help="(100)"),
+    option("--seed", type=int, default=0, metavar="S", help="of the starts (0)"),
+    option("--name", metavar="DATASET", help="(rigid-envs/<environment>/<policy>-v0)"),
+    option(
         "--out",
         type=Path,
         metavar="FOLDER",
         help="of all data sets (MINARI_DATASETS_PATH, or ~/.minari/datasets)",
-    )
-    collecting.add_argument("--overwrite", action="store_true", help="replace one of that name")
-    collecting.add_argument(
-        "--check", metavar="DATASET", help="play its episodes again, and compare every bit"
-    )
-
-
-def _dataset(options: argparse.Namespace) -> int:
+    ),
+    option("--overwrite", action="store_true", help="replace one of that name"),
+    option("--check", metavar="DATASET", help="play its episodes again, and compare every bit"),
+    usage=(
+        "rigid-envs dataset ID --policy NAME|FILE [OPTION ...] [--KEY VALUE ...]\n"
+        "       rigid-envs dataset --check DATASET [--out FOLDER]"
+    ),
+)
+def dataset_(options: argparse.Namespace) -> int:
     """Episodes of a policy as a Minari data set; or one played again.
 
     Play episodes and write them as a data set of Minari, with what is needed to play them again to
@@ -95,18 +87,14 @@ def _check(options: argparse.Namespace) -> int:
 # `rigid-envs compile`: its arguments, and what it says.
 
 
-def add_compile(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    compiling = add_verb(
-        verbs, _compile, "rigid-envs compile [ID ...] [--jobs N] [--KEY VALUE ...]"
-    )
-    compiling.add_argument("ids", nargs="*", metavar="ID", help="these environments only")
-    compiling.add_argument(
+@verb(
+    option("ids", nargs="*", metavar="ID", help="these environments only"),
+    option(
         "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="processes (one a core)"
-    )
-
-
-def _compile(options: argparse.Namespace) -> None:
+    ),
+    usage="rigid-envs compile [ID ...] [--jobs N] [--KEY VALUE ...]",
+)
+def compile_(options: argparse.Namespace) -> None:
     """Compile environments now, rather than at their first use.
 
     Compile reset and step of environments, of all if none is named, in the frame of the world and

@@ -4,7 +4,6 @@ import argparse
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from rigid_envs import __version__
 from rigid_envs.base.checks import one_named
@@ -13,23 +12,16 @@ from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs import lookup as catalogue
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools import bench
-from rigid_envs.tools.cli.collecting import add_compile, add_dataset, as_text
-from rigid_envs.tools.cli.scoring import (
-    add_best,
-    add_evaluate,
-    add_leaderboard,
-    verify_policies,
-    verify_results,
-    verify_scores,
-)
-from rigid_envs.tools.cli.watching import add_films, add_frames, add_gallery, add_play, add_replay
+from rigid_envs.tools.cli import collecting, scoring, watching
 from rigid_envs.tools.cli.words import (
-    add_ids,
-    add_verb,
+    IDS,
     answer,
+    checked_ids,
     config_of,
+    option,
     refuse_missing_folder,
     tell,
+    verb,
 )
 from rigid_envs.tools.pages.document import describe
 from rigid_envs.tools.pages.tables import list_all
@@ -57,90 +49,28 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     verbs = parser.add_subparsers(metavar="VERB", required=True)
-    listing = add_verb(verbs, _list)
-    listing.add_argument("--json", action="store_true", help="print JSON instead of tables")
-    _add_describe(verbs)
-    add_compile(verbs)
-    add_play(verbs)
-    _add_docs(verbs)
-    _add_bench(verbs)
-    _add_verify(verbs)
-    add_evaluate(verbs)
-    add_best(verbs)
-    add_leaderboard(verbs)
-    add_dataset(verbs)
-    add_frames(verbs)
-    add_films(verbs)
-    add_gallery(verbs)
-    add_replay(verbs)
+    for each in (
+        *(list_, describe_, collecting.compile_, watching.play_, docs_, bench_, verify_),
+        *(scoring.evaluate_, scoring.best_, scoring.leaderboard_, collecting.dataset_),
+        *(watching.frames_, watching.films_, watching.gallery_, watching.replay_),
+    ):
+        each.add(verbs)
     return parser
 
 
-def _add_describe(verbs: Any) -> None:
-    describing = add_verb(verbs, _describe, "rigid-envs describe ID [--json] [--KEY VALUE ...]")
-    describing.add_argument("id", metavar="ID")
-    describing.add_argument("--json", action="store_true", help="print JSON instead of a page")
-
-
-def _add_docs(verbs: Any) -> None:
-    writing = add_verb(verbs, _docs)
-    writing.add_argument("folder", metavar="FOLDER", type=Path)
-    add_ids(writing)
-
-
-def _add_bench(verbs: Any) -> None:
-    benching = add_verb(verbs, _bench)
-    add_ids(benching)
-    benching.add_argument("--quick", action="store_true", help="a first look, a minute")
-    benching.add_argument("--json", type=Path, metavar="FILE", help="write every sample there")
-
-
-_VERIFY: dict[str, dict[str, Any]] = {
-    "subjects": {
-        "nargs": "*",
-        "metavar": "SUBJECT|FILE.json",
-        "help": "only these subjects; or instead results of `rigid-envs evaluate --out`, whose "
-        "episodes are played again and compared to the last digit",
-    },
-    "--json": {
-        "nargs": "?",
-        "const": "-",
-        "metavar": "FILE",
-        "help": "print JSON instead of tables, or write it to FILE as well",
-    },
-    "--scores": {
-        "action": "store_true",
-        "help": "instead play the untrained policies of the ids given as subjects, or of one for "
-        "every system, and compare their success and efficiency with the data",
-    },
-    "--policies": {
-        "nargs": "*",
-        "metavar": "NAME",
-        "help": "instead evaluate published policies again, all or those named, and compare "
-        "success and cost from every start with what is published, to the last digit",
-    },
-    "--seed": {"type": int, "help": "with --policies: other starts than the published ones"},
-    "--policy": {
-        "metavar": "NAME|FILE",
-        "help": "with FILE.json: the policy it is of, as of `rigid-envs evaluate`; not needed for "
-        "controllers and published policies, which the file names",
-    },
-}
-
-
-def _add_verify(verbs: Any) -> None:
-    verifying = add_verb(verbs, _verify)
-    for name, settings in _VERIFY.items():
-        verifying.add_argument(name, **settings)
-
-
-def _list(options: argparse.Namespace) -> None:
+@verb(option("--json", action="store_true", help="print JSON instead of tables"))
+def list_(options: argparse.Namespace) -> None:
     """All environments."""
     as_json = json.dumps([overview_as_data(env_id) for env_id in ENVIRONMENTS], indent=1)
     print(as_json if options.json else list_all())
 
 
-def _describe(options: argparse.Namespace) -> None:
+@verb(
+    option("id", metavar="ID"),
+    option("--json", action="store_true", help="print JSON instead of a page"),
+    usage="rigid-envs describe ID [--json] [--KEY VALUE ...]",
+)
+def describe_(options: argparse.Namespace) -> None:
     """One environment: action, observation, reward, hyperparameters.
 
     Describe an environment. Any hyperparameter can be given as an option, a range as LOW,HIGH:
@@ -153,7 +83,11 @@ def _describe(options: argparse.Namespace) -> None:
         print(describe(options.id, config))
 
 
-def _docs(options: argparse.Namespace) -> None:
+@verb(
+    option("folder", metavar="FOLDER", type=Path),
+    IDS,
+)
+def docs_(options: argparse.Namespace) -> None:
     """A page for every environment, in Markdown.
 
     Write a page for every environment, and their index README.md, from the docstrings. In the
@@ -161,27 +95,32 @@ def _docs(options: argparse.Namespace) -> None:
     """
     if options.folder.exists() and not options.folder.is_dir():
         raise ValueError(f"FOLDER = {options.folder}; expected a folder: this is a file")
-    ids = options.ids and list(dict.fromkeys(map(catalogue.checked_id, options.ids)))
+    ids = options.ids and checked_ids(options.ids)
     changed, strangers = write_pages(options.folder, ids)
     print(f"written to {options.folder}: {', '.join(changed) or 'nothing, all is as it was'}")
     if strangers:
         print(f"no id has these, remove them: {', '.join(strangers)}")
 
 
-def _bench(options: argparse.Namespace) -> None:
+@verb(
+    IDS,
+    option("--quick", action="store_true", help="a first look, a minute"),
+    option("--json", type=Path, metavar="FILE", help="write every sample there"),
+)
+def bench_(options: argparse.Namespace) -> None:
     """Speed and accuracy, beside Gymnasium's environments and MuJoCo.
 
     Measure environment steps per second of every environment, single and vectorised, beside
     Gymnasium's CartPole and Pendulum and, where it is installed, a free body in MuJoCo, all in one
     interleaved run; then accuracy and start-up. Takes about five minutes on an idle machine.
     """
-    ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
+    ids = checked_ids(options.ids or ENVIRONMENTS)
     refuse_missing_folder("--json", options.json)
     where = provenance()  # before the run: its own load does not count
     startup_ids = ids[:1] if options.quick else catalogue.one_of_each(ids)
     figures = bench.bench(ids, startup_ids, options.quick, tell)
     tell("")
-    print(as_text(where, figures))
+    print(collecting.as_text(where, figures))
     if options.json:
         document = {"provenance": where, **figures.as_json()}
         write_atomic(options.json, json.dumps(document, indent=1) + "\n")
@@ -197,7 +136,43 @@ _VERIFIED = {
 """What can be verified, and the words that make sense beside one another."""
 
 
-def _verify(options: argparse.Namespace) -> int:
+@verb(
+    option(
+        "subjects",
+        nargs="*",
+        metavar="SUBJECT|FILE.json",
+        help="only these subjects; or instead results of `rigid-envs evaluate --out`, whose "
+        "episodes are played again and compared to the last digit",
+    ),
+    option(
+        "--json",
+        nargs="?",
+        const="-",
+        metavar="FILE",
+        help="print JSON instead of tables, or write it to FILE as well",
+    ),
+    option(
+        "--scores",
+        action="store_true",
+        help="instead play the untrained policies of the ids given as subjects, or of one for "
+        "every system, and compare their success and efficiency with the data",
+    ),
+    option(
+        "--policies",
+        nargs="*",
+        metavar="NAME",
+        help="instead evaluate published policies again, all or those named, and compare "
+        "success and cost from every start with what is published, to the last digit",
+    ),
+    option("--seed", type=int, help="with --policies: other starts than the published ones"),
+    option(
+        "--policy",
+        metavar="NAME|FILE",
+        help="with FILE.json: the policy it is of, as of `rigid-envs evaluate`; not needed for "
+        "controllers and published policies, which the file names",
+    ),
+)
+def verify_(options: argparse.Namespace) -> int:
     """The laws of the physics, each with its error and its bound.
 
     Compare the physics with closed forms, conserved quantities and Newton's law in world axes. The
@@ -206,11 +181,11 @@ def _verify(options: argparse.Namespace) -> int:
     """
     what = _asked(options)
     if what == "results":
-        holds = verify_results(options.subjects, options.policy)
+        holds = scoring.verify_results(options.subjects, options.policy)
     elif what == "policies":
-        holds = verify_policies(options.policies, options.seed)
+        holds = scoring.verify_policies(options.policies, options.seed)
     elif what == "scores":
-        holds = verify_scores(list(dict.fromkeys(map(catalogue.checked_id, options.subjects))))
+        holds = scoring.verify_scores(checked_ids(options.subjects))
     else:
         holds = _verify_laws(options)
     return 0 if holds else 1

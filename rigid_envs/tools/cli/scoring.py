@@ -22,25 +22,29 @@ from rigid_envs.scores.repeating import recheck, repeat
 from rigid_envs.scores.starts import N_STARTS
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.cli.words import add_verb, config_of, refuse_missing_folder, tell
+from rigid_envs.tools.cli.words import (
+    checked_ids,
+    config_of,
+    option,
+    refuse_missing_folder,
+    tell,
+    verb,
+)
 from rigid_envs.tools.pages.tables import short_figure, table
 from rigid_envs.watch.replays.replay import load_replay
 
 # `rigid-envs leaderboard`: its arguments.
 
 
-def add_leaderboard(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    ranking = add_verb(verbs, _leaderboard)
-    ranking.add_argument("folder", type=Path, metavar="FOLDER")
-    ranking.add_argument(
+@verb(
+    option("folder", type=Path, metavar="FOLDER"),
+    option(
         "--packaged",
         action="store_true",
         help="also of what comes with the package: published policies and controllers",
-    )
-
-
-def _leaderboard(options: argparse.Namespace) -> None:
+    ),
+)
+def leaderboard_(options: argparse.Namespace) -> None:
     """One table and plot of evaluations.
 
     Collect all results below a folder, of `rigid-envs evaluate --out` and of rigid_envs.evaluate,
@@ -131,16 +135,9 @@ _ROUNDING = 1e-9
 """Relative difference of the cost of a plan, which is played without feedback: the same bits."""
 
 
-def add_evaluate(verbs: Any) -> None:
-    """Add the verb `evaluate`."""
-    evaluating = add_verb(
-        verbs,
-        _evaluate,
-        "rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--name NAME] [--out FILE] "
-        "[--json] [--KEY VALUE]",
-    )
-    evaluating.add_argument("id", metavar="ID")
-    evaluating.add_argument(
+@verb(
+    option("id", metavar="ID"),
+    option(
         "--policy",
         required=True,
         metavar="NAME|FILE",
@@ -148,43 +145,17 @@ def add_evaluate(verbs: Any) -> None:
         "needs the extra `control`), `sampling`, `zero`, `random`; a trained policy: a file "
         "(.safetensors), or `BallPark`, the published one of that id; or a replay (.npz) of the "
         "first starts, whose actions are played again",
-    )
-    evaluating.add_argument("--starts", type=int, metavar="N", help="(500, or those of the replay)")
-    evaluating.add_argument("--name", help="of the policy in tables (its own)")
-    evaluating.add_argument(
-        "--out", type=Path, metavar="FILE", help="write a row of the leaderboard"
-    )
-    evaluating.add_argument("--json", action="store_true", help="print that row, not a table")
-
-
-def add_best(verbs: Any) -> None:
-    """Add the verb `best`."""
-    finding = add_verb(verbs, _best)
-    finding.add_argument("ids", nargs="*", metavar="ID", help="these environments only")
-    finding.add_argument(
-        "--with",
-        dest="files",
-        nargs="+",
-        type=Path,
-        default=[],
-        metavar="FILE",
-        help="replays (.npz) of the first starts of one id; their actions are played again, and "
-        "their labels say who found them",
-    )
-    finding.add_argument(
-        "--plan",
-        action="store_true",
-        help="improve the stored plans first, or plan where there are none: minutes for each id "
-        "that has a recipe",
-    )
-    finding.add_argument("--starts", type=int, metavar="N", help="fewer starts, for a first look")
-    finding.add_argument("--out", type=Path, metavar="FOLDER", help="instead of the package's data")
-    finding.add_argument(
-        "--rows", type=Path, metavar="FOLDER", help="leaderboard rows of the untrained policies"
-    )
-
-
-def _evaluate(options: argparse.Namespace) -> None:
+    ),
+    option("--starts", type=int, metavar="N", help="(500, or those of the replay)"),
+    option("--name", help="of the policy in tables (its own)"),
+    option("--out", type=Path, metavar="FILE", help="write a row of the leaderboard"),
+    option("--json", action="store_true", help="print that row, not a table"),
+    usage=(
+        "rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--name NAME] [--out FILE] "
+        "[--json] [--KEY VALUE]"
+    ),
+)
+def evaluate_(options: argparse.Namespace) -> None:
     """Success and efficiency of a policy over 500 fixed starts.
 
     Play one episode from each of the fixed starts. Any hyperparameter can be given as an option.
@@ -229,14 +200,35 @@ def _again(file: Path, env_id: str) -> Any:
     return evaluate(env_id, policy, n=len(replay.episodes), config=config)
 
 
-def _best(options: argparse.Namespace) -> None:
+@verb(
+    option("ids", nargs="*", metavar="ID", help="these environments only"),
+    option(
+        "--with",
+        dest="files",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="FILE",
+        help="replays (.npz) of the first starts of one id; their actions are played again, and "
+        "their labels say who found them",
+    ),
+    option(
+        "--plan",
+        action="store_true",
+        help="improve the stored plans first, or plan where there are none: minutes for each id "
+        "that has a recipe",
+    ),
+    option("--starts", type=int, metavar="N", help="fewer starts, for a first look"),
+    option("--out", type=Path, metavar="FOLDER", help="instead of the package's data"),
+)
+def best_(options: argparse.Namespace) -> None:
     """Compute the best known cost from each start, and keep it as data.
 
     Play the untrained policies, the stored plans, the published policy and recorded episodes from
     the starts of the evaluation set, and keep the least cost of a success from each start with its
     finder.
     """
-    ids = list(dict.fromkeys(map(catalogue.checked_id, options.ids or ENVIRONMENTS)))
+    ids = checked_ids(options.ids or ENVIRONMENTS)
     n = N_STARTS if options.starts is None else options.starts
     if not 1 <= n <= N_STARTS or (n < N_STARTS and options.out is None):
         raise ValueError(f"--starts = {n}; expected 1 to {N_STARTS}; with --out if it is less")
@@ -275,10 +267,6 @@ def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) ->
     others += [*finding.replayed(env_id, n, plans), *finding.trained(env_id, n)]
     found = finding.find(env_id, known, others, untrained, n)
     best.write_best(file, found)
-    for name, each in untrained.items() if options.rows else ():
-        row = options.rows / env_id.rpartition("/")[2] / f"{name}.json"
-        row.parent.mkdir(parents=True, exist_ok=True)
-        each.against(found.costs).save(row)
     return found
 
 

@@ -7,7 +7,6 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from rigid_envs.base.checks import one_named, positive
 from rigid_envs.base.files import write_atomic
@@ -15,13 +14,7 @@ from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import checked_id
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.bench import frames
-from rigid_envs.tools.cli.words import (
-    add_ids,
-    add_verb,
-    config_of,
-    refuse_missing_folder,
-    tell,
-)
+from rigid_envs.tools.cli.words import IDS, config_of, option, refuse_missing_folder, tell, verb
 from rigid_envs.tools.pages.films import as_text, stale_films, with_table, write_films
 from rigid_envs.tools.pages.tables import table
 from rigid_envs.watch import films
@@ -35,17 +28,14 @@ from rigid_envs.watch.replays.replay import Replay, load_replay
 # `rigid-envs films`: a short film of every environment, for its page.
 
 
-def add_films(verbs: Any) -> None:
-    """Add the verb to the command."""
-    filming = add_verb(verbs, _films)
-    filming.add_argument("folder", metavar="FOLDER", type=Path)
-    add_ids(filming)
-    filming.add_argument(
+@verb(
+    option("folder", metavar="FOLDER", type=Path),
+    IDS,
+    option(
         "--check", action="store_true", help="say which films are missing or old; write nothing"
-    )
-
-
-def _films(options: argparse.Namespace) -> int:
+    ),
+)
+def films_(options: argparse.Namespace) -> int:
     """A short film of every environment, as animated WebP.
 
     Film the reference controller of each environment for its page. In the repository the films are
@@ -66,20 +56,17 @@ def _films(options: argparse.Namespace) -> int:
 # `rigid-envs frames`: how long a picture takes.
 
 
-def add_frames(verbs: Any) -> None:
-    """Add the verb to the command."""
-    timing = add_verb(verbs, _frames)
-    add_ids(timing)
-    timing.add_argument(
+@verb(
+    IDS,
+    option(
         "--page",
         type=Path,
         metavar="FILE.md",
         help="write the table into this page, and the data beside it as FILE.json; in the "
         "repository it is docs/rendering.md",
-    )
-
-
-def _frames(options: argparse.Namespace) -> None:
+    ),
+)
+def frames_(options: argparse.Namespace) -> None:
     """Time of a picture of every environment.
 
     Measure pictures of 480 x 480 pixels on one thread, with and without shadows, and the first one
@@ -104,22 +91,19 @@ def _frames(options: argparse.Namespace) -> None:
 # `rigid-envs gallery`: draw the figures.
 
 
-def add_gallery(verbs: Any) -> None:
-    """Add the verb to the command."""
-    drawing = add_verb(verbs, _gallery)
-    drawing.add_argument("names", nargs="*", metavar="NAME", help="these figures only")
-    drawing.add_argument("--out", type=Path, metavar="DIR", help="folder of the files")
-    drawing.add_argument("--list", action="store_true", help="name the figures, draw nothing")
-    drawing.add_argument(
+@verb(
+    option("names", nargs="*", metavar="NAME", help="these figures only"),
+    option("--out", type=Path, metavar="DIR", help="folder of the files"),
+    option("--list", action="store_true", help="name the figures, draw nothing"),
+    option(
         "--docs",
         type=Path,
         metavar="DIR",
         help="draw all figures, small, into DIR instead, and write the page DIR.md about them; in "
         "the repository it is docs/gallery",
-    )
-
-
-def _gallery(options: argparse.Namespace) -> int:
+    ),
+)
+def gallery_(options: argparse.Namespace) -> int:
     """Figures of rotation and rolling, simulation against closed form.
 
     Draw figures as PNG and SVG, and write captions, numbers and provenance to figures.json. The
@@ -163,17 +147,15 @@ def _draw(names: Sequence[str], options: argparse.Namespace) -> int:
 # `rigid-envs play`: its arguments.
 
 
-def add_play(verbs: Any) -> None:
-    """Add the verb to the parser of the command."""
-    playing = add_verb(verbs, _play, "rigid-envs play ID [OPTION ...] [--KEY VALUE ...]")
-    playing.add_argument("id", metavar="ID")
-    playing.add_argument("--seed", type=int, default=0, metavar="N", help="of the first start (0)")
-    playing.add_argument("--size", type=int, default=640, metavar="PIXELS", help="(640)")
-    playing.add_argument("--save", type=Path, metavar="FILE", help="a replay of all you play")
-    playing.add_argument("--help-keys", action="store_true", help="say which keys do what")
-
-
-def _play(options: argparse.Namespace) -> None:
+@verb(
+    option("id", metavar="ID"),
+    option("--seed", type=int, default=0, metavar="N", help="of the first start (0)"),
+    option("--size", type=int, default=640, metavar="PIXELS", help="(640)"),
+    option("--save", type=Path, metavar="FILE", help="a replay of all you play"),
+    option("--help-keys", action="store_true", help="say which keys do what"),
+    usage="rigid-envs play ID [OPTION ...] [--KEY VALUE ...]",
+)
+def play_(options: argparse.Namespace) -> None:
     """Steer an environment yourself, by keyboard, mouse or gamepad.
 
     Open a window in which you steer, in real time, and see your result beside what the reference
@@ -195,23 +177,16 @@ def _play(options: argparse.Namespace) -> None:
 _SAME = "same bits"
 
 
-def add_replay(verbs: Any) -> None:
-    """Add the verb to the command."""
-    replaying = add_verb(verbs, _replay)
-    replaying.add_argument("files", nargs="+", metavar="FILE", type=Path)
-    replaying.add_argument(
+@verb(
+    option("files", nargs="+", metavar="FILE", type=Path),
+    option(
         "--episodes", nargs="+", type=int, metavar="K", help="only these episodes, counted from 0"
-    )
-    replaying.add_argument("--html", type=Path, metavar="OUT", help="write a page that shows them")
-    replaying.add_argument(
-        "--video", metavar="OUT", help="write a film of them: OUT.mp4, .gif or .webp"
-    )
-    replaying.add_argument(
-        "--speed", type=float, default=1.0, metavar="X", help="of the film (1, real time)"
-    )
-
-
-def _replay(options: argparse.Namespace) -> int:
+    ),
+    option("--html", type=Path, metavar="OUT", help="write a page that shows them"),
+    option("--video", metavar="OUT", help="write a film of them: OUT.mp4, .gif or .webp"),
+    option("--speed", type=float, default=1.0, metavar="X", help="of the film (1, real time)"),
+)
+def replay_(options: argparse.Namespace) -> int:
     """Recorded episodes: what happened, and a page or a film to watch them.
 
     Print the episodes of replays, and whether their actions give the same bits again. Several

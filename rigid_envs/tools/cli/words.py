@@ -10,14 +10,16 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.base.checks import ConfigError, MissingPackageError, shown
+from rigid_envs.envs.lookup import checked_id
 
 # Progress of a command on the terminal.
 
@@ -92,7 +94,7 @@ def answer(
     """Do what the words of a command line say.
 
     Args:
-        parser: Of the command, whose verbs are of `add_verb`.
+        parser: Of the command, with verbs of this module.
         words: None takes those of the process.
         mistakes: Errors of the user, which are told in a line.
         failures: Other errors that are told in a line, beside those of files and missing packages.
@@ -100,7 +102,13 @@ def answer(
     Returns:
         Exit status: that of the verb; 1 for a failure, 2 for a mistake, 130 after Ctrl-C.
     """
-    told = (*mistakes, *failures, DependencyNotInstalled, MissingPackageError, OSError)
+    told: tuple[type[Exception], ...] = (
+        *mistakes,
+        *failures,
+        DependencyNotInstalled,
+        MissingPackageError,
+        OSError,
+    )
     options, rest = parser.parse_known_args(words)
     options.rest, status = rest, 0
     try:
@@ -120,32 +128,63 @@ def answer(
     return status
 
 
-def add_verb(
-    verbs: Any, act: Callable[[argparse.Namespace], int | None], usage: str | None = None
-) -> argparse.ArgumentParser:
-    """Add a verb to a command, and say of it what the docstring of its function says.
+Option = Callable[[argparse.ArgumentParser], object]
+"""Adds an option, an argument or several to the parser of a verb."""
 
-    Args:
-        verbs: Of the command.
+
+def option(*names: str, **settings: Any) -> Option:
+    """An option or argument of a verb, as `argparse` takes it."""
+    return lambda parser: parser.add_argument(*names, **settings)
+
+
+IDS = option("--ids", nargs="+", metavar="ID", help="these environments only")
+"""Of a verb that is for all environments."""
+
+
+def checked_ids(names: Iterable[str]) -> list[str]:
+    """The ids in full that some names stand for, each once.
+
+    Raises:
+        ConfigError: one that is not registered.
+    """
+    return list(dict.fromkeys(map(checked_id, names)))
+
+
+@dataclass(frozen=True)
+class Verb:
+    """A verb of a command.
+
+    Attributes:
         act: Has the name of the verb. The first line of its docstring is the help, what follows the
             description. It takes the options; its value is the exit status, None for 0.
+        options: In the order of the help.
         usage: Of a verb that takes further words too, as `options.rest`; None is that of argparse.
     """
-    summary, _, description = inspect.cleandoc(act.__doc__ or "").partition("\n\n")
-    verb: argparse.ArgumentParser = verbs.add_parser(
-        act.__name__.removeprefix("_"),
-        help=summary[:1].lower() + summary[1:].removesuffix("."),
-        description=description or None,
-        usage=usage,
-        allow_abbrev=False,
-    )
-    verb.set_defaults(act=act, takes_rest=usage is not None)
-    return verb
+
+    act: Callable[[argparse.Namespace], int | None]
+    options: tuple[Option, ...]
+    usage: str | None
+
+    def add(self, verbs: Any) -> None:
+        """Add it to the verbs of a command."""
+        summary, _, description = inspect.cleandoc(self.act.__doc__ or "").partition("\n\n")
+        parser: argparse.ArgumentParser = verbs.add_parser(
+            self.act.__name__.strip("_"),
+            help=summary[:1].lower() + summary[1:].removesuffix("."),
+            description=description or None,
+            usage=self.usage,
+            allow_abbrev=False,
+        )
+        parser.set_defaults(act=self.act, takes_rest=self.usage is not None)
+        for each in self.options:
+            each(parser)
 
 
-def add_ids(verb: argparse.ArgumentParser) -> None:
-    """Add the option ``--ids`` to a verb that is for all environments."""
-    verb.add_argument("--ids", nargs="+", metavar="ID", help="these environments only")
+def verb(
+    *options: Option, usage: str | None = None
+) -> Callable[[Callable[[argparse.Namespace], int | None]], Verb]:
+    """Decorator that makes a verb of what it does; see `Verb`."""
+    return lambda act: Verb(act, options, usage)
 
 
 def refuse_missing_folder(option: str, file: Path | None) -> None:

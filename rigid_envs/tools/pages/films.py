@@ -13,7 +13,7 @@ import numpy as np
 
 import rigid_envs
 from rigid_envs.base.checks import ConfigError, Image
-from rigid_envs.base.files import checked_values, named_damage, read_json, write_atomic
+from rigid_envs.base.files import checked_values, file_digest, named_damage, read_json, write_atomic
 from rigid_envs.base.text import markdown_table
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.scores.policies import from_controller, reference_controllers
@@ -74,7 +74,7 @@ def write_films(
         write_film(file, _pictures(played), _FPS, MAX_BYTES)
         films[env_id] = {
             "file": file.name,
-            "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
+            "sha256": file_digest(file),
             "sources": sources_hash(*_SOURCES),
             "shows": played.captioned()[1].label,
             "seed": seed,
@@ -93,7 +93,7 @@ def stale_films(folder: Path, ids: Iterable[str]) -> dict[str, str]:
         file, entry = folder / film_of(env_id), films.get(env_id)
         if entry is None or not file.is_file():
             found[env_id] = "missing"
-        elif hashlib.sha256(file.read_bytes()).hexdigest() != entry["sha256"]:
+        elif file_digest(file) != entry["sha256"]:
             found[env_id] = "not what films.json says"
         elif entry["sources"] != sources_hash(*_SOURCES):
             found[env_id] = "older than what draws it"

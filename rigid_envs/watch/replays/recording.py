@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +81,38 @@ class _Recorder:
         return play_again(self._task, self._start, self._actions, self._label, **ends)
 
 
-class RecordReplay(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
+class _Recording:
+    """What the wrappers share: a recorder for each row, and the replay of all."""
+
+    env: Any
+
+    def _set_up(
+        self, rows: Iterable[int], file: str | Path | None, label: str, **kept: int | None
+    ) -> None:
+        self._task = _checked_task(self.env)
+        self._id, self._file = id_of(self.env, self._task), file
+        self._recorders = {row: _Recorder(self._task, label, **kept) for row in rows}
+
+    def replay(self) -> Replay:
+        """The episodes so far, row by row, the unfinished ones included.
+
+        Raises:
+            ValueError: There are none.
+        """
+        return Replay(self._id, self._task, tuple(self._episodes()))
+
+    def close(self, **kwargs: Any) -> None:
+        """Save the replay if a file was given and there is an episode; close the environment."""
+        if self._file is not None and self._episodes():
+            self.replay().save(self._file)
+            self._file = None
+        self.env.close(**kwargs)
+
+    def _episodes(self) -> list[Episode]:
+        return [each for recorder in self._recorders.values() for each in recorder.episodes()]
+
+
+class RecordReplay(_Recording, gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """Record the episodes of a single environment, and save them as a replay.
 
     ``env = RecordReplay(gym.make("RigidEnvs/BallPark-v0"), "first.npz")``. Other wrappers go around
@@ -103,9 +134,8 @@ class RecordReplay(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         """Check that the environment can be recorded."""
         RecordConstructorArgs.__init__(self, file=file, label=label, last=last)
         gym.Wrapper.__init__(self, env)
-        self._task = _checked_task(env)
-        self._id, self._file = id_of(env, self._task), file
-        self._recorder = _Recorder(self._task, label, last=last)
+        self._set_up((0,), file, label, last=last)
+        self._recorder = self._recorders[0]
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -135,21 +165,6 @@ class RecordReplay(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     def _inner(self) -> Any:
         return self.env.unwrapped
 
-    def replay(self) -> Replay:
-        """The episodes so far, the unfinished one included.
-
-        Raises:
-            ValueError: There are none.
-        """
-        return Replay(self._id, self._task, tuple(self._recorder.episodes()))
-
-    def close(self) -> None:
-        """Save the replay if a file was given and there is an episode; close the environment."""
-        if self._file is not None and self._recorder.episodes():
-            self.replay().save(self._file)
-            self._file = None
-        self.env.close()
-
     def _compare(self, episode: Episode) -> None:
         if not np.array_equal(episode.y[-1], self._inner.y):
             raise ValueError(
@@ -159,7 +174,7 @@ class RecordReplay(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             )
 
 
-class RecordRows(gym.vector.VectorWrapper):
+class RecordRows(_Recording, gym.vector.VectorWrapper):
     """Record the episodes of some rows of a native vector environment, and save them as a replay.
 
     ``envs = RecordRows(gym.make_vec("RigidEnvs/BallPark-v0", num_envs=8), rows=(0, 1))``. It
@@ -185,15 +200,14 @@ class RecordRows(gym.vector.VectorWrapper):
         first: int | None = None,
     ) -> None:
         """Check that the rows can be recorded."""
-        super().__init__(env)
-        self._task = _checked_task(env)
-        self._id, self._file = id_of(env, self._task), file
+        gym.vector.VectorWrapper.__init__(self, env)
+        _checked_task(env)
         for row in rows:
             if isinstance(row, bool) or not 0 <= row < env.num_envs:
                 raise ValueError(
                     f"rows = {tuple(rows)}; expected rows from 0 to {env.num_envs - 1}"
                 )
-        self._recorders = {int(row): _Recorder(self._task, label, first=first) for row in rows}
+        self._set_up(map(int, rows), file, label, first=first)
         self._ended: set[int] = set()  # NEXT_STEP: their next step is the reset
 
     def reset(
@@ -229,24 +243,6 @@ class RecordRows(gym.vector.VectorWrapper):
                     elif mode is AutoresetMode.NEXT_STEP:
                         self._ended.add(row)
         return answer
-
-    def replay(self) -> Replay:
-        """The episodes so far, row by row, the unfinished ones included.
-
-        Raises:
-            ValueError: There are none.
-        """
-        return Replay(self._id, self._task, tuple(self._episodes()))
-
-    def close(self, **kwargs: Any) -> None:
-        """Save the replay if a file was given and there is an episode; close the environment."""
-        if self._file is not None and self._episodes():
-            self.replay().save(self._file)
-            self._file = None
-        self.env.close(**kwargs)
-
-    def _episodes(self) -> list[Episode]:
-        return [each for recorder in self._recorders.values() for each in recorder.episodes()]
 
     def _begin(self, row: int) -> None:
         inner: Any = self.env.unwrapped

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -139,7 +140,7 @@ def test_without_a_word_the_flagship_is_trained_for_a_short_time(monkeypatch: Pa
         seen.append(options)
         return 0
 
-    monkeypatch.setattr(training, "train", train)
+    monkeypatch.setattr(training, "train", replace(training.train, act=train))
     assert main([]) == main(["train"]) == main(["--quiet"]) == 0
     short, *others = (getattr(options, "total_timesteps", None) for options in seen)
     assert others == [None, None]

@@ -16,7 +16,7 @@ from agents.storage.runs import create_run
 from agents.training import trainer
 from agents.training import validation as clock
 from agents.training.trainer import Trainer, train
-from agents.training.validation import Clock, Progress, Spent
+from agents.training.validation import Progress, Spent, Stopwatch
 from rigid_envs import load
 from tests.agents.sessions import small
 from tests.fixtures import Capture, Patch
@@ -182,7 +182,7 @@ def test_time_and_processor_time_of_all_sessions_are_added(monkeypatch: Patch) -
     wall, processor = [100.0], [7.0]
     fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: processor[0])
     monkeypatch.setattr(clock, "time", fake)
-    running = Clock(Spent(1000.0, 500.0))
+    running = Stopwatch(Spent(1000.0, 500.0))
     wall[0], processor[0] = 130.0, 9.0
     assert running.spent() == Spent(1030.0, 502.0)
 
