@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,7 +25,7 @@ from rigid_envs.tools.cli.words import tell
 from rigid_envs.tools.pages import tables
 
 from ..environments import make
-from ..storage.logs import read_evaluations
+from ..storage.logs import read_evaluations, read_rows
 from ..storage.runs import Run, manifest
 from .showing import try_film
 
@@ -177,8 +176,7 @@ def draw_learning_curve(run: Run) -> Path:
     Returns:
         The picture, `learning_curve.png`.
     """
-    with open(run / "progress.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = read_rows(run / "progress.csv")
     held_out = read_evaluations(run / "evaluations.npz")
     config = run.config()
     figure = Figure(figsize=(8.0, 6.4), dpi=150, layout="constrained", facecolor="white")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import io
 import os
 import threading
@@ -120,6 +121,12 @@ class CsvLog:
         """Close the file; what could not be written has been told of."""
         with contextlib.suppress(OSError):
             self._file.close()
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file of a run, by column."""
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
 
 
 class _UnlessKept:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import csv
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -30,7 +29,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 
 from ..config.entries import PLACES, Config, config_to_dict
 from ..evaluation.reports import evaluate
-from ..storage.logs import read_evaluations
+from ..storage.logs import read_evaluations, read_rows
 from ..storage.runs import Run, manifest
 
 # The policy of a model in training: as it is saved, and as it acts.
@@ -175,11 +174,8 @@ def _provenance() -> dict[str, Any]:
 
 def _times(run: Run) -> dict[str, str]:
     """The last row of the clock of a run; empty if there is none."""
-    try:
-        with open(run / "times.csv", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except FileNotFoundError:
-        return {}
+    path = run / "times.csv"
+    rows = read_rows(path) if path.is_file() else []
     return rows[-1] if rows else {}
 
 

@@ -6,13 +6,8 @@ known cost b from its start over its own cost c. See `evaluate`.
 
 from rigid_envs.scores.best import Best, best_known
 from rigid_envs.scores.evaluation import evaluate
-from rigid_envs.scores.finding import find
 from rigid_envs.scores.policies import (
-    Controller,
-    ControllerFactory,
     PolicyFactory,
-    RandomPolicy,
-    States,
     constant_zero,
     from_controller,
     from_function,
@@ -24,58 +19,29 @@ from rigid_envs.scores.policies import (
 from rigid_envs.scores.records import read_evaluation
 from rigid_envs.scores.repeating import Repeat, repeat
 from rigid_envs.scores.result import Estimate, Evaluation
-from rigid_envs.scores.starts import (
-    METRICS,
-    N_STARTS,
-    ActionFunction,
-    Cost,
-    Episodes,
-    Metric,
-    SupportsPredict,
-    cost_of,
-    efficiencies,
-    evaluation_seeds,
-    metrics_of,
-)
+from rigid_envs.scores.starts import METRICS, Cost, metrics_of
 from rigid_envs.scores.statistics import (
     interquartile_mean,
-    mean_interval,
     performance_profile,
     probability_of_improvement,
-    stratified_band,
     stratified_bootstrap,
-    wilson_interval,
 )
 
 __all__ = [
     "METRICS",
-    "N_STARTS",
-    "ActionFunction",
     "Best",
-    "Controller",
-    "ControllerFactory",
     "Cost",
-    "Episodes",
     "Estimate",
     "Evaluation",
-    "Metric",
     "PolicyFactory",
-    "RandomPolicy",
     "Repeat",
-    "States",
-    "SupportsPredict",
     "best_known",
     "constant_zero",
-    "cost_of",
-    "efficiencies",
     "evaluate",
-    "evaluation_seeds",
-    "find",
     "from_controller",
     "from_function",
     "from_predict",
     "interquartile_mean",
-    "mean_interval",
     "metrics_of",
     "performance_profile",
     "probability_of_improvement",
@@ -83,8 +49,6 @@ __all__ = [
     "recorded",
     "reference_controllers",
     "repeat",
-    "stratified_band",
     "stratified_bootstrap",
     "uniform",
-    "wilson_interval",
 ]

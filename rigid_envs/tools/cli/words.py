@@ -85,6 +85,9 @@ def tell(what: str) -> None:
 # Verbs: how they are added, called and answered for.
 
 
+_FAILURES: tuple[type[Exception], ...] = (DependencyNotInstalled, MissingPackageError, OSError)
+
+
 def answer(
     parser: argparse.ArgumentParser,
     words: Sequence[str] | None,
@@ -102,13 +105,6 @@ def answer(
     Returns:
         Exit status: that of the verb; 1 for a failure, 2 for a mistake, 130 after Ctrl-C.
     """
-    told: tuple[type[Exception], ...] = (
-        *mistakes,
-        *failures,
-        DependencyNotInstalled,
-        MissingPackageError,
-        OSError,
-    )
     options, rest = parser.parse_known_args(words)
     options.rest, status = rest, 0
     try:
@@ -118,7 +114,7 @@ def answer(
         sys.stdout.flush()
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except told as error:
+    except mistakes + failures + _FAILURES as error:
         tell("")
         print(f"{parser.prog.rpartition(' ')[2]}: {shown(str(error))}", file=sys.stderr)
         return 2 if isinstance(error, mistakes) else 1

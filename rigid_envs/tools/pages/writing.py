@@ -155,6 +155,7 @@ def _argument(task: Task, field: Any) -> dict[str, Any]:
 
 INDEX = "README.md"
 FILMS = "films"
+_FILM = f"![A reference controller in {{name}}]({FILMS}/{{file}})"
 _COMMON = Path(__file__).with_name("common.md")  # what holds for all: said once, in the index
 _SHARED = "What all environments share"  # its heading
 _SMALL = 120  # pixels, in the README
@@ -217,10 +218,10 @@ def page(env_id: str) -> str:
         UnknownIdError: no such id.
         DocstringError: the docstring of its task lacks a section.
     """
-    task, name = task_of(env_id), file_of(env_id).removesuffix(".md")
+    task, name, own = task_of(env_id), file_of(env_id).removesuffix(".md"), _own_ids()
     parts = [
         summary_of(type(task)),
-        *([_film(env_id)] if env_id in _own_ids() else []),
+        *([_FILM.format(name=_name(env_id), file=film_of(env_id))] if env_id in own else []),
         _family_of(env_id),
         as_markdown(_glance(env_id, task)),
         markdown(document(env_id, task, {})),
@@ -305,10 +306,6 @@ def film_of(env_id: str) -> str:
     return file_of(env_id).removesuffix(".md") + ".webp"
 
 
-def _film(env_id: str) -> str:
-    return f"![A reference controller in {_name(env_id)}]({FILMS}/{film_of(env_id)})"
-
-
 def _own_ids() -> list[str]:
     return [env_id for env_id in ENVIRONMENTS if env_id.startswith(_SPACE)]
 
@@ -355,16 +352,10 @@ def _family(ids: Iterable[str]) -> Table:
         task = task_of(env_id)
         link = f"[`{env_id.removeprefix(_SPACE)}`]({file_of(env_id)})"
         summary = summary_of(type(task))
-        rows.append((link, summary, _acts(task), _sees(task), time_limit(env_id, task)))
+        acts = f"{size_of(action_space(task))}: {short(type(task).actions)}"
+        sees = f"{size_of(observation_space(task))}: {observed(task)}"
+        rows.append((link, summary, acts, sees, time_limit(env_id, task)))
     return Table(("id", "Task", "Action", "Observation", "Time limit"), rows, "<<<<<")
-
-
-def _acts(task: Task) -> str:
-    return f"{size_of(action_space(task))}: {short(type(task).actions)}"
-
-
-def _sees(task: Task) -> str:
-    return f"{size_of(observation_space(task))}: {observed(task)}"
 
 
 def _space(space: spaces.Space[Any]) -> str:
