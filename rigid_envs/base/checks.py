@@ -291,9 +291,8 @@ def one_of(value: Any, known: Collection[str], name: str) -> str:
     Raises:
         ValueError: something else.
     """
-    if not isinstance(value, str) or value not in known:
-        raise ValueError(f"{name} = {safe_repr(value)}; expected one of {list(known)}")
-    return value
+    require(isinstance(value, str) and value in known, value, name, f"one of {list(known)}")
+    return str(value)
 
 
 def printable(value: Any, name: str) -> Any:

@@ -383,10 +383,8 @@ class GymnasiumVecEnv(VecEnv):
 
     def _next_options(self) -> dict[str, Any] | None:
         options = self._options[0]
-        if any(other != options for other in self._options):
-            raise ValueError(
-                f"set_options: options = {self._options}; expected the same for all rows"
-            )
+        alike = all(other == options for other in self._options)
+        require(alike, self._options, "set_options: options", "the same for all rows")
         return dict(options) or None
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
-from rigid_envs.base.checks import Array, Bools
+from rigid_envs.base.checks import Array, Bools, require
 from rigid_envs.control.predictive import (
     CrossEntropyChoices,
     PathIntegral,
@@ -364,7 +364,7 @@ def sampling(task: Task) -> Controller:
     if task.n_choices:
         planner = CrossEntropyChoices(256, horizon, task.n_choices, temperature=0.2)
     else:
-        planner = PathIntegral(256, horizon, spread=1.0, temperature=0.2, memory=0.8)
+        planner = PathIntegral(256, horizon, spread=1.0, temperature=0.2, correlation=0.8)
     return SamplingController(planner, np.random.default_rng(0))
 
 
@@ -399,10 +399,8 @@ def from_controller(factory: ControllerFactory, name: str = "controller") -> Pol
 
     def make(envs: Any) -> ActionFunction:
         rows = _native(envs, name)
-        if rows.task.frame != "world":
-            raise ValueError(
-                f"frame = {rows.task.frame!r}; expected 'world': {name} acts in the world frame"
-            )
+        expected = f"'world': {name} acts in the world frame"
+        require(rows.task.frame == "world", rows.task.frame, "frame", expected)
         control = factory(rows.task)
         kind = rows.single_action_space.dtype
         return lambda _: np.asarray(control(rows), dtype=kind)
@@ -534,8 +532,7 @@ def untrained_policy(env_id: str, name: str) -> tuple[str, PolicyFactory]:
     """
     policies = untrained_policies(env_id)
     chosen = next(iter(reference_controllers(env_id)), name) if name == "reference" else name
-    if chosen not in policies:
-        raise ValueError(f"{env_id}: controller = {name!r}; expected one of {list(policies)}")
+    require(chosen in policies, name, f"{env_id}: controller", f"one of {list(policies)}")
     return chosen, policies[chosen]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import SyncVectorEnv
 
-from rigid_envs.base.checks import Array, ConfigError
+from rigid_envs.base.checks import Array, ConfigError, require
 from rigid_envs.engine.layout import FLAGS
 from rigid_envs.envs.lookup import SEEN, task_of
 from rigid_envs.envs.single import RigidEnv
@@ -132,8 +132,7 @@ def up_to_date(found: Evaluation) -> Evaluation:
     if env_id not in ENVIRONMENTS:
         return found
     cost = cost_of(env_id, task_of(env_id, config))
-    if found.cost != cost:
-        raise ValueError(f"cost = {found.cost}; expected {cost}")
+    require(found.cost == cost, found.cost, "cost", f"{cost}")
     bounds = bounds_of(env_id, found.n, found.seed, config)
     if other_task(env_id, config) is None:
         refuse_impossible(cost, found.successes, found.costs, bounds)

@@ -171,9 +171,8 @@ def read_record(file: Path) -> Record:
     """
     with read_document(file, RECORD_FORMAT, _RECORD_LIMIT, "write it anew from its run") as data:
         about, own = checked_values(data["evaluation"], _EVALUATION), checked_values(data, _PLAIN)
-        if (about["version"], about["seed"]) != (VERSION, TEST_SEED):
-            raise ValueError(f"version, seed = {about['version']}, {about['seed']}; expected "
-                             f"{VERSION}, {TEST_SEED}")  # fmt: skip
+        starts = about["version"], about["seed"]
+        require(starts == (VERSION, TEST_SEED), starts, "version, seed", f"{VERSION}, {TEST_SEED}")
         costs = exact_array(data["costs"], "costs", "n")
         successes = np.array([{"0": False, "1": True}[won] for won in data["successes"]])
         if not len(costs) == len(successes) == about["starts"]:

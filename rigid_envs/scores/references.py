@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, ConfigError
+from rigid_envs.base.checks import Array, ConfigError, require
 from rigid_envs.base.settings import refusal
 from rigid_envs.envs.lookup import checked_id, task_of
 from rigid_envs.envs.spaces import action_space
@@ -235,11 +235,9 @@ class Reference:
         script: Script, states: Decoded, state: Any, episode_start: Any
     ) -> tuple[npt.NDArray[Any], Memory]:
         n = len(states.y)
-        if state is not None and not (isinstance(state, Memory) and len(state.age) == n):
-            raise ValueError(
-                f"state = {state!r:.100}; expected what the call before returned for the same "
-                f"{n} rows, or None where an episode begins"
-            )
+        known = state is None or (isinstance(state, Memory) and len(state.age) == n)
+        expected = f"what the call before returned for the same {n} rows, or None at their begin"
+        require(known, state, "state", expected)
         begins = np.zeros(n, np.bool_)
         begins |= np.asarray(episode_start, dtype=np.bool_)  # None is false
         return script.act(states, state, begins)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_envs.base.checks import ConfigError, one_of, printable
+from rigid_envs.base.checks import ConfigError, one_of, printable, require
 from rigid_envs.base.files import DamagedFileError, load_tensors, named_damage, save_tensors
 from rigid_envs.engine.network import ACTIVATIONS, perceptron, relative_rotations
 from rigid_envs.envs.lookup import SEEN, full_id, id_in_file
@@ -175,8 +175,7 @@ class CompiledPolicy:
         Raises:
             ValueError: The observation has another shape, or is not finite.
         """
-        if not deterministic:
-            raise ValueError("deterministic = False; expected True: it does not draw at random")
+        require(deterministic, False, "deterministic", "True: it does not draw at random")
         x, alone = self._batch(observation)
         if self.attitudes is not None:
             more = np.empty((len(x), x.shape[1] + N_ROTATIONS), np.float32)
@@ -235,8 +234,8 @@ def _inputs(value: Any, n_obs: int) -> list[tuple[str, int]] | None:
     if value is None:
         return None
     inputs = [(str(name), int(size)) for name, size in value]
-    if sum(size for _, size in inputs) != n_obs:
-        raise ValueError(f"inputs = {inputs}; expected {n_obs} numbers in all, as layers.0 takes")
+    total = sum(size for _, size in inputs)
+    require(total == n_obs, inputs, "inputs", f"{n_obs} numbers in all, as layers.0 takes")
     return inputs
 
 
@@ -245,10 +244,8 @@ def _attitudes(places: Any, n_inputs: int) -> tuple[int, int] | None:
     if places is None:
         return None
     achieved, desired = places
-    if not all(type(at) is int and 0 <= at <= n_inputs - N_ROTATIONS - 9 for at in places):
-        raise ValueError(
-            f"attitudes = {places}; expected where matrices are in the input of layers.0"
-        )
+    fits = all(type(at) is int and 0 <= at <= n_inputs - N_ROTATIONS - 9 for at in places)
+    require(fits, places, "attitudes", "where matrices are in the input of layers.0")
     return achieved, desired
 
 

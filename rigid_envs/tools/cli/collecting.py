@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rigid_envs.base.checks import require
 from rigid_envs.engine.compiler import cache_directory
 from rigid_envs.engine.provenance import heading
 from rigid_envs.envs import lookup
@@ -101,8 +102,7 @@ def compile_(options: argparse.Namespace) -> None:
     in the reduced one, or as hyperparameters say. What is compiled is kept for every later
     process.
     """
-    if options.jobs < 1:
-        raise ValueError(f"--jobs = {options.jobs}; expected 1 or more")
+    require(options.jobs >= 1, options.jobs, "--jobs", "1 or more")
     config, folder = config_of(options.rest), cache_directory()
     if folder is None:
         raise ValueError(

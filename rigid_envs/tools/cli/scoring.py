@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid_envs.base.checks import require
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs import lookup as catalogue
 from rigid_envs.scores import best, finding
@@ -184,8 +185,7 @@ def evaluate_(options: argparse.Namespace) -> None:
 def _again(file: Path, env_id: str) -> Any:
     """What comes of the actions of a replay from the first starts."""
     replay = load_replay(file)
-    if replay.env_id != env_id:
-        raise ValueError(f"{file}: env_id = {replay.env_id}; expected {env_id}")
+    require(replay.env_id == env_id, replay.env_id, f"{file}: env_id", env_id)
     longest = max(map(len, replay.episodes))
     actions = np.stack(
         [
@@ -230,10 +230,10 @@ def best_(options: argparse.Namespace) -> None:
     """
     ids = checked_ids(options.ids or ENVIRONMENTS)
     n = N_STARTS if options.starts is None else options.starts
-    if not 1 <= n <= N_STARTS or (n < N_STARTS and options.out is None):
-        raise ValueError(f"--starts = {n}; expected 1 to {N_STARTS}; with --out if it is less")
-    if options.files and len(ids) != 1:
-        raise ValueError(f"--with: ID = {options.ids}; expected the one id that the files are of")
+    known = 1 <= n <= N_STARTS and (n == N_STARTS or options.out is not None)
+    require(known, n, "--starts", f"1 to {N_STARTS}; with --out if it is less")
+    alone = not options.files or len(ids) == 1
+    require(alone, options.ids, "--with: ID", "the one id that the files are of")
     folder = options.out or best.FOLDER
     if not folder.is_dir():
         raise ValueError(f"--out = {folder}; expected a folder that exists")

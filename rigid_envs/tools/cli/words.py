@@ -18,7 +18,7 @@ from typing import Any
 
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.base.checks import ConfigError, MissingPackageError, shown
+from rigid_envs.base.checks import ConfigError, MissingPackageError, require, shown
 from rigid_envs.envs.lookup import checked_id
 
 # Progress of a command on the terminal.
@@ -214,8 +214,8 @@ def config_of(words: list[str]) -> dict[str, Any]:
     while rest:
         word = rest.pop(0)
         key, equals, value = word.removeprefix("--").partition("=")
-        if not word.startswith("--") or not key or not (equals or rest):
-            raise ValueError(f"argument = {word!r}; expected --KEY VALUE")
+        known = word.startswith("--") and key and (equals or rest)
+        require(bool(known), word, "argument", "--KEY VALUE")
         config[key] = _value(value if equals else rest.pop(0))
     return config
 

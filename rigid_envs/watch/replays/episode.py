@@ -132,8 +132,7 @@ def play_again(
     moments = [core.moment(0)]
     for k, action in enumerate(rows):
         core.actions[0] = action
-        if core.step() < 0:
-            raise ValueError(f"actions[{k}] = {action.tolist()}; expected finite numbers")
+        require(core.step() >= 0, action, f"actions[{k}]", "finite numbers")
         moments.append(core.moment(0))
     found = {name: np.array(part, dtype=np.float64) for name, part in start.items()}
     return _episode(label, found, rows, moments, terminated=terminated, truncated=truncated)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.base.checks import require
 from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import heading
 from rigid_envs.tasks.core import Moment
@@ -163,8 +164,8 @@ def html(episodes: Sequence[tuple[Replay, int]]) -> str:
     if not 1 <= len(episodes) <= MOST_EPISODES:
         raise ValueError(f"{len(episodes)} episodes; expected 1 to {MOST_EPISODES} in a page")
     for replay, k in episodes:
-        if not 0 <= k < len(replay.episodes):
-            raise ValueError(f"episode = {k}; expected 0 to {len(replay.episodes) - 1}")
+        n = len(replay.episodes)
+        require(0 <= k < n, k, "episode", f"0 to {n - 1}")
     template = (
         resources.files("rigid_envs.watch.replays").joinpath("viewer/viewer.html").read_text()
     )

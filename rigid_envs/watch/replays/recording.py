@@ -13,7 +13,7 @@ import numpy.typing as npt
 from gymnasium.utils import RecordConstructorArgs
 from gymnasium.vector import AutoresetMode
 
-from rigid_envs.base.checks import Array
+from rigid_envs.base.checks import Array, require
 from rigid_envs.envs.lookup import actions_of
 from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.policies import PolicyFactory
@@ -141,7 +141,7 @@ class RecordReplay(_Recording, gym.Wrapper[Any, Any, Any, Any], RecordConstructo
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; one that was left unfinished is kept as such."""
-        answer = self.env.reset(seed=seed, options=options)
+        answer: tuple[Any, dict[str, Any]] = self.env.reset(seed=seed, options=options)
         self._recorder.begin(self._inner.get_state())
         return answer
 
@@ -151,7 +151,7 @@ class RecordReplay(_Recording, gym.Wrapper[Any, Any, Any, Any], RecordConstructo
         Raises:
             ValueError: The recorded actions do not lead to the state in which the episode ended.
         """
-        answer = self.env.step(action)
+        answer: tuple[Any, Any, bool, bool, dict[str, Any]] = self.env.step(action)
         if self._recorder.goes_on:
             self._recorder.add(actions_of(self._task, action, (), self._id))
             _, _, terminated, truncated, _ = answer
@@ -166,12 +166,10 @@ class RecordReplay(_Recording, gym.Wrapper[Any, Any, Any, Any], RecordConstructo
         return self.env.unwrapped
 
     def _compare(self, episode: Episode) -> None:
-        if not np.array_equal(episode.y[-1], self._inner.y):
-            raise ValueError(
-                f"y = {self._inner.y.tolist()}; expected {episode.y[-1].tolist()}, to which the "
-                "recorded actions lead: the state was set, or the environment stepped, past "
-                "RecordReplay"
-            )
+        y, end = self._inner.y, episode.y[-1]
+        expected = "to which the recorded actions lead: the state was set, or the environment"
+        expected = f"{end.tolist()}, {expected} stepped, past RecordReplay"
+        require(np.array_equal(end, y), y, "y", expected)
 
 
 class RecordRows(_Recording, gym.vector.VectorWrapper):
@@ -203,10 +201,8 @@ class RecordRows(_Recording, gym.vector.VectorWrapper):
         gym.vector.VectorWrapper.__init__(self, env)
         _checked_task(env)
         for row in rows:
-            if isinstance(row, bool) or not 0 <= row < env.num_envs:
-                raise ValueError(
-                    f"rows = {tuple(rows)}; expected rows from 0 to {env.num_envs - 1}"
-                )
+            known = not isinstance(row, bool) and 0 <= row < env.num_envs
+            require(known, tuple(rows), "rows", f"rows from 0 to {env.num_envs - 1}")
         self._set_up(map(int, rows), file, label, first=first)
         self._ended: set[int] = set()  # NEXT_STEP: their next step is the reset
 
@@ -218,7 +214,7 @@ class RecordRows(_Recording, gym.vector.VectorWrapper):
     ) -> tuple[Any, dict[str, Any]]:
         """Begin episodes; those that were left unfinished are kept as such."""
         seeds: Any = seed
-        answer = self.env.reset(seed=seeds, options=options)
+        answer: tuple[Any, dict[str, Any]] = self.env.reset(seed=seeds, options=options)
         mask = (options or {}).get("reset_mask")
         for row in self._recorders:
             if mask is None or mask[row]:
@@ -227,7 +223,7 @@ class RecordRows(_Recording, gym.vector.VectorWrapper):
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Step, and record the actions of the rows."""
-        answer = self.env.step(actions)
+        answer: tuple[Any, Any, Any, Any, dict[str, Any]] = self.env.step(actions)
         given = actions_of(self._task, actions, (self.num_envs,), self._id)
         _, _, terminated, truncated, _ = answer
         mode = self.env.metadata.get("autoreset_mode")

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import printable
+from rigid_envs.base.checks import printable, require
 from rigid_envs.base.files import (
     canonical_json,
+    checked_values,
     digest,
     named_damage,
     parse_json,
@@ -69,11 +70,11 @@ def episodes_from(task: Task, entries: Sequence[Any], arrays: Arrays) -> tuple[E
 
 def _episode(task: Task, k: int, entry: Any, arrays: Arrays, parts: Arrays) -> Episode:
     place = f"episodes[{k}]"
-    if not isinstance(entry, dict) or set(entry) != {"label", *_FLAGS}:
-        raise ValueError(f"{place} = {entry!r:.100}; expected label, terminated and truncated")
+    whole = isinstance(entry, dict) and set(entry) == {"label", *_FLAGS}
+    require(whole, entry, place, "label, terminated and truncated")
     label, ends = entry["label"], {name: entry[name] for name in _FLAGS}
-    if any(not isinstance(flag, bool) for flag in ends.values()):
-        raise ValueError(f"{place} = {entry!r:.100}; expected true or false for {_FLAGS}")
+    known = all(isinstance(flag, bool) for flag in ends.values())
+    require(known, entry, place, f"true or false for {_FLAGS}")
     found: dict[str, Any] = {name: arrays[f"{k}/{name}"] for name in (*ARRAYS, "parameters")}
     n_steps = len(found["rewards"]) if found["rewards"].ndim else 0
     for name, (dtype, shape) in _kinds(task, n_steps).items():
@@ -123,8 +124,8 @@ def _check_content(task: Task, k: int, found: Arrays, start: Arrays) -> None:
         task.system_type.checked_state(found["y"])
     except ValueError as error:
         raise ValueError(f"{k}/{error}") from None
-    if not np.array_equal(found["y"][0], start["y"]):
-        raise ValueError(f"{k}/y[0] = {found['y'][0].tolist()}; expected start/y")
+    begin = found["y"][0]
+    require(np.array_equal(begin, start["y"]), begin, f"{k}/y[0]", "start/y")
     if not np.all(np.diff(found["times"]) > 0.0):
         raise ValueError(f"{k}/times do not increase; expected multiples of {task.dt} s")
 
@@ -135,6 +136,7 @@ FORMAT, VERSION = "rigid-envs replay", 3
 _HEADER = "header"
 _KEYS = {"format", "version", "env_id", "config", "rows", "units", "episodes", "provenance"}
 _SEAL = "sha256"
+_KINDS = {"env_id": str, "config": dict, "provenance": dict, "episodes": list}
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,11 +229,9 @@ def load_replay(path: str | Path) -> Replay:
         env_id = catalogue.checked_id(catalogue.id_in_file(header["env_id"]))
         config = {name: _setting(value) for name, value in header["config"].items()}
         task = catalogue.task_of(env_id, config)
-        if header["rows"] != row_names(task):
-            raise ValueError(
-                f"rows = {header['rows']}; expected {row_names(task)}: it was written by another "
-                f"version of the environment, {header['provenance'].get('versions')}"
-            )
+        versions, names = header["provenance"].get("versions"), row_names(task)
+        expected = f"{names}: it was written by another version of the environment, {versions}"
+        require(header["rows"] == names, header["rows"], "rows", expected)
         episodes = episodes_from(task, header["episodes"], arrays)
         if _SEAL not in header:
             _refuse_others(task, episodes)
@@ -286,17 +286,12 @@ def _read_header(
         raise ValueError(f"header is no JSON: {error}") from None
     if not isinstance(header, dict) or header.get("format") != FORMAT:
         raise ValueError(f"header has another format; expected {FORMAT!r}")
-    if header.get("version") not in (2, VERSION):
-        raise ValueError(
-            f"version = {header.get('version')!r:.50}; expected 2 or {VERSION}: install the "
-            "version of rigid-envs that wrote it"
-        )
+    expected = f"2 or {VERSION}: install the version of rigid-envs that wrote it"
+    require(header.get("version") in (2, VERSION), header.get("version"), "version", expected)
     keys = _KEYS if header["version"] == 2 else _KEYS | {_SEAL}
     if set(header) != keys:
         raise ValueError(f"header has keys {sorted(header)}; expected {sorted(keys)}")
-    for name, kind in (("env_id", str), ("config", dict), ("provenance", dict), ("episodes", list)):
-        if not isinstance(header[name], kind):
-            raise ValueError(f"{name} = {header[name]!r:.100}; expected a {kind.__name__}")
+    checked_values(header, _KINDS)
     content = {name: value for name, value in header.items() if name != _SEAL}
     if _SEAL in header and header[_SEAL] != digest(content, arrays):
         raise ValueError(f"{_SEAL}: that of other content; expected the one that was saved")
