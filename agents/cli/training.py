@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.tools.cli.words import option, verb
 
-from ..config.entries import ALGORITHMS, config_to_dict
+from ..config.entries import ALGORITHMS, Config, config_to_dict
 from ..config.reading import (
     add_config_options,
     dump_yaml,
@@ -50,11 +50,11 @@ def train(options: argparse.Namespace) -> int:
     --env_kwargs.NAME VALUE sets a hyperparameter of the task. Ctrl-C and SIGTERM save first, and
     say how to go on.
     """
-    known = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
-    entries = {key: value for key, value in vars(options).items() if key in known}
-    run = _resumed(options, entries) if options.resume else _started(options, entries)
-    if run is None:
+    config = _config(options)
+    if options.print_config:
+        print(dump_yaml(config_to_dict(config)), end="")
         return 0
+    run = open_run(options.resume) if options.resume else create_run(config, options.overwrite)
     from ..training.trainer import train_in
 
     imports = "".join(f" --allow-import {module}" for module in options.allow_import)
@@ -75,13 +75,19 @@ def train(options: argparse.Namespace) -> int:
     return 0
 
 
-def _started(options: argparse.Namespace, entries: dict[str, str]) -> Run | None:
-    recipe = _recipe(options.config, entries, options.rest)
-    config = load_config(recipe, entries, options.rest)
-    if options.print_config:
-        print(dump_yaml(config_to_dict(config)), end="")
-        return None
-    return create_run(config, options.overwrite)
+def _config(options: argparse.Namespace) -> Config:
+    """The config of the run that is resumed, or what a file and options make of a new one."""
+    known = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
+    entries = {key: value for key, value in vars(options).items() if key in known}
+    if not options.resume:
+        recipe = _recipe(options.config, entries, options.rest)
+        return load_config(recipe, entries, options.rest)
+    changes = [*entries, *options.rest, *(["config"] if options.config else [])]
+    if changes or options.overwrite:
+        raise ConfigError(
+            f"--resume goes on with the run as it was started; leave out {changes or '--overwrite'}"
+        )
+    return find_run(options.resume).config()
 
 
 def _recipe(path: Path | None, entries: dict[str, str], rest: list[str]) -> dict[str, Any]:
@@ -92,18 +98,6 @@ def _recipe(path: Path | None, entries: dict[str, str], rest: list[str]) -> dict
     values = {key: entry_value(key, entries[key]) for key in chosen}
     env_id = str(values.get("env_id", _DEFAULT))
     return recipe_for(env_id, values.get("algo"), frame_of(values, env_keywords(rest)))
-
-
-def _resumed(options: argparse.Namespace, entries: dict[str, str]) -> Run | None:
-    changes = [*entries, *options.rest, *(["config"] if options.config else [])]
-    if changes or options.overwrite:
-        raise ConfigError(
-            f"--resume goes on with the run as it was started; leave out {changes or '--overwrite'}"
-        )
-    if options.print_config:
-        print(dump_yaml(config_to_dict(find_run(options.resume).config())), end="")
-        return None
-    return open_run(options.resume)
 
 
 def _finish(run: Run, outcome: Session, imports: str, quiet: bool) -> None:

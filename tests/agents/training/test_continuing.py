@@ -109,7 +109,7 @@ def test_what_is_no_state_is_refused_and_no_stream_changes(kind: str) -> None:
     actions: Any = np.random.default_rng(3)
     arrays, document = capture_random(streams(actions))
     bad = {**arrays, kind: np.zeros_like(arrays[kind][:7])}
-    with pytest.raises(ValueError, match="random = .*expected states"):
+    with pytest.raises(ValueError, match=r"random = .*expected states"):
         check_random(actions.bit_generator, bad, document)
     restored, again = capture_random(streams(actions))
     assert again == document
