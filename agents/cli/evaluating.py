@@ -12,6 +12,8 @@ from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli.words import option, verb
 
+from ..storage.runs import is_run
+
 _POLICY = (
     option("path", type=Path, metavar="RUN_OR_POLICY"),
     option("--which", choices=("best", "last"), default="best", help="of a run (best)"),
@@ -51,7 +53,7 @@ def evaluate(options: argparse.Namespace) -> None:
         refuse_count("--save-replays", options.save_replays)
     file = _policy_file(options.path, options.which)
     folder = options.out
-    if folder is None and _is_run(options.path):  # aside from what its training wrote
+    if folder is None and is_run(options.path):  # aside from what its training wrote
         name = f"{options.which}-{options.episodes}-{options.seed}"
         folder = options.path / "evaluated" / name
     if folder is not None:
@@ -130,15 +132,11 @@ def enjoy(options: argparse.Namespace) -> None:
     players = players_of(policy, seed, options.random, options.against)
     watch(players[0][1], policy.document, seed)
     if not options.table:
-        folder = options.path if _is_run(options.path) else file.parent
+        folder = options.path if is_run(options.path) else file.parent
         show(policy.env_id, seed, players, video, html, folder / "enjoy.mp4")
 
 
 # Which policy: of a run, a folder or a file.
-
-
-def _is_run(path: Path) -> bool:
-    return (path / "config.yaml").is_file()
 
 
 def _policy_file(path: Path, which: str) -> Path:
@@ -147,7 +145,7 @@ def _policy_file(path: Path, which: str) -> Path:
     Raises:
         FileNotFoundError: There is none, or none yet in the run.
     """
-    if not _is_run(path):
+    if not is_run(path):
         file = path / "policy.safetensors" if path.is_dir() else path
         why = "no policy here"
     else:

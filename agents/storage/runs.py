@@ -189,9 +189,14 @@ def find_run(folder: Path) -> Run:
     Raises:
         FileNotFoundError: There is no run.
     """
-    if not (folder / "config.yaml").is_file():
+    if not is_run(folder):
         raise FileNotFoundError(f"{folder}: no run here (no config.yaml)")
     return Run(folder)
+
+
+def is_run(folder: Path) -> bool:
+    """Whether a folder is that of a run, begun or over."""
+    return (folder / "config.yaml").is_file()
 
 
 def is_in_use(folder: Path) -> bool:
@@ -235,13 +240,13 @@ def _renamed(hidden: Path, folder: Path) -> Path | None:
 
 def _take_over(folder: Path, overwrite: bool) -> int:
     lock = _acquire(folder)
-    is_run = (folder / "config.yaml").is_file() and not folder.is_symlink()
-    if not _content(folder) or (overwrite and is_run):
+    own = is_run(folder) and not folder.is_symlink()
+    if not _content(folder) or (overwrite and own):
         return lock
     os.close(lock)
     hint = (
         f"--overwrite deletes it; --resume {folder} goes on with it"
-        if is_run
+        if own
         else "it is no run, or a link to one"
     )
     raise FileExistsError(f"{folder} exists; {hint}; --run_name gives the new run another name")

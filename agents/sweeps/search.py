@@ -35,7 +35,7 @@ from ..config.reading import dump_yaml
 from ..config.search import FIGURES, Search
 from ..environments import import_allowed
 from ..storage.logs import read_evaluations
-from ..storage.runs import Run, create_run, open_run
+from ..storage.runs import Run, create_run, is_run, open_run
 from ..training.recording import is_complete
 from ..training.trainer import train_in
 
@@ -157,8 +157,8 @@ def _trial(folder: str, configs: list[Config], imports: tuple[str, ...]) -> dict
     os.chdir(folder)
     import_allowed(imports)
     for config in configs:
-        begun = (config.folder / "config.yaml").is_file()
-        with closing(open_run(config.folder) if begun else create_run(config)) as run:
+        run = open_run(config.folder) if is_run(config.folder) else create_run(config)
+        with closing(run):
             try:
                 if not is_complete(run):
                     train_in(run, quiet=True)
