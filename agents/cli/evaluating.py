@@ -130,7 +130,7 @@ def enjoy(options: argparse.Namespace) -> None:
     policy = load(file)
     seed = row_seeds(TEST_SEED, 1, "test")[0] if options.seed is None else options.seed
     players = players_of(policy, seed, options.random, options.against)
-    watch(players[0][1], policy.document, seed)
+    watch(players[0][0], policy.document, seed)
     if not options.table:
         folder = options.path if is_run(options.path) else file.parent
         show(policy.env_id, seed, players, video, html, folder / "enjoy.mp4")

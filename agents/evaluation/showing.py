@@ -27,8 +27,8 @@ from ..environments import make
 
 # Who plays.
 
-Player = tuple[str, PolicyFactory, dict[str, Any]]
-"""Who acts, what it does, and in which settings of the task."""
+Player = tuple[PolicyFactory, dict[str, Any]]
+"""Who acts, and in which settings of the task."""
 
 
 def players_of(
@@ -47,13 +47,12 @@ def players_of(
     """
     config = policy.document["env_kwargs"]
     name = str(policy.document["algo"]).upper()
-    first = ("random", uniform(seed)) if random else (name, from_predict(policy))
-    players: list[Player] = [(*first, config)]
+    players = [(uniform(seed) if random else from_predict(policy, name), config)]
     if against is not None:
         with named_refusal("--against"):
             other = untrained_policy(policy.env_id, against)
         # controllers act in the frame of the world
-        players.append((*other, {**config, "frame": "world"}))
+        players.append((other, {**config, "frame": "world"}))
     return players
 
 
@@ -166,7 +165,7 @@ def show(
         if asked or len(players) > 1:
             raise ConfigError(f"env_id = {env_id!r}; expected one of ours for pictures")
         return
-    played = [films.play_episode(act, env_id, seed, config, name) for name, act, config in players]
+    played = [films.play_episode(act, env_id, seed, each, act.name) for act, each in players]
     task, shown = played[0].task, [each.captioned() for each in played]
     if len(shown) > 1:
         print("   ".join(episode.label for _, episode in shown))
@@ -229,8 +228,8 @@ def try_film(policy: CompiledPolicy, folder: Path, seed: int) -> Path | None:
         path.unlink(missing_ok=True)
         films.checked_film(path)
         start = row_seeds(seed, 1, "test")[0]
-        ((label, act, config),) = players_of(policy, start)
-        played = films.play_episode(act, policy.env_id, start, config, label)
+        ((act, config),) = players_of(policy, start)
+        played = films.play_episode(act, policy.env_id, start, config, act.name)
         best = films.pictures_per_second(played.task)
         fps = best / max(1, int(best / _LEAST))
         pictures = films.episode_pictures([played.captioned()], Look(_SIZE, _SIZE), fps=fps)

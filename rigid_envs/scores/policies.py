@@ -520,8 +520,8 @@ def untrained_policies(env_id: str) -> dict[str, PolicyFactory]:
     }
 
 
-def untrained_policy(env_id: str, name: str) -> tuple[str, PolicyFactory]:
-    """An untrained policy of an id, and its own name.
+def untrained_policy(env_id: str, name: str) -> PolicyFactory:
+    """An untrained policy of an id.
 
     Args:
         env_id: Gymnasium's id.
@@ -533,7 +533,7 @@ def untrained_policy(env_id: str, name: str) -> tuple[str, PolicyFactory]:
     policies = untrained_policies(env_id)
     chosen = next(iter(reference_controllers(env_id)), name) if name == "reference" else name
     require(chosen in policies, name, f"{env_id}: controller", f"one of {list(policies)}")
-    return chosen, policies[chosen]
+    return policies[chosen]
 
 
 def policy_of(env_id: str, policy: Any) -> PolicyFactory:
@@ -550,7 +550,7 @@ def policy_of(env_id: str, policy: Any) -> PolicyFactory:
     if isinstance(policy, PolicyFactory):
         return policy
     if isinstance(policy, str):
-        return untrained_policy(env_id, policy)[1]
+        return untrained_policy(env_id, policy)
     if callable(getattr(policy, "predict", None)):
         name = getattr(policy, "name", "")
         return from_predict(policy, name if isinstance(name, str) else "")

@@ -32,8 +32,8 @@ SMALL = Look(width=96, height=96)
 
 
 def played(env_id: str, name: str = "reference", seed: int = 7) -> Played:
-    label, policy = untrained_policy(env_id, name)
-    return play_episode(policy, env_id, seed, label=label)
+    policy = untrained_policy(env_id, name)
+    return play_episode(policy, env_id, seed, label=policy.name)
 
 
 def pictures(found: Sequence[Played], **options: Any) -> list[Any]:
@@ -171,7 +171,7 @@ def test_what_draws_is_closed_also_if_no_more_pictures_are_taken(
 
 
 def test_what_is_no_setting_of_the_task_is_not_played() -> None:
-    _, policy = untrained_policy(PARK, "zero")
+    policy = untrained_policy(PARK, "zero")
     for name in ("num_envs", "max_episode_steps", "radii"):
         with pytest.raises(ConfigError, match=f"^config.{name}: unknown key"):
             play_episode(policy, PARK, 7, {name: 2})

@@ -180,7 +180,7 @@ def test_the_reference_and_the_bound_are_of_this_very_start(env_id: str) -> None
     limit: Any = limit_of(env_id, metric)
     bound = float(limit.values(envs)[0])
     assert f"{bound:.3g}" in game.rival.bound and game.rival.bound.startswith("at least")
-    name, policy = untrained_policy(env_id, "reference")
+    policy = untrained_policy(env_id, "reference")
     act = policy(envs)
     obs, _ = envs.reset(seed=[12])
     total = 0.0
@@ -189,7 +189,7 @@ def test_the_reference_and_the_bound_are_of_this_very_start(env_id: str) -> None
         total += float((infos["final_info"] if ended[0] else infos)["cost"][0])
         if ended[0]:
             break
-    assert game.rival.name == name and game.rival.text.startswith(f"{metric} {total:.3g}")
+    assert game.rival.name == policy.name and game.rival.text.startswith(f"{metric} {total:.3g}")
 
 
 def test_an_episode_ends_with_a_verdict_and_its_result() -> None:

@@ -51,7 +51,7 @@ def constant(value: float) -> PolicyFactory:
 def fails_late(env_id: str) -> PolicyFactory:
     """The quickest controller to compute, until shortly before it would succeed."""
     quick = list(reference_controllers(env_id))[-1]
-    good = untrained_policy(env_id, quick)[1]
+    good = untrained_policy(env_id, quick)
     steps = evaluate(env_id, good, n=N).values["length"]
 
     def make(envs):

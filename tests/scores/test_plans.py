@@ -103,7 +103,7 @@ def test_the_command_plans_and_says_who_found_it(tmp_path, capsys):
 
 def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypatch, capsys):
     env_id = "RigidEnvs/BallPark-v0"
-    for function in (missing_plans, replayed):
+    for function in (file_of_plans, replayed):
         before = function.__defaults__
         monkeypatch.setattr(function, "__defaults__", (*before[:-1], tmp_path))
     zero = evaluate(env_id, "zero")

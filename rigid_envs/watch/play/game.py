@@ -174,8 +174,8 @@ def rival_of(env_id: str, seed: int, config: Mapping[str, Any]) -> Rival:
     metric = metrics_of(env_id)[0]
     name, text = "", ""
     if ENVIRONMENTS[env_id].controllers:
-        name, policy = untrained_policy(env_id, "reference")
-        played = play_episode(policy, env_id, seed, config, name)
+        policy = untrained_policy(env_id, "reference")
+        name, played = policy.name, play_episode(policy, env_id, seed, config, policy.name)
         text = figure(env_id, played.task, played.value) if played.tally.success else "no success"
     limit, bound = limit_of(env_id, metric.name), ""
     if limit is not None:
