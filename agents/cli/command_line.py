@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 from rigid_envs import __version__
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.tools.cli.scoring import leaderboard_
-from rigid_envs.tools.cli.words import answer
+from rigid_envs.tools.cli.words import Act, answer
 
 from ..environments import import_allowed
 from ..storage.runs import RunInUseError
@@ -37,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return answer(_parser(), words, mistakes, (RunInUseError, FloatingPointError, ImportError))
 
 
-def _act(act: Callable[[argparse.Namespace], int | None], options: argparse.Namespace) -> int:
+def _act(act: Act, options: argparse.Namespace) -> int:
     """Do what a verb does, with the modules that it may import."""
     import_allowed(options.allow_import)
     return act(options) or 0

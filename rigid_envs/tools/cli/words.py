@@ -84,7 +84,6 @@ def tell(what: str) -> None:
 
 # Verbs: how they are added, called and answered for.
 
-
 _FAILURES: tuple[type[Exception], ...] = (DependencyNotInstalled, MissingPackageError, OSError)
 
 
@@ -124,6 +123,9 @@ def answer(
     return status
 
 
+Act = Callable[[argparse.Namespace], int | None]
+"""What a verb does with its options; its value is the exit status, None for 0."""
+
 Option = Callable[[argparse.ArgumentParser], object]
 """Adds an option, an argument or several to the parser of a verb."""
 
@@ -152,12 +154,12 @@ class Verb:
 
     Attributes:
         act: Has the name of the verb. The first line of its docstring is the help, what follows the
-            description. It takes the options; its value is the exit status, None for 0.
+            description.
         options: In the order of the help.
         usage: Of a verb that takes further words too, as `options.rest`; None is that of argparse.
     """
 
-    act: Callable[[argparse.Namespace], int | None]
+    act: Act
     options: tuple[Option, ...]
     usage: str | None
 
@@ -176,9 +178,7 @@ class Verb:
             each(parser)
 
 
-def verb(
-    *options: Option, usage: str | None = None
-) -> Callable[[Callable[[argparse.Namespace], int | None]], Verb]:
+def verb(*options: Option, usage: str | None = None) -> Callable[[Act], Verb]:
     """Decorator that makes a verb of what it does; see `Verb`."""
     return lambda act: Verb(act, options, usage)
 
