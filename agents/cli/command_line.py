@@ -15,7 +15,7 @@ from rigid_envs.tools.cli.words import Act, answer
 
 from ..environments import import_allowed
 from ..storage.runs import RunInUseError
-from . import evaluating, sweeping, training
+from . import sweeping, training
 
 _SHORT = ("train", "--total_timesteps", "1_500_000")
 """Without arguments: less than half of the steps of the recipe, for a first look."""
@@ -53,7 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"rigid-envs {__version__}")
     verbs = parser.add_subparsers(metavar="VERB", required=True)
     for each in (
-        *(training.train, evaluating.evaluate, leaderboard_, evaluating.enjoy),
+        *(training.train, training.evaluate, leaderboard_, training.enjoy),
         *(sweeping.benchmark, sweeping.search, sweeping.baselines, sweeping.publish),
     ):
         each.add(verbs)

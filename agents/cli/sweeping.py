@@ -22,7 +22,7 @@ from rigid_envs.tools.cli.words import option, verb
 from ..config.entries import ALGORITHMS
 from ..config.reading import config_for, parse_yaml
 from ..storage.runs import find_run
-from .evaluating import refuse_count
+from .training import refuse_count
 
 if TYPE_CHECKING:
     from ..sweeps.cluster import RayTasks

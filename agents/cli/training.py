@@ -1,15 +1,19 @@
-"""The verb `train`: a new run or an old one, and its final evaluation."""
+"""Verbs of one run or policy: train, evaluate, enjoy."""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
+import json
 import signal
+import sys
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rigid_envs.base.checks import ConfigError
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli.words import option, verb
 
 from ..config.entries import ALGORITHMS, Config, config_to_dict
@@ -24,7 +28,7 @@ from ..config.reading import (
     recipe_for,
     shipped_config,
 )
-from ..storage.runs import Run, create_run, find_run, open_run
+from ..storage.runs import Run, create_run, find_run, is_run, open_run
 
 if TYPE_CHECKING:
     from ..training.trainer import Session
@@ -134,3 +138,151 @@ def _next(run: Run, imports: str) -> str:
         (again + imports, what),
     ]
     return "\n".join(f"  {command}\n      {why}" for command, why in commands)
+
+
+# The verb `evaluate`, and which policy it is of.
+
+_POLICY = (
+    option("path", type=Path, metavar="RUN_OR_POLICY"),
+    option("--which", choices=("best", "last"), default="best", help="of a run (best)"),
+)
+
+# Success and efficiency of a policy. Controllers have `rigid-envs evaluate`.
+
+
+@verb(
+    *_POLICY,
+    option("--episodes", type=int, default=N_STARTS, metavar="N", help="(500)"),
+    option("--seed", type=int, default=TEST_SEED, help=f"of the starts ({TEST_SEED})"),
+    option(
+        "--save-replays",
+        type=int,
+        nargs="?",
+        const=10,
+        default=0,
+        metavar="N",
+        help="record the first N episodes (10) in replays.npz, for `rigid-envs replay`",
+    ),
+    option(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="for results.json, episodes.csv (of a run: evaluated/WHICH-EPISODES-SEED in it)",
+    ),
+    option("--json", action="store_true", help="print JSON instead of the table"),
+)
+def evaluate(options: argparse.Namespace) -> None:
+    """Success and efficiency on unseen starts.
+
+    Play one episode of a policy from each of the fixed starts.
+    """
+    refuse_count("--episodes", options.episodes)
+    if options.save_replays:
+        refuse_count("--save-replays", options.save_replays)
+    file = _policy_file(options.path, options.which)
+    folder = options.out
+    if folder is None and is_run(options.path):  # aside from what its training wrote
+        name = f"{options.which}-{options.episodes}-{options.seed}"
+        folder = options.path / "evaluated" / name
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)  # before anything is played for nothing
+    from ..evaluation.reports import report, table, write_report
+
+    figures, found = report(file, options.episodes, options.seed)
+    print(json.dumps(figures, indent=1) if options.json else table(figures))
+    said = sys.stderr if options.json else sys.stdout
+    if folder is not None:
+        write_report(folder, figures, found)
+        print(f"written to {folder}: results.json, episodes.csv", file=said)
+    if options.save_replays:
+        n = min(options.save_replays, options.episodes)
+        replays = _save_replays(file, (folder or Path()) / "replays.npz", n, options.seed)
+        print(f"written to {replays}: {n} episodes; see rigid-envs replay {replays}", file=said)
+
+
+def refuse_count(option: str, n: int, most: int = 1_000_000) -> None:
+    """Refuse a number of what is counted, as episodes.
+
+    Raises:
+        ConfigError: It is below 1 or above `most`.
+    """
+    if not 1 <= n <= most:
+        raise ConfigError(f"{option} = {n}; expected an integer in [1, {most}]")
+
+
+def _save_replays(file: Path, path: Path, n: int, seed: int) -> Path:
+    """Play the first starts once more, and record them."""
+    from rigid_envs import load
+    from rigid_envs.scores.policies import from_predict
+    from rigid_envs.watch.replays.recording import record_starts
+
+    policy = load(file)
+    if policy.env_id not in ENVIRONMENTS:
+        raise ConfigError(
+            f"--save-replays: env_id = {policy.env_id!r}; expected an environment of rigid_envs"
+        )
+    config = policy.document["env_kwargs"]
+    return record_starts(from_predict(policy), policy.env_id, n, "policy", seed, config).save(path)
+
+
+# The verb `enjoy`: one episode, as a table and to look at.
+
+
+@verb(
+    *_POLICY,
+    option("--seed", type=int, help="of the start (the first of the evaluation)"),
+    option("--random", action="store_true", help="act at random instead"),
+    option(
+        "--against",
+        metavar="CONTROLLER",
+        help="show a controller beside it, from the same start: one by its name, `reference` for "
+        "the best one, `nmpc` where there is one, `sampling`, `zero` or `random`",
+    ),
+    option("--video", metavar="FILE", help="write a film: FILE.mp4, .gif or .webp"),
+    option("--html", metavar="FILE", help="write a page for a browser"),
+    option("--table", action="store_true", help="print only"),
+)
+def enjoy(options: argparse.Namespace) -> None:
+    """Watch one episode, in a window or as a film.
+
+    Print one episode, step by step, and show it: in a window where there is a display (Space
+    pauses, R plays it again, Esc closes), and else in a film, enjoy.mp4 in the folder of the
+    policy. --video and --html write files instead.
+    """
+    from rigid_envs import load
+
+    from ..evaluation.showing import players_of, refuse_early, show, watch
+
+    video, html = refuse_early(options.video, options.html, options.table, options.against)
+    file = _policy_file(options.path, options.which)
+    policy = load(file)
+    seed = row_seeds(TEST_SEED, 1, "test")[0] if options.seed is None else options.seed
+    players = players_of(policy, seed, options.random, options.against)
+    watch(players[0][0], policy.document, seed)
+    if not options.table:
+        folder = options.path if is_run(options.path) else file.parent
+        show(policy.env_id, seed, players, video, html, folder / "enjoy.mp4")
+
+
+# Which policy: of a run, a folder or a file.
+
+
+def _policy_file(path: Path, which: str) -> Path:
+    """The file that the options name.
+
+    Raises:
+        FileNotFoundError: There is none, or none yet in the run.
+    """
+    if not is_run(path):
+        file = path / "policy.safetensors" if path.is_dir() else path
+        why = "no policy here"
+    else:
+        file = path / f"{which}_model" / "policy.safetensors"
+        why = (
+            f"no {which} policy yet ({file} is not there); a run writes the best at each "
+            "evaluation and the last with each checkpoint: go on with it, "
+            f"python -m agents train --resume {path}"
+        )
+    if not file.exists():
+        raise FileNotFoundError(f"{path}: {why}")
+    return file
