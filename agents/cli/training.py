@@ -16,18 +16,8 @@ from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli.words import option, verb
 
+from ..config import reading
 from ..config.entries import ALGORITHMS, Config, config_to_dict
-from ..config.reading import (
-    add_config_options,
-    dump_yaml,
-    entry_value,
-    env_keywords,
-    frame_of,
-    load_config,
-    read_yaml,
-    recipe_for,
-    shipped_config,
-)
 from ..storage.runs import Run, create_run, find_run, is_run, open_run
 
 if TYPE_CHECKING:
@@ -44,7 +34,7 @@ _DEFAULT = "RigidEnvs/BallPark-v0"
     option("--overwrite", action="store_true", help="delete a run of the same name"),
     option("--print-config", action="store_true", help="print the config and stop"),
     option("--quiet", action="store_true", help="no progress, only the result"),
-    add_config_options,
+    reading.add_config_options,
     usage="python -m agents train [--config FILE | --resume RUN] [--ENTRY VALUE ...]",
 )
 def train(options: argparse.Namespace) -> int:
@@ -56,7 +46,7 @@ def train(options: argparse.Namespace) -> int:
     """
     config = _config(options)
     if options.print_config:
-        print(dump_yaml(config_to_dict(config)), end="")
+        print(reading.dump_yaml(config_to_dict(config)), end="")
         return 0
     run = open_run(options.resume) if options.resume else create_run(config, options.overwrite)
     from ..training.trainer import train_in
@@ -85,7 +75,7 @@ def _config(options: argparse.Namespace) -> Config:
     entries = {key: value for key, value in vars(options).items() if key in known}
     if not options.resume:
         recipe = _recipe(options.config, entries, options.rest)
-        return load_config(recipe, entries, options.rest)
+        return reading.load_config(recipe, entries, options.rest)
     changes = [*entries, *options.rest, *(["config"] if options.config else [])]
     if changes or options.overwrite:
         raise ConfigError(
@@ -97,11 +87,13 @@ def _config(options: argparse.Namespace) -> Config:
 def _recipe(path: Path | None, entries: dict[str, str], rest: list[str]) -> dict[str, Any]:
     """Entries of the config file that was named, or else of the environment's own."""
     if path is not None:
-        return read_yaml(path if path.exists() else shipped_config(path))
+        return reading.read_yaml(path if path.exists() else reading.shipped_config(path))
     chosen = entries.keys() & {"env_id", "algo", "env_kwargs"}
-    values = {key: entry_value(key, entries[key]) for key in chosen}
+    values = {key: reading.entry_value(key, entries[key]) for key in chosen}
     env_id = str(values.get("env_id", _DEFAULT))
-    return recipe_for(env_id, values.get("algo"), frame_of(values, env_keywords(rest)))
+    return reading.recipe_for(
+        env_id, values.get("algo"), reading.frame_of(values, reading.env_keywords(rest))
+    )
 
 
 def _finish(run: Run, outcome: Session, imports: str, quiet: bool) -> None:
@@ -125,7 +117,7 @@ def _finish(run: Run, outcome: Session, imports: str, quiet: bool) -> None:
 def _next(run: Run, imports: str) -> str:
     """Three commands to go on with, each with what it is for."""
     config = run.config()
-    recipe = recipe_for(config.env_id, config.algo, config.frame)
+    recipe = reading.recipe_for(config.env_id, config.algo, config.frame)
     whole = recipe.get("total_timesteps", 0)
     again = f"python -m agents train --env_id {config.env_id}"
     if config.total_timesteps < whole:

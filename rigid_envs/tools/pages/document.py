@@ -14,27 +14,7 @@ from rigid_envs.envs.lookup import checked_id, task_of
 from rigid_envs.envs.spaces import action_space
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Rolling, Task
-from rigid_envs.tools.pages.tables import (
-    RANGE_NOTE,
-    SIDES,
-    WIDTH,
-    Table,
-    TaskDocstring,
-    action_table,
-    argument_table,
-    blocks,
-    docstring_of,
-    entry_table,
-    info_table,
-    paragraphs,
-    reference_section,
-    sample_arguments,
-    summary_of,
-    table,
-    term_table,
-    text_of,
-    time_limit,
-)
+from rigid_envs.tools.pages import tables
 
 # Content of the page of one environment, in the order of Gymnasium's pages.
 #
@@ -89,7 +69,7 @@ class Section:
     """A section: title, blocks and subsections."""
 
     title: str
-    body: Sequence[str | Table | Code]
+    body: Sequence[str | tables.Table | Code]
     parts: Sequence["Section"] = ()
 
 
@@ -104,20 +84,22 @@ def document(env_id: str, task: Task, given: Mapping[str, Any]) -> list[Section]
     Raises:
         DocstringError: the docstring of the task lacks a section.
     """
-    docstring = docstring_of(type(task))
+    docstring = tables.docstring_of(type(task))
     sections = docstring.sections
     return [
         Section("Description", docstring.description),
         Section("Action Space", _action(task)),
         _observation(task),
         *_reduced_frame(env_id, task),
-        Section("Rewards", [*sections["Rewards"], _REWARD, term_table(task)]),
+        Section("Rewards", [*sections["Rewards"], _REWARD, tables.term_table(task)]),
         Section("Starting State", [*sections["Starting State"], _options(task)]),
         _episode_end(env_id, task, docstring),
         _arguments(env_id, task, given),
-        Section("Info", [_INFO, info_table(task)]),
+        Section("Info", [_INFO, tables.info_table(task)]),
         _physics(env_id, task, docstring),
-        Section("Reference score", [*sections["Reference"], *reference_section(env_id, task)]),
+        Section(
+            "Reference score", [*sections["Reference"], *tables.reference_section(env_id, task)]
+        ),
         Section("Version History", sections["Version History"]),
         Section("References", sections["Source"]),
     ]
@@ -135,8 +117,8 @@ def observed(task: Task) -> str:
     return short(type(task).features) + attitude
 
 
-def _action(task: Task) -> list[str | Table | Code]:
-    what, table = short(type(task).actions), action_table(task)
+def _action(task: Task) -> list[str | tables.Table | Code]:
+    what, table = short(type(task).actions), tables.action_table(task)
     if isinstance(action_space(task), spaces.Discrete):
         lead = f"An integer, one of {task.n_choices} choices: {what}."
         return [lead, table, "Any other value is refused with a `ValueError`."]
@@ -161,10 +143,10 @@ def _array(n: int) -> str:
 
 def _observation(task: Task) -> Section:
     title, what, n = "Observation Space", observed(task), task.n_goal
-    table, attitude = entry_table(task.observations()[2 * n :]), _attitude(task)
+    table, attitude = tables.entry_table(task.observations()[2 * n :]), _attitude(task)
     if not n:
         return Section(title, [f"{_array(len(table.rows))}: {what}.", table, *attitude])
-    goal = entry_table(task.observations()[:n])  # the achieved one; the desired one is alike
+    goal = tables.entry_table(task.observations()[:n])  # the achieved one; the desired one is alike
     lead = (
         f"A dictionary of arrays of type float32: {what}. "
         "`env.unwrapped.compute_reward(achieved_goal, desired_goal, info)` computes rewards anew, "
@@ -202,8 +184,10 @@ def _reduced_frame(env_id: str, task: Task) -> list[Section]:
         f"The frame: {reduction.frame}"
     )
     after = f"An array of shape ({len(reduction.features)},) and type float32.{goals}"
-    formulas = blocks(inspect.cleandoc(reduction.formulas)) if reduction.formulas else []
-    return [Section("Reduced Frame", [lead, after, entry_table(reduction.features), *formulas])]
+    formulas = tables.blocks(inspect.cleandoc(reduction.formulas)) if reduction.formulas else []
+    return [
+        Section("Reduced Frame", [lead, after, tables.entry_table(reduction.features), *formulas])
+    ]
 
 
 def _options(task: Task) -> str:
@@ -218,10 +202,9 @@ def _options(task: Task) -> str:
     )
 
 
-def _episode_end(env_id: str, task: Task, docstring: TaskDocstring) -> Section:
-    limit = (
-        f"After {time_limit(env_id, task)}; `gym.make(..., max_episode_steps=N)` says otherwise."
-    )
+def _episode_end(env_id: str, task: Task, docstring: tables.TaskDocstring) -> Section:
+    limit = tables.time_limit(env_id, task)
+    limit = f"After {limit}; `gym.make(..., max_episode_steps=N)` says otherwise."
     slip = [_SLIP] if isinstance(task, Rolling) else []
     parts = [
         Section("Termination", [*docstring.sections["Episode End"], _PHYSICS_ERROR, *slip]),
@@ -231,14 +214,16 @@ def _episode_end(env_id: str, task: Task, docstring: TaskDocstring) -> Section:
 
 
 def _arguments(env_id: str, task: Task, given: Mapping[str, Any]) -> Section:
-    words = [f"{key}={value!r}" for key, value in (given or sample_arguments(task)).items()]
+    words = [f"{key}={value!r}" for key, value in (given or tables.sample_arguments(task)).items()]
     code = f'env = gym.make("{env_id}", {", ".join(words)})'
-    return Section("Arguments", [_ARGUMENTS, argument_table(task, given), RANGE_NOTE, Code(code)])
+    return Section(
+        "Arguments", [_ARGUMENTS, tables.argument_table(task, given), tables.RANGE_NOTE, Code(code)]
+    )
 
 
-def _physics(env_id: str, task: Task, docstring: TaskDocstring) -> Section:
+def _physics(env_id: str, task: Task, docstring: tables.TaskDocstring) -> Section:
     system = task.system_type
-    part = Section(f"System `{system.__name__}`", [*text_of(system), _ACCESS])
+    part = Section(f"System `{system.__name__}`", [*tables.text_of(system), _ACCESS])
     return Section(
         "Physics", [*docstring.sections["Physics"], *_integrator_step(env_id, task)], [part]
     )
@@ -292,7 +277,7 @@ def describe(env_id: str, config: Mapping[str, Any]) -> str:
     env_id = checked_id(env_id)
     task = task_of(env_id, config)
     sections = [
-        Section(env_id, [summary_of(type(task))]),
+        Section(env_id, [tables.summary_of(type(task))]),
         *document(env_id, task, config),
         Section("Example", [Code(example(env_id, config))]),
     ]
@@ -301,7 +286,7 @@ def describe(env_id: str, config: Mapping[str, Any]) -> str:
 
 def example(env_id: str, config: Mapping[str, Any]) -> str:
     """An example program that runs the environment with these hyperparameters."""
-    given = pprint.pformat(dict(config), width=WIDTH - 12, sort_dicts=False)
+    given = pprint.pformat(dict(config), width=tables.WIDTH - 12, sort_dicts=False)
     settings = f"settings = {given}\n" if config else ""
     package = ENVIRONMENTS[env_id].task.partition(":")[0].partition(".")[0]
     given = ", **settings" if config else ""
@@ -319,9 +304,9 @@ def _lines(sections: Sequence[Section], rule: str) -> list[str]:
     return found
 
 
-def _block(block: str | Table | Code) -> str:
-    if isinstance(block, Table):
-        return table(block.header, block.rows, block.kinds.translate(SIDES))
+def _block(block: str | tables.Table | Code) -> str:
+    if isinstance(block, tables.Table):
+        return tables.table(block.header, block.rows, block.kinds.translate(tables.SIDES))
     if isinstance(block, Code):
         return textwrap.indent(block.text.rstrip(), "  ")
-    return paragraphs(block)
+    return tables.paragraphs(block)
