@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from rigid_envs.envs.single import RigidEnv
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.upright_coin.closed_forms import roll_coin
 from rigid_envs.systems.upright_coin.controllers import TwoRolls
@@ -161,24 +160,6 @@ def test_two_straight_rolls_park_the_coin_from_every_start():
     assert found.cost.mean() < 1.15 * shortest.mean()
 
 
-def parked(env, x=0.0, heading=0.0, phase=0.0):
-    """Whether a coin is parked that stands still at (x, 0)."""
-    env.reset(options={"state": {"q": UNIT_COIN.attitude(heading, phase), "contact": (x, 0.0)}})
-    _, _, terminated, _, info = env.step(np.zeros(2, dtype=np.float32))
-    assert terminated == info["is_success"]
-    return terminated
-
-
-@pytest.mark.parametrize("radius", [0.3, 1.0, 7.0])
-def test_coin_is_parked_within_the_tolerances_and_not_outside(radius):
-    env = RigidEnv("rigid_envs.systems.upright_coin.tasks:CoinPark", radius=radius)
-    for pose in ((0.099, 0.0, 0.0), (-0.099, 0.0, 0.0), (0.0, -0.099, 0.0), (0.0, 0.0, 0.149)):
-        assert parked(env, *pose)
-    assert parked(env, 0.0, 2.0 * np.pi - 0.09, 0.14 - 2.0 * np.pi)
-    for pose in ((0.101, 0.0, 0.0), (0.0, 0.101, 0.0), (0.0, 0.0, -0.151), (0.0, np.pi, np.pi)):
-        assert not parked(env, *pose)
-
-
 def directions(scale):
     """Where a fixed loop of steps leads, all of them scaled: heading, phase, side, mismatch."""
     loop = np.random.default_rng(2).uniform(-1.0, 1.0, (12, 2))
@@ -195,18 +176,3 @@ def test_directions_are_of_the_orders_1_1_2_and_3_by_which_the_cost_weighs_them(
     wide, narrow = directions(0.2), directions(0.1)
     # the next order is smaller by the square of the largest heading, some 0.05 rad
     np.testing.assert_allclose(np.log2(wide / narrow), [1.0, 1.0, 2.0, 3.0], atol=0.01)
-
-
-def test_reward_terms_are_those_of_the_pose():
-    env = RigidEnv("rigid_envs.systems.upright_coin.tasks:CoinPark")
-    y = {"q": UNIT_COIN.attitude(0.7, -2.0), "contact": (1.5, -0.4)}
-    env.reset(options={"state": y})
-    *_, info = env.step(np.zeros(2, dtype=np.float32))
-    # roots are rounded off at 1e-3
-    assert info["reward/position"] == pytest.approx(-np.hypot(1.5, 0.4), rel=1e-12)
-    assert info["reward/heading"] == pytest.approx(-0.7, rel=1e-12)
-    assert info["reward/side"] == pytest.approx(-np.sqrt(0.4), rel=1e-5)
-    assert info["reward/mismatch"] == pytest.approx(-np.cbrt(0.5), rel=1e-5)
-    env.reset(options={"state": {**y, "contact": (1.5 + 2.0 * np.pi, -0.4)}})
-    *_, info = env.step(np.zeros(2, dtype=np.float32))
-    assert info["reward/mismatch"] == pytest.approx(-np.cbrt(0.5), rel=1e-5)
