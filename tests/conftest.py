@@ -5,8 +5,11 @@ from hypothesis import HealthCheck, settings
 
 from rigid_envs.testing.ids import compile_first
 
-# The first example compiles what it calls, and a machine may be busy: examples are not timed.
-settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+# The first example compiles what it calls, and a machine may be busy: examples are not timed. They
+# are others in every run: forty of them are as many as a push needs.
+settings.register_profile(
+    "untimed", deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("untimed")
 
 

@@ -88,24 +88,21 @@ def source(tmp_path: Path) -> Path:
     return tmp_path / "src"
 
 
-def test_an_edited_helper_in_another_file_is_compiled_anew(source: Path, tmp_path: Path) -> None:
+def test_an_edited_helper_is_compiled_anew_and_an_edited_docstring_or_comment_compiles_nothing(
+    source: Path, tmp_path: Path
+) -> None:
     cache, helper = tmp_path / "cache", source / "rigid_envs/engine/algebra.py"
-    before = helper.read_text()
-    cold, warm = run(source, cache), run(source, cache)
-    assert (cold[:2], warm[:2]) == ((3.0, 0), (3.0, 1))
-    helper.write_text(before + EDIT)
-    assert run(source, cache)[:2] == (6.0, 0)
-    helper.write_text(before)  # the code of then is still there, under its own name
-    assert run(source, cache)[:2] == (3.0, 1)
-    assert Path(cold[2]).is_relative_to(cache / "rigid-envs")
-
-
-def test_an_edited_docstring_or_comment_compiles_nothing(source: Path, tmp_path: Path) -> None:
-    assert run(source, tmp_path / "cache")[:2] == (3.0, 0)
+    cold = run(source, cache)
+    assert cold[:2] == (3.0, 0) and Path(cold[2]).is_relative_to(cache / "rigid-envs")
     for path in (source / "rigid_envs").rglob("*.py"):
         text = re.sub(r'"""(?=\w)', '"""Edited.\n\n    ', path.read_text())
         path.write_text(f"# An edited file.\n\n{text}")
-    assert run(source, tmp_path / "cache")[:2] == (3.0, 1)
+    assert run(source, cache)[:2] == (3.0, 1)
+    before = helper.read_text()
+    helper.write_text(before + EDIT)  # in another file than the kernel
+    assert run(source, cache)[:2] == (6.0, 0)
+    helper.write_text(before)  # the code of then is still there, under its own name
+    assert run(source, cache)[:2] == (3.0, 1)
 
 
 @pytest.mark.parametrize("base", ["file", pytest.param("file/below", marks=pytest.mark.long)])
@@ -130,29 +127,17 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
     assert found(report(tmp_path))[:2] == (3.0, 1)
 
 
-@pytest.fixture(scope="module")
-def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A cache folder in which REPORT has left its kernel."""
-    folder = tmp_path_factory.mktemp("compiled")
-    report(folder)
-    return folder
-
-
-@pytest.fixture
-def full(compiled: Path, tmp_path: Path) -> Path:
-    """A copy of it."""
-    return Path(shutil.copytree(compiled, tmp_path, dirs_exist_ok=True))
-
-
-@pytest.mark.parametrize("size", [300, pytest.param(0, marks=pytest.mark.long)])
-def test_a_damaged_file_is_compiled_anew(full: Path, size: int) -> None:
-    (path,) = full.rglob("*.nbc")
+@pytest.mark.long
+@pytest.mark.parametrize("size", [300, 0])
+def test_a_damaged_file_is_compiled_anew(tmp_path: Path, size: int) -> None:
+    report(tmp_path)
+    (path,) = tmp_path.rglob("*.nbc")
     path.write_bytes(path.read_bytes()[:size])
-    done = report(full)
+    done = report(tmp_path)
     assert found(done)[:2] == (3.0, 0)
     assert "compiled code cannot be read in" in done.stderr
     assert done.stderr.count("\n") == 1
-    assert found(report(full))[:2] == (3.0, 1)
+    assert found(report(tmp_path))[:2] == (3.0, 1)
 
 
 def flip(path: Path, bit: int) -> None:
@@ -295,8 +280,8 @@ def test_a_flipped_bit_in_every_file_changes_no_trajectory(tmp_path: Path) -> No
 
 
 def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
-    with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(lambda _: report(tmp_path), range(4)))
+    with ThreadPoolExecutor(2) as pool:
+        together = list(pool.map(lambda _: report(tmp_path), range(2)))
     assert {found(done)[0] for done in together} == {3.0}
     assert {done.stderr for done in together} == {""}
     assert found(report(tmp_path))[:2] == (3.0, 1)
@@ -328,6 +313,7 @@ print(len({address_of(kernel, *rows) for kernel in kernels}))
 """
 
 
+@pytest.mark.long
 def test_kernels_that_different_processes_have_compiled_are_not_mixed_up(tmp_path: Path) -> None:
     names = ("body", "top", "roller")
     for name in names:  # each is the first function that its process compiles
@@ -339,12 +325,10 @@ RESET = "import gymnasium, rigid_envs; gymnasium.make('RigidEnvs/BallGrid-v0').r
 LOGGED = f"import logging; logging.basicConfig(level='INFO'); {RESET}"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("code", "said"),
-    [
-        pytest.param(RESET, "", marks=pytest.mark.long),
-        (LOGGED, "INFO:rigid_envs.engine.compiler:compiled systems.rolling_ball."),
-    ],
+    [(RESET, ""), (LOGGED, "INFO:rigid_envs.engine.compiler:compiled systems.rolling_ball.")],
 )
 def test_long_compilations_are_logged_and_not_printed(code: str, said: str, tmp_path: Path) -> None:
     done = program(code, tmp_path)

@@ -31,7 +31,7 @@ class Runs:
     y: Array
 
 
-def run(env_id: str, policy: Controller, n: int = 200, seed: int = 0, **config: Any) -> Runs:
+def run(env_id: str, policy: Controller, n: int = 100, seed: int = 0, **config: Any) -> Runs:
     """One episode of n rows, seeded seed .. seed + n - 1, under actions ``policy(envs)``."""
     envs = gym.make_vec(
         f"RigidEnvs/{env_id}-v0", num_envs=n, vectorization_mode="vector_entry_point", **config

@@ -137,15 +137,3 @@ def test_a_million_steps_on_a_level_turntable_keep_speed_spin_and_circle():
     assert np.max(np.abs(moved)) <= 1e-10
     for k in range(2):
         assert is_level(trajectory.t, moved[:, k])
-
-
-def test_on_a_plate_at_rest_a_ball_rolls_straight_for_ever():
-    ball = DynamicBall(radius=0.5)
-    y = ball.state(position=(0.1, 0.2), velocity=(0.3, -0.2), spin=0.7)
-    trajectory = run(ball, y, 0.02)
-    # Nothing is added to velocity or spin, not even a rounding.
-    np.testing.assert_array_equal(trajectory["velocity"], np.tile(y[6:8], (len(trajectory), 1)))
-    np.testing.assert_array_equal(trajectory["spin"], 0.7)
-    way = y[4:6] + np.outer(trajectory.t, y[6:8])
-    # Ten million additions, each rounded by half a unit and to the same side at worst.
-    np.testing.assert_allclose(trajectory["position"], way, rtol=0, atol=5.0 * EPS * MILLION * 6e3)

@@ -21,7 +21,7 @@ def rows(n, **config):
 
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 def test_a_plan_that_is_tracked_parks_every_ball_at_rest(noise):
-    found = run("BallParkDynamic", bound(pushed), N, action_noise=noise)
+    found = run("BallParkDynamic", bound(pushed), 40, action_noise=noise)
     assert found.success.all()
     assert np.mean(found.steps) < 33
     assert (found.steps < 45).all()

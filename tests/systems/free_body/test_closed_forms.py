@@ -6,7 +6,7 @@ from operator import itemgetter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -126,7 +126,6 @@ ATTITUDE = st.integers(0, 2**32 - 1).map(
 )
 
 
-@settings(max_examples=200, deadline=None)
 @given(moments=MOMENTS, omega0=OMEGA, q0=ATTITUDE)
 def test_energy_and_spatial_momentum_stay_for_any_body_and_start(moments, omega0, q0):
     t = np.array([0.0, -7.0, 0.1, 13.0])
@@ -143,7 +142,6 @@ def test_energy_and_spatial_momentum_stay_for_any_body_and_start(moments, omega0
     )
 
 
-@settings(max_examples=200, deadline=None)
 @given(moments=MOMENTS, omega0=OMEGA, q0=ATTITUDE, t=st.floats(-4.0, 4.0))
 def test_restarting_midway_continues_the_same_motion(moments, omega0, q0, t):
     middle = free_body.omega(t, moments, omega0), free_body.attitude(t, moments, omega0, q0)
@@ -159,7 +157,6 @@ def test_restarting_midway_continues_the_same_motion(moments, omega0, q0, t):
     np.testing.assert_allclose(restarted, straight, rtol=0, atol=1e-12)
 
 
-@settings(max_examples=200, deadline=None)
 @given(moments=MOMENTS, omega0=OMEGA, q0=ATTITUDE)
 def test_the_motion_obeys_eulers_equations(moments, omega0, q0):
     h = 1e-3
@@ -289,7 +286,6 @@ ROLLING_RATE = st.one_of(
 ROLLING_OMEGA = st.tuples(ROLLING_RATE, ROLLING_RATE, ROLLING_RATE)
 
 
-@settings(max_examples=200)
 @given(moments=ROLLING_MOMENTS, omega0=ROLLING_OMEGA, seed=st.integers(0, 2**32 - 1))
 def test_the_herpolhode_is_where_the_attitude_takes_omega(moments, omega0, seed):
     q0 = Rotation.random(rng=np.random.default_rng(seed)).as_quat(scalar_first=True)
@@ -381,7 +377,6 @@ MOMENT = st.floats(0.1, 10.0)
 RATE = st.one_of(st.just(0.0), st.floats(1e-3, 3.0), st.floats(-3.0, -1e-3))
 
 
-@settings(max_examples=200)
 @given(i_perp=MOMENT, i3=MOMENT, omega0=st.tuples(RATE, RATE, RATE), shift=st.integers(0, 2))
 def test_the_body_cone_rolls_on_the_space_cone(i_perp, i3, omega0, shift):
     moments = np.roll([i_perp, i_perp, i3], shift)

@@ -1,5 +1,7 @@
 """Tops led into steady precession or kept upright: linear equations, costs and reach."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -30,6 +32,7 @@ SPINS = (1.1 * TOP.critical_spin, 2.0 * TOP.critical_spin)
 BRANCHES = ("slow", "fast")
 
 
+@cache
 def precessing(branch="slow", torque=FREE, top=TOP, spins=SPINS):
     return PrecessionRegulator(top, torque, DT, TILTS, spins, branch)
 
@@ -143,6 +146,7 @@ def test_what_does_not_precess_steadily_is_refused():
 E_Z = np.array([0.0, 0.0, 1.0])
 
 
+@cache
 def controllers(limit, top=TOP):
     return [UprightBalance(top, limit, DT), PivotBalance(top, limit, DT)]
 
@@ -236,7 +240,7 @@ def test_between_the_nodes_and_for_tops_that_are_a_little_different_the_loop_is_
     controller, spread
 ):
     rng, held = np.random.default_rng(0), []
-    for _ in range(100):
+    for _ in range(30):
         factors = rng.uniform(1.0 - spread, 1.0 + spread, 4)
         I1, I3, m, ell = factors * [TOP.I1, TOP.I3, TOP.m, TOP.ell]
         other = type(controller)(HeavyTop(I1, I1, I3, m, TOP.g, ell), FREE, DT)
@@ -293,6 +297,7 @@ UNEVEN = HeavyTop(0.925, 1.15, 0.55)
 PRICES = np.array([1.0, 1.0, 0.1, 0.1]), 0.03
 
 
+@cache
 def uneven(torque=FREE, top=UNEVEN):
     return AsymmetricBalance(top, torque, DT, fastest=3.0)
 
@@ -360,7 +365,7 @@ def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases_of_an_uneven_to
 
 def test_between_the_nodes_and_for_every_drawn_body_the_loop_is_stable():
     balance, rng, found = uneven(), np.random.default_rng(0), []
-    for moments in rng.uniform([0.85, 1.05, 0.45], [1.0, 1.25, 0.65], (100, 3)):
+    for moments in rng.uniform([0.85, 1.05, 0.45], [1.0, 1.25, 0.65], (30, 3)):
         other, spin = uneven(top=HeavyTop(*moments)), rng.uniform(-3.0, 3.0)
         F, G = zero_order_hold(*other.model(spin), DT)
         found.append(np.abs(np.linalg.eigvals(F - G @ balance._table(spin).gain)).max())

@@ -18,7 +18,7 @@ KINDS = ("BallPark", "BallParkRandom", "BallReorient", "BallParkGoal")
 @cache
 def planned(env_id):
     """Episodes along three straight rolls."""
-    return run(env_id, bound(reference_controllers(f"RigidEnvs/{env_id}-v0")["three_rolls"]))
+    return run(env_id, bound(reference_controllers(f"RigidEnvs/{env_id}-v0")["three_rolls"]), n=40)
 
 
 @pytest.mark.parametrize("env_id", KINDS)

@@ -13,12 +13,13 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.rolling_ball.controllers import three_rolls
 from rigid_envs.systems.rolling_ball.shortest_path import ShortestPath, shortest_path
+from tests.systems.measures import seeds
 
 HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 EXACT = 1e-10  # m and rad; 1e-12 is solved for, at truncation below that
-FEW, ALL = 20, 100
+FEW, ALL = 8, 100
 MEANS = {
-    FEW: 5.90938,
+    FEW: 5.44436,
     ALL: 6.03282,
 }  # of lengths; ten times as many starts find them too, see below
 each_number = pytest.mark.parametrize("n", [FEW, pytest.param(ALL, marks=pytest.mark.long)])
@@ -33,12 +34,12 @@ def poses():
 
 
 @cache
-def planned(n=FEW):
+def planned(n):
     """Paths home from the first n of these poses."""
     return [shortest_path(pose, HOME) for pose in poses()[:n]]
 
 
-def lengths(n=FEW):
+def lengths(n):
     return np.array([path.length for path in planned(n)])
 
 
@@ -80,12 +81,12 @@ def test_the_maximum_principle_steers_along_every_path(n):
 
 
 def test_the_same_pose_has_the_same_path_to_the_last_bit():
-    for pose, path in zip(poses()[:3], planned(), strict=False):
+    for pose, path in zip(poses()[:3], planned(FEW), strict=False):
         again = shortest_path(pose, HOME)
         np.testing.assert_array_equal(again.states(7), path.states(7))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", seeds(1, 3))
 def test_lengths_do_not_depend_on_where_and_how_the_plane_is_looked_at(seed):
     start, goal = random_pose(seed), random_pose(seed + 10)
     length = shortest_path(start, goal).length
@@ -138,7 +139,7 @@ def test_nowhere_is_no_way():
     assert not path.rolls(3).any()
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(2, 6))
 def test_short_elasticae_are_their_own_shortest_paths(seed):
     rng = np.random.default_rng(seed)
     length, turning = rng.uniform(0.5, 2.0), rng.uniform(-1.0, 1.0)
@@ -149,7 +150,7 @@ def test_short_elasticae_are_their_own_shortest_paths(seed):
     np.testing.assert_allclose(path.states(9), given.states(9), rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("angle", [0.1, 1.0, 2.0, 3.0, math.pi])
+@pytest.mark.parametrize("angle", [0.1, 2.0, math.pi])
 def test_a_ball_is_twisted_in_place(angle):
     twist = np.concatenate([rotations.exp([0.0, 0.0, angle]), [0.0, 0.0]])
     path = shortest_path(HOME, twist)
@@ -223,14 +224,6 @@ def best_polygon(goal, length, n_guesses, seed=0, n_sides=24):
     return min(found)
 
 
-def test_no_polygon_that_is_optimised_directly_is_shorter():
-    # a polygon is a path: never shorter than the shortest, but for the 1e-8 that it may miss by;
-    # with 24 sides it is longer by the square of the bend of a side over 24, on average
-    path = shortest_path(HOME, poses()[0])
-    best = best_polygon(poses()[0], path.length, n_guesses=8)
-    assert path.length * (1.0 - 1e-6) < best < path.length * 1.02
-
-
 @pytest.mark.long
 def test_no_polygon_is_shorter_from_hundreds_of_guesses():
     for k in range(0, 100, 4):
@@ -251,7 +244,7 @@ def test_ten_times_as_many_starts_find_nothing_shorter(monkeypatch):
 
 @pytest.mark.parametrize("n", [20, 100])
 def test_polygons_along_paths_lead_home_exactly(n):
-    for path in planned():
+    for path in planned(FEW):
         rolls = path.rolls(n)
         assert rolls.shape == (n, 2)
         np.testing.assert_allclose(path.start[4:] + np.sum(rolls, axis=0), 0.0, atol=1e-11)
@@ -264,7 +257,7 @@ def test_polygons_along_paths_lead_home_exactly(n):
 
 
 def test_as_few_rolls_as_a_reach_allows_lead_home():
-    for path in planned():
+    for path in planned(FEW):
         rolls, reach = path.rolls_within(math.pi / 8), math.pi / 8
         assert np.max(np.linalg.norm(rolls, axis=-1)) <= reach
         assert len(rolls) * reach >= path.length
@@ -277,7 +270,7 @@ def test_polygons_along_paths_park_every_ball_of_the_environment():
     tight = {"position_tolerance": 1e-5, "angle_tolerance": 1e-5}  # else it is parked before
     envs = RigidVectorEnv("rigid_envs.systems.rolling_ball.tasks:BallPark", FEW, **tight)
     envs.reset(seed=0, options={"state": poses()[:FEW]})
-    rolls = np.stack([path.rolls(100) for path in planned()])
+    rolls = np.stack([path.rolls(100) for path in planned(FEW)])
     sides = np.linalg.norm(rolls, axis=-1)
     reach = envs.task.roll_per_step * 1.0
     assert np.max(sides) <= reach
@@ -301,6 +294,6 @@ def test_what_has_no_path_or_too_few_sides_is_refused():
     with pytest.raises(ValueError, match="radius = -1"):
         shortest_path(HOME, HOME, radius=-1.0)
     with pytest.raises(ValueError, match=r"n = 0; expected an integer of at least 1"):
-        planned()[0].states(0)
+        planned(FEW)[0].states(0)
     with pytest.raises(ArithmeticError, match="n = 2 sides"):
-        planned()[0].rolls(2)
+        planned(FEW)[0].rolls(2)
