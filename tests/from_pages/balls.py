@@ -17,7 +17,7 @@ from tests.from_pages.attitudes import (
     of_rotation_vector,
     rotation_vector,
 )
-from tests.from_pages.rolling import Frame, Judged, Model, in_disk, limited, root, single, smooth
+from tests.from_pages.model import Frame, Judged, Model, in_disk, limited, root, single, smooth
 
 
 def pose_terms(p: Array, theta: Array) -> dict[str, float]:

@@ -14,8 +14,7 @@ from tests.from_pages.attitudes import (
     quaternion_rate,
     rotation_vector,
 )
-from tests.from_pages.episodes import Page, in_ball, near, uniform
-from tests.from_pages.rolling import in_disk, single
+from tests.from_pages.model import Page, in_ball, in_disk, near, single, uniform
 from tests.vectors import cross
 
 
@@ -443,3 +442,9 @@ class Reorient(FreeBody):
     def draw_aux(self, rng: np.random.Generator) -> Array:
         """The attitude of the goal."""
         return draw(rng)
+
+
+KINDS: tuple[type[Page], ...] = (
+    *(IntermediateAxis, IntermediateAxisRandom, IntermediateAxisSingle),
+    *(SpinCapture, AxisFlip, Detumble, Reorient),
+)

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from tests.from_pages import rolling
+from tests.from_pages import model
 from tests.from_pages.attitudes import angle, compose, draw, of_rotation_vector, rotation_vector
 from tests.from_pages.balls import pose_features, pose_frame, pose_terms
-from tests.from_pages.rolling import Frame, Held, Judged, Model, in_box, in_disk, limited
+from tests.from_pages.model import Frame, Held, Judged, Model, in_box, in_disk, limited
 from tests.vectors import cross
 
 
@@ -70,7 +70,7 @@ def rate_of_change(y: Array, u: Array, ball: Ball) -> Array:
 
 def moved(y: Array, u: Array, ball: Ball, dt: float) -> Array:
     """The state after the input was held for a time."""
-    return rolling.moved(lambda y: rate_of_change(y, u, ball), y, dt)
+    return model.moved(lambda y: rate_of_change(y, u, ball), y, dt)
 
 
 class BallParkDynamic(Model):

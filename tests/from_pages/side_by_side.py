@@ -1,21 +1,21 @@
-"""An environment of `gym.make` beside the same one rebuilt from its page."""
+"""Episodes of an environment of `gym.make` beside those of the model made from its page."""
 
-from collections.abc import Callable
-from functools import cache
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
 
 import gymnasium as gym
 import numpy as np
-from scipy.stats import ks_2samp, kstest
+import pytest
+from scipy.stats import ks_2samp
 
-import rigid_envs  # noqa: F401  (registers the ids)
+import rigid_envs  # noqa: F401 - registers the ids
 from rigid_envs.base.checks import Array
 from rigid_envs.engine.layout import CLOCK
-from tests.from_pages.attitudes import matrix
-from tests.from_pages.episodes import Page, Start
-from tests.from_pages.rolling import Step
+from rigid_envs.testing.environments import FULL
+from tests.from_pages.model import Model, Page, Step
 
-STARTS = 2000
+ModelT = TypeVar("ModelT", bound=Model)
+Rng = np.random.Generator
 
 FINE = 64  # substeps with which the integrator's error is negligible, see `TOLERANCE`
 # The integrator is of fourth order. With 64 substeps a step of it turns the body by less than
@@ -24,24 +24,141 @@ FINE = 64  # substeps with which the integrator's error is negligible, see `TOLE
 TOLERANCE = 1e-8
 LATE = 150  # steps, of 250 in an episode, after which the time that is left may be negative
 
-Policy = Callable[[Page, int], Any]
-Rng = np.random.Generator
+_HALF_ULP = 2.0**-24  # relative: observations are rounded to float32
+_OF_A_STEP = ("cost", "is_success", "action_clipped", "physics_error")  # 0 at a reset
+_LEAST_P = 1e-4  # of a two-sample test with fixed seeds
 
 
-def noise(rng: Rng, page: Page, size: float = 1.5) -> Array:
-    """An action that is outside its space now and then."""
-    return rng.uniform(-size, size, page.controls)
+def in_frames(*kinds: type[Model]) -> list[Any]:
+    """Models with each frame; a reduced one is a kernel of its own, of most ids a long test."""
+    cases: list[Any] = [(kind, "world") for kind in kinds]
+    for kind in kinds:
+        is_long = f"RigidEnvs/{kind.__name__}-v0" not in FULL
+        cases.append(pytest.param(kind, "reduced", marks=[pytest.mark.long] * is_long))
+    return cases
+
+
+def environment(name: str, **settings: Any) -> gym.Env[Any, Any]:
+    """An environment by the name of its page."""
+    return gym.make(f"RigidEnvs/{name}-v0", disable_env_checker=True, **settings)
+
+
+def both(kind: type[ModelT], **settings: Any) -> tuple[gym.Env[Any, Any], ModelT]:
+    """An environment, and the model of its page."""
+    ours = {key: value for key, value in settings.items() if key != "max_episode_steps"}
+    return environment(kind.__name__, **settings), kind(**ours)
+
+
+def begin(
+    env: gym.Env[Any, Any],
+    model: Model,
+    state: Mapping[str, Any],
+    params: Mapping[str, float] | None = None,
+    seed: int | None = None,
+    **beside: Any,
+) -> Any:
+    """Begin an episode of both in the same state; what is beside it, if not given, is theirs."""
+    options = {"state": dict(state), "params": dict(params or {})}
+    observation, info = env.reset(seed=seed, options=options)
+    assert not any(value for key, value in info.items() if key in _OF_A_STEP or "/" in key)
+    model.begin(params, **state, **(beside or model.beside(hidden(env))))
+    return observation
+
+
+def started(env: gym.Env[Any, Any], model: Model, rng: Rng, seed: int, **more: Any) -> Any:
+    """Begin an episode of both: state of the model, and what is beside it of the environment."""
+    params = model.draw_params(rng)
+    state = {**model.draw_with(rng, params), **more}
+    for name in model.beside(np.zeros(20)):
+        del state[name]
+    return begin(env, model, state, params, seed)
+
+
+def hidden(env: Any) -> Array:
+    """What the task keeps beside the state of the body, in the order of its page, if anything."""
+    return np.asarray(env.unwrapped.get_state().get("aux", []), dtype=float)
+
+
+def actions(rng: Rng, n: int, size: int, largest: float = 1.3) -> Array:
+    """Random actions, some of them outside the space, held for three steps."""
+    held = rng.uniform(-largest, largest, (n // 3 + 1, size))
+    return np.repeat(held, 3, axis=0)[:n].astype(np.float32)
+
+
+def alike(seen: Any, expected: Any, tolerance: float, what: str = "observation") -> None:
+    """What is seen is what is expected, rounded to float32."""
+    if isinstance(expected, Mapping):
+        assert seen.keys() == expected.keys()
+        for key, value in expected.items():
+            alike(seen[key], value, tolerance, key)
+        return
+    assert seen.dtype == np.float32
+    np.testing.assert_allclose(seen, expected, rtol=_HALF_ULP, atol=tolerance, err_msg=what)
+
+
+def step(
+    env: Any, model: Model, action: Any, tolerance: float, shown: float | None = None
+) -> tuple[Step, bool]:
+    """Step both and compare everything; also whether the time limit is reached.
+
+    Observations may have a tolerance of their own.
+    """
+    observation, reward, terminated, truncated, info = env.step(action)
+    expected = model.step(action)
+    assert info["physics_error"] == expected.broken
+    if expected.observation is not None:
+        alike(observation, expected.observation, shown or tolerance)
+    for key, value in expected.info.items():
+        assert abs(info[key] - value) <= (0.0 if isinstance(value, bool) else tolerance), key
+    assert abs(float(reward) - expected.reward) <= tolerance * model.largest_weight
+    assert terminated == expected.terminated
+    return expected, truncated
+
+
+def play(env: gym.Env[Any, Any], model: Model, choices: Iterable[Any], tolerance: float) -> bool:
+    """Step both until the end of the episode or of the actions.
+
+    Args:
+        env: in the same state as the model.
+        choices: the actions.
+        tolerance: largest difference of a number, beside the rounding of observations.
+
+    Returns:
+        Whether the last step was a success.
+    """
+    assert env.spec is not None
+    success = False
+    for n, action in enumerate(choices, 1):
+        expected, truncated = step(env, model, action, tolerance)
+        assert truncated == (n == env.spec.max_episode_steps), n
+        success = expected.success
+        if expected.terminated or truncated:
+            break
+    return success
+
+
+def play_many(
+    kind: type[Model],
+    steps: int,
+    tolerance: float,
+    /,
+    n: int = 40,
+    at_start: float | None = None,
+    **settings: Any,
+) -> None:
+    """Play n episodes of random actions; first observations may have a tolerance of their own."""
+    (env, model), rng = both(kind, **settings), np.random.default_rng(99)
+    for seed in range(n):
+        alike(started(env, model, rng, seed), model.observe(), at_start or tolerance)
+        play(env, model, actions(rng, steps, model.n_action), tolerance)
 
 
 class Pair:
-    """One episode of both, started and stepped together; every difference fails."""
+    """Episodes of a body that turns, led by policies; states are compared as well."""
 
-    def __init__(self, kind: type[Page], within: float = TOLERANCE, **arguments: Any) -> None:
+    def __init__(self, kind: type[Page], within: float = TOLERANCE, **settings: Any) -> None:
         """Make both; n_substeps is `FINE` where it is not given."""
-        arguments = {"n_substeps": FINE, **arguments}
-        ours = {key: value for key, value in arguments.items() if key != "max_episode_steps"}
-        self.page = kind(**ours)
-        self.env = gym.make(f"RigidEnvs/{kind.__name__}-v0", **arguments)
+        self.env, self.page = both(kind, **{"n_substeps": FINE, **settings})
         self.within = within
 
     def reset(self, rng: Rng, y: Array | None = None, aux: Array | None = None) -> None:
@@ -50,49 +167,33 @@ class Pair:
         What is kept beside the state can be given instead: it is set by `set_state`, as of `LATE`
         steps after a reset, and the environment shows it from the next step on.
         """
-        start = self.page.draw(rng)
-        y = start.y if y is None else np.asarray(y, dtype=float)
-        names = ("q", "omega_body", "pivot", "pivot_velocity")
-        parts = np.split(y, [4, 7, 9]) if len(y) > 7 else np.split(y, [4])
-        options = {"state": dict(zip(names, parts, strict=False)), "params": start.parameters}
-        seen, info = self.env.reset(seed=int(rng.integers(2**31)), options=options)
-        assert not any(info.values())
-        state = self.env.unwrapped.get_state()
-        if aux is not None:
-            state["clock"][CLOCK.elapsed] = LATE
-            self.env.unwrapped.set_state({**state, "aux": aux})
-            state["aux"] = np.asarray(aux)
-        self.page.begin(start.parameters, y=y, aux=state.get("aux", np.empty(0)))
+        given = {} if y is None else self.page.components(np.asarray(y, dtype=float))
+        seen = started(self.env, self.page, rng, int(rng.integers(2**31)), **given)
         if aux is None:
-            same_observation(seen, self.page.observe(), self.within)
+            alike(seen, self.page.observe(), 100.0 * self.within)
+            return
+        unwrapped: Any = self.env.unwrapped
+        state = unwrapped.get_state()
+        state["clock"][CLOCK.elapsed] = LATE
+        unwrapped.set_state({**state, "aux": aux})
+        self.page.aux = np.array(aux, dtype=float)
 
     def step(self, action: Any) -> tuple[Step, bool]:
         """Step both and compare everything; also whether the time limit is reached."""
-        action = np.asarray(action, dtype=np.float32)
-        seen, reward, terminated, truncated, info = self.env.step(action)
-        outcome = self.page.step(action)
-        same_observation(seen, outcome.observation, self.within)
-        assert info.keys() == outcome.info.keys()
-        for key, value in outcome.info.items():
-            # terms have slopes up to 10, at the goal
-            assert abs(float(info[key]) - float(value)) <= 10 * self.within * max(
-                1.0, abs(value)
-            ), key
-            assert isinstance(info[key], bool) == isinstance(value, bool), key
-        weights = self.page.largest_weight - 1.0
-        most = max(1.0, *map(abs, outcome.terms.values()))
-        assert abs(reward - outcome.reward) <= 10 * self.within * weights * most
-        assert terminated == outcome.terminated
-        y = self.env.unwrapped.y
-        sign = 1.0 if y[:4] @ self.page.y[:4] > 0 else -1.0
-        assert np.allclose(y[:4] * sign, self.page.y[:4], rtol=0, atol=self.within)
+        # terms have slopes up to 10, at the goal; entries in the reduced frame up to 100
+        tolerances = 10.0 * self.within, 100.0 * self.within
+        outcome = step(self.env, self.page, np.float32(action), *tolerances)
+        unwrapped: Any = self.env.unwrapped
+        y = unwrapped.y
+        y[:4] *= 1.0 if y[:4] @ self.page.y[:4] > 0 else -1.0
+        np.testing.assert_allclose(y[:4], self.page.y[:4], rtol=0, atol=self.within)
         size = max(1.0, float(np.abs(y).max()))
-        assert np.allclose(y[4:], self.page.y[4:], rtol=0, atol=self.within * size)
-        return outcome, truncated
+        np.testing.assert_allclose(y[4:], self.page.y[4:], rtol=0, atol=self.within * size)
+        return outcome
 
-    def run(self, policy: Policy, steps: int = 1000) -> list[Step]:
+    def run(self, policy: Callable[[Page, int], Any], steps: int = 1000) -> list[Step]:
         """Steps until the end, or so many."""
-        outcomes = []
+        outcomes: list[Step] = []
         for k in range(steps):
             outcome, truncated = self.step(policy(self.page, k))
             outcomes.append(outcome)
@@ -100,72 +201,31 @@ class Pair:
                 break
         return outcomes
 
-
-def same_observation(seen: Any, expected: Any, tolerance: float) -> None:
-    """Equal to rounding, one unit of float32, besides the error of the motion.
-
-    Entries in the reduced frame and the like have slopes up to 100.
-    """
-    if isinstance(expected, dict):
-        assert seen.keys() == expected.keys()
-        for key in expected:
-            same_observation(seen[key], expected[key], tolerance)
-        return
-    expected = np.asarray(expected, dtype=np.float32)
-    assert seen.dtype == np.float32
-    assert seen.shape == expected.shape
-    away = np.abs(seen.astype(float) - expected.astype(float))
-    allowed = np.spacing(np.abs(expected)) + 100 * tolerance * np.maximum(1.0, np.abs(expected))
-    assert np.all(away <= allowed), (seen, expected)
+    def shake(self, rng: Rng, steps: int) -> list[Step]:
+        """Steps under actions that are outside their space now and then."""
+        return self.run(lambda page, k: rng.uniform(-1.5, 1.5, page.controls), steps)
 
 
-@cache
-def drawn(kind: type[Page]) -> list[Start]:
-    """Starts of the environment, always the same ones."""
-    envs = gym.make_vec(f"RigidEnvs/{kind.__name__}-v0", num_envs=STARTS)
-    envs.reset(seed=11)
-    state = envs.unwrapped.get_state()
-    held = list(envs.unwrapped.task.ranges())  # the parameters of the system, then others
-    columns = [held.index({"I_perp": "I1"}.get(name, name)) for name in kind.physical]
-    starts = []
-    for k in range(STARTS):
-        parameters = dict(zip(kind.physical, state["parameters"][k][columns], strict=True))
-        aux = state["aux"][k] if "aux" in state else np.empty(0)
-        starts.append(Start(state["y"][k], parameters, aux))
-    return starts
+def drawn(
+    kind: type[Model], n: int = 2000, seed: int = 5, **settings: Any
+) -> tuple[Array, Any, Any]:
+    """States, observations and vector environment after one reset of n rows."""
+    envs = gym.make_vec(
+        f"RigidEnvs/{kind.__name__}-v0",
+        num_envs=n,
+        vectorization_mode="vector_entry_point",
+        **settings,
+    )
+    observations, _ = envs.reset(seed=seed)
+    return np.asarray(envs.unwrapped.y), observations, envs
 
 
-def same_distribution(kind: type[Page], given: list[Start]) -> None:
-    """Every quantity of such starts passes the test of Kolmogorov and Smirnov beside the page.
-
-    Quantities are R, omega in body and world axes and its norm, what else is in the state, the
-    parameters and what is kept. Of equal distributions one in ten thousand fails; the seeds are
-    fixed, so that these pass for good.
-    """
-    page = kind()
-    rng = np.random.default_rng(7)
-    expected = np.array([_quantities(page.draw(rng)) for _ in given]).T
-    for k, (a, b) in enumerate(
-        zip(expected, np.array(list(map(_quantities, given))).T, strict=True)
-    ):
-        if np.ptp(a) < 1e-12:  # constant, as a parameter without range, or 0
-            assert np.allclose(b, a[0], rtol=0, atol=1e-12), k
+def same_distribution(ours: Mapping[Any, Array], theirs: Mapping[Any, Array]) -> None:
+    """Every quantity has the same distribution in both, by the test of Kolmogorov and Smirnov."""
+    assert ours.keys() == theirs.keys()
+    for name, values in ours.items():
+        if np.ptp(values) < 1e-12:  # constant, as a parameter without range, or 0
+            np.testing.assert_allclose(theirs[name], values[0], rtol=0, atol=1e-12)
         else:
-            assert ks_2samp(a, b).pvalue > 1e-4, k
-
-
-def is_uniform(values: Array, low: float, high: float) -> None:
-    """Uniform from low to high: inside, and by the test of Kolmogorov and Smirnov."""
-    assert low <= np.min(values) and np.max(values) <= high
-    assert kstest(values, "uniform", (low, high - low)).pvalue > 1e-4
-
-
-def _quantities(start: Start) -> Array:
-    R, omega = matrix(start.y[:4]), start.y[4:7]
-    moving = [*omega, *(R @ omega), np.linalg.norm(omega), *start.y[7:]]
-    return np.array([*R.ravel(), *moving, *start.parameters.values(), *_rotated(start.aux)])
-
-
-def _rotated(aux: Array) -> Array:
-    """A quaternion by its matrix, whose sign has no meaning; other numbers as they are."""
-    return matrix(aux).ravel() if len(aux) == 4 else aux
+            p = ks_2samp(values, theirs[name]).pvalue
+            assert p > _LEAST_P, (name, p)

@@ -15,9 +15,9 @@ from tests.from_pages.balls import (
     BallReorient,
     BallSteer,
 )
+from tests.from_pages.model import Model, in_disk
 from tests.from_pages.pushed_balls import BallParkDynamic, BallPlate
-from tests.from_pages.rolling import Model, in_disk
-from tests.from_pages.rolling_play import (
+from tests.from_pages.side_by_side import (
     actions,
     alike,
     begin,
@@ -52,7 +52,7 @@ INTEGRATED = {n: (4.0 * 0.2 / n) ** 4 for n in (COARSE, FINE)}  # 3e-4 and 5e-9
 ROUGH, SMOOTH = 2, 40
 TABLE_ERROR = {n: (5.0 * 0.1 / n) ** 4 for n in (ROUGH, SMOOTH)}  # 4e-3 and 2e-8
 
-# A reduced frame with a delay is a kernel of its own: at a push, of one id of each system.
+# A reduced frame is a kernel of its own, and another with a delay: at a push, of few ids.
 long = pytest.mark.long
 
 POSES = (BallPark, BallParkRandom, BallReorient)
@@ -77,8 +77,8 @@ def test_a_ball_that_parks_does_what_its_page_says(
 @pytest.mark.parametrize(
     ("kind", "delay"),
     [
-        *((BallPark, 1), (BallParkRandom, 0), (BallReorient, 0)),
-        *(pytest.param(kind, 1, marks=long) for kind in POSES[1:]),
+        *((kind, 0) for kind in POSES),
+        *(pytest.param(kind, 1, marks=long) for kind in POSES),
     ],
 )
 def test_the_reduced_frame_of_parking_is_that_of_the_page(kind: type[Model], delay: int) -> None:
@@ -119,6 +119,7 @@ def test_a_ball_with_a_goal_does_what_its_page_says(settings: dict[str, Any]) ->
     play_many(BallParkGoal, 100, EXACT, n=3, **settings)
 
 
+@long
 def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less() -> None:
     env, model = both(BallParkGoal, frame="reduced", position_tolerance=0.5, angle_tolerance=0.5)
     rng, successes = np.random.default_rng(5), 0
@@ -254,8 +255,9 @@ def _which(model: BallGrid, q: Any, parity: int) -> float:
         {},
         {"path": "eight", "weight_close": 0.3, "dt": 0.07},
         {"path": "elastica", "radius": 0.4, "wavenumber": 0.9, "reference_speed": 0.8},
-        {"radius": (0.5, 1.5), "observe_params": True, "rotation": "euler", "action_delay": 1},
-        {"frame": "reduced", "roll_per_step": 0.2, "n_substeps": 4},
+        {"radius": (0.5, 1.5), "observe_params": True, "rotation": "euler"},
+        pytest.param({"action_delay": 1}, marks=long),
+        pytest.param({"frame": "reduced", "roll_per_step": 0.2, "n_substeps": 4}, marks=long),
         pytest.param({"frame": "reduced", "action_delay": 2}, marks=long),
     ],
 )
@@ -317,11 +319,13 @@ def test_a_ball_with_inertia_does_what_its_page_says(settings: dict[str, Any]) -
     play_many(BallParkDynamic, 40, tolerance, n=2, at_start=EXACT, **settings)
 
 
-@pytest.mark.parametrize("turntable_rate", [0.0, -0.6])
+@pytest.mark.parametrize(
+    ("turntable_rate", "delay"), [(0.0, 0), (-0.6, 0), pytest.param(-0.6, 1, marks=long)]
+)
 def test_the_reduced_frame_of_a_ball_with_inertia_is_that_of_the_page(
-    turntable_rate: float,
+    turntable_rate: float, delay: int
 ) -> None:
-    settings = {"frame": "reduced", "turntable_rate": turntable_rate, "action_delay": 1}
+    settings = {"frame": "reduced", "turntable_rate": turntable_rate, "action_delay": delay}
     settings |= {"n_substeps": FINE, "m": (0.5, 2.0), "beta": (0.3, 0.6)}
     env, model = both(BallParkDynamic, **settings)
     rng = np.random.default_rng(13)
@@ -372,7 +376,10 @@ TABLES: list[Any] = [
     {"turntable_rate": 1.5, "rotation": "matrix", "radius": 0.7},
     {"tilt_limit": 0.4, "tilt_rate": 2.0, "margin": 8.0, "g": 5.0, "rotation": "quat"},
     pytest.param({"frame": "reduced", "action_delay": 1}, marks=long),
-    {"frame": "reduced", "turntable_rate": -1.0, "beta": (0.3, 0.6), "radius": (0.6, 1.1)},
+    pytest.param(
+        {"frame": "reduced", "turntable_rate": -1.0, "beta": (0.3, 0.6), "radius": (0.6, 1.1)},
+        marks=long,
+    ),
     {"weight_effort": 2.0, "weight_near": 0.3, "m": (1.0, 2.0), "observe_params": True},
 ]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.from_pages.attitudes import matrix
-from tests.from_pages.rolling import Model
-from tests.from_pages.rolling_play import (
+from tests.from_pages.model import Model
+from tests.from_pages.side_by_side import (
     actions,
     alike,
     begin,
@@ -44,7 +44,8 @@ def on_rim(env: Any, model: DiskRoll, rng: np.random.Generator, seed: int, **mor
     alike(observed, model.observe(), EXACT)
 
 
-DISKS: list[tuple[type[DiskRoll], dict[str, Any]]] = [
+long = pytest.mark.long  # a reduced frame with a delay is a kernel of its own
+DISKS: list[Any] = [
     (DiskRoll, {}),
     (DiskRollRandom, {}),
     (DiskRoll, {"n_substeps": FEW}),
@@ -52,7 +53,7 @@ DISKS: list[tuple[type[DiskRoll], dict[str, Any]]] = [
     (DiskRoll, {"rotation": "euler", "dt": 0.03, "torque": 5.0, "g": 6.0}),
     (DiskRoll, {"weight_circle": 2.0, "weight_effort": -0.5, "action_delay": 2}),
     (DiskRollRandom, {"observe_params": True, "rotation": "quat"}),
-    (DiskRoll, {"frame": "reduced", "action_delay": 1}),
+    pytest.param(DiskRoll, {"frame": "reduced", "action_delay": 1}, marks=long),
     (DiskRollRandom, {"frame": "reduced", "observe_params": True, "tolerance": 0.1}),
 ]
 
@@ -142,14 +143,14 @@ ARCS = 50 * 30 * 3e-12
 # small as 1e-4 is magnified by 50 and more, for errors of 1e-15 per step.
 SHARP = 1e-10
 
-COINS: list[dict[str, Any]] = [
+COINS: list[Any] = [
     {},
     {"n_substeps": 1},
     *({"rotation": way} for way in ("rot6d", "none")),
     {"radius": 0.4, "dt": 0.05, "roll_per_step": 0.5, "steer_per_step": 0.3},
     {"radius": 0.015, "weight_mismatch": 0.7, "weight_side": -0.2},  # beyond 50 radii
     {"radius": (0.5, 1.5), "observe_params": True, "action_delay": 2},
-    {"frame": "reduced", "action_delay": 1},
+    pytest.param({"frame": "reduced", "action_delay": 1}, marks=long),
     {"frame": "reduced", "radius": 0.02, "start_half_width": 3.0},
 ]
 
@@ -200,13 +201,13 @@ def test_coins_start_as_the_page_says() -> None:
 ROUGH, FINE = 1, 16
 ROLLER_ERROR = {n: 40.0 * 1.7 * (1.7 * 0.1 / n) ** 4 for n in (ROUGH, FINE)}  # 6e-2 and 9e-7
 
-ROLLERS: list[dict[str, Any]] = [
+ROLLERS: list[Any] = [
     {},
     {"n_substeps": ROUGH},
     {"action_delay": 3, "weight_shortfall": 0.5},
     {"beta": (0.3, 0.7), "curvature": (0.1, 0.4), "g": 3.0, "observe_params": True},
     {"beta_change": 2.0, "rim": 0.7, "start_part": 0.6, "dt": 0.07},
-    {"frame": "reduced", "action_delay": 1},
+    pytest.param({"frame": "reduced", "action_delay": 1}, marks=long),
     {"frame": "reduced", "beta": (0.3, 0.7), "curvature": (0.1, 0.4)},
 ]
 

@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 
 from tests.from_pages import tops
-from tests.from_pages.episodes import Page
-from tests.from_pages.side_by_side import Pair, drawn, is_uniform, noise, same_distribution
+from tests.from_pages.model import Page
+from tests.from_pages.side_by_side import Pair, in_frames
+from tests.from_pages.tops import KINDS
 
-KINDS = [
-    *(tops.SleepingTop, tops.SleepingTopRandom, tops.TopPrecession),
-    *(tops.TopRandom, tops.PivotTop),
-]
 each = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 
 
@@ -20,23 +17,19 @@ def top(tilt: float, omega: tuple[float, float, float], *pivot: float) -> np.nda
     return np.array([*q, *omega, *(pivot or (0.0, 0.0, 0.0, 0.0))])
 
 
-@each
-def test_any_state_does_the_same(kind: type[Page]) -> None:
+@pytest.mark.parametrize(("kind", "frame"), in_frames(*KINDS))
+def test_any_state_does_the_same(kind: type[Page], frame: str) -> None:
     rng = np.random.default_rng(2)
-    for frame in ("world", "reduced"):
-        pair = Pair(kind, frame=frame, **({"fall": 3.1} if kind is tops.PivotTop else {}))
-        for _ in range(4):
-            y = pair.page.draw(rng).y
-            y[:4] = rng.normal(size=4)
-            y[:4] /= np.linalg.norm(y[:4])
-            y[4:7] = 3.0 * rng.normal(size=3)  # also spins below zero
-            y[7:] = rng.normal(size=4)
-            pair.reset(rng, y)
-            pair.run(lambda page, k: noise(rng, page), 10)
+    pair = Pair(kind, frame=frame, **({"fall": 3.1} if kind is tops.PivotTop else {}))
+    for _ in range(4):
+        y = rng.normal(size=11)
+        y[:4] /= np.linalg.norm(y[:4])
+        y[4:7] *= 3.0  # also spins below zero
+        pair.reset(rng, y if kind is tops.PivotTop else [*y[:7], 0.0, 0.0, 0.0, 0.0])
+        pair.shake(rng, 10)
 
 
-@each
-@pytest.mark.parametrize("frame", ["world", "reduced"])
+@pytest.mark.parametrize(("kind", "frame"), in_frames(*KINDS))
 def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
     rng, pair = np.random.default_rng(13), Pair(kind, frame=frame)
     fast = ((33.0, -35.0, 32.0), (-33.0, 35.0, -32.0), (1.0, 0.0, 34.0))
@@ -46,7 +39,7 @@ def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
             pair.reset(rng, top(tilt, omega, -12.0, 20.0, -25.0, 21.0))
     for omega in ((0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (1e-10, 0.0, -2.0), (0.3, -0.2, 5.0)):
         pair.reset(rng, top(0.3, omega))
-        pair.step(noise(rng, pair.page))
+        pair.shake(rng, 1)
 
 
 @each
@@ -60,48 +53,9 @@ def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
         top(0.1, (0.0, 0.0, 5.0)),
         np.array([0.0, 0.9]) if "goal_tilt" in kind.defaults() else None,
     )
-    outcomes = pair.run(lambda page, k: noise(rng, page), 30)
+    outcomes = pair.shake(rng, 30)
     successes = [outcome.info["is_success"] for outcome in outcomes]
     assert any(successes) or kind is tops.TopPrecession
-
-
-@each
-def test_starts_are_drawn_alike(kind: type[Page]) -> None:
-    given, page = drawn(kind), kind()
-    same_distribution(kind, given)
-    tilts = np.array([np.arccos(1 - 2 * (s.y[1] ** 2 + s.y[2] ** 2)) for s in given])
-    low = page.start_tilt / 3 if kind is tops.PivotTop else 0.0
-    is_uniform(tilts, low - 1e-7, page.start_tilt + 1e-7)  # arccos doubles rounding near 1
-    for name, values in kind.defaults().items():
-        if isinstance(values, tuple):
-            is_uniform(np.array([start.parameters[name] for start in given]), *values)
-
-
-@pytest.mark.parametrize("kind", [k for k in KINDS if k is not tops.TopRandom])
-def test_spins_are_in_their_ranges(kind: type[Page]) -> None:
-    page, shares = kind(), []
-    for start in drawn(kind):
-        page.parameters = start.parameters
-        shares.append(start.y[6] / page.critical())
-    if kind is tops.PivotTop:
-        low, high = 0.3 * page.start_spin, page.start_spin
-    elif kind is tops.TopPrecession:
-        low, high = page.start_spin, page.start_spin + page.start_spread
-    else:
-        low, high = page.start_spin_low, page.start_spin_high
-    is_uniform(np.array(shares), low - 1e-12, high + 1e-12)
-
-
-def test_rates_and_goals_are_in_their_ranges() -> None:
-    for kind in (tops.TopPrecession, tops.TopRandom):
-        across = np.array([np.hypot(*start.y[4:6]) for start in drawn(kind)])
-        is_uniform((across / kind().start_rate) ** 2, 0.0, 1.0)
-    page = tops.TopRandom()
-    spins = np.array([start.y[6] for start in drawn(tops.TopRandom)])
-    is_uniform(spins, -page.start_spin, page.start_spin)
-    page = tops.TopPrecession()
-    goals = np.array([start.aux[1] for start in drawn(tops.TopPrecession)])
-    is_uniform(goals, page.goal_tilt, page.goal_tilt + page.goal_spread)
 
 
 # -- ends
@@ -125,10 +79,12 @@ def test_a_sleeping_top_is_a_success_after_the_hold_time(kind: type[Page], hold:
 
 @pytest.mark.parametrize("branch", ["slow", "fast"])
 @pytest.mark.parametrize("spin", [6.0, -6.0])
-@pytest.mark.parametrize("frame", ["world", "reduced"])
-def test_steady_precession_is_a_success(branch: str, spin: float, frame: str) -> None:
+@pytest.mark.parametrize(("kind", "frame"), in_frames(tops.TopPrecession))
+def test_steady_precession_is_a_success(
+    branch: str, spin: float, kind: type[Page], frame: str
+) -> None:
     rng = np.random.default_rng(8)
-    pair = Pair(tops.TopPrecession, branch=branch, hold=0.5, frame=frame, max_episode_steps=60)
+    pair = Pair(kind, branch=branch, hold=0.5, frame=frame, max_episode_steps=60)
     tilt = 0.5
     a, b, c = np.cos(tilt), 0.5 * spin, pair.page.m * pair.page.g * pair.page.ell
     root = np.sqrt(b * b - 4 * a * c) * np.sign(b)
@@ -148,7 +104,7 @@ def test_a_slow_spin_has_a_goal_too() -> None:
     rng, pair = np.random.default_rng(9), Pair(tops.TopPrecession, branch="fast")
     for spin in (2.0, -1.0):
         pair.reset(rng, top(0.4, (0.2, 0.1, spin)))
-        pair.run(lambda page, k: noise(rng, page), 10)
+        pair.shake(rng, 10)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -160,11 +116,11 @@ def test_an_episode_ends_when_the_top_has_fallen(seed: int) -> None:
     assert outcomes[-1].reward > 0.0  # as every other step
 
 
-@pytest.mark.parametrize("frame", ["world", "reduced"])
-def test_an_episode_ends_when_the_pivot_leaves_the_arena(frame: str) -> None:
-    rng, pair = np.random.default_rng(10), Pair(tops.PivotTop, frame=frame, fall=3.0)
+@pytest.mark.parametrize(("kind", "frame"), in_frames(tops.PivotTop))
+def test_an_episode_ends_when_the_pivot_leaves_the_arena(kind: type[Page], frame: str) -> None:
+    rng, pair = np.random.default_rng(10), Pair(kind, frame=frame, fall=3.0)
     pair.reset(rng, top(0.02, (0.0, 0.0, 3.0), 3.0, 3.0, 1.0, 2.0))
-    outcomes = pair.run(lambda page, k: noise(rng, page))
+    outcomes = pair.shake(rng, 1000)
     assert outcomes[-1].terminated and pair.page.distance() > 5.0
 
 
@@ -179,10 +135,10 @@ def test_a_motion_that_becomes_too_fast_ends(kind: type[Page]) -> None:
 # -- where a frame has no direction
 
 
-@each
+@pytest.mark.parametrize(("kind", "frame"), in_frames(*KINDS))
 @pytest.mark.parametrize("spin", [0.0, 2.0, -2.0])
-def test_an_upright_top_has_a_frame(kind: type[Page], spin: float) -> None:
-    rng, pair = np.random.default_rng(12), Pair(kind, frame="reduced")
+def test_an_upright_top_has_a_frame(kind: type[Page], frame: str, spin: float) -> None:
+    rng, pair = np.random.default_rng(12), Pair(kind, frame=frame)
     pair.reset(rng, top(0.0, (0.0, 0.0, spin)))
     # without spin, rounding of omega3 decides on the side of y after the first step
-    pair.run(lambda page, k: noise(rng, page), 5 if spin else 1)
+    pair.shake(rng, 5 if spin else 1)

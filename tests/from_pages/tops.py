@@ -7,8 +7,7 @@ import numpy as np
 
 from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import matrix, quaternion_rate, tilted
-from tests.from_pages.episodes import Page, in_ball, near, share
-from tests.from_pages.rolling import in_disk, single
+from tests.from_pages.model import Page, in_ball, in_disk, near, share, single
 from tests.vectors import cross
 
 
@@ -424,3 +423,8 @@ class PivotTop(HeavyTop):
         """Spin in critical ones."""
         spin = rng.uniform(0.3 * self.start_spin, self.start_spin)
         return np.array([0.0, 0.0, self.critical() * spin])
+
+
+KINDS: tuple[type[Page], ...] = (
+    *(SleepingTop, SleepingTopRandom, TopPrecession, TopRandom, PivotTop),
+)

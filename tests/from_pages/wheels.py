@@ -8,7 +8,7 @@ import numpy as np
 
 from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose, matrix
-from tests.from_pages.rolling import Held, Judged, Model, in_box, limited, moved, root, smooth
+from tests.from_pages.model import Held, Judged, Model, in_box, limited, moved, root, smooth
 from tests.vectors import cross
 
 

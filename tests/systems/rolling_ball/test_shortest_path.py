@@ -274,14 +274,14 @@ def test_polygons_along_paths_park_every_ball_of_the_environment():
     sides = np.linalg.norm(rolls, axis=-1)
     reach = envs.task.roll_per_step * 1.0
     assert np.max(sides) <= reach
-    np.testing.assert_allclose(np.sum(sides, axis=-1), lengths(), rtol=0.01)
+    np.testing.assert_allclose(np.sum(sides, axis=-1), lengths(FEW), rtol=0.01)
     cost = np.zeros(FEW)
     for k in range(100):
         _, _, terminated, _, infos = envs.step((rolls[:, k] / reach).astype(np.float32))
         cost += infos["cost"]
         assert terminated.any() == (k == 99)
     assert infos["is_success"].all()
-    np.testing.assert_allclose(cost, lengths(), rtol=0.01)
+    np.testing.assert_allclose(cost, lengths(FEW), rtol=0.01)
 
 
 def test_a_path_that_coarse_polygons_lead_past_is_found():

@@ -134,8 +134,9 @@ class Model(ABC):
     def move(self, action: Array) -> Judged:
         """One control period."""
 
-    def stop(self) -> None:  # noqa: B027 - most need not
-        """Set the state that a motion which is too fast leaves, where that is compared."""
+    def stop(self) -> bool:
+        """Set the state that a motion which is too fast leaves; whether that is compared."""
+        return False
 
     def observe(self) -> Any:
         """The observation, before it is rounded to float32."""
@@ -156,13 +157,13 @@ class Model(ABC):
         judged = self.move(self.late.pop(0))
         turned = self.rate * self.s.dt / self.s.n_substeps
         broken = bool(turned > self.ACCEPTED and not judged.terminated)
+        known = not broken or self.stop()
         if broken:
-            self.stop()
             judged = Judged(dict.fromkeys(judged.terms, 0.0), 0.0, False, True)
         reward = sum(getattr(self.s, f"weight_{k}") * v for k, v in judged.terms.items())
         return Step(
             **vars(judged),
-            observation=self.observe(),
+            observation=self.observe() if known else None,
             reward=reward,
             clipped=clipped,
             broken=broken,
@@ -262,3 +263,144 @@ class Frame:
         return single(
             [self.cosine * along - self.sine * left, self.sine * along + self.cosine * left]
         )
+
+
+def uniform(rng: np.random.Generator, range_: Any) -> float:
+    """A number that is drawn from a pair, or the number itself."""
+    return float(rng.uniform(*range_) if isinstance(range_, tuple) else range_)
+
+
+def in_ball(rng: np.random.Generator, radius: float, dimension: int = 3) -> Array:
+    """Uniform in a ball, or in a disk."""
+    direction = rng.normal(size=dimension)
+    return radius * rng.uniform() ** (1 / dimension) * direction / np.linalg.norm(direction)
+
+
+def near(x: float, tolerance: float) -> float:
+    """`x / (|x| + tolerance)`."""
+    return x / (abs(x) + tolerance)
+
+
+def share(v: complex, half: float) -> list[float]:
+    """`v / (|v| + half)` of a vector in the plane."""
+    part = v / (abs(v) + half)
+    return [part.real, part.imag]
+
+
+class Page(Model):
+    """A body that turns: its state is y, which `rhs` moves; beside it the task keeps aux."""
+
+    physical: ClassVar[tuple[str, ...]] = ()
+    """Arguments that are parameters of the body."""
+    terms: ClassVar[tuple[str, ...]] = ()
+    controls: ClassVar[int] = 3
+    clip = staticmethod(in_box)
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.ranges = {name: self.ranges[name] for name in self.physical if name in self.ranges}
+        self.parameters = {name: self.middle(name) for name in self.physical}
+
+    def __getattr__(self, name: str) -> Any:
+        """A parameter of the episode, or an argument."""
+        if name.startswith("__") or name in ("s", "parameters"):
+            raise AttributeError(name)
+        return self.parameters[name] if name in self.parameters else self.settings[name]
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All arguments."""
+        return vars(self.s)
+
+    @property
+    def n_action(self) -> int:
+        return self.controls
+
+    @property
+    def q(self) -> Array:
+        return self.y[:4]
+
+    def middle(self, name: str) -> float:
+        """Middle of the range of an argument."""
+        return float(np.mean(self.settings[name]))
+
+    # -- an episode
+
+    def components(self, y: Array) -> dict[str, Array]:
+        """The parts of a state, by name."""
+        names = ("q", "omega_body", "pivot", "pivot_velocity")
+        return dict(zip(names, np.split(y, [4, 7, 9] if len(y) > 7 else [4]), strict=False))
+
+    def beside(self, aux: Array) -> dict[str, Any]:
+        return {"aux": aux}
+
+    def begin(self, params: Mapping[str, float] | None = None, **state: Any) -> None:
+        self.parameters |= params or {}
+        super().begin(params, **state)
+
+    def place(self, aux: Any, **parts: Any) -> None:
+        self.y = np.concatenate([np.asarray(part, dtype=float) for part in parts.values()])
+        self.aux = np.array(aux, dtype=float)
+        self.holding = Held(self.settings.get("hold", 0.0), self.dt)
+
+    def move(self, action: Array) -> Judged:
+        u = self.input_of(action)
+        self.y = self.moved(u)
+        values, cost, success = self.values(u), self.cost(u), bool(self.success())
+        return Judged(values, cost, success, bool(self.ended()))
+
+    def stop(self) -> bool:
+        """Attitude 1 and zeros, of the state and of what is kept beside it."""
+        for numbers in (self.y, self.aux):
+            numbers[:] = 0.0
+            numbers[:1] = 1.0 if len(numbers) >= 4 else 0.0
+        return True
+
+    def moved(self, u: Array) -> Array:
+        """The state after a control period with a constant input."""
+        return moved(lambda y: self.rhs(y, u), self.y, self.dt)
+
+    def held(self, within: bool) -> bool:
+        """Whether that was so throughout the last `hold` seconds; asked once in each step."""
+        return self.holding.after(within)
+
+    # -- what each page says
+
+    def input_of(self, action: Array) -> Array:
+        """Physical input of an action in its space."""
+        return self.torque * action
+
+    @abstractmethod
+    def rhs(self, y: Array, u: Array) -> Array:
+        """Equation of motion."""
+
+    @abstractmethod
+    def values(self, u: Array) -> dict[str, float]:
+        """The terms of the reward."""
+
+    def cost(self, u: Array) -> float:
+        """Norm of the input times time."""
+        return float(np.linalg.norm(u)) * self.dt
+
+    @abstractmethod
+    def success(self) -> bool:
+        """Whether the step is a success; asked once in each step."""
+
+    def ended(self) -> bool:
+        """Whether the episode terminates by itself."""
+        return False
+
+    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+        return self.draw_with(rng, self.draw_params(rng))
+
+    def draw_with(self, rng: np.random.Generator, params: Mapping[str, float]) -> dict[str, Any]:
+        self.parameters |= params
+        return {**self.components(self.draw_state(rng)), "aux": self.draw_aux(rng)}
+
+    @abstractmethod
+    def draw_state(self, rng: np.random.Generator) -> Array:
+        """State at the start, of the body with the present parameters."""
+
+    def draw_aux(self, rng: np.random.Generator) -> Array:
+        """What the task keeps beside the state: by default the counter of `hold`."""
+        return np.zeros(1)
