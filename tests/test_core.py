@@ -43,29 +43,29 @@ def test_blocks_begin_at_a_cache_line(n):
     assert core._blocks.ctypes.data % 64 == 0
 
 
-@pytest.mark.parametrize("n", SIZES)
-def test_every_part_has_an_entry_for_every_row_and_no_more(task, n):
-    core = begun(task, n)
-    act(core)
-    assert core.actions.shape == (n, len(task.actions()))
-    assert core.observations.shape == (n, len(task.observations()))
-    assert core.y.shape == (n, len(task.system_type.state_entries))
-    n_results = 2 + len(task.terms) + len(task.episode.ground.names)
-    assert core.results.shape == (n_results, n)
-    assert core.flags.shape == (len(FLAGS), n)
-    assert core.elapsed.tolist() == [1.0] * n
-    assert core.running.all()
-    assert all(part.shape[0] == n for part in core.get_state().values())
+def test_every_part_has_an_entry_for_every_row_and_no_more(task):
+    for n in SIZES:
+        core = begun(task, n)
+        act(core)
+        assert core.actions.shape == (n, len(task.actions()))
+        assert core.observations.shape == (n, len(task.observations()))
+        assert core.y.shape == (n, len(task.system_type.state_entries))
+        n_results = 2 + len(task.terms) + len(task.episode.ground.names)
+        assert core.results.shape == (n_results, n)
+        assert core.flags.shape == (len(FLAGS), n)
+        assert core.elapsed.tolist() == [1.0] * n
+        assert core.running.all()
+        assert all(part.shape[0] == n for part in core.get_state().values())
 
 
-@pytest.mark.parametrize("n_threads", [1, 2, 3, 5, 100])
-def test_threads_share_the_rows_and_change_no_bit(task, n_threads):
-    n = 5 * LANES + 3
-    shared, alone = begun(task, n, n_threads=n_threads), begun(task, n)
-    for k in range(10):
-        assert act(shared, k) == act(alone, k)
-        assert shared.observations.tobytes() == alone.observations.tobytes()
-        assert shared.results.tobytes() == alone.results.tobytes()
+def test_threads_share_the_rows_and_change_no_bit(task):
+    for n_threads in [1, 2, 3, 5, 100]:
+        n = 5 * LANES + 3
+        shared, alone = begun(task, n, n_threads=n_threads), begun(task, n)
+        for k in range(10):
+            assert act(shared, k) == act(alone, k)
+            assert shared.observations.tobytes() == alone.observations.tobytes()
+            assert shared.results.tobytes() == alone.results.tobytes()
 
 
 def test_threads_are_made_anew_in_a_forked_process():
@@ -98,17 +98,17 @@ def test_step_tells_whether_any_flag_is_up(n_threads):
     assert truncated.all()
 
 
-@pytest.mark.parametrize("n_threads", [1, 2])
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_step_tells_the_first_entry_that_is_not_finite_and_moves_nothing(task, bad, n_threads):
-    core = begun(task, 3 * LANES, n_threads=n_threads)
-    before = core.buffer.copy()
-    for k in (0, 1, core.actions.size // 2, core.actions.size - 1):
-        core.actions[...] = 0.5
-        core.actions.flat[k:] = bad
-        assert core.step() == -1 - k
-        core.actions[...] = 0.0
-        assert core.buffer.tobytes() == before.tobytes()
+def test_step_tells_the_first_entry_that_is_not_finite_and_moves_nothing(task):
+    for n_threads in [1, 2]:
+        for bad in [np.nan, np.inf, -np.inf]:
+            core = begun(task, 3 * LANES, n_threads=n_threads)
+            before = core.buffer.copy()
+            for k in (0, 1, core.actions.size // 2, core.actions.size - 1):
+                core.actions[...] = 0.5
+                core.actions.flat[k:] = bad
+                assert core.step() == -1 - k
+                core.actions[...] = 0.0
+                assert core.buffer.tobytes() == before.tobytes()
 
 
 def test_what_is_returned_is_a_copy(task):
@@ -122,15 +122,19 @@ def test_what_is_returned_is_a_copy(task):
     assert core.buffer.tobytes() == before.tobytes()
 
 
-@pytest.mark.parametrize("n", SIZES)
-def test_renewed_outputs_have_the_same_content_in_memory_of_their_own(task, n):
-    core = begun(task, n)
-    act(core)
-    old = core.outputs
-    core.renew_outputs()
-    for part, same in zip(old, core.outputs, strict=True):
-        assert (part.dtype, part.shape, part.tobytes()) == (same.dtype, same.shape, same.tobytes())
-        assert not np.shares_memory(part, same)
+def test_renewed_outputs_have_the_same_content_in_memory_of_their_own(task):
+    for n in SIZES:
+        core = begun(task, n)
+        act(core)
+        old = core.outputs
+        core.renew_outputs()
+        for part, same in zip(old, core.outputs, strict=True):
+            assert (part.dtype, part.shape, part.tobytes()) == (
+                same.dtype,
+                same.shape,
+                same.tobytes(),
+            )
+            assert not np.shares_memory(part, same)
 
 
 def test_all_64_bits_of_a_key_count(task):

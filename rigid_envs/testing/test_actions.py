@@ -79,31 +79,31 @@ def expected_of(env_id: str) -> str:
     return f"expected an integer from 0 to {n - 1}" if n else ""
 
 
-@pytest.mark.parametrize("make", [single, gym.make], ids=["unwrapped", "wrapped"])
-def test_what_is_no_action_is_refused_by_index_and_value(env_id, make):
-    env = make(env_id, **rich(env_id))
-    env.reset(seed=0)
-    for value, entry, told in bad_actions(env_id):
-        name = "action" if entry is None else f"action[{entry}]"
-        kind = f"({n_actions(env_id)},)" if entry is None and env_id in CONTINUOUS else ""
-        assert_refused(env, value, f"{name}{told}", expected_of(env_id), kind)
-
-
-@pytest.mark.parametrize("num_threads", [1, 2])
-def test_what_is_no_action_is_refused_in_any_row_by_its_number(env_id, num_threads):
-    envs = vector(env_id, 7, num_threads=num_threads, **rich(env_id))
-    envs.reset(seed=0)
-    for row in range(7):
+def test_what_is_no_action_is_refused_by_index_and_value(env_id):
+    for make in [single, gym.make]:
+        env = make(env_id, **rich(env_id))
+        env.reset(seed=0)
         for value, entry, told in bad_actions(env_id):
-            batch = actions(env_id, 1, 7)[0]
-            if entry is not None and isinstance(value, np.ndarray):
-                batch = batch.astype(value.dtype)
+            name = "action" if entry is None else f"action[{entry}]"
+            kind = f"({n_actions(env_id)},)" if entry is None and env_id in CONTINUOUS else ""
+            assert_refused(env, value, f"{name}{told}", expected_of(env_id), kind)
+
+
+def test_what_is_no_action_is_refused_in_any_row_by_its_number(env_id):
+    for num_threads in [1, 2]:
+        envs = vector(env_id, 7, num_threads=num_threads, **rich(env_id))
+        envs.reset(seed=0)
+        for row in range(7):
+            for value, entry, told in bad_actions(env_id):
+                batch = actions(env_id, 1, 7)[0]
+                if entry is not None and isinstance(value, np.ndarray):
+                    batch = batch.astype(value.dtype)
+                    batch[row] = value
+                    assert_refused(envs, batch, f"action[{row}, {entry}]{told}")
+                batch = list(batch)
                 batch[row] = value
-                assert_refused(envs, batch, f"action[{row}, {entry}]{told}")
-            batch = list(batch)
-            batch[row] = value
-            told = told if entry is None else ""
-            assert_refused(envs, batch, f"action[{row}]{told}", expected_of(env_id))
+                told = told if entry is None else ""
+                assert_refused(envs, batch, f"action[{row}]{told}", expected_of(env_id))
 
 
 def spoilt(env_id, batch, row):

@@ -175,32 +175,32 @@ def test_disabled_mode_leaves_resets_to_the_caller(env_id, n_episodes):
             assert_same_bits(pick(after, row), now)
 
 
-@pytest.mark.parametrize("mode", MODES)
-def test_results_of_a_step_are_not_touched_by_the_next(env_id, mode):
-    envs = vector(env_id, 3, autoreset_mode=mode, max_episode_steps=2)
-    results, kept = [envs.reset(seed=0)], []
-    for batch in actions(env_id, 2, 3):
-        kept.append(copy.deepcopy(results[-1]))
-        results.append(envs.step(batch))
-    assert_same_bits(results[:-1], kept)
+def test_results_of_a_step_are_not_touched_by_the_next(env_id):
+    for mode in MODES:
+        envs = vector(env_id, 3, autoreset_mode=mode, max_episode_steps=2)
+        results, kept = [envs.reset(seed=0)], []
+        for batch in actions(env_id, 2, 3):
+            kept.append(copy.deepcopy(results[-1]))
+            results.append(envs.step(batch))
+        assert_same_bits(results[:-1], kept)
 
 
-@pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("before", [3, 10**9])
-def test_without_a_limit_nothing_is_truncated(env_id, mode, before):
+def test_without_a_limit_nothing_is_truncated(env_id, mode):
     """However long an episode has lasted: the clock is put near the limit and far beyond.
 
     No further than where steps are refused, because rates may leave the stability envelope.
     """
-    envs = vector(env_id, 2, autoreset_mode=mode, max_episode_steps=None)
-    far = max(ENVIRONMENTS[env_id].max_episode_steps - before, before)
-    for env, action in ((single(env_id), still(env_id, 1)[0]), (envs, still(env_id, 2))):
-        env.reset(seed=0)
-        state = env.get_state()
-        state["clock"][..., CLOCK.elapsed] = min(far, task_of(env_id).stable_steps() - 6)
-        env.set_state(state)
-        for _ in range(6):
-            _, _, terminated, truncated, _ = env.step(action)
-            assert not np.any(truncated)
-            if np.any(terminated):
-                break
+    for before in [3, 10**9]:
+        for before in MODES:
+            envs = vector(env_id, 2, autoreset_mode=mode, max_episode_steps=None)
+            far = max(ENVIRONMENTS[env_id].max_episode_steps - before, before)
+            for env, action in ((single(env_id), still(env_id, 1)[0]), (envs, still(env_id, 2))):
+                env.reset(seed=0)
+                state = env.get_state()
+                state["clock"][..., CLOCK.elapsed] = min(far, task_of(env_id).stable_steps() - 6)
+                env.set_state(state)
+                for _ in range(6):
+                    _, _, terminated, truncated, _ = env.step(action)
+                    assert not np.any(truncated)
+                    if np.any(terminated):
+                        break

@@ -240,17 +240,17 @@ def assert_runs(env_id: str, config: dict[str, Any]) -> None:
     assert env.observation_space.contains(env.reset(seed=0)[0])
 
 
-@pytest.mark.parametrize("share", [0.0, 1.0])
-def test_physical_parameters_alone_may_have_any_size_that_the_others_allow(env_id, share):
-    for name in task_of(env_id).physical_parameters():
-        rule = RULES[env_id, name]
-        try:
-            env = single(env_id, **{name: rule.high if share else rule.low}, n_substeps=1000)
-        except ConfigError as refusal:
-            assert str(refusal).startswith("config.")
-            assert "expected" in str(refusal)
-        else:
-            assert env.observation_space.contains(env.reset(seed=0)[0])
+def test_physical_parameters_alone_may_have_any_size_that_the_others_allow(env_id):
+    for share in [0.0, 1.0]:
+        for name in task_of(env_id).physical_parameters():
+            rule = RULES[env_id, name]
+            try:
+                env = single(env_id, **{name: rule.high if share else rule.low}, n_substeps=1000)
+            except ConfigError as refusal:
+                assert str(refusal).startswith("config.")
+                assert "expected" in str(refusal)
+            else:
+                assert env.observation_space.contains(env.reset(seed=0)[0])
 
 
 def test_a_step_too_long_is_refused_with_the_least_number_of_substeps_that_will_do(env_id):
@@ -295,15 +295,15 @@ OF_THE_SHELL = {
 }
 
 
-@pytest.mark.parametrize("key", OF_THE_SHELL)
-def test_settings_of_the_shell_are_refused_by_key(env_id, key):
-    from rigid_envs.envs.vector import RigidVectorEnv
+def test_settings_of_the_shell_are_refused_by_key(env_id):
+    for key in OF_THE_SHELL:
+        from rigid_envs.envs.vector import RigidVectorEnv
 
-    module = type(task_of(env_id))
-    task = f"{module.__module__}:{module.__qualname__}"
-    for value in OF_THE_SHELL[key]:
-        with pytest.raises(ConfigError, match=rf"^config\.{key}: .*expected"):
-            RigidVectorEnv(task, **{"num_envs": 2, key: value})
+        module = type(task_of(env_id))
+        task = f"{module.__module__}:{module.__qualname__}"
+        for value in OF_THE_SHELL[key]:
+            with pytest.raises(ConfigError, match=rf"^config\.{key}: .*expected"):
+                RigidVectorEnv(task, **{"num_envs": 2, key: value})
 
 
 def test_fields_are_documented_with_text_unit_and_rule(env_id):

@@ -13,10 +13,12 @@ import numpy as np
 import pytest
 
 from rigid_envs.testing.environments import (
+    IDS,
     actions,
     assert_same_bits,
     ending,
     flat,
+    in_full,
     pick,
     rich,
     row_of,
@@ -66,24 +68,25 @@ def alone(env_id: str, row: int) -> list[Any]:
     return results
 
 
-@pytest.mark.parametrize("num_threads", [1, 2])
-@pytest.mark.parametrize("n", SIZES)
-def test_a_row_of_many_is_the_single_environment(env_id, n, num_threads):
-    config = ending(env_id) | {"max_episode_steps": HORIZON, "num_threads": num_threads}
-    envs = vector(env_id, n, **config)
-    observations, infos = envs.reset(seed=SEED)
-    blank = (np.zeros(n), np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_))
-    results = [(observations, *blank, infos)]
-    results += [envs.step(batch[:n]) for batch in table(env_id)]
-    for row in (r for r in ROWS if r < n):
-        for step, expected in zip(results, alone(env_id, row), strict=True):
-            observations, rewards, terminated, truncated, infos = step
-            assert_same_bits(pick(observations, row), expected[0])
-            ends = (rewards[row].item(), terminated[row].item(), truncated[row].item())
-            assert_same_bits(ends, expected[1:4])
-            assert_same_bits(row_of(infos, row), expected[4])
+def test_a_row_of_many_is_the_single_environment(env_id):
+    for num_threads in [1, 2]:
+        for n in SIZES:
+            config = ending(env_id) | {"max_episode_steps": HORIZON, "num_threads": num_threads}
+            envs = vector(env_id, n, **config)
+            observations, infos = envs.reset(seed=SEED)
+            blank = (np.zeros(n), np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_))
+            results = [(observations, *blank, infos)]
+            results += [envs.step(batch[:n]) for batch in table(env_id)]
+            for row in (r for r in ROWS if r < n):
+                for step, expected in zip(results, alone(env_id, row), strict=True):
+                    observations, rewards, terminated, truncated, infos = step
+                    assert_same_bits(pick(observations, row), expected[0])
+                    ends = (rewards[row].item(), terminated[row].item(), truncated[row].item())
+                    assert_same_bits(ends, expected[1:4])
+                    assert_same_bits(row_of(infos, row), expected[4])
 
 
+@in_full(IDS)
 @pytest.mark.parametrize(
     ("mode", "autoreset"), [("sync", "NextStep"), ("sync", "SameStep"), ("async", "SameStep")]
 )

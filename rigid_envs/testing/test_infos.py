@@ -41,44 +41,44 @@ def test_info_has_the_same_keys_and_types_at_reset_and_at_every_step(env_id):
         assert {key: type(value) for key, value in info.items()} == expected_types(env_id)
 
 
-@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-def test_infos_of_many_rows_have_the_keys_of_one_with_masks(env_id, mode):
-    envs = vector(env_id, 3, autoreset_mode=mode, max_episode_steps=4, **rich(env_id))
-    _, infos = envs.reset(seed=0)
-    for batch in actions(env_id, 30, 3):
-        kinds = expected_types(env_id)
-        plain = {key for key in infos if "final_" not in key}
-        assert plain == {*kinds, *(f"_{key}" for key in kinds)}
-        for key, kind in kinds.items():
-            assert infos[key].dtype == np.dtype(kind)
-            assert infos[key].shape == infos[f"_{key}"].shape == (3,)
-            assert infos[f"_{key}"].dtype == bool
-            assert infos[f"_{key}"].all()
-        *_, infos = envs.step(batch)
+def test_infos_of_many_rows_have_the_keys_of_one_with_masks(env_id):
+    for mode in ["NextStep", "SameStep"]:
+        envs = vector(env_id, 3, autoreset_mode=mode, max_episode_steps=4, **rich(env_id))
+        _, infos = envs.reset(seed=0)
+        for batch in actions(env_id, 30, 3):
+            kinds = expected_types(env_id)
+            plain = {key for key in infos if "final_" not in key}
+            assert plain == {*kinds, *(f"_{key}" for key in kinds)}
+            for key, kind in kinds.items():
+                assert infos[key].dtype == np.dtype(kind)
+                assert infos[key].shape == infos[f"_{key}"].shape == (3,)
+                assert infos[f"_{key}"].dtype == bool
+                assert infos[f"_{key}"].all()
+            *_, infos = envs.step(batch)
 
 
-@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-def test_infos_on_request_are_those_that_are_given_otherwise(env_id, mode):
-    settings = {"autoreset_mode": mode, "max_episode_steps": 4} | rich(env_id)
-    asked = vector(env_id, 3, infos_on_request=True, **settings)
-    given = vector(env_id, 3, **settings)
-    (seen, nothing), (other, infos) = asked.reset(seed=0), given.reset(seed=0)
-    assert nothing == {}
-    assert_equal([seen, asked.infos()], [other, infos])
-    n_full = 0
-    for batch in actions(env_id, 10, 3):
-        *ours, nothing = asked.step(batch)
-        *theirs, infos = given.step(batch)
-        assert_equal(ours, theirs)
-        if nothing:
-            n_full += 1
-            assert_equal(nothing, infos)
-        last = {key: value for key, value in infos.items() if "final_" not in key}
-        assert_equal(asked.infos(), last)
-    assert (n_full > 0) == (mode == "SameStep")
-    (_, nothing), (_, infos) = asked.reset(), given.reset()
-    assert nothing == {}
-    assert_equal(asked.infos(), infos)
+def test_infos_on_request_are_those_that_are_given_otherwise(env_id):
+    for mode in ["NextStep", "SameStep"]:
+        settings = {"autoreset_mode": mode, "max_episode_steps": 4} | rich(env_id)
+        asked = vector(env_id, 3, infos_on_request=True, **settings)
+        given = vector(env_id, 3, **settings)
+        (seen, nothing), (other, infos) = asked.reset(seed=0), given.reset(seed=0)
+        assert nothing == {}
+        assert_equal([seen, asked.infos()], [other, infos])
+        n_full = 0
+        for batch in actions(env_id, 10, 3):
+            *ours, nothing = asked.step(batch)
+            *theirs, infos = given.step(batch)
+            assert_equal(ours, theirs)
+            if nothing:
+                n_full += 1
+                assert_equal(nothing, infos)
+            last = {key: value for key, value in infos.items() if "final_" not in key}
+            assert_equal(asked.infos(), last)
+        assert (n_full > 0) == (mode == "SameStep")
+        (_, nothing), (_, infos) = asked.reset(), given.reset()
+        assert nothing == {}
+        assert_equal(asked.infos(), infos)
 
 
 def test_infos_on_request_are_refused_where_there_are_none(env_id):

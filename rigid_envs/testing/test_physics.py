@@ -68,26 +68,26 @@ def is_overwritten(env, state, k, action):
     return len(ends) == 1
 
 
-@pytest.mark.parametrize("configured", [False, True], ids=["default", "rich"])
-def test_a_broken_state_ends_the_episode_without_a_reward(env_id, configured):
-    env = single(env_id, **(rich(env_id) if configured else {}))
-    env.reset(seed=0)
-    action = actions(env_id, 1, 1)[0, 0]
-    states = list(broken_states(env_id, env, action))
-    assert len(states) >= len(BAD)
-    for state in states:
-        env.set_state(state)
-        observation, reward, terminated, truncated, info = env.step(action)
-        assert env.observation_space.contains(observation)
-        assert (reward, terminated, truncated) == (0.0, True, False)
-        assert info["physics_error"]
-        assert not info["is_success"]
-        assert info["cost"] == 0.0
-        assert [info[f"reward/{term}"] for term in env.task.terms] == [0.0] * len(env.task.terms)
-        assert np.isfinite(env.y).all()
-        observation, info = env.reset()
-        assert env.observation_space.contains(observation)
-        assert not info["physics_error"]
+def test_a_broken_state_ends_the_episode_without_a_reward(env_id):
+    for configured in [False, True]:
+        env = single(env_id, **(rich(env_id) if configured else {}))
+        env.reset(seed=0)
+        action = actions(env_id, 1, 1)[0, 0]
+        states = list(broken_states(env_id, env, action))
+        assert len(states) >= len(BAD)
+        for state in states:
+            env.set_state(state)
+            observation, reward, terminated, truncated, info = env.step(action)
+            assert env.observation_space.contains(observation)
+            assert (reward, terminated, truncated) == (0.0, True, False)
+            assert info["physics_error"]
+            assert not info["is_success"]
+            assert info["cost"] == 0.0
+            assert not any(info[f"reward/{term}"] for term in env.task.terms)
+            assert np.isfinite(env.y).all()
+            observation, info = env.reset()
+            assert env.observation_space.contains(observation)
+            assert not info["physics_error"]
 
 
 @pytest.mark.parametrize("env_id", ATTITUDES)
@@ -103,23 +103,23 @@ def test_an_attitude_of_any_length_is_harmless(env_id):
             assert np.isfinite(reward)
 
 
-@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-def test_a_broken_row_does_not_touch_the_others(env_id, mode):
-    n, broken_row = 70, 65
-    envs, whole = (vector(env_id, n, autoreset_mode=mode, **rich(env_id)) for _ in range(2))
-    envs.reset(seed=0)
-    whole.reset(seed=0)
-    break_physics(envs, broken_row)
-    others = np.arange(n) != broken_row
-    for k, batch in enumerate(actions(env_id, 5, n)):
-        ours, expected = envs.step(batch), whole.step(batch)
-        for a, b in zip(ours[:4], expected[:4], strict=True):
-            assert_same_bits(pick(a, others), pick(b, others))
-        told = ours[4].get("final_info", ours[4])["physics_error"]
-        assert told.tolist() == [row == broken_row and k == 0 for row in range(n)]
-        assert np.isfinite(ours[1]).all()
-        assert envs.observation_space.contains(ours[0])
-    assert np.isfinite(envs.y).all()
+def test_a_broken_row_does_not_touch_the_others(env_id):
+    for mode in ["NextStep", "SameStep"]:
+        n, broken_row = 70, 65
+        envs, whole = (vector(env_id, n, autoreset_mode=mode, **rich(env_id)) for _ in range(2))
+        envs.reset(seed=0)
+        whole.reset(seed=0)
+        break_physics(envs, broken_row)
+        others = np.arange(n) != broken_row
+        for k, batch in enumerate(actions(env_id, 5, n)):
+            ours, expected = envs.step(batch), whole.step(batch)
+            for a, b in zip(ours[:4], expected[:4], strict=True):
+                assert_same_bits(pick(a, others), pick(b, others))
+            told = ours[4].get("final_info", ours[4])["physics_error"]
+            assert told.tolist() == [row == broken_row and k == 0 for row in range(n)]
+            assert np.isfinite(ours[1]).all()
+            assert envs.observation_space.contains(ours[0])
+        assert np.isfinite(envs.y).all()
 
 
 def test_states_of_every_size_below_the_limit_are_observed_in_space(env_id):
@@ -127,7 +127,7 @@ def test_states_of_every_size_below_the_limit_are_observed_in_space(env_id):
     env.reset(seed=0)
     state = env.get_state()
     for k in set(free_entries(env.task)) - normalized(env_id):
-        for exponent in range(-300, 9, 4):
+        for exponent in range(-300, 9, 12):
             env.set_state({**state, "y": changed(state["y"], k, 10.0**exponent)})
             observation, reward, _, _, _ = env.step(actions(env_id, 1, 1)[0, 0])
             assert env.observation_space.contains(observation)
@@ -185,9 +185,9 @@ def test_a_step_that_leaves_the_envelope_ends_the_episode(env_id):
 
 
 def test_what_goes_on_is_within_the_envelope(env_id):
-    envs = vector(env_id, 32, max_episode_steps=30)
+    envs = vector(env_id, 8, max_episode_steps=30)
     envs.reset(seed=0)
-    for batch in actions(env_id, 60, 32):
+    for batch in actions(env_id, 60, 8):
         _, _, terminated, _, _ = envs.step(batch)
         for y, system in zip(envs.y[~terminated], np.array(envs.systems)[~terminated], strict=True):
             assert system.rate(y) <= envs.task.fastest

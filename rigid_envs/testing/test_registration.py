@@ -22,18 +22,18 @@ def test_an_id_is_of_the_kind_that_its_task_asks_for(env_id):
     assert type(gym.make_vec(env_id, num_envs=2)) is kinds[1]  # native unless asked otherwise
 
 
-@pytest.mark.parametrize("configured", [False, True], ids=["default", "configured"])
-def test_spec_survives_json(env_id, configured):
-    config = rich(env_id) if configured else {}
-    env = gym.make(env_id, max_episode_steps=7, **config)
-    text = env.spec.to_json()
-    json.loads(text)
-    spec = EnvSpec.from_json(text)
-    again = gym.make(spec)
-    assert again.unwrapped.task == env.unwrapped.task
-    assert again.spec.max_episode_steps == 7
-    assert EnvSpec.from_json(again.spec.to_json()) == spec
-    assert_same_bits(env.reset(seed=0), again.reset(seed=0))
+def test_spec_survives_json(env_id):
+    for configured in [False, True]:
+        config = rich(env_id) if configured else {}
+        env = gym.make(env_id, max_episode_steps=7, **config)
+        text = env.spec.to_json()
+        json.loads(text)
+        spec = EnvSpec.from_json(text)
+        again = gym.make(spec)
+        assert again.unwrapped.task == env.unwrapped.task
+        assert again.spec.max_episode_steps == 7
+        assert EnvSpec.from_json(again.spec.to_json()) == spec
+        assert_same_bits(env.reset(seed=0), again.reset(seed=0))
 
 
 def test_spec_of_a_vector_environment_makes_it_again(env_id):
@@ -66,19 +66,19 @@ def windows_do_not_wait(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Window, "show", lambda self, picture, _: show(self, picture, 0.0))
 
 
-@pytest.mark.parametrize("make_config", [lambda _: {}, rich], ids=["default", "rich"])
-def test_gymnasium_checker_passes_without_a_warning(env_id, make_config):
-    check_env(single(env_id, **make_config(env_id)))
+def test_gymnasium_checker_passes_without_a_warning(env_id):
+    for make_config in [lambda _: {}, rich]:
+        check_env(single(env_id, **make_config(env_id)))
 
 
-@pytest.mark.parametrize("make_config", [lambda _: {}, rich], ids=["default", "rich"])
-def test_sb3_checker_passes_without_a_warning(env_id, make_config):
-    pytest.importorskip("stable_baselines3")
-    from stable_baselines3.common.env_checker import check_env as check_for_sb3
+def test_sb3_checker_passes_without_a_warning(env_id):
+    for make_config in [lambda _: {}, rich]:
+        pytest.importorskip("stable_baselines3")
+        from stable_baselines3.common.env_checker import check_env as check_for_sb3
 
-    check_for_sb3(single(env_id, **make_config(env_id)))
-    if env_id not in GOALS:  # there it looks for compute_reward on the wrapper itself
-        check_for_sb3(gym.make(env_id, **make_config(env_id)))
+        check_for_sb3(single(env_id, **make_config(env_id)))
+        if env_id not in GOALS:  # there it looks for compute_reward on the wrapper itself
+            check_for_sb3(gym.make(env_id, **make_config(env_id)))
 
 
 def test_making_a_vector_environment_warns_of_nothing(env_id):

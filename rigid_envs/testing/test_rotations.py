@@ -58,28 +58,30 @@ def test_attitude_is_shown_in_every_way_where_there_is_one():
 
 
 @with_attitude
-@pytest.mark.parametrize("rotation", ["matrix", "rot6d", "quat", "euler"])
-def test_observed_attitude_is_that_of_the_state(env_id, rotation):
-    n_features = observed(env_id, "none")[0][1].shape[1]
-    n_entries, matrix_from = REPRESENTATIONS[rotation]
-    for q, observations, _ in observed(env_id, rotation):
-        attitude = observations[:, n_features:].astype(np.float64)
-        assert attitude.shape == (N, n_entries)
-        error = matrix_from(attitude) - rotations.matrix_from_quaternion(q)
-        assert np.abs(error).max() <= ROUNDING
-        if rotation == "quat":
-            assert (attitude[:, 0] >= 0.0).all()
+def test_observed_attitude_is_that_of_the_state(env_id):
+    for rotation in ["matrix", "rot6d", "quat", "euler"]:
+        n_features = observed(env_id, "none")[0][1].shape[1]
+        n_entries, matrix_from = REPRESENTATIONS[rotation]
+        for q, observations, _ in observed(env_id, rotation):
+            attitude = observations[:, n_features:].astype(np.float64)
+            assert attitude.shape == (N, n_entries)
+            error = matrix_from(attitude) - rotations.matrix_from_quaternion(q)
+            assert np.abs(error).max() <= ROUNDING
+            if rotation == "quat":
+                assert (attitude[:, 0] >= 0.0).all()
 
 
 @with_attitude
-@pytest.mark.parametrize("rotation", REPRESENTATIONS)
-def test_representation_changes_nothing_but_the_observation(env_id, rotation):
-    plain = observed(env_id, "none")
-    for (q, observations, rewards), expected in zip(observed(env_id, rotation), plain, strict=True):
-        assert_same_bits(q, expected[0])
-        assert_same_bits(rewards, expected[2])
-        n = expected[1].shape[1]
-        assert_same_bits(observations[:, :n], expected[1])
+def test_representation_changes_nothing_but_the_observation(env_id):
+    for rotation in REPRESENTATIONS:
+        plain = observed(env_id, "none")
+        for (q, observations, rewards), expected in zip(
+            observed(env_id, rotation), plain, strict=True
+        ):
+            assert_same_bits(q, expected[0])
+            assert_same_bits(rewards, expected[2])
+            n = expected[1].shape[1]
+            assert_same_bits(observations[:, :n], expected[1])
 
 
 def test_entries_of_the_observation_are_named_with_their_bounds(env_id):
@@ -115,10 +117,10 @@ def cube(env_id: str) -> Any:
 
 
 @with_attitude
-@pytest.mark.parametrize("rotation", ["matrix", "rot6d", "quat", "euler"])
-def test_attitude_is_observed_in_space_at_its_singular_places(env_id, rotation):
-    turns = cube(env_id)
-    assert len(turns) >= 16
-    envs = vector(env_id, len(turns), rotation=rotation)
-    observations, _ = envs.reset(seed=0, options={"state": {"q": turns}})
-    assert envs.observation_space.contains(observations)
+def test_attitude_is_observed_in_space_at_its_singular_places(env_id):
+    for rotation in ["matrix", "rot6d", "quat", "euler"]:
+        turns = cube(env_id)
+        assert len(turns) >= 16
+        envs = vector(env_id, len(turns), rotation=rotation)
+        observations, _ = envs.reset(seed=0, options={"state": {"q": turns}})
+        assert envs.observation_space.contains(observations)

@@ -40,25 +40,12 @@ def test_the_table_of_groups_is_that_of_the_tasks() -> None:
     )
 
 
-def test_the_frame_of_the_world_is_the_default() -> None:
-    plain, world = gym.make(PARK), gym.make(PARK, frame="world")
-    assert plain.observation_space == world.observation_space
-    assert (plain.reset(seed=1)[0] == world.reset(seed=1)[0]).all()
-
-
 def test_rotation_has_no_effect_in_the_reduced_frame() -> None:
     spaces = {
         str(gym.make(PARK, frame="reduced", rotation=shown).observation_space)
         for shown in ("matrix", "quat", "none")
     }
     assert len(spaces) == 1
-
-
-def test_drawn_parameters_are_appended() -> None:
-    env = gym.make(PARK, frame="reduced", radius=(0.5, 2.0), observe_params=True)
-    observation, _ = env.reset(seed=0)
-    unwrapped: Any = env.unwrapped
-    assert observation[-1] == np.float32(unwrapped.moment().parameters["radius"])
 
 
 def test_delayed_actions_go_on_in_the_other_frame() -> None:
@@ -79,29 +66,6 @@ def test_delayed_actions_go_on_in_the_other_frame() -> None:
         other.step(rest)
         for name, part in first.get_state().items():
             np.testing.assert_array_equal(other.get_state()[name], part)
-
-
-def test_goals_stay_as_they_are() -> None:
-    world, reduced = gym.make(GOAL), gym.make(GOAL, frame="reduced")
-    here, there = world.reset(seed=3)[0], reduced.reset(seed=3)[0]
-    for part in ("achieved_goal", "desired_goal"):
-        np.testing.assert_array_equal(here[part], there[part])
-    unwrapped: Any = reduced.unwrapped
-    observation, reward, *_, info = reduced.step(np.zeros(2, dtype=np.float32))
-    goals = observation["achieved_goal"], observation["desired_goal"]
-    assert reward == unwrapped.compute_reward(*goals, info)
-
-
-def test_a_ball_rests_at_its_goal() -> None:
-    env = gym.make(GOAL, frame="reduced")
-    env.reset(seed=3)
-    unwrapped: Any = env.unwrapped
-    state = unwrapped.get_state()
-    state["y"][:6] = state["aux"][:6]  # attitude and position of the goal
-    unwrapped.set_state(state)
-    *_, info = env.step(np.array([1.0, 0.0], dtype=np.float32))
-    assert info["is_success"]
-    assert info["cost"] == 0.0
 
 
 def test_a_task_without_symmetries_refuses_the_reduced_frame() -> None:

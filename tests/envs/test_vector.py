@@ -47,56 +47,60 @@ def test_spaces_are_those_of_the_single_environment_in_a_batch(env_id):
     assert envs.observation_space == batch_space(env.observation_space, 5)
 
 
-@pytest.mark.parametrize("mode", AutoresetMode)
-def test_mode_is_given_as_a_word_or_a_member_and_told_in_the_metadata(env_id, mode):
-    for given in (mode, mode.value):
-        envs = rows(env_id, num_envs=2, autoreset_mode=given)
-        assert envs.metadata["autoreset_mode"] is mode
-    assert RigidVectorEnv.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+def test_mode_is_given_as_a_word_or_a_member_and_told_in_the_metadata(env_id):
+    for mode in AutoresetMode:
+        for given in (mode, mode.value):
+            envs = rows(env_id, num_envs=2, autoreset_mode=given)
+            assert envs.metadata["autoreset_mode"] is mode
+        assert RigidVectorEnv.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
 
 
-@pytest.mark.parametrize("n", [1, np.int64(3), 65])
-def test_number_of_rows_may_be_any_positive_integer(env_id, n):
-    envs = rows(env_id, num_envs=n, num_threads=np.int64(2))
-    observations, _ = envs.reset(seed=0)
-    assert type(envs.num_envs) is int
-    assert flat(observations).shape == (n, len(envs.task.observations()))
-    assert envs.observation_space.contains(observations)
+def test_number_of_rows_may_be_any_positive_integer(env_id):
+    for n in [1, np.int64(3), 65]:
+        envs = rows(env_id, num_envs=n, num_threads=np.int64(2))
+        observations, _ = envs.reset(seed=0)
+        assert type(envs.num_envs) is int
+        assert flat(observations).shape == (n, len(envs.task.observations()))
+        assert envs.observation_space.contains(observations)
 
 
-@pytest.mark.parametrize("mode", AutoresetMode)
-def test_what_is_handed_out_does_not_lead_back_into_the_rows(env_id, mode):
-    envs, quiet = (
-        rows(env_id, num_envs=3, max_episode_steps=2, autoreset_mode=mode) for _ in range(2)
-    )
-    overwrite(envs.reset(seed=0)[0])
-    quiet.reset(seed=0)
-    batch = still(env_id, 3)
-    kept = batch.copy()
-    for _ in range(2):
-        results, expected = envs.step(batch), quiet.step(batch)
-        assert_same_bits(results, expected)
-        overwrite(results)
-        envs.y[...] = 9.0
-    assert_same_bits(envs.get_state(), quiet.get_state())
-    assert_same_bits(envs.infos(), quiet.infos())
-    one = {"reset_mask": np.array([False, True, False])}
-    assert_same_bits(envs.reset(options=one), quiet.reset(options=one))
-    assert_same_bits(batch, kept)
+def test_what_is_handed_out_does_not_lead_back_into_the_rows(env_id):
+    for mode in AutoresetMode:
+        envs, quiet = (
+            rows(env_id, num_envs=3, max_episode_steps=2, autoreset_mode=mode) for _ in range(2)
+        )
+        overwrite(envs.reset(seed=0)[0])
+        quiet.reset(seed=0)
+        batch = still(env_id, 3)
+        kept = batch.copy()
+        for _ in range(2):
+            results, expected = envs.step(batch), quiet.step(batch)
+            assert_same_bits(results, expected)
+            overwrite(results)
+            envs.y[...] = 9.0
+        assert_same_bits(envs.get_state(), quiet.get_state())
+        assert_same_bits(envs.infos(), quiet.infos())
+        one = {"reset_mask": np.array([False, True, False])}
+        assert_same_bits(envs.reset(options=one), quiet.reset(options=one))
+        assert_same_bits(batch, kept)
 
 
-@pytest.mark.parametrize("mode", AutoresetMode)
-def test_what_was_handed_out_stays_as_it_is(env_id, mode):
-    envs = rows(env_id, num_envs=3, max_episode_steps=2, autoreset_mode=mode)
-    results = [envs.reset(seed=0), *(envs.step(still(env_id, 3)) for _ in range(2)), envs.infos()]
-    kept = copy.deepcopy(results)
-    state = envs.get_state()
-    envs.reset(options={"reset_mask": np.array([True, False, False])})
-    envs.infos()
-    envs.set_state(state)
-    envs.reset()
-    envs.step(still(env_id, 3))
-    assert_same_bits(results, kept)
+def test_what_was_handed_out_stays_as_it_is(env_id):
+    for mode in AutoresetMode:
+        envs = rows(env_id, num_envs=3, max_episode_steps=2, autoreset_mode=mode)
+        results = [
+            envs.reset(seed=0),
+            *(envs.step(still(env_id, 3)) for _ in range(2)),
+            envs.infos(),
+        ]
+        kept = copy.deepcopy(results)
+        state = envs.get_state()
+        envs.reset(options={"reset_mask": np.array([True, False, False])})
+        envs.infos()
+        envs.set_state(state)
+        envs.reset()
+        envs.step(still(env_id, 3))
+        assert_same_bits(results, kept)
 
 
 def overwrite(result):
@@ -145,21 +149,21 @@ def test_resetting_running_rows_ends_their_episodes_quietly(env_id):
     assert envs.step(batch)[3].tolist() == [False, True, False]
 
 
-@pytest.mark.parametrize("limit", [0, -1, 2.5, True, "10", np.nan])
-def test_time_limits_that_are_no_positive_integer_are_refused(env_id, limit):
-    with pytest.raises(ValueError, match=r"^config\.max_episode_steps: .*expected"):
-        rows(env_id, num_envs=2, max_episode_steps=limit)
+def test_time_limits_that_are_no_positive_integer_are_refused(env_id):
+    for limit in [0, -1, 2.5, True, "10", np.nan]:
+        with pytest.raises(ValueError, match=r"^config\.max_episode_steps: .*expected"):
+            rows(env_id, num_envs=2, max_episode_steps=limit)
 
 
-@pytest.mark.parametrize("seed", [7, np.int64(7)])
-def test_a_seed_is_that_of_the_generator_as_gymnasium_has_it(env_id, seed):
-    envs = rows(env_id, num_envs=2)
-    envs.reset(seed=3)
-    envs.reset(seed=seed)
-    assert envs.np_random_seed == 7 and type(envs.np_random_seed) is int
-    drawn = envs.np_random.random()
-    envs.reset(seed=seed)
-    assert envs.np_random.random() == drawn
+def test_a_seed_is_that_of_the_generator_as_gymnasium_has_it(env_id):
+    for seed in [7, np.int64(7)]:
+        envs = rows(env_id, num_envs=2)
+        envs.reset(seed=3)
+        envs.reset(seed=seed)
+        assert envs.np_random_seed == 7 and type(envs.np_random_seed) is int
+        drawn = envs.np_random.random()
+        envs.reset(seed=seed)
+        assert envs.np_random.random() == drawn
 
 
 def test_call_gives_a_value_for_each_row_as_vectors_of_single_environments_do() -> None:

@@ -6,7 +6,6 @@ from typing import Any, TypeVar
 import gymnasium as gym
 import numpy as np
 import pytest
-from scipy.stats import ks_2samp
 
 import rigid_envs  # noqa: F401 - registers the ids
 from rigid_envs.base.checks import Array
@@ -26,7 +25,6 @@ LATE = 150  # steps, of 250 in an episode, after which the time that is left may
 
 _HALF_ULP = 2.0**-24  # relative: observations are rounded to float32
 _OF_A_STEP = ("cost", "is_success", "action_clipped", "physics_error")  # 0 at a reset
-_LEAST_P = 1e-4  # of a two-sample test with fixed seeds
 
 
 def in_frames(*kinds: type[Model]) -> list[Any]:
@@ -218,14 +216,3 @@ def drawn(
     )
     observations, _ = envs.reset(seed=seed)
     return np.asarray(envs.unwrapped.y), observations, envs
-
-
-def same_distribution(ours: Mapping[Any, Array], theirs: Mapping[Any, Array]) -> None:
-    """Every quantity has the same distribution in both, by the test of Kolmogorov and Smirnov."""
-    assert ours.keys() == theirs.keys()
-    for name, values in ours.items():
-        if np.ptp(values) < 1e-12:  # constant, as a parameter without range, or 0
-            np.testing.assert_allclose(theirs[name], values[0], rtol=0, atol=1e-12)
-        else:
-            p = ks_2samp(values, theirs[name]).pvalue
-            assert p > _LEAST_P, (name, p)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.from_pages.attitudes import compose, of_matrix, of_rotation_vector, rotation_vector
+from tests.from_pages.attitudes import compose, of_matrix, of_rotation_vector
 from tests.from_pages.balls import (
     BallGrid,
     BallPark,
@@ -15,19 +15,17 @@ from tests.from_pages.balls import (
     BallReorient,
     BallSteer,
 )
-from tests.from_pages.model import Model, in_disk
+from tests.from_pages.model import Model
 from tests.from_pages.pushed_balls import BallParkDynamic, BallPlate
 from tests.from_pages.side_by_side import (
     actions,
     alike,
     begin,
     both,
-    drawn,
     environment,
     hidden,
     play,
     play_many,
-    same_distribution,
     started,
 )
 
@@ -150,54 +148,6 @@ def test_rewards_of_goals_are_computed_anew_as_the_page_says() -> None:
     np.testing.assert_allclose(rewards, expected, rtol=0.0, atol=EXACT)
 
 
-def starts_of(y: Any) -> dict[str, Any]:
-    """Quantities of poses (q, X, Y) whose distributions determine that of the start."""
-    theta = np.array([rotation_vector(q) for q in y[:, :4]])
-    return {
-        "X": y[:, 4],
-        "Y": y[:, 5],
-        "angle": np.linalg.norm(theta, axis=1),
-        **{f"axis {k}": theta[:, k] / np.linalg.norm(theta, axis=1) for k in range(3)},
-    }
-
-
-@pytest.mark.parametrize("kind", [*POSES, BallParkGoal])
-def test_balls_that_park_start_as_the_page_says(kind: type[Model]) -> None:
-    y, seen, _ = drawn(kind)
-    model, rng = kind(), np.random.default_rng(7)
-    ours = [model.draw(rng) for _ in range(len(y))]
-    same_distribution(starts_of(y), starts_of(np.array([[*s["q"], *s["position"]] for s in ours])))
-    assert np.abs(y[:, 4:6]).max() <= model.s.start_half_width
-    if kind is BallParkGoal:
-        theirs, goals = seen["desired_goal"], np.array([s["goal"] for s in ours])
-        same_distribution(
-            {str(k): theirs[:, k] for k in range(11)}, {str(k): goals[:, k] for k in range(11)}
-        )
-
-
-def test_the_radius_of_a_ball_is_drawn_uniformly() -> None:
-    _, seen, _ = drawn(BallParkRandom, observe_params=True)
-    radii, model = seen[:, -1], BallParkRandom()
-    ours = [model.draw_params(np.random.default_rng(k))["radius"] for k in range(len(radii))]
-    same_distribution({"radius": radii}, {"radius": np.array(ours)})
-    assert 0.5 <= radii.min() and radii.max() <= 2.0
-
-
-def test_balls_at_the_bounds_of_an_action_are_not_clipped() -> None:
-    env = environment("BallPark")
-    env.reset(seed=0)
-    for heading in np.linspace(0.0, 6.0, 50):
-        action = np.array([math.cos(heading), math.sin(heading)], dtype=np.float32)
-        assert not env.step(action)[-1]["action_clipped"]
-    assert env.step(np.array([1.0, 0.001], dtype=np.float32))[-1]["action_clipped"]
-
-
-def test_actions_of_other_types_are_rounded_to_float32() -> None:
-    env, model = both(BallPark)
-    begin(env, model, model.draw(np.random.default_rng(24)))
-    play(env, model, [[0.3, 0.1], (1.2, 0.7), np.array([1 / 3, 0.1]), np.array([1, -1])], EXACT)
-
-
 @pytest.mark.parametrize(("X", "parked"), [(0.5, True), (math.nextafter(0.5, 1.0), False)])
 def test_a_ball_at_the_edge_of_the_tolerance_is_parked(X: float, parked: bool) -> None:
     env, model = both(BallPark, position_tolerance=0.5)
@@ -227,28 +177,6 @@ def test_a_ball_on_a_grid_does_what_its_page_says(settings: dict[str, Any]) -> N
     assert successes or settings.get("start_cells", 4) > 1
 
 
-def test_balls_on_a_grid_start_as_the_page_says() -> None:
-    y, _, _ = drawn(BallGrid, n=4000)
-    model, rng = BallGrid(), np.random.default_rng(9)
-    ours = [model.draw(rng) for _ in range(len(y))]
-    theirs = [{"q": row[:4], "position": row[4:]} for row in y]
-    kinds = []
-    for starts in (ours, theirs):
-        cells = np.array([np.round(s["position"] / (math.pi / 2)) for s in starts])
-        attitudes = [
-            _which(model, s["q"], int(cell.sum())) for s, cell in zip(starts, cells, strict=True)
-        ]
-        kinds.append({"i": cells[:, 0], "j": cells[:, 1], "attitude": np.array(attitudes)})
-    same_distribution(*kinds)
-    assert np.abs(kinds[1]["i"]).max() == 4.0
-
-
-def _which(model: BallGrid, q: Any, parity: int) -> float:
-    """Number of the attitude among those that are solvable in a cell of this parity."""
-    (found,) = np.flatnonzero([abs(q @ known) > 0.99 for known in model.SOLVABLE[parity % 2]])
-    return float(found)
-
-
 @pytest.mark.parametrize(
     "settings",
     [
@@ -276,31 +204,6 @@ def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound() -> None:
         copied = (model.leading() + 0.02 * (seed - 2) for _ in range(300))
         outcomes.append(play(env, model, copied, 1e-11))  # roundings of 300 steps
     assert len(set(outcomes)) == 2
-
-
-def test_balls_that_follow_start_as_the_page_says() -> None:
-    y, _, envs = drawn(BallSteer)
-    aux = np.array(envs.unwrapped.get_state()["aux"], dtype=float)
-    model, rng = BallSteer(), np.random.default_rng(11)
-    ours = [model.draw(rng) for _ in range(len(y))]
-    kinds = []
-    for poses, beside in (
-        (np.array([[*s["q"], *s["position"]] for s in ours]), np.array([s["aux"] for s in ours])),
-        (y, aux),
-    ):
-        np.testing.assert_array_equal(beside[:, :6], np.tile([1.0, 0, 0, 0, 0, 0], (len(y), 1)))
-        np.testing.assert_allclose(beside[:, 9:11], 0.36 * beside[:, 6:8], rtol=1e-14)
-        assert not beside[:, 11:].any()
-        kinds.append(
-            {
-                **starts_of(poses),
-                "distance": np.hypot(poses[:, 4], poses[:, 5]),
-                "heading": np.arctan2(beside[:, 7], beside[:, 6]),
-                "curvature": beside[:, 8].round(12),  # half of them are figures eight, to rounding
-            }
-        )
-    same_distribution(*kinds)
-    assert kinds[1]["distance"].max() <= 1.0 and kinds[1]["angle"].max() <= 1.0
 
 
 @pytest.mark.parametrize(
@@ -359,15 +262,6 @@ def test_a_ball_with_inertia_falls_off_the_plate_at_its_edge() -> None:
         action = np.array([math.cos(heading), math.sin(heading)])
         assert not play(env, model, [action] * 100, INTEGRATED[COARSE])
         assert math.hypot(*model.position) > math.sqrt(2.0) + 0.5
-
-
-def test_balls_with_inertia_start_as_the_page_says() -> None:
-    y, _, _ = drawn(BallParkDynamic)
-    model, rng = BallParkDynamic(), np.random.default_rng(16)
-    ours = [model.draw(rng) for _ in range(len(y))]
-    same_distribution(starts_of(y), starts_of(np.array([[*s["q"], *s["position"]] for s in ours])))
-    assert np.abs(y[:, 4:6]).max() <= 2.0
-    assert not y[:, 6:].any()
 
 
 TABLES: list[Any] = [
@@ -432,29 +326,6 @@ def test_a_ball_falls_off_the_table_at_its_edge() -> None:
         assert math.hypot(*model.y[4:6]) > 1.3
 
 
-def test_balls_on_a_table_start_as_the_page_says() -> None:
-    y, _, envs = drawn(BallPlate)
-    points = np.array(envs.unwrapped.get_state()["aux"], dtype=float)[:, :2]
-    model, rng = BallPlate(), np.random.default_rng(21)
-    ours = [model.draw(rng) for _ in range(len(y))]
-    kinds = []
-    for q, *planes in (
-        [np.array([s[k] for s in ours]) for k in ("q", "position", "velocity", "point")],
-        [y[:, :4], y[:, 4:6], y[:, 6:8], points],
-    ):
-        kinds.append(
-            {
-                **starts_of(np.concatenate([q, planes[0]], axis=1)),
-                **{f"distance {k}": np.hypot(*plane.T) for k, plane in enumerate(planes)},
-                **{f"angle {k}": np.arctan2(*plane.T) for k, plane in enumerate(planes)},
-            }
-        )
-    same_distribution(*kinds)
-    assert kinds[1]["distance 0"].max() <= 2.0 and kinds[1]["distance 1"].max() <= 0.5
-    assert kinds[1]["distance 2"].max() <= 2.0
-    assert not y[:, 8:].any()
-
-
 def test_a_ball_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
     env, model = environment("BallParkDynamic"), BallParkDynamic(n_substeps=COARSE)
     rng, ended = np.random.default_rng(22), 0
@@ -474,26 +345,6 @@ def test_a_number_above_1e9_ends_the_episode_without_reward() -> None:
     env.reset(seed=0, options={"state": {"position": [1e9 - 10.0, 0.0]}})
     _, reward, terminated, _, info = env.step(np.array([1.0, 0.0], dtype=np.float32))
     assert terminated and info["physics_error"] and reward == 0.0 and info["cost"] == 0.0
-
-
-def test_noise_of_action_and_observation_is_what_the_pages_say() -> None:
-    n, sigma = 2000, 0.2
-    _, _, envs = drawn(BallPark, n=n, action_noise=sigma, action_delay=1, start_half_width=0.0)
-    before = np.asarray(envs.unwrapped.y)
-    envs.step(np.zeros((n, 2), dtype=np.float32))
-    assert not np.asarray(envs.unwrapped.y)[:, 4:].any()  # noise is late as the action is
-    envs.step(np.zeros((n, 2), dtype=np.float32))
-    moved = (np.asarray(envs.unwrapped.y) - before)[:, 4:] / (math.pi / 8)
-    rng = np.random.default_rng(23)
-    ours = np.array([in_disk(a)[0] for a in sigma * rng.normal(size=(n, 2))])
-    same_distribution(dict(enumerate(ours.T)), dict(enumerate(moved.T)))
-
-    y, seen, _ = drawn(BallPark, n=n, observation_noise=0.1)
-    noise = (seen[:, :2] - y[:, 4:]) / 0.1
-    same_distribution(
-        {"X": rng.normal(size=n), "Y": rng.normal(size=n)}, {"X": noise[:, 0], "Y": noise[:, 1]}
-    )
-    assert np.abs(seen[:, 2:]).max() == 1.0  # limited to the bounds
 
 
 # As above. Roots of components of 1e-6, which are not rounded off, magnify by 500; roundings add up

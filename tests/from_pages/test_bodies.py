@@ -3,7 +3,6 @@
 import gymnasium as gym
 import numpy as np
 import pytest
-from scipy.stats import kstest, norm
 
 from tests.from_pages import bodies
 from tests.from_pages.bodies import KINDS
@@ -237,52 +236,3 @@ def test_a_motion_that_becomes_too_fast_ends(kind: type[Page], omega: tuple) -> 
 
 
 # -- what is drawn of noise and delay
-
-
-def test_noise_and_delay_are_drawn_and_shown_last() -> None:
-    n, ranges = 2000, {"action_noise": (0.1, 0.3), "observation_noise": (0.0, 1e-9)}
-    envs = gym.make_vec(
-        "RigidEnvs/IntermediateAxis-v0",
-        num_envs=n,
-        observe_params=True,
-        I2=(2.0, 2.1),
-        action_delay=(1, 3),
-        **ranges,
-    )
-    seen, _ = envs.reset(seed=16)
-    assert seen.shape == (n, 7)
-    for k, low, high in ((3, 2.0, 2.1), (4, 0.1, 0.3)):
-        share = (seen[:, k] - low) / (high - low)
-        assert -1e-5 <= share.min() and share.max() <= 1.0 + 1e-5  # float32, and the noise
-        assert kstest(share, "uniform").pvalue > 1e-4
-    counts = [np.sum(np.abs(seen[:, 6] - delay) < 1e-6) for delay in (1, 2, 3)]
-    assert sum(counts) == n
-    # six standard deviations of a binomial number
-    assert np.all(np.abs(np.array(counts) - n / 3) < 6 * np.sqrt(n * 2 / 9))
-
-
-def test_noise_on_the_action_is_normal_and_clipped_after_it() -> None:
-    n, dt, size = 2000, 1e-3, 0.5
-    envs = gym.make_vec(
-        "RigidEnvs/IntermediateAxis-v0", num_envs=n, action_noise=size, dt=dt, weight_effort=0.0
-    )
-    envs.reset(seed=17, options={"state": {"omega_body": [0.0, 1.0, 0.0]}})
-    envs.step(np.full((n, 3), [0.0, 0.8, 0.0], np.float32))
-    omega = envs.unwrapped.get_state()["y"][:, 4:7]
-    # the gyroscopic term adds less than lambda dt, a thousandth, to it
-    acted = (omega - [0, 1, 0]) * [1, 2, 3] / (0.2 * dt)
-    free = acted[np.abs(acted[:, 0]) < 0.99, 0]
-    shares = norm.cdf(np.array([-0.99, 0.99]) / size)
-    assert kstest((norm.cdf(free / size) - shares[0]) / np.diff(shares), "uniform").pvalue > 1e-4
-    full = np.mean(np.abs(acted[:, 1] - 1.0) < 0.002)  # those that noise made larger than 1
-    assert abs(full - norm.sf(0.2 / size)) < 6 * np.sqrt(0.25 / n)
-
-
-def test_noise_on_the_observation_is_normal_and_not_rewarded() -> None:
-    n, size = 2000, 0.3
-    envs = gym.make_vec("RigidEnvs/IntermediateAxis-v0", num_envs=n, observation_noise=size)
-    seen, _ = envs.reset(seed=18, options={"state": {"omega_body": [0.0, 1.0, 0.0]}})
-    for k in range(3):
-        assert kstest((seen[:, k] - [0, 1, 0][k]) / size, "norm").pvalue > 1e-4
-    _, rewards, *_ = envs.step(np.zeros((n, 3), np.float32))
-    assert np.allclose(rewards, 1.0)  # exactly at e2

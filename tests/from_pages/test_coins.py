@@ -5,17 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.from_pages.attitudes import matrix
 from tests.from_pages.model import Model
 from tests.from_pages.side_by_side import (
     actions,
     alike,
     begin,
     both,
-    drawn,
     play,
     play_many,
-    same_distribution,
     started,
 )
 from tests.from_pages.wheels import (
@@ -23,7 +20,6 @@ from tests.from_pages.wheels import (
     DiskRoll,
     DiskRollRandom,
     RollPump,
-    angles_of,
     attitude_of,
     seen,
 )
@@ -96,44 +92,6 @@ def test_a_disk_holds_its_circle_for_the_time_that_the_page_says(hold: float) ->
     assert successes >= 1
 
 
-@pytest.mark.parametrize("kind", [DiskRoll, DiskRollRandom])
-def test_disks_start_as_the_page_says(kind: type[DiskRoll]) -> None:
-    y, observed, envs = drawn(kind, observe_params=True)
-    goals = np.array(envs.unwrapped.get_state()["aux"], dtype=float)[:, 1]
-    model, rng = kind(), np.random.default_rng(5)
-    params = [model.draw_params(rng) for _ in range(len(y))]
-    ours = [model.draw_with(rng, each) for each in params]
-    kinds = []
-    for states, curvatures in (
-        (
-            np.array([[*s["q"], *s["omega_body"]] for s in ours]),
-            np.array([s["goal"] for s in ours]),
-        ),
-        (y[:, :7], goals),
-    ):
-        found = [seen(state) for state in states]
-        turns = np.array([matrix(state[:4]) for state in states])
-        kinds.append(
-            {
-                "lean": np.array([s.lean for s in found]),
-                "lean rate": np.array([s.theta_rate for s in found]),
-                "turn rate": np.array([s.wn for s in found]),
-                "roll rate": np.array([s.w3 for s in found]),
-                "heading": np.arctan2(turns[:, 1, 2], turns[:, 0, 2]),
-                "phase": np.arctan2(turns[:, 2, 1], turns[:, 2, 0]),
-                "goal": curvatures,
-            }
-        )
-    for k, parameter in enumerate(model.ranges):
-        kinds[0][parameter] = np.array([each[parameter] for each in params])
-        kinds[1][parameter] = observed[:, 15 + k]
-    same_distribution(*kinds)
-    assert np.abs(kinds[1]["lean"]).max() <= 0.1
-    assert np.abs(kinds[1]["turn rate"]).max() <= 0.1
-    assert 0.1 <= np.abs(goals).min() and np.abs(goals).max() <= 0.25
-    assert not y[:, 7:].any()
-
-
 # Arcs are exact to a 1e-16th in integrator steps below 0.2 rad, as those of four in a period are;
 # to 3e-12 rad in one of pi / 8, in each of 50 steps. Roots, rounded off, magnify by 30.
 SPLIT = 4
@@ -182,21 +140,6 @@ def test_a_coin_at_the_edge_of_the_tolerance_is_parked() -> None:
         assert play(env, model, [[0.0, 0.0]], EXACT) == parked
 
 
-def test_coins_start_as_the_page_says() -> None:
-    y, _, _ = drawn(CoinPark)
-    model, rng = CoinPark(), np.random.default_rng(8)
-    ours = [model.draw(rng) for _ in range(len(y))]
-    kinds = []
-    for attitudes, contacts in (
-        ([s["q"] for s in ours], np.array([s["contact"] for s in ours])),
-        (y[:, :4], y[:, 4:6]),
-    ):
-        heading, phase = np.array([angles_of(q) for q in attitudes]).T
-        kinds.append({"heading": heading, "phase": phase, "X": contacts[:, 0], "Y": contacts[:, 1]})
-    same_distribution(*kinds)
-    assert np.abs(y[:, 4:6]).max() <= 2.0
-
-
 # As for disks; a roller swings at 1.7 rad/s, for up to 40 s, and its energy decides.
 ROUGH, FINE = 1, 16
 ROLLER_ERROR = {n: 40.0 * 1.7 * (1.7 * 0.1 / n) ** 4 for n in (ROUGH, FINE)}  # 6e-2 and 9e-7
@@ -229,16 +172,6 @@ def test_a_roller_that_pumps_passes_the_rim(frame: str) -> None:
         pump = ([-np.sign(model.y[0] * model.y[1])] for _ in range(400))
         successes += play(env, model, pump, ROLLER_ERROR[FINE])
     assert successes == 3
-
-
-def test_rollers_start_as_the_page_says() -> None:
-    y, _, _ = drawn(RollPump)
-    model, rng = RollPump(), np.random.default_rng(11)
-    ours = np.array([model.draw(rng)["arc_length"] for _ in range(len(y))])
-    same_distribution({"arc length": ours}, {"arc length": y[:, 0]})
-    angles = 0.2 * np.abs(y[:, 0])
-    assert 0.18 <= angles.min() and angles.max() <= 0.36
-    assert not y[:, 1].any()
 
 
 def test_a_disk_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:

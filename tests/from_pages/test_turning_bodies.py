@@ -12,9 +12,8 @@ from scipy.stats import kstest
 from rigid_envs.base.checks import Array
 from rigid_envs.testing.environments import FULL
 from tests.from_pages import bodies, tops
-from tests.from_pages.attitudes import matrix
 from tests.from_pages.model import PAGES, Page
-from tests.from_pages.side_by_side import Pair, drawn, environment, same_distribution
+from tests.from_pages.side_by_side import Pair, drawn, environment
 
 KINDS = bodies.KINDS + tops.KINDS
 each = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
@@ -114,27 +113,6 @@ def theirs(kind: type[Page]) -> tuple[Array, Array, Array]:
     held = list(envs.unwrapped.task.ranges())  # the parameters of the system, then others
     columns = [held.index({"I_perp": "I1"}.get(name, name)) for name in kind.physical]
     return y, state["parameters"][:, columns], state.get("aux", np.empty((len(y), 0)))
-
-
-def quantities(y: Array, parameters: Array, aux: Array) -> dict[int, Array]:
-    """R, omega in body and world axes and its norm, what else is in the state, and the others."""
-    R, omega = np.array([matrix(q) for q in y[:, :4]]), y[:, 4:7]
-    if aux.shape[1] == 4:  # a quaternion, whose sign has no meaning
-        aux = np.array([matrix(q).ravel() for q in aux])
-    moving = [omega, np.einsum("nij,nj->ni", R, omega), np.linalg.norm(omega, axis=1)[:, None]]
-    columns = np.hstack([R.reshape(-1, 9), *moving, y[:, 7:], parameters, aux])
-    return dict(enumerate(columns.T))
-
-
-@each
-def test_starts_are_drawn_alike(kind: type[Page]) -> None:
-    page, rng, rows = kind(), np.random.default_rng(7), []
-    for _ in theirs(kind)[0]:
-        parts = page.draw(rng)
-        aux = parts.pop("aux")
-        rows.append((np.concatenate([*parts.values()]), [*page.parameters.values()], aux))
-    ours = [np.array(part) for part in zip(*rows, strict=True)]
-    same_distribution(quantities(*ours), quantities(*theirs(kind)))
 
 
 def off_the_spin(page: Page, y: Array, aux: Array) -> Array:

@@ -71,15 +71,15 @@ def test_a_single_time_gives_the_first_state(system, u):
 
 
 @each_system
-@pytest.mark.parametrize("n_rows", [1, 3, 64, 65, 130])
-def test_rows_are_simulated_as_if_each_were_alone(system, n_rows):
-    rng = np.random.default_rng(4)
-    y, u = states(system, rng, n_rows), inputs(system, rng, 3, n_rows)
-    t = np.array([0.0, 0.02, 0.03, 0.05])
-    together = system.simulate(y, t, u, max_step=0.01).y
-    for k in {0, n_rows // 2, n_rows - 1}:
-        alone = system.simulate(y[k], t, u[:, k], max_step=0.01).y
-        np.testing.assert_array_equal(together[:, k], alone)
+def test_rows_are_simulated_as_if_each_were_alone(system):
+    for n_rows in [1, 3, 64, 65, 130]:
+        rng = np.random.default_rng(4)
+        y, u = states(system, rng, n_rows), inputs(system, rng, 3, n_rows)
+        t = np.array([0.0, 0.02, 0.03, 0.05])
+        together = system.simulate(y, t, u, max_step=0.01).y
+        for k in {0, n_rows // 2, n_rows - 1}:
+            alone = system.simulate(y[k], t, u[:, k], max_step=0.01).y
+            np.testing.assert_array_equal(together[:, k], alone)
 
 
 @each_system
@@ -204,7 +204,7 @@ def test_a_trajectory_knows_which_names_it_has():
 
 
 each_turning = pytest.mark.parametrize("system", TURNING, ids=name_of)
-each_seed = pytest.mark.parametrize("seed", range(5))
+each_seed = pytest.mark.parametrize("seed", range(2))
 TIME = 2.0  # [s] some radians of each motion
 
 
@@ -257,26 +257,3 @@ def test_the_field_of_the_upright_coin_keeps_its_lean():
     rates = COIN.rhs(y)
     signs = np.array([1.0, -1.0, -1.0, 1.0])  # e3 . e_z = w^2 - x^2 - y^2 + z^2
     np.testing.assert_allclose(np.sum(signs * y[:, :4] * rates[:, :4], axis=-1), 0.0, atol=1e-14)
-
-
-def block(system):
-    """The system as a block of python-control, with all states as outputs."""
-    control = pytest.importorskip("control")
-    return control.nlsys(
-        lambda t, y, u, params: system.rhs(y, u),
-        inputs=list(system.input_entries),
-        states=list(system.state_entries),
-        name=name_of(system),
-    )
-
-
-@each_system
-def test_python_control_simulates_the_systems(system):
-    control = pytest.importorskip("control")
-    y, u = start(system, 6)
-    t = np.linspace(0.0, TIME, 101)
-    held = np.repeat(u[:, None], len(t), axis=1)
-    found = control.input_output_response(block(system), t, held, y)
-    exact = system.simulate(y, t, u).y.T
-    # by solve_ivp with its defaults: some dozens of steps, each within 1e-3
-    np.testing.assert_allclose(found.states, exact, rtol=0, atol=0.03)

@@ -5,10 +5,9 @@ from operator import itemgetter
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from scipy.special import ellipj
 
 from rigid_envs.systems.heavy_top import closed_forms as heavy_top
 from tests.reference import cases
@@ -200,29 +199,6 @@ def in_body(q, vector):
     return np.einsum("...ji,j->...i", matrices(q), vector)
 
 
-@given(body=BODY, q0=START, omega0=OMEGA)
-@example(body=TOP, q0=np.array(UPRIGHT), omega0=(0.0, 0.0, 4.0))  # u3 = u1: nothing moves
-@example(body=TOP, q0=np.array(HANGING), omega0=(2.0, 0.0, 0.0))  # just up to the upper vertical
-@example(body=TOP, q0=np.array(HANGING), omega0=(0.0, 0.0, 0.0))
-def test_energy_and_momenta_stay_for_any_top_and_start(body, q0, omega0):
-    t = np.array([0.0, -3.3, 0.7, 2.0, 9.1])
-    q, omega = (solve(t, omega0, q0, **body) for solve in (heavy_top.attitude, heavy_top.omega))
-    assert np.all(np.abs(np.linalg.norm(q, axis=-1) - 1.0) <= 2 * EPS)
-    np.testing.assert_allclose(q[0], q0, rtol=0, atol=8 * EPS)
-    size = 1.0 + float(np.linalg.norm(omega0))
-    np.testing.assert_allclose(omega[0], omega0, rtol=0, atol=16 * EPS * size)
-    gamma = in_body(q, [0.0, 0.0, 1.0])
-    momentum = omega * [body["i_perp"], body["i_perp"], body["i3"]]
-    energy = 0.5 * np.sum(momentum * omega, axis=-1) + body["mgl"] * gamma[..., 2]
-    vertical = np.sum(momentum * gamma, axis=-1)
-    constants = heavy_top.invariants(omega0, q0, **body)
-    # 100 eps: a phase of at most 100 radians is rounded once, and all else a few times.
-    np.testing.assert_allclose(energy, constants.energy, rtol=0, atol=100 * EPS * 2.0 * size**2)
-    np.testing.assert_allclose(vertical, constants.p_phi, rtol=0, atol=100 * EPS * 2.0 * size)
-    assert constants.p_psi == pytest.approx(momentum[0, 2], abs=4 * EPS * size)
-    assert np.all(omega[:, 2] == omega0[2])
-
-
 @given(body=BODY, q0=START, omega0=OMEGA, t=st.floats(-5.0, 5.0))
 def test_the_motion_obeys_eulers_equations(body, q0, omega0, t):
     h = 1e-3
@@ -282,23 +258,6 @@ def test_through_the_pole_phi_jumps_by_half_a_turn_and_the_attitude_does_not():
         assert np.diff(psi) == pytest.approx(-np.pi, abs=1e-7)
         q = heavy_top.attitude(t, omega0, UPRIGHT, **TOP)
         np.testing.assert_allclose(q[0], q[1], rtol=0, atol=1e-8)
-
-
-@pytest.mark.parametrize("speed", [1e-3, 1.0, 1.9, 2.1, 5.0])
-def test_without_spin_the_top_is_a_pendulum(speed):
-    # Hanging, pushed about e1: an angle from below of 2 arcsin(k sn t), or past the top 2 am.
-    t, k = np.linspace(-9.0, 20.0, 59), 0.5 * speed
-    if k < 1.0:
-        sn, _, dn, _ = ellipj(t, k * k)
-        half = np.stack([dn, k * sn])  # cosine and sine of half the angle
-    else:
-        sn, cn, _, _ = ellipj(k * t, 1.0 / (k * k))
-        half = np.stack([cn, sn])
-    q = heavy_top.attitude(t, (speed, 0.0, 0.0), HANGING, **TOP)
-    # HANGING is half a turn about e1, on top of which comes the swing about the same axis.
-    zero = np.zeros_like(t)
-    expected = np.stack([-half[1], half[0], zero, zero], axis=-1)
-    np.testing.assert_allclose(q, expected, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("spin", [0.0, 1.0, -3.9, 4.0, 4.0 + 1e-15, 20.0])
