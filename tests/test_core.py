@@ -58,16 +58,6 @@ def test_every_part_has_an_entry_for_every_row_and_no_more(task):
         assert all(part.shape[0] == n for part in core.get_state().values())
 
 
-def test_threads_share_the_rows_and_change_no_bit(task):
-    for n_threads in [1, 2, 3, 5, 100]:
-        n = 5 * LANES + 3
-        shared, alone = begun(task, n, n_threads=n_threads), begun(task, n)
-        for k in range(10):
-            assert act(shared, k) == act(alone, k)
-            assert shared.observations.tobytes() == alone.observations.tobytes()
-            assert shared.results.tobytes() == alone.results.tobytes()
-
-
 def test_threads_are_made_anew_in_a_forked_process():
     core = begun(BallPark(), 5 * LANES, n_threads=2)
     act(core)
@@ -98,30 +88,6 @@ def test_step_tells_whether_any_flag_is_up(n_threads):
     assert truncated.all()
 
 
-def test_step_tells_the_first_entry_that_is_not_finite_and_moves_nothing(task):
-    for n_threads in [1, 2]:
-        for bad in [np.nan, np.inf, -np.inf]:
-            core = begun(task, 3 * LANES, n_threads=n_threads)
-            before = core.buffer.copy()
-            for k in (0, 1, core.actions.size // 2, core.actions.size - 1):
-                core.actions[...] = 0.5
-                core.actions.flat[k:] = bad
-                assert core.step() == -1 - k
-                core.actions[...] = 0.0
-                assert core.buffer.tobytes() == before.tobytes()
-
-
-def test_what_is_returned_is_a_copy(task):
-    core = begun(task, LANES + 1)
-    act(core)
-    before = core.buffer.copy()
-    for array in (core.y, core.elapsed, core.running, *core.get_state().values()):
-        array[...] = 7
-    for values in core.parameters.values():
-        values[...] = 7
-    assert core.buffer.tobytes() == before.tobytes()
-
-
 def test_renewed_outputs_have_the_same_content_in_memory_of_their_own(task):
     for n in SIZES:
         core = begun(task, n)
@@ -135,17 +101,6 @@ def test_renewed_outputs_have_the_same_content_in_memory_of_their_own(task):
                 same.tobytes(),
             )
             assert not np.shares_memory(part, same)
-
-
-def test_all_64_bits_of_a_key_count(task):
-    keys = np.array([0, 1, 2**31, 2**32, 2**53 + 1, 2**63, 2**64 - 1], dtype=np.uint64)
-    core = Core(task, len(keys))
-    core.seed(np.arange(len(keys)), keys)
-    begun = []
-    for _ in range(3):
-        core.reset(np.arange(len(keys)))
-        begun.append(core.y)
-    assert len(np.unique(np.hstack(begun), axis=0)) == len(keys)
 
 
 def test_a_moment_is_the_row_after_its_last_step_and_has_no_results_after_a_reset(task):

@@ -14,7 +14,6 @@ from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     CONTINUOUS,
-    DISCRETE,
     EARLY_ENDS,
     FULL,
     OF_KERNELS,
@@ -167,25 +166,3 @@ def test_nothing_leaves_its_space_at_any_settings(env_id, draw, n_configs):
         driver.run(100)
         if draw is moderate:  # far out, motion may become too fast: that ends the episode
             assert driver.n_errors == 0, config
-
-
-@pytest.mark.parametrize("env_id", CONTINUOUS)
-def test_ways_to_act_are_what_they_are_called(env_id):
-    driver = Driver(vector(env_id, 8 * len(WAYS)), seed=0)
-    driver.run(CYCLE)
-    by_way = dict(zip(WAYS, np.split(driver.actions, len(WAYS), axis=1), strict=True))
-    for way in ("bang-bang", "switch", "one side"):
-        assert (np.abs(by_way[way]) == 1).all()
-    assert not by_way["zero"].any()
-    assert 0 < np.abs(by_way["denormal"]).max() < np.finfo(np.float32).tiny
-    assert len(np.unique(by_way["policy"])) > CYCLE
-
-
-@pytest.mark.parametrize("env_id", DISCRETE)
-def test_ways_to_act_try_every_choice(env_id):
-    driver = Driver(vector(env_id, 8 * len(WAYS)), seed=0)
-    driver.run(CYCLE)
-    for way, part in zip(WAYS, np.split(driver.actions, len(WAYS), axis=1), strict=True):
-        n_tried = len(np.unique(driver.chosen(part.reshape(-1, 1))))
-        assert n_tried == (driver.n_choices if way in ("uniform", "policy") else n_tried)
-        assert n_tried >= (1 if way in ("zero", "denormal") else 2)

@@ -126,17 +126,6 @@ def test_the_coin_heads_for_where_its_rim_points():
     close(COIN.velocity(y), rolled[:, :2])
 
 
-@pytest.mark.parametrize("system", [DISK, PLATE, COIN], ids=name_of)
-def test_angular_velocities_are_those_of_the_quaternion(system):
-    rng = np.random.default_rng(14)
-    y = states(system, rng, 20)
-    q, rate = y[:, :4], system.rhs(y, inputs(system, rng, 20))[:, :4]
-    # (0, omega_world) = 2 q' conj(q).
-    w, v = q[:, :1], q[:, 1:]
-    omega = 2.0 * (w * rate[:, 1:] - rate[:, :1] * v + np.cross(v, rate[:, 1:]))
-    close(system.omega_world(y), omega)
-
-
 def test_the_path_of_the_roller_is_the_integral_of_its_descent():
     for s in (-2.0, -1e-9, 0.0, 0.3, 5.0):
         y = ROLLER.state(arc_length=s)

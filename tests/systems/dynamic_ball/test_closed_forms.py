@@ -5,7 +5,6 @@ from operator import itemgetter
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from rigid_envs.systems.dynamic_ball import closed_forms as theory
@@ -114,56 +113,6 @@ def test_rolling_round_the_axis_is_a_motion_of_the_turntable(table):
         np.testing.assert_allclose(steady, value, rtol=0, atol=256 * EPS)
     circle = theory.turntable_circle(motion.centre[0, :2], motion.omega[0], **plate)
     np.testing.assert_allclose(circle.centre, 0.0, rtol=0, atol=8 * EPS)
-
-
-def test_the_turn_of_rolling_round_the_axis_integrates_the_angular_velocity():
-    arguments = {"circle_radius": 0.9, "phase": 0.4, "spin": 1.1, "turntable_rate": 2.5, **BALL}
-
-    def rates(t, y):
-        omega = theory.roll_round_axis(t, **arguments)[0].omega
-        return 0.5 * np.concatenate([[-omega @ y[1:]], y[0] * omega + np.cross(omega, y[1:])])
-
-    t = np.linspace(0.0, 6.0, 5)
-    solution = solve_ivp(
-        rates, (0.0, 6.0), [1.0, 0.0, 0.0, 0.0], "DOP853", t_eval=t, rtol=1e-12, atol=1e-12
-    )
-    _, turn = theory.roll_round_axis(t, **arguments)
-    # 1e-12 a step, and 50 radians in some hundred steps; the signs of a quaternion are one turn.
-    signs = np.sign(np.sum(turn * solution.y.T, axis=-1, keepdims=True))
-    np.testing.assert_allclose(signs * turn, solution.y.T, rtol=0, atol=1e-9)
-
-
-def newton_euler(_, y, table, tilt, gravity, beta, radius):
-    """Rates of (r, v, omega) in plate axes, with the contact force solved for from the rolling."""
-    v, up, arm = y[3:6], np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -radius])
-    inertia, pull = beta * radius**2, gravity * np.array([0.0, -math.sin(tilt), -math.cos(tilt)])
-    # Unit mass: v' = pull + force, inertia omega' = arm x force, v' + omega' x arm = Omega up x v.
-    columns = [e + np.cross(np.cross(arm, e), arm) / inertia for e in np.eye(3)]
-    force = np.linalg.solve(np.transpose(columns), table * np.cross(up, v) - pull)
-    return np.concatenate([v, pull + force, np.cross(arm, force) / inertia])
-
-
-@pytest.mark.parametrize("table", [0.0, 1e-7, 0.4, -3.0])
-@pytest.mark.parametrize("tilt", [0.0, 0.2, -0.5])
-def test_rolling_on_a_plate_solves_newtons_and_eulers_equations(table, tilt):
-    t = np.linspace(0.0, 5.0, 6)
-    plate = {"turntable_rate": table, "tilt": tilt, "g": 9.81}
-    motion = theory.roll_on_plate(t, **START, **BALL, **plate)
-    to_plate = Rotation.from_euler("x", -tilt)
-    start = np.concatenate([to_plate.apply(part[0]) for part in motion])
-    solution = solve_ivp(
-        newton_euler,
-        (0.0, 5.0),
-        start,
-        "DOP853",
-        t_eval=t,
-        args=(table, tilt, 9.81, BALL["beta"], BALL["radius"]),
-        rtol=1e-13,
-        atol=1e-13,
-    )
-    found = np.concatenate([to_plate.apply(part) for part in motion], axis=-1)
-    # The integrator's 1e-13 of angular velocities of some hundred, over some hundred steps.
-    np.testing.assert_allclose(found, solution.y.T, rtol=0, atol=1e-9)
 
 
 def test_a_plate_that_turns_ever_slower_is_one_at_rest():

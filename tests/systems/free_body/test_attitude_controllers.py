@@ -160,10 +160,6 @@ def test_the_least_time_is_beaten_by_no_torque():
 
 
 def test_numbers_that_are_not_positive_are_refused():
-    with pytest.raises(ValueError, match=r"^torque = 0; expected a positive finite number"):
-        QuaternionPD(BODY, 0)
-    with pytest.raises(ValueError, match=r"^stiffness = -6\.0; expected a positive"):
-        QuaternionPD(BODY, 1.0, -6.0)
     with pytest.raises(ValueError, match=r"^torque = nan; expected a positive"):
         least_slew_time(BODY, float("nan"), 1.0)
     with pytest.raises(ValueError, match=r"^moments\[1\] = 0\.0; expected positive"):

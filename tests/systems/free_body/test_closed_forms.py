@@ -307,26 +307,6 @@ def test_the_chandler_period_agrees_with_the_reference(case):
         np.testing.assert_allclose(found[name], expected, rtol=4 * EPS, err_msg=name)
 
 
-MOMENT = st.floats(0.1, 10.0)
-RATE = st.one_of(st.just(0.0), st.floats(1e-3, 3.0), st.floats(-3.0, -1e-3))
-
-
-@given(i_perp=MOMENT, i3=MOMENT, omega0=st.tuples(RATE, RATE, RATE), shift=st.integers(0, 2))
-def test_the_body_cone_rolls_on_the_space_cone(i_perp, i3, omega0, shift):
-    moments = np.roll([i_perp, i_perp, i3], shift)
-    cones = free_body.symmetric_cones(moments, np.roll(omega0, shift))
-    assert i_perp == i3 or cones.axis == (2 + shift) % 3
-    # Without slip both edges are as long: the same product of rate and radius.
-    size = abs(cones.body_rate) + cones.space_rate
-    assert abs(cones.body_rate) * math.sin(cones.body_angle) == pytest.approx(
-        cones.space_rate * math.sin(cones.space_angle), abs=16 * EPS * size
-    )
-    side = {"outside": 1.0, "inside": -1.0, "none": 0.0}[cones.space_cone]
-    assert side == np.sign(i_perp - i3)
-    together = cones.body_angle + side * cones.space_angle
-    assert cones.tilt == pytest.approx(together, rel=0, abs=16 * EPS)
-
-
 def test_a_sphere_has_no_space_cone():
     cones = free_body.symmetric_cones((2.0, 2.0, 2.0), (0.3, 0.4, 1.2))
     assert (cones.space_cone, cones.space_angle, cones.body_rate) == ("none", 0.0, 0.0)

@@ -12,16 +12,13 @@ its own middle, beside the axis; and the perturbation given at the start decides
 the start, which is found by going both ways from there.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
-import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from rigid_envs.mechanics.laws import EPS
 from rigid_envs.systems.free_body import closed_forms as free_body
 from rigid_envs.systems.free_body.system import FreeBody
 
@@ -109,19 +106,3 @@ def test_every_flip_takes_the_interval_of_the_state_in_its_middle(masses, spin, 
     tolerance = truncation(body, omega0)
     assert tolerance <= 1e-6
     np.testing.assert_allclose(found.intervals, expected, rtol=tolerance)
-
-
-@pytest.mark.parametrize("eps", [1e-2, 1e-3, 1e-4, 1e-6, 1e-8])
-def test_later_flips_keep_the_perturbation_as_far_as_rounding_lets_them(eps):
-    moments, spin = (1.0, 2.0, 3.0), 1.0
-    omega0 = perturbed(moments, spin, eps, 0.0)
-    found, path = flips(FreeBody(*moments), omega0, after=4), free_body.polhode(moments, omega0)
-    # In a flip, a few times 1 / p long, the energy takes some 100 steps of some 20 roundings, a
-    # random walk of 50 EPS; that is the part 50 EPS / eps^2 of 1 - m, and 1 / (p T) of it in T.
-    # Once that is not small, the roundings themselves are the perturbation: of sqrt(50 EPS), 1e-7.
-    share = 50.0 * EPS / eps**2
-    bound = math.log1p(share) / (abs(path.rate) * path.flip_interval)
-    if eps >= 1e-4:
-        assert bound <= 1e-6  # which 1e-6 of the interval then is
-    error = np.max(np.abs(found.intervals / path.flip_interval - 1.0))
-    assert error <= truncation(FreeBody(*moments), omega0) + 4.0 * bound

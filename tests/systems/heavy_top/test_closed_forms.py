@@ -5,7 +5,7 @@ from operator import itemgetter
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -56,25 +56,6 @@ def test_steady_precession_agrees_with_the_reference(case):
     )
     # p_phi - p_psi cos theta is the difference of two numbers up to a thousand times larger.
     np.testing.assert_allclose(potential, out["V_eff_at_theta_for_phid_0.5"], rtol=1e-12)
-
-
-@pytest.mark.parametrize("branch", [0, 1])
-@pytest.mark.parametrize("theta", [0.4, 1.3, 2.2])
-def test_steady_precession_sits_at_the_minimum_of_the_effective_potential(theta, branch):
-    omega3 = 7.0
-    rate = float(heavy_top.steady_precession(theta, omega3, **TOP)[branch])
-    p_psi = TOP["i3"] * omega3
-    p_phi = TOP["i_perp"] * rate * math.sin(theta) ** 2 + p_psi * math.cos(theta)
-    h = 1e-3
-    values = heavy_top.effective_potential(
-        theta + h * np.arange(-2, 3), p_phi, p_psi, i_perp=TOP["i_perp"], mgl=TOP["mgl"]
-    )
-    slope = values @ np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * h)
-    curvature = values @ np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * h * h)
-    frequency = heavy_top.nutation_frequency(theta, rate, omega3, i_perp=1.0, i3=0.5)
-    # Five points: h^4 times a sixth derivative of some thousands, and eps / h^2.
-    assert slope == pytest.approx(0.0, abs=1e-8)
-    assert curvature / TOP["i_perp"] == pytest.approx(frequency**2, rel=1e-7)
 
 
 @pytest.mark.parametrize("case", cases("sleeping_top"), ids=itemgetter("id"))
@@ -354,33 +335,6 @@ def test_every_scalar_of_the_reference_is_found(case):
             np.testing.assert_allclose(
                 found[name], expected, rtol=16 * EPS, atol=absolute.get(name, 0.0), err_msg=name
             )
-
-
-SMALL_RATE = st.floats(-3.0, 3.0).map(lambda x: round(x, 6))
-
-
-@given(
-    theta=st.floats(0.05, 3.1),
-    phi=SMALL_RATE,
-    swing=SMALL_RATE,
-    spin=SMALL_RATE,
-    t=st.floats(-5.0, 5.0),
-)
-def test_the_angle_per_nutation_is_gained_from_any_moment(theta, phi, swing, spin, t):
-    omega0, q0 = (swing, phi * math.sin(theta), 2.0 * spin), leaning(theta)
-    way, period = (
-        heavy_top.precession(omega0, q0, **TOP),
-        heavy_top.nutation(omega0, q0, **TOP).period,
-    )
-    assume(period < 30.0 and way.path != "sleeping")
-    _, turned, _ = heavy_top.euler_angles([t, t + period], omega0, q0, **TOP)
-    # phi' reaches 1 / sin theta: a rounding of t moves phi by that much beside a pole.
-    nutation = heavy_top.nutation(omega0, q0, **TOP)
-    closest = min(math.sin(nutation.theta_min), math.sin(nutation.theta_max))
-    assume(closest > 1e-6)
-    tolerance = 200.0 * EPS * (1.0 + period) * (1.0 + 10.0 / closest)
-    assert turned[1] - turned[0] == pytest.approx(way.per_nutation, rel=0, abs=tolerance)
-    assert way.mean_rate == pytest.approx(way.per_nutation / period, rel=4 * EPS)
 
 
 def test_the_three_kinds_of_path_part_at_the_axis_let_go_at_rest():

@@ -139,8 +139,6 @@ def test_what_does_not_precess_steadily_is_refused():
         precessing("steady")
     with pytest.raises(ValueError, match=r"^tilts = \(0\.9, 0\.3\); expected 0 < least < largest"):
         PrecessionRegulator(TOP, 0.5, DT, TILTS[::-1], SPINS)
-    with pytest.raises(ValueError, match=r"^torque = 0; expected a positive finite number"):
-        precessing(torque=0)
 
 
 E_Z = np.array([0.0, 0.0, 1.0])
@@ -287,10 +285,6 @@ def test_tops_without_symmetry_or_weight_and_limits_that_are_none_are_refused():
     for controller, top in ((UprightBalance, HeavyTop(g=0.0)), (PivotBalance, HeavyTop(ell=0.0))):
         with pytest.raises(ValueError, match=r"^top = HeavyTop\(.*; expected a top that can fall"):
             controller(top, 0.3, DT)
-    with pytest.raises(ValueError, match=r"^limit = 0\.0; expected a positive finite number"):
-        PivotBalance(TOP, 0.0, DT)
-    with pytest.raises(ValueError, match=r"^dt = 0; expected a positive finite number \[s\]"):
-        UprightBalance(TOP, 0.3, 0)
 
 
 UNEVEN = HeavyTop(0.925, 1.15, 0.55)
@@ -344,23 +338,6 @@ def test_the_linear_equation_is_that_of_the_steps_of_the_top_of_an_uneven_top(sp
     again = np.diag(PRICES[0]) + PRICES[1] * K.T @ K + closed.T @ P @ closed
     # the Jacobian is known to 1e-9
     np.testing.assert_allclose(again, P, atol=1e-7 * np.abs(P).max())
-
-
-def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases_of_an_uneven_top():
-    balance, rng = uneven(), np.random.default_rng(0)
-    states = simulate_closed_loop(
-        uneven_step(balance), tilting(1e-5 * rng.normal(size=(20, 4)), 1.5), 200
-    )
-    x, u = vertical_of(states[:-1]), FREE * balance(states[:-1])
-    cost = x**2 @ PRICES[0] + PRICES[1] * np.sum(u**2, axis=-1)
-    value = balance.value(states)
-    np.testing.assert_allclose(cost.sum(axis=0), value[0] - value[-1], rtol=1e-5)
-    value = balance.value(
-        simulate_closed_loop(
-            uneven_step(balance), tilting(0.1 * rng.normal(size=(50, 4)), 1.5), 100
-        )
-    )
-    assert (np.diff(value, axis=0) < 0.0).all()
 
 
 def test_between_the_nodes_and_for_every_drawn_body_the_loop_is_stable():

@@ -8,7 +8,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
-from rigid_envs.systems.upright_coin import closed_forms as upright_coin
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps
@@ -181,7 +180,6 @@ def test_straight_rolls_of_any_shape_are_taken():
 
 
 RADIUS = 0.4
-SIZE = 0.02  # of the largest loop
 BALL_STATE = np.array([0.3, -0.2, 0.5, -0.1, 0.7, 0.5])  # with a unit quaternion
 COIN_STATE = np.array([0.3, -0.2, 0.8, 2.0])
 
@@ -257,80 +255,6 @@ def test_norms_are_lengths_of_brackets():
     np.testing.assert_allclose(one, (math.hypot(RADIUS, 1.0), 1.0), rtol=4 * EPS)
     np.testing.assert_allclose(two, (RADIUS,), rtol=4 * EPS)
     np.testing.assert_allclose(three, (0.0, RADIUS), rtol=4 * EPS)
-
-
-def ball_flow(which, time):
-    way = time * np.eye(2)[which]
-
-    def flow(state):
-        turn = Rotation.from_quat(rolling_ball.roll_straight(way, RADIUS), scalar_first=True)
-        attitude = turn * Rotation.from_quat(state[2:], scalar_first=True)
-        q = attitude.as_quat(scalar_first=True)
-        return np.concatenate([state[:2] + way, math.copysign(1.0, q @ state[2:]) * q])
-
-    return flow
-
-
-def coin_flow(which, time):
-    psi_rate, phi_rate = np.eye(2)[which]
-
-    def flow(state):
-        motion = upright_coin.roll_coin(
-            time,
-            radius=RADIUS,
-            phi_rate=phi_rate,
-            psi_rate=psi_rate,
-            phi=state[2],
-            psi=state[3],
-            place=state[:2],
-        )
-        return np.array([*motion.place, motion.phi, motion.psi])
-
-    return flow
-
-
-def commutator(there, back, other_there, other_back):
-    """Flows of a loop and of its way back."""
-
-    def loop(state):
-        return other_back(back(other_there(there(state))))
-
-    def reverse(state):
-        return back(other_back(there(other_there(state))))
-
-    return loop, reverse
-
-
-def extrapolated(shift, order):
-    """Limit of shift(e) / e^order for e to 0, its first two errors taken out."""
-    sizes = SIZE * np.array([1.0, 0.5, 0.25])
-    values = np.array([shift(e) / e**order for e in sizes])
-    return (values[0] - 6.0 * values[1] + 8.0 * values[2]) / 3.0
-
-
-@pytest.mark.parametrize(
-    ("flow", "fields", "state"),
-    [
-        (ball_flow, rolling_ball.ball_fields(RADIUS), BALL_STATE),
-        (coin_flow, rolling_ball.coin_fields(RADIUS), COIN_STATE),
-    ],
-)
-def test_small_loops_move_along_the_brackets(flow, fields, state):
-    def loop(e):
-        return commutator(flow(0, e), flow(0, -e), flow(1, e), flow(1, -e))
-
-    def nested(which, e):
-        there, back = loop(e)
-        return commutator(flow(which, e), flow(which, -e), there, back)[0]
-
-    _, pair, triple = rolling_ball.iterated_brackets(fields, state, 3)
-    # Of the series in e the third error is left, e e/2 e/4 of brackets three deeper: 1 / radius^5.
-    left = SIZE**3 / 8.0 / RADIUS**5
-    moved = extrapolated(lambda e: loop(e)[0](state) - state, 2)
-    np.testing.assert_allclose(moved, pair[0], rtol=0, atol=left)
-    for which in (0, 1):
-        moved = extrapolated(lambda e, which=which: nested(which, e)(state) - state, 3)
-        np.testing.assert_allclose(moved, triple[which], rtol=0, atol=left / RADIUS)
 
 
 def test_brackets_are_antisymmetric_and_obey_jacobi():

@@ -1,14 +1,11 @@
 """Closed forms of the rolling disk against reference cases and Newton's and Euler's equations."""
 
 import math
-from functools import cache
 from operator import itemgetter
 
 import mpmath
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
 from rigid_envs.systems.rolling_disk.closed_forms import conical
@@ -163,70 +160,6 @@ def thrown(theta, theta_rate, phi_rate, omega3):
     node = np.array([1.0, 0.0, 0.0])
     spin = phi_rate * math.sin(theta) * steepest + omega3 * n
     return np.concatenate([n, theta_rate * node + spin])
-
-
-@cache
-def rolled(start):
-    """Three nods, by an integrator that leaves 1e-11 a step of rates of some ten."""
-    end = 3.0 * rolling_disk.fall(*start, **DISK).period
-    return solve_ivp(
-        newton_euler,
-        (0.0, end),
-        thrown(*start),
-        "DOP853",
-        args=tuple(DISK.values()),
-        rtol=1e-11,
-        atol=1e-11,
-        dense_output=True,
-    )
-
-
-STARTS = [
-    (1.2, 0.4, 1.5, -5.0),
-    (0.7, 0.0, 9.0, 1.0),
-    (1.55, 0.0, 0.0, -2.0),
-    (1.5, -0.3, 4.0, 0.5),
-    (2.3, 1.0, -3.0, 4.0),
-    (1.4, 3.0, 2.0, 2.0),
-]
-
-
-@pytest.mark.parametrize("start", STARTS)
-def test_newtons_and_eulers_equations_keep_the_integrals(start):
-    y = rolled(start).y
-    theta = np.arccos(y[2])
-    omega3 = np.sum(y[:3] * y[3:], axis=0)
-    motion = rolling_disk.fall(*start, **DISK)
-    phi_rate, axial = rolling_disk.spins(theta, motion.c1, motion.c2, **BODY)
-    # The vertical component of omega is phi' sin^2(theta) + omega3 cos(theta). 1e-11 a step, over
-    # some hundred steps, at angular velocities of some ten; their squares are in the energy.
-    np.testing.assert_allclose(axial, omega3, rtol=0, atol=1e-7)
-    vertical = phi_rate * np.sin(theta) ** 2 + axial * np.cos(theta)
-    np.testing.assert_allclose(vertical, y[5], rtol=0, atol=1e-7)
-    node_rate = np.sum(y[3:] ** 2, axis=0) - omega3**2 - (phi_rate * np.sin(theta)) ** 2
-    tipping = BODY["i_perp"] + BODY["m"] * BODY["radius"] ** 2
-    level = rolling_disk.effective_potential(theta, motion.c1, motion.c2, **DISK)
-    np.testing.assert_allclose(0.5 * tipping * node_rate + level, motion.energy, rtol=1e-7)
-
-
-@pytest.mark.parametrize("start", STARTS)
-def test_newtons_and_eulers_equations_nod_between_the_turning_points_in_the_period(start):
-    motion, path = rolling_disk.fall(*start, **DISK), rolled(start)
-    t = np.linspace(0.0, path.t[-1], 2001)
-
-    def climbing(t):
-        n, w = np.split(path.sol(t), 2)
-        return float(np.cross(w, n)[2])
-
-    y = path.sol(t)
-    rate = np.cross(y[3:], y[:3], axis=0)[2]
-    turns = np.flatnonzero(rate[1:-1] * rate[2:] < 0.0) + 1
-    times = np.array([brentq(climbing, t[k], t[k + 1], xtol=1e-14) for k in turns])
-    leans = np.arccos(path.sol(times)[2])
-    assert times.size >= 4
-    # As above; the interpolant between the steps is of the order 7.
-    np.testing.assert_allclose(np.sort(leans)[[0, -1]], (motion.theta_min, motion.theta_max), 1e-6)
-    np.testing.assert_allclose(times[2:] - times[:-2], motion.period, rtol=1e-6)
 
 
 @pytest.mark.parametrize("theta", [0.2, 0.9, 1.4, 2.1])
