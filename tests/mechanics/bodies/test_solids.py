@@ -223,11 +223,11 @@ def test_the_table_has_every_constructor_that_takes_numbers():
     assert mine == set(bodies.__all__)
 
 
-def test_sizes_that_are_not_positive_numbers_are_refused_by_name():
-    for name, good, i, parameter in REFUSALS:
-        for bad in [*NO_SCALARS, -1.0, *([] if parameter == "inner_radius" else [0.0])]:
-            text = refusal(getattr(bodies, name), *good[:i], bad, *good[i + 1 :])
-            assert text.startswith(f"{parameter} = "), text
+@pytest.mark.parametrize(("name", "good", "i", "parameter"), REFUSALS)
+def test_sizes_that_are_not_positive_numbers_are_refused_by_name(name, good, i, parameter):
+    for bad in [*NO_SCALARS, -1.0, *([] if parameter == "inner_radius" else [0.0])]:
+        text = refusal(getattr(bodies, name), *good[:i], bad, *good[i + 1 :])
+        assert text.startswith(f"{parameter} = "), text
 
 
 def test_radii_in_the_wrong_order_are_refused():

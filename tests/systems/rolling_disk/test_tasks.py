@@ -85,6 +85,16 @@ def test_the_threshold_of_starts_is_that_of_the_books(shape):
     np.testing.assert_allclose(envs.y[:, 6] ** 2, 0.49 * square * G, rtol=1e-14)
 
 
+def test_a_lean_beyond_sixty_degrees_ends_the_episode():
+    env = RigidEnv("rigid_envs.systems.rolling_disk.tasks:DiskRoll", dt=1e-4)
+    for degrees, fallen in ((59.9, False), (60.1, True), (-59.9, False), (-60.1, True)):
+        y = rolling_state(Rolling(np.radians(degrees), 0.0, 0.0, 1.0))
+        env.reset(options={"state": y})
+        _, _, terminated, _, info = env.step(np.zeros(1, dtype=np.float32))
+        assert terminated == fallen
+        assert not info["is_success"]
+
+
 def test_the_observed_curvature_is_that_of_the_way_of_the_contact():
     """From three places of the contact, of a disk that rolls steadily under the torque it needs."""
     disk, lean, wn, w3 = RollingDisk(), 0.3, 0.9, 1.2
