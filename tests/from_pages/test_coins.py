@@ -135,8 +135,13 @@ def test_a_coin_is_parked_within_its_tolerances_and_not_beside_them(
 
 def test_a_coin_at_the_edge_of_the_tolerance_is_parked() -> None:
     env, model = both(CoinPark, position_tolerance=0.5, heading_tolerance=0.3, phase_tolerance=0.3)
-    for y, parked in ((0.5, True), (-0.5, True), (np.nextafter(0.5, 1.0), False)):
-        begin(env, model, {"q": attitude_of(0.1, -0.2), "contact": [0.0, y]})
+    for y, heading, phase, parked in (
+        *((0.5, 0.1, -0.2, True), (-0.5, 0.1, -0.2, True)),
+        *((np.nextafter(0.5, 1.0), 0.1, -0.2, False), (0.1, 0.3 - 1e-9, 0.0, True)),
+        *((0.1, -0.3 - 1e-9, 0.0, False), (0.1, 0.0, 0.3 - 1e-9, True)),
+        *((0.1, 0.0, 0.3 + 1e-9, False), (0.1, 0.0, -0.3 - 1e-9, False)),
+    ):
+        begin(env, model, {"q": attitude_of(heading, phase), "contact": [0.0, y]})
         assert play(env, model, [[0.0, 0.0]], EXACT) == parked
 
 

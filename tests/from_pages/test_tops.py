@@ -116,6 +116,14 @@ def test_an_episode_ends_when_the_top_has_fallen(seed: int) -> None:
     assert outcomes[-1].reward > 0.0  # as every other step
 
 
+def test_a_top_has_fallen_at_the_tilt_of_the_page_and_not_below() -> None:
+    rng, pair = np.random.default_rng(14), Pair(tops.PivotTop)
+    for tilt in (0.499, 0.5001):  # within a step it grows by less than 1e-3
+        pair.reset(rng, top(tilt, (0.0, 0.0, 0.0)))
+        outcome, _ = pair.step(np.zeros(2))
+        assert outcome.terminated == (tilt > 0.5)
+
+
 @pytest.mark.parametrize(("kind", "frame"), in_frames(tops.PivotTop))
 def test_an_episode_ends_when_the_pivot_leaves_the_arena(kind: type[Page], frame: str) -> None:
     rng, pair = np.random.default_rng(10), Pair(kind, frame=frame, fall=3.0)
