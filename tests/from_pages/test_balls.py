@@ -262,6 +262,10 @@ def test_a_ball_with_inertia_falls_off_the_plate_at_its_edge() -> None:
         action = np.array([math.cos(heading), math.sin(heading)])
         assert not play(env, model, [action] * 100, INTEGRATED[COARSE])
         assert math.hypot(*model.position) > math.sqrt(2.0) + 0.5
+    for offset in (-1e-3, 1e-3):
+        at_rest = {"position": [math.sqrt(2.0) + 0.5 + offset, 0.0], "velocity": [0.0, 0.0]}
+        begin(env, model, {"q": [1.0, 0.0, 0.0, 0.0], **at_rest})
+        play(env, model, [[0.0, 0.0]], INTEGRATED[COARSE])
 
 
 TABLES: list[Any] = [

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tests.from_pages import bodies
+from tests.from_pages.attitudes import compose, of_rotation_vector
 from tests.from_pages.bodies import KINDS
 from tests.from_pages.model import Page
 from tests.from_pages.side_by_side import Pair, in_frames
@@ -198,11 +199,15 @@ def test_a_turn_reaches_its_goal_and_leaves_it() -> None:
 def test_rewards_of_goals_are_computed_alike() -> None:
     rng, page = np.random.default_rng(14), bodies.Reorient(weight_angle=0.3, weight_rate=0.2)
     env = gym.make("RigidEnvs/Reorient-v0", weight_angle=0.3, weight_rate=0.2)
-    for _ in range(20):
-        start = page.draw(rng)
+    starts = [page.draw(rng) for _ in range(20)]
+    for k, start in enumerate(starts):
         start["omega_body"] = rng.normal(size=3) * rng.choice([0.01, 1.0])
-        if rng.uniform() < 0.5:
-            start["q"] = start["aux"]
+        start["q"] = start["aux"] if k % 2 else start["q"]
+    # beside the tolerances, 0.1 rad and 0.05 rad/s, and within
+    for angle, rate in ((0.0999, 0.0), (0.1001, 0.0), (0.0, 0.04999), (0.0, 0.05001)):
+        turned = compose(starts[0]["aux"], of_rotation_vector([0.0, angle, 0.0]))
+        starts.append({**starts[0], "q": turned, "omega_body": [0.0, rate, 0.0]})
+    for start in starts:
         page.begin(**start)
         achieved, desired = page.poses()
         values = page.values(np.zeros(3))
