@@ -279,9 +279,10 @@ def test_a_flipped_bit_in_every_file_changes_no_trajectory(tmp_path: Path) -> No
         assert (again.stdout, again.stderr) == (whole.stdout, "")
 
 
+@pytest.mark.long
 def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
-    with ThreadPoolExecutor(2) as pool:
-        together = list(pool.map(lambda _: report(tmp_path), range(2)))
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda _: report(tmp_path), range(4)))
     assert {found(done)[0] for done in together} == {3.0}
     assert {done.stderr for done in together} == {""}
     assert found(report(tmp_path))[:2] == (3.0, 1)

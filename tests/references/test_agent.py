@@ -67,7 +67,7 @@ def test_all_500_starts_cost_what_they_cost_the_controller_of_states(
     assert np.median(off) < 1e-5 and off.max() < 0.05
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@in_full(IDS)
 def test_single_environments_are_played_as_rows_are(env_id: str) -> None:
     agent, row = quickest(env_id), 1
     found = rigid_envs.evaluate(env_id, agent, n=2)
