@@ -46,8 +46,8 @@ def _act(act: Act, options: argparse.Namespace) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m agents",
-        description="Train, evaluate and watch agents. Without arguments: train on BallPark with PPO "
-        "for 1.5 M steps, evaluate on 500 unseen starts, and say where everything was written.",
+        description="Train, evaluate and watch agents. Without arguments: train on BallPark with "
+        "PPO for 1.5 M steps, evaluate on 500 unseen starts, and say where everything was written.",
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"rigid-envs {__version__}")
