@@ -5,51 +5,9 @@ from numpy.typing import ArrayLike
 
 from rigid_envs.base.checks import Array, array, require, rotation_matrix, unit_length
 
-__all__ = [
-    "angle",
-    "axis_angle_from_quaternion",
-    "body_rate",
-    "canonicalize",
-    "conjugate",
-    "distance",
-    "euler_from_matrix",
-    "euler_from_quaternion",
-    "euler_rates_from_omega_body",
-    "euler_rates_from_omega_world",
-    "exp",
-    "hat",
-    "identity",
-    "left_jacobian",
-    "left_jacobian_inverse",
-    "log",
-    "matrix_from_euler",
-    "matrix_from_quaternion",
-    "matrix_from_rot6d",
-    "multiply",
-    "normalize",
-    "omega_body_from_euler_rates",
-    "omega_world_from_euler_rates",
-    "quaternion_from_axis_angle",
-    "quaternion_from_euler",
-    "quaternion_from_matrix",
-    "quaternion_rate",
-    "random_quaternion",
-    "right_jacobian",
-    "right_jacobian_inverse",
-    "rot6d_from_matrix",
-    "rotate",
-    "rotate_inverse",
-    "rotate_tensor",
-    "slerp",
-    "transform_tensor",
-    "vee",
-    "world_rate",
-]
-
-
 # Lengths, directions and products of rows of vectors.
 
-ROUNDING = 4 * np.finfo(np.float64).eps  # of a length computed in float64
+_ROUNDING = 4 * np.finfo(np.float64).eps  # of a length computed in float64
 
 
 def norm(rows: Array) -> Array:
@@ -58,7 +16,7 @@ def norm(rows: Array) -> Array:
     return length
 
 
-def cross(a: Array, b: Array) -> Array:
+def _cross(a: Array, b: Array) -> Array:
     """Products a x b along the last axis, shape (..., 3): those of NumPy, in half its time."""
     rows = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for k in range(3):
@@ -74,7 +32,7 @@ def direction(rows: Array) -> Array:
     return scaled / norm(scaled)
 
 
-def unit(value: ArrayLike, name: str, size: int) -> Array:
+def _unit(value: ArrayLike, name: str, size: int) -> Array:
     """Unit vectors, shape (..., size), normalised unless they are so to rounding.
 
     Raises:
@@ -84,7 +42,7 @@ def unit(value: ArrayLike, name: str, size: int) -> Array:
     with np.errstate(over="ignore"):
         length = norm(rows)
     unit_length(length[..., 0], rows, name)
-    return np.where(np.abs(length - 1.0) <= ROUNDING, rows, rows / length)
+    return np.where(np.abs(length - 1.0) <= _ROUNDING, rows, rows / length)
 
 
 # The algebra of unit quaternions, their rate, the distance of attitudes, uniform samples.
@@ -136,14 +94,14 @@ def multiply(p: ArrayLike, q: ArrayLike) -> Array:
     Source:
         Sola, Quaternion kinematics for the error-state Kalman filter, section 1; arXiv:1711.02508.
     """
-    return product(unit(p, "p", 4), unit(q, "q", 4))
+    return _product(_unit(p, "p", 4), _unit(q, "q", 4))
 
 
-def product(p: Array, q: Array) -> Array:
+def _product(p: Array, q: Array) -> Array:
     """Return the Hamilton product of any two quaternions, unchecked."""
     p_w, p_v, q_w, q_v = p[..., :1], p[..., 1:], q[..., :1], q[..., 1:]
     w = p_w * q_w - np.sum(p_v * q_v, axis=-1, keepdims=True)
-    return np.concatenate([w, p_w * q_v + q_w * p_v + cross(p_v, q_v)], axis=-1)
+    return np.concatenate([w, p_w * q_v + q_w * p_v + _cross(p_v, q_v)], axis=-1)
 
 
 def conjugate(q: ArrayLike) -> Array:
@@ -158,7 +116,7 @@ def conjugate(q: ArrayLike) -> Array:
     Raises:
         ValueError: if q is not unit.
     """
-    rows = unit(q, "q", 4)
+    rows = _unit(q, "q", 4)
     return np.concatenate([rows[..., :1], -rows[..., 1:]], axis=-1)
 
 
@@ -175,10 +133,10 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     Raises:
         ValueError: if q is not unit.
     """
-    rows, vectors = unit(q, "q", 4), array(v, "v", 3)
+    rows, vectors = _unit(q, "q", 4), array(v, "v", 3)
     w, u = rows[..., :1], rows[..., 1:]
-    t: Array = 2.0 * cross(u, vectors)
-    turned: Array = vectors + w * t + cross(u, t)
+    t: Array = 2.0 * _cross(u, vectors)
+    turned: Array = vectors + w * t + _cross(u, t)
     return turned
 
 
@@ -216,7 +174,7 @@ def quaternion_rate(q: ArrayLike, omega_body: ArrayLike) -> Array:
     """
     omega = array(omega_body, "omega_body", 3)
     pure = np.concatenate([np.zeros_like(omega[..., :1]), omega], axis=-1)
-    return 0.5 * product(unit(q, "q", 4), pure)
+    return 0.5 * _product(_unit(q, "q", 4), pure)
 
 
 def canonicalize(q: ArrayLike) -> Array:
@@ -231,7 +189,7 @@ def canonicalize(q: ArrayLike) -> Array:
     Raises:
         ValueError: if q is not unit.
     """
-    rows = unit(q, "q", 4)
+    rows = _unit(q, "q", 4)
     first = np.argmax(rows != 0.0, axis=-1, keepdims=True)
     negative = np.take_along_axis(rows, first, axis=-1) < 0.0
     return np.where(negative, -rows, rows) + 0.0  # + 0.0 makes a zero of -0.0
@@ -249,7 +207,7 @@ def angle(q: ArrayLike) -> Array:
     Raises:
         ValueError: if q is not unit.
     """
-    rows = unit(q, "q", 4)
+    rows = _unit(q, "q", 4)
     half: Array = np.arctan2(norm(rows[..., 1:])[..., 0], np.abs(rows[..., 0]))
     return 2.0 * half
 
@@ -271,7 +229,7 @@ def distance(p: ArrayLike, q: ArrayLike) -> Array:
         Huynh, Metrics for 3D rotations, J. Math. Imaging Vision 35 (2009), Phi_6;
         doi:10.1007/s10851-009-0161-2.
     """
-    return angle(multiply(conjugate(unit(p, "p", 4)), q))
+    return angle(multiply(conjugate(_unit(p, "p", 4)), q))
 
 
 def random_quaternion(rng: np.random.Generator, shape: tuple[int, ...] = ()) -> Array:
@@ -359,7 +317,7 @@ def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
         ValueError: if the axis is not unit (`exp` takes axis * angle).
     """
     half = 0.5 * array(angle, "angle")[..., None]
-    vector = np.sin(half) * unit(axis, "axis", 3)
+    vector = np.sin(half) * _unit(axis, "axis", 3)
     scalar = np.broadcast_to(np.cos(half), (*vector.shape[:-1], 1))
     return np.concatenate([scalar, vector], axis=-1)
 
@@ -518,14 +476,14 @@ def slerp(p: ArrayLike, q: ArrayLike, t: ArrayLike) -> Array:
         Shoemake, Animating rotation with quaternion curves, SIGGRAPH (1985);
         doi:10.1145/325334.325242.
     """
-    start = unit(p, "p", 4)
+    start = _unit(p, "p", 4)
     vector = array(t, "t")[..., None] * log(multiply(conjugate(start), q))
     return multiply(start, exp(vector))
 
 
 # Between quaternions, matrices, the 6-D form and z-x-z Euler angles, and Euler-angle rates.
 
-LOCKED = 1e-15  # a sine that the rounding of a unit quaternion cannot tell from 0
+_LOCKED = 1e-15  # a sine that the rounding of a unit quaternion cannot tell from 0
 
 
 def matrix_from_quaternion(q: ArrayLike) -> Array:
@@ -542,7 +500,7 @@ def matrix_from_quaternion(q: ArrayLike) -> Array:
     Raises:
         ValueError: if q is not unit.
     """
-    rows = unit(q, "q", 4)
+    rows = _unit(q, "q", 4)
     cross = hat(rows[..., 1:])
     return np.eye(3) + 2.0 * rows[..., :1, None] * cross + 2.0 * cross @ cross
 
@@ -619,9 +577,9 @@ def euler_from_quaternion(q: ArrayLike) -> Array:
     """
     w, x, y, z = np.moveaxis(canonicalize(q), -1, 0)
     sin, cos = np.hypot(x, y), np.hypot(w, z)
-    half_sum = np.where(cos > LOCKED, np.arctan2(z, w), np.arctan2(y, x))
-    half_difference = np.where(sin > LOCKED, np.arctan2(y, x), np.arctan2(z, w))
-    locked = np.minimum(sin, cos) <= LOCKED
+    half_sum = np.where(cos > _LOCKED, np.arctan2(z, w), np.arctan2(y, x))
+    half_difference = np.where(sin > _LOCKED, np.arctan2(y, x), np.arctan2(z, w))
+    locked = np.minimum(sin, cos) <= _LOCKED
     phi = _wrapped(half_sum + half_difference)
     psi = np.where(locked, 0.0, _wrapped(half_sum - half_difference))
     return np.stack([phi, 2.0 * np.arctan2(sin, cos), psi], axis=-1)
@@ -756,7 +714,7 @@ def euler_rates_from_omega_body(euler: ArrayLike, omega_body: ArrayLike) -> Arra
     _, theta, psi = np.moveaxis(angles, -1, 0)
     omega1, omega2, omega3 = np.moveaxis(array(omega_body, "omega_body", 3), -1, 0)
     expected = "sin(theta) != 0, where Euler-angle rates exist: use quaternion_rate"
-    require(np.abs(np.sin(theta)) > LOCKED, angles, "euler", expected)
+    require(np.abs(np.sin(theta)) > _LOCKED, angles, "euler", expected)
     phi_rate = (omega1 * np.sin(psi) + omega2 * np.cos(psi)) / np.sin(theta)
     theta_rate = omega1 * np.cos(psi) - omega2 * np.sin(psi)
     return np.stack([phi_rate, theta_rate, omega3 - phi_rate * np.cos(theta)], axis=-1)
@@ -863,7 +821,7 @@ def world_rate(
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 4.9.
     """
     v, rate = array(v_body, "v_body", 3), array(rate_body, "rate_body", 3)
-    return rotate(q, rate + cross(array(omega_body, "omega_body", 3), v))
+    return rotate(q, rate + _cross(array(omega_body, "omega_body", 3), v))
 
 
 def body_rate(
@@ -889,5 +847,5 @@ def body_rate(
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 4.9.
     """
     v, rate = array(v_world, "v_world", 3), array(rate_world, "rate_world", 3)
-    carried = cross(array(omega_body, "omega_body", 3), rotate_inverse(q, v))
+    carried = _cross(array(omega_body, "omega_body", 3), rotate_inverse(q, v))
     return rotate_inverse(q, rate) - carried

@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -104,16 +105,21 @@ ROOMS = {
 }  # by system
 
 
+def functions_of(forms: ModuleType) -> dict[str, Callable[..., Any]]:
+    """The public functions of a module, without those that it imports."""
+    own = inspect.getmembers(
+        forms, lambda found: inspect.isfunction(found) and found.__module__ == forms.__name__
+    )
+    return {name: function for name, function in own if not name.startswith("_")}
+
+
 def named() -> Iterator[str]:
     """Names of those whose parameters are known, units or not."""
     for module, forms in ROOMS.items():
-        for name in forms.__all__:
-            function, full = getattr(forms, name), f"{module}.{name}"
+        for name, function in functions_of(forms).items():
+            full = f"{module}.{name}"
             known = PARAMETERS.keys() | OTHERS.get(full, {}).keys()
-            if (
-                inspect.isfunction(function)
-                and inspect.signature(function).parameters.keys() <= known
-            ):
+            if inspect.signature(function).parameters.keys() <= known:
                 yield full
 
 
@@ -266,10 +272,7 @@ def test_all_closed_forms_are_tried() -> None:
     folder = Path(rigid_envs.__file__).parent / "systems"
     assert {file.parent.name for file in folder.glob("*/closed_forms.py")} == ROOMS.keys()
     functions = {
-        f"{system}.{name}"
-        for system, forms in ROOMS.items()
-        for name in forms.__all__
-        if inspect.isfunction(getattr(forms, name))
+        f"{system}.{name}" for system, forms in ROOMS.items() for name in functions_of(forms)
     }
     # the others take fields, which are functions, or what was made of them
     assert {name.partition(".")[2] for name in functions - {*ALL}} == {

@@ -18,20 +18,8 @@ from rigid_envs.base.checks import (
     positive,
     require,
 )
-from rigid_envs.mechanics import special as _quaternion
+from rigid_envs.mechanics import special
 from rigid_envs.mechanics.special import phi1, phi2
-
-__all__ = [
-    "Rolled",
-    "TurntableCircle",
-    "drift_across_slope",
-    "roll_on_plate",
-    "roll_on_shaken_plate",
-    "roll_round_axis",
-    "stand_in_space",
-    "turntable_circle",
-]
-
 
 # Motions in world axes from complex numbers along the plate.
 
@@ -50,18 +38,18 @@ class Rolled(NamedTuple):
     omega: Array
 
 
-def from_complex(along: ArrayLike, normal: float) -> Array:
+def _from_complex(along: ArrayLike, normal: float) -> Array:
     """Vectors (real, imaginary, normal), shape (..., 3), of complex ones along the plate."""
     along = np.asarray(along)
-    return with_normal(np.stack([along.real, along.imag], axis=-1), normal)
+    return _with_normal(np.stack([along.real, along.imag], axis=-1), normal)
 
 
-def with_normal(along: Array, normal: float) -> Array:
+def _with_normal(along: Array, normal: float) -> Array:
     """Vectors (x, y, normal), shape (..., 3)."""
     return np.concatenate([along, np.full_like(along[..., :1], normal)], axis=-1)
 
 
-def about_x(vectors: Array, angle: float | Array) -> Array:
+def _about_x(vectors: Array, angle: float | Array) -> Array:
     """Turn vectors, shape (..., 3), about x by the angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = np.moveaxis(vectors, -1, 0)
@@ -127,7 +115,7 @@ def roll_on_plate(
     lean, table = number(tilt, "tilt"), number(turntable_rate, "turntable_rate")
     start, spin = (
         complex(*exact_array(place, "place", 2)),
-        about_x(exact_array(omega, "omega", 3), -lean),
+        _about_x(exact_array(omega, "omega", 3), -lean),
     )
     v0 = 1j * (table * start - radius * complex(spin[0], spin[1]))
     fall = -1j * g * np.sin(lean) / (1.0 + beta)
@@ -136,9 +124,9 @@ def roll_on_plate(
     v = v0 * np.exp(1j * angle) + fall * times * phi1(angle)
     w = (table * z + 1j * v) / radius
     return Rolled(
-        about_x(from_complex(z, radius), lean),
-        about_x(from_complex(v, 0.0), lean),
-        about_x(from_complex(w, spin[2]), lean),
+        _about_x(_from_complex(z, radius), lean),
+        _about_x(_from_complex(v, 0.0), lean),
+        _about_x(_from_complex(w, spin[2]), lean),
     )
 
 
@@ -244,9 +232,9 @@ def roll_on_shaken_plate(
     centre = exact_array(place, "place", 2) + steady * times + share * plate
     slip = (steady - (1.0 - share) * plate_velocity) / radius
     return Rolled(
-        with_normal(centre, radius),
-        with_normal(steady + share * plate_velocity, 0.0),
-        with_normal(np.stack([-slip[..., 1], slip[..., 0]], axis=-1), spin[2]),
+        _with_normal(centre, radius),
+        _with_normal(steady + share * plate_velocity, 0.0),
+        _with_normal(np.stack([-slip[..., 1], slip[..., 0]], axis=-1), spin[2]),
     )
 
 
@@ -298,12 +286,12 @@ def roll_round_axis(
     z = circle_radius * np.exp(1j * (phase + rate * times))
     w = table / (1.0 + beta) / radius
     motion = Rolled(
-        from_complex(z, radius), from_complex(1j * rate * z, 0.0), from_complex(w * z, spin)
+        _from_complex(z, radius), _from_complex(1j * rate * z, 0.0), _from_complex(w * z, spin)
     )
     start = w * circle_radius * np.array([math.cos(phase), math.sin(phase), 0.0])
     steady = start + np.array([0.0, 0.0, spin - rate])
-    inner = _quaternion.from_rotation_vector(times[..., np.newaxis] * steady)
-    return motion, _quaternion.product(_quaternion.about_vertical(rate * times), inner)
+    inner = special.from_rotation_vector(times[..., np.newaxis] * steady)
+    return motion, special.product(special.about_vertical(rate * times), inner)
 
 
 def stand_in_space(
@@ -331,4 +319,4 @@ def stand_in_space(
     positive(radius, "radius")
     x, y = number(turntable_rate, "turntable_rate") / radius * exact_array(place, "place", 2)
     omega = np.array([x, y, number(spin, "spin")])
-    return omega, _quaternion.from_rotation_vector(array(t, "t")[..., np.newaxis] * omega)
+    return omega, special.from_rotation_vector(array(t, "t")[..., np.newaxis] * omega)

@@ -17,27 +17,7 @@ from rigid_envs.base.checks import (
     positive_array,
     require,
 )
-from rigid_envs.mechanics import special as _quaternion
-from rigid_envs.mechanics import special as elliptic
-
-__all__ = [
-    "Cones",
-    "Poinsot",
-    "Polhode",
-    "attitude",
-    "chandler_period",
-    "chandler_turns",
-    "growth_rate",
-    "herpolhode",
-    "invariable_plane",
-    "omega",
-    "oscillation_rates",
-    "poinsot",
-    "polhode",
-    "symmetric_cones",
-    "symmetric_rates",
-]
-
+from rigid_envs.mechanics import special
 
 # Angular velocity of a free body by Jacobi elliptic functions.
 #
@@ -86,7 +66,7 @@ class Polhode:
         Infinite on the separatrix and where omega is constant; about a stable axis the limit of
         small departures, half an oscillation.
         """
-        return 2.0 * elliptic.quarter_period(self.m1) / abs(self.rate) if self.rate else math.inf
+        return 2.0 * special.quarter_period(self.m1) / abs(self.rate) if self.rate else math.inf
 
     @property
     def period(self) -> float:
@@ -152,9 +132,9 @@ def polhode(moments: ArrayLike, omega0: ArrayLike) -> Polhode:
     sn, cn, dn = w2 / a2 if a2 else 0.0, w1 / a1 if a1 else 1.0, w3 / a3 if a3 else 1.0
     return Polhode(
         m=j1 * abs(j2 - j1) * a1 * a1 / scale if scale else 0.0,
-        m1=min(m1, 1.0) if m1 > elliptic.SMALLEST else 0.0,
+        m1=min(m1, 1.0) if m1 > special.SMALLEST else 0.0,
         rate=math.copysign(size * a3 * math.sqrt((j3 - j2) * (j3 - j1) / (j1 * j2)), j3 - j2),
-        start=float(elliptic.argument(sn, cn, dn)),
+        start=float(special.argument(sn, cn, dn)),
         momentum=momentum,
         amplitudes=(size * a1, size * a2, size * a3),
         moments=(heft * j1, heft * j2, heft * j3),
@@ -180,7 +160,7 @@ def omega(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike) -> Array:
     Source: Landau & Lifshitz, par. 37.
     """
     path = polhode(moments, omega0)
-    sn, cn, dn = elliptic.jacobi(path.argument(t), path.m1)
+    sn, cn, dn = special.jacobi(path.argument(t), path.m1)
     return path.to_body(np.stack([cn, sn, dn], axis=-1) * np.array(path.amplitudes))
 
 
@@ -441,7 +421,7 @@ def attitude(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike, q0: ArrayLike)
         phi' = L / J2 + L (1 / J1 - 1 / J2) cn^2 / (1 + nu sn^2),
         nu = J3 (J2 - J1) / (J1 (J3 - J2)),
 
-    which `elliptic.cn2_integral` integrates. The second term dies out at the separatrix, where the
+    which `special.cn2_integral` integrates. The second term dies out at the separatrix, where the
     motion lingers; and since n3 >= 0 in the normal frame, the quaternion of the angles is smooth
     even where the angles are not.
 
@@ -460,18 +440,16 @@ def attitude(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike, q0: ArrayLike)
 
     Source: Landau & Lifshitz, par. 37; van Zon & Schofield (2007).
     """
-    path, q_start = polhode(moments, omega0), _quaternion.normalized(q0, "q0")
-    turned = _quaternion.product(
-        _quaternion.conjugate(_from_momentum(path, 0.0)), _from_momentum(path, t)
-    )
+    path, q_start = polhode(moments, omega0), special.normalized(q0, "q0")
+    turned = special.product(special.conjugate(_from_momentum(path, 0.0)), _from_momentum(path, t))
     turned[..., 1:] = path.to_body(turned[..., 1:])
-    return _quaternion.product(np.broadcast_to(q_start, turned.shape), turned)
+    return special.product(np.broadcast_to(q_start, turned.shape), turned)
 
 
 def _from_momentum(path: Polhode, t: ArrayLike) -> Array:
     """Quaternion from the normal frame to a space frame with z along L, shape t.shape + (4,)."""
     u = path.argument(t)
-    sn, cn, dn = elliptic.jacobi(u, path.m1)
+    sn, cn, dn = special.jacobi(u, path.m1)
     shares = np.array(path.amplitudes) / (path.momentum or 1.0)  # squares of slow rates underflow
     momentum = np.stack([cn, sn, dn], axis=-1) * shares * np.array(path.moments)
     if path.momentum == 0.0:
@@ -480,7 +458,7 @@ def _from_momentum(path: Polhode, t: ArrayLike) -> Array:
     # The third component is never negative: nothing cancels, and theta <= 90 degrees.
     cos_half = np.sqrt(0.5 * (1.0 + momentum[..., 2]))
     sin_half = np.hypot(momentum[..., 0], momentum[..., 1]) / (2.0 * cos_half)
-    phi, psi = precession(path, u, t), _spin(path, u)
+    phi, psi = _precession(path, u, t), _spin(path, u)
     total, difference = 0.5 * (phi + psi), 0.5 * (phi - psi)
     parts = [
         cos_half * np.cos(total),
@@ -491,20 +469,20 @@ def _from_momentum(path: Polhode, t: ArrayLike) -> Array:
     return np.stack(parts, axis=-1)
 
 
-def precession(path: Polhode, u: Array, t: ArrayLike) -> Array:
+def _precession(path: Polhode, u: Array, t: ArrayLike) -> Array:
     """Euler angle phi about L [rad], up to a constant."""
     j1, j2, _ = path.moments
     steady = path.momentum / j2 * np.asarray(t, dtype=np.float64)
     if path.rate == 0.0 or j1 == j2:
         return steady
     factor = path.momentum / j2 / path.rate * ((j2 - j1) / j1)
-    return steady + factor * elliptic.cn2_integral(u, _characteristic(path), path.m1)
+    return steady + factor * special.cn2_integral(u, _characteristic(path), path.m1)
 
 
 def _spin(path: Polhode, u: Array) -> Array:
     """Euler angle psi [rad], with tan psi = n1 / n2, continuous in u."""
-    n, v = elliptic.split_half_periods(u, path.m1)
-    sn, cn, _ = elliptic.jacobi(v, path.m1)
+    n, v = special.split_half_periods(u, path.m1)
+    sn, cn, _ = special.jacobi(v, path.m1)
     stretch = math.sqrt(1.0 + _characteristic(path))
     return np.pi * (0.5 - n) - np.arctan2(stretch * sn, cn)
 
@@ -606,11 +584,11 @@ def invariable_plane(moments: ArrayLike, omega0: ArrayLike, q0: ArrayLike) -> tu
 
     Source: Goldstein, sec. 5.6.
     """
-    path, q = polhode(moments, omega0), _quaternion.normalized(q0, "q0")
+    path, q = polhode(moments, omega0), special.normalized(q0, "q0")
     inertia, rates = exact_array(moments, "moments", 3), exact_array(omega0, "omega0", 3)
     body = _direction(path, inertia * rates)
     pure = np.concatenate([np.zeros(1), body])
-    world = _quaternion.product(_quaternion.product(q, pure), _quaternion.conjugate(q))[1:]
+    world = special.product(special.product(q, pure), special.conjugate(q))[1:]
     return world, float(body @ rates)
 
 
@@ -639,8 +617,8 @@ def herpolhode(t: ArrayLike, moments: ArrayLike, omega0: ArrayLike) -> tuple[Arr
     """
     path = polhode(moments, omega0)
     u = path.argument(t)
-    angle = precession(path, u, t) + _lead(path, u)
-    start = precession(path, path.argument(0.0), 0.0) + _lead(path, path.argument(0.0))
+    angle = _precession(path, u, t) + _lead(path, u)
+    start = _precession(path, path.argument(0.0), 0.0) + _lead(path, path.argument(0.0))
     return _radius(path, u), angle - start
 
 
@@ -655,15 +633,15 @@ def _advance(path: Polhode) -> float:
     """Precession during one period of the polhode [rad]."""
     if math.isinf(path.period):
         return math.inf
-    whole = math.copysign(4.0 * elliptic.quarter_period(path.m1), path.rate)
-    return float(precession(path, np.array(whole), path.period))
+    whole = math.copysign(4.0 * special.quarter_period(path.m1), path.rate)
+    return float(_precession(path, np.array(whole), path.period))
 
 
 def _radius(path: Polhode, u: Array) -> Array:
     """Distance of the contact from the foot of L, norm(omega x L) / L [rad/s]."""
     (j1, j2, j3), (a1, a2, _) = path.moments, path.amplitudes
     share1, _, share3 = _shares(path)
-    sn, cn, dn = elliptic.jacobi(u, path.m1)
+    sn, cn, dn = special.jacobi(u, path.m1)
     cross = (
         a2 * ((j3 - j2) * share3) * sn * dn,
         a1 * ((j3 - j1) * share3) * cn * dn,
@@ -675,7 +653,7 @@ def _radius(path: Polhode, u: Array) -> Array:
 def _lead(path: Polhode, u: Array) -> Array:
     """Angle about L from the third axis of the normal frame, or its opposite, to omega [rad]."""
     (j1, j2, j3), (share1, share2, share3) = path.moments, _shares(path)
-    sn, cn, dn = elliptic.jacobi(u, path.m1)
+    sn, cn, dn = special.jacobi(u, path.m1)
     across = math.copysign(1.0, j1 - j3) * (j2 - j1) * share2 * sn * cn
     return np.asarray(np.arctan2(across, (abs(j1 - j3) * share1) * (j1 * share3) * dn))
 

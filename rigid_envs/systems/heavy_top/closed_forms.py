@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rigid_envs.base.checks import (
     Array,
@@ -20,31 +20,7 @@ from rigid_envs.base.checks import (
     real_numbers,
     require,
 )
-from rigid_envs.mechanics import special as _quaternion
-from rigid_envs.mechanics import special as elliptic
-
-__all__ = [
-    "FastTop",
-    "Invariants",
-    "Nutation",
-    "Precession",
-    "attitude",
-    "effective_potential",
-    "euler_angles",
-    "fast_top",
-    "homoclinic_tilt",
-    "invariants",
-    "nutation",
-    "nutation_frequency",
-    "omega",
-    "precession",
-    "sleeping_exponents",
-    "sleeping_threshold",
-    "steady_precession",
-    "steady_threshold",
-    "tilt",
-]
-
+from rigid_envs.mechanics import special
 
 # Constants of a top's motion from its initial state, in exact arithmetic.
 #
@@ -57,7 +33,7 @@ _SMALLEST = 1e-75
 
 
 @dataclass(frozen=True)
-class Pole:
+class _Pole:
     """Initial state relative to one pole, with distances d = 1 - u from upright, or 1 + u.
 
     Attributes:
@@ -74,7 +50,7 @@ class Pole:
 
 
 @dataclass(frozen=True)
-class Start:
+class _Start:
     """Constants of the motion.
 
     Attributes:
@@ -94,8 +70,8 @@ class Start:
     beta: float
     omega3: float
     climb: float
-    upright: Pole
-    hanging: Pole
+    upright: _Pole
+    hanging: _Pole
     cayley_klein: tuple[complex, complex]
     across: complex
 
@@ -115,7 +91,7 @@ class Invariants:
     p_psi: float
 
 
-def start_of(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float) -> Start:
+def _start_of(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float) -> _Start:
     """Check the start of a top and find the constants of its motion.
 
     Args:
@@ -144,9 +120,9 @@ def start_of(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl:
     return start
 
 
-def _start(rates: list[float], q0: ArrayLike, i_perp: float, i3: float, mgl: float) -> Start:
+def _start(rates: list[float], q0: ArrayLike, i_perp: float, i3: float, mgl: float) -> _Start:
     """Constants of the motion of a start whose numbers are checked, but for the quaternion."""
-    unit = _quaternion.normalized(q0, "q0").tolist()
+    unit = special.normalized(q0, "q0").tolist()
     swing = math.sqrt(mgl / i_perp)
     w1, w2, w3 = _exact(rates[0], swing), _exact(rates[1], swing), Fraction(rates[2])
     qw, qx, qy, qz = (_exact(x, 1.0) for x in exact_array(q0, "q0", 4).tolist())
@@ -157,7 +133,7 @@ def _start(rates: list[float], q0: ArrayLike, i_perp: float, i3: float, mgl: flo
     beta = 2 * Fraction(float(mgl)) / Fraction(float(i_perp))
     upright, hanging = 2 * (qx * qx + qy * qy) / square, 2 * (qw * qw + qz * qz) / square
     speed, turn = w1 * w1 + w2 * w2, gamma1 * w1 + gamma2 * w2
-    return Start(
+    return _Start(
         a=float(a),
         b=float(turn + a * (hanging - upright) / 2),
         beta=float(beta),
@@ -188,7 +164,7 @@ def invariants(
 
     Source: Goldstein, sec. 5.7.
     """
-    start = start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl)
+    start = _start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl)
     kinetic = 0.5 * (i_perp * abs(start.across) ** 2 + i3 * start.omega3**2)
     return Invariants(
         energy=kinetic + 0.5 * mgl * (start.hanging.here - start.upright.here),
@@ -204,13 +180,13 @@ def _exact(value: float, size: float) -> Fraction:
 
 def _pole(
     side: int, here: Fraction, speed: Fraction, turn: Fraction, a: Fraction, beta: Fraction
-) -> Pole:
+) -> _Pole:
     """Twist and cubic (1 - u^2)(alpha - beta u) - (b - a u)^2 in the distance from one pole.
 
     There alpha - beta u = energy + side beta d, b - a u = twist + side a d, 1 - u^2 = d (2 - d).
     """
     energy, twist = speed - side * beta * here, turn - side * a * here
-    return Pole(
+    return _Pole(
         side=float(side),
         here=float(here),
         twist=float(twist),
@@ -225,7 +201,7 @@ def _pole(
 # Roots of a cubic, each to its own relative accuracy.
 
 
-def cubic_roots(c2: float, c1: float, c0: float) -> tuple[float, float, float]:
+def _cubic_roots(c2: float, c1: float, c0: float) -> tuple[float, float, float]:
     """Roots, ascending, of d^3 + c2 d^2 + c1 d + c0 that has three real ones.
 
     The lone root by Viete's cosine and Newton's step, the pair from the quadratic that is left,
@@ -312,21 +288,21 @@ def nutation(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl:
 
     Source: Goldstein, sec. 5.7; Landau & Lifshitz, par. 35, problem 1.
     """
-    return nutation_of(start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl))
+    return _nutation_of(_start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl))
 
 
-def nutation_of(start: Start) -> Nutation:
+def _nutation_of(start: _Start) -> Nutation:
     """Nutation of a start that has been checked."""
     (d1, e1), (d2, e2), d3 = _turning_points(start)
     span = d1 + d3
-    moves = span > elliptic.SMALLEST
+    moves = span > special.SMALLEST
     rate = 0.5 * math.sqrt(start.beta * span) if moves else 0.0
     m1 = min((d2 + d3) / span, 1.0) if moves else 1.0
-    m1 = m1 if m1 > elliptic.SMALLEST else 0.0
+    m1 = m1 if m1 > special.SMALLEST else 0.0
     return Nutation(
         theta_min=2.0 * math.atan2(math.sqrt(d2), math.sqrt(e2)),
         theta_max=2.0 * math.atan2(math.sqrt(d1), math.sqrt(e1)),
-        period=2.0 * elliptic.quarter_period(m1) / rate if rate > 0.0 else math.inf,
+        period=2.0 * special.quarter_period(m1) / rate if rate > 0.0 else math.inf,
         m1=m1,
         rate=rate,
         start=_argument(start, (d1 + d2, e1 + e2), _lag(start, d3), m1),
@@ -357,7 +333,7 @@ def tilt(
     Source: Whittaker, ch. VI.
     """
     swing = nutation(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl)
-    sn, cn, _ = elliptic.jacobi(swing.argument(t), swing.m1)
+    sn, cn, _ = special.jacobi(swing.argument(t), swing.m1)
     from_top, from_bottom = (
         np.sqrt(first * cn * cn + second * sn * sn)
         for first, second, _ in (swing.depths, swing.heights)
@@ -365,14 +341,14 @@ def tilt(
     return np.asarray(2.0 * np.arctan2(from_top, from_bottom))
 
 
-def _turning_points(start: Start) -> tuple[tuple[float, float], tuple[float, float], float]:
+def _turning_points(start: _Start) -> tuple[tuple[float, float], tuple[float, float], float]:
     """1 - u and 1 + u at u1 and at u2, with the start between them, and u3 - 1.
 
     Each root is taken from the nearer pole.
     """
     up, down = start.upright.here, start.hanging.here
-    third, d2, d1 = cubic_roots(*start.upright.cubic)
-    e1, e2, _ = cubic_roots(*start.hanging.cubic)
+    third, d2, d1 = _cubic_roots(*start.upright.cubic)
+    e1, e2, _ = _cubic_roots(*start.hanging.cubic)
     d3 = max(-third, 0.0)
     if d1 - d2 < d2 + d3:
         d2, d1 = _double(start, d2, d1, up, d3)
@@ -385,7 +361,7 @@ def _turning_points(start: Start) -> tuple[tuple[float, float], tuple[float, flo
 
 
 def _double(
-    start: Start, low: float, high: float, here: float, beyond: float
+    start: _Start, low: float, high: float, here: float, beyond: float
 ) -> tuple[float, float]:
     """Distances at u1 and u2 near a double root, a steady precession.
 
@@ -399,12 +375,12 @@ def _double(
     return middle - gap, middle + gap
 
 
-def _lag(start: Start, beyond: float) -> float:
+def _lag(start: _Start, beyond: float) -> float:
     """Rate dn of the elliptic functions at the start, sqrt(beta (u3 - u0)) / 2 [rad/s]."""
     return 0.5 * math.sqrt(start.beta * (start.upright.here + beyond))
 
 
-def _argument(start: Start, sums: tuple[float, float], lag: float, m1: float) -> float:
+def _argument(start: _Start, sums: tuple[float, float], lag: float, m1: float) -> float:
     """Argument at t = 0, from numbers proportional to 2 sn cn and cn^2 - sn^2 there.
 
     u' = 2 rate (u2 - u1) sn cn dn and 2 u = u1 + u2 - (u2 - u1)(cn^2 - sn^2), the latter counted
@@ -416,7 +392,7 @@ def _argument(start: Start, sums: tuple[float, float], lag: float, m1: float) ->
     length = math.hypot(sine, cosine)
     if length == 0.0:
         # At rest between equal roots any argument will do; upright on the separatrix it is K.
-        return elliptic.quarter_period(m1) if m1 == 0.0 else 0.0
+        return special.quarter_period(m1) if m1 == 0.0 else 0.0
     cos_double = cosine / length
     if cos_double >= 0.0:
         cn = math.sqrt(0.5 * (1.0 + cos_double))
@@ -424,7 +400,7 @@ def _argument(start: Start, sums: tuple[float, float], lag: float, m1: float) ->
     else:
         sn = math.copysign(math.sqrt(0.5 * (1.0 - cos_double)), sine)
         cn = 0.5 * sine / length / sn
-    return float(elliptic.argument(sn, cn, math.sqrt(m1 * sn * sn + cn * cn)))
+    return float(special.argument(sn, cn, math.sqrt(m1 * sn * sn + cn * cn)))
 
 
 # Cayley-Klein parameters of the top, w + i z and x + i y of its attitude, in closed form.
@@ -438,7 +414,7 @@ def _argument(start: Start, sums: tuple[float, float], lag: float, m1: float) ->
 # Both integrals have a pole where the axis passes a vertical. Legendre's relations between
 # integrals of the third kind take it out as an arctangent, whose factor is exactly 1. Together with
 # the root cos(theta / 2) or sin(theta / 2) in front, that is the smooth number p F(u) + i q G(u),
-# and what remains is H of `elliptic.cn2_integral`, bounded in all cases:
+# and what remains is H of `special.cn2_integral`, bounded in all cases:
 #
 #     (p F + i q G) / sqrt(2 (1 + nu sn^2)) exp(i ((spin + drift) t + depth H)).
 #
@@ -457,12 +433,11 @@ def _argument(start: Start, sums: tuple[float, float], lag: float, m1: float) ->
 # Sources: Whittaker, Analytical Dynamics, ch. VI; Klein & Sommerfeld, Theorie des Kreisels, vol.
 # II; DLMF 19.7(iii).
 
-ComplexArray = NDArray[np.complex128]
 _Pair = Callable[[Array, Array, Array, float], tuple[Array, Array, Array, Array]]
 
 
 @dataclass(frozen=True)
-class Wave:
+class _Wave:
     """One of the two parameters as a function of time.
 
     Attributes:
@@ -489,10 +464,10 @@ class Wave:
     depth: float
     turn: complex = 1.0
 
-    def at(self, t: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+    def at(self, t: ArrayLike) -> tuple[special.ComplexArray, special.ComplexArray]:
         """Value, and time derivative without that of the spin, at the times t [s]."""
         swing = self.swing
-        sn, cn, dn = elliptic.jacobi(swing.argument(t), swing.m1)
+        sn, cn, dn = special.jacobi(swing.argument(t), swing.m1)
         F, G, F_slope, G_slope = self.pair(sn, cn, dn, 1.0 - swing.m1)
         factor, slope = self.p * F + 1j * self.q * G, self.p * F_slope + 1j * self.q * G_slope
         under = 1.0 + self.nu * sn * sn
@@ -503,8 +478,8 @@ class Wave:
 
     def argument(self, t: ArrayLike) -> tuple[Array, Array]:
         """Phase at the times t, continuous: half turns, and the rest without that of the spin."""
-        n, v = elliptic.split_half_periods(self.swing.argument(t), self.swing.m1)
-        F, G, _, _ = self.pair(*elliptic.jacobi(v, self.swing.m1), 1.0 - self.swing.m1)
+        n, v = special.split_half_periods(self.swing.argument(t), self.swing.m1)
+        F, G, _, _ = self.pair(*special.jacobi(v, self.swing.m1), 1.0 - self.swing.m1)
         rest = np.angle(self.turn) + np.arctan2(self.q * G, self.p * F) + self._phase(t)
         return self.half_turn * n, np.asarray(rest)
 
@@ -515,7 +490,7 @@ class Wave:
 
     def per_nutation(self) -> float:
         """Angle that one nutation adds to the phase, but for turns, drift and spin [rad]."""
-        end = 2.0 * elliptic.quarter_period(self.swing.m1)
+        end = 2.0 * special.quarter_period(self.swing.m1)
         return self.depth * float(self._bounded(np.array(end)))
 
     def _phase(self, t: ArrayLike) -> Array:
@@ -525,12 +500,12 @@ class Wave:
         return np.asarray(self.drift * array(t, "t") + self.depth * turned)
 
     def _bounded(self, u: Array) -> Array:
-        return elliptic.cn2_integral(u, self.nu, self.swing.m1)
+        return special.cn2_integral(u, self.nu, self.swing.m1)
 
 
-def waves(start: Start) -> tuple[Wave, Wave]:
+def _waves(start: _Start) -> tuple[_Wave, _Wave]:
     """Find w + i z and x + i y of a motion."""
-    swing = nutation_of(start)
+    swing = _nutation_of(start)
     wz, xy = start.cayley_klein
     # q' = q (0, omega) / 2, without the spin.
     wz_rate = 0.5 * (1j * start.a * wz - xy * start.across.conjugate())
@@ -541,7 +516,7 @@ def waves(start: Start) -> tuple[Wave, Wave]:
     )
 
 
-def _aligned(wave: Wave, value: complex, rate: complex, weight: float) -> Wave:
+def _aligned(wave: _Wave, value: complex, rate: complex, weight: float) -> _Wave:
     """Give a wave the phase of its start: of the value there, and at a pole of the rate.
 
     The ratios of both to those of the wave are the same complex number of size 1.
@@ -551,11 +526,11 @@ def _aligned(wave: Wave, value: complex, rate: complex, weight: float) -> Wave:
     return replace(wave, turn=complex(turn / abs(turn)) if turn else 1.0)
 
 
-def _scalar(start: Start, swing: Nutation) -> Wave:
+def _scalar(start: _Start, swing: Nutation) -> _Wave:
     """Find w + i z, which vanishes at the lower pole."""
     e1, e2, e3 = swing.heights
     span, sense = _span(swing), math.copysign(1.0, start.hanging.twist)
-    return Wave(
+    return _Wave(
         swing=swing,
         pair=_far_pair,
         winds=True,
@@ -568,7 +543,7 @@ def _scalar(start: Start, swing: Nutation) -> Wave:
     )
 
 
-def _vector(start: Start, swing: Nutation) -> Wave:
+def _vector(start: _Start, swing: Nutation) -> _Wave:
     """Find x + i y, which vanishes at the upper pole."""
     (d1, d2, beyond), m1 = swing.depths, swing.m1
     span, sense = _span(swing), math.copysign(1.0, start.upright.twist)
@@ -576,13 +551,13 @@ def _vector(start: Start, swing: Nutation) -> Wave:
     if d2 <= beyond:
         nu = d2 / beyond if d2 > 0.0 else 0.0
         q, depth = sense * math.sqrt(span * nu), -sense * math.sqrt(d1 * nu / span)
-        return Wave(swing, _near_pair, m1 > 0.0, p, q, nu, spin, 0.0, depth)
+        return _Wave(swing, _near_pair, m1 > 0.0, p, q, nu, spin, 0.0, depth)
     nu = (1.0 - m1) * beyond / d2
     q, depth = -sense * math.sqrt((d1 - d2) * nu), sense * math.sqrt(d1 * beyond / (span * d2))
     # Here the integral is that of dn^2 = cn^2 + m1 sn^2 over 1 + nu sn^2.
     linear = m1 / (1.0 + nu)
     drift = depth * linear * swing.rate
-    return Wave(swing, _beyond_pair, False, p, q, nu, spin, drift, depth * (1.0 - linear))
+    return _Wave(swing, _beyond_pair, False, p, q, nu, spin, drift, depth * (1.0 - linear))
 
 
 def _span(swing: Nutation) -> float:
@@ -632,7 +607,7 @@ def attitude(
     Source: Whittaker, ch. VI.
     """
     (wz, _), (xy, _) = (
-        wave.at(t) for wave in waves(start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl))
+        wave.at(t) for wave in _waves(_start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl))
     )
     q = np.stack([wz.real, xy.real, xy.imag, wz.imag], axis=-1)
     return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
@@ -662,8 +637,8 @@ def omega(
 
     Source: Whittaker, ch. I (Cayley-Klein parameters) and VI.
     """
-    start = start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl)
-    (wz, wz_rate), (xy, xy_rate) = (wave.at(t) for wave in waves(start))
+    start = _start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl)
+    (wz, wz_rate), (xy, xy_rate) = (wave.at(t) for wave in _waves(start))
     across = 2.0 * (np.conj(wz) * xy_rate - xy * np.conj(wz_rate))
     axial = np.full(across.shape, start.omega3)
     return np.stack([across.real, across.imag, axial], axis=-1)
@@ -696,8 +671,8 @@ def euler_angles(
 
     Source: Whittaker, ch. VI; Goldstein, sec. 5.7.
     """
-    start = start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl)
-    first, second = waves(start)
+    start = _start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl)
+    first, second = _waves(start)
     (wz, _), (xy, _) = first.at(t), second.at(t)
     theta = np.asarray(2.0 * np.arctan2(np.abs(xy), np.abs(wz)))
     phi, psi = _phi_and_psi(first, second, t)
@@ -705,7 +680,7 @@ def euler_angles(
     return theta, phi - 2.0 * np.pi * turns[0], psi - 2.0 * np.pi * turns[1]
 
 
-def _phi_and_psi(first: Wave, second: Wave, t: ArrayLike) -> tuple[Array, Array]:
+def _phi_and_psi(first: _Wave, second: _Wave, t: ArrayLike) -> tuple[Array, Array]:
     """Sum and difference of the phases of w + i z and of x + i y; what is opposite cancels."""
     (turns1, rest1), (turns2, rest2) = first.argument(t), second.argument(t)
     phi = np.pi * (turns1 + turns2) + (rest1 + rest2)
@@ -715,7 +690,7 @@ def _phi_and_psi(first: Wave, second: Wave, t: ArrayLike) -> tuple[Array, Array]
 
 # Precession: angle per nutation, mean rate, and the kind of path of the axis.
 
-Path = Literal["smooth", "cusped", "looping", "steady", "sleeping", "through_pole"]
+_Path = Literal["smooth", "cusped", "looping", "steady", "sleeping", "through_pole"]
 
 # cos theta that moves by less counts as steady.
 _STEADY = 1e-12
@@ -745,7 +720,7 @@ class Precession:
 
     per_nutation: float
     mean_rate: float
-    path: Path
+    path: _Path
 
 
 def precession(
@@ -767,8 +742,8 @@ def precession(
 
     Source: Goldstein, sec. 5.7; Landau & Lifshitz, par. 35.
     """
-    start = start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl)
-    first, second = waves(start)
+    start = _start_of(omega0, q0, i_perp=i_perp, i3=i3, mgl=mgl)
+    first, second = _waves(start)
     swing, drift = first.swing, first.drift + second.drift
     path = _path(start, swing)
     if path == "sleeping":
@@ -779,7 +754,7 @@ def precession(
     return Precession(angle, angle / swing.period if swing.period < math.inf else drift, path)
 
 
-def _path(start: Start, swing: Nutation) -> Path:
+def _path(start: _Start, swing: Nutation) -> _Path:
     """Kind of path, from b - a u at both turning points."""
     (d1, d2, d3), (e1, e2, _) = swing.depths, swing.heights
     if start.across == 0.0 and 0.0 in (start.upright.here, start.hanging.here):
@@ -984,7 +959,7 @@ def homoclinic_tilt(t: ArrayLike, omega3: float, *, i_perp: float, i3: float, mg
     require(below, omega3, "omega3", f"below the threshold {threshold} [rad/s]")
     ratio = abs(omega3) / threshold
     growth = sleeping_exponents(omega3, i_perp=i_perp, i3=i3, mgl=mgl)[0].real
-    _, sech, _ = elliptic.jacobi(growth * array(t, "t"), 0.0)
+    _, sech, _ = special.jacobi(growth * array(t, "t"), 0.0)
     return 2.0 * np.arcsin(math.sqrt((1.0 - ratio) * (1.0 + ratio)) * sech)
 
 

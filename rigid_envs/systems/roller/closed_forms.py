@@ -17,21 +17,7 @@ from rigid_envs.base.checks import (
     positive,
     require,
 )
-from rigid_envs.mechanics import special as elliptic
-
-__all__ = [
-    "Descent",
-    "SlipToRoll",
-    "Swing",
-    "cycloid_arch_length",
-    "descend",
-    "roll_wheel",
-    "slide",
-    "slip_to_roll",
-    "swing",
-    "valley",
-]
-
+from rigid_envs.mechanics import special
 
 # Rolling down an incline: the race that the smallest inertia ratio wins.
 
@@ -259,12 +245,12 @@ def swing(s0: float, v0: float, *, curvature: float, beta: float, g: float) -> S
     k = math.hypot(sine, climb)
     left = (cosine - climb) * (cosine + climb)  # 1 - k^2
     if left >= 0.0:
-        start = elliptic.argument(sine / (k or 1.0), climb / k if k else 1.0, cosine)
+        start = special.argument(sine / (k or 1.0), climb / k if k else 1.0, cosine)
         reach = 2.0 * math.atan2(k, math.sqrt(left)) / curvature
-        period = 4.0 * elliptic.quarter_period(left) / slow
+        period = 4.0 * special.quarter_period(left) / slow
         return Swing(period, reach, k, left, slow, float(start), sense, float(rounds))
-    start, m1 = elliptic.argument(sine, cosine, climb / k), -left / (k * k)
-    period = 2.0 * elliptic.quarter_period(m1) / (k * slow)
+    start, m1 = special.argument(sine, cosine, climb / k), -left / (k * k)
+    period = 2.0 * special.quarter_period(m1) / (k * slow)
     return Swing(period, math.inf, k, m1, k * slow, float(start), sense, float(rounds))
 
 
@@ -298,11 +284,11 @@ def valley(
     path = swing(s0, v0, curvature=curvature, beta=beta, g=g)
     u = path.start + path.rate * array(t, "t")
     if math.isfinite(path.reach):
-        sn, cn, dn = elliptic.jacobi(u, path.m1)
+        sn, cn, dn = special.jacobi(u, path.m1)
         half, speed = np.arctan2(path.modulus * sn, dn), path.modulus * path.rate * cn
     else:
-        n, v = elliptic.split_half_periods(u, path.m1)
-        sn, cn, dn = elliptic.jacobi(v, path.m1)
+        n, v = special.split_half_periods(u, path.m1)
+        sn, cn, dn = special.jacobi(v, path.m1)
         half, speed = np.pi * n + np.arctan2(sn, cn), path.rate * dn
     place = 2.0 * (path.sense * half + np.pi * path.rounds) / curvature
     return np.asarray(place), np.asarray(2.0 * path.sense * speed / curvature)

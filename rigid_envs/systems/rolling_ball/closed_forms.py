@@ -25,29 +25,7 @@ from rigid_envs.base.checks import (
     positive_array,
     require,
 )
-from rigid_envs.mechanics import special as _quaternion
-
-__all__ = [
-    "ARRANGEMENTS",
-    "Arrangement",
-    "Field",
-    "ball_fields",
-    "bracket",
-    "bracket_norms",
-    "circle_holonomy",
-    "circle_rotation_vector",
-    "clothoid_path",
-    "coin_fields",
-    "complete_clothoid_angle",
-    "degree_of_nonholonomy",
-    "growth_vector",
-    "iterated_brackets",
-    "roll_circle",
-    "roll_polygon",
-    "roll_segments",
-    "roll_straight",
-]
-
+from rigid_envs.mechanics import special
 
 # Drives of a rolling ball: its centre, a plate on top of it, or the plane under it.
 
@@ -98,7 +76,7 @@ def roll_straight(displacement: ArrayLike, radius: float, *, twist: ArrayLike = 
     parts = np.broadcast_arrays(
         -moved[..., 1] / radius, moved[..., 0] / radius, array(twist, "twist")
     )
-    return _quaternion.from_rotation_vector(np.stack(parts, axis=-1))
+    return special.from_rotation_vector(np.stack(parts, axis=-1))
 
 
 def roll_polygon(displacements: ArrayLike, radius: float) -> Array:
@@ -119,7 +97,7 @@ def roll_polygon(displacements: ArrayLike, radius: float) -> Array:
         raise ValueError(f"displacements has shape {rolls.shape}; expected (n, 2)")
     total = np.array([1.0, 0.0, 0.0, 0.0])
     for turn in roll_straight(rolls, radius):
-        total = _quaternion.product(turn, total)
+        total = special.product(turn, total)
     return total
 
 
@@ -151,7 +129,7 @@ def roll_segments(t: ArrayLike, segments: ArrayLike, radius: float) -> tuple[Arr
         spent = np.clip(times - start, 0.0, duration)
         step = spent[..., np.newaxis] * np.array([v_x, v_y])
         moved = moved + step
-        turn = _quaternion.product(roll_straight(step, radius, twist=spin * spent), turn)
+        turn = special.product(roll_straight(step, radius, twist=spin * spent), turn)
     return moved, turn
 
 
@@ -195,9 +173,9 @@ def roll_circle(
     angle = phase + rate * times
     place = circle_radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     steady = np.array([-circle_radius / radius * rate, 0.0, spin - rate])
-    inner = _quaternion.from_rotation_vector(times[..., np.newaxis] * steady)
-    turn = _quaternion.product(inner, _quaternion.about_vertical(np.full_like(times, -phase)))
-    return place, _quaternion.product(_quaternion.about_vertical(angle), turn)
+    inner = special.from_rotation_vector(times[..., np.newaxis] * steady)
+    turn = special.product(inner, special.about_vertical(np.full_like(times, -phase)))
+    return place, special.product(special.about_vertical(angle), turn)
 
 
 def circle_holonomy(circle_radius: ArrayLike, radius: float, *, phase: float = 0.0) -> Array:
@@ -223,7 +201,7 @@ def circle_holonomy(circle_radius: ArrayLike, radius: float, *, phase: float = 0
     root = np.sqrt(1.0 + rho * rho)
     angle = 2.0 * np.pi * rho * rho / (1.0 + root)  # 2 pi (root - 1), without the cancellation
     axis = np.stack([-rho * np.cos(phase), -rho * np.sin(phase), -np.ones_like(rho)], axis=-1)
-    return _quaternion.from_rotation_vector((angle / root)[..., np.newaxis] * axis)
+    return special.from_rotation_vector((angle / root)[..., np.newaxis] * axis)
 
 
 def circle_rotation_vector(
@@ -314,7 +292,7 @@ def complete_clothoid_angle(*, speed: float, heading_acceleration: float, radius
 
 
 @dataclass(frozen=True)
-class Dual:
+class _Dual:
     """The number value + slope e with e^2 = 0; both may be dual themselves.
 
     NumPy calls `sin` and `cos` of an object array on its elements.
@@ -325,56 +303,56 @@ class Dual:
     value: Any
     slope: Any
 
-    def __add__(self, other: Any) -> Dual:
+    def __add__(self, other: Any) -> _Dual:
         """Sum."""
         other = _dual(other)
-        return Dual(self.value + other.value, self.slope + other.slope)
+        return _Dual(self.value + other.value, self.slope + other.slope)
 
     __radd__ = __add__
 
-    def __neg__(self) -> Dual:
+    def __neg__(self) -> _Dual:
         """Negative."""
-        return Dual(-self.value, -self.slope)
+        return _Dual(-self.value, -self.slope)
 
-    def __sub__(self, other: Any) -> Dual:
+    def __sub__(self, other: Any) -> _Dual:
         """Difference."""
         other = _dual(other)
-        return Dual(self.value - other.value, self.slope - other.slope)
+        return _Dual(self.value - other.value, self.slope - other.slope)
 
-    def __rsub__(self, other: Any) -> Dual:
+    def __rsub__(self, other: Any) -> _Dual:
         """Difference, the dual number second."""
         return _dual(other) - self
 
-    def __mul__(self, other: Any) -> Dual:
+    def __mul__(self, other: Any) -> _Dual:
         """Product."""
         other = _dual(other)
         slope = self.value * other.slope + self.slope * other.value
-        return Dual(self.value * other.value, slope)
+        return _Dual(self.value * other.value, slope)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Dual:
+    def __truediv__(self, other: Any) -> _Dual:
         """Quotient."""
         other = _dual(other)
         ratio = self.value / other.value
-        return Dual(ratio, (self.slope - ratio * other.slope) / other.value)
+        return _Dual(ratio, (self.slope - ratio * other.slope) / other.value)
 
-    def __rtruediv__(self, other: Any) -> Dual:
+    def __rtruediv__(self, other: Any) -> _Dual:
         """Quotient, the dual number below."""
         return _dual(other) / self
 
-    def sin(self) -> Dual:
+    def sin(self) -> _Dual:
         """Sine."""
-        return Dual(np.sin(self.value), self.slope * np.cos(self.value))
+        return _Dual(np.sin(self.value), self.slope * np.cos(self.value))
 
-    def cos(self) -> Dual:
+    def cos(self) -> _Dual:
         """Cosine."""
-        return Dual(np.cos(self.value), -(self.slope * np.sin(self.value)))
+        return _Dual(np.cos(self.value), -(self.slope * np.sin(self.value)))
 
 
-def _dual(number: Any) -> Dual:
+def _dual(number: Any) -> _Dual:
     """The number itself, or a constant without slope."""
-    return number if isinstance(number, Dual) else Dual(number, 0.0)
+    return number if isinstance(number, _Dual) else _Dual(number, 0.0)
 
 
 # Lie brackets of the control vector fields of rolling bodies, and their growth vectors.
@@ -563,6 +541,6 @@ def degree_of_nonholonomy(growth: Sequence[int], dimension: int) -> int:
 
 def _along(field: Field, state: NDArray[Any], direction: NDArray[Any]) -> NDArray[Any]:
     """Derivative of a field along a direction, exact, shape (dim,)."""
-    moved = np.array([Dual(x, d) for x, d in zip(state, direction, strict=True)], dtype=object)
-    rates = [rate.slope if isinstance(rate, Dual) else 0.0 for rate in field(moved)]
+    moved = np.array([_Dual(x, d) for x, d in zip(state, direction, strict=True)], dtype=object)
+    rates = [rate.slope if isinstance(rate, _Dual) else 0.0 for rate in field(moved)]
     return np.array(rates)

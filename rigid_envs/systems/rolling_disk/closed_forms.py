@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import Chebyshev, chebyshev
 from numpy.typing import ArrayLike
-from scipy.special import digamma, roots_legendre
+from scipy.special import roots_legendre
 
 from rigid_envs.base.checks import (
     Array,
@@ -19,75 +19,13 @@ from rigid_envs.base.checks import (
     positive,
     require,
 )
-
-__all__ = [
-    "Fall",
-    "SteadyCircle",
-    "effective_potential",
-    "fall",
-    "lean_frequency_squared",
-    "legendre_constants",
-    "rolling_exponent",
-    "rolling_threshold",
-    "spinning_exponent",
-    "spinning_threshold",
-    "spins",
-    "stationary_centre_precession",
-    "steady_circle",
-    "steady_precession",
-]
-
-
-# The conical (Mehler) function of the falling disk, F(xi, 1 - xi; 1; x) with xi (1 - xi) = mu.
-#
-# It is Legendre's P_nu(1 - 2 x) of the degree nu = xi - 1, for a disk complex: -1/2 + i tau.
-# SciPy's functions take real parameters; but the coefficients of the two series are real, and
-# positive.
-
-# Half a power of two is gained with each term on [0, 1/2].
-_TERMS = 60
-
-
-def conical(x: Array, y: Array, mu: float) -> tuple[Array, Array]:
-    """F and dF/dx, a power series up to the middle, and one with a logarithm beyond.
-
-    F = sum a_k x^k with a_0 = 1 and a_(k+1) / a_k = (mu + k + k^2) / (k + 1)^2, and by reflection
-
-        F = sin(pi xi) / pi sum a_k (2 psi(k + 1) - psi(xi + k) - psi(1 - xi + k) - log y) y^k.
-
-    Args:
-        x: argument in [0, 1), any shape.
-        y: 1 - x, given apart so that it keeps its digits where it is small.
-        mu: xi (1 - xi), positive.
-
-    Returns:
-        F and dF/dx, of the shape of x.
-
-    Source: DLMF 15.2.1, 15.8.10, 14.20.
-    """
-    k = np.arange(_TERMS)
-    a = np.cumprod(np.concatenate([[1.0], (mu + k[:-1] + k[:-1] ** 2) / k[1:] ** 2]))
-    polynomial = np.polynomial.polynomial.polyval
-    near, far = np.minimum(x, 0.5), np.minimum(y, 0.5)
-    xi = 0.5 + cmath.sqrt(0.25 - mu)
-    other = mu / xi  # 1 - xi, without the cancellation for small mu
-    scale = (cmath.sin(math.pi * other) / math.pi).real
-    lag = a * (2.0 * digamma(k + 1.0) - (digamma(xi + k) + digamma(other + k)).real)
-    log, rest = np.log(far), a[1:] * k[1:]
-    beyond = polynomial(far, lag) - log * polynomial(far, a)
-    slope = log * polynomial(far, rest) + polynomial(far, a) / far
-    slope = slope - polynomial(far, lag[1:] * k[1:])
-    return (
-        np.where(x <= 0.5, polynomial(near, a), scale * beyond),
-        np.where(x <= 0.5, polynomial(near, rest), scale * slope),
-    )
-
+from rigid_envs.mechanics import special
 
 # The mass properties of a disk, checked, in units of its own.
 
 
 @dataclass(frozen=True)
-class Disk:
+class _Disk:
     """A disk with a thin rim, its moments as multiples of m radius^2.
 
     So the motion has the same digits in all units of mass and length, also where m radius^2 or a
@@ -120,7 +58,7 @@ class Disk:
         return np.asarray(energy * self.radius * self.m * self.radius)
 
 
-def disk_of(*, m: float, radius: float, i_perp: float, i3: float) -> Disk:
+def _disk_of(*, m: float, radius: float, i_perp: float, i3: float) -> _Disk:
     """The disk with these mass properties.
 
     Args:
@@ -138,7 +76,7 @@ def disk_of(*, m: float, radius: float, i_perp: float, i3: float) -> Disk:
     for name, ratio in ratios.items():
         near = 1e-100 < ratio < 1e100
         require(near, moments[name], name, "1e-100 to 1e100 times m radius^2")
-    return Disk(m, radius, **ratios)
+    return _Disk(m, radius, **ratios)
 
 
 # Steady circles of a rolling disk: theta, phi' and omega3 constant.
@@ -311,14 +249,14 @@ def lean_frequency_squared(
     return _frequency_squared(theta, rate, axial, disk, g)
 
 
-def _checked(theta: float, m: float, radius: float, i_perp: float, i3: float, g: float) -> Disk:
+def _checked(theta: float, m: float, radius: float, i_perp: float, i3: float, g: float) -> _Disk:
     """The disk, after lean and gravity are checked, too."""
     positive(g, "g")
     between(number(theta, "theta"), "theta", 0.0, math.pi)
-    return disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    return _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
 
 
-def _circle(theta: float, precession: float, omega3: float, disk: Disk, g: float) -> SteadyCircle:
+def _circle(theta: float, precession: float, omega3: float, disk: _Disk, g: float) -> SteadyCircle:
     """All numbers of the steady motion with these three."""
     spin = omega3 - precession * math.cos(theta)
     return SteadyCircle(
@@ -332,7 +270,7 @@ def _circle(theta: float, precession: float, omega3: float, disk: Disk, g: float
 
 
 def _frequency_squared(
-    theta: float, precession: float, omega3: float, disk: Disk, g: float
+    theta: float, precession: float, omega3: float, disk: _Disk, g: float
 ) -> float:
     """The curvature of the effective potential over J, at given rates."""
     sine, cotangent = math.sin(theta), math.cos(theta) / math.sin(theta)
@@ -383,7 +321,7 @@ def legendre_constants(
     Source: Appell (1900); Korteweg (1900); Borisov, Mamaev & Kilin (2003), Reg. Chaotic Dyn. 8:201,
         doi:10.1070/RD2003v008n02ABEH000237.
     """
-    disk = disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    disk = _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
     between(number(theta, "theta"), "theta", 0.0, math.pi)
     spin = number(phi_rate, "phi_rate") * math.sin(theta)
     axial, across = _basis(np.asarray(theta), disk)
@@ -422,7 +360,7 @@ def spins(
     """
     all_finite(c1=c1, c2=c2)
     angle = between(theta, "theta", 0.0, math.pi)
-    p, axial = solution(angle, c1, c2, disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3))
+    p, axial = _solution(angle, c1, c2, _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3))
     return p / np.sin(angle), axial
 
 
@@ -462,28 +400,28 @@ def effective_potential(
     positive(g, "g")
     all_finite(c1=c1, c2=c2)
     angle = between(theta, "theta", 0.0, math.pi)
-    disk = disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
-    return disk.joules(potential(angle, *solution(angle, c1, c2, disk), disk, g))
+    disk = _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    return disk.joules(_potential(angle, *_solution(angle, c1, c2, disk), disk, g))
 
 
-def potential(theta: ArrayLike, p: ArrayLike, omega3: ArrayLike, disk: Disk, g: float) -> Array:
+def _potential(theta: ArrayLike, p: ArrayLike, omega3: ArrayLike, disk: _Disk, g: float) -> Array:
     """(A p^2 + B omega3^2) / 2 + m g radius sin(theta), as a multiple of m radius^2 [1/s^2]."""
     spinning = disk.i_perp * np.square(p) + disk.axial * np.square(omega3)
     return np.asarray(0.5 * spinning + g / disk.radius * np.sin(theta))
 
 
-def solution(theta: Array, c1: float, c2: float, disk: Disk) -> tuple[Array, Array]:
+def _solution(theta: Array, c1: float, c2: float, disk: _Disk) -> tuple[Array, Array]:
     """The spins p = phi' sin(theta) and omega3 at any lean [rad/s]."""
     axial, across = _basis(theta, disk)
     return c1 * across[..., 0] + c2 * across[..., 1], c1 * axial[..., 0] + c2 * axial[..., 1]
 
 
-def _basis(theta: Array, disk: Disk) -> tuple[Array, Array]:
+def _basis(theta: Array, disk: _Disk) -> tuple[Array, Array]:
     """omega3 and p of the two solutions (1, 0) and (0, 1), each of shape (..., 2)."""
     low, high = np.sin(0.5 * theta) ** 2, np.cos(0.5 * theta) ** 2
     mu = disk.i3 / (disk.i_perp * disk.axial)
-    first, first_slope = conical(low, high, mu)
-    second, second_slope = conical(high, low, mu)
+    first, first_slope = special.conical(low, high, mu)
+    second, second_slope = special.conical(high, low, mu)
     lever = 0.5 * disk.axial * np.sin(theta)
     across = np.stack([lever * first_slope, -lever * second_slope], axis=-1)
     return np.stack([first, second], axis=-1), across
@@ -496,7 +434,7 @@ def _basis(theta: Array, disk: Disk) -> tuple[Array, Array]:
 # near a steady motion, where the difference itself is a matter of rounding, the slope keeps its
 # digits.
 
-Slope = Callable[[Array], Array]
+_Slope = Callable[[Array], Array]
 
 # Distances in u at which the search for a turning point looks: each panel is short beside its
 # distance from the start and beside pi / 2, the width of the strip. u = 36 is a lean of 5e-16, and
@@ -568,7 +506,7 @@ def fall(
     positive(g, "g")
     body = {"m": m, "radius": radius, "i_perp": i_perp, "i3": i3}
     c1, c2 = legendre_constants(theta, phi_rate, omega3, **body)
-    disk = disk_of(**body)
+    disk = _disk_of(**body)
     kinetic = 0.5 * disk.tipping * number(theta_rate, "theta_rate") ** 2
     start, slope = math.log(math.tan(0.5 * theta)), _slope(c1, c2, disk, g)
     low, high = (_turning_point(start, way, kinetic, slope) for way in (-1.0, 1.0))
@@ -577,12 +515,12 @@ def fall(
     else:
         square = lean_frequency_squared(theta, phi_rate, omega3, g=g, **body)
         period = 2.0 * math.pi / math.sqrt(square) if square > 0.0 else math.inf
-    resting = potential(theta, phi_rate * math.sin(theta), omega3, disk, g)
+    resting = _potential(theta, phi_rate * math.sin(theta), omega3, disk, g)
     energy = float(disk.joules(kinetic + float(resting)))
     return Fall(c1, c2, energy, _lean(low), _lean(high), period)
 
 
-def _slope(c1: float, c2: float, disk: Disk, g: float) -> Slope:
+def _slope(c1: float, c2: float, disk: _Disk, g: float) -> _Slope:
     """Derivative of the potential by u, (B p omega3 - A p^2 cot + m g radius cos) sin.
 
     As a multiple of m radius^2 [1/s^2].
@@ -590,14 +528,14 @@ def _slope(c1: float, c2: float, disk: Disk, g: float) -> Slope:
 
     def slope(u: Array) -> Array:
         sine, cosine = 1.0 / np.cosh(u), -np.tanh(u)
-        p, omega3 = solution(2.0 * np.arctan(np.exp(u)), c1, c2, disk)
+        p, omega3 = _solution(2.0 * np.arctan(np.exp(u)), c1, c2, disk)
         turning = disk.axial * p * omega3 * sine - disk.i_perp * p * p * cosine
         return np.asarray(turning + g / disk.radius * cosine * sine)
 
     return slope
 
 
-def _turning_point(start: float, way: float, kinetic: float, slope: Slope) -> float:
+def _turning_point(start: float, way: float, kinetic: float, slope: _Slope) -> float:
     """First turning point u from the start in one direction."""
     edges = start + way * _DISTANCES
     left = kinetic - np.cumsum(_rise(edges[:-1], edges[1:], slope))
@@ -615,7 +553,7 @@ def _turning_point(start: float, way: float, kinetic: float, slope: Slope) -> fl
     return float(brentq(rest, first, edges[k + 1], xtol=1e-16, rtol=4.0 * np.finfo(float).eps))
 
 
-def _rise(first: Array, last: Array, slope: Slope) -> Array:
+def _rise(first: Array, last: Array, slope: _Slope) -> Array:
     """Differences of potential over panels, by Gauss's rule, of the shape of first and last."""
     half = 0.5 * (last - first)[:, np.newaxis]
     return np.asarray(
@@ -623,7 +561,7 @@ def _rise(first: Array, last: Array, slope: Slope) -> Array:
     )
 
 
-def _period(low: float, high: float, slope: Slope, tipping: float) -> float:
+def _period(low: float, high: float, slope: _Slope, tipping: float) -> float:
     """Time for a whole nod, 2 int dtheta / theta' [s].
 
     With u = middle + half x and x = cos(chi) the kinetic energy is 2 (1 - x^2) S(x), and what is
@@ -648,7 +586,7 @@ def _period(low: float, high: float, slope: Slope, tipping: float) -> float:
     return float(half * math.sqrt(tipping) * total)
 
 
-def _depth(low: float, high: float, slope: Slope) -> Array:
+def _depth(low: float, high: float, slope: _Slope) -> Array:
     """Chebyshev series of S = (E - V) / (2 (1 - x^2)) between two turning points.
 
     That of V = sum c_k T_k comes from its slope. T_k - T_(k-2) = 2 (x^2 - 1) U_(k-2) takes out what
@@ -690,7 +628,7 @@ def rolling_threshold(*, m: float, radius: float, i_perp: float, i3: float, g: f
     Source: Routh, Advanced Part, par. 244; Bloch, Nonholonomic Mechanics and Control, sec. 1.5.
     """
     positive(g, "g")
-    disk = disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    disk = _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
     return math.sqrt(disk.i_perp / (disk.i3 * disk.axial)) * math.sqrt(g / radius)
 
 
@@ -736,7 +674,7 @@ def rolling_exponent(
     Source: Routh, Advanced Part, par. 244.
     """
     least = rolling_threshold(m=m, radius=radius, i_perp=i_perp, i3=i3, g=g)
-    disk = disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    disk = _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
     factor = disk.i3 * disk.axial / (disk.i_perp * disk.tipping)
     return _exponent(factor, least, number(omega3, "omega3"))
 

@@ -27,17 +27,8 @@ from rigid_envs.base.checks import (
     positive,
     require,
 )
-from rigid_envs.mechanics import special as _quaternion
+from rigid_envs.mechanics import special
 from rigid_envs.mechanics.special import phi1, phi2
-
-__all__ = [
-    "CoinMotion",
-    "InclineMotion",
-    "drift_across_slope",
-    "drive_coin",
-    "roll_coin",
-    "steer_on_incline",
-]
 
 # Nodes that integrate a polynomial of degree 47: with them a phase of 2 radians is at rounding.
 _NODES = 24
@@ -239,6 +230,6 @@ def _coin(z: ArrayLike, phi: Array, psi: Array) -> CoinMotion:
     """Motion from the place x + i y and the two angles."""
     place = np.stack([np.real(z), np.imag(z)], axis=-1)
     upright = np.broadcast_to(np.sqrt([0.5, 0.5, 0.0, 0.0]), (*phi.shape, 4))
-    turned = _quaternion.product(upright, _quaternion.about_vertical(psi))
-    attitude = _quaternion.product(_quaternion.about_vertical(phi), turned)
+    turned = special.product(upright, special.about_vertical(psi))
+    attitude = special.product(special.about_vertical(phi), turned)
     return CoinMotion(place, phi, psi, attitude)

@@ -7,8 +7,8 @@ import mpmath
 import numpy as np
 import pytest
 
+from rigid_envs.mechanics.special import conical
 from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
-from rigid_envs.systems.rolling_disk.closed_forms import conical
 from tests.reference import cases
 
 EPS = np.finfo(np.float64).eps
