@@ -114,25 +114,28 @@ def load(name: str) -> Any:
         raise ConfigError(f"name = {name!r}; expected 'module:name' of what exists") from None
 
 
-_BODY, _TOP, _BALL, _DISK = "Free body", "Top", "Ball", "Coin and wheel"
+_FAMILIES = {
+    "free_body": "Free body",
+    "heavy_top": "Top",
+    **dict.fromkeys(("rolling_ball", "dynamic_ball"), "Ball"),
+    **dict.fromkeys(("roller", "upright_coin", "rolling_disk"), "Coin and wheel"),
+}
 _SPIN = ErrorTerm("spin", 10.0, "distance from the commanded spin in target rates")
 _TILT = ErrorTerm("upright", 10.0, "tilt [rad]")
 _LAXER_POSE = {"position_tolerance": 1.5, "angle_tolerance": 1.6}
 
 
-def _ours(
-    system: str, family: str, name: str, max_episode_steps: int, metrics: str, **more: Any
-) -> None:
+def _ours(task: str, max_episode_steps: int, metrics: str, **more: Any) -> None:
     """Add an environment of this package.
 
     Args:
-        system: Folder of the system, below `rigid_envs.systems`.
-        family: Heading in tables and pages.
-        name: Name of the id and of the task class.
+        task: Folder of the system, below `rigid_envs.systems`, a colon, and the name of the task
+            class, which is that of the id.
         max_episode_steps: Time limit in steps.
         metrics: Names of the metrics, separated by blanks; the first one is the cost.
         **more: Other entries of the record; code is named relative to the references of the system.
     """
+    system, _, name = task.partition(":")
     room = f"rigid_envs.systems.{system}"
     for key in ("controllers", "limits"):
         codes = more.get(key, {})
@@ -141,8 +144,8 @@ def _ours(
         if key in more:
             more[key] = f"{room}.references:{more[key]}"
     more["metrics"] = tuple(metrics.split())
-    env_id, task = f"RigidEnvs/{name}-v0", f"{room}.tasks:{name}"
-    add(EnvironmentRecord(env_id, task, max_episode_steps, family, **more))
+    env_id, place = f"RigidEnvs/{name}-v0", f"{room}.tasks:{name}"
+    add(EnvironmentRecord(env_id, place, max_episode_steps, _FAMILIES[system], **more))
 
 
 def _variant(name: str, original: str) -> None:
@@ -153,9 +156,7 @@ def _variant(name: str, original: str) -> None:
 
 
 _ours(
-    "free_body",
-    _BODY,
-    "IntermediateAxis",
+    "free_body:IntermediateAxis",
     300,
     "effort success return time error",
     error=_SPIN,
@@ -166,9 +167,7 @@ _ours(
 )
 _variant("IntermediateAxisRandom", "IntermediateAxis")
 _ours(
-    "free_body",
-    _BODY,
-    "IntermediateAxisSingle",
+    "free_body:IntermediateAxisSingle",
     300,
     "effort success return time error",
     error=ErrorTerm("axis", 10.0, "angle of the spin from e2 [rad]"),
@@ -177,9 +176,7 @@ _ours(
     conditions="ALIGNED",
 )
 _ours(
-    "free_body",
-    _BODY,
-    "SpinCapture",
+    "free_body:SpinCapture",
     600,
     "effort success return time error",
     error=_SPIN,
@@ -188,9 +185,7 @@ _ours(
     conditions="SPINNING",
 )
 _ours(
-    "free_body",
-    _BODY,
-    "AxisFlip",
+    "free_body:AxisFlip",
     250,
     "effort success return",
     controllers={"timed": "timed_flip", "brute_force": "forced_flip"},
@@ -198,9 +193,7 @@ _ours(
     conditions="FLIPPED",
 )
 _ours(
-    "free_body",
-    _BODY,
-    "Detumble",
+    "free_body:Detumble",
     50,
     "loss success return time effort",  # its least is known exactly
     controllers={"riccati": "momentum_regulator", "brake": "momentum_brake"},
@@ -208,9 +201,7 @@ _ours(
     limits={"loss": "DETUMBLE_LOSS", "time": "DETUMBLE_TIME"},
 )
 _ours(
-    "free_body",
-    _BODY,
-    "Reorient",
+    "free_body:Reorient",
     100,
     "time success return effort",
     goal=True,
@@ -220,9 +211,7 @@ _ours(
     conditions="TURNED",
 )
 _ours(
-    "heavy_top",
-    _TOP,
-    "SleepingTop",
+    "heavy_top:SleepingTop",
     300,
     "effort success return time error",
     error=_TILT,
@@ -231,9 +220,7 @@ _ours(
     conditions="UPRIGHT",
 )
 _ours(
-    "rolling_ball",
-    _BALL,
-    "BallPark",
+    "rolling_ball:BallPark",
     100,
     "path success return time",
     early_end=_LAXER_POSE,
@@ -243,9 +230,7 @@ _ours(
     conditions="PARKED",
 )
 _ours(
-    "rolling_ball",
-    _BALL,
-    "BallParkGoal",
+    "rolling_ball:BallParkGoal",
     100,
     "path success return time",
     goal=True,
@@ -257,9 +242,7 @@ _ours(
 _variant("BallParkRandom", "BallPark")
 _variant("BallReorient", "BallPark")
 _ours(
-    "dynamic_ball",
-    _BALL,
-    "BallParkDynamic",
+    "dynamic_ball:BallParkDynamic",
     100,
     "time success return effort",
     early_end={**_LAXER_POSE, "speed_tolerance": 5.0},
@@ -269,9 +252,7 @@ _ours(
     conditions="STOPPED",
 )
 _ours(
-    "rolling_ball",
-    _BALL,
-    "BallSteer",
+    "rolling_ball:BallSteer",
     300,
     "error success return path",
     error=ErrorTerm("close", 5.0, "pose error [radii and rad]"),
@@ -280,9 +261,7 @@ _ours(
     limits={"error": "BALL_STEER_ERROR"},
 )
 _ours(
-    "dynamic_ball",
-    _BALL,
-    "BallPlate",
+    "dynamic_ball:BallPlate",
     200,
     "time success return effort error",
     early_end={"margin": 0.1, "start_speed": 5.0, "n_substeps": 4},
@@ -292,9 +271,7 @@ _ours(
     predictive="held_ball",
 )
 _ours(
-    "rolling_ball",
-    _BALL,
-    "BallGrid",
+    "rolling_ball:BallGrid",
     30,
     "path success return time",
     early_end={"start_cells": 0},
@@ -303,9 +280,7 @@ _ours(
     limits={"path": "GRID_PATH", "time": "GRID_TIME"},
 )
 _ours(
-    "roller",
-    _DISK,
-    "RollPump",
+    "roller:RollPump",
     400,
     "time success return",
     early_end={"dt": 1.0, "n_substeps": 20, "start_part": 0.99, "beta_change": 3.0},
@@ -314,9 +289,7 @@ _ours(
     limits={"time": "ROLL_PUMP_TIME"},
 )
 _ours(
-    "heavy_top",
-    _TOP,
-    "PivotTop",
+    "heavy_top:PivotTop",
     400,
     "effort success return time error",
     early_end={"arena": 0.02},
@@ -327,9 +300,7 @@ _ours(
     conditions="BALANCED",
 )
 _ours(
-    "heavy_top",
-    _TOP,
-    "TopPrecession",
+    "heavy_top:TopPrecession",
     400,
     "effort success return time error",
     error=ErrorTerm("tilt", 10.0, "tilt off the commanded one [rad]"),
@@ -338,9 +309,7 @@ _ours(
     conditions="PRECESSING",
 )
 _ours(
-    "heavy_top",
-    _TOP,
-    "TopRandom",
+    "heavy_top:TopRandom",
     300,
     "effort success return time error",
     error=_TILT,
@@ -350,9 +319,7 @@ _ours(
 )
 _variant("SleepingTopRandom", "SleepingTop")
 _ours(
-    "upright_coin",
-    _DISK,
-    "CoinPark",
+    "upright_coin:CoinPark",
     100,
     "path success return time",
     early_end={"position_tolerance": 1.5, "heading_tolerance": 1.5, "phase_tolerance": 1.5},
@@ -362,9 +329,7 @@ _ours(
     conditions="PARKED",
 )
 _ours(
-    "rolling_disk",
-    _DISK,
-    "DiskRoll",
+    "rolling_disk:DiskRoll",
     400,
     "error success return time effort",
     early_end={"start_lean": 1.0},
