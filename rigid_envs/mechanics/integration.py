@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,29 +14,13 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array, Integers, array, exact_array, positive, require
 from rigid_envs.engine.algebra import SUZUKI
 
+if TYPE_CHECKING:
+    from rigid_envs.mechanics.system import System
+
 # Step size selection: the intervals of a simulation divided into equal integrator steps.
 
 _MOST = 1e9  # steps
 SLACK = 1e-9  # differences of times are rounded: no second step for an excess this small
-
-
-class RateBounded(Protocol):
-    """Part of the interface of `System` that step size selection needs."""
-
-    @property
-    def envelope(self) -> float:
-        """Largest rate times step [rad] at which the integrator is accurate."""
-
-    @property
-    def default_step_angle(self) -> float:
-        """Rate times step [rad] of `simulate`."""
-
-    @property
-    def weights(self) -> tuple[float, ...]:
-        """Lengths of the stages of one step."""
-
-    def rate_bound(self, y: Array, u: Array, duration: float) -> float:
-        """Largest angular rate [rad/s] that any row can reach."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +50,7 @@ class Schedule:
 
 
 def step_schedule(
-    system: RateBounded,
+    system: System,
     y: Array,
     u: Array,
     dt: Array,
@@ -116,7 +100,7 @@ def intervals(t: Array) -> Array:
     return dt
 
 
-def _checked_step(system: RateBounded, max_step: float, rate: float) -> float:
+def _checked_step(system: System, max_step: float, rate: float) -> float:
     if rate * positive(max_step, "max_step", "s") > system.envelope * (1.0 + SLACK):
         raise ValueError(
             f"max_step = {max_step}; expected at most {system.envelope / rate:.6g} s at rates up "
@@ -137,24 +121,8 @@ class MotionEnds(ValueError):
     """The motion reaches a state that is none: a disk that lies flat."""
 
 
-class Integrable(RateBounded, Protocol):
-    """Part of the interface of `System` that integration needs."""
-
-    def horizon(self, y: Array, u: Array) -> float:
-        """Time [s] for which `rate_bound` holds."""
-
-    def checked_state(self, y: npt.ArrayLike) -> Array:
-        """The state y, checked."""
-
-    def checked_input(self, u: npt.ArrayLike | None) -> Array:
-        """The input u, checked."""
-
-    def run(self, y0: Array, u: Array, plan: Schedule) -> Array:
-        """All states of a schedule."""
-
-
 def integrate(
-    system: Integrable,
+    system: System,
     start: Array,
     t: Array,
     u: Input | None,
@@ -185,7 +153,7 @@ def integrate(
 
 
 def _interval(
-    system: Integrable,
+    system: System,
     y: Array,
     ends: Array,
     inputs_at: InputsAt,
@@ -210,9 +178,7 @@ def _interval(
     return y
 
 
-def integrate_interval(
-    system: Integrable, y: Array, u: Array, plan: Schedule, start: float
-) -> Array:
+def integrate_interval(system: System, y: Array, u: Array, plan: Schedule, start: float) -> Array:
     """The state at the end of a schedule of one interval; every step is checked on the way.
 
     Args:
@@ -242,7 +208,7 @@ def integrate_interval(
     return y
 
 
-def _check_steps(system: Integrable, states: Array, u: Array, h: float, start: float) -> None:
+def _check_steps(system: System, states: Array, u: Array, h: float, start: float) -> None:
     """Refuse states of successive steps whose rates are too large for the step length h.
 
     Raises:
@@ -278,7 +244,7 @@ def _aligned(y: Array, u: Array) -> tuple[Array, Array]:
     )
 
 
-def _sampled(system: Integrable, u: Callable[[float], npt.ArrayLike]) -> InputsAt:
+def _sampled(system: System, u: Callable[[float], npt.ArrayLike]) -> InputsAt:
     """Inputs at given times, shape (len(times), ..., n_input).
 
     Raises:
@@ -296,7 +262,7 @@ def _sampled(system: Integrable, u: Callable[[float], npt.ArrayLike]) -> InputsA
     return inputs_at
 
 
-def _one_by_one(system: Integrable, values: list[Any], times: Array) -> Array:
+def _one_by_one(system: System, values: list[Any], times: Array) -> Array:
     """The same, checked so that a message is about the value at one time."""
     for s, value in zip(times, values, strict=True):
         require(value is not None, None, f"u({s:.6g})", "an input: return zeros for none")
@@ -306,7 +272,7 @@ def _one_by_one(system: Integrable, values: list[Any], times: Array) -> Array:
     return np.stack(rows)
 
 
-def _held(system: Integrable, u: npt.ArrayLike | None, n_intervals: int) -> InputsAt:
+def _held(system: System, u: npt.ArrayLike | None, n_intervals: int) -> InputsAt:
     """The one input of an interval, shape (1, ..., n_input).
 
     Raises:
@@ -324,17 +290,6 @@ def _held(system: Integrable, u: npt.ArrayLike | None, n_intervals: int) -> Inpu
 
 
 # The result of a simulation.
-
-
-class Measured(Integrable, Protocol):
-    """Part of the interface of `System` that a trajectory needs."""
-
-    @property
-    def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
-        """Named quantities of a state."""
-
-    def invariants(self, y: npt.ArrayLike) -> dict[str, Array]:
-        """Conserved quantities of a state."""
 
 
 @dataclass(frozen=True)
@@ -356,7 +311,7 @@ class Trajectory:
         message: the same in words.
     """
 
-    system: Measured
+    system: System
     t: Array
     y: Array
     u: Input | None = None
