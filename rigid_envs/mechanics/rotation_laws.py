@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations as rot
-from rigid_envs.mechanics.laws import EPS, Subject, matrices, max_abs
+from rigid_envs.mechanics.laws import EPS, Subject, axial, matrices, max_abs
 
 SUBJECT = Subject("rotations", "quaternions, matrices, Euler angles, exp and log")
 
@@ -31,12 +31,7 @@ def _slope(f: Callable[[float], Array]) -> Array:
 def _spin(R: Callable[[float], Array]) -> tuple[Array, Array]:
     """Angular velocity in world and in body axes of R(s) at s = 0."""
     slope, back = _slope(R), np.swapaxes(R(0.0), -1, -2)
-    return _axial(slope @ back), _axial(back @ slope)
-
-
-def _axial(skew: Array) -> Array:
-    odd = 0.5 * (skew - np.swapaxes(skew, -1, -2))
-    return np.stack([odd[..., 2, 1], odd[..., 0, 2], odd[..., 1, 0]], axis=-1)
+    return axial(slope @ back), axial(back @ slope)
 
 
 @SUBJECT.law("matrix_from_quaternion and back with SciPy", bound=_ROUNDINGS, why=_SOME)

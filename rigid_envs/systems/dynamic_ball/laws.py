@@ -7,6 +7,10 @@ import numpy as np
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics.laws import (
     EPS,
+    HUNDREDS,
+    RADIANS,
+    ROUNDED,
+    SLOPES,
     VIRTUAL_ROTATIONS,
     RigidBodyModel,
     Subject,
@@ -20,6 +24,7 @@ from rigid_envs.mechanics.laws import (
     quaternion,
     random_states,
     stencil,
+    ten_roundings,
 )
 from rigid_envs.systems.dynamic_ball import closed_forms as theory
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
@@ -74,7 +79,7 @@ law_of_dalembert(SUBJECT, _BALL, _Y, _U, _MODEL)
 @SUBJECT.law(
     "velocity of the contact point of simulate with that of the plate",
     bound=1e-10,
-    why="differences of order 8 in steps of 0.01 s",
+    why=SLOPES,
 )
 def the_contact_point_moves_with_the_plate() -> float:
     """There v + omega x (-r n) = (P x)' + Omega n x P x with x = (X, Y, 0) held in P."""
@@ -89,11 +94,7 @@ def the_contact_point_moves_with_the_plate() -> float:
 laws_of_every_system(SUBJECT, _BALL, _Y, _U)
 
 
-@SUBJECT.law(
-    "invariants with T + m g z of NumPy",
-    bound=1e-12,
-    why="some ten roundings of numbers up to 50",
-)
+@SUBJECT.law("invariants with T + m g z of NumPy", bound=1e-12, why=ten_roundings(50))
 def invariants_are_energy_and_spin() -> float:
     """E = (m v^2 + I omega^2) / 2 + m g z on a plate that leans but rests."""
     ball = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=9.6)
@@ -117,11 +118,7 @@ def invariants_are_kept_on_a_turntable_that_leans() -> float:
     return max_abs(*(motion.rate(value) for value in _BALL.invariants(motion.y).values()))
 
 
-@SUBJECT.law(
-    "rhs with cosines of NumPy, up to a million radians",
-    bound=4 * EPS,
-    why="a rounding or two of numbers up to 1",
-)
+@SUBJECT.law("rhs with cosines of NumPy, up to a million radians", bound=4 * EPS, why=ROUNDED)
 def gravity_pulls_by_the_cosine_of_any_angle() -> float:
     """X'' = g cos(alpha_x) sin(alpha_y) with alpha_y a right angle, of a ball without inertia."""
     ball = DynamicBall(m=1.0, radius=1.0, beta=0.0, g=1.0)
@@ -131,11 +128,7 @@ def gravity_pulls_by_the_cosine_of_any_angle() -> float:
     return max_abs(ball.velocity(ball.rhs(y))[:, 0] - np.cos(alpha))
 
 
-@SUBJECT.law(
-    "simulate with uniform acceleration",
-    bound=1e-12,
-    why="some hundred roundings of numbers near 1",
-)
+@SUBJECT.law("simulate with uniform acceleration", bound=1e-12, why=HUNDREDS)
 def the_plate_moves_as_it_is_told() -> float:
     """Both angles of the plate are parabolas in time."""
     t, a, rate = 0.7, _U[:, _TILT_ACCELERATION], _BALL.tilt_rate(_Y)
@@ -194,7 +187,7 @@ def balls_on_a_leaning_turntable_follow_trochoids() -> float:
 @SUBJECT.law(
     "simulate round the axis of a turntable with two rotations in closed form",
     bound=1e-9,
-    why="1e-11 per radian, some 50 radians",
+    why=RADIANS,
 )
 def a_ball_round_the_axis_turns_as_in_closed_form() -> float:
     """Place and attitude of a ball that runs round the middle of a level turntable."""

@@ -5,6 +5,9 @@ import numpy as np
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics.integration import Trajectory
 from rigid_envs.mechanics.laws import (
+    AS_RHS,
+    LONG_RUN,
+    RADIANS,
     VIRTUAL_ROTATIONS,
     RigidBodyModel,
     Subject,
@@ -17,6 +20,7 @@ from rigid_envs.mechanics.laws import (
     quaternion,
     random_states,
     stencil,
+    ten_roundings,
 )
 from rigid_envs.systems.free_body import closed_forms as theory
 from rigid_envs.systems.free_body.system import FreeBody
@@ -50,11 +54,7 @@ law_of_dalembert(SUBJECT, _BODY, _Y, _U, _MODEL)
 laws_of_every_system(SUBJECT, _BODY, _Y, _U)
 
 
-@SUBJECT.law(
-    "invariants with T, L^2 and R L of NumPy",
-    bound=1e-13,
-    why="some ten roundings of numbers up to 50",
-)
+@SUBJECT.law("invariants with T, L^2 and R L of NumPy", bound=1e-13, why=ten_roundings(50))
 def invariants_are_energy_and_momentum() -> float:
     """T = omega . I omega / 2, L = R I omega, at 20 states."""
     omega, found = _BODY.omega_body(_Y), _BODY.invariants(_Y)
@@ -67,11 +67,7 @@ def invariants_are_energy_and_momentum() -> float:
     )
 
 
-@SUBJECT.law(
-    "rate of the energy invariant with tau . omega",
-    bound=1e-9,
-    why="as for rhs, times momenta up to 10 N m s",
-)
+@SUBJECT.law("rate of the energy invariant with tau . omega", bound=1e-9, why=AS_RHS)
 def torque_does_its_work() -> float:
     """T' = tau . omega along simulated motions."""
     motion = stencil(_BODY, _Y, _U)
@@ -150,11 +146,7 @@ def a_racket_flips_at_its_interval() -> float:
     return max_abs(motion["omega_body"][:, 1] - signs, np.abs(motion["omega_body"]) - omega)
 
 
-@SUBJECT.law(
-    "simulate with the two cones of a symmetric body",
-    bound=1e-9,
-    why="1e-11 per radian, some 50 radians",
-)
+@SUBJECT.law("simulate with the two cones of a symmetric body", bound=1e-9, why=RADIANS)
 def a_symmetric_body_moves_on_cones() -> float:
     """In the body omega goes round e3, and in space e3 goes round L."""
     body, omega = FreeBody(1.4, 1.4, 0.9), np.array([0.7, -0.4, 1.3])
@@ -188,11 +180,7 @@ def random_torques_act_as_newton_says() -> float:
     return max_abs(motion["R"][1:] - R, motion["omega_body"][1:] - omega)
 
 
-@SUBJECT.law(
-    "L in space with its start, a hundred thousand steps",
-    bound=1e-11,
-    why="20 turns to a step: a random walk of 2e6 roundings, or a drift of 1e-16 per step",
-)
+@SUBJECT.law("L in space with its start, a hundred thousand steps", bound=1e-11, why=LONG_RUN)
 def momentum_in_space_is_kept() -> float:
     """L_world and the length of the quaternion without torque."""
     motion = _long_run()

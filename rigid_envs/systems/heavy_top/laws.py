@@ -7,6 +7,9 @@ import numpy as np
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.mechanics.laws import (
+    AS_RHS,
+    HUNDREDS,
+    LONG_RUN,
     VIRTUAL_ROTATIONS,
     RigidBodyModel,
     Subject,
@@ -20,6 +23,7 @@ from rigid_envs.mechanics.laws import (
     quaternion,
     random_states,
     stencil,
+    ten_roundings,
 )
 from rigid_envs.systems.heavy_top import closed_forms as theory
 from rigid_envs.systems.heavy_top.system import HeavyTop
@@ -71,11 +75,7 @@ def _leaning(theta: float, omega: tuple[float, float, float]) -> Array:
     return _SYMMETRIC.state(q=q, omega_body=omega)
 
 
-@SUBJECT.law(
-    "invariants with T + m g z and R L of NumPy",
-    bound=1e-13,
-    why="some ten roundings of numbers up to 10",
-)
+@SUBJECT.law("invariants with T + m g z and R L of NumPy", bound=1e-13, why=ten_roundings(10))
 def invariants_are_energy_and_momenta() -> float:
     """E = omega . I omega / 2 + m g ell e3_z, L_z, L_3 and the velocity of the pivot."""
     omega, found = _TOP.omega_body(_Y), _TOP.invariants(_Y)
@@ -90,11 +90,7 @@ def invariants_are_energy_and_momenta() -> float:
     )
 
 
-@SUBJECT.law(
-    "rates of the invariants with the power and the torques",
-    bound=1e-9,
-    why="as for rhs, times momenta up to 10 N m s",
-)
+@SUBJECT.law("rates of the invariants with the power and the torques", bound=1e-9, why=AS_RHS)
 def inputs_do_their_work() -> float:
     """E' = (tau + ell e3 x (-m a)) . omega, and L_z' is the vertical part of the torque."""
     motion = stencil(_TOP, _Y, _U)
@@ -107,11 +103,7 @@ def inputs_do_their_work() -> float:
     )
 
 
-@SUBJECT.law(
-    "simulate with uniform acceleration",
-    bound=1e-12,
-    why="some hundred roundings of numbers near 1",
-)
+@SUBJECT.law("simulate with uniform acceleration", bound=1e-12, why=HUNDREDS)
 def the_pivot_moves_as_it_is_told() -> float:
     """X = X0 + V t + a t^2 / 2 and V' = a, whatever the body does."""
     t, a, v = 0.7, _U[:, _PIVOT_ACCELERATION], _TOP.pivot_velocity(_Y)
@@ -257,11 +249,7 @@ def an_accelerated_pivot_is_a_tilted_gravity() -> float:
     return max_abs(pushed["omega_body"] - tilted["omega_body"], turned - tilted["R"])
 
 
-@SUBJECT.law(
-    "momenta with their start, a hundred thousand steps",
-    bound=1e-11,
-    why="20 turns to a step: a random walk of 2e6 roundings, or a drift of 1e-16 per step",
-)
+@SUBJECT.law("momenta with their start, a hundred thousand steps", bound=1e-11, why=LONG_RUN)
 def momenta_are_kept() -> float:
     """L_z and, of a symmetric top, L_3, without input."""
     motion = _SYMMETRIC.simulate(_leaning(0.5, (0.3, -0.2, 2.0)), _LONG, max_step=0.05)

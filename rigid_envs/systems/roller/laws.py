@@ -7,12 +7,15 @@ import numpy as np
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics.laws import (
     EPS,
+    ROUNDED,
+    SLOPES,
     Subject,
     law_of_order,
     laws_of_every_system,
     max_abs,
     random_states,
     stencil,
+    ten_roundings,
 )
 from rigid_envs.systems.roller import closed_forms as theory
 from rigid_envs.systems.roller.system import Roller
@@ -47,11 +50,7 @@ def motions_obey_dalemberts_principle() -> float:
     return max_abs(np.sum(push * _along(_FAR), axis=-1) + turn / 0.7 - _FORCE)
 
 
-@SUBJECT.law(
-    "velocity of the centre and turn of simulate with rolling",
-    bound=1e-9,
-    why="differences of order 8 in steps of 0.01 s",
-)
+@SUBJECT.law("velocity of the centre and turn of simulate with rolling", bound=1e-9, why=SLOPES)
 def the_wheel_rolls() -> float:
     """The centre moves along its path at v, and the wheel turns at v / r."""
     motion = stencil(_ROLLER, _FAR, _PUSHED)
@@ -65,11 +64,7 @@ def the_wheel_rolls() -> float:
 laws_of_every_system(SUBJECT, _ROLLER, _FAR, _PUSHED)
 
 
-@SUBJECT.law(
-    "invariants with T + m g z",
-    bound=1e-12,
-    why="some ten roundings of numbers up to 100",
-)
+@SUBJECT.law("invariants with T + m g z", bound=1e-12, why=ten_roundings(100))
 def the_invariant_is_the_energy() -> float:
     """E = (m v^2 + I (v / r)^2) / 2 + m g z, also where the path is straight."""
     errors = []
@@ -81,11 +76,7 @@ def the_invariant_is_the_energy() -> float:
     return max_abs(*errors)
 
 
-@SUBJECT.law(
-    "rhs with sines of NumPy, up to a million radians",
-    bound=4 * EPS,
-    why="a rounding or two of numbers up to 1",
-)
+@SUBJECT.law("rhs with sines of NumPy, up to a million radians", bound=4 * EPS, why=ROUNDED)
 def gravity_pulls_by_the_sine_of_any_descent() -> float:
     """A block without inertia on a circle of radius 1, g = 1: the rate of v is sin(-s)."""
     block = Roller(m=1.0, radius=1.0, beta=0.0, g=1.0, curvature=1.0)

@@ -7,6 +7,8 @@ import numpy as np
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.mechanics.laws import (
+    AS_RHS,
+    SLOPES,
     VIRTUAL_ROTATIONS,
     RigidBodyModel,
     Subject,
@@ -19,6 +21,7 @@ from rigid_envs.mechanics.laws import (
     max_abs,
     random_states,
     stencil,
+    ten_roundings,
 )
 from rigid_envs.systems.rolling_disk import closed_forms as theory
 from rigid_envs.systems.rolling_disk.system import RollingDisk
@@ -62,11 +65,7 @@ _MODEL = RigidBodyModel(1.2, _DISK.moments, _centre, _weight, _torque, _displace
 law_of_dalembert(SUBJECT, _DISK, _Y, _U, _MODEL)
 
 
-@SUBJECT.law(
-    "velocity of the contact point of simulate with 0",
-    bound=1e-10,
-    why="differences of order 8 in steps of 0.01 s",
-)
+@SUBJECT.law("velocity of the contact point of simulate with 0", bound=1e-10, why=SLOPES)
 def the_contact_point_is_at_rest() -> float:
     """The point at -r n: v + omega x (-r n) = 0, omega from R' R^T, which is that of the state."""
     motion = stencil(_DISK, _Y, _U)
@@ -79,11 +78,7 @@ def the_contact_point_is_at_rest() -> float:
 laws_of_every_system(SUBJECT, _DISK, _Y, _U)
 
 
-@SUBJECT.law(
-    "invariants with T + m g z of NumPy",
-    bound=1e-13,
-    why="some ten roundings of numbers up to 10",
-)
+@SUBJECT.law("invariants with T + m g z of NumPy", bound=1e-13, why=ten_roundings(10))
 def the_invariant_is_the_energy() -> float:
     """E = (m v^2 + omega . I omega) / 2 + m g z, with v = omega x r n."""
     omega = np.einsum("nij,nj->ni", attitudes(_Y), _DISK.omega_body(_Y))
@@ -93,11 +88,7 @@ def the_invariant_is_the_energy() -> float:
     return max_abs(_DISK.invariants(_Y)["energy"] - energy)
 
 
-@SUBJECT.law(
-    "rate of the energy invariant with tau . omega",
-    bound=1e-9,
-    why="as for rhs, times momenta up to 10 N m s",
-)
+@SUBJECT.law("rate of the energy invariant with tau . omega", bound=1e-9, why=AS_RHS)
 def torque_does_its_work() -> float:
     """E' = tau . omega: the contact force does none."""
     motion = stencil(_DISK, _Y, _U)

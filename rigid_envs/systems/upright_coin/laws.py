@@ -6,6 +6,8 @@ import numpy as np
 
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics.laws import (
+    RADIANS,
+    SLOPES,
     RigidBodyModel,
     Subject,
     attitudes,
@@ -66,11 +68,7 @@ _HELD_MODEL = RigidBodyModel(1.1, _MOMENTS, _centre, _weight, _held_torque, _ste
 law_of_dalembert(SUBJECT, _COIN, _Y, _U, _MODEL)
 
 
-@SUBJECT.law(
-    "velocity of the contact point of simulate with 0",
-    bound=1e-10,
-    why="differences of order 8 in steps of 0.01 s",
-)
+@SUBJECT.law("velocity of the contact point of simulate with 0", bound=1e-10, why=SLOPES)
 def the_contact_point_is_at_rest() -> float:
     """The point at -r n: v + omega x (-r n) = 0, omega from R' R^T; the axis is level."""
     motion = stencil(_COIN, _Y, _U)
@@ -124,11 +122,7 @@ def arcs_are_exact() -> float:
     return max_abs(level.contact(end) - exact.place, attitudes(end) - matrices(exact.attitude))
 
 
-@SUBJECT.law(
-    "simulate under constant torques with Fresnel's integrals",
-    bound=1e-9,
-    why="1e-11 per radian, some 50 radians",
-)
+@SUBJECT.law("simulate under constant torques with Fresnel's integrals", bound=1e-9, why=RADIANS)
 def a_driven_coin_follows_its_closed_form() -> float:
     """Place and attitude on a level plane, steered and driven for 6 s."""
     level = UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5)
@@ -153,11 +147,7 @@ def a_driven_coin_follows_its_closed_form() -> float:
     return max_abs(motion["contact"] - exact.place, motion["R"] - matrices(exact.attitude))
 
 
-@SUBJECT.law(
-    "simulate on the slope with the closed form",
-    bound=1e-9,
-    why="1e-11 per radian, some 50 radians",
-)
+@SUBJECT.law("simulate on the slope with the closed form", bound=1e-9, why=RADIANS)
 def a_steered_coin_drifts_across_the_slope() -> float:
     """Place and speed while the heading turns at a constant rate: it never runs away downhill."""
     t, beta = np.linspace(0.0, 8.0, 17), 0.4 / (1.1 * 0.7**2)
