@@ -42,10 +42,8 @@ if TYPE_CHECKING:
 # A racket and a book, thrown about each of their three axes.
 
 _RACKET_EYE = Eye(-62.0, 28.0)
-_RACKET_SPIN, _PART = (
-    4.0 * math.pi,
-    0.02,
-)  # rad/s: two turns per second; part of it about the others
+_RACKET_SPIN = 4.0 * math.pi  # rad/s: two turns per second
+_PART = 0.02  # of it, about the others
 _AXES = ("least moment", "intermediate moment", "largest moment")
 
 
@@ -141,7 +139,9 @@ def _spin_axis(
 
 # The Dzhanibekov flip: sixty seconds beside the intermediate axis.
 
-_FLIP_BODY, _FLIP_OMEGA = FreeBody(1.0, 2.0, 3.0), (0.01, 1.0, 0.01)
+_BODY = FreeBody(1.0, 2.0, 3.0)
+_MOMENTS, _TENSOR = _BODY.moments, np.diag(_BODY.moments)
+_FLIP_OMEGA = (0.01, 1.0, 0.01)
 
 
 @exhibit(
@@ -156,8 +156,8 @@ _FLIP_BODY, _FLIP_OMEGA = FreeBody(1.0, 2.0, 3.0), (0.01, 1.0, 0.01)
 def flip(figure: Figure) -> tuple[Match, ...]:
     """Simulate 60 s, compare with Jacobi's functions; spreads of both integrals."""
     t = np.linspace(0.0, 60.0, 1201)
-    motion = _FLIP_BODY.simulate(_FLIP_BODY.state(omega_body=_FLIP_OMEGA), t)
-    omega, exact = motion["omega_body"], theory.omega(t, _FLIP_BODY.moments, _FLIP_OMEGA)
+    motion = _BODY.simulate(_BODY.state(omega_body=_FLIP_OMEGA), t)
+    omega, exact = motion["omega_body"], theory.omega(t, _MOMENTS, _FLIP_OMEGA)
     squares = np.sum(motion["L_body"] ** 2, axis=-1)
     twice = 2.0 * motion["kinetic_energy"]
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=(2.6, 1.0, 1.0))
@@ -165,7 +165,7 @@ def flip(figure: Figure) -> tuple[Match, ...]:
         top.plot(t, omega[:, k], color=color, label=f"omega{k + 1}", zorder=3)
         top.plot(t[::24], exact[::24, k], ".", ms=3.5, color=BLACK, zorder=5)
     top.plot([], [], ".", ms=5, color=BLACK, label="closed form")
-    path = theory.polhode(_FLIP_BODY.moments, _FLIP_OMEGA)
+    path = theory.polhode(_MOMENTS, _FLIP_OMEGA)
     first = -path.start / path.rate % path.flip_interval
     for time in np.arange(first, 60.0, path.flip_interval):
         top.axvline(time, color=MUTED, lw=0.9, ls=":")
@@ -189,7 +189,6 @@ def flip(figure: Figure) -> tuple[Match, ...]:
 
 # Polhodes on the inertia ellipsoid, with the separatrices.
 
-_POLHODES_BODY = FreeBody(1.0, 2.0, 3.0)
 _POLHODES_EYE = Eye(55.0, 20.0)
 _ABOUT_E1, _ABOUT_E3 = (1.06, 1.22, 1.45, 1.72, 1.93), (2.06, 2.2, 2.42, 2.66, 2.88)
 
@@ -222,7 +221,7 @@ def polhodes(figure: Figure) -> tuple[Match, ...]:
     """Simulate twenty polhodes, compare them with Jacobi's functions."""
     axes = figure.subplots()
     bare(axes)
-    semi_axes = 1.0 / np.sqrt(_POLHODES_BODY.moments)
+    semi_axes = 1.0 / np.sqrt(_MOMENTS)
     solid(axes, _POLHODES_EYE, semi_axes)
     surface_grid(axes, _POLHODES_EYE, semi_axes)
     errors = []
@@ -231,7 +230,7 @@ def polhodes(figure: Figure) -> tuple[Match, ...]:
         for level in levels:
             for side in (1.0, -1.0):
                 signs = tuple(np.sign(side * np.array(axis)))
-                errors.append(_polhode(axes, rates(_POLHODES_BODY.moments, level, signs), color))
+                errors.append(_polhode(axes, rates(_MOMENTS, level, signs), color))
     _separatrices(axes)
     _axes_of_body(axes, semi_axes)
     for color, text in (
@@ -246,25 +245,25 @@ def polhodes(figure: Figure) -> tuple[Match, ...]:
 
 
 def _polhode(axes: Axes, omega0: Array, color: str) -> float:
-    t = np.linspace(0.0, theory.polhode(_POLHODES_BODY.moments, omega0).period, 241)
-    omega = _POLHODES_BODY.simulate(_POLHODES_BODY.state(omega_body=omega0), t)["omega_body"]
+    t = np.linspace(0.0, theory.polhode(_MOMENTS, omega0).period, 241)
+    omega = _BODY.simulate(_BODY.state(omega_body=omega0), t)["omega_body"]
     curve(
         axes,
         _POLHODES_EYE,
         omega,
-        _POLHODES_EYE.faces(omega, np.diag(_POLHODES_BODY.moments)),
+        _POLHODES_EYE.faces(omega, _TENSOR),
         color=color,
         faint=0.13,
     )
-    return float(np.max(np.abs(omega - theory.omega(t, _POLHODES_BODY.moments, omega0))))
+    return float(np.max(np.abs(omega - theory.omega(t, _MOMENTS, omega0))))
 
 
 def _separatrices(axes: Axes) -> None:
     t = np.linspace(-40.0, 40.0, 801)
     for signs in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
-        start = rates(_POLHODES_BODY.moments, float(_POLHODES_BODY.moments[1]), signs)
-        omega = theory.omega(t, _POLHODES_BODY.moments, start)
-        seen = _POLHODES_EYE.faces(omega, np.diag(_POLHODES_BODY.moments))
+        start = rates(_MOMENTS, float(_MOMENTS[1]), signs)
+        omega = theory.omega(t, _MOMENTS, start)
+        seen = _POLHODES_EYE.faces(omega, _TENSOR)
         curve(axes, _POLHODES_EYE, omega, seen, color=RED, lw=2.2, faint=0.2)
 
 
@@ -276,9 +275,9 @@ def _axes_of_body(axes: Axes, semi_axes: Array) -> None:
 
 # The herpolhode: the inertia ellipsoid rolls on the invariable plane.
 
-_HERPOLHODE_BODY, _HERPOLHODE_OMEGA = FreeBody(1.0, 2.0, 3.0), np.array([0.75, 0.1, 0.56])
+_CONTACT_OMEGA = np.array([0.75, 0.1, 0.56])
 _PERIODS = 4.0
-_HERPOLHODE_EYE = Eye(-40.0, 11.0)
+_PLANE_EYE = Eye(-40.0, 11.0)
 
 
 @exhibit(
@@ -292,12 +291,12 @@ _HERPOLHODE_EYE = Eye(-40.0, 11.0)
 )
 def herpolhode(figure: Figure) -> tuple[Match, ...]:
     """Simulate the contact point and compare it with the elliptic integral of its angle."""
-    measures = theory.poinsot(_HERPOLHODE_BODY.moments, _HERPOLHODE_OMEGA)
+    measures = theory.poinsot(_MOMENTS, _CONTACT_OMEGA)
     t = np.linspace(0.0, _PERIODS * measures.period, 1801)
-    motion = _HERPOLHODE_BODY.simulate(_HERPOLHODE_BODY.state(omega_body=_HERPOLHODE_OMEGA), t)
+    motion = _BODY.simulate(_BODY.state(omega_body=_CONTACT_OMEGA), t)
     frame = _plane_axes(motion)
     in_plane = motion["omega_world"] @ frame.T  # third entry: minus the distance of the plane
-    radius, angle = theory.herpolhode(t, _HERPOLHODE_BODY.moments, _HERPOLHODE_OMEGA)
+    radius, angle = theory.herpolhode(t, _MOMENTS, _CONTACT_OMEGA)
     # the picture has L pointing down, so that angles about L run the other way round
     closed = radius[:, None] * np.stack([np.cos(angle), -np.sin(angle)], axis=-1)
     left, right = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
@@ -328,41 +327,39 @@ def _draw_rolling(axes: Axes, motion: Trajectory, frame: Array, measures: theory
     axes.set_title("the ellipsoid rolls on the invariable plane")
     scale = np.sqrt(2.0 * measures.energy)
     turn = frame @ rotations.matrix_from_quaternion(motion["q"][0])
-    tensor = turn @ np.diag(_HERPOLHODE_BODY.moments) @ turn.T
+    tensor = turn @ _TENSOR @ turn.T
     plane = -measures.ellipsoid_distance
     corners = 0.98 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     axes.fill(
-        *_HERPOLHODE_EYE.project(np.insert(corners, 2, plane, axis=1)).T, fc="#f7f3ec", ec="#d8cdb8"
+        *_PLANE_EYE.project(np.insert(corners, 2, plane, axis=1)).T, fc="#f7f3ec", ec="#d8cdb8"
     )
     _draw_ellipsoid(axes, turn, tensor)
     polhode = motion["omega_body"] / scale @ turn.T
     curve(
         axes,
-        _HERPOLHODE_EYE,
+        _PLANE_EYE,
         polhode,
-        _HERPOLHODE_EYE.faces(polhode, tensor),
+        _PLANE_EYE.faces(polhode, tensor),
         faint=0.6,
         color=BLUE,
         label="polhode",
     )
     herpolhode = motion["omega_world"] / scale @ frame.T
-    seen = ~_HERPOLHODE_EYE.behind(herpolhode, tensor)
-    curve(axes, _HERPOLHODE_EYE, herpolhode, seen, faint=0.6, color=RED, lw=1.2, label="herpolhode")
+    seen = ~_PLANE_EYE.behind(herpolhode, tensor)
+    curve(axes, _PLANE_EYE, herpolhode, seen, faint=0.6, color=RED, lw=1.2, label="herpolhode")
     axes.plot(
-        *_HERPOLHODE_EYE.project(herpolhode[0]), "o", color="black", ms=5, zorder=6, label="contact"
+        *_PLANE_EYE.project(herpolhode[0]), "o", color="black", ms=5, zorder=6, label="contact"
     )
-    arrow(axes, _HERPOLHODE_EYE, [0.0, 0.0, plane], [0.0, 0.0, 1.35 * plane], "L", color=MUTED)
+    arrow(axes, _PLANE_EYE, [0.0, 0.0, plane], [0.0, 0.0, 1.35 * plane], "L", color=MUTED)
 
 
 def _draw_ellipsoid(axes: Axes, turn: Array, tensor: Array) -> None:
-    semi_axes = 1.0 / np.sqrt(_HERPOLHODE_BODY.moments)
-    rim = circle(_HERPOLHODE_EYE.axes[2] @ turn / semi_axes, 1.0, np.zeros(3)) * semi_axes @ turn.T
-    axes.fill(*_HERPOLHODE_EYE.project(rim).T, fc=SURFACE, ec=MUTED, lw=0.9, alpha=0.6, zorder=2)
+    semi_axes = 1.0 / np.sqrt(_MOMENTS)
+    rim = circle(_PLANE_EYE.axes[2] @ turn / semi_axes, 1.0, np.zeros(3)) * semi_axes @ turn.T
+    axes.fill(*_PLANE_EYE.project(rim).T, fc=SURFACE, ec=MUTED, lw=0.9, alpha=0.6, zorder=2)
     for axis in np.eye(3):
         ring = circle(axis, 1.0, np.zeros(3)) * semi_axes @ turn.T
-        page = np.where(
-            _HERPOLHODE_EYE.faces(ring, tensor)[:, None], _HERPOLHODE_EYE.project(ring), np.nan
-        )
+        page = np.where(_PLANE_EYE.faces(ring, tensor)[:, None], _PLANE_EYE.project(ring), np.nan)
         axes.plot(*page.T, color="#c3cbd6", lw=0.8, zorder=2.2)
 
 
@@ -381,10 +378,7 @@ def _draw_plane(axes: Axes, simulated: Array, closed: Array, measures: theory.Po
 # Body and space cones of a frisbee and a football.
 
 _CONES_EYE = Eye(-90.0, 16.0)
-_CONES_SPIN, _TURNS = (
-    2.0 * math.pi,
-    20.0,
-)  # rad/s about the axis of symmetry; turns that are simulated
+_CONES_SPIN, _TURNS = 2.0 * math.pi, 20.0  # rad/s about the axis of symmetry; simulated turns
 _UP = np.array([0.0, 0.0, 1.0])
 
 

@@ -235,7 +235,6 @@ def _axis(core: Core) -> list[Array]:
     return [angle / task.tolerance * across / np.maximum(length, 1e-300)]
 
 
-_RATES = ("omega1", "omega2", "omega3")
 TURNED = Conditions(("w", "x", "y", "z", *_RATES), _turned)
 SPINNING, FLIPPED = Conditions(_RATES, _spin(1.0)), Conditions(_RATES, _spin(-1.0))
 ALIGNED = Conditions(_RATES, _axis)

@@ -331,10 +331,7 @@ def _polhode(body: FreeBody, y: Array, times: Array) -> Panel:
             "polhode": Trace(INSET_BLUE, 0.05, "ellipsoid"),
         },
     )
-    axes = {
-        f"e{k + 1}": (semi[k] * np.eye(3)[k], (0.28 + 0.0 * semi[k]) * np.eye(3)[k])
-        for k in range(3)
-    }
+    axes = {f"e{k + 1}": (semi[k] * e, 0.28 * e) for k, e in enumerate(np.eye(3))}
     pose = {"ellipsoid": Pose(scale=semi)}
     frames = [
         SceneFrame(

@@ -34,19 +34,20 @@ if TYPE_CHECKING:
 
 # Race of a sphere, a cylinder and a hoop down an incline.
 
-_RACE_RADIUS, _SLOPE, _HEIGHT, _RACE_G = 0.1, math.radians(20.0), 1.0, 9.81
+_RADIUS, _G = 0.1, 9.81
+_SLOPE, _HEIGHT = math.radians(20.0), 1.0
 RUNNERS: tuple[tuple[str, Body, str], ...] = (
-    ("solid sphere", solid_sphere(1.0, _RACE_RADIUS), BLUE),
-    ("cylinder", solid_cylinder(1.0, _RACE_RADIUS, 0.1), GREEN),
-    ("hollow sphere", hollow_sphere(1.0, _RACE_RADIUS), PURPLE),
-    ("hoop", hoop(1.0, _RACE_RADIUS), RED),
+    ("solid sphere", solid_sphere(1.0, _RADIUS), BLUE),
+    ("cylinder", solid_cylinder(1.0, _RADIUS, 0.1), GREEN),
+    ("hollow sphere", hollow_sphere(1.0, _RADIUS), PURPLE),
+    ("hoop", hoop(1.0, _RADIUS), RED),
 )
 """Name, body of the radius 0.1 m about whose axis z it rolls, colour."""
 
 
 def inertia_ratio(body: Body) -> float:
     """I3 / (m radius^2) of one of the runners."""
-    return float(body.inertia[2, 2]) / (body.mass * _RACE_RADIUS**2)
+    return float(body.inertia[2, 2]) / (body.mass * _RADIUS**2)
 
 
 @exhibit(
@@ -69,7 +70,7 @@ def race(figure: Figure) -> tuple[Match, ...]:
     left.plot([0.0, end[0]], [0.0, end[1]], color=INK, lw=1.2)
     errors = []
     for k, (name, body, color) in enumerate(RUNNERS):
-        system = Roller(1.0, _RACE_RADIUS, inertia_ratio(body), _RACE_G, _SLOPE)
+        system = Roller(1.0, _RADIUS, inertia_ratio(body), _G, _SLOPE)
         s = system.simulate(system.state(), [0.0, *sorted(exact)])["arc_length"]
         errors.append(abs(float(s[1 + sorted(exact).index(exact[k])]) - length))
         _draw_runner(left, float(s[1]), k, color)
@@ -88,7 +89,7 @@ def race(figure: Figure) -> tuple[Match, ...]:
 
 def _descent(body: Body) -> theory.Descent:
     ratio = inertia_ratio(body)
-    return theory.descend(_HEIGHT, slope=_SLOPE, beta=ratio, radius=_RACE_RADIUS, g=_RACE_G)
+    return theory.descend(_HEIGHT, slope=_SLOPE, beta=ratio, radius=_RADIUS, g=_G)
 
 
 def _draw_runner(axes: Axes, s: float, k: int, color: str) -> None:
@@ -106,15 +107,15 @@ def _draw_runner(axes: Axes, s: float, k: int, color: str) -> None:
     rim = centre + size * np.stack([np.cos(t), np.sin(t)], axis=-1)
     solid = k < 2
     axes.fill(*rim.T, fc=color if solid else "white", ec=color, lw=3.0, alpha=0.9, zorder=3)
-    turn = -s / _RACE_RADIUS
+    turn = -s / _RADIUS
     spoke = centre + size * np.array([[0.0, 0.0], [math.cos(turn), math.sin(turn)]])
     axes.plot(*spoke.T, color="white" if solid else color, lw=1.6, zorder=4)
 
 
 # Rolling and slipping: the friction that rolling needs, and sliding that ends in rolling.
 
-_SLIPPING_RADIUS, _MU, _SLIPPING_G, _SPEED = 0.1, 0.3, 9.81, 4.0
-_BALL = {"beta": 0.4, "radius": _SLIPPING_RADIUS, "mu": _MU, "g": _SLIPPING_G}
+_MU, _SPEED = 0.3, 4.0
+_BALL = {"beta": 0.4, "radius": _RADIUS, "mu": _MU, "g": _G}
 
 
 @exhibit(
@@ -137,7 +138,7 @@ def slipping(figure: Figure) -> tuple[Match, ...]:
     _draw_path(grid["path"], t, place, omega, end)
     axes = grid["speeds"]
     axes.plot(t, velocity[:, 0], color=BLUE, label="v of the centre")
-    axes.plot(t, _SLIPPING_RADIUS * omega[:, 1], color=SKY, ls="--", label="r omega")
+    axes.plot(t, _RADIUS * omega[:, 1], color=SKY, ls="--", label="r omega")
     axes.axvline(end.time, color=MUTED, lw=0.9, ls=":")
     axes.set_title("a ball that starts without spin [m/s]"), axes.set_xlabel("time [s]")
     axes.set_xlim(0.0, t[-1]), axes.set_ylim(0.0, 1.05 * _SPEED)
@@ -148,7 +149,7 @@ def slipping(figure: Figure) -> tuple[Match, ...]:
     )  # fmt: skip
     figure.legend(*grid["friction"].get_legend_handles_labels(), ncols=5, columnspacing=1.0)
     # the friction has no moment about a line on the ground
-    momentum = velocity[:, 0] + _BALL["beta"] * _SLIPPING_RADIUS * omega[:, 1]
+    momentum = velocity[:, 0] + _BALL["beta"] * _RADIUS * omega[:, 1]
     change = float(np.ptp(momentum) / momentum[0])
     return (
         Match("largest error of the friction that rolling needs", error, 0.0, 1e-12),
@@ -162,15 +163,11 @@ def _draw_friction(axes: Axes) -> float:
     errors = []
     for name, body, color in RUNNERS:
         beta = inertia_ratio(body)
-        systems = [
-            Roller(1.0, _SLIPPING_RADIUS, beta, _SLIPPING_G, float(slope)) for slope in slopes
-        ]
+        systems = [Roller(1.0, _RADIUS, beta, _G, slope) for slope in slopes.tolist()]
         needed = np.array([float(system.needed_friction(system.state())) for system in systems])
         exact = [
-            theory.descend(
-                1.0, slope=float(s), beta=beta, radius=_SLIPPING_RADIUS, g=_SLIPPING_G
-            ).least_friction
-            for s in slopes
+            theory.descend(1.0, slope=slope, beta=beta, radius=_RADIUS, g=_G).least_friction
+            for slope in slopes.tolist()
         ]
         axes.plot(np.degrees(slopes), needed, color=color, label=name)
         axes.plot(np.degrees(slopes[4::10]), exact[4::10], "o", ms=3.5, color=BLACK, zorder=4)
@@ -183,13 +180,11 @@ def _draw_friction(axes: Axes) -> float:
     return max(errors)
 
 
-def _draw_path(
-    axes: Axes, t: np.ndarray, place: np.ndarray, omega: np.ndarray, end: theory.SlipToRoll
-) -> None:
+def _draw_path(axes: Axes, t: Array, place: Array, omega: Array, end: theory.SlipToRoll) -> None:
     """A point of the rim, which starts at the ground: no cusps until the ball rolls."""
     turn = np.concatenate([[0.0], np.cumsum(0.5 * (omega[1:, 1] + omega[:-1, 1]) * np.diff(t))])
-    x = place[:, 0] - _SLIPPING_RADIUS * np.sin(turn)
-    z = _SLIPPING_RADIUS - _SLIPPING_RADIUS * np.cos(turn)
+    x = place[:, 0] - _RADIUS * np.sin(turn)
+    z = _RADIUS - _RADIUS * np.cos(turn)
     slides = t <= end.time
     axes.set_aspect("equal")
     axes.plot(x[slides], z[slides], color=RED)
@@ -197,12 +192,8 @@ def _draw_path(
     axes.axhline(0.0, color=INK, lw=1.0)
     a = np.linspace(0.0, 2.0 * math.pi, 121)
     for k in (0, int(np.argmin(slides)), len(t) - 1):
-        axes.plot(
-            place[k, 0] + _SLIPPING_RADIUS * np.cos(a),
-            _SLIPPING_RADIUS + _SLIPPING_RADIUS * np.sin(a),
-            color=MUTED,
-            lw=1.0,
-        )
+        rim = place[k, 0] + _RADIUS * np.cos(a), _RADIUS + _RADIUS * np.sin(a)
+        axes.plot(*rim, color=MUTED, lw=1.0)
     axes.text(place[0, 0], 0.23, "slides", color=RED, ha="center", fontsize=9)
     axes.text(end.position[0], 0.23, "begins to roll", color=BLUE, ha="center", fontsize=9)
     axes.axis("off")

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 # Holonomy of a rolling ball: it comes back turned, by the area that it ran round.
 
 _BALL = RollingBall(radius=1.0)
-_HOLONOMY_SIZES = np.linspace(0.1, math.sqrt(3.0), 18)  # radii of the circles
+_CIRCLES = np.linspace(0.1, math.sqrt(3.0), 18)  # radii of the circles
 
 
 @exhibit(
@@ -53,14 +53,14 @@ _HOLONOMY_SIZES = np.linspace(0.1, math.sqrt(3.0), 18)  # radii of the circles
 def holonomy(figure: Figure) -> tuple[Match, ...]:
     """Roll round circles of many sizes; compare the turn that is left with the closed form."""
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.25))
-    turns = _roll_round(_HOLONOMY_SIZES, 4000)["q"][-1]
-    error = float(np.max(rotations.distance(turns, theory.circle_holonomy(_HOLONOMY_SIZES, 1.0))))
+    turns = _roll_round(_CIRCLES, 4000)["q"][-1]
+    error = float(np.max(rotations.distance(turns, theory.circle_holonomy(_CIRCLES, 1.0))))
     angles = rotations.angle(turns)
     _draw_turns(right, angles)
     _squares(right)
     _draw_loop(left)
     figure.legend(ncols=4, columnspacing=1.2)
-    small = float(angles[0]) / (math.pi * float(_HOLONOMY_SIZES[0]) ** 2)
+    small = float(angles[0]) / (math.pi * float(_CIRCLES[0]) ** 2)
     return (
         Match("largest error of the turn against the closed form", error, 0.0, 1e-5, "rad"),
         Match("turn over A / r^2, circle of radius r / 10", small, 1.0, 3e-3),
@@ -87,9 +87,7 @@ def _draw_turns(axes: Axes, angles: Array) -> None:
         ahead = 2.0 * grown[-1] - grown[-2]
         grown.append(min(angle, 2.0 * math.pi - angle, key=lambda value: abs(value - ahead)))
     dots: dict[str, Any] = {"color": BLACK, "ms": 4.5, "zorder": 4}
-    axes.plot(
-        math.pi * _HOLONOMY_SIZES**2, np.degrees(grown[2:]), "o", label="simulated, circle", **dots
-    )
+    axes.plot(math.pi * _CIRCLES**2, np.degrees(grown[2:]), "o", label="simulated, circle", **dots)
     axes.set_xlim(0.0, 9.6), axes.set_ylim(0.0, 375.0)
     axes.set_xlabel("area A of the loop, over r^2")
     axes.set_title("turn of the ball [degrees]")
@@ -141,8 +139,8 @@ def _draw_ball(axes: Axes, place: Array, R: Array) -> None:
 # Parking by brackets: small loops of the controls move where no control points.
 
 _COIN = UprightCoin(radius=1.0)
-_BRACKETS_SIZES = np.geomspace(0.02, 1.0, 12)
-_LOOP = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # f, g, -f, -g
+_LOOPS = np.geomspace(0.02, 1.0, 12)  # sizes of the loops
+_LEGS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # f, g, -f, -g
 
 
 @exhibit(
@@ -158,32 +156,21 @@ _LOOP = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # f, g, -f, -g
 def brackets(figure: Figure) -> tuple[Match, ...]:
     """Loops of both bodies against their brackets; a coin that is parked."""
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.1))
-    ball = [_ball_loop(size) for size in _BRACKETS_SIZES]
-    coin = [_coin_loop(size) for size in _BRACKETS_SIZES]
+    ball = [_ball_loop(size) for size in _LOOPS]
+    coin = [_coin_loop(size) for size in _LOOPS]
     spin = _first_bracket(*theory.ball_fields(1.0), np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
     slide = _first_bracket(*theory.coin_fields(1.0), np.zeros(4))
-    left.loglog(
-        _BRACKETS_SIZES, 2.0 * spin * _BRACKETS_SIZES**2, color=RED, label="bracket: e^2 |[f, g]|"
-    )
-    left.loglog(_BRACKETS_SIZES, ball, "o", ms=4.5, color=BLACK, label="ball: turn [rad]")
-    left.loglog(
-        _BRACKETS_SIZES, coin, "s", ms=8, mfc="none", color=BLUE, label="coin: shift sideways [r]"
-    )
+    left.loglog(_LOOPS, 2.0 * spin * _LOOPS**2, color=RED, label="bracket: e^2 |[f, g]|")
+    left.loglog(_LOOPS, ball, "o", ms=4.5, color=BLACK, label="ball: turn [rad]")
+    left.loglog(_LOOPS, coin, "s", ms=8, mfc="none", color=BLUE, label="coin: shift sideways [r]")
     left.set_title("what a loop f, g, -f, -g leaves"), left.set_xlabel("size e of the loop")
     left.set_xticks([0.02, 0.1, 1.0], ["0.02", "0.1", "1"])
     left.minorticks_off()
     missed = _park(right)
     figure.legend(ncols=3, columnspacing=1.0)
     return (
-        Match(
-            "ball: turn over e^2, smallest loop",
-            ball[0] / _BRACKETS_SIZES[0] ** 2,
-            2.0 * spin,
-            1e-3,
-        ),
-        Match(
-            "coin: shift over e^2, smallest loop", coin[0] / _BRACKETS_SIZES[0] ** 2, slide, 1e-3
-        ),
+        Match("ball: turn over e^2, smallest loop", ball[0] / _LOOPS[0] ** 2, 2.0 * spin, 1e-3),
+        Match("coin: shift over e^2, smallest loop", coin[0] / _LOOPS[0] ** 2, slide, 1e-3),
         Match("coin parked by two rolls, error of its pose", missed, 0.0, 1e-8),
     )
 
@@ -194,7 +181,7 @@ def _first_bracket(first: theory.Field, second: theory.Field, state: Array) -> f
 
 def _ball_loop(size: float) -> float:
     """Turn [rad] of a ball that rolls round a square."""
-    inputs = size * np.array([(*sides, 0.0) for sides in _LOOP])
+    inputs = size * np.array([(*sides, 0.0) for sides in _LEGS])
     end = _BALL.simulate(_BALL.state(), np.arange(5.0), inputs)["q"][-1]
     return float(rotations.angle(end))
 
@@ -202,7 +189,7 @@ def _ball_loop(size: float) -> float:
 def _coin_loop(size: float) -> float:
     """Shift sideways of a coin that rolls, steers, rolls back, steers back."""
     y = _COIN.state(q=_COIN.attitude(0.0, 0.0))
-    for roll, steer in _LOOP:
+    for roll, steer in _LEGS:
         y[_COIN.components["roll_rate"]] = size * roll
         y[_COIN.components["steer_rate"]] = size * steer
         y = _COIN.simulate(y, [0.0, 1.0]).y[-1]

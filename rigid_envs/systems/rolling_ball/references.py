@@ -35,11 +35,13 @@ from rigid_envs.tasks.task import Task
 # Theoretical limits of metrics: optima and bounds from each start, in closed form.
 
 
+_HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
 def _roll(envs: RigidVectorEnv) -> Array:
     """Least length [m] of a path of a ball from its pose to within tolerance of its goal."""
     task: Any = envs.task
-    home = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    goal = envs.auxiliary(*task.aux_names) if task.n_goal else home
+    goal = envs.auxiliary(*task.aux_names) if task.n_goal else _HOME
     y = envs.y
     distance = np.linalg.norm(y[:, 4:6] - goal[..., 4:6], axis=-1) - task.position_tolerance
     angle = rotations.distance(y[:, :4], goal[..., :4]) - task.angle_tolerance
@@ -73,7 +75,6 @@ GRID_TIME = TheoreticalLimit("exact", "the fewest moves, by breadth-first search
 
 # Controllers for the tasks of a ball; of drawn mass and inertia they know the middle.
 
-_HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 _REFERENCE = tuple(f"reference_{name}" for name in "wxyzXY")  # pose of the ball to be followed
 _HEADING = ("heading_X", "heading_Y")  # of its path
 _LONGEST = 30  # moves of an episode on the grid
@@ -239,10 +240,7 @@ def ball_grid(task: BallGrid) -> Decoder:
     return decode
 
 
-_PATH = (
-    *(f"reference_{name}" for name in "wxyzXY"),
-    *("heading_X", "heading_Y", "force_X", "force_Y"),
-)
+_PATH = (*_REFERENCE, *_HEADING, "force_X", "force_Y")
 """Parts of the auxiliary state of `BallSteer`."""
 
 

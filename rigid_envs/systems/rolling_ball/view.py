@@ -221,10 +221,6 @@ class BallGridView(BallParkView):
         """The contact on the plane."""
         return {"path": super().points(moment)["path"]}
 
-    def push(self, moment: Moment) -> Array:
-        """Velocity of the last quarter roll."""
-        return np.append(moment.u[:2], 0.0)
-
     def poses(self, moment: Moment) -> dict[str, Pose]:
         """Also the home cell."""
         side = self.cell
