@@ -483,15 +483,8 @@ class Core:
 
     def __getstate__(self) -> dict[str, Any]:
         """All attributes except the views, which refer to the buffer."""
-        return {
-            "task": self.task,
-            "n_rows": self.n_rows,
-            "buffer": self.buffer,
-            "outputs": self.outputs,
-            "_n_blocks": self._n_blocks,
-            "_n_threads": self._n_threads,
-            "_settings": self._settings,
-        }
+        kept = ("task", "n_rows", "buffer", "outputs", "_n_blocks", "_n_threads", "_settings")
+        return {name: getattr(self, name) for name in kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore the buffer and make its views again."""

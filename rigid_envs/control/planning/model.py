@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, Bools, Integers
+from rigid_envs.control.linear import clip_to_ball, clip_to_box
 from rigid_envs.engine.episode import clip_to_disk
 from rigid_envs.engine.layout import FLAGS
 from rigid_envs.tasks.core import Core
@@ -34,9 +35,7 @@ class Limits(NamedTuple):
 
     def clip(self, a: Array) -> Array:
         """The nearest actions within the limits, shape (..., m)."""
-        if not self.disk:
-            return np.clip(a, -1.0, 1.0)
-        return np.asarray(a / np.maximum(np.linalg.norm(a, axis=-1, keepdims=True), 1.0))
+        return clip_to_ball(a) if self.disk else clip_to_box(a)
 
     def length(self, a: Array) -> Array:
         """Length of the components that count, shape (...)."""
