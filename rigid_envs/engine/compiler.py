@@ -45,7 +45,8 @@ _serialize: Any = serialize
 _Result: Any = compiler.CompileResult
 _PACKAGE = Path(__file__).resolve().parent.parent
 _COMPILED = (
-    *("engine/*.py", "tasks/reduction.py", "systems/*/tasks/*.py", "systems/*/dynamics.py"),
+    *("engine/*.py", "tasks/parts.py", "tasks/reduction.py"),
+    *("systems/*/tasks/*.py", "systems/*/dynamics.py"),
     *("systems/*/saddle.py", "systems/*/elastica.py", "watch/panda.py"),
 )
 _CHECKSUM = hashlib.sha256().digest_size

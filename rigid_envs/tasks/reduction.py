@@ -31,6 +31,12 @@ class Side(NamedTuple):
     sign: float
 
 
+@scalar
+def turn_one(a: Any, frame: Side) -> tuple[float]:
+    """The only entry of an action, from the frame of a side."""
+    return (frame.sign * a[0],)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Reduction:
     """Group of symmetries of a task, and its reduced coordinates.

@@ -1,11 +1,13 @@
 """The unstable axis: coordinates along the separatrices, control along them."""
 
 import math
+from functools import partial
 from typing import Any, NamedTuple
 
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import fma, select
-from rigid_envs.tasks.reduction import Side
+from rigid_envs.systems.free_body.symmetry import HALF_TURN_2, ROTATION_IN_SPACE
+from rigid_envs.tasks.reduction import Reduction, Side
 
 # The saddle of free rotation at the intermediate axis: numbers of a body.
 
@@ -89,3 +91,13 @@ def within(x: float, bound: float) -> float:
 def near(x: float, tolerance: float) -> float:
     """X / (abs(x) + tolerance): x in tolerances where it is small, its sign where it is large."""
     return x / (abs(x) + tolerance)
+
+
+half_turned = partial(
+    Reduction,
+    group="SO(3) x Z2",
+    frame="half turn about e2 where the growing part of the motion would be negative.",
+    symmetries=(ROTATION_IN_SPACE, HALF_TURN_2),
+    Frame=Side,
+)
+"""Reduction by turns in space and by the half turn about e2."""

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NamedTuple
 
-from rigid_envs.base.settings import Integer, Number, setting
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Quaternion, Row, attitude, compose
 from rigid_envs.engine.compiler import scalar
@@ -24,8 +24,10 @@ from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.rolling_ball.symmetry import REFLECTION, TURN
 from rigid_envs.systems.rolling_ball.tasks.ball_park import (
     FAR,
+    OFFSET,
     POSE,
     misplacement,
+    offset,
     pose_frame,
     pose_seen,
 )
@@ -35,7 +37,7 @@ from rigid_envs.tasks.task import Rolling
 
 # Reduced coordinates of `BallParkDynamic`: velocity, and the pose in which the ball can stop.
 
-_FAR, _REDUCED_FAST = 50.0, 50.0  # radii, radii per second; bounds of the observation
+_FAST = 50.0  # radii per second; bound of the observed velocity
 
 
 @scalar
@@ -70,11 +72,11 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     fast, across = polar_seen(frame, y.VX * p.inverse_radius, y.VY * p.inverse_radius)
     return (
         *pose_seen(frame, X, Y, q),
-        min(max(ahead, -_FAR), _FAR),
-        min(max(left, -_FAR), _FAR),
-        min(max(fast, -_REDUCED_FAST), _REDUCED_FAST),
-        min(max(across, -_REDUCED_FAST), _REDUCED_FAST),
-        min(math.sqrt(fma(fast, fast, across * across)), _REDUCED_FAST),
+        min(max(ahead, -FAR), FAR),
+        min(max(left, -FAR), FAR),
+        min(max(fast, -_FAST), _FAST),
+        min(max(across, -_FAST), _FAST),
+        min(math.sqrt(fma(fast, fast, across * across)), _FAST),
     )
 
 
@@ -94,11 +96,9 @@ DYNAMIC_POSE = Reduction(
     symmetries=(TURN, REFLECTION),
     features=(
         *POSE,
-        Entry("X / radius", "1", "reduced", -_FAR, _FAR),
-        Entry("Y / radius", "1", "reduced", -_FAR, _FAR),
-        Entry("VX / radius", "1/s", "reduced", -_REDUCED_FAST, _REDUCED_FAST),
-        Entry("VY / radius", "1/s", "reduced", -_REDUCED_FAST, _REDUCED_FAST),
-        Entry("abs V / radius", "1/s", "", 0.0, _REDUCED_FAST),
+        *(Entry(f"{k} / radius", "1", "reduced", -FAR, FAR) for k in "XY"),
+        *(Entry(f"V{k} / radius", "1/s", "reduced", -_FAST, _FAST) for k in "XY"),
+        Entry("abs V / radius", "1/s", "", 0.0, _FAST),
     ),
     observe=observe_reduced,
     Frame=Frame,
@@ -117,8 +117,6 @@ DYNAMIC_POSE = Reduction(
 
 
 # Park a ball that has inertia and is driven by a force: it must come to rest at the goal.
-
-_FAST = 50.0  # radii per second; bound of the observed velocity
 
 
 class Action(NamedTuple):
@@ -166,7 +164,7 @@ def actuate(
     a: Action, y: State, aux: NoAuxiliary, p: Parameters, c: Constants
 ) -> tuple[State, Input]:
     """Horizontal force at the centre; the plate stays level."""
-    return y, Input(FX=c.force * a.FX, FY=c.force * a.FY, a_x=0.0, a_y=0.0)
+    return y, Input(c.force * a.FX, c.force * a.FY, 0.0, 0.0)
 
 
 @scalar
@@ -196,14 +194,8 @@ def observe(
     y: State, aux: NoAuxiliary, p: Parameters, c: Constants
 ) -> tuple[float, float, float, float]:
     """Position in radii, velocity in radii per second."""
-    X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
     VX, VY = y.VX * p.inverse_radius, y.VY * p.inverse_radius
-    return (
-        min(max(X, -FAR), FAR),
-        min(max(Y, -FAR), FAR),
-        min(max(VX, -_FAST), _FAST),
-        min(max(VY, -_FAST), _FAST),
-    )
+    return (*offset(y, p), min(max(VX, -_FAST), _FAST), min(max(VY, -_FAST), _FAST))
 
 
 def speed_bound(push: float, reach: float, gyration: float = 0.0) -> float:
@@ -223,7 +215,24 @@ def speed_bound(push: float, reach: float, gyration: float = 0.0) -> float:
 
 
 @dataclass(frozen=True)
-class BallParkDynamic(Rolling):
+class DynamicBallTask(Rolling):
+    """A task of a ball that has inertia."""
+
+    m: Range = physical(1.0, "mass", "kg")
+    radius: Range = physical(1.0, "radius of the ball", "m")
+    beta: Range = setting(
+        0.4, Number("inertia ratio I / (m radius^2)", "1", 1e-3, 2.0 / 3.0, drawn=True)
+    )
+    g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
+    turntable_rate: Range = setting(
+        0.0, Number("rate of the surface about its normal", "rad/s", -10.0, 10.0, drawn=True)
+    )
+
+    system_type: ClassVar = DynamicBall
+
+
+@dataclass(frozen=True)
+class BallParkDynamic(DynamicBallTask):
     """Park a ball that has inertia: a force drives it, and it must come to rest at the goal.
 
     A horizontal force at the centre rolls the ball on a level plate without slipping. Position and
@@ -279,17 +288,8 @@ class BallParkDynamic(Rolling):
         "Oxford commemoration ball", LMS Lecture Notes 79.
     """
 
-    dt: float = setting(0.2, Number("control period", "s", 1e-4, 1.0))
-    n_substeps: int = setting(6, Integer("integrator steps per control period", 1, 1000))
-    m: Range = physical(1.0, "mass", "kg")
-    radius: Range = physical(1.0, "radius of the ball", "m")
-    beta: Range = setting(
-        0.4, Number("inertia ratio I / (m radius^2)", "1", 1e-3, 2.0 / 3.0, drawn=True)
-    )
-    g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
-    turntable_rate: Range = setting(
-        0.0, Number("rate of the surface about its normal", "rad/s", -10.0, 10.0, drawn=True)
-    )
+    dt: float = 0.2
+    n_substeps: int = 6
     force: float = setting(4.0, Number("largest force at the centre", "N", 1e-6, 1e6))
     start_half_width: float = setting(2.0, Number("half side of the start square", "m", 0.0, 20.0))
     margin: float = setting(7.0, Number("plate beyond the start square's corners", "m", 0.1, 1e3))
@@ -303,7 +303,6 @@ class BallParkDynamic(Rolling):
     weight_parked: float = setting(10.0, Number("weight of the step that parks", "1", -1e3, 1e3))
     weight_off: float = setting(20.0, Number("weight of leaving the plate", "1", -1e3, 1e3))
 
-    system_type: ClassVar = DynamicBall
     episode: ClassVar = Episode(
         dynamics=DYNAMIC_BALL,
         Action=Action,
@@ -338,7 +337,7 @@ class BallParkDynamic(Rolling):
     def features(self) -> tuple[Entry, ...]:
         """Offset in radii, velocity in radii per second."""
         return (
-            *(Entry(f"{k} / radius", "1", "world", -FAR, FAR) for k in "XY"),
+            *OFFSET,
             *(Entry(f"V{k} / radius", "1/s", "world", -_FAST, _FAST) for k in "XY"),
         )
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from rigid_envs.base.checks import Array
-from rigid_envs.base.settings import Integer, Number, setting
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Row
 from rigid_envs.engine.compiler import scalar
@@ -16,11 +16,11 @@ from rigid_envs.engine.elementary import fma, log, select
 from rigid_envs.engine.episode import Episode, clip_to_square
 from rigid_envs.systems.dynamic_ball.dynamics import DYNAMIC_BALL, Input, Parameters, State
 from rigid_envs.systems.dynamic_ball.symmetry import ACROSS_X, ACROSS_Y, HALF_TURN
-from rigid_envs.systems.dynamic_ball.system import DynamicBall
-from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import speed_bound
-from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical, span
+from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import DynamicBallTask, speed_bound
+from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.parts import held_for
 from rigid_envs.tasks.reduction import Reduction
-from rigid_envs.tasks.task import AuxiliaryRanges, Rolling
+from rigid_envs.tasks.task import AuxiliaryRanges
 
 # Reduced coordinates of a ball on a table and the point where it is to be.
 
@@ -241,11 +241,10 @@ def outcome(
     """Reward terms, angle tilted as cost, success after the hold time, end at the edge."""
     dx, dy = y.X - aux.point_X, y.Y - aux.point_Y
     distance = math.sqrt(dx * dx + dy * dy)
-    held = select(distance < c.tolerance, aux.held + 1.0, 0.0)
+    held, success = held_for(distance < c.tolerance, aux, c, dt)
     square = y.rate_x * y.rate_x + y.rate_y * y.rate_y
     effort = min(square * (0.5 / (c.tilt_rate * c.tilt_rate)), 1.0)
     terms = Terms(near=1.0 / (1.0 + 5.0 * distance), effort=-effort)
-    success = held * dt >= c.hold * (1.0 - 1e-9)
     off = y.X * y.X + y.Y * y.Y > c.edge * c.edge
     aux = Auxiliary(aux.point_X, aux.point_Y, held)
     return aux, terms, dt * math.sqrt(square), success, off
@@ -272,7 +271,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class BallPlate(Rolling):
+class BallPlate(DynamicBallTask):
     """Hold a ball at a commanded point of a table, drawn in every episode, by tilting the table.
 
     The ball rolls without slipping on a table that turns about the point O of its surface by the
@@ -330,17 +329,9 @@ class BallPlate(Rolling):
         Methods*, chapter 2.
     """
 
-    n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
-    rotation: str = setting("none", ROTATION)
+    n_substeps: int = 2
+    rotation: str = "none"
     m: Range = physical(1.0, "mass, without effect on the motion", "kg")
-    radius: Range = physical(1.0, "radius of the ball", "m")
-    beta: Range = setting(
-        0.4, Number("inertia ratio I / (m radius^2)", "1", 1e-3, 2.0 / 3.0, drawn=True)
-    )
-    g: Range = physical(9.81, "gravitational acceleration", "m/s^2")
-    turntable_rate: Range = setting(
-        0.0, Number("rate of the surface about its normal", "rad/s", -10.0, 10.0, drawn=True)
-    )
     tilt_limit: float = setting(0.1, Number("largest tilt about each axis", "rad", 1e-3, 0.5))
     tilt_rate: float = setting(0.4, Number("largest rate of each tilt", "rad/s", 1e-3, 10.0))
     start_radius: float = setting(
@@ -353,7 +344,6 @@ class BallPlate(Rolling):
     weight_near: float = setting(1.0, Number("weight of the distance term", "1", -1e3, 1e3))
     weight_effort: float = setting(0.1, Number("weight of the effort term", "1", -1e3, 1e3))
 
-    system_type: ClassVar = DynamicBall
     episode: ClassVar = Episode(
         dynamics=DYNAMIC_BALL,
         Action=Action,

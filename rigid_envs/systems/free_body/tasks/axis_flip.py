@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from rigid_envs.base.checks import Array
-from rigid_envs.base.settings import Integer, Number, setting
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Row
 from rigid_envs.engine.compiler import scalar
@@ -19,12 +19,12 @@ from rigid_envs.systems.free_body.saddle import (
     Place,
     growing_frame,
     growing_side,
+    half_turned,
     near,
     place_at,
     turn,
     within,
 )
-from rigid_envs.systems.free_body.symmetry import HALF_TURN_2, ROTATION_IN_SPACE
 from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
@@ -34,7 +34,6 @@ from rigid_envs.systems.free_body.tasks.shared import (
     perturbed_spin,
 )
 from rigid_envs.tasks.fields import Entry, Range, span
-from rigid_envs.tasks.reduction import Reduction, Side
 from rigid_envs.tasks.task import AuxiliaryRanges
 
 # Reduced coordinates of a spin that is to flip from e2 to -e2 in a given time: `AxisFlip`.
@@ -105,10 +104,7 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     )
 
 
-FLIP = Reduction(
-    group="SO(3) x Z2",
-    frame="half turn about e2 where the growing part of the motion would be negative.",
-    symmetries=(ROTATION_IN_SPACE, HALF_TURN_2),
+FLIP = half_turned(
     features=(
         *(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)),
         Entry("time left / longest", "1", "none", 0.0, 1.0),
@@ -117,7 +113,6 @@ FLIP = Reduction(
         *(Entry(f"near error{k}", "1", "reduced", -1.0, 1.0) for k in (1, 2, 3)),
     ),
     observe=observe_reduced,
-    Frame=Side,
     frame_of=growing_frame,
     turn=turn,
     formulas="""
@@ -272,7 +267,7 @@ class AxisFlip(SpinTask):
         arXiv:1606.08237.
     """
 
-    n_substeps: int = setting(4, Integer("integrator steps per control period", 1, 1000))
+    n_substeps: int = 4
     spin_rate: float = setting(1.0, Number("rate Omega", "rad/s", 1e-3, 1e3))
     torque: float = 0.5
     start_spread: float = setting(

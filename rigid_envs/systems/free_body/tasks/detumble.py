@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
-from rigid_envs.base.settings import Integer, Number, setting
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Row, Vector, attitude, cross, dot, scaled
 from rigid_envs.engine.compiler import scalar
@@ -15,16 +15,14 @@ from rigid_envs.engine.episode import Episode, NoAuxiliary, clip_to_ball, single
 from rigid_envs.systems.free_body import dynamics as free_body
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2, ROTATION_IN_SPACE
-from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
-    MiddleMoments,
+    BodyTask,
     fastest,
     observed_rates,
 )
-from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical, span
+from rigid_envs.tasks.fields import Entry, span
 from rigid_envs.tasks.reduction import Reduction
-from rigid_envs.tasks.task import Task
 
 # Reduced coordinates of a tumbling body that impulses bring to rest: `Detumble`.
 #
@@ -227,7 +225,7 @@ def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[fl
 
 
 @dataclass(frozen=True)
-class Detumble(MiddleMoments, Task):
+class Detumble(BodyTask):
     """Bring the angular momentum of a tumbling body to zero by impulses.
 
     Each step is an impulse, which changes the angular momentum L at once, and then free motion,
@@ -272,11 +270,8 @@ class Detumble(MiddleMoments, Task):
         Bertsekas, *Dynamic Programming and Optimal Control*, volume I, section 4.1.
     """
 
-    n_substeps: int = setting(6, Integer("integrator steps per control period", 1, 1000))
-    rotation: str = setting("none", ROTATION)
-    I1: Range = physical(1.0, "principal moment about e1", "kg m^2")
-    I2: Range = physical(2.0, "principal moment about e2", "kg m^2")
-    I3: Range = physical(3.0, "principal moment about e3", "kg m^2")
+    n_substeps: int = 6
+    rotation: str = "none"
     impulse: float = setting(0.5, Number("largest impulse of a step", "N m s", 1e-6, 1e6))
     start_momentum: float = setting(3.0, Number("largest |L| at the start", "N m s", 1e-6, 1e6))
     tolerance: float = setting(
@@ -285,13 +280,11 @@ class Detumble(MiddleMoments, Task):
     weight_momentum: float = setting(1.0, Number("weight of the momentum term", "1", -1e3, 1e3))
     weight_impulse: float = setting(1.0, Number("weight of the impulse term", "1", -1e3, 1e3))
 
-    system_type: ClassVar = FreeBody
     episode: ClassVar = Episode(
         dynamics=FREE_BODY,
         Action=Action,
         Terms=Terms,
         Constants=Constants,
-        Auxiliary=NoAuxiliary,
         start=start,
         clip=clip_to_ball,
         actuate=actuate,

@@ -7,26 +7,24 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from rigid_envs.base.settings import Number, setting
-from rigid_envs.engine import randoms
-from rigid_envs.engine.algebra import Row
+from rigid_envs.engine.algebra import Row, Vector
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import select
 from rigid_envs.engine.episode import Episode, clip_to_box
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
-from rigid_envs.systems.free_body.saddle import Place, near, place_at, turn, within
-from rigid_envs.systems.free_body.symmetry import HALF_TURN_2, ROTATION_IN_SPACE
+from rigid_envs.systems.free_body.saddle import Place, half_turned, near, place_at, turn, within
 from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
-    Held,
     SpinTask,
-    held_for,
+    actuate,
+    observe,
     observed_rates,
-    perturbed_spin,
-    torque_about_axes,
+    start,
 )
-from rigid_envs.tasks.fields import Entry, Range, physical
-from rigid_envs.tasks.reduction import Reduction, Side
+from rigid_envs.tasks.fields import Entry, Range
+from rigid_envs.tasks.parts import Held, held_for
+from rigid_envs.tasks.reduction import Side, turn_one
 
 # Reduced coordinates of a spin held at e2: `IntermediateAxis` and `IntermediateAxisSingle`.
 #
@@ -51,20 +49,10 @@ def held(at: Place, pull: float, c: Any) -> tuple[float, float]:
 @scalar
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The spin relative to Omega e2, with d >= 0."""
-    w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
-    at = place_at(w1, w3, c)
-    sign = side(at)
-    d, s = held(at, c.torque * (1.0 / c.middle1 + at.ratio / c.middle3), c)
-    return (
-        sign * w1,
-        w2,
-        sign * w3,
-        d,
-        s,
-        near(abs(at.d), c.tolerance),
-        near(sign * at.s, c.tolerance),
-        near(w2 - 1.0, c.tolerance),
-    )
+    w = observed_rates(y, 1.0 / c.spin_rate)
+    at = place_at(w[0], w[2], c)
+    pull = c.torque * (1.0 / c.middle1 + at.ratio / c.middle3)
+    return (*direction_seen(w, at, pull, c), near(w[1] - 1.0, c.tolerance))
 
 
 @scalar
@@ -76,25 +64,18 @@ def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Side:
 @scalar
 def observe_direction(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The spin relative to the direction e2, with d >= 0."""
-    w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
-    at = place_at(w1, w3, c)
-    sign = side(at)
-    d, s = held(at, c.torque * at.ratio / c.middle3, c)
-    return (
-        sign * w1,
-        w2,
-        sign * w3,
-        d,
-        s,
-        near(abs(at.d), c.tolerance),
-        near(sign * at.s, c.tolerance),
-    )
+    w = observed_rates(y, 1.0 / c.spin_rate)
+    at = place_at(w[0], w[2], c)
+    return direction_seen(w, at, c.torque * at.ratio / c.middle3, c)
 
 
 @scalar
-def turn_single(a: Any, frame: Any) -> tuple[float]:
-    """Torque about e3."""
-    return (frame.sign * a[0],)
+def direction_seen(w: Vector, at: Place, pull: float, c: Any) -> Row:
+    """Rates over Omega, and the saddle's coordinates where torque changes d by d' = -pull."""
+    sign = side(at)
+    d, s = held(at, pull, c)
+    near_d, near_s = near(abs(at.d), c.tolerance), near(sign * at.s, c.tolerance)
+    return sign * w[0], w[1], sign * w[2], d, s, near_d, near_s
 
 
 _SHAPE = """\
@@ -108,32 +89,24 @@ _SADDLE = (
     Entry("near d", "1", "reduced, d / (abs d + tolerance)", 0.0, 1.0),
     Entry("near s", "1", "reduced, likewise", -1.0, 1.0),
 )
-HOLDING = Reduction(
-    group="SO(3) x Z2",
-    frame="half turn about e2 where the growing part of the motion would be negative.",
-    symmetries=(ROTATION_IN_SPACE, HALF_TURN_2),
+HOLDING = half_turned(
     features=(
         *_RATES,
         *_SADDLE,
         Entry("near omega2 - Omega", "1", "likewise", -1.0, 1.0),
     ),
     observe=observe_reduced,
-    Frame=Side,
     frame_of=frame_of,
     turn=turn,
     formulas=f"""{_SHAPE} with `k = Omega^2 growth / (torque (1 / I1 + r / I3))`, and `x / (|x| +
     tolerance)` of |d|, S s and w2 - 1. The action a acts as (S a1, a2, S a3).""",
 )
 """Reduction of `IntermediateAxis`: SO(3), turns in space, times the half turn about e2."""
-POINTING = Reduction(
-    group="SO(3) x Z2",
-    frame="half turn about e2 where the growing part of the motion would be negative.",
-    symmetries=(ROTATION_IN_SPACE, HALF_TURN_2),
+POINTING = half_turned(
     features=(*_RATES, *_SADDLE),
     observe=observe_direction,
-    Frame=Side,
     frame_of=frame_of,
-    turn=turn_single,
+    turn=turn_one,
     formulas=f"""{_SHAPE} with `k = Omega^2 growth I3 / (torque r)`, and `x / (|x| + tolerance)` of
     |d| and S s. The action a acts as S a.""",
 )
@@ -167,18 +140,6 @@ class Constants(NamedTuple):
 
 
 @scalar
-def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
-    """Spin Omega about e2, perturbed uniformly in a ball; attitude uniform on SO(3)."""
-    return perturbed_spin(stream, c.spin_rate, c.start_spread), Held(0.0)
-
-
-@scalar
-def actuate(a: BodyTorque, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
-    """Torque about the three body axes."""
-    return y, torque_about_axes(a, c.torque)
-
-
-@scalar
 def outcome(
     y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
 ) -> tuple[Held, Terms, float, bool, bool]:
@@ -187,18 +148,11 @@ def outcome(
     e1, e2, e3 = scale * y.omega1, scale * y.omega2 - 1.0, scale * y.omega3
     error = math.sqrt(e1 * e1 + e2 * e2 + e3 * e3)
     square = u.tau1 * u.tau1 + u.tau2 * u.tau2 + u.tau3 * u.tau3
-    held = held_for(error < c.tolerance, aux)
+    held, success = held_for(error < c.tolerance, aux, c, dt)
     terms = Terms(
         spin=1.0 / (1.0 + 10.0 * error), effort=-square * (1.0 / (3.0 * c.torque * c.torque))
     )
-    success = held * dt >= c.hold * (1.0 - 1e-9)
     return Held(held), terms, dt * math.sqrt(square), success, False
-
-
-@scalar
-def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, float, float]:
-    """Angular velocity divided by Omega."""
-    return observed_rates(y, 1.0 / c.spin_rate)
 
 
 @dataclass(frozen=True)
@@ -311,6 +265,6 @@ class IntermediateAxisRandom(IntermediateAxis):
         Landau & Lifshitz, *Mechanics*, section 37.
     """
 
-    I1: Range = physical((1.0, 1.3), "least principal moment", "kg m^2")
-    I2: Range = physical((1.7, 2.1), "middle principal moment", "kg m^2")
-    I3: Range = physical((2.3, 2.7), "largest principal moment", "kg m^2")
+    I1: Range = (1.0, 1.3)
+    I2: Range = (1.7, 2.1)
+    I3: Range = (2.3, 2.7)

@@ -6,21 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from rigid_envs.base.settings import Integer, Number, setting
-from rigid_envs.engine import randoms
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import atan2
 from rigid_envs.engine.episode import Episode, clip_to_interval
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
-from rigid_envs.systems.free_body.tasks.intermediate_axis import POINTING
-from rigid_envs.systems.free_body.tasks.shared import (
-    Held,
-    SpinTask,
-    held_for,
-    observed_rates,
-    perturbed_spin,
-)
+from rigid_envs.systems.free_body.tasks.intermediate_axis import POINTING, Constants
+from rigid_envs.systems.free_body.tasks.shared import SpinTask, observe, start
 from rigid_envs.tasks.fields import Entry
+from rigid_envs.tasks.parts import Held, held_for
 
 
 class Action(NamedTuple):
@@ -36,28 +30,6 @@ class Terms(NamedTuple):
     effort: float
 
 
-class Constants(NamedTuple):
-    """Rate [rad/s], torque [N m], tolerance [rad], hold [s], spread of the starts [rad/s].
-
-    And the middles of the moments [kg m^2].
-    """
-
-    spin_rate: float
-    torque: float
-    tolerance: float
-    hold: float
-    start_spread: float
-    middle1: float
-    middle2: float
-    middle3: float
-
-
-@scalar
-def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
-    """Spin Omega about e2, perturbed uniformly in a ball; attitude uniform on SO(3)."""
-    return perturbed_spin(stream, c.spin_rate, c.start_spread), Held(0.0)
-
-
 @scalar
 def actuate(a: Action, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
     """Torque about e3."""
@@ -71,15 +43,9 @@ def outcome(
     """Reward terms, torque impulse as cost, success after the hold time."""
     angle = atan2(math.sqrt(y.omega1 * y.omega1 + y.omega3 * y.omega3), y.omega2)
     share = u.tau3 * (1.0 / c.torque)
-    held = held_for(angle < c.tolerance, aux)
+    held, success = held_for(angle < c.tolerance, aux, c, dt)
     terms = Terms(axis=1.0 / (1.0 + 10.0 * angle), effort=-share * share)
-    return Held(held), terms, dt * abs(u.tau3), held * dt >= c.hold * (1.0 - 1e-9), False
-
-
-@scalar
-def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, float, float]:
-    """Angular velocity divided by Omega."""
-    return observed_rates(y, 1.0 / c.spin_rate)
+    return Held(held), terms, dt * abs(u.tau3), success, False
 
 
 @dataclass(frozen=True)
@@ -133,7 +99,7 @@ class IntermediateAxisSingle(SpinTask):
         Bloch & Marsden 1990, doi:10.1016/0167-6911(90)90055-Y.
     """
 
-    n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
+    n_substeps: int = 2
     spin_rate: float = setting(1.0, Number("rate Omega about e2 at the start", "rad/s", 1e-3, 1e3))
     torque: float = setting(0.45, Number("largest torque about e3", "N m", 1e-6, 1e6))
     start_spread: float = setting(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from rigid_envs.base.checks import Array
-from rigid_envs.base.settings import Integer, Number, setting
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Row, Vector, attitude, compose, dot, log_rotation
 from rigid_envs.engine.compiler import scalar
@@ -17,20 +17,17 @@ from rigid_envs.engine.episode import Episode, clip_to_box
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems.free_body.saddle import near, within
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2, ROTATION_IN_SPACE
-from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
-    MiddleMoments,
+    TorqueTask,
     actuate,
     both_poses,
-    fastest,
     observed_rates,
-    spun_up,
 )
-from rigid_envs.tasks.fields import Entry, Range, physical
+from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.reduction import Reduction
-from rigid_envs.tasks.task import UNIT, AuxiliaryRanges, Task
+from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
 
 # Reduced coordinates of a body that turns to a goal at rest: `Reorient`.
 #
@@ -241,7 +238,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class Reorient(MiddleMoments, Task):
+class Reorient(TorqueTask):
     """Turn a body from rest to rest at an attitude drawn in every episode.
 
     A goal environment with sparse reward. Goals are the rotation matrix R (body to world, row by
@@ -301,10 +298,7 @@ class Reorient(MiddleMoments, Task):
         arXiv:1707.01495.
     """
 
-    n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
-    I1: Range = physical(1.0, "principal moment about e1", "kg m^2")
-    I2: Range = physical(2.0, "principal moment about e2", "kg m^2")
-    I3: Range = physical(3.0, "principal moment about e3", "kg m^2")
+    n_substeps: int = 2
     torque: float = setting(0.5, Number("largest torque about each axis", "N m", 1e-6, 1e6))
     angle_tolerance: float = setting(
         0.1, Number("largest angle to the goal when reached", "rad", 1e-3, 3.2)
@@ -316,7 +310,6 @@ class Reorient(MiddleMoments, Task):
     weight_angle: float = setting(0.0, Number("weight of minus the angle", "1", -1e3, 1e3))
     weight_rate: float = setting(0.0, Number("weight of minus the rate off it", "1", -1e3, 1e3))
 
-    system_type: ClassVar = FreeBody
     episode: ClassVar = Episode(
         dynamics=FREE_BODY,
         Action=BodyTorque,
@@ -332,16 +325,15 @@ class Reorient(MiddleMoments, Task):
         judge=judge,
     )
     reduction: ClassVar = TURNING
-    cost_unit: ClassVar = "torque impulse [N m s]"
 
     @property
     def largest_angle(self) -> float:
         """Largest angle to the goal when reached [rad]: `angle_tolerance`, at most pi."""
         return min(self.angle_tolerance, math.pi)
 
-    def actions(self) -> tuple[Entry, ...]:
-        """Torques about the body axes."""
-        return tuple(Entry(f"tau{k}", "N m", "body", -self.torque, self.torque) for k in (1, 2, 3))
+    def torques(self) -> tuple[float, float, float]:
+        """The same about each axis."""
+        return (self.torque,) * 3
 
     def features(self) -> tuple[Entry, ...]:
         """Achieved and desired pose, angular velocity."""
@@ -356,5 +348,4 @@ class Reorient(MiddleMoments, Task):
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque from rest."""
-        moments = (self.I1, self.I2, self.I3)
-        return fastest(moments, spun_up(moments, 0.0, (self.torque,) * 3, duration))
+        return self.spun_up_from(0.0, duration)

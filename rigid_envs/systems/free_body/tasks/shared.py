@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -10,14 +11,14 @@ import numpy as np
 
 from rigid_envs.base.settings import Number, refusal, setting
 from rigid_envs.engine import randoms
-from rigid_envs.engine.algebra import Quaternion, Row, Vector, attitude, matrix
+from rigid_envs.engine.algebra import Quaternion, Row, Vector, attitude
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.elementary import select
 from rigid_envs.engine.episode import single
 from rigid_envs.mechanics.system import fastest_turn
 from rigid_envs.systems.free_body.dynamics import Input, State
 from rigid_envs.systems.free_body.system import FreeBody
-from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical, span
+from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.parts import Held, single_matrix
 from rigid_envs.tasks.task import Task
 
 Moments = tuple[Range, Range, Range]
@@ -34,19 +35,17 @@ class BodyTorque(NamedTuple):
     tau3: float
 
 
-class Held(NamedTuple):
-    """Number of steps for which the state has been within the tolerance."""
+@dataclass(frozen=True)
+class BodyTask(Task):
+    """A task of a body of any moments."""
 
-    held: float = 0.0
+    I1: Range = physical(1.0, "principal moment about e1", "kg m^2")
+    I2: Range = physical(2.0, "principal moment about e2", "kg m^2")
+    I3: Range = physical(3.0, "principal moment about e3", "kg m^2")
 
+    system_type: ClassVar = FreeBody
 
-class MiddleMoments:
-    """Middles of the ranges of the moments: what a policy knows of a body that is drawn."""
-
-    I1: Range
-    I2: Range
-    I3: Range
-
+    # Middles of the ranges of the moments: what a policy knows of a body that is drawn.
     @property
     def middle1(self) -> float:
         """Middle of the range of I1 [kg m^2]."""
@@ -63,20 +62,38 @@ class MiddleMoments:
         return 0.5 * sum(span(self.I3))
 
 
+class TorqueTask(BodyTask):
+    """A task of a body with actuators about its axes."""
+
+    cost_unit: ClassVar = "torque impulse [N m s]"
+
+    @abc.abstractmethod
+    def torques(self) -> tuple[float, float, float]:
+        """Largest torque about each body axis [N m]; 0 where there is no actuator."""
+
+    def actions(self) -> tuple[Entry, ...]:
+        """Torques about the body axes."""
+        torques = enumerate(self.torques(), start=1)
+        return tuple(Entry(f"tau{k}", "N m", "body", -torque, torque) for k, torque in torques)
+
+    def spun_up_from(self, rate: float, duration: float) -> float:
+        """Bound on the rates after full torque for a time [s] from a rate on [rad/s]."""
+        moments = (self.I1, self.I2, self.I3)
+        return fastest(moments, spun_up(moments, rate, self.torques(), duration))
+
+
 @dataclass(frozen=True)
-class SpinTask(MiddleMoments, Task):
+class SpinTask(TorqueTask):
     """A task of the spin of a body at the rate Omega about the intermediate axis."""
 
-    rotation: str = setting("none", ROTATION)
+    rotation: str = "none"
     I1: Range = physical(1.0, "least principal moment", "kg m^2")
     I2: Range = physical(2.0, "middle principal moment", "kg m^2")
     I3: Range = physical(3.0, "largest principal moment", "kg m^2")
     spin_rate: float = setting(1.0, Number("target rate Omega", "rad/s", 1e-3, 1e3))
     torque: float = setting(0.1, Number("largest torque about each axis", "N m", 1e-6, 1e6))
 
-    system_type: ClassVar = FreeBody
     counters: ClassVar = ("held",)
-    cost_unit: ClassVar = "torque impulse [N m s]"
 
     def _check_parameters(self) -> None:
         super()._check_parameters()
@@ -84,21 +101,11 @@ class SpinTask(MiddleMoments, Task):
 
     def torques(self) -> tuple[float, float, float]:
         """Largest torque about each body axis [N m]; 0 where there is no actuator."""
-        return self.torque, self.torque, self.torque
-
-    def actions(self) -> tuple[Entry, ...]:
-        """Torques about the body axes."""
-        torques = enumerate(self.torques(), start=1)
-        return tuple(Entry(f"tau{k}", "N m", "body", -torque, torque) for k, torque in torques)
+        return (self.torque,) * 3
 
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity divided by Omega."""
         return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
-
-    def spun_up_from(self, rate: float, duration: float) -> float:
-        """Bound on the rates after full torque for a time [s] from a rate on [rad/s]."""
-        moments = (self.I1, self.I2, self.I3)
-        return fastest(moments, spun_up(moments, rate, self.torques(), duration))
 
 
 @scalar
@@ -110,15 +117,15 @@ def perturbed_spin(stream: randoms.Stream, rate: float, spread: float) -> State:
 
 
 @scalar
-def torque_about_axes(a: BodyTorque, torque: float) -> Input:
-    """Torque about the three body axes [N m]."""
-    return Input(torque * a.tau1, torque * a.tau2, torque * a.tau3)
+def start(stream: randoms.Stream, p: Any, c: Any) -> tuple[State, Held]:
+    """Spin Omega about e2, perturbed uniformly in a ball; attitude uniform on SO(3)."""
+    return perturbed_spin(stream, c.spin_rate, c.start_spread), Held(0.0)
 
 
 @scalar
 def actuate(a: BodyTorque, y: State, aux: Any, p: Any, c: Any) -> tuple[State, Input]:
     """Torque about the three body axes."""
-    return y, torque_about_axes(a, c.torque)
+    return y, Input(c.torque * a.tau1, c.torque * a.tau2, c.torque * a.tau3)
 
 
 @scalar
@@ -132,19 +139,16 @@ def observed_rates(y: State, scale: float) -> tuple[float, float, float]:
 
 
 @scalar
+def observe(y: State, aux: Any, p: Any, c: Any) -> tuple[float, float, float]:
+    """Angular velocity divided by Omega."""
+    return observed_rates(y, 1.0 / c.spin_rate)
+
+
+@scalar
 def _pose(q: Quaternion, omega: Vector) -> Row:
     """The nine entries of R and omega [rad/s], rounded to float32 as in the observation."""
-    r = matrix(q)
     return (
-        single(r[0]),
-        single(r[1]),
-        single(r[2]),
-        single(r[3]),
-        single(r[4]),
-        single(r[5]),
-        single(r[6]),
-        single(r[7]),
-        single(r[8]),
+        *single_matrix(q),
         single(min(max(omega[0], -FASTEST), FASTEST)),
         single(min(max(omega[1], -FASTEST), FASTEST)),
         single(min(max(omega[2], -FASTEST), FASTEST)),
@@ -156,12 +160,6 @@ def both_poses(y: State, aux: Any) -> tuple[Row, Row]:
     """Achieved goal of the body, and desired goal, which is at rest."""
     achieved = _pose(attitude(y), (y.omega1, y.omega2, y.omega3))
     return achieved, _pose((aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z), _REST)
-
-
-@scalar
-def held_for(is_near: bool, aux: Any) -> float:
-    """Number of steps for which the state has been within the tolerance, up to this one."""
-    return select(is_near, aux.held + 1.0, 0.0)
 
 
 def check_order(moments: Moments) -> None:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
-from rigid_envs.base.settings import Choice, Integer, Number, setting
+from rigid_envs.base.settings import Choice, Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Row, vertical
 from rigid_envs.engine.compiler import scalar
@@ -16,22 +16,21 @@ from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, 
 from rigid_envs.systems.free_body.saddle import (
     growing_frame,
     growing_side,
+    half_turned,
     near,
     place_at,
     turn,
     within,
 )
-from rigid_envs.systems.free_body.symmetry import HALF_TURN_2, ROTATION_IN_SPACE
 from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
-    Held,
     SpinTask,
-    held_for,
+    observe,
     observed_rates,
 )
 from rigid_envs.tasks.fields import Entry, Range, span
-from rigid_envs.tasks.reduction import Reduction, Side
+from rigid_envs.tasks.parts import Held, held_for
 
 # Reduced coordinates of a tumbling body that is steered to the separatrix: `SpinCapture`.
 #
@@ -74,10 +73,7 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     )
 
 
-CAPTURE = Reduction(
-    group="SO(3) x Z2",
-    frame="half turn about e2 where the growing part of the motion would be negative.",
-    symmetries=(ROTATION_IN_SPACE, HALF_TURN_2),
+CAPTURE = half_turned(
     features=(
         *(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)),
         *(Entry(k, "1", "", -FASTEST, FASTEST) for k in "pE"),
@@ -85,7 +81,6 @@ CAPTURE = Reduction(
         *(Entry(f"near {k}", "1", "reduced", -1.0, 1.0) for k in ("d", "s", "omega2 - Omega")),
     ),
     observe=observe_reduced,
-    Frame=Side,
     frame_of=growing_frame,
     turn=turn,
     formulas="""
@@ -164,20 +159,13 @@ def outcome(
     square = u.tau1 * u.tau1 + u.tau2 * u.tau2 + u.tau3 * u.tau3
     full = c.torque1 * c.torque1 + c.torque2 * c.torque2
     full = full + c.torque3 * c.torque3
-    held = held_for(error < c.tolerance, aux)
+    held, success = held_for(error < c.tolerance, aux, c, dt)
     terms = Terms(
         spin=1.0 / (1.0 + 10.0 * error),
         manifold=1.0 / (1.0 + 10.0 * apart),
         effort=-square / full,
     )
-    success = held * dt >= c.hold * (1.0 - 1e-9)
     return Held(held), terms, dt * math.sqrt(square), success, False
-
-
-@scalar
-def observe(y: State, aux: Held, p: Parameters, c: Constants) -> tuple[float, float, float]:
-    """Angular velocity divided by Omega."""
-    return observed_rates(y, 1.0 / c.spin_rate)
 
 
 @dataclass(frozen=True)
@@ -241,7 +229,7 @@ class SpinCapture(SpinTask):
         doi:10.1016/0167-6911(90)90055-Y.
     """
 
-    n_substeps: int = setting(3, Integer("integrator steps per control period", 1, 1000))
+    n_substeps: int = 3
     actuators: str = setting("e1 e2 e3", Choice("body axes that have an actuator", _ACTUATORS))
     start_rate: Range = setting(
         (0.5, 1.5), Number("rate of the spin at the start", "rad/s", 0.0, 1e3, drawn=True)
@@ -270,12 +258,8 @@ class SpinCapture(SpinTask):
 
     def torques(self) -> tuple[float, float, float]:
         """Largest torque about each body axis [N m]; 0 where there is no actuator."""
-        on = self.actuators.split()
-        return (
-            self.torque * ("e1" in on),
-            self.torque * ("e2" in on),
-            self.torque * ("e3" in on),
-        )
+        first, second, third = (self.torque * (f"e{k}" in self.actuators) for k in (1, 2, 3))
+        return first, second, third
 
     @property
     def torque1(self) -> float:

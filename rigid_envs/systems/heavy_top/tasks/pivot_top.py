@@ -10,24 +10,29 @@ from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Row, attitude, rotate, vertical
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.elementary import atan2, fma, select
+from rigid_envs.engine.elementary import fma
 from rigid_envs.engine.episode import Episode, clip_to_disk
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks.shared import (
     FRAME_FORMULAS,
     LEAN_FORMULAS,
+    NONE,
+    ORIGIN,
     Lean,
     SymmetricTopTask,
+    critical_spin,
     derive_symmetric,
     fastest_spinning,
     length,
     share,
     shares,
+    tilt_of,
     tilted,
     world_lean,
 )
 from rigid_envs.tasks.fields import Entry, span
+from rigid_envs.tasks.parts import Held, held_for, limited
 from rigid_envs.tasks.reduction import Frame, Reduction, frame_along, polar_seen, turn
 
 # Reduced coordinates of a symmetric top whose pivot is accelerated: `PivotTop`.
@@ -175,69 +180,47 @@ class Constants(NamedTuple):
     gravity: float
 
 
-class Auxiliary(NamedTuple):
-    """Control periods for which tilt and distance from the centre have been small."""
-
-    held: float = 0.0
-
-
 @scalar
-def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Slow spin, small tilt, pivot at rest in the centre."""
-    q = tilted(stream, c.start_tilt * fma(2.0 / 3.0, randoms.uniform(stream, 0), 1.0 / 3.0))
-    critical = 2.0 * math.sqrt(p.I1 * p.m * p.g * p.ell) / p.I3
-    spin = critical * c.start_spin * fma(0.7, randoms.uniform(stream, 1), 0.3)
-    omega, pivot, velocity = (0.0, 0.0, spin), (0.0, 0.0), (0.0, 0.0)
-    return State(*q, *omega, *pivot, *velocity), Auxiliary(held=0.0)
+    tilt = c.start_tilt * fma(2.0 / 3.0, randoms.uniform(stream, 0), 1.0 / 3.0)
+    q = tilted(stream, tilt, 1 << 20, 1 << 21)
+    spin = critical_spin(p) * c.start_spin * fma(0.7, randoms.uniform(stream, 1), 0.3)
+    return State(*q, 0.0, 0.0, spin, *ORIGIN), Held(0.0)
 
 
 @scalar
-def actuate(
-    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
-) -> tuple[State, Input]:
+def actuate(a: Action, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
     """Horizontal acceleration of the pivot in world axes."""
-    return y, Input(
-        tau_body1=0.0,
-        tau_body2=0.0,
-        tau_body3=0.0,
-        tau_world_x=0.0,
-        tau_world_y=0.0,
-        tau_world_z=0.0,
-        aX=c.push * a.aX,
-        aY=c.push * a.aY,
-    )
+    return y, Input(*NONE, *NONE, c.push * a.aX, c.push * a.aY)
 
 
 @scalar
 def outcome(
-    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
-) -> tuple[Auxiliary, Terms, float, bool, bool]:
+    y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
+) -> tuple[Held, Terms, float, bool, bool]:
     """Reward terms, integral of |a| as cost, success after the hold time, end at arena or fall."""
-    up = vertical(attitude(y))
-    tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
+    tilt = tilt_of(y)
     away = math.sqrt(y.X * y.X + y.Y * y.Y)
     size = math.sqrt(u.aX * u.aX + u.aY * u.aY)
     near = (tilt < c.tilt_tolerance) & (away < c.centre_tolerance)
-    held = select(near, aux.held + 1.0, 0.0)
+    held, success = held_for(near, aux, c, dt)
     upright = 1.0 / (1.0 + 10.0 * tilt)
     terms = Terms(
         upright=upright,
         centre=upright / (1.0 + 10.0 * away / c.arena),
         effort=-(size * size) * (1.0 / (c.push * c.push)),
     )
-    success = held * dt >= c.hold * (1.0 - 1e-9)
-    return Auxiliary(held), terms, dt * size, success, (away > c.arena) | (tilt > c.fall)
+    return Held(held), terms, dt * size, success, (away > c.arena) | (tilt > c.fall)
 
 
 @scalar
-def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
+def observe(y: State, aux: Held, p: Parameters, c: Constants) -> Row:
     """Angular velocity in world axes; pivot position / arena radius, and pivot velocity."""
     omega = rotate(attitude(y), (y.omega1, y.omega2, y.omega3))
     X, Y = y.X / c.arena, y.Y / c.arena
     return (
-        min(max(omega[0], -_FAST), _FAST),
-        min(max(omega[1], -_FAST), _FAST),
-        min(max(omega[2], -_FAST), _FAST),
+        *limited(omega, _FAST),
         min(max(X, -2.0), 2.0),
         min(max(Y, -2.0), 2.0),
         min(max(y.VX, -_FAST), _FAST),
@@ -325,7 +308,7 @@ class PivotTop(SymmetricTopTask):
         Action=Action,
         Terms=Terms,
         Constants=Constants,
-        Auxiliary=Auxiliary,
+        Auxiliary=Held,
         derive=derive_symmetric,
         start=start,
         clip=clip_to_disk,

@@ -8,7 +8,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Quaternion, Row, Vector, attitude, compose, rotate, vertical
 from rigid_envs.engine.compiler import scalar
@@ -24,6 +23,8 @@ from rigid_envs.tasks.task import Task
 # Common functions of the heavy-top tasks: initial attitude and bounds on rates.
 
 FAST = 30.0  # rad/s; bound of the rates of precession
+NONE = (0.0, 0.0, 0.0)  # inputs that a task does not have
+ORIGIN = (0.0, 0.0, 0.0, 0.0)  # a pivot at rest at the origin: its place and velocity
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ class TopTask(Task):
 class SymmetricTopTask(TopTask):
     """A task of a top with I1 = I2 (`I_perp`)."""
 
-    dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
+    dt: float = 0.05
     I_perp: Range = physical(1.0, "moments I1 = I2 about the pivot", "kg m^2")
     I3: Range = physical(0.5, "moment about the axis of symmetry", "kg m^2")
     m: Range = physical(1.0, "mass", "kg")
@@ -90,13 +91,25 @@ def derive_symmetric(I1: float, I2: float, I3: float, m: float, g: float, ell: f
 
 
 @scalar
-def tilted(stream: randoms.Stream, tilt: float) -> Quaternion:
-    """Attitude with the given tilt [rad], azimuth and phase uniform."""
-    azimuth = randoms.direction(stream, 1 << 20)
-    phase = randoms.direction(stream, 1 << 21)
+def tilted(stream: randoms.Stream, tilt: float, azimuth_at: int, phase_at: int) -> Quaternion:
+    """Attitude with the given tilt [rad], azimuth and phase uniform, drawn at two places."""
+    azimuth, phase = randoms.direction(stream, azimuth_at), randoms.direction(stream, phase_at)
     sine, cosine = sincos(0.5 * tilt)
     axis = (cosine, sine * azimuth[0], sine * azimuth[1], 0.0)
     return compose(axis, (phase[0], 0.0, 0.0, phase[1]))
+
+
+@scalar
+def critical_spin(p: Parameters) -> float:
+    """Spin from which on a symmetric top sleeps [rad/s]."""
+    return 2.0 * math.sqrt(p.I1 * p.m * p.g * p.ell) / p.I3
+
+
+@scalar
+def tilt_of(y: State) -> float:
+    """Angle from the vertical [rad]."""
+    up = vertical(attitude(y))
+    return atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
 
 
 @scalar

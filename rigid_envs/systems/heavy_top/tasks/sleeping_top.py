@@ -6,28 +6,34 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
-from rigid_envs.base.settings import Integer, Number, refusal, setting
+from rigid_envs.base.settings import Number, refusal, setting
 from rigid_envs.engine import randoms
-from rigid_envs.engine.algebra import Row, Vector, attitude, compose, rotate, vertical
+from rigid_envs.engine.algebra import Row, Vector, attitude, rotate, vertical
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.elementary import atan2, fma, select, sincos
+from rigid_envs.engine.elementary import fma
 from rigid_envs.engine.episode import Episode, clip_to_disk, single
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks.shared import (
     FRAME_FORMULAS,
     LEAN_FORMULAS,
+    NONE,
+    ORIGIN,
     UPRIGHT,
     UPRIGHT_FORMULAS,
     Lean,
     SymmetricTopTask,
+    critical_spin,
     derive_symmetric,
     fastest_top,
     lean_frame,
+    tilt_of,
+    tilted,
     upright_seen,
     world_lean,
 )
-from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.fields import Entry, Range, span
+from rigid_envs.tasks.parts import Held, held_for, limited
 from rigid_envs.tasks.reduction import Frame, Reduction, turned_back
 
 # Reduced coordinates of a symmetric top that is held by a horizontal torque: `SleepingTop`.
@@ -116,71 +122,41 @@ class Constants(NamedTuple):
     gyration: float
 
 
-class Auxiliary(NamedTuple):
-    """Control periods for which the tilt has been small."""
-
-    held: float = 0.0
-
-
 @scalar
-def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Slow spin and small tilt; tilt, spin, azimuth and phase uniform."""
     tilt = c.start_tilt * randoms.uniform(stream, 0)
-    critical = 2.0 * math.sqrt(p.I1 * p.m * p.g * p.ell) / p.I3
     width = c.start_spin_high - c.start_spin_low
-    spin = critical * fma(width, randoms.uniform(stream, 1), c.start_spin_low)
-    azimuth = randoms.direction(stream, 2)
-    phase = randoms.direction(stream, 1 << 20)
-    sine, cosine = sincos(0.5 * tilt)
-    tilted = (cosine, sine * azimuth[0], sine * azimuth[1], 0.0)
-    q = compose(tilted, (phase[0], 0.0, 0.0, phase[1]))
-    omega, pivot, velocity = (0.0, 0.0, spin), (0.0, 0.0), (0.0, 0.0)
-    return State(*q, *omega, *pivot, *velocity), Auxiliary(held=0.0)
+    spin = critical_spin(p) * fma(width, randoms.uniform(stream, 1), c.start_spin_low)
+    q = tilted(stream, tilt, 2, 1 << 20)
+    return State(*q, 0.0, 0.0, spin, *ORIGIN), Held(0.0)
 
 
 @scalar
-def actuate(
-    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
-) -> tuple[State, Input]:
+def actuate(a: Action, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
     """Horizontal torque in world axes."""
-    return y, Input(
-        tau_body1=0.0,
-        tau_body2=0.0,
-        tau_body3=0.0,
-        tau_world_x=c.torque * a.tau_x,
-        tau_world_y=c.torque * a.tau_y,
-        tau_world_z=0.0,
-        aX=0.0,
-        aY=0.0,
-    )
+    return y, Input(*NONE, c.torque * a.tau_x, c.torque * a.tau_y, *NONE)
 
 
 @scalar
 def outcome(
-    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
-) -> tuple[Auxiliary, Terms, float, bool, bool]:
+    y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
+) -> tuple[Held, Terms, float, bool, bool]:
     """Reward terms, torque impulse as cost, success after the hold time."""
-    up = vertical(attitude(y))
-    tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
+    tilt = tilt_of(y)
     size = math.sqrt(u.tau_world_x * u.tau_world_x + u.tau_world_y * u.tau_world_y)
-    held = select(tilt < c.tolerance, aux.held + 1.0, 0.0)
+    held, success = held_for(tilt < c.tolerance, aux, c, dt)
     terms = Terms(
         upright=1.0 / (1.0 + 10.0 * tilt),
         effort=-(size * size) * (1.0 / (c.torque * c.torque)),
     )
-    success = held * dt >= c.hold * (1.0 - 1e-9)
-    return Auxiliary(held), terms, dt * size, success, False
+    return Held(held), terms, dt * size, success, False
 
 
 @scalar
-def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
+def observe(y: State, aux: Held, p: Parameters, c: Constants) -> Vector:
     """Angular velocity in world axes, the frame of the torque."""
-    omega = rotate(attitude(y), (y.omega1, y.omega2, y.omega3))
-    return (
-        min(max(omega[0], -_FAST), _FAST),
-        min(max(omega[1], -_FAST), _FAST),
-        min(max(omega[2], -_FAST), _FAST),
-    )
+    return limited(rotate(attitude(y), (y.omega1, y.omega2, y.omega3)), _FAST)
 
 
 @dataclass(frozen=True)
@@ -244,7 +220,7 @@ class SleepingTop(SymmetricTopTask):
         Action=Action,
         Terms=Terms,
         Constants=Constants,
-        Auxiliary=Auxiliary,
+        Auxiliary=Held,
         derive=derive_symmetric,
         start=start,
         clip=clip_to_disk,
@@ -314,8 +290,8 @@ class SleepingTopRandom(SleepingTop):
 
     envelope: ClassVar[float | None] = None
 
-    n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
-    I_perp: Range = physical((0.85, 1.2), "moments I1 = I2 about the pivot", "kg m^2")
-    I3: Range = physical((0.42, 0.6), "moment about the axis of symmetry", "kg m^2")
-    m: Range = physical((0.8, 1.2), "mass", "kg")
-    ell: Range = physical((0.95 / 9.81, 1.05 / 9.81), "distance from pivot to centre of mass", "m")
+    n_substeps: int = 2
+    I_perp: Range = (0.85, 1.2)
+    I3: Range = (0.42, 0.6)
+    m: Range = (0.8, 1.2)
+    ell: Range = (0.95 / 9.81, 1.05 / 9.81)

@@ -8,18 +8,21 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from rigid_envs.base.checks import Array
-from rigid_envs.base.settings import Choice, Integer, Number, setting
+from rigid_envs.base.settings import Choice, Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Row, attitude, vertical
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.elementary import fma, select, sincos
+from rigid_envs.engine.elementary import fma, sincos
 from rigid_envs.engine.episode import Episode, clip_to_disk, clip_to_square, single
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks.shared import (
     FAST,
     FRAME_FORMULAS,
+    NONE,
+    ORIGIN,
     SymmetricTopTask,
+    critical_spin,
     derive_symmetric,
     fastest_spinning,
     precession,
@@ -28,6 +31,7 @@ from rigid_envs.systems.heavy_top.tasks.shared import (
     tilted,
 )
 from rigid_envs.tasks.fields import Entry
+from rigid_envs.tasks.parts import held_for, limited
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, turned_back
 from rigid_envs.tasks.task import AuxiliaryRanges
 
@@ -114,13 +118,9 @@ TOP_PRECESSION = Reduction(
         Entry("theta'", "rad/s", "reduced, limited", -2.0, 2.0),
         *(
             Entry(f"share {name}", "1", f"of size of both + {half}", -1.0, 1.0)
+            for pair in (("theta - goal", "(phi' - goal) sin theta"), ("theta'", "theta'' / Omega"))
             for half in (_NEAR, _CLOSE)
-            for name in ("theta - goal", "(phi' - goal) sin theta")
-        ),
-        *(
-            Entry(f"share {name}", "1", f"of size of both + {half}", -1.0, 1.0)
-            for half in (_NEAR, _CLOSE)
-            for name in ("theta'", "theta'' / Omega")
+            for name in pair
         ),
         *(
             Entry("share d", "1", f"momentum d about the vertical, of |d| + {half}", -1.0, 1.0)
@@ -204,14 +204,12 @@ class Auxiliary(NamedTuple):
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """Random tilt, transverse rates and goal; spin above the critical one."""
-    q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0))
-    critical = 2.0 * math.sqrt(p.I1 * p.m * p.g * p.ell) / p.I3
-    spin = critical * fma(c.start_spread, randoms.uniform(stream, 1), c.start_spin)
+    q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0), 1 << 20, 1 << 21)
+    spin = critical_spin(p) * fma(c.start_spread, randoms.uniform(stream, 1), c.start_spin)
     goal = fma(c.goal_spread, randoms.uniform(stream, 2), c.goal_tilt)
     across = randoms.in_disk(stream, 1 << 22)
     omega = (c.start_rate * across[0], c.start_rate * across[1], spin)
-    pivot, velocity = (0.0, 0.0), (0.0, 0.0)
-    return State(*q, *omega, *pivot, *velocity), Auxiliary(held=0.0, goal_tilt=goal)
+    return State(*q, *omega, *ORIGIN), Auxiliary(held=0.0, goal_tilt=goal)
 
 
 @scalar
@@ -219,16 +217,7 @@ def actuate(
     a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
 ) -> tuple[State, Input]:
     """Torque about e1 and e2."""
-    return y, Input(
-        tau_body1=c.torque * a.tau1,
-        tau_body2=c.torque * a.tau2,
-        tau_body3=0.0,
-        tau_world_x=0.0,
-        tau_world_y=0.0,
-        tau_world_z=0.0,
-        aX=0.0,
-        aY=0.0,
-    )
+    return y, Input(c.torque * a.tau1, c.torque * a.tau2, *NONE, *NONE)
 
 
 @scalar
@@ -242,13 +231,12 @@ def outcome(
     wrong = abs(rate - goal) / max(abs(goal), _SLOW)
     square = u.tau_body1 * u.tau_body1 + u.tau_body2 * u.tau_body2
     near = (off <= c.tolerance * aux.goal_tilt) & (wrong <= c.tolerance)
-    held = select(near, aux.held + 1.0, 0.0)
+    held, success = held_for(near, aux, c, dt)
     terms = Terms(
         tilt=1.0 / (1.0 + 10.0 * off),
         rate=1.0 / (1.0 + 10.0 * wrong),
         effort=-square * (1.0 / (2.0 * c.torque * c.torque)),
     )
-    success = held * dt >= c.hold * (1.0 - 1e-9)
     return Auxiliary(held, aux.goal_tilt), terms, dt * math.sqrt(square), success, False
 
 
@@ -257,9 +245,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Angular velocity in body axes, tilt and rate of precession, and their goals."""
     tilt, rate = precession(y)
     return (
-        min(max(y.omega1, -FAST), FAST),
-        min(max(y.omega2, -FAST), FAST),
-        min(max(y.omega3, -FAST), FAST),
+        *limited((y.omega1, y.omega2, y.omega3), FAST),
         tilt,
         rate,
         aux.goal_tilt,
@@ -330,7 +316,7 @@ class TopPrecession(SymmetricTopTask):
         Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7.
     """
 
-    n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
+    n_substeps: int = 2
     branch: str = setting("slow", Choice("root of steady precession", ("slow", "fast")))
     torque: float = setting(0.5, Number("largest torque about each axis", "N m", 1e-6, 1e6))
     goal_tilt: float = setting(0.3, Number("least commanded tilt", "rad", 0.05, 0.9))

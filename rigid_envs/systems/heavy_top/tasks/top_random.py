@@ -6,17 +6,19 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
-from rigid_envs.base.settings import Integer, Number, setting
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Row, Vector, attitude, vertical
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.elementary import atan2, fma, select
+from rigid_envs.engine.elementary import fma
 from rigid_envs.engine.episode import Episode, clip_to_box, clip_to_disk, single
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import HALF_TURN, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks.shared import (
     FRAME_FORMULAS,
     LEAN_FORMULAS,
+    NONE,
+    ORIGIN,
     UPRIGHT,
     UPRIGHT_FORMULAS,
     Lean,
@@ -26,11 +28,13 @@ from rigid_envs.systems.heavy_top.tasks.shared import (
     length,
     parts,
     share,
+    tilt_of,
     tilted,
     upright_seen,
     weight,
 )
 from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.parts import Held, held_for, limited
 from rigid_envs.tasks.reduction import Frame, Reduction, turned_back
 
 # Reduced coordinates of an asymmetric top that is held by body torques: `TopRandom`.
@@ -138,66 +142,42 @@ class Constants(NamedTuple):
     gyration: float
 
 
-class Auxiliary(NamedTuple):
-    """Control periods for which the tilt has been small."""
-
-    held: float = 0.0
-
-
 @scalar
-def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Small tilt, spin in either sense, small transverse rates."""
-    q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0))
+    q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0), 1 << 20, 1 << 21)
     spin = c.start_spin * (2.0 * randoms.uniform(stream, 1) - 1.0)
     across = randoms.in_disk(stream, 1 << 22)
     omega = (c.start_rate * across[0], c.start_rate * across[1], spin)
-    pivot, velocity = (0.0, 0.0), (0.0, 0.0)
-    return State(*q, *omega, *pivot, *velocity), Auxiliary(held=0.0)
+    return State(*q, *omega, *ORIGIN), Held(0.0)
 
 
 @scalar
-def actuate(
-    a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
-) -> tuple[State, Input]:
+def actuate(a: Action, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
     """Torque about the three body axes."""
-    return y, Input(
-        tau_body1=c.torque * a.tau1,
-        tau_body2=c.torque * a.tau2,
-        tau_body3=c.torque * a.tau3,
-        tau_world_x=0.0,
-        tau_world_y=0.0,
-        tau_world_z=0.0,
-        aX=0.0,
-        aY=0.0,
-    )
+    return y, Input(c.torque * a.tau1, c.torque * a.tau2, c.torque * a.tau3, *NONE, 0.0, 0.0)
 
 
 @scalar
 def outcome(
-    y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
-) -> tuple[Auxiliary, Terms, float, bool, bool]:
+    y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
+) -> tuple[Held, Terms, float, bool, bool]:
     """Reward terms, torque impulse as cost, success after the hold time."""
-    up = vertical(attitude(y))
-    tilt = atan2(math.sqrt(up[0] * up[0] + up[1] * up[1]), up[2])
+    tilt = tilt_of(y)
     tau1, tau2, tau3 = u.tau_body1, u.tau_body2, u.tau_body3
     square = tau1 * tau1 + tau2 * tau2 + tau3 * tau3
-    held = select(tilt < c.tolerance, aux.held + 1.0, 0.0)
+    held, success = held_for(tilt < c.tolerance, aux, c, dt)
     terms = Terms(
         upright=1.0 / (1.0 + 10.0 * tilt),
         effort=-square * (1.0 / (3.0 * c.torque * c.torque)),
     )
-    success = held * dt >= c.hold * (1.0 - 1e-9)
-    return Auxiliary(held), terms, dt * math.sqrt(square), success, False
+    return Held(held), terms, dt * math.sqrt(square), success, False
 
 
 @scalar
-def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
+def observe(y: State, aux: Held, p: Parameters, c: Constants) -> Vector:
     """Angular velocity in body axes, the frame of the torque."""
-    return (
-        min(max(y.omega1, -_FAST), _FAST),
-        min(max(y.omega2, -_FAST), _FAST),
-        min(max(y.omega3, -_FAST), _FAST),
-    )
+    return limited((y.omega1, y.omega2, y.omega3), _FAST)
 
 
 @dataclass(frozen=True)
@@ -249,8 +229,8 @@ class TopRandom(TopTask):
         mechanics II", Functional Analysis and Its Applications 17.
     """
 
-    dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
-    n_substeps: int = setting(2, Integer("integrator steps per control period", 1, 1000))
+    dt: float = 0.05
+    n_substeps: int = 2
     I1: Range = physical((0.85, 1.0), "moment about e1, at the pivot", "kg m^2")
     I2: Range = physical((1.05, 1.25), "moment about e2, at the pivot", "kg m^2")
     I3: Range = physical((0.45, 0.65), "moment about e3", "kg m^2")
@@ -275,7 +255,7 @@ class TopRandom(TopTask):
         Action=Action,
         Terms=Terms,
         Constants=Constants,
-        Auxiliary=Auxiliary,
+        Auxiliary=Held,
         start=start,
         clip=clip_to_box,
         actuate=actuate,

@@ -325,10 +325,7 @@ class BallGrid(Task):
 
     def features(self) -> tuple[Entry, ...]:
         """Position in cells."""
-        return (
-            Entry("X / cell", "1", "world", -_FAR, _FAR),
-            Entry("Y / cell", "1", "world", -_FAR, _FAR),
-        )
+        return tuple(Entry(f"{k} / cell", "1", "world", -_FAR, _FAR) for k in "XY")
 
     def largest_rate(self, duration: float) -> float:
         """A quarter turn in one step."""

@@ -19,12 +19,23 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems.rolling_ball.symmetry import REFLECTION, TURN
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
-from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.fields import Entry, Range, span
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, polar_seen, turn
 
 # Reduced coordinates of the pose of a ball relative to its goal: `BallPark` and its relatives.
 
-_FAR = 50.0  # radii; bound of observed offsets
+FAR = 50.0  # radii; bound of observed and penalised offsets
+
+
+OFFSET = tuple(Entry(f"{k} / radius", "1", "world", -FAR, FAR) for k in "XY")
+"""Entries of `offset`."""
+
+
+@scalar
+def offset(y: Any, p: Any) -> tuple[float, float]:
+    """Offset of the ball in radii, clipped."""
+    X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
+    return min(max(X, -FAR), FAR), min(max(Y, -FAR), FAR)
 
 
 @scalar
@@ -40,7 +51,7 @@ def pose_frame(X: float, Y: float, q: Quaternion) -> Frame:
 @scalar
 def pose_seen(frame: Frame, X: float, Y: float, q: Quaternion) -> Row:
     """Invariants of an offset [radii] and an attitude; see `POSE`."""
-    distance = min(polar_seen(frame, X, Y)[0], _FAR)
+    distance = min(polar_seen(frame, X, Y)[0], FAR)
     theta: Vector = axial_seen(frame, log_rotation(q))
     w, x, y, z = q
     sine_square = fma(x, x, fma(y, y, z * z))
@@ -66,7 +77,7 @@ def _signed_root(x: float) -> float:
 
 
 POSE = (
-    Entry("r", "1", "offset, radii", 0.0, _FAR),
+    Entry("r", "1", "offset, radii", 0.0, FAR),
     Entry("theta_x", "rad", "reduced", -math.pi, math.pi),
     Entry("theta_y", "rad", "reduced", -math.pi, math.pi),
     Entry("theta_z", "rad", "reduced", 0.0, math.pi),
@@ -121,7 +132,6 @@ BALL_POSE = Reduction(
 
 # Park a ball: reach a position and an attitude by rolling without slipping.
 
-FAR = 50.0  # radii; bound of observed and penalised offsets
 _SMOOTH = 1e-3  # smooths the roots at the origin
 
 
@@ -187,8 +197,7 @@ def outcome(
 @scalar
 def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[float, float]:
     """Position in radii."""
-    X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
-    return min(max(X, -FAR), FAR), min(max(Y, -FAR), FAR)
+    return offset(y, p)
 
 
 @dataclass(frozen=True)
@@ -279,10 +288,7 @@ class BallPark(RollsAsTold):
 
     def features(self) -> tuple[Entry, ...]:
         """Offset in radii."""
-        return (
-            Entry("X / radius", "1", "world", -FAR, FAR),
-            Entry("Y / radius", "1", "world", -FAR, FAR),
-        )
+        return OFFSET
 
     def lower_bound(self, y: Array) -> Array:
         """Lower bound on the path length [m]: max(distance, radius * angle) to the origin."""
@@ -309,7 +315,7 @@ class BallParkRandom(BallPark):
         Bound: no path is shorter than ``max(distance, radius angle)``, less the tolerance.
     """
 
-    radius: Range = physical((0.5, 2.0), "radius of the ball", "m")
+    radius: Range = (0.5, 2.0)
 
 
 # Reorient a ball by a closed path: return to the start position with another attitude.
@@ -353,4 +359,4 @@ class BallReorient(BallPark):
         1986.
     """
 
-    start_half_width: float = setting(0.0, Number("half side of the start square", "m", 0.0, 20.0))
+    start_half_width: float = 0.0

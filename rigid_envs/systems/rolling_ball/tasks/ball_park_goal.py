@@ -15,7 +15,6 @@ from rigid_envs.engine.algebra import (
     Row,
     attitude,
     compose,
-    matrix,
     matrix_product,
     unit_quaternion,
 )
@@ -26,13 +25,16 @@ from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parame
 from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TRANSLATION, TURN
 from rigid_envs.systems.rolling_ball.tasks.ball_park import (
     FAR,
+    OFFSET,
     POSE,
     misplacement,
+    offset,
     pose_frame,
     pose_seen,
 )
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
 from rigid_envs.tasks.fields import Entry, span
+from rigid_envs.tasks.parts import single_matrix
 from rigid_envs.tasks.reduction import Reduction, turned_back
 from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
 
@@ -65,13 +67,6 @@ def _from_goal(y: Any, aux: Any, p: Any) -> tuple[float, float, Quaternion]:
 
 
 @scalar
-def pose_from_goal(y: Any, aux: Any, p: Any, c: Any) -> Row:
-    """The pose relative to the goal, as `BallPark` shows it."""
-    X, Y, q = _from_goal(y, aux, p)
-    return pose_seen(pose_frame(X, Y, q), X, Y, q)
-
-
-@scalar
 def frame_of(y: Any, aux: Any, p: Any, c: Any) -> _Frame:
     """Frame of the pose, and whether the ball is at the goal."""
     X, Y, q = _from_goal(y, aux, p)
@@ -87,24 +82,6 @@ def turn(a: Any, frame: Any) -> tuple[float, float]:
     """World components of an action in the frame of the pose; none at the goal."""
     along, left = turned_back(frame, a[0], a[1])
     return single(frame.away * along), single(frame.away * left)
-
-
-def goal_pose(observe: Any) -> Reduction:
-    """The reduction, given the observation of both goals and the relative pose."""
-    return Reduction(
-        group="E(2) x SO(3)",
-        frame=(
-            "x along the offset from the goal, mirrored so that theta_z of the rotation from the "
-            "goal is not negative. At the goal the action has no effect: the ball rests."
-        ),
-        symmetries=(TRANSLATION, TURN, REFLECTION, BODY_AXES),
-        features=POSE,
-        observe=observe,
-        Frame=_Frame,
-        frame_of=frame_of,
-        turn=turn,
-        formulas=_FORMULAS,
-    )
 
 
 # Park a ball at a random pose: the goal environment of parking.
@@ -171,27 +148,14 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
 @scalar
 def desired_state(aux: Auxiliary) -> State:
     """The state of a ball at the goal."""
-    return State(aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z, aux.goal_X, aux.goal_Y)
+    return State(*aux)
 
 
 @scalar
 def pose(y: State) -> Row:
     """Entries of a `Goal` for the pose of y, rounded to float32 as in the observation."""
-    r = matrix(attitude(y))
     X, Y = min(max(y.X, -FAR), FAR), min(max(y.Y, -FAR), FAR)
-    return (
-        single(X),
-        single(Y),
-        single(r[0]),
-        single(r[1]),
-        single(r[2]),
-        single(r[3]),
-        single(r[4]),
-        single(r[5]),
-        single(r[6]),
-        single(r[7]),
-        single(r[8]),
-    )
+    return (single(X), single(Y), *single_matrix(attitude(y)))
 
 
 @scalar
@@ -225,15 +189,31 @@ def outcome(
 @scalar
 def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Achieved and desired pose, and the position in radii."""
-    X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
-    in_radii = (min(max(X, -FAR), FAR), min(max(Y, -FAR), FAR))
-    return (*pose(y), *pose(desired_state(aux)), *in_radii)
+    return (*pose(y), *pose(desired_state(aux)), *offset(y, p))
 
 
 @scalar
 def observe_reduced(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Achieved and desired pose, and the pose relative to the goal."""
-    return (*pose(y), *pose(desired_state(aux)), *pose_from_goal(y, aux, p, c))
+    X, Y, q = _from_goal(y, aux, p)
+    return (*pose(y), *pose(desired_state(aux)), *pose_seen(pose_frame(X, Y, q), X, Y, q))
+
+
+GOAL_POSE = Reduction(
+    group="E(2) x SO(3)",
+    frame=(
+        "x along the offset from the goal, mirrored so that theta_z of the rotation from the "
+        "goal is not negative. At the goal the action has no effect: the ball rests."
+    ),
+    symmetries=(TRANSLATION, TURN, REFLECTION, BODY_AXES),
+    features=POSE,
+    observe=observe_reduced,
+    Frame=_Frame,
+    frame_of=frame_of,
+    turn=turn,
+    formulas=_FORMULAS,
+)
+"""Reduction of `BallParkGoal`: motions of the plane, and the choice of the body axes."""
 
 
 @dataclass(frozen=True)
@@ -328,7 +308,7 @@ class BallParkGoal(RollsAsTold):
         observe=observe,
         judge=judge,
     )
-    reduction: ClassVar = goal_pose(observe_reduced)
+    reduction: ClassVar = GOAL_POSE
 
     @property
     def largest_angle(self) -> float:
@@ -343,16 +323,10 @@ class BallParkGoal(RollsAsTold):
     def features(self) -> tuple[Entry, ...]:
         """Achieved and desired pose, position in radii."""
         goal = (
-            Entry("X", "m", "world", -FAR, FAR),
-            Entry("Y", "m", "world", -FAR, FAR),
+            *(Entry(k, "m", "world", -FAR, FAR) for k in "XY"),
             *(Entry(f"R{i}{j}", "1", "body to world", -1.0, 1.0) for i in "123" for j in "123"),
         )
-        return (
-            *goal,
-            *goal,
-            Entry("X / radius", "1", "world", -FAR, FAR),
-            Entry("Y / radius", "1", "world", -FAR, FAR),
-        )
+        return (*goal, *goal, *OFFSET)
 
     def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
         """Goals are attitudes, anywhere where they are observed: the plane has no origin."""

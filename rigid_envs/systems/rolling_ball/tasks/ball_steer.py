@@ -18,16 +18,13 @@ from rigid_envs.systems.rolling_ball import dynamics as rolling_ball
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TRANSLATION, TURN
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
-from rigid_envs.tasks.fields import ROTATION, Entry, Range, physical
+from rigid_envs.tasks.fields import Entry, Range, physical
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, polar_seen, turn
 from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
 
 # Reduced coordinates of `BallSteer`: the error in the frame of the reference's path.
 
-_REDUCED_FAR, _REDUCED_BENT = (
-    50.0,
-    5.0,
-)  # radii, and curvature times radius; bounds of the observation
+_FAR, _BENT = 50.0, 5.0  # radii, and curvature times radius; bounds of the observation
 
 
 @scalar
@@ -47,14 +44,14 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     ahead, left = polar_seen(frame, X * p.inverse_radius, Y * p.inverse_radius)
     pull, push = polar_seen(frame, square * aux.force_X, square * aux.force_Y)
     return (
-        min(max(ahead, -_REDUCED_FAR), _REDUCED_FAR),
-        min(max(left, -_REDUCED_FAR), _REDUCED_FAR),
+        min(max(ahead, -_FAR), _FAR),
+        min(max(left, -_FAR), _FAR),
         min(max(theta[0], -math.pi), math.pi),
         min(max(theta[1], -math.pi), math.pi),
         min(max(theta[2], -math.pi), math.pi),
-        min(abs(aux.curvature) * p.radius, _REDUCED_BENT),
-        min(max(pull, -_REDUCED_BENT), _REDUCED_BENT),
-        min(max(push, -_REDUCED_BENT), _REDUCED_BENT),
+        min(abs(aux.curvature) * p.radius, _BENT),
+        min(max(pull, -_BENT), _BENT),
+        min(max(push, -_BENT), _BENT),
     )
 
 
@@ -63,11 +60,10 @@ ALONG_PATH = Reduction(
     frame="x along the heading of the reference, mirrored so that its path bends to the left.",
     symmetries=(TRANSLATION, TURN, REFLECTION, BODY_AXES),
     features=(
-        Entry("ahead / radius", "1", "path", -_REDUCED_FAR, _REDUCED_FAR),
-        Entry("left / radius", "1", "path", -_REDUCED_FAR, _REDUCED_FAR),
+        *(Entry(f"{k} / radius", "1", "path", -_FAR, _FAR) for k in ("ahead", "left")),
         *(Entry(f"theta_{k}", "rad", "path", -math.pi, math.pi) for k in "xyz"),
-        Entry("curvature * radius", "1", "path", 0.0, _REDUCED_BENT),
-        *(Entry(f"force_{k} * radius^2", "1", "path", -_REDUCED_BENT, _REDUCED_BENT) for k in "xy"),
+        Entry("curvature * radius", "1", "path", 0.0, _BENT),
+        *(Entry(f"force_{k} * radius^2", "1", "path", -_BENT, _BENT) for k in "xy"),
     ),
     observe=observe_reduced,
     Frame=Frame,
@@ -84,8 +80,6 @@ ALONG_PATH = Reduction(
 
 # Track a rolling reference ball in position and attitude.
 
-_FAR = 50.0  # radii; bound of observed offsets
-_BENT = 5.0  # curvature times radius; bound of the observation
 _EIGHT = 0.9089085575485415  # modulus of the closed elastica: K = 2 E
 _MODULI = (0.6, 1.2)  # range of the other moduli; above 1 the heading turns in one sense only
 _EIGHTS = {"eight": 1.0, "both": 0.5, "elastica": 0.0}  # probability of a figure eight
@@ -144,21 +138,9 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
     turn = randoms.in_ball(stream, 1 << 22)
     half, far = 0.5 * c.start_angle, c.start_offset * p.radius
     q = half_turn((half * turn[0], half * turn[1], half * turn[2]))
-    return State(*q, far * X, far * Y), Auxiliary(
-        reference_w=1.0,
-        reference_x=0.0,
-        reference_y=0.0,
-        reference_z=0.0,
-        reference_X=0.0,
-        reference_Y=0.0,
-        heading_X=heading[0],
-        heading_Y=heading[1],
-        curvature=2.0 * side * modulus * wavenumber,
-        force_X=force * heading[0],
-        force_Y=force * heading[1],
-        error_sum=0.0,
-        n_errors=0.0,
-    )
+    home = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    path = (*heading, 2.0 * side * modulus * wavenumber, force * heading[0], force * heading[1])
+    return State(*q, far * X, far * Y), Auxiliary(*home, *path, 0.0, 0.0)
 
 
 @scalar
@@ -187,14 +169,7 @@ def bend(aux: Auxiliary, distance: float) -> Vector:
 @scalar
 def reference_of(aux: Auxiliary) -> State:
     """The state of the reference."""
-    return State(
-        aux.reference_w,
-        aux.reference_x,
-        aux.reference_y,
-        aux.reference_z,
-        aux.reference_X,
-        aux.reference_Y,
-    )
+    return State(*aux[:6])
 
 
 @scalar
@@ -312,7 +287,7 @@ class BallSteer(RollsAsTold):
         doi:10.1016/0022-0396(78)90135-3.
     """
 
-    rotation: str = setting("none", ROTATION)
+    rotation: str = "none"
     radius: Range = physical(1.0, "radius of both balls", "m")
     reference_speed: float = setting(0.5, Number("speed of the reference / largest", "1", 0.0, 1.0))
     path: str = setting("both", Choice("path of the reference", tuple(_EIGHTS)))

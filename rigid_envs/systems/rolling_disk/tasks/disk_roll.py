@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from rigid_envs.base.checks import Array
-from rigid_envs.base.settings import Integer, Number, setting
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Row, attitude, compose
 from rigid_envs.engine.compiler import scalar
@@ -19,7 +19,8 @@ from rigid_envs.systems.rolling_disk.dynamics import ROLLING_DISK, Input, Parame
 from rigid_envs.systems.rolling_disk.symmetry import EXCHANGE, PHASE, REFLECTION, TRANSLATION, TURN
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.tasks.fields import Entry, Range, physical, span
-from rigid_envs.tasks.reduction import Reduction, Side
+from rigid_envs.tasks.parts import held_for
+from rigid_envs.tasks.reduction import Reduction, Side, turn_one
 from rigid_envs.tasks.task import AuxiliaryRanges, Rolling
 
 # Common functions of the rolling-disk tasks: rolling variables and bounds on rates.
@@ -175,12 +176,6 @@ def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Side:
     return Side(side(aux))
 
 
-@scalar
-def turn(a: Any, frame: Any) -> tuple[float]:
-    """The torque about the direction of travel as `DiskRoll` defines it."""
-    return (frame.sign * a[0],)
-
-
 CIRCLE = Reduction(
     group="E(2) x O(2) x Z2",
     frame=(
@@ -205,7 +200,7 @@ CIRCLE = Reduction(
     observe=observe_reduced,
     Frame=Side,
     frame_of=frame_of,
-    turn=turn,
+    turn=turn_one,
     formulas="""
         With s = -1 where the commanded curvature is negative, else 1, and t = -s where w3 is
         negative, else s: lean, theta', both curvatures and the action are multiplied by s, wn and
@@ -299,10 +294,10 @@ def outcome(
     """Reward terms, torque impulse as cost, success after the hold time, end at a fall."""
     motion = rolling(y)
     wrong = abs(motion.curvature - aux.goal_curvature) / abs(aux.goal_curvature)
-    held = select(wrong <= c.tolerance, aux.held + 1.0, 0.0)
+    held, success = held_for(wrong <= c.tolerance, aux, c, dt)
     fallen = abs(motion.sin_lean) > _FALLEN
     effort = u.tau_lean / c.torque
-    success = (held * dt >= c.hold * (1.0 - 1e-9)) & (abs(motion.sin_lean) <= _FALLEN)
+    success = success & (abs(motion.sin_lean) <= _FALLEN)
     terms = Terms(
         circle=1.0 / (1.0 + 10.0 * wrong), upright=motion.cos_lean, effort=-effort * effort
     )
@@ -381,8 +376,8 @@ class DiskRoll(Rolling):
         and sliding disks", doi:10.1007/BF01833295.
     """
 
-    dt: float = setting(0.05, Number("control period", "s", 1e-4, 1.0))
-    n_substeps: int = setting(3, Integer("integrator steps per control period", 1, 1000))
+    dt: float = 0.05
+    n_substeps: int = 3
     m: Range = physical(1.0, "mass", "kg")
     radius: Range = physical(1.0, "radius of the rim", "m")
     I1: Range = physical(0.25, "moment about a diameter", "kg m^2")
@@ -461,8 +456,8 @@ class DiskRollRandom(DiskRoll):
         Exact: the threshold ``I3 (I3 + m r^2) w3^2 = I1 m g r`` of each wheel.
     """
 
-    n_substeps: int = setting(4, Integer("integrator steps per control period", 1, 1000))
-    m: Range = physical((0.85, 1.15), "mass", "kg")
-    radius: Range = physical((0.95, 1.05), "radius of the rim", "m")
-    I1: Range = physical((0.3, 0.36), "moment about a diameter", "kg m^2")
-    I3: Range = physical((0.5, 0.6), "moment about the axis", "kg m^2")
+    n_substeps: int = 4
+    m: Range = (0.85, 1.15)
+    radius: Range = (0.95, 1.05)
+    I1: Range = (0.3, 0.36)
+    I3: Range = (0.5, 0.6)

@@ -363,10 +363,7 @@ class CoinPark(Rolling):
 
     def features(self) -> tuple[Entry, ...]:
         """Offset in radii."""
-        return (
-            Entry("X / radius", "1", "world", -FAR, FAR),
-            Entry("Y / radius", "1", "world", -FAR, FAR),
-        )
+        return tuple(Entry(f"{k} / radius", "1", "world", -FAR, FAR) for k in "XY")
 
     def largest_rate(self, duration: float) -> float:
         """The larger of the two rates."""
