@@ -3,14 +3,8 @@
 import importlib
 import re
 from pathlib import Path
-from types import ModuleType
 
 PAGES = Path(__file__).parents[2] / "docs" / "reference"
-
-
-def is_of(module: ModuleType, member: object) -> bool:
-    """Whether it is a class or function that the module defines."""
-    return hasattr(member, "__qualname__") and member.__module__ == module.__name__
 
 
 def documented(page: Path) -> list[object]:
@@ -20,7 +14,7 @@ def documented(page: Path) -> list[object]:
         left_out = re.findall(r":exclude-members: (.*)", options)
         names = {each.strip() for line in left_out for each in line.split(",")}
         module = importlib.import_module(name)
-        own = [each for each, member in vars(module).items() if is_of(module, member)]
+        own = [k for k, v in vars(module).items() if getattr(v, "__module__", "") == name]
         public = getattr(module, "__all__", [each for each in own if not each.startswith("_")])
         members = [getattr(module, each) for each in public if each not in names]
         found += [member for member in members if hasattr(member, "__qualname__")]

@@ -11,7 +11,6 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -105,12 +104,10 @@ ROOMS = {
 }  # by system
 
 
-def functions_of(forms: ModuleType) -> dict[str, Callable[..., Any]]:
+def functions_of(forms: Any) -> dict[str, Callable[..., Any]]:
     """The public functions of a module, without those that it imports."""
-    own = inspect.getmembers(
-        forms, lambda found: inspect.isfunction(found) and found.__module__ == forms.__name__
-    )
-    return {name: function for name, function in own if not name.startswith("_")}
+    found = inspect.getmembers(forms, inspect.isfunction)
+    return {name: f for name, f in found if f.__module__ == forms.__name__ and name[0] != "_"}
 
 
 def named() -> Iterator[str]:
