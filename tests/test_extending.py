@@ -181,6 +181,7 @@ SwingUp(mgl=1e6, n_substeps=200).check_duration(200)
     assert refused.stderr.endswith("take n_substeps >= 201\n")
 
 
+@pytest.mark.push
 @pytest.mark.long
 def test_it_passes_the_contracts_that_ask_most(package: Package) -> None:
     printed = package.output(*command(CONTRACTS), "-q", "-k", SUBSET)

@@ -255,6 +255,7 @@ def programs(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return python.parent
 
 
+@pytest.mark.push
 @pytest.mark.long
 def test_it_trains_exports_evaluates_ranks_and_collects(programs: Path, tmp_path: Path) -> None:
     pytest.importorskip("stable_baselines3")

@@ -28,8 +28,9 @@ pygame = pytest.importorskip("pygame")
 pytest.importorskip("panda3d")
 pytest.importorskip("moviepy")
 
-IDS = tuple(ENVIRONMENTS)
 PARK = "RigidEnvs/BallPark-v0"
+# of the environments one at every push
+EACH = [pytest.param(name, marks=pytest.mark.push if name == PARK else ()) for name in ENVIRONMENTS]
 
 # it says so of every folder that is there already
 pytestmark = [
@@ -60,7 +61,7 @@ def steps(env: Any, n: int, seed: int = 0) -> None:
         env.step(env.action_space.sample())
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH)
 def test_record_video_films_an_id_in_real_time(env_id: str, tmp_path: Path) -> None:
     env = RecordVideo(gym.make(env_id, **SMALL), str(tmp_path), disable_logger=True)
     steps(env, 6)
@@ -74,7 +75,7 @@ def test_record_video_films_an_id_in_real_time(env_id: str, tmp_path: Path) -> N
     assert n == 7
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH)
 def test_render_collection_collects_a_picture_of_each_moment(env_id: str) -> None:
     env = RenderCollection(gym.make(env_id, **SMALL))
     steps(env, 4)
@@ -86,7 +87,7 @@ def test_render_collection_collects_a_picture_of_each_moment(env_id: str) -> Non
     env.close()
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH)
 def test_human_rendering_opens_a_window_for_an_id(env_id: str) -> None:
     env = HumanRendering(gym.make(env_id, **SMALL))
     steps(env, 1)
@@ -120,6 +121,7 @@ def test_films_of_a_policy_in_training_by_an_episode_trigger(tmp_path: Path) -> 
     assert len(list(tmp_path.glob("*.mp4"))) == 2
 
 
+@pytest.mark.push
 def test_the_vector_wrapper_films_our_native_rows(tmp_path: Path) -> None:
     envs: Any = gym.make_vec(PARK, num_envs=3, vectorization_mode="vector_entry_point", **SMALL)
     filmed = VectorRecordVideo(envs, str(tmp_path), video_length=4, disable_logger=True)
@@ -154,7 +156,7 @@ def keys_to_action(env: Any) -> dict[str, Any]:
     return mapping
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH)
 def test_gymnasiums_play_steers_an_id(env_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it asks for a backend of matplotlib as it is imported
@@ -182,14 +184,14 @@ def test_gymnasiums_play_steers_an_id(env_id: str, monkeypatch: pytest.MonkeyPat
     assert len(taken) == 3
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH)
 def test_stable_baselines3_films_its_rows(env_id: str, tmp_path: Path) -> None:
     venv: Any = make_vec_env(env_id, n_envs=2, seed=0, env_kwargs={"width": 64, "height": 64})
     assert venv.render_mode == "rgb_array"
     film_rows(venv, tmp_path)
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH)
 def test_stable_baselines3_films_our_adapter(env_id: str, tmp_path: Path) -> None:
     film_rows(sb3.make_vec_env(env_id, 2, **SMALL), tmp_path)
 
@@ -218,7 +220,7 @@ def test_stable_baselines3_films_a_policy_over_our_adapter(tmp_path: Path) -> No
     assert len(list(tmp_path.glob("*.mp4"))) == 1
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH)
 def test_an_id_shows_itself_in_a_window(env_id: str) -> None:
     env = gym.make(env_id, render_mode="human", width=64, height=64)
     env.reset(seed=0)

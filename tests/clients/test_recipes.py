@@ -19,9 +19,18 @@ CLEANRL = {
 }
 """Hashes of the files in the repository of CleanRL at fe8d8a0, as git names them."""
 
+AT_A_PUSH = ("sb3_her", "cleanrl_ppo", "torchrl_envs")
+"""One program that the tests need anyway, one with an environment of its own, one of rows."""
+
 
 @pytest.mark.long
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.recipe)
+@pytest.mark.parametrize(
+    "row",
+    [
+        pytest.param(row, id=row.recipe, marks=pytest.mark.push if row.recipe in AT_A_PUSH else ())
+        for row in ROWS
+    ],
+)
 def test_a_program_of_others_runs_its_recipe(row: Row) -> None:
     assert run(row)["result"]
 

@@ -188,6 +188,7 @@ def test_nothing_to_show_and_numbers_that_cannot_be_are_refused() -> None:
                 next(episode_pictures([(found.task, found.episode)], SMALL, **options))
 
 
+@pytest.mark.push
 @pytest.mark.long
 def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

@@ -14,11 +14,14 @@ MEND = (
 )
 
 
-# a reduced frame is another kernel, which takes seconds to compile: of some at every push
+# a reduced frame is another kernel, which takes seconds to compile
+REDUCED = (pytest.mark.long, pytest.mark.push)
+
+
 @pytest.mark.parametrize(
     ("env_id", "frame"),
     [
-        pytest.param(*case, marks=() if case[1] == "world" or case[0] in FULL else pytest.mark.long)
+        pytest.param(*case, marks=() if case[1] == "world" or case[0] in FULL else REDUCED)
         for case in CASES
     ],
 )

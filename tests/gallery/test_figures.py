@@ -1,6 +1,7 @@
 """Every figure of the gallery and its motion: its numbers hold, and it is the same each time."""
 
 import struct
+from collections.abc import Iterable
 from typing import Any, cast
 
 import numpy as np
@@ -14,12 +15,18 @@ from rigid_envs.tools.gallery import FIGURES, compose, make, write_figures
 from rigid_envs.tools.motions import MOTIONS, motion_of
 from rigid_envs.watch.figures import DPI, STYLE, Match
 
-pytestmark = pytest.mark.long  # see .ci/run
+pytestmark = pytest.mark.long
 
 Drawn = tuple[Figure, tuple[Match, ...], FigureCanvasAgg]
 
 
-@pytest.fixture(scope="module", params=list(FIGURES))
+def each(names: Iterable[str]) -> list[Any]:
+    """Names, of which the first one is looked at at every push."""
+    first, *others = names
+    return [pytest.param(first, marks=pytest.mark.push), *others]
+
+
+@pytest.fixture(scope="module", params=each(FIGURES))
 def drawn(request: pytest.FixtureRequest) -> Drawn:
     with rc_context(cast(Any, STYLE)):
         figure, numbers = compose(FIGURES[request.param])
@@ -94,7 +101,7 @@ def test_motions_belong_to_figures():
     assert motion_of("potential") is None
 
 
-@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("name", each(MOTIONS))
 def test_every_motion_can_be_played(name):
     replay = motion_of(name)
     for episode in replay.episodes:

@@ -123,7 +123,8 @@ def dealt() -> dict[str, list[str]]:
     return {target: models()[k::step] for k, target in enumerate(AT_EVERY_PUSH)}
 
 
-@pytest.mark.long  # at every push, see .ci/run: it compiles for a minute and a half
+@pytest.mark.push
+@pytest.mark.long  # it compiles for a minute and a half
 def test_same_bits_without_libm_on_different_processors(pytestconfig: pytest.Config) -> None:
     shares = dealt()
     assert all(shares.values())

@@ -17,7 +17,7 @@ from rigid_envs.watch.play.game import Game
 from rigid_envs.watch.play.loop import GameWindow, Status, board_height, page, play
 from rigid_envs.watch.replays.replay import load_replay
 
-pytestmark = pytest.mark.long  # see .ci/run
+pytestmark = pytest.mark.long
 
 pygame = pytest.importorskip("pygame")
 pytest.importorskip("panda3d")
@@ -76,6 +76,7 @@ def test_a_paused_game_stands_still(table: GameWindow) -> None:
     assert table.game.moment.time > before.time
 
 
+@pytest.mark.push
 def test_arrow_keys_roll_the_ball_as_seen(table: GameWindow) -> None:
     start = table.game.moment.y[4:6]
     press("right")
@@ -192,6 +193,7 @@ def test_the_reference_and_the_bound_are_of_this_very_start(env_id: str) -> None
     assert game.rival.name == policy.name and game.rival.text.startswith(f"{metric} {total:.3g}")
 
 
+@pytest.mark.push
 def test_an_episode_ends_with_a_verdict_and_its_result() -> None:
     game = Game(PARK, 3, {"position_tolerance": 1.5, "angle_tolerance": 3.1})
     game.step(np.zeros(2, np.float32))
@@ -222,6 +224,7 @@ def test_what_was_played_is_saved_as_a_replay(
     assert len(one) == 5 and not np.array_equal(one.actions, other.actions)
 
 
+@pytest.mark.push
 def test_the_loop_keeps_time_and_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
     slept: list[float] = []

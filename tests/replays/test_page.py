@@ -16,7 +16,7 @@ from rigid_envs.watch.replays.replay import load_replay
 from tests.replays.browser import Watched, chromium, wait_until
 from tests.replays.examples import free_body, rolling_ball
 
-pytestmark = pytest.mark.long  # see .ci/run
+pytestmark = pytest.mark.long
 
 SIZES = {"desk": (1280, 800), "phone": (390, 844)}
 
@@ -83,6 +83,7 @@ def test_nothing_is_cut_off(browser: Any, balls: Path, size: str) -> None:
     page.close()
 
 
+@pytest.mark.push
 def test_motion_is_seen_and_scrubbing_changes_it(browser: Any, body: tuple[Path, Path]) -> None:
     page = Watched(browser, *SIZES["desk"]).open(body[1])
     seek(page, 0.0)
@@ -134,6 +135,7 @@ def test_keys_play_step_and_change_speed(browser: Any, body: tuple[Path, Path]) 
     page.close()
 
 
+@pytest.mark.push
 def test_plotted_energy_error_is_the_stored_one(browser: Any, body: tuple[Path, Path]) -> None:
     replay = load_replay(body[0])
     (episode,) = replay.episodes
@@ -175,6 +177,7 @@ def test_pages_are_small_and_hold_no_address(body: tuple[Path, Path], balls: Pat
         assert 'src="http' not in text and "@import" not in text and "<link href" not in text
 
 
+@pytest.mark.push
 def test_no_text_of_a_file_can_end_the_document_of_the_page(browser: Any, tmp_path: Path) -> None:
     label = "</script><img src=x onerror=alert(1)><!--"
     file = write_html(tmp_path / "page.html", [(rolling_ball(label, 0, 3), 0)])
@@ -189,6 +192,7 @@ def test_long_episodes_side_by_side_fit_a_page() -> None:
     assert len(html(4 * [(free_body(300), 0)]).encode()) < MOST_BYTES
 
 
+@pytest.mark.push
 def test_shipped_viewer_is_built_from_the_sources_beside_it() -> None:
     folder = (
         Path(importlib.import_module("rigid_envs.watch.replays").__file__ or "").parent / "viewer"

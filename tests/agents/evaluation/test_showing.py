@@ -18,7 +18,7 @@ from rigid_envs.scores.starts import TEST_SEED
 from tests.fixtures import Capture, Patch
 from tests.programs import python
 
-pytestmark = pytest.mark.long  # see .ci/run
+pytestmark = pytest.mark.long
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 pygame = pytest.importorskip("pygame")
@@ -52,6 +52,7 @@ def read(path: Path) -> tuple[dict[str, Any], int]:
     return meta, sum(1 for _ in reader)
 
 
+@pytest.mark.push
 def test_training_leaves_a_film_of_its_policy(run: Path) -> None:
     meta, n = read(run / "film.mp4")
     assert meta["codec"] == "h264" and n > 20
@@ -127,6 +128,7 @@ def test_whatever_fails_does_not_fail_the_training(
     assert capsys.readouterr().err == "no film of the policy: OSError: no space\n"
 
 
+@pytest.mark.push
 def test_enjoy_without_a_display_writes_a_film_and_says_where(run: Path, capsys: Capture) -> None:
     assert main(["enjoy", str(run), "--seed", "4"]) == 0
     *table, film = capsys.readouterr().out.splitlines()

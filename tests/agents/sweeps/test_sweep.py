@@ -166,7 +166,10 @@ def test_a_run_of_another_process_is_tried_again_later(tmp_path: Path, monkeypat
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "number",
+    [pytest.param(signal.SIGTERM, marks=pytest.mark.push), signal.SIGINT, signal.SIGKILL],
+)
 def test_a_command_listens_nowhere_and_leaves_no_process_behind_and_goes_on(
     tmp_path: Path, number: signal.Signals
 ) -> None:

@@ -145,6 +145,7 @@ def test_a_signal_saves_and_exits_with_its_number(tmp_path: Path, number: signal
         assert_same(whole(tmp_path, **values), run)
 
 
+@pytest.mark.push
 @pytest.mark.long
 def test_no_row_and_no_event_is_doubled_or_missing_after_a_kill(tmp_path: Path) -> None:
     run = kill_at_random(tmp_path, {**SMALL, "total_timesteps": 512 * 60}, kills=2, seed=1)
