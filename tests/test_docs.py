@@ -293,6 +293,8 @@ def test_figures_of_the_leaderboard_are_those_of_the_data() -> None:
             assert row["efficiency"] == f"**{told:.3f}**"
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_page_on_control_prints_what_it_says(capsys: Capture) -> None:
     pytest.importorskip("casadi")
     pytest.importorskip("control")

@@ -1,13 +1,16 @@
 """A newcomer's package, made of nothing but docs/extending.md, gets all that the page promises."""
 
+import importlib
 import os
 import re
 import shlex
+import sys
 from functools import partial
 from pathlib import Path
 
 import pytest
 
+from tests.fixtures import Patch
 from tests.programs import printed, python
 
 ROOT = Path(__file__).parents[1]
@@ -60,6 +63,29 @@ for found, exact in (
     assert np.allclose(np.array(found)[:, 0], exact, rtol=1e-12, atol=1e-12)
 print(model.states, model.inputs)
 """
+SUBSTEPS = """
+from wheel_pendulum.heavy import HeavySwingUp
+from wheel_pendulum.task import SwingUp
+print(HeavySwingUp().mgl, HeavySwingUp().n_substeps)
+# 2010 rad/s in all, at which the least number is 201 and no rounding more
+SwingUp(mgl=1e6, n_substeps=201).check_duration(200)
+for refused in (
+    lambda: HeavySwingUp(mgl=-1.0),
+    lambda: SwingUp(mgl=1e6, n_substeps=200).check_duration(200),
+):
+    try:
+        refused()
+    except ValueError as error:
+        print(error)
+"""
+BLOCKS = re.findall(r"^```python\n(.*?)^```$", CHECKS, re.MULTILINE | re.DOTALL)
+PROGRAMS = {
+    "script": f"{SCRIPT}env.reset(seed=0)\nprint(envs.reset(seed=0)[0].shape)\n",
+    "checks": "\n".join(BLOCKS),
+    "picture": PICTURE,
+    "symbolic": SYMBOLIC,
+    "substeps": SUBSTEPS,
+}
 
 
 class Package:
@@ -89,29 +115,33 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Package:
     return Package(tmp_path_factory.mktemp("newcomer"))
 
 
+@pytest.fixture(scope="module")
+def said(package: Package) -> dict[str, str]:
+    """What the programs print, one after the other in one process."""
+    text = package.output("-c", "\nprint('---')\n".join(PROGRAMS.values()))
+    return dict(zip(PROGRAMS, text.split("---\n"), strict=True))
+
+
 def test_the_page_is_a_whole_package() -> None:
     names = ("system", "task", "heavy", "view", "__init__")
     assert [name for name, _ in FILES] == [f"wheel_pendulum/{name}.py" for name in names]
 
 
-def test_the_script_of_the_page_runs(package: Package) -> None:
-    tail = "env.reset(seed=0)\nprint(envs.reset(seed=0)[0].shape)\n"
-    assert package.output("-c", SCRIPT + tail) == "(256, 4)\n"
+def test_the_script_of_the_page_runs(said: dict[str, str]) -> None:
+    assert said["script"] == "(256, 4)\n"
 
 
-def test_the_checks_of_the_page_run(package: Package) -> None:
-    blocks = re.findall(r"^```python\n(.*?)^```$", CHECKS, re.MULTILINE | re.DOTALL)
-    assert package.output("-c", "\n".join(blocks)) == "same_seed_again\n"
+def test_the_checks_of_the_page_run(said: dict[str, str]) -> None:
+    assert said["checks"] == "same_seed_again\n"
 
 
-def test_it_is_seen_by_its_own_view(package: Package) -> None:
-    text = package.output("-c", PICTURE)
-    assert text == "SwingUpView (480, 480, 3) [0.0, 0.0, -1.0] [1.0, 0.0, 0.0]\n"
+def test_it_is_seen_by_its_own_view(said: dict[str, str]) -> None:
+    text = "SwingUpView (480, 480, 3) [0.0, 0.0, -1.0] [1.0, 0.0, 0.0]\n"
+    assert said["picture"] == text
 
 
-def test_its_system_is_a_symbolic_model_too(package: Package) -> None:
-    pytest.importorskip("casadi")
-    assert package.output("-c", SYMBOLIC) == "('angle', 'omega', 'spin') ('torque',)\n"
+def test_its_system_is_a_symbolic_model_too(said: dict[str, str]) -> None:
+    assert said["symbolic"] == "('angle', 'omega', 'spin') ('torque',)\n"
 
 
 def test_the_second_process_compiles_nothing(package: Package) -> None:
@@ -142,11 +172,14 @@ def test_it_is_described_and_gets_pages(package: Package) -> None:
     assert "## Pendulum" in (package.folder / "pages/README.md").read_text()
 
 
-def test_a_subclass_overrides_defaults_and_keeps_their_rules(package: Package) -> None:
-    code = "from wheel_pendulum.heavy import HeavySwingUp as H; print(H().mgl, H().n_substeps); "
-    assert package.output("-c", code) == "(6.0, 8.0) 2\n"
-    refused = package.run("-c", code + "H(mgl=-1.0)")
-    assert "config.mgl: mgl = -1.0; expected" in refused.stderr
+def test_a_subclass_overrides_defaults_and_keeps_their_rules(said: dict[str, str]) -> None:
+    own, refused, _ = said["substeps"].splitlines()
+    assert own == "(6.0, 8.0) 2"
+    assert refused.startswith("config.mgl: mgl = -1.0; expected")
+
+
+def test_the_least_number_of_substeps_that_is_asked_for_is_enough(said: dict[str, str]) -> None:
+    assert said["substeps"].endswith("take n_substeps >= 201\n")
 
 
 @pytest.mark.parametrize(
@@ -159,26 +192,16 @@ def test_a_subclass_overrides_defaults_and_keeps_their_rules(package: Package) -
     ],
 )
 def test_names_that_do_not_fit_together_are_refused_at_import(
-    tmp_path: Path, file: str, old: str, new: str, message: str
+    tmp_path: Path, monkeypatch: Patch, file: str, old: str, new: str, message: str
 ) -> None:
     package, name = Package(tmp_path), f"wheel_pendulum/{file}.py"
     text = dict(FILES)[name]
     assert text.count(old) == 1
-    package.write({name: text.replace(old, new)})
-    refused = package.run("-c", "import wheel_pendulum.task")
-    assert "TypeError" in refused.stderr
-    assert message in refused.stderr
-
-
-def test_the_least_number_of_substeps_that_is_asked_for_is_enough(package: Package) -> None:
-    # 2010 rad/s in all, at which the least number is 201 and no rounding more
-    code = """from wheel_pendulum.task import SwingUp
-SwingUp(mgl=1e6, n_substeps=201).check_duration(200)
-SwingUp(mgl=1e6, n_substeps=200).check_duration(200)
-"""
-    refused = package.run("-c", code)
-    assert "line 3" in refused.stderr
-    assert refused.stderr.endswith("take n_substeps >= 201\n")
+    package.write({name: text.replace(old, new), "wheel_pendulum/__init__.py": ""})
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "modules", {**sys.modules})
+    with pytest.raises(TypeError, match=message):
+        importlib.import_module("wheel_pendulum.task")
 
 
 @pytest.mark.push

@@ -18,13 +18,9 @@ from packaging.requirements import Requirement
 
 import rigid_envs
 from rigid_envs.scores.trained import published
+from tests.programs import printed
 
 ROOT = Path(__file__).parents[1]
-
-
-def run(*command: str | Path, cwd: Path, **environment: str) -> str:
-    """Runs Python with `command`; fails with what it printed."""
-    return run_program(sys.executable, *command, cwd=cwd, env=os.environ | environment)
 
 
 def run_program(*command: str | Path, cwd: Path, env: Mapping[str, str]) -> str:
@@ -44,7 +40,7 @@ def run_program(*command: str | Path, cwd: Path, env: Mapping[str, str]) -> str:
 
 def build(target: str, source: Path, out: Path) -> Path:
     """Builds the "wheel" or "sdist" of `source` with the build backend itself: no network."""
-    run("-m", "hatchling", "build", "--target", target, "--directory", out, cwd=source)
+    printed("-m", "hatchling", "build", "--target", target, "--directory", out, cwd=source)
     (built,) = out.iterdir()
     return built
 
@@ -52,12 +48,6 @@ def build(target: str, source: Path, out: Path) -> Path:
 def files_of(wheel: Path) -> set[str]:
     with zipfile.ZipFile(wheel) as archive:
         return set(archive.namelist())
-
-
-def install(wheel: Path, site: Path) -> None:
-    """Installs as pip does over what is there: `--upgrade` is what lets it replace a folder."""
-    options = ("--no-deps", "--no-index", "--no-compile", "--upgrade", "--quiet")
-    run("-m", "pip", "install", *options, "--target", site, wheel, cwd=site)
 
 
 @pytest.fixture(scope="module")
@@ -145,22 +135,30 @@ def test_links_of_the_readme_lead_somewhere_in_the_repository_and_on_pypi(
     assert all(any(each.endswith(end) for each in there) for end in ends)
 
 
-def test_installing_leaves_another_package_named_agents_untouched(
-    wheel: Path, tmp_path: Path
-) -> None:
-    theirs = {"agents/__init__.py": "owner = 'openai-agents'\n", "agents/tool.py": "x = 1\n"}
-    (tmp_path / "agents").mkdir()
-    for name, text in theirs.items():
-        (tmp_path / name).write_text(text)
-    install(wheel, tmp_path)
-    found = {p.relative_to(tmp_path).as_posix(): p for p in tmp_path.glob("agents/**/*")}
-    assert {name: path.read_text() for name, path in found.items()} == theirs
+THEIRS = {"agents/__init__.py": "owner = 'openai-agents'\n", "agents/tool.py": "x = 1\n"}
+
+
+@pytest.fixture(scope="module")
+def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the wheel was installed beside a package of others."""
+    folder = tmp_path_factory.mktemp("site")
+    (folder / "agents").mkdir()
+    for name, text in THEIRS.items():
+        (folder / name).write_text(text)
+    options = ("--no-deps", "--no-index", "--no-compile", "--upgrade", "--quiet")
+    # as pip does over what is there: `--upgrade` is what lets it replace a folder
+    printed("-m", "pip", "install", *options, "--target", folder, wheel, cwd=folder)
+    return folder
+
+
+def test_installing_leaves_another_package_named_agents_untouched(site: Path) -> None:
+    found = {p.relative_to(site).as_posix(): p for p in site.glob("agents/*.py")}
+    assert {name: path.read_text() for name, path in found.items()} == THEIRS
 
 
 def test_installed_library_imports_alone_and_without_heavy_packages(
-    wheel: Path, tmp_path: Path
+    site: Path, tmp_path: Path
 ) -> None:
-    install(wheel, tmp_path)
     heavy = (
         *("torch", "stable_baselines3", "matplotlib", "panda3d", "pygame", "agents", "casadi"),
         *("pytest", "hypothesis", "rigid_envs.testing"),
@@ -170,20 +168,21 @@ def test_installed_library_imports_alone_and_without_heavy_packages(
         f"print([name for name in {heavy} if name in sys.modules])"
     )
     # -P: the working directory is no place to import from; PYTHONPATH precedes any checkout.
-    out = run("-P", "-c", report, cwd=tmp_path, PYTHONPATH=str(tmp_path))
-    assert out.splitlines() == [str(tmp_path / "rigid_envs" / "__init__.py"), "[]"]
+    out = printed("-P", "-c", report, cwd=tmp_path, PYTHONPATH=str(site))
+    assert out.splitlines() == [str(site / "rigid_envs" / "__init__.py"), "[]"]
 
 
 @pytest.mark.long
-def test_contract_tests_run_from_the_installed_library(wheel: Path, tmp_path: Path) -> None:
-    install(wheel, tmp_path)
+def test_contract_tests_run_from_the_installed_library(site: Path, tmp_path: Path) -> None:
     command = ("-P", "-m", "rigid_envs.testing", "-q", "-k", "repr_names")
     ids = ("--env-id", "RigidEnvs/BallPark-v0", "--env-id", "RigidEnvs/BallGrid-v0")
     for workers in ((), ("-n", "2")):
-        out = run(*command, *ids, *workers, cwd=tmp_path, PYTHONPATH=str(tmp_path))
+        out = printed(*command, *ids, *workers, cwd=tmp_path, PYTHONPATH=str(site))
         assert "2 passed" in out, out
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_wheel_built_from_the_sdist_is_the_wheel_built_from_the_checkout(
     wheel: Path, tmp_path: Path
 ) -> None:

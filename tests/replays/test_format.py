@@ -14,6 +14,7 @@ import pytest
 from rigid_envs.base.files import DamagedFileError, digest, read_arrays, write_arrays
 from rigid_envs.scores.best import best_known
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.testing.environments import in_full
 from rigid_envs.watch.replays.episode import play_again, same_bits
 from rigid_envs.watch.replays.recording import RecordReplay, RecordRows
 from rigid_envs.watch.replays.replay import load_replay
@@ -63,7 +64,7 @@ def header_without(name: str) -> Any:
     return change
 
 
-@pytest.mark.parametrize("env_id", ENVIRONMENTS)
+@in_full(ENVIRONMENTS)
 def test_every_environment_is_saved_and_read_and_played_again_to_the_bit(
     env_id: str, tmp_path: Path
 ) -> None:

@@ -1,4 +1,4 @@
-"""The command line does what its help says, in real processes, and says what to do next."""
+"""The command line does what its help says, and says what to do next."""
 
 import json
 import re
@@ -21,7 +21,7 @@ from agents.config.reading import load_config, recipe_for
 from rigid_envs.scores.trained import file_of
 from rigid_envs.watch.replays.replay import load_replay
 from tests.fixtures import Capture, Patch
-from tests.programs import python
+from tests.programs import printed
 
 ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow-import", "tests.agents.drift"]
 SMALL = [
@@ -33,17 +33,12 @@ BALL_PARK = "RigidEnvs/BallPark-v0"
 IN_THE_WORLD = {"env_id": BALL_PARK, "total_timesteps": 3_990_000}
 
 
-def run(*words: str) -> "subprocess.CompletedProcess[str]":
-    return python("-m", "agents", *words, cwd=ROOT)
-
-
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     logs = tmp_path_factory.mktemp("logs")
     words = [*SMALL, "--total_timesteps", "1.2e4", "--log_dir", str(logs)]
-    answer = run("train", *ENV, *words)
-    assert answer.returncode == 0, answer.stderr
-    return logs / "ppo" / "Drift-v0_1", answer.stdout
+    said = printed("-m", "agents", "train", *ENV, *words, cwd=ROOT)
+    return logs / "ppo" / "Drift-v0_1", said
 
 
 def test_training_ends_with_the_table_and_where_everything_is(finished: tuple[Path, str]) -> None:
@@ -55,7 +50,7 @@ def test_training_ends_with_the_table_and_where_everything_is(finished: tuple[Pa
     assert all((folder / name).exists() for name in named)
     watch, _, again = re.findall(r"^  (\w.+)$", after, flags=re.MULTILINE)
     assert watch.startswith("python -m agents enjoy ")
-    assert run(*watch.split()[3:], "--table").returncode == 0
+    assert main([*watch.split()[3:], "--table"]) == 0
     assert f"--seed 1 {ENV[2]} {ENV[3]}" in again
     results = json.loads((folder / "results.json").read_text())
     assert results["policy"]["episodes"] == results["random_policy"]["episodes"] == 500
@@ -66,44 +61,43 @@ def test_training_ends_with_the_table_and_where_everything_is(finished: tuple[Pa
     assert list((folder / "tensorboard").glob("events.*"))
 
 
-def test_evaluate_gives_the_same_figures_again(finished: tuple[Path, str], tmp_path: Path) -> None:
+def test_evaluate_gives_the_same_figures_again(
+    finished: tuple[Path, str], tmp_path: Path, capsys: Capture
+) -> None:
     trained, said = finished
     folder = shutil.copytree(trained, tmp_path / "run")  # others see what the training wrote
     written = (folder / "results.json").read_bytes()
     before = json.loads(written)
-    answer = run("evaluate", str(folder), *ENV[2:])
-    assert answer.returncode == 0, answer.stderr
+    assert main(["evaluate", str(folder), *ENV[2:]]) == 0
+    told = capsys.readouterr().out
     found = folder / "evaluated" / f"best-500-{before['test_seed']}" / "results.json"
-    assert f"written to {found.parent}" in answer.stdout
+    assert f"written to {found.parent}" in told
     after = json.loads(found.read_text())
     assert after["policy"] == before["policy"]
     assert after["random_policy"] == before["random_policy"]
-    assert answer.stdout.splitlines()[1] in said
+    assert told.splitlines()[1] in said
     assert (folder / "results.json").read_bytes() == written
 
 
 def test_evaluate_saves_replays_and_rows_of_the_leaderboard(
-    finished: tuple[Path, str], tmp_path: Path
+    finished: tuple[Path, str], tmp_path: Path, capsys: Capture
 ) -> None:
     options = ("--episodes", "3", "--save-replays", "2", "--out", str(tmp_path))
-    answer = run("evaluate", str(file_of("Detumble")), *options)
-    assert answer.returncode == 0, answer.stderr
+    assert main(["evaluate", str(file_of("Detumble")), *options]) == 0
     file = tmp_path / "replays.npz"
-    assert f"written to {file}: 2 episodes" in answer.stdout
+    assert f"written to {file}: 2 episodes" in capsys.readouterr().out
     assert len(load_replay(file).episodes) == 2
     assert main(["leaderboard", str(tmp_path)]) == 0
     assert "expected all 500 starts" in (tmp_path / "leaderboard.md").read_text()
     folder, _ = finished
-    answer = run("evaluate", str(folder), *ENV[2:], *options)
-    assert answer.returncode == 2
-    assert "--save-replays: env_id = 'Drift-v0'" in answer.stderr
+    assert main(["evaluate", str(folder), *ENV[2:], *options]) == 2
+    assert "--save-replays: env_id = 'Drift-v0'" in capsys.readouterr().err
 
 
-def test_enjoy_prints_one_line_per_step(finished: tuple[Path, str]) -> None:
+def test_enjoy_prints_one_line_per_step(finished: tuple[Path, str], capsys: Capture) -> None:
     folder, _ = finished
-    answer = run("enjoy", str(folder / "best_model"), *ENV[2:], "--seed", "3")
-    assert answer.returncode == 0, answer.stderr
-    head, names, *steps, end = answer.stdout.splitlines()
+    assert main(["enjoy", str(folder / "best_model"), *ENV[2:], "--seed", "3"]) == 0
+    head, names, *steps, end = capsys.readouterr().out.splitlines()
     assert "seed 3" in head and "reward" in names and "cost" in names
     assert len(steps) == int(re.search(r"in (\d+) steps", end)[1])  # type: ignore[index]
     assert {len(line) for line in steps if "is_success" not in line} == {len(names)}

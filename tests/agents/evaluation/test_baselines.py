@@ -102,6 +102,8 @@ def test_a_folder_without_records_is_refused(tmp_path: Path, capsys: Capture) ->
     assert "expected records of `python -m agents benchmark`" in capsys.readouterr().err
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_page_of_the_repository_is_that_of_its_records() -> None:
     groups = grouped(DOCS / "baselines")
     assert (DOCS / "baselines.md").read_text() == markdown(groups, "baselines"), MEND

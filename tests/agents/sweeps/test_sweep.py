@@ -201,12 +201,10 @@ def wait_for(condition: Any) -> None:
 
 def test_the_verb_trains_what_it_is_told(tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "out"
-    words = f"{VERB} --steps 2e4 --episodes 20 --quiet".split()
-    assert main([*words, "--algo", "ppo", "--seeds", "0,2", "--out", str(out)]) == 0
+    words = f"{VERB} --steps 1e4 --episodes 20 --quiet".split()
+    assert main([*words, "--algo", "ppo", "--seeds", "2", "--out", str(out)]) == 0
     assert f"records: {out / 'records'}" in capsys.readouterr().out
-    for seed in (0, 2):
-        record = read_record(place(out, seed))
-        assert record.training["timesteps"] == 2 * 16384  # two updates of 256 rows, 64 steps
-        assert (out / "ppo" / f"Drift-v0_world_{seed}" / "best_model").exists()
+    assert read_record(place(out, 2)).training["timesteps"] == 16384  # 256 rows, 64 steps
+    assert (out / "ppo" / "Drift-v0_world_2" / "best_model").exists()
     assert main([*words, "--seeds", "many", "--out", str(out)]) == 2
     assert main([*words, "--jobs", "0", "--out", str(out)]) == 2

@@ -38,7 +38,8 @@ EASY: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", ["choices", pytest.param("goals", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("name", [pytest.param("choices", marks=pytest.mark.push), "goals"])
 def test_learning_beats_chance_by_far(tmp_path: Path, name: str) -> None:
     values = EASY[name]
     outcome = train(

@@ -95,13 +95,13 @@ def test_weights_are_those_of_the_seed(algo: str) -> None:
 def test_the_learning_rate_falls_along_a_line_and_ends_at_its_end(
     tmp_path: Path, algo: str
 ) -> None:
-    """The last update lies beyond the end: 4 of 400 steps where there are 1500."""
-    memory = {"log_every": 400, "learning_starts": 0, "train_freq": 1, "gradient_steps": 1}
-    own = {"n_steps": 100, "batch_size": 100, "target_kl": None} if algo == "ppo" else memory
-    config = config_of(algo, **own, learning_rate=[1e-3, 0.0], total_timesteps=1500,
+    """The last update lies beyond the end: 4 of 40 steps where there are 150."""
+    memory = {"log_every": 40, "learning_starts": 0, "train_freq": 1, "gradient_steps": 1}
+    own = {"n_steps": 10, "batch_size": 10, "target_kl": None} if algo == "ppo" else memory
+    config = config_of(algo, **own, learning_rate=[1e-3, 0.0], total_timesteps=150,
                        eval_episodes=2, log_dir=str(tmp_path))  # fmt: skip
     table = progress(config)
-    expected = 1e-3 * np.maximum(1 - np.array([400, 800, 1200, 1600]) / 1500, 0.0)
+    expected = 1e-3 * np.maximum(1 - np.array([40, 80, 120, 160]) / 150, 0.0)
     np.testing.assert_allclose(table["train/learning_rate"], expected, rtol=1e-12)
 
 
