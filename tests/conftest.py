@@ -1,5 +1,9 @@
 """Settings of all property tests, and kernels that are compiled before tests run in parallel."""
 
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # of torch and BLAS: tests run beside each other
+
 import pytest
 from hypothesis import HealthCheck, settings
 

@@ -4,7 +4,6 @@ import argparse
 import dataclasses
 import json
 import os
-import pty
 import re
 import signal
 import subprocess
@@ -27,7 +26,6 @@ from rigid_envs.tools.cli.command_line import _parser
 from rigid_envs.tools.pages.document import describe, example
 from rigid_envs.tools.pages.tables import size_of, table
 from tests.fixtures import Capture, Patch
-from tests.programs import python
 
 IDS = list(ENVIRONMENTS)
 
@@ -172,17 +170,8 @@ def test_the_default_of_a_number_is_the_one_that_help_tells() -> None:
     assert sorted(found) == ["--episodes", "--seed", "--seed", "--size", "--speed"]
 
 
-def test_what_the_package_logs_is_printed_from_a_command_on() -> None:
-    program = """
-import logging, rigid_envs.tools.cli
-log = logging.getLogger('rigid_envs.engine.compiler')
-log.info('before')
-rigid_envs.tools.cli.main(['list'])
-log.info('compiled')
-"""
-    assert python("-c", program).stderr == "rigid-envs: compiled\n"
-
-
+@pytest.mark.long
+@pytest.mark.push
 def test_ctrl_c_ends_a_command_without_a_word() -> None:
     words = ("evaluate", "BallPark", "--policy", "shortest_path")
     command = [sys.executable, "-m", "rigid_envs.tools.cli", *words]
@@ -203,20 +192,10 @@ def test_ctrl_c_ends_a_command_without_a_word() -> None:
     assert out == "" and "Traceback" not in err
 
 
-def test_lines_fit_a_narrow_terminal() -> None:
-    environment = {**os.environ, "COLUMNS": "60"}
-    here, there = pty.openpty()
-    command = [sys.executable, "-m", "rigid_envs.tools.cli", "list"]
-    done = subprocess.Popen(command, stdout=there, env=environment)
-    os.close(there)
-    text = b""
-    try:
-        while part := os.read(here, 65536):
-            text += part
-    except OSError:  # the other end is closed
-        pass
-    assert done.wait(60) == 0
-    lengths = [len(line) for line in text.decode().splitlines()]
+def test_lines_fit_a_narrow_terminal(monkeypatch: Patch, capsys: Capture) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    lengths = [len(line) for line in said(capsys, "list").splitlines()]
     assert 40 < max(lengths) <= 60
 
 

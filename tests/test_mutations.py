@@ -121,6 +121,8 @@ def test_a_bug_to_plant_has_its_place_and_its_tests(bug: Bug) -> None:
         assert f"def {name}" in (ROOT / path).read_text() if name else (ROOT / path).exists()
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_bug_in_a_copy_of_the_checkout_is_noticed_and_one_that_changes_nothing_is_not() -> None:
     copy = Checkout()
     try:

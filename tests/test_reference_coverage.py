@@ -6,6 +6,8 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 from tests.reference import all_cases
 
 ROOT = Path(__file__).parent.parent
@@ -25,6 +27,8 @@ def collected_ids() -> set[str]:
     return set(re.findall(r"\[(.+)\]$", listing, flags=re.MULTILINE))
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_every_reference_case_is_covered(record_property):
     asked = collected_ids()
     kinds = Counter(case["kind"] for case in all_cases())

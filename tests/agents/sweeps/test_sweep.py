@@ -45,7 +45,8 @@ def place(folder: Path, seed: int = 0) -> Path:
 
 
 def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path: Path) -> None:
-    both = [training(tmp_path, n=50), training(tmp_path, "b", 50, seed=3)]
+    # the first policy of the second one stays the best
+    both = [training(tmp_path, n=50), training(tmp_path, "b", 50, seed=3, learning_rate=[0.0, 0.0])]
     assert sweep(*both) == 0
     for each, name in zip(both, "ab", strict=True):
         config = each.config
@@ -64,23 +65,15 @@ def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path: Pa
         with np.load(run / "evaluations.npz") as held_out:
             assert record.curve["timesteps"] == held_out["timesteps"].tolist()
             means = held_out["results"].mean(axis=1)
+            won, costs = held_out["successes"].astype(bool), held_out["costs"]
         np.testing.assert_allclose(record.curve["return_mean"], means, rtol=1e-5)
+        np.testing.assert_allclose(record.curve["success_rate"], won.mean(axis=1), rtol=1e-5)
+        assert 0 < won[0].sum() < won.shape[1]
+        paid = [row[own].mean() for row, own in zip(costs, won, strict=True)]
+        np.testing.assert_allclose(record.curve["cost_mean"], paid, rtol=1e-5)
         assert not (run / "checkpoints").exists()
-
-
-def test_a_record_has_the_age_of_its_policy_and_the_costs_of_successes(tmp_path: Path) -> None:
-    frozen = training(tmp_path, learning_rate=[0.0, 0.0])  # the first policy stays the best
-    assert sweep(frozen) == 0
-    record, run = read_record(place(tmp_path)), tmp_path / "ppo" / "a"
-    assert record.training["timesteps"] == 512 * 6
     assert record.training["policy_timesteps"] == record.curve["timesteps"][0] == 2560
     assert load(run / "best_model").document["timesteps"] == 2560
-    with np.load(run / "evaluations.npz") as held_out:
-        won, costs = held_out["successes"].astype(bool), held_out["costs"]
-    assert 0 < won[0].sum() < won.shape[1]
-    means = [row[own].mean() for row, own in zip(costs, won, strict=True)]
-    np.testing.assert_allclose(record.curve["cost_mean"], means, rtol=1e-5)
-    np.testing.assert_allclose(record.curve["success_rate"], won.mean(axis=1), rtol=1e-5)
 
 
 def listening(session: int) -> list[str]:
@@ -98,7 +91,9 @@ def listening(session: int) -> list[str]:
     return found
 
 
-def test_the_same_again_trains_nothing_anew(tmp_path: Path) -> None:
+def test_the_same_again_trains_nothing_and_another_config_is_refused(
+    tmp_path: Path,
+) -> None:
     sweep(training(tmp_path))
     before = place(tmp_path).read_bytes()
     sweep(training(tmp_path))
@@ -107,12 +102,6 @@ def test_the_same_again_trains_nothing_anew(tmp_path: Path) -> None:
     sweep(training(tmp_path))
     written = read_record(place(tmp_path))
     assert f'"seconds": {written.training["seconds"]}' in before.decode()
-
-
-def test_another_config_is_refused_before_anything_is_trained_or_trained_anew(
-    tmp_path: Path,
-) -> None:
-    sweep(training(tmp_path))
     other = training(tmp_path, gamma=0.5)
     with pytest.raises(ConfigError, match=r"ppo_world_0.json is of .*gamma: 0.99 -> 0.5.*--over"):
         sweep(training(tmp_path, "new", seed=1), other)
