@@ -22,8 +22,6 @@ class Row(NamedTuple):
     version: str | None = None
 
 
-_CLEANRL = "fe8d8a0 of April 2026"
-
 ROWS = (
     Row("sb3_by_id", "stable-baselines3", "PPO by id, `evaluate_policy`"),
     Row("sb3_make_vec_env", "stable-baselines3", "PPO on `make_vec_env` with `env_kwargs`"),
@@ -35,15 +33,7 @@ ROWS = (
     Row("sb3_contrib_recurrent_ppo", "sb3-contrib", "RecurrentPPO"),
     Row("zoo_train_and_enjoy", "rl-zoo3", "`train` and `enjoy` with `configs/zoo/ppo.yml`", "zoo"),
     Row("zoo_all_ids", "rl-zoo3", "experiments of all ids of `configs/zoo`, set up", "zoo"),
-    Row("cleanrl_ppo", "cleanrl", "`ppo.py`, unmodified", "cleanrl", _CLEANRL),
-    Row(
-        "cleanrl_ppo_continuous",
-        "cleanrl",
-        "`ppo_continuous_action.py`, with the [three lines](../tests/clients/cleanrl/"
-        "ppo_continuous_action.patch) that Gymnasium 1.x asks for",
-        "cleanrl",
-        _CLEANRL,
-    ),
+    Row("cleanrl_ppo", "cleanrl", "`ppo.py`, unmodified", "cleanrl", "fe8d8a0 of April 2026"),
     Row("tianshou_ppo", "tianshou", "a PPO experiment of the high-level interface", "tianshou"),
     Row("torchrl_envs", "torchrl", "`GymEnv` by id, `GymWrapper` of native rows, PPO on them"),
     Row("rllib_ppo", "ray", "RLlib's PPO: sync, async and native rows", "rllib"),

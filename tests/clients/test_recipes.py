@@ -14,7 +14,6 @@ from tests.clients.running import ROOT, run
 HERE = Path(__file__).parent
 CLEANRL = {
     "ppo.py": "edde76baef51f05a8654160dfb19a4fdb34d14d3",
-    "ppo_continuous_action.py": "b454521b6e4a08d4a2f5ecec405132776f5e79eb",
     "LICENSE": "c4e562311a2917da1c770a80860d223965b41770",
 }
 """Hashes of the files in the repository of CleanRL at fe8d8a0, as git names them."""
