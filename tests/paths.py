@@ -7,54 +7,29 @@ from pathlib import Path
 import numpy as np
 
 
-def _missing(folder: Path) -> Path:
-    return folder / "thing"
+def _of(make: Callable[[Path], object], below: str = "") -> Callable[[Path], Path]:
+    """Makes a thing in a folder, and gives its path, or one below it."""
+
+    def made(folder: Path) -> Path:
+        make(folder / "thing")
+        return folder / "thing" / below
+
+    return made
 
 
-def _folder(folder: Path) -> Path:
-    (folder / "thing").mkdir()
-    return folder / "thing"
-
-
-def _empty(folder: Path) -> Path:
-    (folder / "thing").touch()
-    return folder / "thing"
-
-
-def _binary(folder: Path) -> Path:
-    (folder / "thing").write_bytes(np.random.default_rng(0).bytes(3000))
-    return folder / "thing"
-
-
-def _text(folder: Path) -> Path:
-    (folder / "thing").write_text("no: [list\n")
-    return folder / "thing"
-
-
-def _archive(folder: Path) -> Path:
-    (folder / "thing").write_bytes(b"PK\x03\x04" + np.random.default_rng(1).bytes(500))
-    return folder / "thing"
-
-
-def _below_a_file(folder: Path) -> Path:
-    (folder / "thing").touch()
-    return folder / "thing" / "below"
-
-
-def _pipe(folder: Path) -> Path:
-    os.mkfifo(folder / "thing")
-    return folder / "thing"
+def _random(seed: int, size: int, head: bytes = b"") -> Callable[[Path], object]:
+    return lambda path: path.write_bytes(head + np.random.default_rng(seed).bytes(size))
 
 
 PATHS: dict[str, Callable[[Path], Path]] = {
-    "missing": _missing,
-    "folder": _folder,
-    "empty": _empty,
-    "binary": _binary,
-    "text": _text,
-    "archive": _archive,
-    "below a file": _below_a_file,
-    "pipe": _pipe,
+    "missing": _of(lambda path: None),
+    "folder": _of(Path.mkdir),
+    "empty": _of(Path.touch),
+    "binary": _of(_random(0, 3000)),
+    "text": _of(lambda path: path.write_text("no: [list\n")),
+    "archive": _of(_random(1, 500, b"PK\x03\x04")),
+    "below a file": _of(Path.touch, "below"),
+    "pipe": _of(os.mkfifo),
 }
 """Each makes the path in a folder."""
 

@@ -2,19 +2,18 @@
 
 import ast
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from tests.mutations.__main__ import SOURCES, main
-from tests.mutations.application import Checkout
+from tests.mutations.application import ROOT, Checkout
 from tests.mutations.known import BUGS, EQUIVALENTS, LIBRARY_EQUIVALENTS, Bug
 from tests.mutations.library import LibraryCopy, all_changes
 from tests.mutations.mutants import mutants_of
 from tests.mutations.operators import changes_of, sampled
 from tests.mutations.reach import ROOMS, Reach, sources
-from tests.mutations.trials import ROOT, PackageCopy
+from tests.mutations.trials import PackageCopy
 
 SOURCE = '''
 STATE: tuple[float, float] = (1.0, 0.0)
@@ -104,7 +103,7 @@ def test_a_wrong_sign_in_a_copy_is_noticed_and_the_checkout_stays_as_it_was() ->
     copy, ball = PackageCopy(), "systems/rolling_ball/dynamics"
     try:
         rates = [m for m in mutants_of(copy.source(ball)) if m.function == "rhs"]
-        trial = copy.trial(ball, rates[-1], ("rolling_ball",))
+        trial = copy.mutated(ball, rates[-1], ("rolling_ball",))
         assert trial.law == "rolling_ball: rhs is the rate of the motion"
         assert copy.source(ball) == before[PACKAGE / f"{ball}.py"].decode()
     finally:
@@ -244,8 +243,6 @@ def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", SOURCES)
-def test_a_sample_of_wrong_signs_is_noticed(
-    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    assert main(["--subjects", name, "--sample", "5", "--json", str(tmp_path / "trials.json")]) == 0
+def test_a_sample_of_wrong_signs_is_noticed(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--subjects", name, "--sample", "5"]) == 0
     assert "No survivor." in capsys.readouterr().out

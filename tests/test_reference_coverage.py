@@ -1,13 +1,12 @@
 """Every reference case is asked for by at least one test that runs by default."""
 
 import re
-import subprocess
-import sys
 from collections import Counter
 from pathlib import Path
 
 import pytest
 
+from tests.programs import printed
 from tests.reference import all_cases
 
 ROOT = Path(__file__).parent.parent
@@ -15,15 +14,10 @@ ROOT = Path(__file__).parent.parent
 
 def collected_ids() -> set[str]:
     """What stands in the brackets of the names of all tests that know of the cases."""
-    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
-    files = [
-        str(p)
-        for p in Path(__file__).parent.rglob("test_*.py")
-        if "tests.reference" in p.read_text()
-    ]
-    listing = subprocess.run(
-        [*command, *files], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout
+    paths = Path(__file__).parent.rglob("test_*.py")
+    files = [path for path in paths if "tests.reference" in path.read_text()]
+    words = ("-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider")
+    listing = printed(*words, *files, cwd=ROOT)
     return set(re.findall(r"\[(.+)\]$", listing, flags=re.MULTILINE))
 
 

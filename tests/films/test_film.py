@@ -1,7 +1,6 @@
 """Films are what they say, in formats that others read, and nothing half-written stays."""
 
 import re
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ from gymnasium.error import DependencyNotInstalled
 from rigid_envs.watch import animation
 from rigid_envs.watch.films import SUFFIXES, checked_film, write_film
 from rigid_envs.watch.lettering import pillow
+from tests.programs import printed
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 Image = pytest.importorskip("PIL.Image")
@@ -274,4 +274,4 @@ def test_importing_films_imports_no_renderer() -> None:
         "import sys, rigid_envs.watch.films; "
         "assert not {'PIL', 'panda3d', 'pygame', 'imageio_ffmpeg', 'moviepy'} & set(sys.modules)"
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
+    printed("-c", code)

@@ -1,7 +1,6 @@
 """The gallery as files: what the command writes, and that docs/gallery is what it would write."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from rigid_envs.tools.cli import main
 from rigid_envs.tools.gallery import DATA, FIGURES, SHEET, SOURCES, Made, page
 from rigid_envs.tools.pages.films import sources_hash
 from rigid_envs.watch.figures import Match
+from tests.programs import printed
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs" / "gallery"
@@ -58,9 +58,7 @@ def test_list_names_every_figure_and_imports_no_matplotlib() -> None:
         "import sys; from rigid_envs.tools.cli import main; status = main(['gallery', '--list']); "
         "assert 'matplotlib' not in sys.modules; sys.exit(status)"
     )
-    said = subprocess.run(
-        [sys.executable, "-c", report], capture_output=True, text=True, check=True, cwd=ROOT
-    ).stdout
+    said = printed("-c", report, cwd=ROOT)
     for name, entry in FIGURES.items():
         assert f"{name} " in said and entry.title in said
 

@@ -1,23 +1,21 @@
 """Mutation test of the laws: every wrong sign in the kernels must break one.
 
 Run from the checkout: ``python -m tests.mutations [--subjects engine/algebra] [--jobs 2]
-[--sample 20 --seed 0] [--json FILE]``. A mutant takes a second, or ten where only the compiled
+[--sample 20 --seed 0]``. A mutant takes a second, or ten where only the compiled
 kernels show it. The status is 1 if a mutant survives that is not known to be equivalent, or if an
 equivalent no longer is one.
 """
 
 import argparse
-import json
 import random
 import sys
+from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 from tests.mutations.known import EQUIVALENTS, Equivalent
 from tests.mutations.mutants import Mutant, mutants_of
 from tests.mutations.process import shared_among
-from tests.mutations.report import as_json, as_markdown, survivors
 from tests.mutations.trials import PackageCopy, Trial
 
 
@@ -71,13 +69,33 @@ def main(argv: Sequence[str] | None = None) -> int:
     finally:
         for copy in copies:
             copy.close()
-    print(as_markdown(trials, EQUIVALENTS))
-    if options.json:
-        options.json.write_text(json.dumps(as_json(trials), indent=1) + "\n")
+    left = survivors(trials)
+    _show(trials, left)
     mistaken = _mistaken(every, trials, options.subjects)
     for equivalent, what in mistaken:
         print(f"\n{equivalent.source}.py ({equivalent.function}) `{equivalent.term}`: {what}")
-    return 1 if mistaken or survivors(trials, EQUIVALENTS) else 0
+    return 1 if mistaken or left else 0
+
+
+def survivors(trials: Sequence[Trial]) -> list[Trial]:
+    """Trials that no law has noticed and that are not known to be equivalent."""
+    known = {(e.source, e.key) for e in EQUIVALENTS}
+    return [t for t in trials if not t.law and (t.source, t.mutant.key) not in known]
+
+
+def _show(trials: Sequence[Trial], left: Sequence[Trial]) -> None:
+    """Print how many mutants each law was the first to notice, and those that none has."""
+    first = Counter(t.law for t in trials if t.law and not t.is_void)
+    void = sum(t.is_void for t in trials)
+    print("| law that was the first to fail | mutants |\n|---|---:|")
+    for law, count in first.most_common():
+        print(f"| {law} | {count} |")
+    print(f"\n{len(trials) - void} mutants, {first.total()} noticed, {len(left)} survived;")
+    print(f"{void} terms more are tuples, which have no sign: they do not compile.")
+    print("\nSurvivors:" if left else "\nNo survivor.")
+    for each in left:
+        place = f"{each.source}.py:{each.mutant.line} ({each.mutant.function})"
+        print(f"- {place} `{each.mutant.term}` in `{each.mutant.text}`")
 
 
 def _options(argv: Sequence[str] | None) -> argparse.Namespace:
@@ -93,7 +111,6 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--jobs", type=int, default=1, help="processes at a time")
     parser.add_argument("--sample", type=int, help="only so many mutants, drawn at random")
     parser.add_argument("--seed", type=int, default=0, help="of the sample")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write every trial there")
     return parser.parse_args(argv)
 
 
@@ -108,7 +125,7 @@ def _refuse_broken_laws(copy: PackageCopy, names: Sequence[str]) -> None:
 def _try_all(chosen: list[tuple[str, Mutant]], copies: list[PackageCopy]) -> list[Trial]:
     def one(copy: PackageCopy, each: tuple[str, Mutant]) -> Trial:
         name, mutant = each
-        trial = copy.trial(name, mutant, SOURCES[name].subjects)
+        trial = copy.mutated(name, mutant, SOURCES[name].subjects)
         verdict = f"{trial.law} ({trial.error})" if trial.law else "SURVIVED"
         number = f"{chosen.index(each) + 1}/{len(chosen)}"
         place = f"{name}.py:{mutant.line} {mutant.term}"

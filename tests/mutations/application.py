@@ -17,17 +17,17 @@ from tests.mutations.known import BUGS, Bug
 from tests.mutations.process import run_copy, shared_among
 
 ROOT = Path(__file__).parents[2]
-_COPIED = ("agents", "configs", "docs", "rigid_envs", "tests", "pyproject.toml", "README.md")
+COPIED = ("agents", "configs", "docs", "rigid_envs", "tests", "pyproject.toml", "README.md")
 _LIMIT = 600.0  # [s] a bug that takes so long makes something wait for ever: it counts as noticed
 _PASSED, _FAILED = 0, 1  # statuses of pytest
 
 
 class Checkout:
-    """A copy of the checkout in a temporary folder."""
+    """A copy of the checkout, or of a part of it, in a temporary folder."""
 
-    def __init__(self, root: Path = ROOT) -> None:
+    def __init__(self, root: Path = ROOT, parts: Sequence[str] = COPIED) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="bugs-"))
-        for name in _COPIED:
+        for name in parts:
             if (root / name).is_dir():
                 ignored = shutil.ignore_patterns("__pycache__")
                 shutil.copytree(root / name, self.folder / name, ignore=ignored)

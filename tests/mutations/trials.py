@@ -2,14 +2,13 @@
 
 import json
 import shutil
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.mutations.application import Checkout
 from tests.mutations.mutants import Mutant
 from tests.mutations.process import run_copy
 
-ROOT = Path(__file__).parents[2]
 _LIMIT = 300.0  # [s] a mutant that takes so long does not end: it counts as noticed
 _QUICK = 4  # laws of a subject that are tried interpreted: a step takes a thousand times as long
 # Checks laws until one fails; prints the file of the package, to prove that it is the copy.
@@ -70,23 +69,13 @@ class Trial:
         return self.error.startswith(("TypeError: bad operand", "TypingError", "LoweringError"))
 
 
-class PackageCopy:
-    """A copy of the package in a temporary folder; the checkout is never changed.
+class PackageCopy(Checkout):
+    """A copy of the package in a temporary folder; the checkout is never changed."""
 
-    Args:
-        package: folder of the package.
-    """
-
-    def __init__(self, package: Path = ROOT / "rigid_envs") -> None:
-        self._folder = Path(tempfile.mkdtemp(prefix="mutants-"))
-        ignored = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(package, self._folder / "rigid_envs", ignore=ignored)
+    def __init__(self) -> None:
+        super().__init__(parts=("rigid_envs",))
         with self._path("engine/rows").open("a", encoding="utf-8") as rows:
             rows.write(_INTERPRETED_ROWS)
-
-    def close(self) -> None:
-        """Remove the copy."""
-        shutil.rmtree(self._folder, ignore_errors=True)
 
     def source(self, name: str) -> str:
         """Text of a file, named from the package without its suffix."""
@@ -108,7 +97,7 @@ class PackageCopy:
         self, subjects: tuple[str, ...], count: int, settings: dict[str, str]
     ) -> tuple[str, str]:
         """Check the first laws of subjects in a new process."""
-        cache = self._folder / "cache"
+        cache = self.folder / "cache"
         settings |= {
             "NUMBA_CACHE_DIR": str(cache),
             "NUMBA_OPT": "0",  # the same numbers, compiled in less time
@@ -116,7 +105,7 @@ class PackageCopy:
         }
         words = ["-P", "-c", _PROGRAM, str(count), *subjects]
         try:
-            done = run_copy(self._folder, words, _LIMIT, **settings)
+            done = run_copy(self.folder, words, _LIMIT, **settings)
         finally:
             shutil.rmtree(cache, ignore_errors=True)
         if done is None:
@@ -128,14 +117,14 @@ class PackageCopy:
     def _failed_law(self, said: str) -> tuple[str, str]:
         """The law that failed and its error, from the last line of the output."""
         file, broken = json.loads(said.splitlines()[-1])
-        if not Path(file).is_relative_to(self._folder):
-            raise RuntimeError(f"{file} was checked and not the copy in {self._folder}")
+        if not Path(file).is_relative_to(self.folder):
+            raise RuntimeError(f"{file} was checked and not the copy in {self.folder}")
         if broken is None:
             return "", ""
         subject, name, error, message = broken
         return f"{subject}: {name}", message.splitlines()[0] if message else f"{error:.1e}"
 
-    def trial(self, name: str, mutant: Mutant, subjects: tuple[str, ...]) -> Trial:
+    def mutated(self, name: str, mutant: Mutant, subjects: tuple[str, ...]) -> Trial:
         """Put a mutant into the file `name`, check the laws, and restore the file."""
         path, source = self._path(name), self.source(name)
         path.write_text(mutant.planted(source), encoding="utf-8")
@@ -145,4 +134,4 @@ class PackageCopy:
             path.write_text(source, encoding="utf-8")
 
     def _path(self, name: str) -> Path:
-        return self._folder / "rigid_envs" / f"{name}.py"
+        return self.folder / "rigid_envs" / f"{name}.py"

@@ -10,6 +10,7 @@ import pytest
 from gymnasium.error import DependencyNotInstalled
 
 from rigid_envs.watch.panda import load_without_x11
+from tests.programs import printed
 
 DRAW = """
 import hashlib, gymnasium as gym, rigid_envs
@@ -45,9 +46,8 @@ def test_pictures_are_drawn_without_system_libraries():
         timeout=300,
     )
     assert bare.returncode == 0, bare.stderr
-    usual = subprocess.run([sys.executable, "-c", DRAW], capture_output=True, text=True, check=True)
-    assert bare.stdout == usual.stdout
-    assert len(usual.stdout.strip()) == len(hashlib.sha256().hexdigest())
+    assert bare.stdout == printed("-c", DRAW)
+    assert len(bare.stdout.strip()) == len(hashlib.sha256().hexdigest())
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="there libX11 is not asked for")

@@ -1,8 +1,6 @@
 """`deep_check` finds what is wrong with an environment, and nothing wrong with a correct one."""
 
 import random
-import subprocess
-import sys
 from typing import Any
 
 import gymnasium as gym
@@ -15,6 +13,7 @@ from gymnasium.wrappers import RecordEpisodeStatistics, TimeLimit
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.deep import DeepCheckError, deep_check
+from tests.programs import printed
 from tests.testing import planted
 from tests.testing.planted import LIMIT, PLANTED, Planted, Slider
 
@@ -193,4 +192,4 @@ def test_it_needs_no_package_of_the_tests() -> None:
         "import sys; sys.modules['pytest'] = sys.modules['hypothesis'] = None; "
         "from rigid_envs.testing import deep_check; deep_check('CartPole-v1')"
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
+    printed("-c", code)

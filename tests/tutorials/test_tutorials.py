@@ -1,12 +1,11 @@
 """Every tutorial runs as the script that it is; `.ci/docs` runs them as notebooks, for the site."""
 
 import ast
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.programs import printed
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "tutorials"
@@ -29,16 +28,7 @@ def test_all_are_on_the_site_and_begin_with_a_title() -> None:
 
 @each
 def test_it_runs_as_a_script(name: str, tmp_path: Path) -> None:
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
-    done = subprocess.run(
-        [sys.executable, FOLDER / f"{name}.py"],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    printed(FOLDER / f"{name}.py", cwd=tmp_path, PYTHONPATH=str(ROOT), MPLBACKEND="Agg")
 
 
 @pytest.mark.parametrize("name", NAMES)
