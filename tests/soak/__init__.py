@@ -1,1 +1,0 @@
-"""Environments made, used and dropped for a long time: nothing may grow."""
