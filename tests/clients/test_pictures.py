@@ -9,14 +9,11 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.wrappers import (
-    AddWhiteNoise,
     HumanRendering,
-    ObstructView,
     RecordVideo,
     RenderCollection,
 )
 from gymnasium.wrappers.vector import RecordVideo as VectorRecordVideo
-from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecVideoRecorder
 
@@ -93,14 +90,6 @@ def test_human_rendering_opens_a_window_for_an_id(env_id: str) -> None:
     steps(env, 1)
     assert pygame.display.get_init()
     assert pygame.display.get_surface().get_size() == (64, 64)
-    env.close()
-
-
-def test_wrappers_of_pictures_wrap_ours() -> None:
-    env = AddWhiteNoise(ObstructView(gym.make(PARK, **SMALL), 0.3, 8), 0.3)
-    steps(env, 1)
-    picture: Any = env.render()
-    assert picture.shape == (64, 64, 3)
     env.close()
 
 
@@ -208,16 +197,6 @@ def film_rows(venv: Any, folder: Path) -> None:
     (film,) = folder.glob("*.mp4")
     size = read(film)[0]["size"]
     assert size[0] * size[1] >= 2 * 64 * 64
-
-
-def test_stable_baselines3_films_a_policy_over_our_adapter(tmp_path: Path) -> None:
-    venv = sb3.make_vec_env(PARK, 1, **SMALL)
-    recorder: Any = VecVideoRecorder(
-        venv, str(tmp_path), record_video_trigger=lambda step: step == 0, video_length=3
-    )
-    PPO("MlpPolicy", recorder, n_steps=8, batch_size=8, n_epochs=1, device="cpu").learn(8)
-    recorder.close()
-    assert len(list(tmp_path.glob("*.mp4"))) == 1
 
 
 @pytest.mark.parametrize("env_id", EACH)

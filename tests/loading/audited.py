@@ -1,4 +1,4 @@
-"""Read harmful and changed files under Python's audit: ``python -m tests.loading.audited N``.
+"""Read harmful and changed files under Python's audit.
 
 Prints what the readers did that no reader should do: run code, import, start processes, open
 sockets, write. A hook of the audit cannot be taken away, so this is a process of its own.
@@ -77,7 +77,3 @@ def _read(reader: Reader, folder: Path, data: bytes, audit: Audit) -> str:
     finally:
         audit.armed = False
     return "read"
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]))

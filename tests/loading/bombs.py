@@ -1,4 +1,4 @@
-"""Small files that would take much memory or time: ``python -m tests.loading.bombs``.
+"""Small files that would take much memory or time.
 
 Prints for every kind of file and bomb the time that its reader computed [s] and by how much the
 process grew [MiB], as JSON; a reader must refuse each.
@@ -139,7 +139,3 @@ def main() -> None:
 def _peak() -> float:
     """Largest size of this process so far [MiB]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-
-
-if __name__ == "__main__":
-    main()

@@ -15,15 +15,22 @@ from tests.programs import printed
 N = 112  # changed files of each kind: more than 1000 together
 
 
-def said_by(module, *words):
-    """The JSON that a module prints, as a process of its own."""
-    told = printed("-W", "ignore", "-m", module, *words, cwd=Path(__file__).parents[2])
-    return json.loads(told.splitlines()[-1])
+def said_by(code):
+    """Lines of JSON that a program prints at its end, as a process of its own."""
+    told = printed("-W", "ignore", "-c", code, cwd=Path(__file__).parents[2])
+    return [json.loads(line) for line in told.splitlines() if line.startswith("{")]
 
 
 @pytest.fixture(scope="module")
-def audited():
-    return said_by("tests.loading.audited", str(N))
+def both():
+    """What the audit and the trap found, one after the other in one process."""
+    modules = "from tests.loading import audited, trapped"
+    return said_by(f"{modules}\naudited.main({N})\ntrapped.main()")
+
+
+@pytest.fixture(scope="module")
+def audited(both):
+    return both[0]
 
 
 @pytest.mark.parametrize("kind", READERS)
@@ -53,7 +60,7 @@ def test_payloads_do_run_where_a_reader_lets_them(tmp_path):
 
 @pytest.mark.long
 def test_bombs_are_refused_before_they_take_memory_or_time():
-    found = said_by("tests.loading.bombs")
+    (found,) = said_by("from tests.loading import bombs\nbombs.main()")
     assert len(found) == len(READERS) * len(BOMBS)
     for name, (end, seconds, grown) in found.items():
         assert end != "read", name
@@ -62,8 +69,8 @@ def test_bombs_are_refused_before_they_take_memory_or_time():
 
 
 @pytest.fixture(scope="module")
-def trapped():
-    return said_by("tests.loading.trapped")
+def trapped(both):
+    return both[1]
 
 
 @pytest.mark.parametrize("kind", NAMED)

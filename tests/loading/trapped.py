@@ -1,4 +1,4 @@
-"""Files that name code, given to every entry that reads files: ``python -m tests.loading.trapped``.
+"""Files that name code, given to every entry that reads files.
 
 The code lies where Python would find it, a module `trap` in the current folder. Prints for every
 entry and file what of it was touched, how the entry ended, and for `gym.make` the same of a user's
@@ -159,7 +159,3 @@ def _touched(read: Callable[[], Any], hook: Trap) -> dict[str, Any]:
             end = f"{type(error).__name__}: {error}"
     ran = Path("flag").exists()
     return {"found": sorted(hook.found), "ran": ran, "end": f"{said.getvalue()[-300:]} {end}"}
-
-
-if __name__ == "__main__":
-    main()

@@ -25,6 +25,7 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.scores.records import read_record
 from tests.agents.sessions import SMALL
 from tests.fixtures import Capture, Patch
+from tests.programs import printed
 
 FEW = SMALL | {"total_timesteps": 512 * 6}
 DRIFT = "tests.agents.drift"
@@ -163,9 +164,11 @@ def test_a_command_listens_nowhere_and_leaves_no_process_behind_and_goes_on(
     tmp_path: Path, number: signal.Signals
 ) -> None:
     words = f"{VERB} --algo ppo --steps 1.5e5 --episodes 20 --seeds 0-1 --jobs 2 --out {tmp_path}"
-    command = [sys.executable, "-m", "agents", *words.split()]
+    command = ["-m", "agents", *words.split()]
     locks = [tmp_path / "ppo" / f"Drift-v0_world_{seed}" / "run.lock" for seed in (0, 1)]
-    first = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    first = subprocess.Popen(
+        [sys.executable, *command], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
     wait_for(lambda: all((lock.parent / "progress.csv").is_file() for lock in locks))
     assert listening(first.pid) == []
     os.killpg(first.pid, number) if number == signal.SIGINT else first.send_signal(number)
@@ -177,8 +180,8 @@ def test_a_command_listens_nowhere_and_leaves_no_process_behind_and_goes_on(
     pids = [json.loads(lock.read_bytes())["pid"] for lock in locks]
     wait_for(lambda: not any(Path(f"/proc/{pid}").exists() for pid in pids))
     assert all(any((lock.parent / "checkpoints").iterdir()) for lock in locks)
-    again = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert again.returncode == 0 and "[2/2] " in again.stdout and "records: " in again.stdout
+    again = printed(*command)
+    assert "[2/2] " in again and "records: " in again
 
 
 def wait_for(condition: Any) -> None:

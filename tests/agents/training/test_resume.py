@@ -4,8 +4,6 @@ import csv
 import os
 import re
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -18,6 +16,7 @@ import tests.agents.drift  # noqa: F401, registers the environment
 from agents.training.trainer import train
 from rigid_envs.base.files import load_tensors
 from tests.agents.sessions import SAME, SMALL, assert_same_files, finish, start
+from tests.programs import python
 
 PPO_ONLY = ("n_steps", "batch_size", "n_epochs")
 MEMORY = {"log_every": 512, "learning_starts": 2000, "batch_size": 64, "train_freq": 2,
@@ -183,8 +182,7 @@ def test_a_run_on_a_full_disk_says_so_and_goes_on_when_there_is_room(
     run = tmp_path / "ppo" / "full"
     options = values | {"log_dir": str(tmp_path), "run_name": "full"}
     words = [word for key, value in options.items() for word in (f"--{key}", str(value))]
-    command = [sys.executable, "-c", LIMITED, str(limit), *words, "--quiet"]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    ended = python("-c", LIMITED, str(limit), *words, "--quiet")
     assert ended.returncode == 1, ended.stderr
     (said,) = ended.stderr.splitlines()
     assert re.fullmatch(rf"agents: .*File too large.*{re.escape(str(run / name))}.*", said)
