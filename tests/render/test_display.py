@@ -180,7 +180,7 @@ RENDERERS = ("panda3d", "pygame", "PIL", "moviepy", "matplotlib")
 
 
 def test_no_renderer_is_imported_before_the_first_picture():
-    code = f"""
+    in_a_new_process(f"""
 import sys, gymnasium as gym, rigid_envs
 env = gym.make({PARK!r}, render_mode="rgb_array")
 env.reset(seed=0)
@@ -188,26 +188,26 @@ found = [name for name in {RENDERERS} if name in sys.modules]
 assert not found, found
 env.render()
 assert "panda3d" in sys.modules and "pygame" not in sys.modules
-"""
-    in_a_new_process(code)
+""")
 
 
-@pytest.mark.parametrize("name", ["panda3d", "PIL"])
-def test_a_missing_package_is_named_with_the_command_that_installs_it(name):
-    code = f"""
-import sys; sys.modules[{name!r}] = None
+def test_a_missing_package_is_named_with_the_command_that_installs_it():
+    in_a_new_process(f"""
+import sys
 import gymnasium as gym, rigid_envs
 from gymnasium.error import DependencyNotInstalled
-env = gym.make({PARK!r}, render_mode="rgb_array")
-env.reset(seed=0)
-try:
-    env.render()
-except DependencyNotInstalled as error:
-    assert 'pip install "rigid-envs[render]"' in str(error), error
-else:
-    raise SystemExit("no error")
-"""
-    in_a_new_process(code)
+for name in ("PIL", "panda3d"):
+    sys.modules[name] = None
+    env = gym.make({PARK!r}, render_mode="rgb_array")
+    env.reset(seed=0)
+    try:
+        env.render()
+    except DependencyNotInstalled as error:
+        assert 'pip install "rigid-envs[render]"' in str(error), error
+    else:
+        raise SystemExit(f"no error without {{name}}")
+    del sys.modules[name]
+""")
 
 
 @pytest.mark.parametrize("n", [0, 1])
@@ -233,21 +233,19 @@ def test_to_close_an_environment_closes_its_window_once(n, monkeypatch):
     assert calls == [PARK, ((32, 64, 3), 10), "close"]
 
 
-@pytest.mark.parametrize("call", ["gym.make(ID, **MODE)", "gym.make_vec(ID, num_envs=3, **MODE)"])
-def test_human_mode_shows_every_step_in_a_window(call):
-    code = f"""
+def test_human_mode_shows_every_step_in_a_window():
+    in_a_new_process(f"""
 import gymnasium as gym, pygame, rigid_envs
-ID, MODE = {PARK!r}, dict(render_mode="human", width=64, height=64)
-env = {call}
-env.reset(seed=0)
-assert pygame.display.get_surface() is not None
-before = pygame.surfarray.array3d(pygame.display.get_surface())
-for _ in range(2):
-    env.step(env.action_space.sample())
-after = pygame.surfarray.array3d(pygame.display.get_surface())
-assert (before != after).any()
-assert env.render() is None
-env.close()
-assert not pygame.display.get_init()
-"""
-    in_a_new_process(code)
+mode = dict(render_mode="human", width=64, height=64)
+for env in (gym.make({PARK!r}, **mode), gym.make_vec({PARK!r}, num_envs=3, **mode)):
+    env.reset(seed=0)
+    assert pygame.display.get_surface() is not None
+    before = pygame.surfarray.array3d(pygame.display.get_surface())
+    for _ in range(2):
+        env.step(env.action_space.sample())
+    after = pygame.surfarray.array3d(pygame.display.get_surface())
+    assert (before != after).any()
+    assert env.render() is None
+    env.close()
+    assert not pygame.display.get_init()
+""")
