@@ -1,98 +1,15 @@
-"""The page docs/speed.md, from docs/speed.json."""
+"""The page docs/speed.md, from its text in page.md and the figures in docs/speed.json."""
 
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from rigid_envs.tools.cli.collecting import as_factor, as_time
 from rigid_envs.tools.pages.tables import Table
 from rigid_envs.tools.pages.writing import as_markdown
 
-_HEAD = """\
-<!-- Written by `python -m tests.benchmarks` from docs/speed.json. -->
-
-# Speed
-
-Figures of {cpu}, {cores} cores with nothing else to do, on {date}; Python {python}, Gymnasium
-{gymnasium}, numba {numba}, NumPy {numpy}. Everything is float64. What is compared was measured in
-one run, in turns: medians, and quartiles over {rounds} rounds.
-
-```bash
-rigid-envs bench                    # steps, peers, first use
-python -m tests.benchmarks          # all of this page, in a checkout
-python -m tests.benchmarks.targets  # beside the aims of this project
-```"""
-_STEPS = """
-## A step
-
-Resets included: of a single environment without its wrappers, and of one row of a vector of 4096
-rows, in one thread. The dearest row costs {dearest:.1f} times as much as the median of all.
-"""
-_ROWS = """
-Time of a row by the number of rows, in one thread and in two:
-"""
-_SIZES = """
-With more rows than the caches hold, a step waits for memory:
-"""
-_OPTIONS = """
-What options add to a row of `BallPark` (4096 rows, one thread), against none:
-"""
-_FRAMES = """
-What the reduced frame adds to a row (4096 rows, one thread), against that of the world;
-`python -m tests.benchmarks.frames`, on {date}:
-"""
-_RATIOS = """
-## Against others
-
-Steps per second over those of a peer: Gymnasium's CartPole, single and as its NumPy vector
-environment; PufferLib's drone, a rigid body in C of one Euler step in float32, compiled from its
-source package (`python -m tests.benchmarks.pufferlib_drone`); MuJoCo's `rollout` of the same free
-body, physics only, in steps that keep the energy as well as ours do over 6000 s; two threads over
-one.
-"""
-_LOOPS = """
-## Against C
-
-The integration loop of the free body, and the same operations in C on vectors of eight doubles
-(`gcc -O3 -march=native`, `python tests/benchmarks/kernel_vs_c.py`, which also compares the other
-systems): {c_text}.
-"""
-_LIMIT = """
-## The limit
-
-What some environments integrate in a control period, beside the same in C and what the core can do:
-{fma:.0f} multiply-adds, {sum:.0f} sums, {quotient:.1f} quotients or {root:.1f} roots per
-nanosecond, on vectors in registers. Operations of a row, counted from the source; not again what a
-stage has computed before, and not what is the same for all rows. A multiply-add is two flops.
-`python -m tests.benchmarks.flops`.
-"""
-_PERIODS = """
-Time of a row, 4096 rows in one thread. "All fused": all flops in multiply-adds. "As written": the
-operations above one after the other, products at the rate of multiply-adds; the processor can add
-and divide while it multiplies, so that less is possible. "C" and "ours": loops over states, inputs
-and parameters alone; of those in C the faster. "Step": all of a step, with action, reward,
-observation and resets. Then our loop over three of these, with quartiles, and its share of the
-step.
-"""
-_TRAINING = """
-## Training
-
-Where the time of PPO goes, by the recipes for the reduced frame up to their first evaluation, on
-one torch thread: steps of the environment, actions of the policy; losses, gradients and Adam;
-evaluation on the starts of validation. `python -m tests.benchmarks.ppo_phases`.
-"""
-_STOCK = """
-`IntermediateAxis` by its recipe for the reduced frame, {timesteps} steps, three seeds in turns: by
-Stable-Baselines3 with its own vector of single environments, with ours, and by this application,
-whose times include evaluations on the way. Then returns after parts of the steps, on 100 starts
-apart: means over the seeds, and the least and the largest. `python -m tests.benchmarks.stock_ppo`.
-"""
-_FIRST = """
-## First use
-
-From the import to the first step in a new process, which compiles the environment if no process has
-before (`rigid-envs compile` does it beforehand):
-"""
+_PAGE = Path(__file__).with_suffix(".md")
 _N_COLUMNS = 2  # pairs of columns in the table of steps
 _SHOWN = ("IntermediateAxis-v0", "BallPark-v0", "SleepingTop-v0", "DiskRoll-v0", "Reorient-v0")
 _KINDS = {
@@ -113,46 +30,35 @@ def markdown(data: Mapping[str, Any]) -> str:
     Args:
         data: what `__main__` wrote into docs/speed.json.
     """
-    where, bench = data["provenance"], data["bench"]
+    where, bench, frames = data["provenance"], data["bench"], data["frames"]
     speeds = {
         (speed["name"], speed["column"]): speed["median"] for speed in bench["steps_per_second"]
     }
     rows = [cost["ratio"] for cost in bench["costs"] if cost["column"] == "4096"]
-    head = _HEAD.format(
+    return _PAGE.read_text(encoding="utf-8").format(
         cpu=where["cpu"],
         cores=where["cores"],
         date=where["date"][:10],
         rounds=bench["rounds"],
         **where["versions"],
+        dearest=max(rows, default=1.0),
+        steps=_steps(speeds),
+        rows=_by_rows(speeds),
+        sizes=_sizes(data["sizes"]),
+        options=_options(data["options"]),
+        frames_date=frames["provenance"]["date"][:10],
+        frames=_frames(frames["rows"]),
+        ratios=_ratios([*bench["ratios"], data["drones"]]),
+        c_text=_in_words(data["loops"]),
+        loops=_loops(data["loops"]),
+        **data["limit"]["per_nanosecond"],
+        operations=_operations(data["limit"]["periods"]),
+        periods=_periods(data["limit"]["periods"]),
+        training=_training(data["training"]),
+        timesteps=f"{data['stock'][0]['timesteps']:,}",
+        stock=_stock(data["stock"]),
+        first=_first(bench["import_to_first_step"]),
     )
-    parts = [
-        head,
-        _STEPS.format(dearest=max(rows, default=1.0)),
-        _steps(speeds),
-        _ROWS,
-        _by_rows(speeds),
-        _SIZES,
-        _sizes(data["sizes"]),
-        _OPTIONS,
-        _options(data["options"]),
-        _FRAMES.format(date=data["frames"]["provenance"]["date"][:10]),
-        _frames(data["frames"]["rows"]),
-        _RATIOS,
-        _ratios([*bench["ratios"], data["drones"]]),
-        _LOOPS.format(c_text=_in_words(data["loops"])),
-        _loops(data["loops"]),
-        _LIMIT.format(**data["limit"]["per_nanosecond"]),
-        _operations(data["limit"]["periods"]),
-        _PERIODS,
-        _periods(data["limit"]["periods"]),
-        _TRAINING,
-        _training(data["training"]),
-        _STOCK.format(timesteps=f"{data['stock'][0]['timesteps']:,}"),
-        _stock(data["stock"]),
-        _FIRST,
-        _first(bench["import_to_first_step"]),
-    ]
-    return "\n".join(parts) + "\n"
 
 
 def _steps(speeds: Mapping[tuple[str, str], float]) -> str:
