@@ -24,6 +24,7 @@ def test_the_phases_of_a_training_add_up_and_none_is_counted_twice() -> None:
     assert min(found.seconds) > 0.0
 
 
+@pytest.mark.long
 def test_curves_on_rows_of_either_kind_are_the_same_and_times_are_positive() -> None:
     single, ours, application = found = measure((0,), 5 * 256 * 64)
     assert [kind.name for kind in found] == list(TRAINERS)
