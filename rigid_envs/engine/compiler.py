@@ -24,6 +24,7 @@ from numba.core import (
     compiler,
     compiler_machinery,
     event,
+    runtime,
     serialize,
     typed_passes,
 )
@@ -42,6 +43,7 @@ from rigid_envs.base.files import DamagedFileError, write_atomic
 
 _numba: Any = numba  # knows more than its types say
 _serialize: Any = serialize
+_runtime: Any = runtime
 _Result: Any = compiler.CompileResult
 _PACKAGE = Path(__file__).resolve().parent.parent
 _COMPILED = (
@@ -70,7 +72,7 @@ class KernelCache(caching.NullCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled code from its file; None where there is none, or it is another's."""
-        target_context.refresh()  # what the code may call
+        _runtime.rtsys.initialize(target_context)  # what the code may call
         key = _key(self._name, sig, target_context.codegen())
         try:
             return _Result._rebuild(target_context, *_serialize.loads(_read(self._file(key), key)))

@@ -381,3 +381,10 @@ def test_the_cache_folder_falls_back_to_the_users_own(tmp_path, monkeypatch):
 
 def test_other_users_of_numba_keep_their_own_cache_setting():
     assert "rigid-envs" not in (numba.config.CACHE_DIR or "")
+
+
+LOADED = f"{RESET}; import sys; print('scipy.linalg' in sys.modules)"
+
+
+def test_a_kernel_from_its_file_does_not_load_what_only_compilation_needs(tmp_path: Path) -> None:
+    assert [program(LOADED, tmp_path).stdout.strip() for _ in range(2)] == ["True", "False"]
