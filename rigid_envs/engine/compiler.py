@@ -24,6 +24,7 @@ from numba.core import (
     compiler,
     compiler_machinery,
     event,
+    registry,
     runtime,
     serialize,
     typed_passes,
@@ -44,6 +45,7 @@ from rigid_envs.base.files import DamagedFileError, write_atomic
 _numba: Any = numba  # knows more than its types say
 _serialize: Any = serialize
 _runtime: Any = runtime
+_cpu: Any = registry.cpu_target
 _Result: Any = compiler.CompileResult
 _PACKAGE = Path(__file__).resolve().parent.parent
 _COMPILED = (
@@ -188,7 +190,8 @@ def _hash_of(base: Path, paths: Iterable[Path]) -> str:
     known = _digest((sys.version, sources))
     for note in notes.glob(f"{known}-*") if notes else ():
         return note.name.partition("-")[2]
-    found = _digest({name: _tree(source) for name, source in sources.items()})
+    with _no_collection():
+        found = _digest({name: _tree(source) for name, source in sources.items()})
     if notes:
         with suppress(OSError):  # a full disk, a folder that is gone
             (notes / f"{known}-{found}").touch()
@@ -295,9 +298,13 @@ _unliteral: Any = numba.types.unliteral
 _JITCodeLibrary: Any = codegen.JITCodeLibrary
 _CompilerBase: Any = compiler.CompilerBase
 _NativeLowering: Any = typed_passes.NativeLowering
-_NopythonRewrites: Any = typed_passes.NopythonRewrites
 _DefaultPassBuilder: Any = compiler.DefaultPassBuilder
 _register_pass: Any = compiler_machinery.register_pass
+_NEEDLESS = {  # of numba's passes: for what no function here has, and for reports
+    *("WithLifting", "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass"),
+    *("InlineOverloads", "NopythonRewrites", "DumpParforDiagnostics"),
+    "NoPythonSupportedFeatureValidation",
+}
 
 
 class _Part(_JITCodeLibrary):  # type: ignore[misc]
@@ -317,6 +324,8 @@ class _Part(_JITCodeLibrary):  # type: ignore[misc]
 
 class _Kernel(_JITCodeLibrary):  # type: ignore[misc]
     """Machine code of a kernel."""
+
+    _optimize_functions = _Part._optimize_functions
 
     def _optimize_final_module(self) -> None:
         made = self._codegen._module_pass_manager()
@@ -357,7 +366,7 @@ class _KernelLowering(_NativeLowering):  # type: ignore[misc]
 
 
 class _PartCompiler(_CompilerBase):  # type: ignore[misc]
-    """Numba's compiler with another last pass."""
+    """Numba's compiler with another last pass, and without those that nothing here needs."""
 
     lowering: type[Any] = _PartLowering
 
@@ -365,9 +374,8 @@ class _PartCompiler(_CompilerBase):  # type: ignore[misc]
         usual = _DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager = type(usual)(usual.pipeline_name)
         for each, text in usual.passes:
-            if each is _NopythonRewrites:  # of expressions of arrays, which there are none of
-                continue
-            manager.add_pass(self.lowering if each is _NativeLowering else each, text)
+            if each.__name__ not in _NEEDLESS:
+                manager.add_pass(self.lowering if each is _NativeLowering else each, text)
         manager.finalize()
         return [manager]
 
@@ -376,6 +384,48 @@ class _KernelCompiler(_PartCompiler):
     """The same for kernels."""
 
     lowering = _KernelLowering
+
+    def compile_extra(self, function: Any) -> Any:
+        with _once(self.state.targetctx):
+            return super().compile_extra(function)
+
+
+@contextmanager
+def _once(target: Any) -> Iterator[None]:
+    """Without what numba does again for each call in a kernel, a tenth of the time.
+
+    It tries all meanings of ``+`` for the same types, those of NumPy among them, and imports all
+    modules that declare functions.
+    """
+    typing, known = _cpu.typing_context, dict[Any, Any]()
+    if "resolve_function_type" in vars(typing):  # a kernel that another one calls
+        yield
+        return
+    resolve = typing.resolve_function_type
+
+    def resolve_once(function: Any, positional: Any, named: Any) -> Any:
+        call = (function, positional, tuple(dict(named).items()))
+        try:
+            found = known.get(call)
+        except TypeError:  # a constant slice has no hash
+            return resolve(function, positional, named)
+        if found is None:
+            found = known[call] = resolve(function, positional, named)
+        return found
+
+    def install_again() -> None:
+        for each in tuple(target._registries):
+            target.install_registry(each)
+
+    typing.resolve_function_type = resolve_once
+    for each in (target, _cpu.target_context):
+        each.load_additional_registries = install_again
+    try:
+        yield
+    finally:
+        del typing.resolve_function_type
+        for each in (target, _cpu.target_context):
+            del each.load_additional_registries
 
 
 def part(function: Function, **options: bool) -> Function:
@@ -434,7 +484,13 @@ def routine(function: Function) -> Function:
     return part(function)
 
 
-def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = ()) -> Function:
+def kernel(
+    function: Function,
+    label: str | None = None,
+    parts: Iterable[Any] = (),
+    *,
+    allocates: bool = True,
+) -> Function:
     """Compile a loop over rows; the code is cached on disk and releases the interpreter lock.
 
     If no private cache folder can be made (read-only home), or a part has no source file, the
@@ -444,6 +500,7 @@ def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = 
         function: The loop: a function of a module, or a closure over `parts`.
         label: Name for messages and files; by default module and function name.
         parts: Functions, classes and tuples of numbers in a closure.
+        allocates: Whether it makes arrays: otherwise it is compiled without counts of references.
     """
     label = label or f"{function.__module__}.{function.__name__}"
     folder, name = cache_directory(), cache_name(label, parts or (function,))
@@ -451,7 +508,7 @@ def kernel(function: Function, label: str | None = None, parts: Iterable[Any] = 
         # Numba counts the functions of a process in its names for them: the code of two loops that
         # other processes have compiled could bear the same one, and be taken for each other
         function.__qualname__ = name
-    options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+    options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": allocates}
     compiled = _njit(pipeline_class=_KernelCompiler, **options)(function)
     if folder is not None and name is not None:
         compiled._cache = KernelCache(folder, name)
@@ -490,12 +547,19 @@ def address_of(kernel: Function, *arguments: Any) -> int:
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Without garbage collection, which takes a tenth of the time and finds hardly anything."""
+    """Without garbage collection, which takes a tenth of the time and finds hardly anything.
+
+    What is made meanwhile counts as old afterwards: otherwise the next allocation would have all of
+    it searched at once.
+    """
     was_on = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
+        if not gc.get_freeze_count():  # by the user, to be kept so
+            gc.freeze()
+            gc.unfreeze()
         if was_on:
             gc.enable()
 

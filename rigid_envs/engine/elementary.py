@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numba import types
 from numba.core.typing.templates import Signature
 from numba.extending import lower_builtin, overload, type_callable
@@ -110,6 +111,13 @@ _typed(select)(_type_of_select)
 _lower(select, types.boolean, types.Number, types.Number)(_blend)
 
 
+@scalar
+def clamp(x: float, low: float, high: float) -> float:
+    """The nearest number in [low, high]: as ``min(max(x, low), high)``, compiled in less time."""
+    x = select(low > x, low, x)
+    return select(high < x, high, x)
+
+
 def sincos(x: float) -> tuple[float, float]:
     """Sine and cosine of ``x`` [rad], for abs(x) up to 1e6; see `sqrt` for a complex ``x``."""
     return _sincos(x)
@@ -184,7 +192,7 @@ def atan2(y: float, x: float) -> float:
 def cbrt(x: float) -> float:
     """Cube root of ``x`` >= 1e-300: a third of the exponent, then three steps of Halley."""
     third = 0.333333333333333333
-    y: float = _from_bits(int(float(_bits(x)) * third) + 3071306043645493248)
+    y: float = _from_bits(np.int64(float(_bits(x)) * third) + 3071306043645493248)
     for _ in range(3):
         cube = y * y * y
         y = y * (fma(2.0, x, cube) / fma(2.0, cube, x))

@@ -14,6 +14,7 @@ from rigid_envs.engine import publication as goals
 from rigid_envs.engine.algebra import Contact, Row
 from rigid_envs.engine.compiler import kernel, scalar
 from rigid_envs.engine.dynamics import Dynamics, check_derive
+from rigid_envs.engine.elementary import clamp
 from rigid_envs.engine.layout import Prototypes, Slots, slots_of
 from rigid_envs.engine.loops import Functions, Reset, Step, reset_rows, step_rows
 from rigid_envs.engine.publication import NOISE_AND_DELAY, UNDISTURBED, Array, Disturbances
@@ -28,7 +29,7 @@ _ROUNDED_UNIT = 1.0 + 2.0**-22
 @scalar
 def clip(a: float) -> float:
     """Clip one component to [-1, 1]."""
-    return min(max(a, -1.0), 1.0)
+    return clamp(a, -1.0, 1.0)
 
 
 @scalar
@@ -265,7 +266,8 @@ class Episode:
     def _kernel(self, loop: Function, *functions: Any) -> Function:
         label = f"{self.outcome.__module__}.{loop.__name__}"
         rows = (self.Action, self.Terms, self.Constants, self.Auxiliary, self.Frame)
-        return kernel(loop, label, (*functions, *rows, *self.dynamics.parts, self.prototypes))
+        parts = (*functions, *rows, *self.dynamics.parts, self.prototypes)
+        return kernel(loop, label, parts, allocates=False)
 
 
 @cache

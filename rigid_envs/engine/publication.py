@@ -11,7 +11,7 @@ from rigid_envs.base.checks import Bools
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Quaternion, Row, matrix, weighted_sum
 from rigid_envs.engine.compiler import phase, routine, scalar
-from rigid_envs.engine.elementary import atan2, fma, select
+from rigid_envs.engine.elementary import atan2, clamp, fma, select
 from rigid_envs.engine.layout import CHANNEL, CLOCK, FLAGS, Buffer, Prototypes, Sizes, Slots
 from rigid_envs.engine.rows import (
     get,
@@ -203,11 +203,11 @@ def complete_observations(
     end = s.n_observation - s.n_observed  # of the attitude
     write_attitude(buffer, base, slots.observation + end, first, last, s.rotation)
     for k in range(s.n_observed):
-        slot = int(buffer[s.observed + k])
+        slot = np.int64(buffer[s.observed + k])
         low, high = buffer[s.bounds + 2 * (end + k)], buffer[s.bounds + 2 * (end + k) + 1]
         for i in range(first, last):
             value = buffer[place(base, slot, i)]
-            buffer[place(base, slots.observation + end + k, i)] = min(max(value, low), high)
+            buffer[place(base, slots.observation + end + k, i)] = clamp(value, low, high)
     disturb(buffer, s, slots, base, first, last)
 
 
@@ -303,7 +303,7 @@ def _delay_actions(
 ) -> None:
     """Replace the action by that of `action_delay` steps before; zero before the first."""
     for i in range(n):
-        lag = int(buffer[place(base, slots.channel + CHANNEL.action_delay, i)])
+        lag = np.int64(buffer[place(base, slots.channel + CHANNEL.action_delay, i)])
         for k in range(n_action):
             at, past = place(base, slots.action + k, i), s.history + k * s.n_delays
             new = buffer[at]
@@ -328,8 +328,7 @@ def _add_observation_noise(
                     at = place(base, slots.observation + k, i)
                     noisy = buffer[at] + sigma * values[k % 2]
                     low, high = buffer[s.bounds + 2 * k], buffer[s.bounds + 2 * k + 1]
-                    noisy = select(low > noisy, low, noisy)
-                    buffer[at] = select(high < noisy, high, noisy)
+                    buffer[at] = clamp(noisy, low, high)
 
 
 UNDISTURBED = Disturbances(_leave_actions, _leave_observations)

@@ -1,5 +1,6 @@
 """Elementary functions against mpmath in 50 digits, in units of the last place."""
 
+import itertools
 from fractions import Fraction
 
 import mpmath
@@ -174,3 +175,11 @@ def test_chains_of_them_are_differentiated_exactly(a, b):
     slope = 0.5 * b / root
     assert sine.imag / 1e-100 == pytest.approx(slope * np.cos(root * b), rel=1e-14, abs=1e-15)
     assert cosine.imag / 1e-100 == pytest.approx(-slope * np.sin(root * b), rel=1e-14, abs=1e-15)
+
+
+def test_clamp_has_the_bits_of_min_and_max_for_any_numbers():
+    ends = (-np.inf, -1.5, -0.0, 0.0, 1.5, np.inf)
+    for x in (*ends, np.nan, -2.0, 1.0):
+        for low, high in itertools.product(ends, ends):
+            found, expected = elementary.clamp(x, low, high), min(max(x, low), high)
+            assert np.float64(found).tobytes() == np.float64(expected).tobytes()
