@@ -1,5 +1,6 @@
 """Settings of all property tests, and kernels that are compiled before tests run in parallel."""
 
+import logging
 import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # of torch and BLAS: tests run beside each other
@@ -15,6 +16,9 @@ settings.register_profile(
     "untimed", deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("untimed")
+
+# Commands print what they compile, which depends on the tests before: here they keep to warnings.
+logging.getLogger("rigid_envs.engine.compiler").setLevel(logging.WARNING)
 
 
 @pytest.hookimpl(trylast=True)  # ids may be chosen

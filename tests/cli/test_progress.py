@@ -129,14 +129,13 @@ def test_on_a_terminal_nothing_stands_behind_the_progress_and_in_the_end_it_is_g
     out, err = streams(monkeypatch)
     assert main(words.split()) in (0, 1)
     assert any(err.getvalue().split(CLEAR))
-    lines = [line for line in err.lines() if not line.startswith("rigid-envs: compiled ")]
-    assert lines == out.getvalue().split("\n")
+    assert err.lines() == out.getvalue().split("\n")
 
 
 def test_what_is_logged_has_a_line_of_its_own_on_the_stream_of_the_moment(
     monkeypatch: Patch,
 ) -> None:
-    log = logging.getLogger("rigid_envs.engine.compiler")
+    log = logging.getLogger("rigid_envs.engine")
     with progress.messages():
         _, err = streams(monkeypatch)
         progress.tell("half way")

@@ -20,7 +20,7 @@ LAWS = [law for subject in SUBJECTS.values() for law in subject.laws]
 def found() -> Verdict:
     """As if all laws had been checked."""
     outcomes = [Outcome(law, 0.5 * law.bound, 0.1) for law in LAWS]
-    return Verdict(provenance(), [*SUBJECTS.values()], outcomes, 1.0)
+    return Verdict(provenance(), outcomes, 1.0)
 
 
 @pytest.fixture

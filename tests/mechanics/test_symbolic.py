@@ -135,6 +135,7 @@ POINTS = {
     elementary.expm1: [(1e-9,), (-0.7,), (3.0,)],
     elementary.fma: [(0.3, -2.0, 1.0)],
     elementary.log: [(0.3,), (7.0,)],
+    elementary.clamp: [(0.5, -1.0, 1.0), (-2.0, -1.0, 1.0), (2.0, -1.0, 1.0)],
     elementary.select: [(True, 1.0, 2.0), (False, 1.0, 2.0)],
     elementary.sincos: [(0.3,), (-4.0,)],
     elementary.sqrt: [(0.3,), (7.0,)],

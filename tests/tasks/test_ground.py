@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rigid_envs.base.settings import setting
+from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import DynamicBallTask
 from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.tasks.core import Core
@@ -51,13 +52,15 @@ def test_a_success_that_slips_is_none():
 
 def without_friction():
     """`BallPlate` as a task that knows nothing of friction."""
-    own = {name: kind for name, kind in inspect.get_annotations(BallPlate).items()}
+    classes = DynamicBallTask, BallPlate  # without their base, which has the friction
+    own = {name: kind for each in classes for name, kind in inspect.get_annotations(each).items()}
     rules = {field.name: field for field in dataclasses.fields(BallPlate)}
     settings = {
         name: setting(rules[name].default, rules[name].metadata["rule"])
         for name in own.keys() & rules.keys()
     }
-    rest = {name: value for name, value in vars(BallPlate).items() if not name.startswith("__")}
+    members = [*vars(DynamicBallTask).items(), *vars(BallPlate).items()]
+    rest = {name: value for name, value in members if not name.startswith("__")}
     namespace = {**rest, **settings, "__annotations__": own, "__module__": BallPlate.__module__}
     return dataclasses.dataclass(frozen=True)(type("Plain", (Task,), namespace))
 
