@@ -23,7 +23,7 @@ DESCRIBE, DOCS, CONTRACTS = (line for block in BASH for line in block.splitlines
 SWING_UP = "wheel_pendulum:WheelPendulum/SwingUp-v0"
 
 # a few of the contracts that ask most of a task and of its system
-SUBSET = "invariants or registration or order or rows_is or seeds or substeps"
+SUBSET = "invariants or interface or rows_is or seed or substeps"
 REPORT = f"""
 import gymnasium
 env = gymnasium.make("{SWING_UP}").unwrapped

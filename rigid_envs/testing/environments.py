@@ -35,14 +35,19 @@ EARLY_ENDS: dict[str, dict[str, Any]] = {
 
 def single(env_id: str, **config: Any) -> RigidEnv:
     """The environment itself, without the time limit around it."""
-    env: Any = gym.make(env_id, **config)
-    return cast(RigidEnv, env.unwrapped)
+    return cast(RigidEnv, gym.make(env_id, **config).unwrapped)
 
 
 def vector(env_id: str, n: int, **config: Any) -> RigidVectorEnv:
     """N native rows."""
     envs: Any = gym.make_vec(env_id, num_envs=n, vectorization_mode="vector_entry_point", **config)
     return cast(RigidVectorEnv, envs.unwrapped)
+
+
+def fresh(env: Any, seed: int = 0) -> Any:
+    """The environment in the first episode of a seed."""
+    env.reset(seed=seed)
+    return env
 
 
 @cache
@@ -130,8 +135,7 @@ def ranges(env_id: str) -> dict[str, tuple[float, float]]:
 
 def representations(env_id: str) -> tuple[str, ...]:
     """The ways in which an environment can show its attitude; "none" is one of them."""
-    options: tuple[str, ...] = rules(env_id)["rotation"].options
-    return options
+    return tuple(rules(env_id)["rotation"].options)
 
 
 def quiet(env_id: str) -> dict[str, Any]:
@@ -245,8 +249,7 @@ def row_of(infos: dict[str, Any], row: int) -> dict[str, Any]:
 
 def weights(task: Task) -> dict[str, float]:
     """Weight of each reward term, from the fields that are documented to hold it."""
-    names = {field.name for field in fields(task)}
-    assert {f"weight_{term}" for term in task.terms} <= names
+    assert {f"weight_{term}" for term in task.terms} <= {field.name for field in fields(task)}
     return {term: getattr(task, f"weight_{term}") for term in task.terms}
 
 

@@ -13,6 +13,7 @@ from rigid_envs.testing.environments import (
     actions,
     assert_same_bits,
     counted,
+    fresh,
     in_full,
     ranges,
     single,
@@ -67,8 +68,7 @@ def test_observation_has_three_parts_and_goals_are_alike(env_id):
 @goal_ids
 @counted("n_steps", 100_000)
 def test_a_single_step_pays_what_is_computed_from_its_goals(env_id, n_steps):
-    env = gym.make(env_id, max_episode_steps=10, **easy(env_id))
-    env.reset(seed=0)
+    env = fresh(gym.make(env_id, max_episode_steps=10, **easy(env_id)))
     rewards, successes = set(), set()
     for action in actions(env_id, n_steps, 1)[:, 0]:
         observation, reward, terminated, truncated, info = env.step(action)
@@ -88,8 +88,7 @@ def test_a_single_step_pays_what_is_computed_from_its_goals(env_id, n_steps):
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_a_step_of_many_rows_pays_what_is_computed_from_their_goals(env_id, mode, n_steps):
     n_rows = 100
-    envs = vector(env_id, n_rows, autoreset_mode=mode, max_episode_steps=10, **easy(env_id))
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, n_rows, autoreset_mode=mode, max_episode_steps=10, **easy(env_id)))
     ended = np.zeros(n_rows, dtype=np.bool_)
     for batch in actions(env_id, n_steps, n_rows):
         observations, rewards, terminated, truncated, infos = envs.step(batch)

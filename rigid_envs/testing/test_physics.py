@@ -1,15 +1,20 @@
-"""Motion is physics: what is kept, what the ground must give, and what is no longer a motion."""
+"""The physics of each step: laws and limits, symmetries and the reduced frame."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
+from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tasks.task import Rolling
+from rigid_envs.tasks.symmetry import Point
+from rigid_envs.tasks.task import Rolling, Task
 from rigid_envs.testing.environments import (
     ATTITUDES,
     CONTINUOUS,
+    DISCRETE,
     EARLY_ENDS,
     IDS,
     OWN,
@@ -17,14 +22,21 @@ from rigid_envs.testing.environments import (
     actions,
     assert_same_bits,
     break_physics,
+    flat,
     free_entries,
+    fresh,
+    in_full,
     pick,
+    ranges,
     rich,
     single,
     still,
     task_of,
     vector,
 )
+
+# Motion is physics: what is kept, what the ground must give, and what is no longer a motion.
+
 
 BAD = (1e12, -1e200, 1e300)  # the last ones overflow, to infinity and NaN
 
@@ -70,8 +82,7 @@ def is_overwritten(env, state, k, action):
 
 def test_a_broken_state_ends_the_episode_without_a_reward(env_id):
     for configured in [False, True]:
-        env = single(env_id, **(rich(env_id) if configured else {}))
-        env.reset(seed=0)
+        env = fresh(single(env_id, **(rich(env_id) if configured else {})))
         action = actions(env_id, 1, 1)[0, 0]
         states = list(broken_states(env_id, env, action))
         assert len(states) >= len(BAD)
@@ -92,8 +103,7 @@ def test_a_broken_state_ends_the_episode_without_a_reward(env_id):
 
 @pytest.mark.parametrize("env_id", ATTITUDES)
 def test_an_attitude_of_any_length_is_harmless(env_id):
-    env = single(env_id)
-    env.reset(seed=0)
+    env = fresh(single(env_id))
     state = env.get_state()
     for k in normalized(env_id):
         for value in (1e12, -1e200):
@@ -106,9 +116,9 @@ def test_an_attitude_of_any_length_is_harmless(env_id):
 def test_a_broken_row_does_not_touch_the_others(env_id):
     for mode in ["NextStep", "SameStep"]:
         n, broken_row = 70, 65
-        envs, whole = (vector(env_id, n, autoreset_mode=mode, **rich(env_id)) for _ in range(2))
-        envs.reset(seed=0)
-        whole.reset(seed=0)
+        envs, whole = (
+            fresh(vector(env_id, n, autoreset_mode=mode, **rich(env_id))) for _ in range(2)
+        )
         break_physics(envs, broken_row)
         others = np.arange(n) != broken_row
         for k, batch in enumerate(actions(env_id, 5, n)):
@@ -123,8 +133,7 @@ def test_a_broken_row_does_not_touch_the_others(env_id):
 
 
 def test_states_of_every_size_below_the_limit_are_observed_in_space(env_id):
-    env = single(env_id)
-    env.reset(seed=0)
+    env = fresh(single(env_id))
     state = env.get_state()
     for k in set(free_entries(env.task)) - normalized(env_id):
         for exponent in range(-300, 9, 12):
@@ -135,7 +144,7 @@ def test_states_of_every_size_below_the_limit_are_observed_in_space(env_id):
 
 
 # No episode begins, or goes on, where the integrator is not accurate. That starts that are drawn
-# never lead there is part of `test_space`: worst actions give no physics error.
+# never lead there is part of `test_spaces`: worst actions give no physics error.
 
 
 def rates_of(env_id):
@@ -172,8 +181,7 @@ def test_a_start_outside_the_envelope_is_refused_and_changes_nothing(env_id):
 
 @pytest.mark.parametrize("env_id", FAST)
 def test_a_step_that_leaves_the_envelope_ends_the_episode(env_id):
-    env = single(env_id)
-    env.reset(seed=0)
+    env = fresh(single(env_id))
     state, name = env.get_state(), rates_of(env_id)
     state["y"][env.task.system_type.components[name]] = start(env_id, 3.0)[name]
     env.set_state(state)
@@ -185,15 +193,14 @@ def test_a_step_that_leaves_the_envelope_ends_the_episode(env_id):
 
 
 def test_what_goes_on_is_within_the_envelope(env_id):
-    envs = vector(env_id, 8, max_episode_steps=30)
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, 8, max_episode_steps=30))
     for batch in actions(env_id, 60, 8):
         _, _, terminated, _, _ = envs.step(batch)
         for y, system in zip(envs.y[~terminated], np.array(envs.systems)[~terminated], strict=True):
             assert system.rate(y) <= envs.task.fastest
 
 
-N = 20
+ROWS = 20
 EPS = np.finfo(float).eps
 # Turns and kicks of five stages of a step: each rounds what it turns by a few EPS.
 PER_STEP = 50 * EPS
@@ -212,12 +219,11 @@ def without_input(task, n):
 
 @cache
 def departures(env_id, refinement):
-    """Largest departure of each invariant in an episode, as a part of its size: name to (N,)."""
+    """Largest departure of each invariant in an episode, as a part of its size: name to (ROWS,)."""
     task = task_of(env_id)
-    envs = vector(env_id, N, n_substeps=refinement * task.n_substeps)
-    envs.reset(seed=0)
-    action, systems = without_input(task, N), envs.systems
-    y, alive = [envs.y], np.ones(N, dtype=bool)
+    envs = fresh(vector(env_id, ROWS, n_substeps=refinement * task.n_substeps))
+    action, systems = without_input(task, ROWS), envs.systems
+    y, alive = [envs.y], np.ones(ROWS, dtype=bool)
     for _ in range(ENVIRONMENTS[env_id].max_episode_steps):
         _, _, terminated, truncated, _ = envs.step(action)
         y.append(np.where(alive[:, None], envs.y, y[-1]))
@@ -277,16 +283,14 @@ def test_the_energy_error_is_small_and_of_fourth_order(env_id):
 
 def coefficient(env_id):
     """A coefficient of friction with which some steps slip and others do not: the median need."""
-    envs = vector(env_id, 50)
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, 50))
     needs = [envs.step(batch)[-1]["needed_friction"] for batch in actions(env_id, 10, 50)]
     return float(np.median(needs))
 
 
 @pytest.mark.parametrize("env_id", ROLLING)
 def test_info_says_what_the_system_says_of_state_and_input(env_id):
-    env = single(env_id)
-    env.reset(seed=3)
+    env = fresh(single(env_id), 3)
     for action in actions(env_id, 20, 1)[:, 0]:
         *_, terminated, _, info = env.step(action)
         moment, system = env.unwrapped.moment(), env.unwrapped.system
@@ -331,3 +335,193 @@ def test_slip_ends_an_episode_only_where_that_is_asked(env_id):
                 envs.reset(options={"reset_mask": ended})
     assert n_slips
     assert n_kept
+
+
+# The declared symmetries are symmetries, and the reduced frame is invariant under them.
+#
+# A symmetry changes state, parameters and action of many rows at once, by formulas that share
+# nothing with the compiled functions. The step must change in the same way; reward, flags and cost
+# must not change at all, up to rounding.
+
+
+N, STEPS, SEED = 512, 12, 3
+# States and rewards are compared after one step from numbers of order 1 to 10: a few hundred
+# roundings of 1e-16, times rates and inverse tolerances of up to some hundreds.
+ROUNDING = 1e-11
+SINGLE = 2.0**-23  # actions and goals are rounded to float32
+# of random actions, whose entries reach 1.2: then every pair of entries lies in the unit disk, and
+# a turn of the body keeps torques in the box
+INSIDE = 0.58
+
+
+@pytest.fixture
+def task(env_id: str) -> Task:
+    """The task, where it declares its symmetry."""
+    if task_of(env_id).reduction is None:
+        pytest.skip(f"{env_id} declares no reduction")
+    return task_of(env_id)
+
+
+def under_way(env_id: str, **config: Any) -> RigidVectorEnv:
+    """Rows after some steps of random actions, all in the same episode."""
+    envs = fresh(vector(env_id, N, autoreset_mode="NextStep", **ranges(env_id), **config), SEED)
+    for batch in actions(env_id, STEPS, N, seed=SEED):
+        envs.step(batch)
+    return envs
+
+
+def point_of(envs: RigidVectorEnv, action: npt.NDArray[Any]) -> Point:
+    """States, parameters and an action of all rows."""
+    task, state = envs.task, envs.get_state()
+    names = task.system_type.parameter_names()
+    raw = state["parameters"].T
+    return Point(
+        y=task.episode.dynamics.State(*state["y"].T),
+        aux=task.episode.Auxiliary(*state["aux"].T) if "aux" in state else (),
+        parameters=dict(zip(names, raw, strict=True)),
+        action=task.episode.Action(*np.asarray(action, dtype=np.float64).reshape(N, -1).T),
+    )
+
+
+def put(envs: RigidVectorEnv, point: Point) -> None:
+    """Set states and parameters of all rows."""
+    state = envs.get_state()
+    state["y"] = np.stack(point.y, axis=-1)
+    if len(point.aux):
+        state["aux"] = np.stack(point.aux, axis=-1)
+    values = [point.parameters[name] for name in envs.task.system_type.parameter_names()]
+    state["parameters"] = np.stack(values, axis=-1)
+    envs.set_state(state)
+
+
+def action_of(env_id: str, point: Point) -> npt.NDArray[Any]:
+    """The action of a point, as `step` takes it."""
+    columns = np.stack(point.action, axis=-1)
+    if env_id in DISCRETE:
+        return np.rint(columns[:, 0]).astype(np.int64)
+    return columns.astype(np.float32)
+
+
+def transformed(task: Task, point: Point, rng: np.random.Generator) -> tuple[Point, Any]:
+    """A point under random elements of all symmetries, and the same change for other points."""
+    assert task.reduction is not None
+    drawn = [(symmetry, symmetry.draw(rng, N)) for symmetry in task.reduction.symmetries]
+
+    def change(other: Point) -> Point:
+        for symmetry, element in drawn:
+            other = symmetry.apply(other, element)
+        return other
+
+    return change(point), change
+
+
+def assert_same_states(found: Point, expected: Point, task: Task, atol: float) -> None:
+    """Compare states; q and -q are the same attitude."""
+    a, b = np.stack(found.y, axis=-1), np.stack(expected.y, axis=-1)
+    if "q" in task.system_type.components:
+        q = task.system_type.components["q"]
+        a[:, q] *= np.sign(np.sum(a[:, q] * b[:, q], axis=1, keepdims=True))
+    scale = 1.0 + float(np.abs(b).max())
+    np.testing.assert_allclose(a, b, rtol=0, atol=scale * atol)
+
+
+def test_a_step_commutes_with_every_symmetry(env_id: str, task: Task) -> None:
+    rng = np.random.default_rng(SEED)
+    envs, image = under_way(env_id), under_way(env_id)
+    action = actions(env_id, 1, N, seed=5)[0]
+    point = point_of(envs, INSIDE * action if env_id not in DISCRETE else action)
+    moved, change = transformed(task, point, rng)
+    put(envs, point)
+    put(image, moved)
+    results = envs.step(action_of(env_id, point))
+    images = image.step(action_of(env_id, moved))
+    expected = change(point_of(envs, action))
+    found = point_of(image, action)
+    assert_same_states(found, expected, task, tolerance(env_id))
+    alike = unchanged(results, images)
+    assert alike.mean() > 0.995  # the others lie within rounding of a tolerance
+    for a, b in ((results[1], images[1]), (results[4]["cost"], images[4]["cost"])):
+        np.testing.assert_allclose(
+            np.asarray(b)[alike], np.asarray(a)[alike], rtol=0, atol=1e3 * tolerance(env_id)
+        )
+
+
+def unchanged(a: Any, b: Any) -> npt.NDArray[np.bool_]:
+    """Rows whose flags agree."""
+    keys = ("is_success", "physics_error")
+    same = (a[2] == b[2]) & (a[3] == b[3])
+    for key in keys:
+        same &= a[4][key] == b[4][key]
+    return np.asarray(same)
+
+
+def tolerance(env_id: str) -> float:
+    """Discrete actions are exact; others are rounded to float32 after they are turned."""
+    return ROUNDING if env_id in DISCRETE else SINGLE
+
+
+@in_full(IDS)
+def test_the_reduced_observation_is_invariant(env_id: str, task: Task) -> None:
+    envs = under_way(env_id, frame="reduced")
+    point = point_of(envs, actions(env_id, 1, N)[0])
+    put(envs, point)
+    before = reduced_part(task, envs)
+    put(envs, transformed(task, point, np.random.default_rng(SEED))[0])
+    after = reduced_part(task, envs)
+    # roots of differences of rounded numbers lose half of the digits, cube roots two thirds
+    np.testing.assert_allclose(after, before, rtol=0, atol=2e-5)
+
+
+def reduced_part(task: Task, envs: RigidVectorEnv) -> npt.NDArray[np.float32]:
+    """Observations of all rows without the goals, which a symmetry changes."""
+    core: Any = envs
+    return np.array(flat(core._core.observations)[:, 2 * task.n_goal :])
+
+
+@in_full(IDS)
+def test_an_action_in_the_reduced_frame_is_that_of_the_task_turned(env_id: str, task: Task) -> None:
+    # the same action from a state and from its image: the images of the same step
+    rng = np.random.default_rng(SEED)
+    envs, image = under_way(env_id, frame="reduced"), under_way(env_id, frame="reduced")
+    action = actions(env_id, 1, N, seed=5)[0]
+    point = point_of(envs, action)
+    moved, change = transformed(task, point, rng)
+    put(envs, point)
+    put(image, moved)
+    results, images = envs.step(action), image.step(action)
+    expected, found = change(point_of(envs, action)), point_of(image, action)
+    if env_id in DISCRETE:
+        # a pose on the grid that a symmetry leaves unchanged has several frames: from there the
+        # same action leads to images of one another, which look the same
+        np.testing.assert_array_equal(reduced_part(task, image), reduced_part(task, envs))
+    else:
+        assert_same_states(found, expected, task, 1e-6)
+    assert unchanged(results, images).mean() > 0.995
+
+
+@in_full(IDS)
+def test_a_reduced_row_is_the_single_environment(env_id: str, task: Task) -> None:
+    settings = {"frame": "reduced", **ranges(env_id)}
+    envs, env = vector(env_id, 70, **settings), single(env_id, **settings)
+    assert_same_bits(pick(envs.reset(seed=SEED)[0], 69), env.reset(seed=SEED + 69)[0])
+    for batch in actions(env_id, STEPS, 70):
+        rows, alone = envs.step(batch), env.step(batch[69])
+        assert_same_bits(pick(rows[0], 69), alone[0])
+        assert rows[1][69] == alone[1]
+        if alone[2]:
+            break
+
+
+@in_full(IDS)
+def test_the_reduced_frame_changes_no_motion(env_id: str, task: Task) -> None:
+    # the same motion, to the bit, as in the frame of the task under the turned actions
+    turned, given = under_way(env_id, frame="reduced"), under_way(env_id)
+    given.set_state(turned.get_state())
+    results = turned.step(actions(env_id, 1, N, seed=5)[0])
+    core: Any = turned
+    last = np.stack([core._core.moment(row).action for row in range(N)])
+    columns = Point((), (), {}, task.episode.Action(*last.T))
+    images = given.step(action_of(env_id, columns))
+    assert_same_bits(turned.get_state(), given.get_state())
+    for a, b in zip(results[1:4], images[1:4], strict=True):
+        assert_same_bits(a, b)

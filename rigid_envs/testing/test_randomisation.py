@@ -14,6 +14,7 @@ from rigid_envs.testing.environments import (
     assert_same_bits,
     bounds,
     flat,
+    fresh,
     in_full,
     is_round,
     ranges,
@@ -38,8 +39,7 @@ def drawn(env_id: str, envs: Any) -> dict[str, Any]:
 
 
 def test_each_parameter_is_uniform_in_its_range_and_independent_of_the_others(env_id):
-    envs = vector(env_id, N, **ranges(env_id))
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, N, **ranges(env_id)))
     values = drawn(env_id, envs)
     for name, (low, high) in ranges(env_id).items():
         assert values[name].min() >= low
@@ -51,8 +51,7 @@ def test_each_parameter_is_uniform_in_its_range_and_independent_of_the_others(en
 
 
 def test_parameters_are_drawn_anew_at_reset_and_kept_until_then(env_id):
-    envs = vector(env_id, 3, **ranges(env_id))
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, 3, **ranges(env_id)))
     first = envs.systems
     for batch in actions(env_id, 5, 3):
         envs.step(batch)
@@ -63,8 +62,7 @@ def test_parameters_are_drawn_anew_at_reset_and_kept_until_then(env_id):
 
 def test_parameters_that_are_not_ranges_stay_the_numbers_they_are(env_id):
     name, (low, high) = next(iter(ranges(env_id).items()))
-    envs = vector(env_id, 50, **{name: (low, high)})
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, 50, **{name: (low, high)}))
     for other, values in drawn(env_id, envs).items():
         least, most = span(getattr(task_of(env_id), other))
         if other == name or least < most:
@@ -167,9 +165,7 @@ def test_each_row_has_the_delay_that_it_observes(env_id):
 
 @in_full(IDS)
 def test_noise_on_the_observation_leaves_the_physics_alone(env_id):
-    noisy, plain = vector(env_id, 70, observation_noise=0.1), vector(env_id, 70)
-    noisy.reset(seed=0)
-    plain.reset(seed=0)
+    noisy, plain = fresh(vector(env_id, 70, observation_noise=0.1)), fresh(vector(env_id, 70))
     for batch in actions(env_id, 10, 70):
         assert_same_bits(noisy.step(batch)[1:], plain.step(batch)[1:])
         assert_same_bits(noisy.y, plain.y)
@@ -224,10 +220,8 @@ def inner(env_id: str, n_steps: int, n_rows: int) -> Any:
 @in_full(CONTINUOUS)
 def test_noise_on_the_action_depends_on_seed_and_step_only(env_id):
     noisy, twin, plain = (
-        vector(env_id, 3, action_noise=s, action_delay=1) for s in (0.1, 0.1, 0.0)
+        fresh(vector(env_id, 3, action_noise=s, action_delay=1)) for s in (0.1, 0.1, 0.0)
     )
-    for envs in (noisy, twin, plain):
-        envs.reset(seed=0)
     for batch in inner(env_id, 5, 3):
         acts = acting(noisy, batch)
         assert_same_bits(acting(twin, batch), acts)
@@ -256,8 +250,7 @@ def test_noise_on_the_action_is_normal_and_independent_of_noise_on_the_observati
 
 @in_full(CONTINUOUS)
 def test_noise_on_the_action_stays_inside_the_space(env_id):
-    loud = vector(env_id, N, action_noise=10.0, action_delay=1)
-    loud.reset(seed=0)
+    loud = fresh(vector(env_id, N, action_noise=10.0, action_delay=1))
     for batch in actions(env_id, 5, N):
         acts = acting(loud, batch)
         size = np.linalg.norm(acts, axis=1) if is_round(env_id) else np.abs(acts).max(axis=1)

@@ -1,19 +1,312 @@
-"""Whatever is given, it is taken or refused by one kind of error, and a refusal changes nothing."""
+"""Settings and arguments: all are taken, or refused by one kind of error without a trace."""
 
+import contextlib
 import datetime
 import decimal
 import fractions
+import math
 import pathlib
+from collections import ChainMap
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
 
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.settings import Choice, Flag, Integer
 from rigid_envs.envs.single import RigidEnv
 from rigid_envs.envs.vector import RigidVectorEnv
-from rigid_envs.testing.environments import IDS, assert_same_bits, single, vector
+from rigid_envs.tasks.fields import span
+from rigid_envs.tasks.task import Task
+from rigid_envs.testing.environments import (
+    FULL,
+    IDS,
+    OF_KERNELS,
+    OWN,
+    assert_same_bits,
+    fresh,
+    rules,
+    single,
+    task_of,
+    vector,
+)
+
+# Settings: every wrong one is refused by its name before anything is laid out, no right one is.
+
+
+MANY_ROWS = 2**40  # more than any machine can lay out: what is refused, is refused before
+NEVER = (None, "1.0", "", {}, {"low": 1}, object(), 1j, (), (1.0,), (1.0, 2.0, 3.0), math.nan)
+RULES = {(env_id, name): rule for env_id in IDS for name, rule in rules(env_id).items()}
+
+
+def examples(n: int) -> settings:
+    """N examples, the same in every run; the first compiles what it calls, so none is timed."""
+    return settings(
+        max_examples=n,
+        deadline=None,
+        derandomize=True,
+        database=None,
+        suppress_health_check=[HealthCheck.too_slow],
+    )
+
+
+def outside(rule: Any) -> st.SearchStrategy[Any]:
+    """Values that a rule does not allow."""
+    if isinstance(rule, Flag):
+        return st.sampled_from([*NEVER, 0, 1, 0.0, "True", [True]])
+    if isinstance(rule, Choice):
+        words = st.text(max_size=8).filter(lambda word: word not in rule.options)
+        return st.sampled_from([*NEVER, True, 0, [rule.options[0]]]) | words
+    low, high = rule.low, rule.high
+    whole = isinstance(rule, Integer)
+    numbers = st.integers() if whole else st.floats(allow_nan=False)
+    wrong = numbers.filter(lambda x: not low <= x <= high)
+    others = st.sampled_from([*NEVER, True, False, math.inf, -math.inf])
+    others |= st.just(10**400) | (st.just(low + 0.5) if whole else st.nothing())
+    bad = wrong | others
+    if not rule.drawn:
+        return bad | st.just((low, high))
+    return bad | st.tuples(st.just(low), bad) | st.tuples(bad, st.just(high)) | st.just([high, low])
+
+
+def inside(rule: Any) -> st.SearchStrategy[Any]:
+    """Values that a rule allows, numbers over all sizes and the ends among them."""
+    if isinstance(rule, Flag):
+        return st.booleans()
+    if isinstance(rule, Choice):
+        return st.sampled_from(rule.options)
+    if isinstance(rule, Integer):
+        number = st.integers(rule.low, rule.high)
+    else:
+        number = sized(rule.low, rule.high)
+    if not rule.drawn:
+        return number
+    pair = st.tuples(number, number).map(sorted)
+    return number | pair | pair.map(tuple)
+
+
+def sized(low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers in [low, high], uniform in the logarithm of their size."""
+    largest = max(abs(low), abs(high))
+    least = max(low, 1e-9 * largest)
+    size = st.floats(0.0, 1.0).map(lambda s: least ** (1.0 - s) * largest**s)
+    signed = st.tuples(size, st.sampled_from([1.0, -1.0] if low < 0 else [1.0])).map(math.prod)
+    return st.sampled_from([low, high]) | signed.map(lambda x: min(max(x, low), high))
+
+
+@st.composite
+def three_moments(draw: st.DrawFn) -> dict[str, Any]:
+    """Moments I1 < I2 < I3 <= I1 + I2 of any size, one of them a range."""
+    size, a, b = draw(sized(1e-6, 1e5)), draw(st.floats(1.01, 3.0)), draw(st.floats(0.05, 0.95))
+    I1, I2 = size, size * a
+    I3 = I2 + b * I1
+    ranged = draw(st.sampled_from(["I1", "I2", "I3", ""]))
+    config: dict[str, Any] = {"I1": I1, "I2": I2, "I3": I3}
+    room = {"I1": (I1, 0.5 * (I1 + I2)), "I2": (I2, 0.5 * (I2 + I3)), "I3": (0.5 * (I2 + I3), I3)}
+    return config | {ranged: room[ranged]} if ranged else config
+
+
+@st.composite
+def two_moments(draw: st.DrawFn, across: str) -> dict[str, Any]:
+    """Moments of a body of revolution, that about its axis at most twice that across it."""
+    size, slim = draw(sized(1e-6, 1e5)), draw(st.floats(0.1, 1.9))
+    wide = draw(st.booleans())
+    return {across: (size, 1.5 * size) if wide else size, "I3": slim * size}
+
+
+@st.composite
+def weights(draw: st.DrawFn, moments: st.SearchStrategy[dict[str, Any]]) -> dict[str, Any]:
+    """Moments, and a weight that sets a moderate rate, not too far out for the moments."""
+    config = draw(moments)
+    g, share = draw(st.floats(0.1, 100.0)), draw(st.floats(0.01, 1.0))
+    ell = share * min(1.0, 0.02 * g)  # 2 m ell^2 is at most 0.04 of the least moment
+    m = min(span(value)[0] for value in config.values()) / (g * ell)
+    return config | {"m": max(1e-9, min(1e6, m)), "g": g, "ell": ell}
+
+
+@st.composite
+def wheels(draw: st.DrawFn, moments: st.SearchStrategy[dict[str, Any]]) -> dict[str, Any]:
+    """Moments, and a mass and radius that leave no mass beyond the rim."""
+    config = draw(moments)
+    radius, heft = draw(st.floats(0.1, 10.0)), draw(st.floats(1.0, 3.0))
+    m = heft * span(config["I3"])[1] / radius**2
+    assume(1e-9 <= m <= 1e6)
+    return config | {"m": m, "radius": radius}
+
+
+@st.composite
+def ordered(draw: st.DrawFn, low: str, high: str, rule: Any) -> dict[str, Any]:
+    """Two ends of a range that are settings of their own."""
+    ends = sorted(draw(st.floats(rule.low, min(rule.high, 10.0))) for _ in range(2))
+    return dict(zip((low, high), ends, strict=True))
+
+
+def together(env_id: str) -> st.SearchStrategy[dict[str, Any]]:
+    """Settings that must fit together."""
+    names, parts = rules(env_id), [st.just({})]
+    across = "I_perp" if "I_perp" in names else "I1"
+    if {"I1", "I2", "I3"} <= set(names):
+        parts.append(three_moments())
+    elif {across, "I3"} <= set(names):
+        parts.append(two_moments(across))
+    if len(parts) > 1 and {"m", "g", "ell"} <= set(names):
+        parts.append(weights(parts.pop()))
+    elif len(parts) > 1 and {"m", "radius"} <= set(names):
+        parts.append(wheels(parts.pop()))
+    for low in (name for name in names if name.endswith("_low")):
+        high = low.removesuffix("low") + "high"
+        if high in names:
+            parts.append(ordered(low, high, names[low]))
+    return st.tuples(*parts).map(lambda configs: dict(ChainMap(*configs)))
+
+
+@st.composite
+def valid(draw: st.DrawFn, env_id: str) -> dict[str, Any]:
+    """Settings that a task must accept, but for the step that its fastest motion asks for."""
+    config = draw(together(env_id))
+    free = [name for other, name in RULES if other == env_id and name not in config]
+    names = draw(st.lists(st.sampled_from(free), max_size=5, unique=True))
+    return {**config, **{name: draw(inside(RULES[env_id, name])) for name in names}}
+
+
+@examples(500)
+@given(data=st.data())
+def test_wrong_values_are_refused_by_key_and_range_before_anything_is_laid_out(data):
+    env_id, name = data.draw(st.sampled_from(list(RULES)))
+    rule = RULES[env_id, name]
+    value = data.draw(outside(rule))
+    for make in (single, lambda env_id, **config: vector(env_id, MANY_ROWS, **config)):
+        with pytest.raises(ConfigError) as refusal:
+            make(env_id, **{name: value})
+        message = str(refusal.value)
+        assert message.startswith(f"config.{name}: ")
+        if isinstance(rule, Choice):
+            assert all(repr(option) in message for option in rule.options)
+        elif isinstance(rule, Flag):
+            assert "True or False" in message
+        else:
+            assert f"{rule.low:g}" in message
+            assert f"{rule.high:g}" in message
+
+
+@examples(300)
+@given(data=st.data())
+def test_misspelt_keys_are_refused_with_the_key_that_was_meant(data):
+    env_id, name = data.draw(st.sampled_from([key for key in RULES if len(key[1]) > 4]))
+    k = data.draw(st.integers(0, len(name) - 2))
+    swapped = name[:k] + name[k + 1] + name[k] + name[k + 2 :]
+    typo = data.draw(st.sampled_from([swapped, name[:k] + name[k + 1 :], name[: k + 1] + name[k:]]))
+    if (env_id, typo) in RULES:
+        return
+    with pytest.raises(ConfigError) as refusal:
+        vector(env_id, MANY_ROWS, **{typo: getattr(task_of(env_id), name)})
+    message = str(refusal.value)
+    assert message.startswith(f"config.{typo}: unknown key")
+    assert f"did you mean {name!r}?" in message
+
+
+def test_keys_that_are_like_no_other_are_refused_with_all_there_are(env_id):
+    with pytest.raises(ConfigError) as refusal:
+        single(env_id, xyzzy=1)
+    assert str(refusal.value).startswith("config.xyzzy: unknown key")
+    assert all(name in str(refusal.value) for other, name in RULES if other == env_id)
+
+
+@examples(500)
+@given(data=st.data())
+def test_right_values_are_accepted_and_kept(data):
+    env_id = data.draw(st.sampled_from(IDS))
+    config = data.draw(valid(env_id))
+    try:
+        task = type(task_of(env_id))(**config)
+    except ConfigError as refusal:  # the step is too long: as the message says, take shorter ones
+        message = str(refusal)
+        if env_id not in OWN and not message.startswith("config.dt: "):
+            assert_names_a_key(env_id, message)
+            return  # a rule of that task for settings together, which is not known here
+        assert message.startswith("config.dt: ")
+        needed = int(message.split("n_substeps >= ")[1])
+        if needed > RULES[env_id, "n_substeps"].high:
+            return
+        config["n_substeps"] = needed
+        task = type(task_of(env_id))(**config)
+    for name, value in config.items():
+        kept = getattr(task, name)
+        assert kept == (tuple(value) if isinstance(value, list) else value)
+    if data.draw(st.integers(0, 9)) == 0 and (env_id in FULL or not OF_KERNELS & {*config}):
+        assert_runs(env_id, config)
+
+
+def assert_names_a_key(env_id: str, message: str) -> None:
+    key, _, rest = message.removeprefix("config.").partition(": ")
+    assert (env_id, key) in RULES, message
+    assert "expected" in rest, message
+
+
+def assert_runs(env_id: str, config: dict[str, Any]) -> None:
+    env = single(env_id, **config)
+    assert env.observation_space.contains(env.reset(seed=0)[0])
+
+
+def test_physical_parameters_alone_may_have_any_size_that_the_others_allow(env_id):
+    for share in [0.0, 1.0]:
+        for name in task_of(env_id).physical_parameters():
+            rule = RULES[env_id, name]
+            try:
+                env = single(env_id, **{name: rule.high if share else rule.low}, n_substeps=1000)
+            except ConfigError as refusal:
+                assert str(refusal).startswith("config.")
+                assert "expected" in str(refusal)
+            else:
+                assert env.observation_space.contains(env.reset(seed=0)[0])
+
+
+def test_a_step_too_long_is_refused_with_the_least_number_of_substeps_that_will_do(env_id):
+    task = type(task_of(env_id))
+    longest = {"dt": RULES[env_id, "dt"].high}
+    with contextlib.suppress(ConfigError):
+        task(**longest)
+        return  # the step is exact, however long
+    with pytest.raises(ConfigError, match=r"^config\.dt: .*stability envelope") as refusal:
+        task(**longest)
+    needed = int(str(refusal.value).split("n_substeps >= ")[1])
+    task(**longest, n_substeps=needed)
+    with pytest.raises(ConfigError, match=f"n_substeps >= {needed}$"):
+        task(**longest, n_substeps=needed - 1)
+
+
+@pytest.mark.parametrize(
+    "env_id", [i for i in IDS if "omega_body" in task_of(i).system().accessors]
+)
+def test_no_start_turns_faster_than_the_steps_are_chosen_for(env_id):
+    envs = fresh(vector(env_id, 500))
+    rates = np.linalg.norm(task_of(env_id).system().accessors["omega_body"](envs.y), axis=-1)
+    assert np.max(rates) <= task_of(env_id).largest_rate(0.0)
+
+
+@pytest.mark.parametrize("env_id", [i for i in IDS if hasattr(task_of(i), "lower_bound")])
+def test_the_least_cost_is_known_from_the_state_alone(env_id):
+    envs = fresh(vector(env_id, 50))
+    bounds = task_of(env_id).lower_bound(envs.y)
+    assert bounds.shape == (50,)
+    assert (bounds >= 0.0).all()
+
+
+def test_fields_are_documented_with_text_unit_and_rule(env_id):
+    task: Task = task_of(env_id)
+    for field in fields(task):
+        rule = field.metadata["rule"]
+        assert rule.text
+        assert rule.check(getattr(task, field.name)) == getattr(task, field.name)
+
+
+# Whatever is given, it is taken or refused by one kind of error, and a refusal changes nothing.
+
 
 REFUSALS = (ValueError, gym.error.Error)  # the latter where Gymnasium prescribes it
 N = 3

@@ -15,6 +15,7 @@ from rigid_envs.testing.environments import (
     counted,
     ending,
     flat,
+    fresh,
     in_full,
     pick,
     single,
@@ -29,8 +30,7 @@ NUMBERS = (np.nan, np.inf, -np.inf, -1.0, 0.5, 3.0, 1e3, 2.0**33, 1e18, 1e300, -
 
 def played(env_id):
     """Rows in the middle of episodes, with drawn parameters, noise and delays."""
-    envs = vector(env_id, N, **ending(env_id))
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, N, **ending(env_id)))
     for batch in actions(env_id, 3, N):
         envs.step(batch)
     return envs
@@ -143,22 +143,18 @@ def test_a_missing_and_an_unknown_part_are_refused(env_id):
 
 
 def test_the_state_of_another_environment_is_refused(env_id):
-    env = single(env_id)
-    env.reset(seed=0)
+    env = fresh(single(env_id))
     state = env.get_state()
     for other_id in OWN[::8]:  # of several systems
-        other = single(other_id)
-        other.reset(seed=0)
+        other = fresh(single(other_id))
         if type(other.task) is not type(env.task):
             assert refusal(other, state)
 
 
 def test_the_state_of_another_configuration_is_refused(env_id):
-    env = single(env_id)
+    env = fresh(single(env_id))
     term = env.task.terms[0]
-    other = single(env_id, **ending(env_id) | {f"weight_{term}": 0.1234})
-    for each in (env, other):
-        each.reset(seed=0)
+    other = fresh(single(env_id, **ending(env_id) | {f"weight_{term}": 0.1234}))
     assert "digest" in refusal(env, env.get_state() | {"digest": other.get_state()["digest"]})
     assert refusal(other, env.get_state())
 
@@ -174,9 +170,7 @@ def test_rows_that_have_not_begun_are_restored_as_they_are(env_id):
 
 
 def test_no_step_leads_on_from_the_state_of_an_environment_that_was_never_reset(env_id):
-    env, quiet = single(env_id), single(env_id)
-    for each in (env, quiet):
-        each.reset(seed=1)
+    env, quiet = (fresh(single(env_id), 1) for _ in range(2))
     env.set_state(single(env_id).get_state())
     with pytest.raises(ResetNeeded, match="before the first reset"):
         env.step(actions(env_id, 1, 1)[0, 0])
@@ -214,8 +208,7 @@ def test_rows_without_a_stream_get_one_at_their_first_reset_and_restored_ones_ke
 
 def test_a_row_that_has_ended_is_not_stepped_without_a_reset(env_id):
     for mode in [AutoresetMode.SAME_STEP, AutoresetMode.DISABLED]:
-        ended = vector(env_id, N)
-        ended.reset(seed=0)
+        ended = fresh(vector(env_id, N))
         break_physics(ended, 1)
         ended.step(actions(env_id, 1, N)[0])
         envs = vector(env_id, N, autoreset_mode=mode)

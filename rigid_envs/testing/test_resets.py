@@ -1,34 +1,51 @@
-"""``reset(options=...)`` starts from exactly the state and the parameters that were given."""
+"""Resets: from given states and parameters, and of rows that have ended."""
 
-from typing import Any
+import itertools
+from collections import Counter
+from functools import cache
+from typing import Any, NamedTuple
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import VectorEnv
 
+from rigid_envs.engine.layout import CLOCK
+from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     ATTITUDES,
+    DISCRETE,
+    EARLY_ENDS,
+    GOALS,
+    IDS,
+    OWN,
     actions,
     assert_same_bits,
+    counted,
     flat,
+    fresh,
     pick,
     ranges,
     representations,
     rich,
+    row_of,
     rules,
+    share,
     single,
     still,
     task_of,
     vector,
 )
 
+# ``reset(options=...)`` starts from exactly the state and the parameters that were given.
+
+
 N = 70  # more than one block of rows
 
 
 def states(env_id: str, n: int, **config: Any) -> Any:
     """Possible states, shape (n, n_state)."""
-    envs = vector(env_id, n, **config)
-    envs.reset(seed=1000)
+    envs = fresh(vector(env_id, n, **config), 1000)
     for batch in actions(env_id, 3, n):
         envs.step(batch)
     return envs.y
@@ -59,8 +76,7 @@ def test_a_given_state_is_the_state_of_the_start(env_id):
 
 def test_a_state_given_by_name_in_part_is_drawn_in_the_others(env_id):
     y = states(env_id, 1)[0]
-    plain = single(env_id, **rich(env_id))
-    plain.reset(seed=0)
+    plain = fresh(single(env_id, **rich(env_id)))
     for name, part in task_of(env_id).system_type.components.items():
         env = single(env_id, **rich(env_id))
         env.reset(seed=0, options={"state": {name: y[part]}})
@@ -70,8 +86,7 @@ def test_a_state_given_by_name_in_part_is_drawn_in_the_others(env_id):
 
 
 def test_the_observation_of_a_state_is_the_same_however_it_was_reached(env_id):
-    envs = vector(env_id, 2)
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, 2))
     for batch in actions(env_id, 5, 2):
         observations = envs.step(batch)[0]
     envs.set_state(envs.get_state())  # observed anew; a reset of the other row shows it
@@ -82,8 +97,7 @@ def test_the_observation_of_a_state_is_the_same_however_it_was_reached(env_id):
 def test_the_first_observation_is_that_of_the_given_state(env_id):
     y = states(env_id, 1)[0]
     mask = {"reset_mask": np.array([False, True])}
-    envs = vector(env_id, 2)
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, 2))
     first = pick(envs.reset(options={**mask, "state": y})[0], 1)
     state = envs.get_state()
     assert_same_bits(state["y"][1], y)
@@ -93,8 +107,8 @@ def test_the_first_observation_is_that_of_the_given_state(env_id):
 
 def test_given_parameters_are_those_of_the_episode(env_id):
     env = single(env_id, **rich(env_id))
-    for share in (0.25, 0.75):
-        given = values(env_id, share)
+    for part in (0.25, 0.75):
+        given = values(env_id, part)
         env.reset(seed=0, options={"params": given})
         assert {name: parameter(env, name) for name in given} == given
 
@@ -142,9 +156,8 @@ def test_options_for_all_rows_hold_in_every_row(env_id):
 def test_a_reset_of_some_rows_leaves_the_others_bitwise_as_they_are(env_id):
     mask = np.random.default_rng(0).random(N) < 0.3
     for seed in (None, 17, list(range(N))):
-        envs, twin = vector(env_id, N, **rich(env_id)), vector(env_id, N, **rich(env_id))
+        envs, twin = (fresh(vector(env_id, N, **rich(env_id))) for _ in range(2))
         for both in (envs, twin):
-            both.reset(seed=0)
             for batch in actions(env_id, 4, N):
                 observations = both.step(batch)[0]
         after = envs.reset(seed=seed, options={"reset_mask": mask})[0]
@@ -161,8 +174,7 @@ def test_a_reset_of_some_rows_leaves_the_others_bitwise_as_they_are(env_id):
 def test_a_masked_reset_is_a_reset_of_those_rows(env_id):
     mask = np.arange(N) % 3 == 0
     y = states(env_id, int(mask.sum()))
-    envs = vector(env_id, N)
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, N))
     envs.reset(seed=40, options={"reset_mask": mask, "state": y})
     assert_same_bits(envs.y[mask], y)
     envs.reset(seed=40, options={"reset_mask": mask})
@@ -177,8 +189,7 @@ def test_options_of_the_caller_stay_as_they_are(env_id):
     given = {"reset_mask": mask, "state": states(env_id, 2), "params": values(env_id, 0.5)}
     options, inner = dict(given), dict(given["params"])
     kept = [mask.copy(), given["state"].copy()]
-    envs = vector(env_id, 3, **rich(env_id))
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, 3, **rich(env_id)))
     envs.reset(options=options)
     assert options.keys() == given.keys()
     assert all(options[key] is given[key] for key in given)
@@ -245,8 +256,7 @@ def test_bad_options_are_refused_by_name_and_change_nothing(env_id):
 
 
 def test_masks_that_choose_no_rows_are_refused_and_change_nothing(env_id):
-    envs = vector(env_id, 3)
-    envs.reset(seed=0)
+    envs = fresh(vector(env_id, 3))
     before = envs.get_state()
     several = [True, False, True], np.ones(2, bool), np.ones(3, int), np.zeros(3, bool), "all", True
     for mask in several:
@@ -259,3 +269,169 @@ def test_a_single_environment_has_no_rows_to_choose(env_id):
     env = single(env_id)
     with pytest.raises(ValueError, match="reset_mask"):
         env.reset(options={"reset_mask": np.array([True])})
+
+
+# Autoreset loses nothing: every end of an episode is told as the single environment tells it.
+
+
+SEED, HORIZON, N_ROWS = 3, 4, 20
+MODES = ("NextStep", "SameStep", "Disabled")
+
+episodes = counted("n_episodes", 10_000)  # of at most HORIZON steps each
+
+
+class Step(NamedTuple):
+    """One step of one row; `after` is what the reset returns that follows an end."""
+
+    observation: Any
+    reward: float
+    terminated: bool
+    truncated: bool
+    info: dict[str, Any]
+    after: Any
+
+
+def config_of(env_id: str) -> dict[str, Any]:
+    return {**EARLY_ENDS.get(env_id, {}), "max_episode_steps": HORIZON}
+
+
+@cache
+def table(env_id: str, n_episodes: int) -> Any:
+    """Action of each row at its own k-th step, resets not counted."""
+    return actions(env_id, HORIZON * -(-n_episodes // N_ROWS), N_ROWS)
+
+
+@cache
+def alone(env_id: str, n_episodes: int) -> list[list[Step]]:
+    """Steps of every row, as a single environment."""
+    rows = []
+    env = gym.make(env_id, **config_of(env_id))
+    for row in range(N_ROWS):
+        env.reset(seed=SEED + row)
+        steps, elapsed = [], 0
+        for action in table(env_id, n_episodes)[:, row]:
+            result, elapsed = env.step(action), elapsed + 1
+            assert result[3] == (elapsed == HORIZON)
+            ended = result[2] or result[3]
+            elapsed = 0 if ended else elapsed
+            steps.append(Step(*result, env.reset() if ended else None))
+        rows.append(steps)
+    return rows
+
+
+def assert_told(outputs: Any, row: int, step: Step) -> None:
+    """Reward and ends of a row, each by itself."""
+    _, rewards, terminated, truncated, _ = outputs
+    told = (rewards[row].item(), terminated[row].item(), truncated[row].item())
+    assert_same_bits(told, step[1:4])
+
+
+def senseless(env_id: str, batch: Any) -> Any:
+    """Other actions, none of which may matter."""
+    if env_id in DISCRETE:
+        return (batch + 1) % task_of(env_id).n_choices
+    return np.full_like(batch, 1e30) * (np.arange(batch.shape[1]) % 2) - 0.123
+
+
+def ends_of(env_id: str) -> Counter[tuple[bool, bool]]:
+    """How many episodes were terminated, truncated, both."""
+    steps = (step for row in alone(env_id, share(10_000)) for step in row)
+    return Counter((step.terminated, step.truncated) for step in steps if step.after)
+
+
+@pytest.mark.skipif(not set(OWN) <= set(IDS), reason="counts over all ids of this package")
+def test_ten_thousand_episodes_end_in_every_way():
+    ends = sum(map(ends_of, IDS), Counter())
+    assert ends.total() >= 10_000
+    assert set(ends) == {(True, False), (False, True), (True, True)}
+
+
+def test_episodes_end_early_where_a_task_can_end(env_id):
+    ends = ends_of(env_id)
+    assert ends[False, True]
+    assert bool(ends[True, False]) == (env_id in EARLY_ENDS), "EARLY_ENDS must say how"
+
+
+@episodes
+def test_next_step_mode_shows_the_last_observation_then_resets_whatever_the_action(
+    env_id, n_episodes
+):
+    rows, batches = alone(env_id, n_episodes), table(env_id, n_episodes)
+    n_steps = len(batches)
+    envs = fresh(vector(env_id, N_ROWS, **config_of(env_id)), SEED)
+    counts, ended = np.zeros(N_ROWS, dtype=np.int64), np.zeros(N_ROWS, dtype=np.bool_)
+    while counts.min() < n_steps:
+        batch = batches[np.minimum(counts, n_steps - 1), np.arange(N_ROWS)]
+        batch[ended] = senseless(env_id, batch)[ended]
+        outputs = envs.step(batch)
+        for row in np.flatnonzero(counts < n_steps):
+            steps = rows[row]
+            if ended[row]:
+                observation, info = steps[counts[row] - 1].after
+                blank = Step(observation, 0.0, False, False, info, None)
+            else:
+                blank = steps[counts[row]]
+            assert_told(outputs, row, blank)
+            assert_same_bits(pick(outputs[0], row), blank.observation)
+            assert_same_bits(row_of(outputs[4], row), blank.info)
+        counts += ~ended
+        ended = outputs[2] | outputs[3]
+
+
+@episodes
+def test_same_step_mode_hands_over_the_last_observation_and_info(env_id, n_episodes):
+    envs = fresh(vector(env_id, N_ROWS, autoreset_mode="SameStep", **config_of(env_id)), SEED)
+    for k, batch in enumerate(table(env_id, n_episodes)):
+        outputs = envs.step(batch)
+        infos = outputs[4]
+        ended = outputs[2] | outputs[3]
+        assert ("final_obs" in infos) == ("final_info" in infos) == ended.any()
+        if ended.any():
+            assert isinstance(infos["final_obs"], dict) == (env_id in GOALS)
+            for mask in ("_final_obs", "_final_info"):
+                np.testing.assert_array_equal(infos[mask], ended)
+        for row in range(N_ROWS):
+            step = alone(env_id, n_episodes)[row][k]
+            assert_told(outputs, row, step)
+            now, info = step.after or (step.observation, step.info)
+            assert_same_bits(pick(outputs[0], row), now)
+            assert_same_bits(row_of(infos, row), info)
+            if ended[row]:
+                assert_same_bits(pick(infos["final_obs"], row), step.observation)
+                assert_same_bits(row_of(infos["final_info"], row), step.info)
+
+
+@episodes
+def test_disabled_mode_leaves_resets_to_the_caller(env_id, n_episodes):
+    envs = fresh(vector(env_id, N_ROWS, autoreset_mode="Disabled", **config_of(env_id)), SEED)
+    for k, batch in enumerate(table(env_id, n_episodes)):
+        outputs = envs.step(batch)
+        ended = outputs[2] | outputs[3]
+        after = envs.reset(options={"reset_mask": ended})[0] if ended.any() else outputs[0]
+        for row in range(N_ROWS):
+            step = alone(env_id, n_episodes)[row][k]
+            assert_told(outputs, row, step)
+            assert_same_bits(pick(outputs[0], row), step.observation)
+            assert_same_bits(row_of(outputs[4], row), step.info)
+            now = step.after[0] if step.after else step.observation
+            assert_same_bits(pick(after, row), now)
+
+
+def test_without_a_limit_nothing_is_truncated(env_id):
+    """However long an episode has lasted: the clock is put near the limit and far beyond.
+
+    No further than where steps are refused, because rates may leave the stability envelope.
+    """
+    rows = [vector(env_id, 2, autoreset_mode=mode, max_episode_steps=None) for mode in MODES]
+    for before, env in itertools.product((3, 10**9), (single(env_id), *rows)):
+        far = max(ENVIRONMENTS[env_id].max_episode_steps - before, before)
+        action = still(env_id, 2) if env in rows else still(env_id, 1)[0]
+        env.reset(seed=0)
+        state = env.get_state()
+        state["clock"][..., CLOCK.elapsed] = min(far, task_of(env_id).stable_steps() - 6)
+        env.set_state(state)
+        for _ in range(6):
+            _, _, terminated, truncated, _ = env.step(action)
+            assert not np.any(truncated)
+            if np.any(terminated):
+                break
