@@ -29,4 +29,4 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the file that takes longest first: begun last, it would be waited for alone."""
-    items.sort(key=lambda item: item.path.name != "test_cpu_targets.py")
+    items.sort(key=lambda item: item.path.name != "test_machine_code.py")

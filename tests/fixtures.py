@@ -3,4 +3,5 @@
 import pytest
 
 Capture = pytest.CaptureFixture[str]
+Log = pytest.LogCaptureFixture
 Patch = pytest.MonkeyPatch

@@ -1,16 +1,17 @@
-"""Compiled code is kept in a private folder of its own sources, and is never stale."""
+"""Compiled code is kept in a private folder of its own sources, never stale, for tested numbas."""
 
 import ctypes
 import gc
+import importlib
+import logging
 import os
 import random
 import re
-import resource
 import shutil
 import stat
 import subprocess
-import sys
 import sysconfig
+import tomllib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -22,7 +23,13 @@ import pytest
 from numba.core.registry import cpu_target
 
 import rigid_envs
+from rigid_envs import engine as numba_version
 from rigid_envs.engine import compiler as cache
+from tests.fixtures import Log, Patch
+from tests.programs import python
+
+# Compiled code is kept in a private folder of its own sources, and is never stale.
+
 
 # The vertical momentum of a body, which a kernel of one file makes by `rotate` of another one.
 REPORT = """
@@ -43,31 +50,20 @@ def rotate(q, v):
 """
 
 
-def report(cache: Path, source: Path | None = None, **more: Any) -> Any:
-    """The finished program REPORT, with a cache folder, of a copy of the package."""
+def program(
+    code: str, cache: Path, *words: str, source: Path | None = None, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """A finished program, with a cache folder, of the package or of a copy of it."""
     where = {"PYTHONPATH": str(source)} if source else {}
-    done = subprocess.run(
-        [sys.executable, "-c", REPORT],
-        cwd=source,
-        env=os.environ | {"NUMBA_CACHE_DIR": str(cache)} | where | more.pop("env", {}),
-        capture_output=True,
-        text=True,
-        check=False,
-        **more,
-    )
+    environment |= {"NUMBA_CACHE_DIR": str(cache), **where}
+    done = python("-c", code, *words, cwd=source, **environment)
     assert done.returncode == 0, done.stderr
     return done
 
 
-def program(code: str, cache: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """A finished program, with a cache folder."""
-    return subprocess.run(
-        [sys.executable, "-c", code, *words],
-        env=os.environ | {"NUMBA_CACHE_DIR": str(cache)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+def report(cache: Path, **more: Any) -> Any:
+    """The finished program REPORT."""
+    return program(REPORT, cache, **more)
 
 
 def found(done: Any) -> tuple[float, int, str]:
@@ -78,7 +74,7 @@ def found(done: Any) -> tuple[float, int, str]:
 
 def run(source: Path, cache: Path) -> tuple[float, int, str]:
     """What REPORT says of a copy of the package."""
-    return found(report(cache, source))
+    return found(report(cache, source=source))
 
 
 @pytest.fixture
@@ -114,13 +110,12 @@ def test_without_a_place_to_keep_them_kernels_are_compiled_per_process(
     assert run(source, tmp_path / base)[:2] == (3.0, 0)
 
 
-def small_files() -> None:
-    """No file of this process grows beyond a KiB: a full disk, but for the errno."""
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024))
+# No file of the process grows beyond a KiB: a full disk, but for the errno.
+SMALL_FILES = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024))"
 
 
 def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
-    done = report(tmp_path, preexec_fn=small_files)
+    done = program(f"{SMALL_FILES}\n{REPORT}", tmp_path)
     assert found(done)[:2] == (3.0, 0)
     assert "compiled code cannot be kept in" in done.stderr
     assert done.stderr.count("\n") == 1
@@ -185,7 +180,7 @@ class Kept:
 
 
 @pytest.fixture
-def said(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch) -> Callable[[], str]:
+def said(caplog: Log, monkeypatch: Patch) -> Callable[[], str]:
     """What is said of files from here on, as in a new process."""
     monkeypatch.setattr(cache, "_said", set())
     return lambda: "\n".join(record.getMessage() for record in caplog.records)
@@ -219,7 +214,7 @@ OTHERS = {
 
 @pytest.mark.parametrize("other", OTHERS)
 def test_code_of_another_version_or_processor_is_not_loaded_whatever_its_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: Callable[[], str], other: str
+    tmp_path: Path, monkeypatch: Patch, said: Callable[[], str], other: str
 ) -> None:
     kept = Kept(tmp_path)
     place, name, value = OTHERS[other]
@@ -295,7 +290,7 @@ def test_two_processors_share_a_home(tmp_path: Path) -> None:
     old = {"NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": ""}
     for hits in (0, 1):
         assert found(report(tmp_path))[:2] == (3.0, hits)
-        assert found(report(tmp_path, env=old))[:2] == (3.0, hits)
+        assert found(report(tmp_path, **old))[:2] == (3.0, hits)
 
 
 PLACES = """
@@ -337,7 +332,7 @@ def test_long_compilations_are_logged_and_not_printed(code: str, said: str, tmp_
     assert done.stderr.startswith(said) and done.stderr.count("\n") == bool(said)
 
 
-def folder(base: Path, monkeypatch: pytest.MonkeyPatch) -> Path | None:
+def folder(base: Path, monkeypatch: Patch) -> Path | None:
     """The cache folder below a base, found afresh."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(base))
     return cache.cache_directory.__wrapped__()
@@ -409,3 +404,74 @@ def test_what_the_user_has_frozen_is_not_collected_after_a_compilation() -> None
         assert gc.get_freeze_count()
     finally:
         gc.unfreeze()
+
+
+# A numba that the kernels were not tested with is named, with what to install instead.
+
+
+PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+(WANTED,) = (each for each in PROJECT["dependencies"] if each.startswith("numba"))
+INSTALL = f'pip install "{WANTED}"'
+
+
+def test_the_range_is_that_of_the_package_and_has_the_numba_of_this_run() -> None:
+    assert "numba>={}.{},<{}.{}".format(*numba_version.OLDEST, *numba_version.NEXT) == WANTED
+    assert numba_version.OLDEST <= numba.version_info.short < numba_version.NEXT
+
+
+Version = tuple[int | None, ...]
+
+
+def check(version: Version, monkeypatch: Patch) -> None:
+    """What an import of the kernels does with a version of numba."""
+    monkeypatch.setattr(numba, "version_info", numba.version_info._replace(short=version))
+    monkeypatch.setattr(numba, "__version__", "{}.{}.0".format(*version))
+    numba_version.check()
+
+
+@pytest.mark.parametrize("version", [(0, 61), (0, 68)])
+def test_of_a_numba_in_the_range_nothing_is_said(
+    version: Version, monkeypatch: Patch, caplog: Log
+) -> None:
+    check(version, monkeypatch)
+    assert not caplog.records
+
+
+@pytest.mark.parametrize("version", [(0, 60), (0, 69), (1, 0), (None, None)])
+def test_another_one_that_has_all_that_is_needed_is_used_with_a_warning(
+    version: Version, monkeypatch: Patch, caplog: Log
+) -> None:
+    check(version, monkeypatch)
+    (record,) = caplog.records
+    assert record.levelno == logging.WARNING
+    assert record.getMessage().startswith("numba = {}.{}.0; expected {}".format(*version, WANTED))
+    assert INSTALL in record.getMessage()
+
+
+@pytest.mark.parametrize("mistake", [AttributeError, ImportError, TypeError])
+def test_of_one_in_which_anything_is_missing_or_changed_a_sentence_says_what_to_install(
+    mistake: type[Exception], monkeypatch: Patch
+) -> None:
+    def fail(_name: str) -> None:
+        raise mistake("no such part")
+
+    monkeypatch.setattr(importlib, "import_module", fail)
+    with pytest.raises(ImportError, match=r"^numba = 0\.69\.0; expected ") as error:
+        check((0, 69), monkeypatch)
+    assert str(error.value).endswith(f": {INSTALL} (no such part)")
+
+
+WITHOUT_A_PART = """
+import numba
+from numba.core import codegen
+
+numba.__version__, numba.version_info = "0.70.0", numba.version_info._replace(short=(0, 70))
+del codegen.JITCodeLibrary
+import rigid_envs.engine.rows
+"""
+
+
+def test_so_it_does_of_a_part_that_is_taken_from_this_one() -> None:
+    last = python("-c", WITHOUT_A_PART).stderr.splitlines()[-1]
+    assert last.startswith(f"ImportError: numba = 0.70.0; expected {WANTED}: {INSTALL} (")
+    assert "JITCodeLibrary" in last
