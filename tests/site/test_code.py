@@ -28,13 +28,13 @@ ELSEWHERE = {
     "docs/extending.md": "tests/test_extending.py::test_the_script_of_the_page_runs",
     "docs/policies.md": "tests/policies/test_published.py::"
     "test_the_example_of_the_page_loads_acts_and_evaluates",
-    "docs/references.md": "tests/references/test_agent.py::test_the_page_runs",
+    "docs/references.md": "tests/references/test_references.py::test_the_page_runs",
     "docs/rendering.md": "tests/pages/test_pictures.py::test_code_of_the_guide_runs",
     "docs/replays.md": "tests/replays/test_recording.py::test_the_example_of_the_guide_runs",
     "docs/sb3.md": "tests/sb3/test_making.py::test_the_page_runs",
     "docs/scoring.md": "tests/test_docs.py::"
     "test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider",
-    "docs/symmetry.md": "tests/envs/test_frames.py::test_the_examples_of_the_page_run",
+    "docs/symmetry.md": "tests/envs/test_settings.py::test_the_examples_of_the_page_run",
     "docs/watching.md": "tests/films/test_episodes.py::test_the_example_of_the_guide_runs",
 }
 GENERATED = "docs/environments/"  # tests/test_docs.py runs the example of each page
