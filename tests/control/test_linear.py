@@ -3,17 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid_envs.control.linear import (
-    Regulator,
-    clip_to_ball,
-    clip_to_box,
-    lqr,
-    region_of_attraction,
-    scheduled,
-    simulate_closed_loop,
-    step_jacobian,
-    zero_order_hold,
-)
+from rigid_envs.control import linear
 from rigid_envs.systems.heavy_top.closed_forms import sleeping_exponents
 
 DT = 0.1
@@ -29,14 +19,14 @@ def falling(spin):
 
 
 def test_a_held_force_gives_a_parabola():
-    F, G = zero_order_hold(*DOUBLE, DT)
+    F, G = linear.zero_order_hold(*DOUBLE, DT)
     np.testing.assert_allclose(F, [[1.0, DT], [0.0, 1.0]], rtol=1e-14)
     np.testing.assert_allclose(G, [[0.5 * DT**2], [DT]], rtol=1e-14)
 
 
 def test_samples_move_with_the_exponents_of_the_motion():
     for spin in (0.7, -1.3, 9.0):
-        F, _ = zero_order_hold(*falling(spin), DT)
+        F, _ = linear.zero_order_hold(*falling(spin), DT)
         expected = np.exp(DT * np.array(sleeping_exponents(spin, **TOP)))
         found = np.linalg.eigvals(F)
         # a well separated pair: a few roundings
@@ -46,7 +36,7 @@ def test_samples_move_with_the_exponents_of_the_motion():
 def test_an_input_that_turns_gives_an_arc():
     """x' = u with u turning at the rate w: x = (sin(w t), 1 - cos(w t)) / w."""
     w = 3.0
-    _, G = zero_order_hold(np.zeros((2, 2)), np.eye(2), DT, np.array([[0.0, -w], [w, 0.0]]))
+    _, G = linear.zero_order_hold(np.zeros((2, 2)), np.eye(2), DT, np.array([[0.0, -w], [w, 0.0]]))
     arc = np.array([np.sin(w * DT), 1.0 - np.cos(w * DT)]) / w
     np.testing.assert_allclose(G, [[arc[0], -arc[1]], [arc[1], arc[0]]], rtol=1e-13)
 
@@ -58,7 +48,7 @@ def test_the_jacobian_of_a_step_is_found_to_ten_digits():
         y = x - [1.0, 2.0]
         return [1.0, 2.0] + y @ F.T + u @ G.T + 5.0 * y**2 + 3.0 * y**3
 
-    found = step_jacobian(advance, np.array([1.0, 2.0]), 1)
+    found = linear.step_jacobian(advance, np.array([1.0, 2.0]), 1)
     # squares cancel; what is left is 3 h^2 and the rounding of numbers near 2 over 2 h
     np.testing.assert_allclose(found[0], F, atol=3e-10 + 4 * 2.2e-16 / 1e-5)
     np.testing.assert_allclose(found[1], G, atol=4 * 2.2e-16 / 1e-5)
@@ -70,7 +60,7 @@ def test_the_scalar_riccati_equation_has_its_closed_form(a):
     b, q, r = 0.7, 2.0, 3.0
     half = 0.5 * (q * b**2 + (a**2 - 1.0) * r)
     P = (half + np.sqrt(half**2 + q * r * b**2)) / b**2
-    found = lqr(np.array([[a]]), np.array([[b]]), [q], [r])
+    found = linear.lqr(np.array([[a]]), np.array([[b]]), [q], [r])
     np.testing.assert_allclose(found.riccati, [[P]], rtol=1e-12)
     np.testing.assert_allclose(found.gain, [[a * b * P / (r + b**2 * P)]], rtol=1e-12)
 
@@ -87,9 +77,9 @@ def cost(F, G, K, x, Q, R, n_steps):
 
 @pytest.mark.parametrize("model", [DOUBLE, falling(1.0)], ids=["real", "complex"])
 def test_the_value_is_the_sum_of_the_costs_and_other_gains_cost_more(model):
-    F, G = zero_order_hold(*model, DT)
+    F, G = linear.zero_order_hold(*model, DT)
     Q, R = np.array([1.0, 2.0]), np.array([0.5])
-    best = lqr(F, G, Q, R)
+    best = linear.lqr(F, G, Q, R)
     rng = np.random.default_rng(0)
     x = rng.normal(size=2) + (1j * rng.normal(size=2) if np.iscomplexobj(F) else 0.0)
     assert np.abs(np.linalg.eigvals(F - G @ best.gain)).max() < 0.95
@@ -100,9 +90,9 @@ def test_the_value_is_the_sum_of_the_costs_and_other_gains_cost_more(model):
 
 
 def test_feedback_and_value_take_leading_axes_of_states_and_of_gains():
-    best = lqr(*zero_order_hold(*falling(1.0), DT), [1.0, 1.0], [1.0])
+    best = linear.lqr(*linear.zero_order_hold(*falling(1.0), DT), [1.0, 1.0], [1.0])
     x = np.random.default_rng(0).normal(size=(3, 4, 2)) + 1j
-    stacked = Regulator(np.broadcast_to(best.gain, (4, 1, 2)), best.riccati)
+    stacked = linear.Regulator(np.broadcast_to(best.gain, (4, 1, 2)), best.riccati)
     for row in np.ndindex(3, 4):
         u = -best.gain @ x[row]
         np.testing.assert_allclose(best.feedback(x)[row], u, rtol=1e-14)
@@ -113,10 +103,10 @@ def test_feedback_and_value_take_leading_axes_of_states_and_of_gains():
 
 def test_a_scheduled_regulator_is_exact_at_the_nodes_and_near_between_them():
     def at(spin, weight):
-        return lqr(*zero_order_hold(*falling(spin), DT), [1.0, 1.0], [weight])
+        return linear.lqr(*linear.zero_order_hold(*falling(spin), DT), [1.0, 1.0], [weight])
 
     spins, prices = np.linspace(-3.0, 3.0, 31), np.array([0.5, 1.0, 1.5])
-    look_up = scheduled(at, spins, prices)
+    look_up = linear.scheduled(at, spins, prices)
     nodes = look_up(spins[:, None], prices)
     assert nodes.gain.shape == (31, 3, 1, 2)
     assert nodes.riccati.shape == (31, 3, 2, 2)
@@ -134,20 +124,20 @@ def test_a_scheduled_regulator_is_exact_at_the_nodes_and_near_between_them():
 def test_what_cannot_be_held_or_weighed_is_refused():
     F, G = np.diag([2.0, 0.5]), np.array([[0.0], [1.0]])
     with pytest.raises(ValueError, match="expected inputs by which feedback can stabilise F"):
-        lqr(F, G, [1.0, 1.0], [1.0])
+        linear.lqr(F, G, [1.0, 1.0], [1.0])
     with pytest.raises(ValueError, match=r"^Q\[1\] = 0\.0; expected positive finite numbers"):
-        lqr(F, G, [1.0, 0.0], [1.0])
+        linear.lqr(F, G, [1.0, 0.0], [1.0])
     with pytest.raises(ValueError, match=r"^R has shape \(2,\); expected \(1,\)"):
-        lqr(F, G, [1.0, 1.0], [1.0, 1.0])
+        linear.lqr(F, G, [1.0, 1.0], [1.0, 1.0])
 
 
 def saturated(x):
     """x+ = 2 x + clip(-2 x): brought to 0 at once from |x| <= 1/2, held for |x| < 1."""
-    return 2.0 * x + clip_to_box(-2.0 * x)
+    return 2.0 * x + linear.clip_to_box(-2.0 * x)
 
 
 def test_a_motion_is_the_step_repeated():
-    x = simulate_closed_loop(saturated, np.array([[0.75], [0.25], [-1.5]]), 3)
+    x = linear.simulate_closed_loop(saturated, np.array([[0.75], [0.25], [-1.5]]), 3)
     np.testing.assert_array_equal(
         x[:, :, 0], np.transpose([[0.75, 0.5, 0, 0], [0.25, 0, 0, 0], [-1.5, -2, -3, -5]])
     )
@@ -155,16 +145,16 @@ def test_a_motion_is_the_step_repeated():
 
 def test_the_region_of_a_scalar_loop_is_where_its_actuator_can_hold_it():
     def comes_back(x):
-        return np.abs(simulate_closed_loop(saturated, x, 60)[-1, ..., 0]) < 1e-3
+        return np.abs(linear.simulate_closed_loop(saturated, x, 60)[-1, ..., 0]) < 1e-3
 
     sizes = np.arange(0.05, 2.0, 0.1)  # 0.95 and 1.05 among them
     np.testing.assert_allclose(
-        region_of_attraction(comes_back, [[1.0], [-1.0], [2.0]], sizes), [0.95, 0.95, 0.45]
+        linear.region_of_attraction(comes_back, [[1.0], [-1.0], [2.0]], sizes), [0.95, 0.95, 0.45]
     )
 
 
 def test_what_lies_beyond_a_failure_does_not_count():
-    found = region_of_attraction(
+    found = linear.region_of_attraction(
         lambda x: np.abs(x[..., 0] - 2.0) > 0.5, [[1.0], [0.1], [10.0]], [0.2, 1.0, 2.0, 3.0]
     )
     np.testing.assert_array_equal(found, [1.0, 3.0, 0.0])
@@ -175,12 +165,12 @@ def test_sizes_out_of_order_are_refused():
         with pytest.raises(
             ValueError, match=r"^sizes .*; expected (positive .* ascending order|\(M,\))"
         ):
-            region_of_attraction(lambda x: x[..., 0] > 0.0, [[1.0]], sizes)
+            linear.region_of_attraction(lambda x: x[..., 0] > 0.0, [[1.0]], sizes)
 
 
 def test_limits_keep_what_is_inside_and_the_direction_of_what_is_not():
     action = np.array([[0.3, -0.4, 0.5], [3.0, 0.0, -4.0]])
-    np.testing.assert_array_equal(clip_to_box(action), [[0.3, -0.4, 0.5], [1.0, 0.0, -1.0]])
+    np.testing.assert_array_equal(linear.clip_to_box(action), [[0.3, -0.4, 0.5], [1.0, 0.0, -1.0]])
     np.testing.assert_allclose(
-        clip_to_ball(action), [[0.3, -0.4, 0.5], [0.6, 0.0, -0.8]], rtol=1e-15
+        linear.clip_to_ball(action), [[0.3, -0.4, 0.5], [0.6, 0.0, -0.8]], rtol=1e-15
     )

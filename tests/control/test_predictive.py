@@ -143,7 +143,10 @@ def test_a_plan_moves_on_by_one_step():
     ("make", "message"),
     [
         (lambda: PathIntegral(1, 5), "n_samples = 1; expected an integer of at least 2"),
-        (lambda: PathIntegral(8, 5, correlation=1.0), r"correlation = 1.0; .* in \[0, 1\)"),
+        (
+            lambda: PathIntegral(8, 5, correlation=1.0),
+            r"correlation = 1.0; .* in \[0, 1\)",
+        ),
         (lambda: CrossEntropyChoices(8, 5, 1), "n_choices = 1"),
     ],
 )

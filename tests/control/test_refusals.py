@@ -10,72 +10,51 @@ import pytest
 
 from rigid_envs import control, systems
 from rigid_envs.control.predictive import CrossEntropyChoices, PathIntegral
-from rigid_envs.systems.dynamic_ball.controllers import HeldBall, PlateRegulator, PushAlong
+from rigid_envs.systems.dynamic_ball import controllers as dynamic_ball
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
-from rigid_envs.systems.free_body.controllers import (
-    EnergyCasimir,
-    ForcedFlip,
-    HeldSpin,
-    MomentumBrake,
-    MomentumRegulator,
-    QuaternionPD,
-    SeparatrixSteering,
-    SingleTorque,
-    SpinRegulator,
-    TimedFlip,
-)
+from rigid_envs.systems.free_body import controllers as free_body
 from rigid_envs.systems.free_body.system import FreeBody
-from rigid_envs.systems.heavy_top.controllers import (
-    AsymmetricBalance,
-    BalancedTop,
-    PivotBalance,
-    PrecessionRegulator,
-    UprightBalance,
-)
+from rigid_envs.systems.heavy_top import controllers as heavy_top
 from rigid_envs.systems.heavy_top.system import HeavyTop
-from rigid_envs.systems.roller.controllers import Pump
+from rigid_envs.systems.roller import controllers as roller
 from rigid_envs.systems.roller.system import Roller
-from rigid_envs.systems.rolling_ball.controllers import (
-    DampedFollower,
-    FarSightedFollower,
-    QuarterRolls,
-)
+from rigid_envs.systems.rolling_ball import controllers as rolling_ball
 from rigid_envs.systems.rolling_ball.system import RollingBall
-from rigid_envs.systems.rolling_disk.controllers import CircleRegulator
+from rigid_envs.systems.rolling_disk import controllers as rolling_disk
 from rigid_envs.systems.rolling_disk.system import RollingDisk
-from rigid_envs.systems.upright_coin.controllers import TwoRolls
+from rigid_envs.systems.upright_coin import controllers as upright_coin
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.refusals import NO_SCALARS, refusal
 
 BODY, TOP, BALL, MOVED = FreeBody(1.0, 2.0, 3.0), HeavyTop(), RollingBall(), DynamicBall()
 MAY_BE_ZERO = {"Pump.dt", "QuarterRolls.reach", "PathIntegral.correlation"}
 CONTROLLERS = (
-    AsymmetricBalance(TOP, 0.3, 0.05, 3.0),
-    BalancedTop(TOP, 3.0),
-    CircleRegulator(RollingDisk(), 1.0, 0.05),
+    heavy_top.AsymmetricBalance(TOP, 0.3, 0.05, 3.0),
+    heavy_top.BalancedTop(TOP, 3.0),
+    rolling_disk.CircleRegulator(RollingDisk(), 1.0, 0.05),
     CrossEntropyChoices(8, 5, 3),
-    DampedFollower(BALL, 1.0),
-    EnergyCasimir(BODY, 1.0, 0.2),
-    FarSightedFollower(BALL, 1.0, 0.1),
-    ForcedFlip(BODY, 1.0, 0.5),
-    HeldBall(MOVED, 0.4, 0.1, 0.1),
-    HeldSpin(BODY, 1.0, 0.2),
-    MomentumBrake(BODY, 0.2),
-    MomentumRegulator(BODY, 0.2, 1.0, 1.0),
+    rolling_ball.DampedFollower(BALL, 1.0),
+    free_body.EnergyCasimir(BODY, 1.0, 0.2),
+    rolling_ball.FarSightedFollower(BALL, 1.0, 0.1),
+    free_body.ForcedFlip(BODY, 1.0, 0.5),
+    dynamic_ball.HeldBall(MOVED, 0.4, 0.1, 0.1),
+    free_body.HeldSpin(BODY, 1.0, 0.2),
+    free_body.MomentumBrake(BODY, 0.2),
+    free_body.MomentumRegulator(BODY, 0.2, 1.0, 1.0),
     PathIntegral(8, 5),
-    PivotBalance(TOP, 3.0, 0.05),
-    PlateRegulator(MOVED, 0.4, 0.1),
-    PrecessionRegulator(TOP, 0.3, 0.05, (0.4, 0.8), (8.0, 9.0)),
-    QuarterRolls(BALL, 2),
-    Pump(Roller(curvature=0.3), 0.9, 0.05),
-    PushAlong(MOVED, 0.5, 0.1),
-    QuaternionPD(BODY, 0.3),
-    SeparatrixSteering(BODY, 1.0, 0.2, 0.05),
-    SingleTorque(BODY, 1.0, 0.2),
-    SpinRegulator(BODY, 1.0, 0.2, 0.05),
-    TimedFlip(BODY, 1.0, 0.5),
-    TwoRolls(UprightCoin(), 0.3, 0.5),
-    UprightBalance(TOP, 0.3, 0.05),
+    heavy_top.PivotBalance(TOP, 3.0, 0.05),
+    dynamic_ball.PlateRegulator(MOVED, 0.4, 0.1),
+    heavy_top.PrecessionRegulator(TOP, 0.3, 0.05, (0.4, 0.8), (8.0, 9.0)),
+    rolling_ball.QuarterRolls(BALL, 2),
+    roller.Pump(Roller(curvature=0.3), 0.9, 0.05),
+    dynamic_ball.PushAlong(MOVED, 0.5, 0.1),
+    free_body.QuaternionPD(BODY, 0.3),
+    free_body.SeparatrixSteering(BODY, 1.0, 0.2, 0.05),
+    free_body.SingleTorque(BODY, 1.0, 0.2),
+    free_body.SpinRegulator(BODY, 1.0, 0.2, 0.05),
+    free_body.TimedFlip(BODY, 1.0, 0.5),
+    upright_coin.TwoRolls(UprightCoin(), 0.3, 0.5),
+    heavy_top.UprightBalance(TOP, 0.3, 0.05),
 )
 NUMBERS = [
     (controller, field.name)

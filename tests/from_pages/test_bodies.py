@@ -1,23 +1,33 @@
-"""The pages of the free body are enough to rebuild their environments."""
+"""The pages of the free body and of the top are enough to rebuild their environments."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
-from tests.from_pages import bodies
+from rigid_envs.testing.environments import FULL
+from tests.from_pages import bodies, tops
 from tests.from_pages.attitudes import compose, of_rotation_vector
-from tests.from_pages.bodies import KINDS
-from tests.from_pages.model import Page
-from tests.from_pages.side_by_side import Pair, in_frames
+from tests.from_pages.model import PAGES, Page
+from tests.from_pages.side_by_side import Pair, environment, in_frames
 
-each = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+# The pages of the free body are enough to rebuild their environments.
 
 
 def spinning(page: Page, omega: tuple[float, float, float]) -> np.ndarray:
     return np.array([0.6, 0.0, -0.8, 0.0, *omega])
 
 
-@each
+def top(tilt: float, omega: tuple[float, float, float], *pivot: float) -> np.ndarray:
+    """A state that leans towards -y."""
+    q = [np.cos(tilt / 2), np.sin(tilt / 2), 0.0, 0.0]
+    return np.array([*q, *omega, *(pivot or (0.0, 0.0, 0.0, 0.0))])
+
+
+@pytest.mark.parametrize("kind", bodies.KINDS)
 def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
     rng = np.random.default_rng(4)
     names = kind.defaults()
@@ -32,7 +42,7 @@ def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
     assert any(outcome.info["is_success"] for outcome in outcomes)
 
 
-@pytest.mark.parametrize(("kind", "frame"), in_frames(*KINDS))
+@pytest.mark.parametrize(("kind", "frame"), in_frames(*bodies.KINDS))
 def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
     rng, pair = np.random.default_rng(19), Pair(kind, frame=frame)
     for omega in (
@@ -84,7 +94,7 @@ def test_a_held_spin_is_a_success_after_the_hold_time(kind: type[Page]) -> None:
     assert successes.index(True) == 49 and all(successes[49:])
 
 
-@pytest.mark.parametrize("kind", KINDS[:4], ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", bodies.KINDS[:4], ids=lambda kind: kind.__name__)
 @pytest.mark.parametrize("hold", [0.0, 0.05, 0.3, 0.7])
 def test_successes_are_counted_alike(kind: type[Page], hold: float) -> None:
     rng, pair = np.random.default_rng(7), Pair(kind, hold=hold, tolerance=0.03, torque=0.4)
@@ -227,17 +237,237 @@ def test_rewards_of_goals_are_computed_alike() -> None:
         (bodies.SpinCapture, (0.0, 0.0, 14.98)),
         (bodies.AxisFlip, (19.97, 0.0, 0.0)),
         (bodies.Reorient, (9.98, 0.0, 0.0)),
+        *((kind, (19.98, 0.0, 0.0)) for kind in tops.KINDS[1:4]),
     ],
 )
 def test_a_motion_that_becomes_too_fast_ends(kind: type[Page], omega: tuple) -> None:
-    pair = Pair(kind, within=1e-6, n_substeps=kind.defaults()["n_substeps"])
-    start = spinning(pair.page, omega)
+    is_top = kind in tops.KINDS
+    within, steps = (1e-4, 100) if is_top else (1e-6, 20)
+    pair = Pair(kind, within=within, n_substeps=kind.defaults()["n_substeps"])
+    start = top(1.0, omega) if is_top else spinning(pair.page, omega)
     if omega[2]:  # |L| / I2 is the larger rate
         start[6] *= 2.0 / 3.0
     pair.reset(np.random.default_rng(15), start)
-    outcomes = pair.run(lambda page, k: np.ones(page.controls), 20)
+    outcomes = pair.run(lambda page, k: np.ones(page.controls), steps)
     assert outcomes[-1].info["physics_error"] and outcomes[-1].terminated
     assert outcomes[-1].reward == 0.0
 
 
-# -- what is drawn of noise and delay
+# The pages of the top are enough to rebuild their environments.
+
+
+@pytest.mark.parametrize(("kind", "frame"), in_frames(*tops.KINDS))
+def test_any_state_does_the_same(kind: type[Page], frame: str) -> None:
+    rng = np.random.default_rng(2)
+    pair = Pair(kind, frame=frame, **({"fall": 3.1} if kind is tops.PivotTop else {}))
+    for _ in range(4):
+        y = rng.normal(size=11)
+        y[:4] /= np.linalg.norm(y[:4])
+        y[4:7] *= 3.0  # also spins below zero
+        pair.reset(rng, y if kind is tops.PivotTop else [*y[:7], 0.0, 0.0, 0.0, 0.0])
+        pair.shake(rng, 10)
+
+
+@pytest.mark.parametrize(("kind", "frame"), in_frames(*tops.KINDS))
+def test_limits_and_edges_of_tops_are_alike(kind: type[Page], frame: str) -> None:
+    rng, pair = np.random.default_rng(13), Pair(kind, frame=frame)
+    fast = ((33.0, -35.0, 32.0), (-33.0, 35.0, -32.0), (1.0, 0.0, 34.0))
+    for tilt in (0.0, 1e-7, 0.3, 1.6, np.pi):
+        for omega in fast:  # too fast to step with this accuracy
+            pair.reset(rng, top(tilt, omega, 12.0, -20.0, 25.0, -21.0))
+            pair.reset(rng, top(tilt, omega, -12.0, 20.0, -25.0, 21.0))
+    for omega in ((0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (1e-10, 0.0, -2.0), (0.3, -0.2, 5.0)):
+        pair.reset(rng, top(0.3, omega))
+        pair.shake(rng, 1)
+
+
+@pytest.mark.parametrize("kind", tops.KINDS)
+def test_weights_and_tolerances_of_tops_do_the_same(kind: type[Page]) -> None:
+    rng = np.random.default_rng(5)
+    weights = {f"weight_{term}": float(k) - 0.5 for k, term in enumerate(kind.terms)}
+    wide = {name: 0.9 for name in kind.defaults() if "tolerance" in name}
+    pair = Pair(kind, hold=0.22, **weights, **wide)
+    pair.reset(
+        rng,
+        top(0.1, (0.0, 0.0, 5.0)),
+        np.array([0.0, 0.9]) if "goal_tilt" in kind.defaults() else None,
+    )
+    outcomes = pair.shake(rng, 30)
+    successes = [outcome.info["is_success"] for outcome in outcomes]
+    assert any(successes) or kind is tops.TopPrecession
+
+
+# -- ends
+
+
+@pytest.mark.parametrize("kind", [k for k in tops.KINDS if k is not tops.TopPrecession])
+@pytest.mark.parametrize("hold", [0.0, 0.32, 1.0])
+def test_a_sleeping_top_is_a_success_after_the_hold_time(kind: type[Page], hold: float) -> None:
+    rng, pair = np.random.default_rng(7), Pair(kind, hold=hold)
+    pair.reset(rng, top(0.03, (0.0, 0.0, 8.0)))
+
+    def policy(page: Page, k: int) -> np.ndarray:
+        """A kick; the top nutates and comes back, or not."""
+        return np.ones(page.controls) * (25 < k < 30)
+
+    successes = [outcome.info["is_success"] for outcome in pair.run(policy, 50)]
+    first = {0.0: 0, 0.32: 6, 1.0: 19}[hold]  # 1, 7 and 20 steps of 0.05 s
+    assert successes.index(True) == first
+    assert all(successes) == (hold == 0.0)
+
+
+@pytest.mark.parametrize("branch", ["slow", "fast"])
+@pytest.mark.parametrize("spin", [6.0, -6.0])
+@pytest.mark.parametrize(("kind", "frame"), in_frames(tops.TopPrecession))
+def test_steady_precession_is_a_success(
+    branch: str, spin: float, kind: type[Page], frame: str
+) -> None:
+    rng = np.random.default_rng(8)
+    pair = Pair(kind, branch=branch, hold=0.5, frame=frame, max_episode_steps=60)
+    tilt = 0.5
+    a, b, c = np.cos(tilt), 0.5 * spin, pair.page.m * pair.page.g * pair.page.ell
+    root = np.sqrt(b * b - 4 * a * c) * np.sign(b)
+    rate = 2 * c / (b + root) if branch == "slow" else (b + root) / (2 * a)
+    # the vertical in body axes is (0, sin, cos)
+    start = top(tilt, (0.0, rate * np.sin(tilt), spin))
+    pair.reset(rng, start, np.array([0.0, tilt]))
+
+    def policy(page: Page, k: int) -> np.ndarray:
+        return np.array([1.0, 0.5]) * (k > 40)
+
+    successes = [outcome.info["is_success"] for outcome in pair.run(policy)]
+    assert successes.index(True) == 9 and not successes[-1]
+
+
+def test_a_slow_spin_has_a_goal_too() -> None:
+    rng, pair = np.random.default_rng(9), Pair(tops.TopPrecession, branch="fast")
+    for spin in (2.0, -1.0):
+        pair.reset(rng, top(0.4, (0.2, 0.1, spin)))
+        pair.shake(rng, 10)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_episode_ends_when_the_top_has_fallen(seed: int) -> None:
+    rng, pair = np.random.default_rng(seed), Pair(tops.PivotTop)
+    pair.reset(rng)
+    outcomes = pair.run(lambda page, k: np.zeros(2))
+    assert outcomes[-1].terminated and pair.page.tilt() > 0.5
+    assert outcomes[-1].reward > 0.0  # as every other step
+
+
+def test_a_top_has_fallen_at_the_tilt_of_the_page_and_not_below() -> None:
+    rng, pair = np.random.default_rng(14), Pair(tops.PivotTop)
+    for tilt in (0.499, 0.5001):  # within a step it grows by less than 1e-3
+        pair.reset(rng, top(tilt, (0.0, 0.0, 0.0)))
+        outcome, _ = pair.step(np.zeros(2))
+        assert outcome.terminated == (tilt > 0.5)
+
+
+@pytest.mark.parametrize(("kind", "frame"), in_frames(tops.PivotTop))
+def test_an_episode_ends_when_the_pivot_leaves_the_arena(kind: type[Page], frame: str) -> None:
+    rng, pair = np.random.default_rng(10), Pair(kind, frame=frame, fall=3.0)
+    pair.reset(rng, top(0.02, (0.0, 0.0, 3.0), 3.0, 3.0, 1.0, 2.0))
+    outcomes = pair.shake(rng, 1000)
+    assert outcomes[-1].terminated and pair.page.distance() > 5.0
+
+
+# -- where a frame has no direction
+
+
+@pytest.mark.parametrize(("kind", "frame"), in_frames(*tops.KINDS))
+@pytest.mark.parametrize("spin", [0.0, 2.0, -2.0])
+def test_an_upright_top_has_a_frame(kind: type[Page], frame: str, spin: float) -> None:
+    rng, pair = np.random.default_rng(12), Pair(kind, frame=frame)
+    pair.reset(rng, top(0.0, (0.0, 0.0, spin)))
+    # without spin, rounding of omega3 decides on the side of y after the first step
+    pair.shake(rng, 5 if spin else 1)
+
+
+# What the pages of the free body and of the top promise alike.
+
+
+KINDS = bodies.KINDS + tops.KINDS
+each = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+
+
+def cases() -> Iterator[Any]:
+    """Pages and arguments; delays and reduced frames, which are other kernels, of few."""
+    for kind in KINDS:
+        ranges = {"I1": (0.9, 1.1), "I2": (1.5, 1.7), "I3": (2.1, 2.3)}
+        others = {"rotation": "matrix", "I1": 1.3, "I2": 1.8}
+        if kind in tops.KINDS:
+            ranges = {"I3": (0.45, 0.6), "g": (9.0, 10.0)}
+            others = {"rotation": "none", "m": 1.1, "I3": 0.52}
+        first = f"RigidEnvs/{kind.__name__}-v0" in FULL
+        for arguments, is_long in (
+            ({"rotation": "rot6d", "dt": 0.04}, False),
+            ({"rotation": "quat"}, False),
+            ({"rotation": "euler", "observe_params": True, **ranges}, False),
+            (others, False),
+            ({"frame": "reduced", "observe_params": True, **ranges}, not first),
+            ({"rotation": "quat", "action_delay": 3}, not first),
+            ({"frame": "reduced", "action_delay": 1, "rotation": "quat"}, True),
+        ):
+            yield pytest.param(kind, arguments, marks=[pytest.mark.long] * is_long)
+
+
+@pytest.mark.parametrize(("kind", "arguments"), list(cases()))
+def test_arguments_do_the_same(kind: type[Page], arguments: dict[str, Any]) -> None:
+    rng, pair = np.random.default_rng(3), Pair(kind, **arguments)
+    for _ in range(2):
+        pair.reset(rng)
+        pair.shake(rng, 15)
+
+
+@each
+def test_default_substeps_do_nearly_the_same(kind: type[Page]) -> None:
+    rng, page = np.random.default_rng(2), kind()
+    rate = 6.0 if kind in tops.KINDS else 4.0
+    # Fourth order: (rate times step)^4 per radian that it turns, at the largest rate [rad/s].
+    step = rate * page.dt / page.n_substeps
+    pair = Pair(kind, within=step**4 * rate * 30 * page.dt, n_substeps=page.n_substeps)
+    pair.reset(rng)
+    pair.shake(rng, 30)
+
+
+@each
+def test_episodes_end_when_the_page_says(kind: type[Page]) -> None:
+    (n,) = re.findall(r"After (\d+) steps", (PAGES / f"{kind.__name__}.md").read_text())
+    env = environment(kind.__name__)
+    upright = {"state": {"q": [1, 0, 0, 0], "omega_body": [0, 0, 6]}}
+    env.reset(seed=5, options=upright if kind in tops.KINDS else None)
+    ends = [env.step(np.zeros(kind.controls, np.float32))[2:4] for _ in range(int(n))]
+    assert not any(any(end) for end in ends[:-1])
+    assert ends[-1] == (False, True)
+
+
+@each
+def test_random_actions_do_the_same(kind: type[Page]) -> None:
+    rng, pair = np.random.default_rng(0), Pair(kind)
+    pair.reset(rng)
+    clipped = [outcome.info["action_clipped"] for outcome in pair.shake(rng, 40)]
+    assert any(clipped) and not all(clipped)
+
+
+@each
+def test_defaults_are_those_of_the_page(kind: type[Page]) -> None:
+    name, ours = kind.__name__, kind.defaults()
+    envs: list[Any] = [environment(name), environment(name, **ours)]
+    for env in envs:
+        env.reset(seed=21)
+    for _ in range(10):
+        action = np.full(kind.controls, 0.5, np.float32)
+        rewards = [env.step(action)[1] for env in envs]
+        assert rewards[0] == rewards[1]
+        assert np.array_equal(*(env.unwrapped.y for env in envs))  # to the bit
+
+
+@pytest.mark.long
+@each
+@pytest.mark.parametrize("frame", ["world", "reduced"])
+def test_longer_episodes_do_the_same(kind: type[Page], frame: str) -> None:
+    pair = Pair(kind, frame=frame)
+    for seed in range(10):
+        rng = np.random.default_rng(100 + seed)
+        pair.reset(rng)
+        pair.shake(rng, 100)

@@ -1,28 +1,30 @@
-"""Disks, a coin and a roller rebuilt from their pages do what the environments do."""
+"""Disks, coins and rollers rebuilt from their pages do as theirs; starts of all are as told."""
 
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import ks_2samp, kstest
 
-from tests.from_pages.model import Model
+from rigid_envs.base.checks import Array
+from tests.from_pages import balls, bodies, pushed_balls, tops, wheels
+from tests.from_pages.model import Model, Page
 from tests.from_pages.side_by_side import (
     actions,
     alike,
     begin,
     both,
+    drawn,
     play,
     play_many,
     started,
 )
-from tests.from_pages.wheels import (
-    CoinPark,
-    DiskRoll,
-    DiskRollRandom,
-    RollPump,
-    attitude_of,
-    seen,
-)
+from tests.from_pages.wheels import CoinPark, DiskRoll, DiskRollRandom, RollPump, attitude_of, seen
+
+# Disks, a coin and a roller rebuilt from their pages do what the environments do.
+
 
 # Closed forms in float64 on both sides.
 EXACT = 1e-12
@@ -217,3 +219,125 @@ def test_many_episodes_are_what_the_page_says(
     # roots of the coin that are not rounded off, of 1e-8
     tolerance *= 1e4 if kind is CoinPark and frame == "reduced" else 1.0
     play_many(kind, steps, tolerance, n_substeps=n_substeps, frame=frame)
+
+
+# Episodes begin as the pages say: starts, and what is seen first, are distributed as theirs.
+
+
+KINDS: tuple[type[Model], ...] = (
+    *bodies.KINDS,
+    *tops.KINDS,
+    *(balls.BallPark, balls.BallParkRandom, balls.BallReorient, balls.BallParkGoal),
+    *(balls.BallGrid, balls.BallSteer, pushed_balls.BallParkDynamic, pushed_balls.BallPlate),
+    *(wheels.CoinPark, wheels.DiskRoll, wheels.DiskRollRandom, wheels.RollPump),
+)
+N = 2000
+
+
+def row(*parts: Any) -> Array:
+    """All numbers but those of quaternions, whose sign has no meaning: they are seen as matrices.
+
+    To six places: what is one number but for rounding is one.
+    """
+    dicts = [part if isinstance(part, dict) else {"": part} for part in parts]
+    values = [np.ravel(each[key]) for each in dicts for key in sorted(each) if key != "q"]
+    whole = np.concatenate([value for value in values if len(value) != 4])
+    return np.round(np.float64(np.float32(whole)), 6)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_episodes_begin_as_the_page_says(kind: type[Model]) -> None:
+    shown: dict[str, Any] = {"observe_params": True}
+    if kind.defaults()["rotation"] == "none" and kind is not wheels.RollPump:
+        shown["rotation"] = "matrix"
+    model, rng = kind(**shown), np.random.default_rng(7)
+    y, seen, envs = drawn(kind, N, **shown)
+    aux, parts = envs.unwrapped.get_state().get("aux", []), envs.unwrapped.task.system_type
+    ours, theirs = [], []
+    for k in range(N):
+        params = model.draw_params(rng)
+        start = model.draw_with(rng, params)
+        model.begin(params, **start)
+        ours.append(row(model.observe(), start))
+        state = {name: y[k, at] for name, at in parts.components.items() if name in start}
+        beside = model.beside(aux[k] if len(aux) else np.empty(0))
+        first = {key: part[k] for key, part in seen.items()} if isinstance(seen, dict) else seen[k]
+        theirs.append(row(first, state | beside))
+    for k, (here, there) in enumerate(zip(np.transpose(ours), np.transpose(theirs), strict=True)):
+        # of equal distributions one in ten thousand fails; the seeds are fixed
+        assert ks_2samp(here, there).pvalue > 1e-4, k
+        for power in (1, 2):  # moments, to five of their standard errors
+            a, b = here**power, there**power
+            error = np.sqrt((a.var() + b.var()) / N)
+            assert abs(a.mean() - b.mean()) <= 5.0 * error + 1e-6, (k, power)
+
+
+@cache
+def theirs(kind: type[Page]) -> tuple[Array, Array, Array]:
+    """States, parameters and what is kept beside them, of starts of the environment."""
+    y, _, envs = drawn(kind, seed=11)
+    state = envs.unwrapped.get_state()
+    held = list(envs.unwrapped.task.ranges())  # the parameters of the system, then others
+    columns = [held.index({"I_perp": "I1"}.get(name, name)) for name in kind.physical]
+    return y, state["parameters"][:, columns], state.get("aux", np.empty((len(y), 0)))
+
+
+def off_the_spin(page: Page, y: Array, aux: Array) -> Array:
+    away = np.linalg.norm(y[:, 4:7] - [0, page.spin_rate, 0], axis=1)
+    return np.asarray(away / page.start_spread) ** 3
+
+
+def tilt(page: Page, y: Array, aux: Array) -> Array:
+    low = 1 / 3 if isinstance(page, tops.PivotTop) else 0.0
+    tilted = np.arccos(1 - 2 * (y[:, 1] ** 2 + y[:, 2] ** 2)) / page.start_tilt
+    return np.asarray((tilted - low) / (1 - low))
+
+
+def spin(page: Page, y: Array, aux: Array) -> Array:
+    """In critical spins."""
+    if isinstance(page, tops.PivotTop):
+        low, high = 0.3 * page.start_spin, page.start_spin
+    elif isinstance(page, tops.TopPrecession):
+        low, high = page.start_spin, page.start_spin + page.start_spread
+    else:
+        low, high = page.start_spin_low, page.start_spin_high
+    return np.asarray((y[:, 6] / page.critical() - low) / (high - low))
+
+
+def rate_across(page: Page, y: Array, aux: Array) -> Array:
+    return np.asarray(np.hypot(y[:, 4], y[:, 5]) / page.start_rate) ** 2
+
+
+def between(values: Array, low: float, high: float) -> Array:
+    return np.asarray((values - low) / (high - low))
+
+
+Share = Callable[[Any, Array, Array], Array]
+SHARES: list[tuple[type[Page], Share]] = [
+    *((kind, off_the_spin) for kind in (*bodies.KINDS[:3:2], bodies.AxisFlip)),
+    (bodies.SpinCapture, lambda p, y, _: between(np.linalg.norm(y[:, 4:7], axis=1), *p.start_rate)),
+    (
+        bodies.Detumble,
+        lambda p, y, _: (np.linalg.norm(p.moments * y[:, 4:7], axis=1) / p.start_momentum) ** 3,
+    ),
+    (bodies.AxisFlip, lambda p, _, aux: between(aux[:, 0], *p.flip_time)),
+    *((kind, tilt) for kind in tops.KINDS),
+    *((kind, spin) for kind in tops.KINDS if kind is not tops.TopRandom),
+    *((kind, rate_across) for kind in (tops.TopPrecession, tops.TopRandom)),
+    (tops.TopRandom, lambda p, y, _: between(y[:, 6], -p.start_spin, p.start_spin)),
+    (
+        tops.TopPrecession,
+        lambda p, _, aux: between(aux[:, 1], p.goal_tilt, p.goal_tilt + p.goal_spread),
+    ),
+]
+
+
+@pytest.mark.parametrize(("kind", "share"), SHARES)
+def test_starts_fill_the_ranges_of_the_page_evenly(kind: type[Page], share: Share) -> None:
+    (y, parameters, aux), page = theirs(kind), kind()
+    if kind in tops.KINDS:
+        page.parameters = dict(zip(kind.physical, parameters.T, strict=True))
+    found = share(page, y, aux)
+    slack = 1e-6 if share is tilt else 1e-12  # arccos doubles rounding near 1
+    assert -slack <= found.min() and found.max() <= 1.0 + slack
+    assert kstest(found, "uniform").pvalue > 1e-4

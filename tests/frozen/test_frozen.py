@@ -6,7 +6,7 @@ from gymnasium import spaces
 
 from rigid_envs.testing import fingerprint
 from rigid_envs.testing.environments import FULL
-from tests.frozen.hashes import CASES, computed, stored
+from tests.frozen.__main__ import CASES, computed, stored
 
 MEND = (
     "a change of dynamics, spaces, reward or starts is a new id -v1 beside this one; "
