@@ -5,9 +5,13 @@ printed; `cond`, where given, is how much a relative input error of one eps move
 """
 
 import json
+from collections.abc import Iterable
 from functools import cache
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 Case = dict[str, Any]
 
@@ -29,7 +33,12 @@ def _by_kind() -> dict[str, list[Case]]:
 
 
 def cases(kind: str) -> list[Case]:
-    """Return the cases of one kind, for `pytest.mark.parametrize(..., ids=itemgetter("id"))`."""
+    """Return the cases of one kind."""
     if kind not in _by_kind():
         raise ValueError(f"kind = {kind!r}: expected one of {', '.join(sorted(_by_kind()))}")
     return _by_kind()[kind]
+
+
+def every(found: Iterable[Case]) -> pytest.MarkDecorator:
+    """Give a test every one of some cases, as `case`."""
+    return pytest.mark.parametrize("case", found, ids=itemgetter("id"))

@@ -14,10 +14,9 @@ from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top import closed_forms as heavy_top
 from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.rolling_disk.system import RollingDisk
-from tests.systems.examples import BODY, DISK, PLATE, ROLLER, SYSTEMS, inputs, name_of, states
+from tests.systems.examples import BODY, DISK, PLATE, ROLLER, each_system, inputs, states
 
 EPS = np.finfo(np.float64).eps
-each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
 RACKET, W0 = FreeBody(1.0, 2.0, 3.0), (0.5, 1.0, 0.3)
 START = RACKET.state(omega_body=W0)
 

@@ -1,20 +1,30 @@
-"""Attitudes against the axioms of a group, SciPy and reference cases; shapes and refusals."""
+"""Attitudes and their algebra against axioms, SciPy, 40-digit arithmetic; shapes and refusals."""
 
 import inspect
 import re
-from operator import itemgetter
 
+import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
 
 from rigid_envs.mechanics import rotations as rot
-from tests.mechanics.attitudes import EPS, ULPS, angles, quaternions, scipy_of, vectors
-from tests.reference import cases
+from tests.mechanics.attitudes import (
+    EPS,
+    ULPS,
+    angles,
+    quaternions,
+    random_vectors,
+    scipy_of,
+    vectors,
+)
+from tests.reference import cases, every
 from tests.refusals import refusal
+
+# Attitudes against the axioms of a group, SciPy and reference cases; shapes and refusals.
 
 
 @given(quaternions)
@@ -98,7 +108,6 @@ def test_the_identity_has_the_asked_shape_and_turns_nothing():
     assert np.array_equal(rot.rotate(rot.identity((2,)), [1.0, 2.0, 3.0]), [[1, 2, 3]] * 2)
 
 
-every_euler_case = pytest.mark.parametrize("case", cases("euler_angles"), ids=itemgetter("id"))
 corners = st.sampled_from([0.0, 1e-300, 1e-12, 1e-8, 0.5, np.pi - 1e-8, np.pi - 1e-12, np.pi])
 nutations = st.one_of(st.floats(0.0, np.pi), corners)
 
@@ -119,7 +128,7 @@ def test_quaternions_of_matrices_near_half_turns_are_accurate(axis, angle):
     assert rot.distance(found, turn.as_quat(scalar_first=True)) <= ULPS
 
 
-@every_euler_case
+@every(cases("euler_angles"))
 def test_reference_attitudes_of_euler_angles(case):
     euler = [case["in"][name] for name in ("phi", "theta", "psi")]
     R, q = np.reshape(case["out"]["R"], (3, 3)), np.array(case["out"]["q"])
@@ -134,25 +143,21 @@ def test_reference_attitudes_of_euler_angles(case):
             np.testing.assert_allclose(found, euler, rtol=0, atol=ULPS / np.sin(euler[1]))
 
 
-@every_euler_case
+@every(cases("euler_angles"))
 def test_reference_angular_velocities_of_euler_angle_rates(case):
     euler, rates = [case["in"][name] for name in ("phi", "theta", "psi")], case["in"]["rates"]
-    body, world = case["out"]["w_body"], case["out"]["w_space"]
-    found = rot.omega_body_from_euler_rates(euler, rates)
-    np.testing.assert_allclose(found, body, rtol=0, atol=ULPS)
-    found = rot.omega_world_from_euler_rates(euler, rates)
-    np.testing.assert_allclose(found, world, rtol=0, atol=ULPS)
-    if case["out"]["kinematic_determinant"] == 0.0:
-        with pytest.raises(ValueError, match="sin"):
-            rot.euler_rates_from_omega_body(euler, body)
-        with pytest.raises(ValueError, match="sin"):
-            rot.euler_rates_from_omega_world(euler, world)
-    else:
-        lost = 2 * ULPS / case["out"]["kinematic_determinant"]
-        found = rot.euler_rates_from_omega_body(euler, body)
-        np.testing.assert_allclose(found, rates, rtol=0, atol=lost)
-        found = rot.euler_rates_from_omega_world(euler, world)
-        np.testing.assert_allclose(found, rates, rtol=0, atol=lost)
+    for omega, forth, back in (
+        ("w_body", rot.omega_body_from_euler_rates, rot.euler_rates_from_omega_body),
+        ("w_space", rot.omega_world_from_euler_rates, rot.euler_rates_from_omega_world),
+    ):
+        expected, determinant = case["out"][omega], case["out"]["kinematic_determinant"]
+        np.testing.assert_allclose(forth(euler, rates), expected, rtol=0, atol=ULPS)
+        if determinant == 0.0:
+            with pytest.raises(ValueError, match="sin"):
+                back(euler, expected)
+        else:
+            lost = 2 * ULPS / determinant
+            np.testing.assert_allclose(back(euler, expected), rates, rtol=0, atol=lost)
 
 
 @given(angles, nutations, angles)
@@ -244,50 +249,27 @@ def test_what_rests_in_the_world_goes_round_the_other_way_in_the_body(q, v, omeg
 
 
 SHAPES = {"a": (), "d": (6,), "e": (3,), "q": (4,), "u": (3,), "v": (3,)}
-
-
-SHAPES |= {"R": (3, 3), "S": (3, 3), "T": (3, 3)}
-
-
+SHAPES |= dict.fromkeys("RST", (3, 3))
 LEADING = ((2, 1), (3,), (2, 3), (1, 1))
-SIGNATURES = {  # the kinds of the arguments of every function that takes arrays
-    "angle": "q",
-    "axis_angle_from_quaternion": "q",
-    "body_rate": "qvvv",
-    "canonicalize": "q",
-    "conjugate": "q",
-    "distance": "qq",
-    "euler_from_matrix": "R",
-    "euler_from_quaternion": "q",
-    "euler_rates_from_omega_body": "ev",
-    "euler_rates_from_omega_world": "ev",
-    "exp": "v",
-    "hat": "v",
-    "left_jacobian": "v",
-    "left_jacobian_inverse": "v",
-    "log": "q",
-    "matrix_from_euler": "e",
-    "matrix_from_quaternion": "q",
-    "matrix_from_rot6d": "d",
-    "multiply": "qq",
-    "normalize": "q",
-    "omega_body_from_euler_rates": "ev",
-    "omega_world_from_euler_rates": "ev",
-    "quaternion_from_axis_angle": "ua",
-    "quaternion_from_euler": "e",
-    "quaternion_from_matrix": "R",
-    "quaternion_rate": "qv",
-    "right_jacobian": "v",
-    "right_jacobian_inverse": "v",
-    "rot6d_from_matrix": "R",
-    "rotate": "qv",
-    "rotate_inverse": "qv",
-    "rotate_tensor": "qT",
-    "slerp": "qqa",
-    "transform_tensor": "RT",
-    "vee": "S",
-    "world_rate": "qvvv",
+FUNCTIONS = {  # by the kinds of their arguments: all that take arrays
+    "R": "euler_from_matrix quaternion_from_matrix rot6d_from_matrix",
+    "RT": "transform_tensor",
+    "S": "vee",
+    "d": "matrix_from_rot6d",
+    "e": "matrix_from_euler quaternion_from_euler",
+    "ev": "euler_rates_from_omega_body euler_rates_from_omega_world "
+    "omega_body_from_euler_rates omega_world_from_euler_rates",
+    "q": "angle axis_angle_from_quaternion canonicalize conjugate euler_from_quaternion log "
+    "matrix_from_quaternion normalize",
+    "qT": "rotate_tensor",
+    "qq": "distance multiply",
+    "qqa": "slerp",
+    "qv": "quaternion_rate rotate rotate_inverse",
+    "qvvv": "body_rate world_rate",
+    "ua": "quaternion_from_axis_angle",
+    "v": "exp hat left_jacobian left_jacobian_inverse right_jacobian right_jacobian_inverse",
 }
+SIGNATURES = {name: kinds for kinds, names in FUNCTIONS.items() for name in names.split()}
 every_function = pytest.mark.parametrize("name", SIGNATURES)
 
 
@@ -386,3 +368,161 @@ def test_what_is_no_attitude_is_refused_and_a_slight_error_of_length_is_normalis
         tolerance = 1e-5 if kind == "R" else ULPS  # the nearest rotation is not looked for
         for result, exact in zip(near, outputs(name, good), strict=True):
             np.testing.assert_allclose(result, exact, rtol=tolerance, atol=tolerance)
+
+
+# exp, log, Jacobians and geodesics against 40-digit arithmetic, matrix exponentials and SciPy.
+
+
+LENGTHS = [(1e-300, 1e-8), (1e-8, 1e-2), (1e-2, np.pi - 1e-9)]
+every_length = pytest.mark.parametrize(("low", "high"), LENGTHS)
+
+
+def exact_exp(v):
+    with mpmath.workdps(40):
+        x = [mpmath.mpf(float(c)) for c in v]
+        half = mpmath.sqrt(sum(c * c for c in x)) / 2
+        return [float(c) for c in (mpmath.cos(half), *(mpmath.sinc(half) * c / 2 for c in x))]
+
+
+def exact_expm(matrix):
+    with mpmath.workdps(40):
+        return np.array(mpmath.expm(mpmath.matrix(matrix.tolist())).tolist(), dtype=float)
+
+
+def exact_log(q):
+    with mpmath.workdps(40):
+        w, *u = [mpmath.mpf(float(c)) for c in q]
+        length = mpmath.sqrt(sum(c * c for c in u))
+        return [float(2 * mpmath.atan2(length, w) / length * c) for c in u]
+
+
+@every_length
+def test_exp_is_accurate_to_rounding_in_every_entry(low, high):
+    v = random_vectors(np.random.default_rng(0), 200, low, high)
+    v[::2] *= [1.0, 1e-5, 1e-9]  # entries of different size
+    q = rot.exp(v)
+    exact = np.array([exact_exp(row) for row in v])
+    np.testing.assert_allclose(q[:, 1:], exact[:, 1:], rtol=4 * EPS, atol=0)
+    np.testing.assert_allclose(q[:, 0], exact[:, 0], rtol=0, atol=2 * EPS)  # a cosine
+
+
+@every_length
+def test_log_is_accurate_to_rounding_in_every_entry(low, high):
+    q = rot.exp(random_vectors(np.random.default_rng(1), 200, low, high))
+    np.testing.assert_allclose(rot.log(q), [exact_log(row) for row in q], rtol=6 * EPS, atol=0)
+
+
+@given(quaternions)
+def test_exp_inverts_log_which_is_the_shortest_and_the_same_for_both_signs(q):
+    v = rot.log(q)
+    assert np.linalg.norm(v) <= np.pi * (1.0 + EPS)
+    assert v.tobytes() == rot.log(-q).tobytes()
+    np.testing.assert_allclose(rot.exp(v), rot.canonicalize(q), rtol=0, atol=ULPS)
+    assert (scipy_of(q).inv() * Rotation.from_rotvec(v)).magnitude() <= ULPS
+
+
+@given(st.floats(1e-300, 0.1), vectors.filter(lambda v: np.linalg.norm(v) > 0.1))
+def test_log_is_accurate_near_a_half_turn(short, v):
+    axis = v / np.linalg.norm(v)
+    found = rot.log([np.sin(short / 2), *(np.cos(short / 2) * axis)])
+    np.testing.assert_allclose(found, (np.pi - short) * axis, rtol=0, atol=ULPS)
+
+
+def test_no_rotation_and_a_half_turn_have_finite_logarithms_and_axes():
+    axis, angle = rot.axis_angle_from_quaternion([-1.0, 0.0, 0.0, 0.0])
+    assert np.array_equal(axis, [0, 0, 1]) and angle == 0.0
+    assert np.array_equal(rot.log(rot.identity()), [0, 0, 0])
+    assert np.array_equal(rot.exp([0.0, 0.0, 0.0]), rot.identity())
+    assert np.array_equal(rot.log([0.0, 0.0, -1.0, 0.0]), [0, np.pi, 0])
+
+
+@pytest.mark.parametrize("size", [5e-324, 1e-160, 1e17, 1e308])
+def test_exp_is_unit_and_finite_for_any_finite_vector(size):
+    assert np.linalg.norm(rot.exp([size, -size, size])) == pytest.approx(1.0, abs=ULPS)
+
+
+@given(quaternions)
+def test_axis_and_angle_go_round(q):
+    axis, angle = rot.axis_angle_from_quaternion(q)
+    assert 0.0 <= angle <= np.pi and abs(np.linalg.norm(axis) - 1.0) <= ULPS
+    back = rot.quaternion_from_axis_angle(axis, angle)
+    np.testing.assert_allclose(back, rot.canonicalize(q), rtol=0, atol=ULPS)
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-8, 1.0])
+def test_the_axis_of_a_tiny_turn_is_not_lost(size):
+    axis, angle = rot.axis_angle_from_quaternion(rot.exp([0.0, 3 * size / 5, 4 * size / 5]))
+    np.testing.assert_allclose(axis, [0.0, 0.6, 0.8], rtol=4 * EPS)
+    assert angle == pytest.approx(size, rel=4 * EPS)
+
+
+# so(3) and Jacobians
+@given(vectors, vectors)
+@example(np.array([0.0, 0.0, 4.19644759e-308]), np.zeros(3))  # its half is subnormal
+def test_hat_is_the_cross_product_and_vee_its_inverse(v, u):
+    np.testing.assert_allclose(rot.hat(v) @ u, np.cross(v, u), rtol=0, atol=4 * EPS)
+    assert np.array_equal(rot.vee(rot.hat(v)), v)
+
+
+@given(vectors)
+def test_the_matrix_exponential_of_hat_is_the_matrix_of_exp(v):
+    R = rot.matrix_from_quaternion(rot.exp(3.0 * v))
+    np.testing.assert_allclose(R, exact_expm(rot.hat(3.0 * v)), rtol=0, atol=ULPS)
+
+
+def test_vee_refuses_a_matrix_that_is_not_skew():
+    with pytest.raises(ValueError, match=r"^skew\[1\] = .*skew-symmetric"):
+        rot.vee([np.zeros((3, 3)), np.eye(3)])
+
+
+@pytest.mark.parametrize(("low", "high"), [(1e-300, 1e-2), (1e-2, 1.1), (0.9, 20.0)])
+def test_the_left_jacobian_is_the_integral_of_the_rotation_along_the_way(low, high):
+    for v in random_vectors(np.random.default_rng(3), 50, low, high):
+        # exp of [[V, 1], [0, 0]] has the integral of exp(s V) over s in [0, 1] in its corner
+        block = np.block([[rot.hat(v), np.eye(3)], [np.zeros((3, 6))]])
+        J = rot.left_jacobian(v)
+        np.testing.assert_allclose(J, exact_expm(block)[:3, 3:], rtol=0, atol=ULPS)
+        np.testing.assert_allclose(rot.right_jacobian(v), J.T, rtol=0, atol=EPS)
+
+
+@pytest.mark.parametrize("a", [1e-300, 1e-9, 1e-3, 0.5, 1.0 - EPS, 1.0, 1.5, 3.0, 6.0])
+def test_the_left_jacobian_is_accurate_in_every_entry(a):
+    with mpmath.workdps(40 if a > 1e-10 else 700):
+        x = mpmath.mpf(a)
+        one, quadratic = (1 - mpmath.cos(x)) / x, 1 - mpmath.sinc(x)
+        axis = mpmath.mpf(0.6), mpmath.mpf(0.8)
+        row = [1 - quadratic * axis[1] ** 2, quadratic * axis[0] * axis[1], one * axis[1]]
+        exact = [float(entry) for entry in row]
+    J = rot.left_jacobian([0.6 * a, 0.8 * a, 0.0])
+    np.testing.assert_allclose(J[0], exact, rtol=16 * EPS, atol=1e-320)
+
+
+@given(vectors)
+def test_inverse_jacobians_invert(v):
+    v = 3.0 * v  # up to 5.2: the condition number is a / (2 sin(a / 2)) < 6
+    for one, other in (
+        (rot.left_jacobian(v), rot.left_jacobian_inverse(v)),
+        (rot.right_jacobian(v), rot.right_jacobian_inverse(v)),
+    ):
+        np.testing.assert_allclose(one @ other, np.eye(3), rtol=0, atol=6 * ULPS)
+
+
+@pytest.mark.parametrize("inverse", [rot.left_jacobian_inverse, rot.right_jacobian_inverse])
+def test_inverse_jacobians_refuse_a_full_turn(inverse):
+    with pytest.raises(ValueError, match=r"rotation_vector\[1\].*below 2 pi"):
+        inverse([[0.0, 0.0, 6.28], [0.0, 0.0, 2 * np.pi]])
+
+
+# Geodesics
+@given(quaternions, quaternions, st.floats(0.0, 1.0))
+def test_slerp_turns_at_constant_rate_on_the_shortest_way(p, q, t):
+    way, turn = rot.slerp(p, q, t), rot.distance(p, q)
+    assert rot.distance(p, way) == pytest.approx(t * turn, abs=ULPS)
+    assert rot.distance(way, q) == pytest.approx((1.0 - t) * turn, abs=ULPS)
+    assert rot.distance(rot.slerp(p, -q, t), way) <= ULPS
+
+
+def test_slerp_starts_exactly_at_its_start_and_goes_on_beyond_its_end():
+    p, q = rot.exp([[0.0, 0.0, 0.2], [0.0, 0.0, 0.5]])
+    assert np.array_equal(rot.slerp(p, q, 0.0), p)
+    np.testing.assert_allclose(rot.log(rot.slerp(p, q, [-1.0, 2.0]))[:, 2], [-0.1, 0.8], rtol=ULPS)

@@ -13,11 +13,9 @@ from rigid_envs.engine import elementary
 from rigid_envs.engine.algebra import log_rotation, normalize
 from rigid_envs.mechanics.symbolic import Tracer, elements
 from rigid_envs.systems.free_body.dynamics import rhs
-from tests.systems.examples import BODY, SYSTEMS, TOP, TURNING, inputs, name_of, states
+from tests.systems.examples import BODY, TOP, each_system, each_turning, inputs, states
 
 casadi = pytest.importorskip("casadi")
-each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
-each_turning = pytest.mark.parametrize("system", TURNING, ids=name_of)
 N = 50
 DT = 0.02  # within the stability envelope of all states and inputs of `examples`
 

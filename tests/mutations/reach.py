@@ -34,7 +34,8 @@ ROOMS = {
     "closed forms": Room(
         ("systems/*/closed_forms.py", "mechanics/special.py"),
         (
-            *("tests/systems/**/test_closed_forms.py", "tests/mechanics/test_special.py"),
+            *("tests/systems/test_closed_forms.py", "tests/systems/*/test_motion.py"),
+            "tests/mechanics/test_special.py",
             "tests/mechanics/test_laws.py",
         ),
     ),
@@ -44,9 +45,11 @@ ROOMS = {
             *("systems/rolling_ball/shortest_path.py", "systems/free_body/saddle.py"),
         ),
         (
-            *("tests/control/test_*.py", "tests/systems/*/test_*controllers.py"),
-            *("tests/systems/upright_coin/test_tasks.py", "tests/systems/roller/test_tasks.py"),
-            "tests/systems/rolling_ball/test_[grs]*.py",
+            *("tests/control/test_*.py", "tests/systems/*/test_tasks.py"),
+            *(
+                "tests/systems/free_body/test_spin_controllers.py",
+                "tests/systems/rolling_ball/test_[gs]*.py",
+            ),
         ),
     ),
     "planning": Room(
@@ -90,8 +93,8 @@ ROOMS = {
         (
             *("tests/test_checks.py", "tests/test_core.py", "tests/test_extending.py"),
             *("tests/test_files.py", "tests/test_registry.py", "tests/test_tensorfile.py"),
-            *("tests/test_workers.py", "tests/envs", "tests/tasks/test_fields.py"),
-            *("tests/tasks/test_ground.py", "tests/cli/test_compiling.py"),
+            *("tests/test_workers.py", "tests/envs", "tests/tasks"),
+            "tests/cli/test_compiling.py",
             *(
                 "tests/test_documents.py",
                 "tests/test_provenance.py",

@@ -16,6 +16,14 @@ def assert_within_limits_row_by_row(controller, *args, ball=False):
         np.testing.assert_allclose(controller(*(a[row] for a in args)), actions[row], atol=1e-13)
 
 
+def assert_optimal(F, G, gain, P, Q, R, most=0.99, **tolerance):
+    """Feedback is stable, and P solves the Riccati equation of the step F, G at the costs Q, R."""
+    closed = F - G @ gain
+    assert np.abs(np.linalg.eigvals(closed)).max() < most
+    again = Q + gain.T @ R @ gain + closed.T @ P @ closed
+    np.testing.assert_allclose(again, P, **tolerance)
+
+
 def spinning(rng, lead, scale=1.0):
     """States of a free body, any attitude, omega normal [rad/s]."""
     omega = scale * rng.normal(size=(*lead, 3))

@@ -1,6 +1,7 @@
 """All systems with parameters of no symmetry, and random states and inputs for them."""
 
 import numpy as np
+import pytest
 
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
@@ -24,6 +25,11 @@ TURNING = tuple(system for system in SYSTEMS if "q" in system.components)
 
 def name_of(system):
     return type(system).__name__
+
+
+each_system = pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
+each_turning = pytest.mark.parametrize("system", TURNING, ids=name_of)
+each_type = pytest.mark.parametrize("system_type", [type(system) for system in SYSTEMS])
 
 
 def states(system, rng, *lead):

@@ -72,13 +72,24 @@ def is_level(t: Array, values: Array, share: float = 0.1) -> bool:
     return abs(slope) <= share * np.max(np.abs(values)) + 1e-12
 
 
-def sample_steps(n_steps: int, size: int = 20000) -> Array:
+def sample_steps(n_steps: int, size: int) -> Array:
     """Numbers of steps at which to look, 0 and `n_steps` among them.
 
     Irregular: regular ones can beat with a periodic motion, and a beat looks like a drift.
     """
     inside = np.random.default_rng(0).choice(n_steps - 1, size, replace=False) + 1
     return np.concatenate([[0], np.sort(inside), [n_steps]])
+
+
+def million_steps(system: System, y0: Array, dt: float, moments: int = 20000) -> Trajectory:
+    """A million steps, seen at so many moments."""
+    return system.simulate(y0, sample_steps(10**6, moments) * dt, max_step=dt)
+
+
+def relative_energy(trajectory: Trajectory) -> Array:
+    """Change of the energy since the start, as a part of it."""
+    energy = trajectory.invariants["energy"]
+    return energy / energy[0] - 1.0
 
 
 def leaning(theta: float) -> tuple[float, float, float, float]:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.scores.policies import Controller, ControllerFactory
+from rigid_envs.testing.environments import fresh
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,12 @@ def bound(factory: ControllerFactory) -> Controller:
         return policies[0](envs)
 
     return policy
+
+
+def rows(task: str, n: int, **config: Any) -> RigidVectorEnv:
+    """N rows of a task of ``system.tasks:Task``, in their first episode, without a time limit."""
+    envs: RigidVectorEnv = fresh(RigidVectorEnv(f"rigid_envs.systems.{task}", n, **config))
+    return envs
 
 
 def still(envs: RigidVectorEnv) -> Array:

@@ -22,7 +22,7 @@ from tests.systems.examples import (
     ROLLER,
     SYSTEMS,
     TOP,
-    TURNING,
+    each_turning,
     inputs,
     name_of,
     states,
@@ -40,7 +40,7 @@ def matrices(y):
     return Rotation.from_quat(y[..., :4].reshape(-1, 4), scalar_first=True).as_matrix()
 
 
-@pytest.mark.parametrize("system", TURNING, ids=name_of)
+@each_turning
 def test_the_attitude_is_read_in_four_ways(system):
     y = states(system, np.random.default_rng(1), 20)
     R = matrices(y)
@@ -74,14 +74,6 @@ def test_the_tilt_keeps_its_digits_near_both_poles():
     for tilt in (0.0, 1e-12, 1e-6, 1.0, np.pi - 1e-9, np.pi):
         y = TOP.state(q=(np.cos(0.5 * tilt), 0.0, np.sin(0.5 * tilt), 0.0))
         assert TOP.tilt(y) == pytest.approx(tilt, rel=1e-15, abs=2e-16)
-
-
-@pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
-def test_components_are_plain_entries(system):
-    y = states(system, np.random.default_rng(7), 5)
-    for name, where in system.components.items():
-        found = getattr(system, name, system.accessors[name])(y)
-        np.testing.assert_array_equal(found.reshape(5, -1), y[:, where])
 
 
 def test_the_ball_lies_on_its_plate_and_turns_with_its_spin():

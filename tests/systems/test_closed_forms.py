@@ -250,6 +250,24 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name: str) -> None:
         ("rolling_ball.roll_segments", {"segments": [[1.0, 0.0, 0.0, -2.0]]}, "duration"),
         ("rolling_ball.clothoid_path", {"heading_acceleration": 0.0}, "use roll_straight"),
         ("rolling_ball.complete_clothoid_angle", {"heading_acceleration": -1.0}, "^heading_acc"),
+        ("free_body.symmetric_rates", {"moments": [1.0, 2.0, 3.0]}, "two equal"),
+        ("free_body.symmetric_cones", {"moments": [1.0, 2.0, 3.0]}, "two equal"),
+        ("free_body.chandler_period", {"i_perp": 1.0, "i3": 1.0}, r"^i3 = 1.0; expected above"),
+        ("free_body.chandler_period", {"omega3": 0.0}, r"^omega3 = 0.0; expected"),
+        ("heavy_top.homoclinic_tilt", dict(i_perp=1.0, i3=0.5, mgl=1.0, omega3=4.0), "below the"),
+        ("heavy_top.fast_top", {"omega3": 0.0}, r"^omega3\[?.*\]? = 0.0; expected a spin"),
+        ("heavy_top.tilt", {"omega0": [0.0, 1e100, 0.0]}, "^omega0 = .*; expected rates, moments"),
+        ("heavy_top.tilt", {"mgl": 1e-310}, "^omega0 = .*; expected rates, moments"),
+        *(
+            ("heavy_top.nutation_frequency", {"precession": wrong}, "^precession = ")
+            for wrong in (None, "fast", 1j, True, 10**400)
+        ),
+        ("rolling_disk.steady_circle", {"theta": 1.0, "contact_radius": -1.0}, "further outside"),
+        *(
+            (f"rolling_disk.{name}", {"theta": theta}, "^theta = ")
+            for name in ("fall", "steady_precession", "spins", "stationary_centre_precession")
+            for theta in (0.0, np.pi, -0.1)
+        ),
     ],
 )
 def test_what_a_formula_does_not_hold_for_is_refused(

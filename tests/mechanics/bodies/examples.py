@@ -2,22 +2,15 @@
 
 import numpy as np
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from rigid_envs.mechanics import bodies
+from tests.mechanics.attitudes import EPS, quaternions, scipy_of
 
-EPS = np.finfo(np.float64).eps
 ROUNDING = 16 * EPS  # of the largest entry: a dozen roundings, none of which cancels
 
 coordinates = st.floats(-1.0, 1.0).map(lambda x: round(x, 6))
 points = st.lists(coordinates, min_size=3, max_size=3).map(np.array)
 sizes = st.floats(0.1, 10.0)
-attitudes = (
-    st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4)
-    .map(np.array)
-    .filter(lambda q: np.linalg.norm(q) > 0.1)
-    .map(lambda q: q / np.linalg.norm(q))
-)
 clouds = st.integers(1, 8).flatmap(
     lambda n: st.tuples(
         st.lists(sizes, min_size=n, max_size=n).map(np.array),
@@ -27,13 +20,13 @@ clouds = st.integers(1, 8).flatmap(
 any_body = st.builds(
     lambda cloud, q, d: bodies.point_masses(*cloud).rotated(q).translated(d),
     clouds,
-    attitudes,
+    quaternions,
     points,
 )
 
 
 def matrix(q):
-    return Rotation.from_quat(q, scalar_first=True).as_matrix()
+    return scipy_of(q).as_matrix()
 
 
 def tensor_about(point, masses, positions):

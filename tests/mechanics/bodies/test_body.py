@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from rigid_envs.mechanics import bodies
 from rigid_envs.mechanics.bodies.body import Body
+from tests.mechanics.attitudes import quaternions
 from tests.mechanics.bodies.examples import (
     ROUNDING,
     any_body,
     assert_same_body,
-    attitudes,
     clouds,
     matrix,
     points,
@@ -49,7 +49,7 @@ def test_the_moment_about_an_axis_is_the_sum_of_squared_distances(cloud, point, 
 
 
 # Motion
-@given(clouds, attitudes, points)
+@given(clouds, quaternions, points)
 def test_a_turned_and_moved_body_is_that_of_the_turned_and_moved_points(cloud, q, d):
     masses, positions = cloud
     moved = bodies.point_masses(*cloud).rotated(q).translated(d)
@@ -57,7 +57,7 @@ def test_a_turned_and_moved_body_is_that_of_the_turned_and_moved_points(cloud, q
     assert_same_body(bodies.point_masses(*cloud).rotated(matrix(q)).translated(d), moved, SIZE)
 
 
-@given(attitudes)
+@given(quaternions)
 def test_a_lamina_stays_one_under_a_matrix_of_float32(q):
     turned = bodies.rectangular_lamina(1.0, 2.0, 3.0).rotated(matrix(q).astype(np.float32))
     moments = turned.principal().moments
@@ -261,7 +261,7 @@ def test_moments_that_differ_by_more_than_roundings_have_axes_of_their_own():
     np.testing.assert_allclose(axes[:, 0], R[:, 0], rtol=0, atol=ROUNDING / 1e-10)
 
 
-@given(attitudes, st.floats(-np.pi, np.pi), st.sampled_from([(1, 1, 1.5), (1, 1.5, 1.5)]))
+@given(quaternions, st.floats(-np.pi, np.pi), st.sampled_from([(1, 1, 1.5), (1, 1.5, 1.5)]))
 def test_repeated_moments_have_axes_that_do_not_depend_on_how_the_tensor_came_about(
     q, angle, moments
 ):
@@ -279,13 +279,13 @@ def test_repeated_moments_have_axes_that_do_not_depend_on_how_the_tensor_came_ab
     )
 
 
-@given(attitudes)
+@given(quaternions)
 def test_a_sphere_has_the_construction_axes_in_any_attitude(q):
     axes = bodies.solid_sphere(1.0, 1.0).rotated(q).principal().axes
     np.testing.assert_allclose(axes, np.eye(3), rtol=0, atol=ROUNDING)
 
 
-@given(attitudes)
+@given(quaternions)
 def test_the_first_axes_point_to_the_positive_side_of_the_nearest_construction_axis(q):
     axes = turned((1.0, 1.5, 2.0), matrix(q)).principal().axes
     for k in (0, 1):
@@ -301,7 +301,7 @@ def test_points_keep_the_triangle_inequality_about_any_point(cloud, point):
     Body(1.0, about)  # it is the tensor of these points and a mass that balances them
 
 
-@given(clouds, attitudes, st.floats(1e-6, 1.0))
+@given(clouds, quaternions, st.floats(1e-6, 1.0))
 def test_a_tensor_below_the_triangle_inequality_is_refused(cloud, q, lack):
     I1, I2, I3 = bodies.point_masses(*cloud).principal().moments + 0.1
     excess = lack * I3 + (I1 + I2 - I3)
@@ -323,7 +323,7 @@ def test_a_tensor_below_the_triangle_inequality_is_refused(cloud, q, lack):
         ((1, 1 + 1e-10, 2), "symmetric_oblate"),
     ],
 )
-@given(q=attitudes)
+@given(q=quaternions)
 def test_the_kind_tells_which_moments_are_equal_in_any_attitude(moments, kind, q):
     assert turned(moments, matrix(q)).kind() == kind
 
@@ -335,7 +335,7 @@ def test_the_tolerance_of_kinds_is_a_part_of_the_largest_moment():
     assert body.kind(0.01) == "spherical"
 
 
-@given(attitudes)
+@given(quaternions)
 def test_a_line_has_an_endless_ellipsoid_around_it_in_any_attitude(q):
     rod = bodies.rod(3.0, 2.0).rotated(q)
     semi_axes, axes = rod.inertia_ellipsoid()

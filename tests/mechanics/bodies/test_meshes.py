@@ -12,15 +12,8 @@ from scipy.spatial import ConvexHull, Delaunay
 
 from rigid_envs.mechanics import bodies
 from rigid_envs.mechanics.bodies.densities import Region, from_density
-from tests.mechanics.bodies.examples import (
-    EPS,
-    ROUNDING,
-    assert_same_body,
-    attitudes,
-    matrix,
-    points,
-    sizes,
-)
+from tests.mechanics.attitudes import EPS, quaternions
+from tests.mechanics.bodies.examples import ROUNDING, assert_same_body, matrix, points, sizes
 
 CORNERS = np.array(list(itertools.product([-0.5, 0.5], repeat=3)))
 
@@ -37,7 +30,7 @@ CUBE = hull(CORNERS)
 
 
 # What is inside
-@given(sizes, sizes, sizes, sizes, attitudes, points)
+@given(sizes, sizes, sizes, sizes, quaternions, points)
 def test_the_mesh_of_a_box_is_the_box(density, lx, ly, lz, q, d):
     mesh = bodies.from_mesh(CORNERS * [lx, ly, lz] @ matrix(q).T + d, CUBE, density)
     box = bodies.box(density * lx * ly * lz, lx, ly, lz).rotated(q).translated(d)
@@ -125,7 +118,7 @@ def test_inside_out_is_refused():
         bodies.from_mesh(CORNERS, CUBE[:, ::-1], 1.0)
 
 
-@given(attitudes, st.floats(-1.0, 1.0))
+@given(quaternions, st.floats(-1.0, 1.0))
 def test_a_flat_mesh_is_refused(q, height):
     flat = CORNERS * [1.0, 2.0, 0.0] @ matrix(q).T
     with pytest.raises(ValueError, match="expected more than rounding"):

@@ -17,7 +17,12 @@ from rigid_envs.systems.free_body.controllers import (
     saddle,
 )
 from rigid_envs.systems.free_body.system import FreeBody
-from tests.systems.claims import assert_within_limits_row_by_row, rate_along, spinning
+from tests.systems.claims import (
+    assert_optimal,
+    assert_within_limits_row_by_row,
+    rate_along,
+    spinning,
+)
 
 BODY, RATE, DT = FreeBody(1.1, 1.7, 2.3), 1.3, 0.1
 OMEGA = slice(4, 7)
@@ -27,6 +32,11 @@ FREE = 1e9  # N m, no limit
 
 def step(controller, dt=DT, n_substeps=4):
     return lambda y: controller.body.advance(y, controller.inputs(controller(y)), dt, n_substeps)
+
+
+def rate_of(controller, y, *more):
+    """Derivative of the state under a controller."""
+    return controller.body.rhs(y, controller.inputs(controller(y, *more)))
 
 
 def regulator(torque=0.2):
@@ -51,13 +61,9 @@ def test_the_sampled_linearisation_is_that_of_the_steps_of_the_body():
         return BODY.advance(y, u, DT, 8)[..., OMEGA] - RATE * E2
 
     F, G = step_jacobian(advance, np.zeros(3), 3)
-    eigenvalues = np.linalg.eigvals(F - G @ controller.regulator.gain)
-    assert np.abs(eigenvalues).max() < 0.9
-    # the Riccati equation, with the error 1e-10 of the differences and that of the integrator
-    K, P = controller.regulator
-    closed = F - G @ K
-    again = np.eye(3) + controller.input_weight * K.T @ K + closed.T @ P @ closed
-    np.testing.assert_allclose(again, P, rtol=1e-6, atol=1e-7)
+    costs = np.eye(3), controller.input_weight * np.eye(3)
+    # with the error 1e-10 of the differences and that of the integrator
+    assert_optimal(F, G, *controller.regulator, *costs, most=0.9, rtol=1e-6, atol=1e-7)
 
 
 def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases():
@@ -79,7 +85,7 @@ def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases():
 
 def test_one_torque_makes_its_lyapunov_function_decrease_as_stated():
     controller, y = SingleTorque(BODY, RATE, FREE), spinning(np.random.default_rng(0), (100,), 2.0)
-    found = rate_along(controller.lyapunov, y, BODY.rhs(y, controller.inputs(controller(y))), OMEGA)
+    found = rate_along(controller.lyapunov, y, rate_of(controller, y), OMEGA)
     expected = -(BODY.I3 - BODY.I2) * controller.k * y[:, 6] ** 2
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(found).max())
 
@@ -103,7 +109,7 @@ def test_one_torque_is_stable_above_its_threshold_and_only_there(strength):
 
     def rate(x):
         y = BODY.state(omega_body=x + RATE * E2)
-        return BODY.rhs(y, controller.inputs(controller(y)))[..., OMEGA]
+        return rate_of(controller, y)[..., OMEGA]
 
     h = 1e-6 * np.eye(3)
     jacobian = (rate(h) - rate(-h)).T / 2e-6
@@ -117,7 +123,7 @@ def test_one_torque_is_stable_above_its_threshold_and_only_there(strength):
 def test_the_energy_casimir_function_decreases_everywhere_as_stated(strength, damping):
     controller = EnergyCasimir(BODY, RATE, FREE, strength, damping)
     y = spinning(np.random.default_rng(0), (500,), 3.0)
-    found = rate_along(controller.lyapunov, y, BODY.rhs(y, controller.inputs(controller(y))), OMEGA)
+    found = rate_along(controller.lyapunov, y, rate_of(controller, y), OMEGA)
     np.testing.assert_allclose(found, controller.lyapunov_rate(y), atol=1e-12 * np.abs(found).max())
     assert (found < 0.0).all()
 
@@ -240,7 +246,7 @@ def test_actions_stay_within_their_limits_and_off_the_axes_without_actuator(axes
 def test_no_torque_that_steers_adds_to_the_lyapunov_function(axes):
     controller, y = steering(axes), starts(np.random.default_rng(0), 1000, 0.1, 3.0)
     y = y[controller.steers(y)]
-    rate, h = BODY.rhs(y, controller.inputs(controller(y))) - BODY.rhs(y), 1e-6
+    rate, h = rate_of(controller, y) - BODY.rhs(y), 1e-6
     after, before = (
         controller.lyapunov(y + s * h * rate * ([0.0] * 4 + [1.0] * 3)) for s in (1.0, -1.0)
     )
@@ -256,9 +262,7 @@ def test_between_samples_the_lyapunov_function_is_kept_and_over_them_it_falls():
         simulate_closed_loop(lambda y: BODY.advance(y, None, 0.05, 2), y, 100)
     )
     np.testing.assert_allclose(value, np.broadcast_to(value[0], value.shape), rtol=1e-6, atol=1e-9)
-    states = simulate_closed_loop(
-        lambda y: BODY.advance(y, controller.inputs(controller(y)), 0.05, 2), y, 800
-    )
+    states = simulate_closed_loop(step(controller, 0.05, 2), y, 800)
     value, steers = controller.lyapunov(states), controller.steers(states)
     rise = np.where(steers[:-1] & steers[1:], np.diff(value, axis=0), 0.0)
     assert rise.max() < 1e-3  # a held torque may outlast the sign of the gradient
@@ -277,9 +281,7 @@ def test_between_samples_the_lyapunov_function_is_kept_and_over_them_it_falls():
 def test_weak_torque_captures_every_spin_and_most_of_them_in_a_minute(axes, share):
     """Of 1000 starts 1000, 1000, 972 and 946 in a minute."""
     controller, y = steering(axes, FreeBody(), 1.0), starts(np.random.default_rng(1), 200)
-    states = simulate_closed_loop(
-        lambda y: controller.body.advance(y, controller.inputs(controller(y)), DT, 3), y, 1500
-    )
+    states = simulate_closed_loop(step(controller, DT, 3), y, 1500)
     there = np.linalg.norm(controller.error(states), axis=-1) < 0.05
     assert there[550:600].all(axis=0).mean() >= share
     assert there[-50:].all()
@@ -292,19 +294,13 @@ def test_what_is_caught_is_held():
     y = BODY.state(omega_body=omega)
     y = y[~controller.steers(y)]
     assert len(y) > 100
-    states = simulate_closed_loop(
-        lambda y: BODY.advance(y, controller.inputs(controller(y)), DT, 3), y, 300
-    )
+    states = simulate_closed_loop(step(controller, DT, 3), y, 300)
     assert (np.linalg.norm(controller.error(states[-1]), axis=-1) < 0.05 * RATE).all()
 
 
 def test_an_actuator_about_e2_alone_is_refused():
     with pytest.raises(ValueError, match=r"axes = \(False, True, False\); expected an actuator"):
         steering((False, True, False))
-
-
-def rate_of(controller, y, action):
-    return BODY.rhs(y, controller.inputs(action))
 
 
 @pytest.mark.parametrize("controller", [ForcedFlip(BODY, RATE, 0.5), TimedFlip(BODY, RATE, 0.5)])
@@ -340,7 +336,7 @@ def test_at_the_commanded_time_the_motion_is_a_margin_away_from_the_flipped_spin
 
 def test_the_error_of_brute_force_decreases_everywhere_as_stated():
     controller, y = ForcedFlip(BODY, RATE, FREE), spinning(np.random.default_rng(0), (500,), 3.0)
-    found = rate_along(controller.lyapunov, y, rate_of(controller, y, controller(y)), OMEGA)
+    found = rate_along(controller.lyapunov, y, rate_of(controller, y), OMEGA)
     value = controller.lyapunov(y)
     I1, _, I3 = BODY.moments
     stated = RATE * (I3 - I1) * y[:, 4] * y[:, 6] - 2.0 * controller.gain * RATE * value
@@ -352,7 +348,7 @@ def test_the_error_of_the_timed_flip_decreases_everywhere_as_stated():
     controller, rng = TimedFlip(BODY, RATE, FREE), np.random.default_rng(0)
     y, left = spinning(rng, (500,), 3.0), rng.uniform(0.1, 12.0, 500)
     f, h = controller.reference(y, left), 1e-6
-    body_rate = rate_of(controller, y, controller(y, left))[:, OMEGA]
+    body_rate = rate_of(controller, y, left)[:, OMEGA]
     error_rate = body_rate - BODY.rhs(BODY.state(omega_body=f))[:, OMEGA]
     error = y[:, OMEGA] - f
     found = np.sum(BODY.moments * error * error_rate, axis=-1)
@@ -370,9 +366,7 @@ def test_the_error_of_the_timed_flip_decreases_everywhere_as_stated():
 def test_without_limits_both_flips_come_from_everywhere():
     y = spinning(np.random.default_rng(0), (100,), 1.5)
     forced = ForcedFlip(BODY, RATE, FREE)
-    states = simulate_closed_loop(
-        lambda y: BODY.advance(y, forced.inputs(forced(y)), 0.02, 2), y, 400
-    )
+    states = simulate_closed_loop(step(forced, 0.02, 2), y, 400)
     assert (np.diff(forced.lyapunov(states), axis=0)[:100] < 0.0).all()
     np.testing.assert_allclose(states[-1, :, OMEGA], [[0.0, -RATE, 0.0]] * 100, atol=1e-9)
     timed, dt = TimedFlip(BODY, RATE, FREE), 0.02

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.systems.roller.controllers import Pump
 from rigid_envs.systems.roller.references import pump
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
-from tests.systems.runs import bound, run
+from tests.systems.runs import bound, rows, run
 
 VALLEY = Roller(beta=0.4, curvature=0.3, g=9.81)
 DT = 0.01
@@ -100,13 +99,6 @@ GAIN = 10.0 / 7.0  # (1 + 1) / (1 + 2/5)
 KAPPA, G = 0.2, 9.81
 
 
-def rows(n, **config):
-    # without a time limit
-    envs = RigidVectorEnv("rigid_envs.systems.roller.tasks:RollPump", n, **config)
-    envs.reset(seed=0)
-    return envs
-
-
 def change(envs):
     """What is added to the ratio of each row."""
     return envs.auxiliary("beta_change")
@@ -163,7 +155,7 @@ def test_no_two_switches_gain_more_in_a_pass_and_some_gain_as_much():
     )
     keep = first <= second
     first, second, a, b, c = (x[keep] for x in (first, second, a, b, c))
-    envs = rows(len(a), dt=0.05, rim=3.0)
+    envs = rows("roller.tasks:RollPump", len(a), dt=0.05, rim=3.0)
     envs.reset(options={"state": {"arc_length": -1.5, "velocity": 0.0}})
     start, reached = height(envs)[0], np.full(len(a), np.nan)
     for k in range(n):
@@ -177,7 +169,7 @@ def test_no_two_switches_gain_more_in_a_pass_and_some_gain_as_much():
 
 
 def test_masses_moved_at_once_keep_the_momentum_about_the_contact():
-    envs = rows(3, dt=1e-4)
+    envs = rows("roller.tasks:RollPump", 3, dt=1e-4)
     envs.reset(options={"state": {"arc_length": 0.0, "velocity": 2.0}})
     before = 1.4 * 2.0
     for action in (1.0, -0.2, 0.4):

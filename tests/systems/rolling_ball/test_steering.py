@@ -1,22 +1,25 @@
-"""Following a ball that rolls ahead: costs along closed loops, elasticae, and BallSteer."""
+"""Balls that roll as they are told: parked, and led after a ball that rolls ahead."""
+
+from functools import cache
 
 import numpy as np
 import pytest
 from scipy.special import ellipe, ellipj, ellipk
 
+from rigid_envs.envs.goal import RigidGoalVectorEnv
+from rigid_envs.envs.single import RigidEnv
 from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.mechanics import rotations
+from rigid_envs.scores.policies import reference_controllers
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
-from rigid_envs.systems.rolling_ball import references
-from rigid_envs.systems.rolling_ball.controllers import (
-    DampedFollower,
-    FarSightedFollower,
-    elastica_headings,
-    pose_error,
-)
+from rigid_envs.systems.rolling_ball import controllers, references
+from rigid_envs.systems.rolling_ball.references import straight_rolls
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_ball.tasks.ball_steer import _EIGHT
 from tests.systems.runs import at_random, bound, run, still
+
+# Following a ball that rolls ahead: costs along closed loops, elasticae, and BallSteer.
+
 
 BALL = RollingBall(0.7)
 RATE = 4.0
@@ -52,7 +55,7 @@ def simulate_closed_loop(act, y, velocities, dt):
 
 @pytest.fixture(scope="module")
 def damped():
-    follower, dt = DampedFollower(BALL, RATE), 0.01
+    follower, dt = controllers.DampedFollower(BALL, RATE), 0.01
     return follower, simulate_closed_loop(
         lambda k, *now: follower(*now), starts(50, 0.7, 0.8), circle(2000, dt, 50), dt
     )
@@ -81,10 +84,10 @@ def test_it_falls_as_fast_as_its_equation_says(damped):
 
 @pytest.mark.parametrize("curvature", [0.0, 1.0])
 def test_along_a_straight_line_one_error_stays_and_bends_take_it_away(curvature):
-    follower, dt, start = DampedFollower(BALL, RATE), 0.02, starts(20, 0.05, 0.05)
+    follower, dt, start = controllers.DampedFollower(BALL, RATE), 0.02, starts(20, 0.05, 0.05)
     way = circle(1500, dt, 20, curvature)
     y, reference, _ = simulate_closed_loop(lambda k, *now: follower(*now), start, way, dt)
-    error = pose_error(BALL, y, reference)
+    error = controllers.pose_error(BALL, y, reference)
     size = np.linalg.norm(error, axis=-1)
     across = np.stack([error[..., 3], -error[..., 2]], axis=-1) - error[..., :2]
     stays = np.sum(across * way / SPEED, axis=-1)
@@ -97,7 +100,7 @@ def test_along_a_straight_line_one_error_stays_and_bends_take_it_away(curvature)
 
 @pytest.fixture(scope="module")
 def ahead():
-    follower, velocities = FarSightedFollower(BALL, RATE, 0.1), circle(200, 0.1, 30)
+    follower, velocities = controllers.FarSightedFollower(BALL, RATE, 0.1), circle(200, 0.1, 30)
     return follower, velocities, follower.regulator(velocities)
 
 
@@ -107,7 +110,7 @@ def test_the_riccati_value_is_the_cost_of_small_errors(ahead):
     y, reference, action = simulate_closed_loop(
         lambda k, *now: follower(*now, regulator.gain[k]), starts(30, size, size), velocities, 0.1
     )
-    error, w = pose_error(BALL, y, reference), RATE * action - velocities / 0.7
+    error, w = controllers.pose_error(BALL, y, reference), RATE * action - velocities / 0.7
     cost = np.sum(error**2, axis=-1) + 0.03 * np.sum(w**2, axis=-1)
     to_go = np.cumsum(cost[::-1], axis=0)[::-1]
     value = np.einsum("...i,...ij,...j", error, regulator.riccati, error)
@@ -122,12 +125,12 @@ def test_the_regulator_brings_in_errors_of_a_radius_and_a_radian(ahead):
     y, reference, _ = simulate_closed_loop(
         lambda k, *now: follower(*now, regulator.gain[k]), starts(30, 0.7, 0.57), velocities, 0.1
     )
-    size = np.linalg.norm(pose_error(BALL, y, reference), axis=-1)
+    size = np.linalg.norm(controllers.pose_error(BALL, y, reference), axis=-1)
     assert (size[150] < 1e-3 * size[0]).all()
 
 
 def test_the_linearised_step_is_that_of_the_balls():
-    follower = FarSightedFollower(BALL, RATE, 0.1)
+    follower = controllers.FarSightedFollower(BALL, RATE, 0.1)
     velocity = np.array([1.0, 0.6])
     (F,), (G,) = follower._steps(velocity[None])
     h = 1e-6
@@ -135,7 +138,7 @@ def test_the_linearised_step_is_that_of_the_balls():
         change = h * np.eye(7)[k]
         y = BALL.state(q=rotations.exp(change[2:5]), position=0.7 * change[:2])
         after = rolled(y, velocity + 0.7 * change[5:], 0.1)
-        error = pose_error(BALL, after, rolled(BALL.state(), velocity, 0.1)) / h
+        error = controllers.pose_error(BALL, after, rolled(BALL.state(), velocity, 0.1)) / h
         # differences: truncation h, rounding 1e-16 / h
         np.testing.assert_allclose(error, np.hstack([F, G])[:, k], rtol=0, atol=1e-5)
 
@@ -144,17 +147,17 @@ def test_the_pose_error_is_that_of_rolling_there():
     way = np.array([0.2, -0.3])
     y = BALL.state(q=rolling_ball.roll_straight(way, 0.7), position=way)
     expected = np.concatenate([way, [0.3, 0.2, 0.0]]) / 0.7
-    np.testing.assert_allclose(pose_error(BALL, y, BALL.state()), expected, rtol=1e-14)
+    np.testing.assert_allclose(controllers.pose_error(BALL, y, BALL.state()), expected, rtol=1e-14)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_no_velocity_is_larger_than_the_largest_and_the_correction_keeps_its_direction(share):
-    follower = DampedFollower(BALL, RATE)
+    follower = controllers.DampedFollower(BALL, RATE)
     y = starts(200, 10.0, 1.0)
     velocity = share * RATE * 0.7 * np.array([0.6, 0.8])
     action = follower(y, BALL.state(), velocity)
     assert np.max(np.linalg.norm(action, axis=-1)) <= 1.0 + 1e-12
-    p, theta = np.split(pose_error(BALL, y, BALL.state()), [2], axis=-1)
+    p, theta = np.split(controllers.pose_error(BALL, y, BALL.state()), [2], axis=-1)
     wanted = -p - 1.2 * np.stack([theta[:, 1], -theta[:, 0]], axis=-1)
     added = action - share * np.array([0.6, 0.8])
     inner = np.sum(wanted * added, axis=-1)
@@ -170,12 +173,14 @@ def test_each_row_of_a_batch_is_followed_as_alone(ahead):
     follower, velocities, regulator = ahead
     y, reference = starts(30, 0.5, 0.5), starts(30, 0.1, 0.1, seed=1)
     actions = follower(y, reference, velocities[0], regulator.gain[0])
-    damped = DampedFollower(BALL, RATE)(y, reference, velocities[0])
+    damped = controllers.DampedFollower(BALL, RATE)(y, reference, velocities[0])
     for k in range(0, 30, 7):
         alone = follower.regulator(velocities[:, k])
         now = y[k], reference[k], velocities[0, k]
         np.testing.assert_allclose(follower(*now, alone.gain[0]), actions[k], rtol=1e-12)
-        np.testing.assert_allclose(DampedFollower(BALL, RATE)(*now), damped[k], rtol=1e-12)
+        np.testing.assert_allclose(
+            controllers.DampedFollower(BALL, RATE)(*now), damped[k], rtol=1e-12
+        )
 
 
 N = 200
@@ -221,7 +226,7 @@ def test_whoever_knows_the_path_ahead_keeps_up_from_every_start_and_closer(path)
 def test_the_headings_that_are_looked_ahead_at_are_those_that_come(path):
     envs, _ = rows(20, path=path, radius=0.7)
     start, way = aux(envs), envs.task.reference_speed * envs.task.roll_per_step * 0.7
-    ahead = elastica_headings(start[:, 6:8], start[:, 8], start[:, 9:11], way, 100)
+    ahead = controllers.elastica_headings(start[:, 6:8], start[:, 8], start[:, 9:11], way, 100)
     for heading in ahead:
         # roundings of 100 turns, and of sines that are not NumPy's
         np.testing.assert_allclose(aux(envs)[:, 6:8], heading, rtol=0, atol=1e-12)
@@ -295,3 +300,37 @@ def test_the_eight_closes():
         gaps.append(np.max(np.abs(found[-1, :, 4:6] - found[0, :, 4:6])) / 0.7)
     assert gaps[1] < 0.02  # of a path that is 15.5 radii long
     assert 3.8 < gaps[0] / gaps[1] < 4.2
+
+
+# Parking a ball that rolls as it is told: BallPark, BallParkRandom, BallReorient, BallParkGoal.
+
+
+KINDS = ("BallPark", "BallParkRandom", "BallReorient", "BallParkGoal")
+
+
+@cache
+def planned(env_id):
+    """Episodes along three straight rolls."""
+    return run(env_id, bound(reference_controllers(f"RigidEnvs/{env_id}-v0")["three_rolls"]), n=40)
+
+
+@pytest.mark.parametrize("env_id", KINDS)
+def test_three_straight_rolls_park_every_ball(env_id):
+    found, n = planned(env_id), 20
+    assert found.success.all()
+    if env_id != "BallParkGoal":
+        assert (found.steps < 50).all()
+    kind = RigidGoalVectorEnv if env_id == "BallParkGoal" else RigidVectorEnv
+    envs = kind(f"rigid_envs.systems.rolling_ball.tasks:{env_id}", n)
+    envs.reset(seed=0)
+    length = np.sum(np.linalg.norm(straight_rolls(envs.task, envs, np.arange(n)), axis=-1), axis=-1)
+    # the steps along a plan make up the plan: rounded to float32, each by 6e-8
+    assert (found.cost[:n] <= length * (1.0 + 1e-6)).all()
+
+
+@pytest.mark.parametrize("env_id", ["BallPark", "BallReorient"])
+def test_no_way_is_shorter_than_the_bound_less_the_tolerance(env_id):
+    found = planned(env_id)
+    task = RigidEnv(f"rigid_envs.systems.rolling_ball.tasks:{env_id}").task
+    least = task.lower_bound(found.y[0]) - max(task.position_tolerance, task.angle_tolerance)
+    assert (found.cost >= least).all()
