@@ -1,17 +1,124 @@
-"""Sweeps go on to the bit where processes die or hang; a training that works is let be."""
+"""Sweeps go on to the bit where processes or nodes die or hang; a training that works is let be."""
 
+import json
 import multiprocessing
+import os
+import signal
 import threading
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+import tests.agents.drift  # noqa: F401, registers the environment
 from agents.sweeps import sweep as module
-from agents.sweeps.sweep import Patience, Processes, Training, train_all
-from tests.agents.sweeps.kills import assert_as_undisturbed, kill_some, stop_once, trainings
-from tests.fixtures import Capture, Patch
+from agents.sweeps.sweep import PATIENCE, Patience, Processes, Training, train_all
+from rigid_envs.scores.records import read_record
+from tests.agents.sessions import assert_same_files, small
+from tests.fixtures import Patch
+
+
+def trainings(folder: Path, n: int, updates: int) -> list[Training]:
+    """So many runs, each with a seed of its own."""
+    return [
+        Training(
+            small(folder, run_name=f"run_{k}", seed=k, total_timesteps=512 * updates),
+            folder / "records",
+            20,
+        )
+        for k in range(n)
+    ]
+
+
+def worker(run: Path) -> int | None:
+    """The process that works in a run, or did."""
+    try:
+        return int(json.loads((run / "run.lock").read_bytes())["pid"])
+    except (OSError, ValueError):
+        return None
+
+
+def workers(folder: Path) -> list[int]:
+    """The processes that train now."""
+    pids = [worker(lock.parent) for lock in folder.glob("ppo/*/run.lock")]
+    return [pid for pid in pids if pid is not None and _trains(pid)]
+
+
+def stop_once(run: Path) -> None:
+    """Stop, by SIGSTOP, the process that trains there, when it has a checkpoint."""
+    while not list(run.glob("checkpoints/*.safetensors")):
+        time.sleep(0.05)
+    pid = worker(run)
+    assert pid is not None
+    os.kill(pid, signal.SIGSTOP)
+
+
+def _trains(pid: int) -> bool:
+    try:
+        return "State:\tZ" not in Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return False
+
+
+def kill_some(
+    folder: Path,
+    start: Callable[[], Any],
+    kills: int,
+    seed: int,
+    others: Callable[[np.random.Generator], bool],
+) -> dict[str, int]:
+    """Run a sweep, and kill its workers and itself at random until it is through.
+
+    Args:
+        folder: Of its runs.
+        start: Starts the sweep, as a process.
+        kills: How many.
+        seed: Of the moments and victims.
+        others: Kills something else instead, sometimes; whether it did.
+
+    Returns:
+        Kills of each kind.
+    """
+    rng, done = np.random.default_rng(seed), {"worker": 0, "sweep": 0, "other": 0}
+    sweep = start()
+    while sum(done.values()) < kills:
+        time.sleep(float(rng.uniform(0.1, 1.5)))
+        assert sweep.exitcode is None, f"the sweep ended after {done} with {sweep.exitcode}"
+        found = workers(folder)
+        if others(rng):
+            done["other"] += 1
+        elif rng.random() < 0.3:
+            sweep.kill()
+            sweep.join()
+            done["sweep"] += 1
+            sweep = start()
+        elif found:
+            os.kill(int(rng.choice(found)), signal.SIGKILL)
+            done["worker"] += 1
+    sweep.join(600)
+    assert sweep.exitcode == 0
+    return done
+
+
+def assert_as_undisturbed(killed: list[Training], alone: list[Training]) -> None:
+    """Each run and record of a sweep is, to the bit, what the same training gives alone.
+
+    Args:
+        killed: Trainings of the sweep.
+        alone: The same in another folder, not yet trained.
+    """
+    for training, other in zip(killed, alone, strict=True):
+        assert other.run() is None
+        assert_same_files(training.folder, other.folder)
+        record, undisturbed = read_record(training.file), read_record(other.file)
+        assert record.policy_sha256 == undisturbed.policy_sha256
+        assert (record.config, record.curve) == (undisturbed.config, undisturbed.curve)
+        np.testing.assert_array_equal(record.costs, undisturbed.costs)
+        np.testing.assert_array_equal(record.successes, undisturbed.successes)
 
 
 class Clock:
@@ -84,40 +191,72 @@ def test_time_in_which_the_sweep_was_stopped_too_does_not_count(clock: Clock) ->
     assert patience.lost({0: silent}) == []
 
 
+_context = multiprocessing.get_context("spawn")
+
+
+@pytest.fixture(params=["processes", "ray"])
+def cluster(request: pytest.FixtureRequest) -> Iterator[Any]:
+    """Two nodes of Ray on this machine, of which the second can be killed, or none."""
+    if request.param == "processes":
+        yield None
+        return
+    os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+    from ray.cluster_utils import Cluster
+
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    yield cluster
+    cluster.shutdown()
+
+
+def sweep(address: str, all_trainings: Sequence[Training], patience: float) -> None:
+    """On Ray where there is an address."""
+    from agents.sweeps.cluster import RayTasks
+
+    drift = ["tests.agents.drift"]
+    workers = RayTasks(address, drift) if address else Processes(2, drift)
+    raise SystemExit(train_all(all_trainings, workers, patience=patience))
+
+
+def started(cluster: Any, all_trainings: Sequence[Training], patience: float = PATIENCE) -> Any:
+    """A sweep in a process of its own."""
+    address = cluster.address if cluster else ""
+    process = _context.Process(target=sweep, args=(address, all_trainings, patience))
+    process.start()
+    return process
+
+
 @pytest.mark.long
 def test_a_training_that_hangs_is_killed_and_goes_on_to_the_bit(
-    tmp_path: Path, capsys: Capture
+    tmp_path: Path, cluster: Any, capfd: pytest.CaptureFixture[str]
 ) -> None:
     hung, alone = (trainings(tmp_path / name, 2, 60) for name in ("hung", "alone"))
     stopper = threading.Thread(target=stop_once, args=(hung[0].folder,), daemon=True)
     stopper.start()
-    status = train_all(hung, Processes(2, ["tests.agents.drift"]), quiet=True, patience=5.0)
-    assert status == 0 and not stopper.is_alive()
-    said = capsys.readouterr().out
+    process = started(cluster, hung, patience=10.0)
+    process.join(300)
+    assert process.exitcode == 0 and not stopper.is_alive()
+    said = capfd.readouterr().out
     assert "hung/ppo/run_0: has written nothing for too long" in said
-    assert "run_0: its process was ended by SIGKILL; goes on from its last checkpoint" in said
+    assert cluster or "SIGKILL; goes on from its last checkpoint" in said
     assert_as_undisturbed(hung, alone)
-
-
-_context = multiprocessing.get_context("forkserver")
-
-
-def sweep(all_trainings: Sequence[Training]) -> None:
-    raise SystemExit(train_all(all_trainings, Processes(2, ["tests.agents.drift"])))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("n", "updates", "kills"), [(4, 300, 3), (8, 500, 20)])
 def test_runs_are_those_of_an_undisturbed_sweep(
-    tmp_path: Path, n: int, updates: int, kills: int
+    tmp_path: Path, cluster: Any, n: int, updates: int, kills: int
 ) -> None:
     killed, alone = (trainings(tmp_path / name, n, updates) for name in ("killed", "alone"))
+    second = [cluster.add_node(num_cpus=1)] if cluster else []
 
-    def start() -> multiprocessing.process.BaseProcess:
-        process = _context.Process(target=sweep, args=(killed,))
-        process.start()
-        return process
+    def kill_node(rng: np.random.Generator) -> bool:
+        if not second or rng.random() < 0.7:
+            return False
+        cluster.remove_node(second.pop(), allow_graceful=False)
+        second.append(cluster.add_node(num_cpus=1))
+        return True
 
-    done = kill_some(tmp_path / "killed", start, kills, seed=0)
+    begin = partial(started, cluster, killed)
+    done = kill_some(tmp_path / "killed", begin, kills, seed=0, others=kill_node)
     print(f"kills: {done}")
     assert_as_undisturbed(killed, alone)

@@ -1,5 +1,7 @@
-"""Trainings with several seeds, each in a process of its own, and a record of each."""
+"""Sweeps and searches: each training in a process of its own, with a record, and all go on."""
 
+import csv
+import dataclasses
 import hashlib
 import json
 import os
@@ -16,16 +18,23 @@ import pytest
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.cli.command_line import main
 from agents.config.entries import config_from
+from agents.config.reading import dump_yaml, read_yaml
+from agents.config.search import read_search
 from agents.evaluation.reports import evaluate
-from agents.storage.runs import open_run
+from agents.storage.runs import Run, open_run, read_config
 from agents.sweeps import sweep as module
+from agents.sweeps.search import search_recipe
 from agents.sweeps.sweep import Processes, Training, train_all
+from agents.training.recording import is_complete, publish
+from agents.training.trainer import Session, train
 from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import DamagedFileError
 from rigid_envs.scores.records import read_record
-from tests.agents.sessions import SMALL
+from tests.agents.sessions import SMALL, begun
 from tests.fixtures import Capture, Patch
-from tests.programs import printed
+from tests.loading.payloads import harmful
+from tests.programs import printed, python
 
 FEW = SMALL | {"total_timesteps": 512 * 6}
 DRIFT = "tests.agents.drift"
@@ -200,3 +209,132 @@ def test_the_verb_trains_what_it_is_told(tmp_path: Path, capsys: Capture) -> Non
     assert (out / "ppo" / "Drift-v0_world_2" / "best_model").exists()
     assert main([*words, "--seeds", "many", "--out", str(out)]) == 2
     assert main([*words, "--jobs", "0", "--out", str(out)]) == 2
+
+
+def asked(monkeypatch: Patch, words: str) -> list[Training]:
+    """The trainings of a command, none of which is begun."""
+    found: list[Training] = []
+
+    def note(trainings: list[Training], *arguments: Any, **options: Any) -> int:
+        found.extend(trainings)
+        return 1
+
+    monkeypatch.setattr("agents.sweeps.sweep.train_all", note)
+    assert main(words.split()) == 1
+    return found
+
+
+@pytest.mark.parametrize(
+    ("words", "n"),
+    [
+        ("benchmark --seeds 1,1 --ids BallPark", 1),
+        ("benchmark --seeds 0-2,1,2-3 --ids BallPark BallPark RigidEnvs/BallPark-v0", 4),
+    ],
+)
+def test_what_is_named_twice_is_trained_once(monkeypatch: Patch, words: str, n: int) -> None:
+    found = asked(monkeypatch, words)
+    assert len(found) == n
+    assert len({each.folder for each in found}) == len({each.file for each in found}) == n
+
+
+@pytest.mark.parametrize("text", ["", ",", "3-1", "1-", "-1", "1-2-3", "many", "0x2", "1.5"])
+def test_seeds_that_name_no_training_are_refused(text: str, capsys: Capture) -> None:
+    assert main(["benchmark", f"--seeds={text}"]) == 2
+    assert f"--seeds = {text!r}; expected seeds as 0-9 or 0,2,5" in capsys.readouterr().err
+
+
+def begun_with(folder: Path, times: str | None, **entries: Any) -> Run:
+    """A run that was begun, with this clock."""
+    run = begun(config_from({"log_dir": str(folder), "run_name": "r", **entries}))
+    if times is not None:
+        (run / "times.csv").write_text(times)
+    return Run(run.folder)
+
+
+HEADER = "time/total_timesteps,seconds,cpu_seconds,steps_per_second\n"
+UNFINISHED = [None, "", HEADER, f"{HEADER}4096,1,1,9\n", f"{HEADER}4096,1,1,9\n8191,2,2,9\n"]
+
+
+@pytest.mark.parametrize("times", UNFINISHED)
+def test_a_run_that_has_not_made_its_last_step_is_not_complete(
+    tmp_path: Path, times: str | None, monkeypatch: Patch
+) -> None:
+    """It is neither published nor recorded: a sweep goes on with it."""
+    entries = {"env_id": "RigidEnvs/BallPark-v0", "total_timesteps": 8192}
+    run = begun_with(tmp_path, times, **entries)
+    assert not is_complete(run)
+    with pytest.raises(ConfigError, match="expected a complete run"):
+        publish(run, tmp_path / "published")
+    assert not (tmp_path / "published").exists()
+    stopped = Session(run.folder, 4096, 1.0, 15)
+    monkeypatch.setattr(module, "train_in", lambda run, quiet: stopped)
+    training = Training(run.config(), tmp_path / "records", 2)
+    assert training.run() == 15  # by a signal, before it is done
+    assert not training.is_done() and not (tmp_path / "records").exists()
+
+
+@pytest.mark.parametrize("last", [8192, 12288])  # the last update is made in full
+def test_a_run_is_complete_from_its_last_step_on(tmp_path: Path, last: int) -> None:
+    times = f"{HEADER}4096,1,1,9\n{last},2,2,9\n"
+    assert is_complete(begun_with(tmp_path, times, total_timesteps=8192))
+
+
+RECIPE = SMALL | {
+    "algo": "ppo",
+    "total_timesteps": 512 * 60,
+    "learning_rate": [{"low": 5e-4, "high": 4e-3, "log": True}, 1e-4],
+    "net_arch": {"choices": [[16], [8, 8]]},
+}
+
+
+def test_what_stands_in_the_folder_of_a_search_is_not_run(tmp_path: Path) -> None:
+    (tmp_path / "search.yaml").write_text(dump_yaml({"trials": 1, "recipe": RECIPE}))
+    search, mark = read_search(tmp_path / "search.yaml"), tmp_path / "mark"
+    for k, content in enumerate(harmful(mark)):
+        out = tmp_path / str(k)
+        out.mkdir()
+        for name in ("optuna.journal", "tuner.pkl", "searcher-state.pkl"):
+            (out / name).write_bytes(content + b"\n" + content)
+        with pytest.raises(DamagedFileError, match=r"optuna\.journal"):
+            search_recipe(search, out)
+    assert not mark.exists()
+
+
+@pytest.mark.long
+def test_a_search_that_is_killed_goes_on(tmp_path: Path) -> None:
+    search, out = tmp_path / "search.yaml", tmp_path / "out"
+    search.write_text(dump_yaml({"trials": 5, "seeds": [0, 1], "recipe": RECIPE}))
+    words = ["-m", "agents", "search", search, "--out", out, "--jobs", "2"]
+    command = [*words, "--allow-import", "tests.agents.drift"]
+    first = subprocess.Popen(
+        [sys.executable, *command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    deadline = time.perf_counter() + 300
+    while not list(out.glob("trials/*/ppo/seed_1/progress.csv")):
+        assert first.poll() is None and time.perf_counter() < deadline
+        time.sleep(0.1)
+    first.send_signal(signal.SIGKILL)
+    first.wait()
+    begun = set(out.glob("trials/*"))
+    again = printed(*command)
+    assert len(list(csv.DictReader((out / "trials.csv").open()))) == 5
+    assert begun <= set(out.glob("trials/*"))
+    best = read_yaml(out / "best_0.yaml")
+    assert str(out / "best_0.yaml") in again and config_from(best).env_id == "Drift-v0"
+    runs = sorted(out.glob("trials/*/ppo/seed_*"))
+    assert len(runs) == 10
+    rates = {read_config(run / "config.yaml").learning_rate for run in runs}
+    assert len(rates) == 5 and tuple(best["learning_rate"]) in rates
+    for run in runs:
+        config = read_config(run / "config.yaml")
+        config = dataclasses.replace(config, log_dir=str(tmp_path), run_name=run.parts[-3])
+        alone = train(config, overwrite=True, quiet=True).folder
+        for name in ("progress.csv", "best_model/policy.safetensors"):
+            assert (run / name).read_bytes() == (alone / name).read_bytes()
+
+    before = (out / "trials.csv").read_bytes()
+    printed(*command)
+    assert (out / "trials.csv").read_bytes() == before
+    search.write_text(dump_yaml({"trials": 6, "seeds": [0, 1], "recipe": RECIPE}))
+    other = python(*command)
+    assert other.returncode == 2 and "is of another search; --out" in other.stderr

@@ -2,18 +2,24 @@
 
 import csv
 import os
+import random
 import re
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.training.trainer import train
+from agents.config.entries import config_from
+from agents.training.snapshots import Streams, capture_random, check_random, restore_random
+from agents.training.trainer import StopSignals, Trainer, train
 from rigid_envs.base.files import load_tensors
 from tests.agents.sessions import SAME, SMALL, assert_same_files, finish, start
 from tests.programs import python
@@ -204,3 +210,156 @@ def test_a_changed_config_without_a_digest_is_refused_by_its_checkpoint(tmp_path
     (run / "config.yaml").write_text(text.replace("gamma: 0.99", "gamma: 0.9"))
     with pytest.raises(ValueError, match=r"config\.yaml .*gamma: 0\.99 -> 0\.9"):
         train(run, quiet=True)
+
+
+UPDATES = 18
+
+
+class PowerCutError(Exception):
+    """What ends a run without a word."""
+
+
+def stir() -> None:
+    """Bring the global streams to where no run has left them."""
+    random.seed(5)
+    np.random.seed(5)  # noqa: NPY002
+    torch.manual_seed(5)
+
+
+def cut(folder: Path, variant: str, after: int) -> Path:
+    """A run that ends after so many updates, one of them behind its newest checkpoint."""
+    values = base(VARIANTS[variant]) | {"total_timesteps": 512 * UPDATES, "checkpoint_every": 2}
+    values |= {"log_dir": str(folder), "run_name": str(after)}
+    made = []
+
+    def iterate(self: Trainer) -> None:
+        if len(made) == after:
+            raise PowerCutError
+        made.append(self)
+        whole(self)
+
+    whole = Trainer.iterate
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Trainer, "iterate", iterate)
+        if after == UPDATES:
+            train(config_from(values), quiet=True)
+        else:
+            with pytest.raises(PowerCutError):
+                train(config_from(values), quiet=True)
+    return folder / str(values.get("algo", "ppo")) / str(after)
+
+
+@pytest.mark.parametrize(
+    "variant",
+    [
+        name if name == "normalized" else pytest.param(name, marks=pytest.mark.long)
+        for name in VARIANTS
+    ],
+)
+def test_a_run_that_goes_on_is_bitwise_the_one_that_never_stopped(
+    tmp_path: Path, variant: str
+) -> None:
+    reference = cut(tmp_path, variant, UPDATES)
+    # with a memory: before its first gradient step, and when its first steps are overwritten
+    for after in (3, 17):
+        run = cut(tmp_path, variant, after)
+        stir()
+        outcome = train(run, quiet=True)
+        assert outcome.timesteps == 512 * UPDATES
+        assert_same(reference, run)
+
+
+def streams(actions: np.random.Generator) -> Streams:
+    return Streams(random, np.random, torch.default_generator, actions.bit_generator)
+
+
+def draws(actions: np.random.Generator) -> list[float]:
+    """Two numbers of each stream; the normal ones are drawn in pairs, of which one is kept."""
+    return [
+        *(random.gauss(0, 1) for _ in range(2)),
+        *(float(np.random.standard_normal()) for _ in range(2)),  # noqa: NPY002
+        *(float(torch.rand(())) for _ in range(2)),
+        *(float(actions.standard_normal()) for _ in range(2)),
+    ]
+
+
+@pytest.mark.parametrize("odd", [False, True])
+def test_every_stream_goes_on_where_it_was(odd: bool) -> None:
+    actions = np.random.default_rng(3)
+    if odd:  # one of a pair is used, the other one is kept
+        random.gauss(0, 1)
+        np.random.standard_normal()  # noqa: NPY002
+        actions.integers(5, dtype=np.uint32)
+    arrays, document = capture_random(streams(actions))
+    arrays = {name: array.copy() for name, array in arrays.items()}
+    check_random(actions.bit_generator, arrays, document)
+    expected = draws(actions)
+    draws(actions)
+    restore_random(streams(actions), arrays, document)
+    assert draws(actions) == expected
+
+
+@pytest.mark.parametrize("kind", ["torch", "numpy", "python"])
+def test_what_is_no_state_is_refused_and_no_stream_changes(kind: str) -> None:
+    actions: Any = np.random.default_rng(3)
+    arrays, document = capture_random(streams(actions))
+    bad = {**arrays, kind: np.zeros_like(arrays[kind][:7])}
+    with pytest.raises(ValueError, match=r"random = .*expected states"):
+        check_random(actions.bit_generator, bad, document)
+    restored, again = capture_random(streams(actions))
+    assert again == document
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(restored[name], array)
+
+
+BUSY = """
+import sys, time
+from agents.training.trainer import StopSignals
+with StopSignals() as signals:
+    print("ready", flush=True)
+    time.sleep(60)
+    time.sleep(60)
+"""
+STOPS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        (signal.SIGINT, signal.SIGTERM),
+        pytest.param(signal.SIGTERM, signal.SIGHUP, marks=pytest.mark.long),
+        pytest.param(signal.SIGHUP, signal.SIGINT, marks=pytest.mark.long),
+    ],
+)
+def test_a_second_signal_ends_at_once_with_its_number(
+    first: signal.Signals, second: signal.Signals
+) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", BUSY], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout is not None and process.stderr is not None
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(first)
+        said = process.stderr.readline() + process.stderr.readline()
+        assert (
+            said == f"\n{first.name}: finishing this update, then saving; once more ends at once\n"
+        )
+        assert process.poll() is None
+        begin = time.perf_counter()
+        process.send_signal(second)
+        assert process.wait(10) == 128 + second
+        assert time.perf_counter() - begin < 5
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize("number", STOPS)
+def test_a_signal_is_noted_and_handlers_come_back(number: signal.Signals) -> None:
+    before = [signal.getsignal(each) for each in STOPS]
+    with StopSignals() as signals:
+        assert not signals.stopping() and signals.received is None
+        os.kill(os.getpid(), number)
+        assert signals.stopping() and signals.received == number
+    assert [signal.getsignal(each) for each in STOPS] == before

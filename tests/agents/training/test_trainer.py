@@ -1,4 +1,4 @@
-"""A training saves when it is due, keeps the best policy, and logs what it says."""
+"""A training saves and evaluates when it is due, keeps the best policy, and logs what it says."""
 
 import csv
 import itertools
@@ -7,17 +7,24 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 import torch
 
 import tests.agents.drift  # noqa: F401, registers the environment
+from agents.config.entries import config_from
+from agents.environments import make
+from agents.evaluation.reports import evaluate
 from agents.storage.runs import create_run
-from agents.training import trainer
-from agents.training import validation as clock
+from agents.training import trainer, validation
+from agents.training.rows import TrainingRows
 from agents.training.trainer import Trainer, train
-from agents.training.validation import Progress, Spent, Stopwatch
+from agents.training.validation import VALIDATION_SEED, Progress, Spent, Stopwatch, Validation
 from rigid_envs import load
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.scores.starts import TEST_SEED, row_seeds
+from tests.agents.drift import Drift
 from tests.agents.sessions import small
 from tests.fixtures import Capture, Patch
 
@@ -118,26 +125,23 @@ def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(
         assert (status.st_ino, status.st_size) in before
 
 
-def test_the_best_policy_is_the_first_of_the_best_evaluation(tmp_path: Path) -> None:
-    run = trained(tmp_path, 20, eval_every=512, learning_rate=3e-3)
+def test_evaluations_are_logged_and_the_best_policy_is_the_first_of_the_best(
+    tmp_path: Path,
+) -> None:
+    run = trained(tmp_path, 20, eval_every=512, learning_rate=3e-3, seed=5)
+    names = {"eval/success_rate": "successes", "eval/mean_reward": "results",
+             "eval/mean_ep_length": "ep_lengths", "eval/mean_cost": "costs"}  # fmt: skip
+    logged = rows(run / "progress.csv")
     with np.load(run / "evaluations.npz") as file:
         scores = zip(file["successes"].mean(axis=1), file["results"].mean(axis=1), strict=True)
         ages = file["timesteps"].tolist()
-    ranked = [tuple(map(float, score)) for score in scores]
-    first = ages[ranked.index(max(ranked))]
-    assert load(run / "best_model").document["timesteps"] == first
-    assert load(run / "last_model").document["timesteps"] == 512 * 20
-
-
-def test_logged_evaluations_are_those_of_the_file(tmp_path: Path) -> None:
-    run = trained(tmp_path, 6, eval_every=512, seed=5)
-    logged = rows(run / "progress.csv")
-    names = {"eval/success_rate": "successes", "eval/mean_reward": "results",
-             "eval/mean_ep_length": "ep_lengths", "eval/mean_cost": "costs"}  # fmt: skip
-    with np.load(run / "evaluations.npz") as file:
         for column, key in names.items():
             np.testing.assert_allclose([float(r[column]) for r in logged], file[key].mean(axis=1))
-    assert load(run / "best_model").document["seed"] == 5
+    ranked = [tuple(map(float, score)) for score in scores]
+    first = ages[ranked.index(max(ranked))]
+    document = load(run / "best_model").document
+    assert (document["timesteps"], document["seed"]) == (first, 5)
+    assert load(run / "last_model").document["timesteps"] == 512 * 20
 
 
 def test_episodes_are_logged_at_the_age_of_all_rows_together(tmp_path: Path) -> None:
@@ -181,7 +185,7 @@ def test_leftovers_of_writes_are_swept_when_a_run_goes_on(tmp_path: Path) -> Non
 def test_time_and_processor_time_of_all_sessions_are_added(monkeypatch: Patch) -> None:
     wall, processor = [100.0], [7.0]
     fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: processor[0])
-    monkeypatch.setattr(clock, "time", fake)
+    monkeypatch.setattr(validation, "time", fake)
     running = Stopwatch(Spent(1000.0, 500.0))
     wall[0], processor[0] = 130.0, 9.0
     assert running.spent() == Spent(1030.0, 502.0)
@@ -190,7 +194,7 @@ def test_time_and_processor_time_of_all_sessions_are_added(monkeypatch: Patch) -
 def test_speed_is_that_of_each_update(tmp_path: Path, monkeypatch: Patch) -> None:
     wall = [100.0]
     fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: 0.0)
-    monkeypatch.setattr(clock, "time", fake)
+    monkeypatch.setattr(validation, "time", fake)
     training = begun(tmp_path)
     for seconds in (8.0, 2.0, 4.0):
         wall[0] += seconds
@@ -211,3 +215,201 @@ def test_another_machine_is_told_of_when_a_run_goes_on(
     monkeypatch.setattr(trainer, "manifest", lambda: other)
     train(run)
     assert "not its bits: machine: " in capsys.readouterr().err
+
+
+def constant(obs: Any) -> Any:
+    """Always the same action."""
+    return np.tile(np.array([0.1, 0.0], dtype=np.float32), (len(obs), 1))
+
+
+def validated(**entries: Any) -> Validation:
+    return Validation(config_from({"env_id": "Drift-v0", "eval_episodes": 20, **entries}))
+
+
+@pytest.mark.parametrize("seed", [0, 1, TEST_SEED, VALIDATION_SEED])
+def test_training_validation_and_test_share_no_start(
+    tmp_path: Any, monkeypatch: Patch, seed: int
+) -> None:
+    seen: dict[str, Any] = {}
+
+    def play(policy: Any, venv: Any, seeds: list[int]) -> Any:
+        seen["validation"] = seeds
+        return played(policy, venv, seeds)
+
+    def seeded(self: TrainingRows, seeds: Any) -> Any:
+        seen["train"] = seeds
+        return seed_rows(self, seeds)
+
+    played, seed_rows = validation.play, TrainingRows.seed
+    monkeypatch.setattr(validation, "play", play)
+    monkeypatch.setattr(TrainingRows, "seed", seeded)
+    training = begun(tmp_path, n_envs=64, eval_every=1, eval_episodes=100, seed=seed)
+    training.iterate()
+    training.close()
+    tested = row_seeds(TEST_SEED, 1000, "test")
+    assert len({*tested, *seen["train"], *seen["validation"]}) == 1000 + 64 + 100
+    assert seen["train"] == row_seeds(seed, 64, "train")  # each run has its own
+
+
+def test_the_first_of_equally_good_policies_is_the_best() -> None:
+    evaluations = validated()
+    _, better = evaluations.run(lambda venv: constant, 1)
+    assert better
+    best = evaluations.best
+    _, better = evaluations.run(lambda venv: constant, 2)
+    assert not better and evaluations.best == best
+    evaluations.close()
+
+
+def test_success_counts_before_return_and_return_before_nothing() -> None:
+    evaluations = validated(eval_episodes=2, cost_price=[0.0, 2.0])
+    for won, results, costs, best in (
+        ([0, 1], [5.0, 6.0], [0.0, 1.0], (0.5, 4.5)),
+        ([1, 1], [1.0, 2.0], [1.0, 1.0], (1.0, -0.5)),  # more success with less return
+        ([1, 1], [1.0, 2.0], [0.5, 0.5], (1.0, 0.5)),  # the same success at less cost
+    ):
+        columns = {"successes": won, "results": results, "costs": costs, "ep_lengths": [3, 4]}
+        arrays = {key: np.array([column]) for key, column in columns.items()}
+        evaluations.found = {"timesteps": np.array([1]), **arrays}
+        assert evaluations.best == best
+    assert (1.0, 0.5) > (1.0, -0.5) > (0.5, 4.5)
+    evaluations.close()
+
+
+def test_it_is_due_where_an_update_passes_a_multiple_and_at_the_end() -> None:
+    config = config_from({"env_id": "Drift-v0", "eval_every": 1000, "total_timesteps": 3100,
+                          "n_envs": 8, "n_steps": 32, "batch_size": 64})  # fmt: skip
+    evaluations = Validation(config)
+    pairs = [(0, 999), (0, 1000), (999, 1001), (1000, 1999), (2999, 3001), (3001, 3099)]
+    due = [evaluations.is_due(before, now, 3100) for before, now in pairs]
+    assert due == [False, True, True, False, True, False]
+    assert evaluations.is_due(3001, 3100, 3100) and evaluations.is_due(3001, 3257, 3100)
+    # of updates of 256 steps: those that end behind 1000, 2000, 3000, and the last one
+    assert evaluations.ages(13, config) == [1024, 2048, 3072, 3328]
+    evaluations.close()
+
+
+SHORT: dict[str, Any] = {
+    "env_id": "RigidEnvs/SleepingTop-v0",
+    "n_envs": 8,
+    "n_steps": 8,
+    "batch_size": 64,
+    "n_epochs": 1,
+    "total_timesteps": 128,
+    "eval_every": 64,
+    "eval_episodes": 20,
+}
+
+
+def top(folder: Path, name: str, **entries: Any) -> Path:
+    values = {**SHORT, **entries, "log_dir": str(folder), "run_name": name}
+    return train(config_from(values), quiet=True).folder
+
+
+def evaluations(run: Path) -> dict[str, Any]:
+    with np.load(run / "evaluations.npz") as file:
+        return dict(file)
+
+
+def test_they_change_what_is_learnt_and_not_what_is_evaluated(tmp_path: Path) -> None:
+    frozen = {"learning_rate": [0.0, 0.0]}
+    plain = top(tmp_path, "plain", **frozen)
+    priced = top(tmp_path, "priced", **frozen, train_kwargs={"weight_effort": 9.0})
+    for key, column in evaluations(plain).items():  # of the same policy, which did not learn
+        np.testing.assert_array_equal(column, evaluations(priced)[key])
+    policies = [
+        load(top(tmp_path, name, train_kwargs=keywords) / "last_model")
+        for name, keywords in (("a", {}), ("b", {"weight_effort": 9.0}), ("c", {"dt": 0.01}))
+    ]
+    assert {str(policy.document["env_kwargs"]) for policy in policies} == {"{}"}
+    weights = [policy.arrays["layers.0.weight"].tobytes() for policy in policies]
+    assert len(set(weights)) == 3
+
+
+@pytest.mark.parametrize("pay", [{"price": 0.3}, {"bonus": 3.0}], ids=str)
+def test_price_and_bonus_are_of_every_reward_of_training(pay: dict[str, float]) -> None:
+    rows = [TrainingRows(make("RigidEnvs/BallGrid-v0", {}, 200)) for _ in range(2)]
+    rng, n_ended, n_won = np.random.default_rng(0), 0, 0
+    for env in rows:
+        env.seed(0)
+        env.reset()
+    vars(rows[1]).update(pay)
+    for _ in range(60):  # the limit is 50 steps
+        actions = rng.integers(0, 4, 200)
+        for env in rows:
+            env.step_async(actions)
+        (_, plain, dones, infos), (_, paid, *_) = (env.step_wait() for env in rows)
+        won = np.array([info.get("is_success", False) for info in infos])  # success ends it
+        # a move costs a quarter roll, the last one of an episode too
+        expected = pay.get("bonus", 0.0) * won - pay.get("price", 0.0) * np.pi / 2
+        np.testing.assert_allclose(paid - plain, expected, rtol=1e-5, atol=1e-6)
+        n_ended, n_won = n_ended + dones.sum(), n_won + won.sum()
+    assert n_ended and n_won
+
+
+def test_a_price_changes_what_is_learnt_and_goes_along_a_line(tmp_path: Path) -> None:
+    plain, priced = (
+        load(top(tmp_path, str(price), cost_price=price) / "last_model") for price in (0.0, 5.0)
+    )
+    assert (plain.arrays["layers.0.weight"] != priced.arrays["layers.0.weight"]).any()
+    config = config_from({**SHORT, "total_timesteps": 1000, "cost_price": [1.0, 3.0]})
+    assert [config.price_at(age) for age in (0, 500, 1000, 1100)] == [1.0, 2.0, 3.0, 3.0]
+
+
+class Free(Drift):
+    """The environment for tests, without cost."""
+
+    def reset(self, **arguments: Any) -> tuple[Any, dict[str, Any]]:
+        observation, infos = super().reset(**arguments)
+        return observation, {"is_success": infos["is_success"]}
+
+
+def test_a_price_is_refused_where_there_is_no_cost(tmp_path: Path, monkeypatch: Patch) -> None:
+    spec = gym.envs.registration.EnvSpec("Free-v0", vector_entry_point=Free)
+    monkeypatch.setitem(gym.registry, "Free-v0", spec)
+    with pytest.raises(ConfigError, match=r"config\.cost_price.*no cost"):
+        top(tmp_path, "run", env_id="Free-v0", cost_price=1.0)
+
+
+EASY: dict[str, dict[str, Any]] = {
+    "choices": {
+        "algo": "dqn",
+        "env_id": "RigidEnvs/BallGrid-v0",
+        "env_kwargs": {"start_cells": 1},
+        "total_timesteps": 40_000,
+        "learning_starts": 3_000,
+        "learning_rate": 3e-3,
+        "gamma": 0.95,
+        "activation": "relu",
+        "target_update_interval": 1_000,
+    },
+    # Any attitude will do: what is left is to roll to a point, paid for only when there.
+    "goals": {
+        "algo": "sac",
+        "env_id": "RigidEnvs/BallParkGoal-v0",
+        "env_kwargs": {"start_half_width": 1, "position_tolerance": 0.4, "angle_tolerance": 3.2},
+        "total_timesteps": 13_000,
+        "learning_starts": 6_400,
+        "batch_size": 128,
+        "gradient_steps": 8,
+        "learning_rate": 3e-3,
+        "gamma": 0.9,
+        "activation": "relu",
+    },
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", [pytest.param("choices", marks=pytest.mark.push), "goals"])
+def test_learning_beats_chance_by_far(tmp_path: Path, name: str) -> None:
+    values = EASY[name]
+    outcome = train(
+        config_from(values | {"log_dir": str(tmp_path), "eval_episodes": 10}), quiet=True
+    )
+    env_id, env_kwargs = values["env_id"], values["env_kwargs"]
+    policy = load(outcome.folder / "last_model")
+    learnt = evaluate(policy, env_id, 200, env_kwargs=env_kwargs)
+    chance = evaluate(None, env_id, 200, env_kwargs=env_kwargs)
+    # Measured: 100 % of choices and 67 % of goals, chance 4 % and 2 %.
+    assert learnt.successes.mean() > 0.3 and chance.successes.mean() < 0.1
+    assert learnt.values["return"].mean() > chance.values["return"].mean()
