@@ -15,8 +15,7 @@ from typing import Any
 
 from rigid_envs.base.files import lined_json, write_atomic
 from rigid_envs.engine.provenance import provenance
-from tests.clients.page import markdown
-from tests.clients.rows import ROWS, Row
+from tests.clients.rows import ROWS, Row, markdown
 from tests.clients.running import ROOT, run
 
 DATA = ROOT / "docs" / "clients.json"

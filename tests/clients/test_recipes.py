@@ -1,15 +1,35 @@
-"""Programs of others run the recipes, each in its environment: the rows of docs/clients.md."""
+"""Programs of others open every id unmodified, and run the recipes: the rows of docs/clients.md."""
 
 import hashlib
 import json
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from gymnasium import wrappers
+from gymnasium.wrappers import vector
+from stable_baselines3 import DQN, PPO, SAC
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.evaluation import evaluate_policy
 
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.testing.environments import DISCRETE, GOALS
+from tests.clients import rows
 from tests.clients.__main__ import DATA, main
-from tests.clients.page import markdown
-from tests.clients.rows import ROWS, Row
+from tests.clients.rows import Row, markdown
 from tests.clients.running import ROOT, run
+from tests.clients.wrapping import (
+    LEFT_OUT,
+    LEFT_OUT_OF_ROWS,
+    PICTURES,
+    ROWS,
+    SINGLE,
+    fits,
+    play,
+    wrapped,
+    wrapped_rows,
+)
 
 HERE = Path(__file__).parent
 CLEANRL = {
@@ -27,7 +47,7 @@ AT_A_PUSH = ("sb3_her", "cleanrl_ppo", "torchrl_envs")
     "row",
     [
         pytest.param(row, id=row.recipe, marks=pytest.mark.push if row.recipe in AT_A_PUSH else ())
-        for row in ROWS
+        for row in rows.ROWS
     ],
 )
 def test_a_program_of_others_runs_its_recipe(row: Row) -> None:
@@ -46,15 +66,15 @@ def test_the_command_runs_what_is_named_and_writes_its_row(tmp_path: Path) -> No
 
 
 def test_every_recipe_is_a_row_and_every_environment_has_a_use() -> None:
-    assert {row.recipe for row in ROWS} == {path.stem for path in (HERE / "recipes").iterdir()}
-    needed = {row.environment for row in ROWS if row.environment}
+    assert {row.recipe for row in rows.ROWS} == {path.stem for path in (HERE / "recipes").iterdir()}
+    needed = {row.environment for row in rows.ROWS if row.environment}
     assert needed == {path.stem for path in (HERE / "requirements").iterdir()}
 
 
 def test_the_page_is_that_of_the_data_and_every_recipe_is_short() -> None:
     data = json.loads(DATA.read_text())
     mend = "write it anew: python -m tests.clients"
-    assert list(data) == [row.recipe for row in ROWS], mend
+    assert list(data) == [row.recipe for row in rows.ROWS], mend
     assert (ROOT / "docs" / "clients.md").read_text() == markdown(data), mend
     assert max(found["processor_seconds"] for found in data.values()) < 60.0
 
@@ -71,3 +91,88 @@ def test_recipes_are_scripts_that_anybody_could_have_written() -> None:
         assert len(text.splitlines()) <= 55, path.name
         for word in ("monkeypatch", "unwrapped", "sys.path", "setattr", "_core"):
             assert word not in text, path.name
+
+
+IDS = tuple(ENVIRONMENTS)
+
+# Gymnasium says so whenever Stable-Baselines3 asks for pictures of what has none
+quiet = pytest.mark.filterwarnings("ignore:.*render_mode.*:UserWarning")
+
+
+@quiet
+@pytest.mark.parametrize("env_id", IDS)
+def test_stable_baselines3_makes_rows_of_an_id(env_id: str) -> None:
+    venv = make_vec_env(env_id, n_envs=2, seed=0)
+    venv.reset()
+    for _ in range(3):
+        venv.step([venv.action_space.sample() for _ in range(2)])
+    venv.close()
+
+
+@quiet
+@pytest.mark.parametrize("env_id", IDS)
+def test_stable_baselines3_trains_on_an_id(env_id: str) -> None:
+    policy = "MultiInputPolicy" if env_id in GOALS else "MlpPolicy"
+    model = PPO(policy, env_id, n_steps=16, batch_size=16, n_epochs=1, device="cpu")
+    model.learn(16)
+    evaluate_policy(model, model.get_env(), n_eval_episodes=1)
+
+
+@quiet
+@pytest.mark.parametrize("env_id", DISCRETE)
+def test_dqn_trains_on_an_id(env_id: str) -> None:
+    DQN("MlpPolicy", env_id, learning_starts=4, device="cpu").learn(8)
+
+
+@quiet
+@pytest.mark.parametrize("env_id", ["RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTop-v0"])
+def test_sac_trains_on_an_id(env_id: str) -> None:
+    SAC("MlpPolicy", env_id, learning_starts=4, device="cpu").learn(8)
+
+
+THREE = ("RigidEnvs/BallPark-v0", "RigidEnvs/BallParkGoal-v0", "RigidEnvs/BallGrid-v0")
+
+
+@pytest.fixture
+def no_display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of wrappers, on what they convert
+        yield
+
+
+def cases(table: object) -> list[object]:
+    """Wrappers by name; those of pictures need the extra `render`, and take seconds."""
+    long = [pytest.mark.long]
+    return [pytest.param(name, marks=long if name in PICTURES else []) for name in table]  # type: ignore[attr-defined]
+
+
+@pytest.mark.usefixtures("no_display")
+@pytest.mark.parametrize("name", cases(SINGLE))
+def test_a_wrapper_takes_single_environments(name: str) -> None:
+    for env_id in THREE:
+        if fits(name, env_id):
+            env = wrapped(name, env_id)
+            play(env)
+            env.close()
+
+
+@pytest.mark.usefixtures("no_display")
+@pytest.mark.parametrize("name", cases(ROWS))
+def test_a_wrapper_takes_native_rows(name: str) -> None:
+    for env_id in THREE:
+        if fits(name, env_id):
+            envs = wrapped_rows(name, env_id)
+            play(envs)
+            envs.close()
+
+
+def test_there_is_no_wrapper_that_is_neither_taken_nor_for_others() -> None:
+    assert set(wrappers.__all__) == SINGLE.keys() | LEFT_OUT.keys()
+    assert set(vector.__all__) == ROWS.keys() | LEFT_OUT_OF_ROWS.keys()
+
+
+def test_each_wrapper_fits_two_ids_or_more_unless_it_is_for_goals() -> None:
+    for name in {*SINGLE, *ROWS}:
+        n = sum(fits(name, env_id) for env_id in THREE)
+        assert n >= 2 or name == "FilterObservation", name

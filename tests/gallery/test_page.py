@@ -1,21 +1,27 @@
-"""The gallery as files: what the command writes, and that docs/gallery is what it would write."""
+"""Pictures of the documentation and the gallery: there, small, fresh, and what is said of them."""
 
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import DamagedFileError
+from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools import gallery
 from rigid_envs.tools.cli import main
-from rigid_envs.tools.gallery import DATA, FIGURES, SHEET, SOURCES, Made, page
-from rigid_envs.tools.pages.films import sources_hash
+from rigid_envs.tools.gallery import DATA, FIGURES, SOURCES, Made, page
+from rigid_envs.tools.pages.films import MAX_BYTES, SHEET, sources_hash, stale_films, with_table
+from rigid_envs.tools.pages.writing import film_of
 from rigid_envs.watch.figures import Match
+from tests.fixtures import Capture, Patch
 from tests.programs import printed
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs" / "gallery"
-Capture = pytest.CaptureFixture[str]
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +55,7 @@ def test_data_holds_numbers_within_bounds_and_provenance(document: dict[str, Any
 
 def test_pictures_are_there_and_small() -> None:
     files = {path.name for path in DOCS.iterdir()}
-    assert files == {DATA, SHEET, *(f"{name}.png" for name in FIGURES)}
+    assert files == {DATA, gallery.SHEET, *(f"{name}.png" for name in FIGURES)}
     assert sum(path.stat().st_size for path in DOCS.iterdir()) < 3_000_000
 
 
@@ -93,7 +99,7 @@ def test_wrong_words_are_refused(words: list[str], complaint: str, capsys: Captu
 
 
 def test_a_number_beyond_its_bound_fails_the_command(
-    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, monkeypatch: Patch
 ) -> None:
     good, bad = (Match("drift", error, 0.0, 1.0) for error in (0.5, 1.5))
     made = {
@@ -110,8 +116,81 @@ def test_a_number_beyond_its_bound_fails_the_command(
 
 
 def test_command_without_matplotlib_says_how_to_install_it(
-    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capture, monkeypatch: Patch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["gallery", "race", "--out", str(tmp_path)]) == 1  # as for every missing package
     assert 'pip install "rigid-envs[render]"' in capsys.readouterr().err
+
+
+FILMS = ROOT / "docs" / "environments" / "films"
+GUIDE = ROOT / "docs" / "rendering.md"
+IDS = tuple(ENVIRONMENTS)
+
+
+def test_every_environment_has_a_film_that_is_fresh():
+    assert not stale_films(FILMS, IDS), (
+        "film them anew and look: rigid-envs films docs/environments/films"
+    )
+
+
+def test_films_and_all_pictures_together_are_small():
+    sizes = [(FILMS / film_of(env_id)).stat().st_size for env_id in IDS]
+    assert max(sizes) <= MAX_BYTES == 250_000
+    files = [path for path in (ROOT / "docs").rglob("*.*") if "_build" not in path.parts]
+    pictures = [path for path in files if path.suffix in (".png", ".svg", ".webp")]
+    assert sum(path.stat().st_size for path in pictures) <= 12e6
+
+
+def test_a_missing_a_changed_and_an_old_film_are_noticed(tmp_path):
+    ids = IDS[:4]
+    for env_id in ids:
+        (tmp_path / film_of(env_id)).write_bytes((FILMS / film_of(env_id)).read_bytes())
+    data = json.loads((FILMS / "films.json").read_text())
+    data["films"][ids[1]]["sources"] = "0"
+    (tmp_path / "films.json").write_text(json.dumps(data))
+    (tmp_path / film_of(ids[2])).write_bytes(b"RIFF")
+    (tmp_path / film_of(ids[3])).unlink()
+    assert set(stale_films(tmp_path, ids)) == set(ids[1:])
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"films": {"a": {"file": 3}}}', "[" * 10**5])
+def test_damaged_data_of_films_are_refused_by_name(tmp_path, text):
+    (tmp_path / "films.json").write_text(text)
+    with pytest.raises(DamagedFileError, match=r"films\.json: .*write all films anew"):
+        stale_films(tmp_path, IDS)
+
+
+def test_pages_show_the_films():
+    for env_id in IDS:
+        page = (ROOT / "docs" / "environments" / f"{Path(film_of(env_id)).stem}.md").read_text()
+        assert f"](films/{film_of(env_id)})" in page
+        assert f"docs/environments/films/{film_of(env_id)}" in (ROOT / "README.md").read_text()
+    assert (FILMS / SHEET).is_file()
+
+
+def test_times_on_the_page_are_those_of_the_data():
+    text = GUIDE.read_text(encoding="utf-8")
+    data = json.loads(GUIDE.with_suffix(".json").read_text())
+    assert text == with_table(text, data)
+    assert {times["env_id"] for times in data["frames"]} == set(IDS)
+    with pytest.raises(ConfigError, match="no marks"):
+        with_table("# Another page", data)
+
+
+def test_pictures_take_no_longer_than_promised():
+    data = json.loads(GUIDE.with_suffix(".json").read_text())
+    for times in data["frames"]:
+        assert times["frame"] <= 0.010
+        assert times["first"] <= 1.0
+
+
+def test_code_of_the_guide_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
+    assert blocks
+    for block in blocks:
+        names: dict[str, object] = {}
+        exec(block, names)
+        assert names["picture"].shape == (480, 480, 3)
+        assert names["second"].shape == (480, 480, 3)

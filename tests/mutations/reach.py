@@ -53,7 +53,7 @@ ROOMS = {
         ),
     ),
     "planning": Room(
-        ("control/planning/*.py",), ("tests/control/planning", "tests/scores/test_plans.py")
+        ("control/planning/*.py",), ("tests/control/planning", "tests/scores/test_best.py")
     ),
     "scores": Room(
         ("scores/*.py",),
@@ -65,24 +65,23 @@ ROOMS = {
     "references": Room(
         ("systems/*/references.py",), ("tests/references", "tests/scores", "tests/control/planning")
     ),
-    "replays": Room(("watch/replays/*.py",), ("tests/replays", "tests/cli/test_replay.py")),
+    "replays": Room(("watch/replays/*.py",), ("tests/replays",)),
     "films": Room(("watch/films.py", "watch/animation.py"), ("tests/films",)),
     "datasets": Room(("tools/datasets.py",), ("tests/datasets",)),
     "sb3": Room(("sb3/*.py",), ("tests/sb3",)),
     "cli": Room(
         ("tools/cli/*.py",),
         (
-            *("tests/cli", "tests/test_cli.py", "tests/scores/test_best.py", "tests/leaderboard"),
-            *("tests/scores/test_repeating.py", "tests/policies/test_published.py"),
-            *("tests/datasets", "tests/scores/test_public.py", "tests/films"),
-            "tests/gallery/test_page.py",
+            *("tests/cli", "tests/scores/test_best.py", "tests/leaderboard", "tests/replays"),
+            *("tests/scores/test_records.py", "tests/policies", "tests/gallery"),
+            *("tests/datasets", "tests/scores/test_public.py", "tests/films", "tests/play"),
         ),
     ),
     "envs": Room(
         ("envs/*.py",),
         (
             *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
-            *("tests/cli/test_compiling.py", "rigid_envs/testing"),
+            *("tests/cli/test_cli.py", "rigid_envs/testing"),
         ),
     ),
     "ground": Room(
@@ -93,13 +92,8 @@ ROOMS = {
         (
             *("tests/test_checks.py", "tests/test_core.py", "tests/test_extending.py"),
             *("tests/test_files.py", "tests/test_registry.py", "tests/test_tensorfile.py"),
-            *("tests/test_workers.py", "tests/envs", "tests/tasks"),
-            "tests/cli/test_compiling.py",
-            *(
-                "tests/test_documents.py",
-                "tests/test_provenance.py",
-                "tests/replays/test_format.py",
-            ),
+            *("tests/envs", "tests/tasks", "tests/cli/test_cli.py", "tests/cli/test_verify.py"),
+            "tests/replays/test_format.py",
             *("tests/agents/config", "tests/test_docs.py", "rigid_envs/testing"),
         ),
     ),

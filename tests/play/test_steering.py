@@ -1,6 +1,7 @@
-"""What hands do becomes an action as the axes of the action say, in every environment."""
+"""What hands do becomes an action, in every environment; the command tells its keys first."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.envs.spaces import action_space
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tools.cli import main
 from rigid_envs.watch.play.steering import (
     RIGHT,
     TWIST,
@@ -19,6 +21,7 @@ from rigid_envs.watch.play.steering import (
     keys,
     steering_of,
 )
+from tests.fixtures import Capture, Patch
 
 FROM_SOUTH = -90.0  # azimuth of a camera that sees +X to the right and +Y away from it
 
@@ -137,3 +140,34 @@ def test_the_keys_of_every_environment_are_told(env_id: str) -> None:
     said = keys(env_id)
     assert "Esc" in said and "Space" in said
     assert ("E, Q" in said) == (len(task_of(env_id).actions()) == 3)
+
+
+COIN = "RigidEnvs/CoinPark-v0"
+
+
+def test_keys_are_told_without_a_display(capsys: Capture) -> None:
+    assert main(["play", COIN, "--help-keys"]) == 0
+    said = capsys.readouterr().out
+    assert "roll forwards" in said and "turn right / left" in said and "gamepad" in said
+
+
+def test_what_is_played_is_saved(tmp_path: Path, monkeypatch: Patch, capsys: Capture) -> None:
+    pygame = pytest.importorskip("pygame")
+    pytest.importorskip("panda3d")
+    from rigid_envs.watch.play.loop import GameWindow
+
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    turn = GameWindow.turn
+
+    def hurried(table: GameWindow, _seconds: float) -> None:
+        turn(table, 0.1)
+        done = table.game.moment.time > 0.5
+        key = pygame.K_ESCAPE if done else pygame.K_UP
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key))
+
+    monkeypatch.setattr(GameWindow, "turn", hurried)
+    file = tmp_path / "mine.npz"
+    assert main(["play", COIN, "--seed", "2", "--size", "240", "--save", str(file)]) == 0
+    assert f"rigid-envs replay {file}" in capsys.readouterr().out
+    assert main(["replay", str(file)]) == 0
+    assert "same bits" in capsys.readouterr().out

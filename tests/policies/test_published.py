@@ -1,16 +1,23 @@
-"""Published policies hit every published figure, to the last digit, wherever they are played."""
+"""Published policies: found by name, run without torch, and of the figures that were published."""
 
+import json
 import random
 import re
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
+import rigid_envs
+from rigid_envs.base.checks import ConfigError
+from rigid_envs.base.files import DamagedFileError, save_tensors
 from rigid_envs.engine.provenance import commit
+from rigid_envs.scores import trained as loading
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.records import (
     read_evaluation,
@@ -20,10 +27,262 @@ from rigid_envs.scores.records import (
     write_record,
 )
 from rigid_envs.scores.repeating import published_evaluation, published_record, recheck
-from rigid_envs.scores.trained import FOLDER, load, published
+from rigid_envs.scores.trained import FOLDER, CompiledPolicy, load, published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 from tests.fixtures import Capture, Patch
+from tests.programs import printed
+
+STREAM = np.random.default_rng(5)
+
+
+def example(**network: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Document and arrays of an untrained policy for a box of two actions."""
+    env = gym.make("RigidEnvs/BallPark-v0", frame="reduced")
+    n_obs, n_act = env.observation_space.shape[0], env.action_space.shape[0]  # type: ignore[index]
+    sizes = (n_obs, 16, n_act)
+    arrays: dict[str, Any] = {"log_std": np.zeros(n_act)}
+    arrays |= {"action.low": -np.ones(n_act), "action.high": np.ones(n_act)}
+    for k in range(2):
+        arrays[f"layers.{k}.weight"] = STREAM.normal(size=(sizes[k + 1], sizes[k]))
+        arrays[f"layers.{k}.bias"] = STREAM.normal(size=sizes[k + 1])
+    document = {
+        "format": loading.FORMAT,
+        "algo": "ppo",
+        "env_id": "RigidEnvs/BallPark-v0",
+        "env_kwargs": {"frame": "reduced", "weight_parked": 3.0},
+        "network": {"activation": "tanh", "distribution": "gaussian", "normalized": False}
+        | network,
+    }
+    return document, {name: array.astype(np.float32) for name, array in arrays.items()}
+
+
+def saved(folder: Path, name: str = "policy") -> Path:
+    document, arrays = example()
+    save_tensors(folder / f"{name}.safetensors", arrays, document)
+    return folder / f"{name}.safetensors"
+
+
+@pytest.fixture
+def shelf(tmp_path: Path, monkeypatch: Patch) -> Path:
+    """A folder in the place of that of the published policies, with one policy."""
+    saved(tmp_path, "BallPark-v0")
+    monkeypatch.setattr(loading.published, "__defaults__", (tmp_path,))
+    monkeypatch.setattr(loading.file_of, "__defaults__", (tmp_path,))
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["BallPark", "BallPark-v0", "RigidEnvs/BallPark-v0"])
+def test_a_published_policy_has_the_name_of_its_environment(shelf: Path, name: str) -> None:
+    policy = rigid_envs.load(name)
+    assert policy.env_id == "RigidEnvs/BallPark-v0" and policy.name == "ppo reduced"
+    assert policy.env_kwargs == {"frame": "reduced"}  # what pays is no matter of acting
+
+
+@pytest.mark.parametrize("name", ["Nothing", "RigidEnvs/CoinPark-v0", "../secret", ""])
+def test_another_name_is_refused_and_those_that_there_are_are_told(shelf: Path, name: str) -> None:
+    with pytest.raises(ConfigError, match=r"expected the path .*: BallPark-v0$"):
+        rigid_envs.load(name)
+
+
+def test_a_policy_is_loaded_from_its_file_or_its_folder(tmp_path: Path) -> None:
+    file = saved(tmp_path)
+    for place in (file, str(file), tmp_path):
+        assert isinstance(rigid_envs.load(place), CompiledPolicy)
+    file.write_bytes(file.read_bytes()[:-1])
+    with pytest.raises(DamagedFileError, match=r"policy\.safetensors"):
+        rigid_envs.load(file)
+
+
+def layers(numbers: range, weight: Any, **more: Any) -> dict[str, Any]:
+    """Arrays of so many layers, all the same."""
+    parts = {"weight": weight, **more}
+    return {f"layers.{k}.{name}": each for k in numbers for name, each in parts.items()}
+
+
+def other(name: str, change: Callable[[Any], Any]) -> Callable[..., Any]:
+    """Another array in the place of one."""
+    return lambda arrays, document: arrays.update({name: change(arrays[name])})
+
+
+CHANGES: dict[str, Callable[[dict[str, Any], dict[str, Any]], Any]] = {
+    "another format": lambda arrays, document: document.update(format="policy 9"),
+    "no format": lambda arrays, document: document.pop("format"),
+    "no network": lambda arrays, document: document.pop("network"),
+    "network is a list": lambda arrays, document: document.update(network=[]),
+    "no layers": lambda arrays, document: [arrays.pop(k) for k in [*arrays] if "layers" in k],
+    "a gap": lambda arrays, document: arrays.update(
+        {"layers.7.weight": arrays.pop("layers.1.weight")}
+    ),
+    "too many layers": lambda arrays, document: arrays.update(
+        layers(range(3, 200), np.zeros((1, 1), "f"))
+    ),
+    "65 layers": lambda arrays, document: arrays.update(
+        layers(range(2, 65), np.eye(2, dtype="f"), bias=np.zeros(2, "f"))
+    ),
+    "not finite": lambda arrays, document: arrays["layers.0.weight"].fill(np.nan),
+    "double": other("layers.0.weight", lambda weight: weight.astype(np.float64)),
+    "a vector": other("layers.1.weight", lambda weight: weight[0]),
+    "layers that do not fit": other("layers.1.weight", lambda weight: weight[:, :-1]),
+    "bias that does not fit": other("layers.1.bias", lambda bias: bias[:-1]),
+    "no spread": lambda arrays, document: arrays.pop("log_std"),
+    "statistics without use": lambda arrays, _: arrays.update({"observation.mean": np.zeros(2)}),
+    "bounds that do not fit": other("action.low", lambda low: np.zeros(3, "f")),
+}
+NETWORKS: dict[str, dict[str, Any]] = {
+    "statistics missing": {"normalized": True},
+    "spread of another kind": {"distribution": "squashed gaussian"},
+    "bounds of no box": {"distribution": "greedy"},
+    "inputs that do not fit": {"inputs": [["achieved_goal", 11]]},
+    "attitudes that do not fit": {"attitudes": [0, 9]},
+}
+"""Contents that are wrong, of files whose checksum is right."""
+
+
+@pytest.mark.parametrize("how", [*CHANGES, *NETWORKS])
+def test_a_malformed_policy_is_refused_by_name(tmp_path: Path, how: str) -> None:
+    document, arrays = example(**NETWORKS.get(how, {}))
+    CHANGES.get(how, lambda *_: None)(arrays, document)
+    save_tensors(tmp_path / "policy.safetensors", arrays, document)
+    with pytest.raises(DamagedFileError, match=r"policy\.safetensors: "):
+        rigid_envs.load(tmp_path)
+
+
+@pytest.mark.parametrize("what", ["activation", "distribution"])
+def test_a_network_of_an_unknown_kind_is_refused_with_the_kinds_there_are(what: str) -> None:
+    document, arrays = example(**{what: "os.system"})
+    with pytest.raises(ValueError, match=rf"^{what} = 'os.system'; expected one of \['[a-z]+', "):
+        CompiledPolicy(document, arrays)
+
+
+@pytest.mark.parametrize("n_layers", [1, 2, 64])
+def test_a_policy_has_1_to_64_layers(n_layers: int) -> None:
+    document, arrays = example()
+    weight, bias = arrays["layers.1.weight"], arrays["layers.1.bias"]
+    if n_layers == 1:
+        arrays["layers.0.weight"] = weight @ arrays["layers.0.weight"]
+        arrays["layers.0.bias"] = bias
+        del arrays["layers.1.weight"], arrays["layers.1.bias"]
+    for k in range(2, n_layers):
+        arrays[f"layers.{k}.weight"], arrays[f"layers.{k}.bias"] = np.eye(2, dtype="f"), bias
+    policy = CompiledPolicy(document, arrays)
+    assert policy.predict(np.zeros(policy.n_obs))[0].shape == (2,)
+
+
+def test_relative_rotations_are_taken_from_observations_as_they_are() -> None:
+    n_obs = 20
+    document, arrays = example(attitudes=[0, n_obs - 9])
+    arrays["layers.0.weight"] = 0.1 * STREAM.normal(size=(16, n_obs + 18)).astype(np.float32)
+    policy = CompiledPolicy(document, arrays)
+    assert policy.n_obs == n_obs
+    obs = STREAM.normal(size=(5, n_obs)).astype(np.float32)
+    R, S = obs[:, :9].reshape(-1, 3, 3), obs[:, -9:].reshape(-1, 3, 3)
+    back = R.transpose(0, 2, 1)
+    x = np.concatenate([obs, (back @ S).reshape(5, 9), (S @ back).reshape(5, 9)], axis=1)
+    hidden = np.tanh(x @ arrays["layers.0.weight"].T + arrays["layers.0.bias"])
+    expected = hidden @ arrays["layers.1.weight"].T + arrays["layers.1.bias"]
+    np.testing.assert_allclose(policy.predict(obs)[0], np.clip(expected, -1.0, 1.0), atol=1e-5)
+    for outside in (n_obs - 8, -1, 0.0, True):
+        for places in ([outside, 0], [0, outside]):
+            document["network"]["attitudes"] = places
+            with pytest.raises(ValueError, match="expected where matrices are in the input"):
+                CompiledPolicy(document, arrays)
+
+
+@pytest.mark.parametrize("head", ["gaussian", "squashed gaussian"])
+def test_actions_are_in_the_box_of_the_policy_and_squashed_ones_fill_it(head: str) -> None:
+    document, arrays = example(distribution=head)
+    low, high = np.array([-3.0, 0.5], np.float32), np.array([1.0, 2.0], np.float32)
+    arrays |= {"action.low": low, "action.high": high}
+    if head == "squashed gaussian":
+        del arrays["log_std"]
+        arrays |= {"log_std.weight": np.zeros((2, 16), "f"), "log_std.bias": np.zeros(2, "f")}
+    policy = CompiledPolicy(document, arrays)
+    obs = STREAM.normal(size=(20, policy.n_obs)).astype(np.float32)
+    hidden = np.tanh(obs @ arrays["layers.0.weight"].T + arrays["layers.0.bias"])
+    out = hidden @ arrays["layers.1.weight"].T + arrays["layers.1.bias"]
+    squashed = 0.5 * ((high + low) + (high - low) * np.tanh(out))
+    expected = np.clip(out, low, high) if head == "gaussian" else squashed
+    np.testing.assert_allclose(policy.predict(obs)[0], expected, atol=1e-4)
+
+
+def test_one_observation_is_acted_on_as_among_others() -> None:
+    policy = CompiledPolicy(*example())
+    obs = STREAM.normal(size=(40, policy.n_obs)).astype(np.float32)
+    actions, state = policy.predict(obs, state="kept")
+    assert state == "kept" and actions.dtype == np.float32 and np.abs(actions).max() <= 1.0
+    for row, action in zip(obs, actions, strict=True):
+        np.testing.assert_array_equal(policy.predict(row)[0], action)
+
+
+@pytest.mark.parametrize("shape", [(1,), (1, 1), (1, 1, 0), (0,)])
+def test_an_observation_of_another_shape_or_not_finite_is_refused(shape: tuple[int, ...]) -> None:
+    policy = CompiledPolicy(*example())
+    one_bad = np.where(np.arange(policy.n_obs) == 1, np.nan, 0.0)
+    for obs in (np.zeros(shape), np.zeros((2, 1, policy.n_obs)), one_bad):
+        with pytest.raises(ValueError, match="every entry finite"):
+            policy.predict(obs)
+
+
+def test_it_does_not_draw_at_random() -> None:
+    policy = CompiledPolicy(*example())
+    with pytest.raises(ValueError, match="deterministic = False; expected True"):
+        policy.predict(np.zeros(policy.n_obs), deterministic=False)
+
+
+def test_it_is_played_in_its_own_frame_also_on_another_id() -> None:
+    policy = CompiledPolicy(*example())
+    for name in ("BallPark", "BallReorient", "BallParkGoal"):
+        found = rigid_envs.evaluate(f"RigidEnvs/{name}-v0", policy, n=3)
+        assert found.config == {"frame": "reduced"} and found.policy == "ppo reduced"
+        assert found.efficiency is not None
+    with pytest.raises(ValueError, match="observation of shape"):
+        rigid_envs.evaluate("RigidEnvs/BallPark-v0", policy, n=3, config={})
+
+
+def test_it_needs_neither_torch_nor_safetensors(tmp_path: Path) -> None:
+    file = saved(tmp_path)
+    code = f"""
+import sys
+for name in ("torch", "safetensors", "stable_baselines3", "agents"):
+    sys.modules[name] = None
+import numpy as np, rigid_envs
+policy = rigid_envs.load({str(file)!r})
+print(policy.predict(np.zeros(policy.n_obs))[0].tolist())
+"""
+    policy = rigid_envs.load(file)
+    assert json.loads(printed("-c", code)) == policy.predict(np.zeros(policy.n_obs))[0].tolist()
+
+
+STEERING = "PPO\x1b]0;owned\x07"
+
+
+@pytest.mark.parametrize(
+    "says",
+    [
+        {"algo": STEERING},
+        {"env_id": STEERING},
+        {"env_kwargs": {"frame": STEERING}},
+        {"versions": {STEERING: "1"}},
+        {"git_commit": "a\n| forged | row |"},
+    ],
+)
+def test_text_of_a_policy_that_would_steer_a_terminal_is_refused(
+    tmp_path: Path, says: dict[str, Any]
+) -> None:
+    document, arrays = example()
+    save_tensors(tmp_path / "policy.safetensors", arrays, document | says)
+    with pytest.raises(DamagedFileError, match="can be printed") as refused:
+        rigid_envs.load(tmp_path)
+    assert str(refused.value).isprintable()
+
+
+def test_the_id_of_a_policy_is_one_that_is_registered_already(tmp_path: Path) -> None:
+    document, arrays = example()
+    document["env_id"] = f"trap:{document['env_id']}"
+    save_tensors(tmp_path / "policy.safetensors", arrays, document)
+    assert rigid_envs.load(tmp_path).env_id == "RigidEnvs/BallPark-v0"
+
 
 ROOT = Path(__file__).parents[2]
 NAMES = published()

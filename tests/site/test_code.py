@@ -1,5 +1,9 @@
-"""No page shows code that no test has run, or a command that is not understood."""
+"""The site shows no code that no test has run, no broken link, and each object once."""
 
+from __future__ import annotations
+
+import ast
+import importlib
 import importlib.util
 import re
 import shlex
@@ -12,6 +16,29 @@ import pytest
 from rigid_envs.tools.cli.command_line import _parser as library
 from rigid_envs.tools.cli.words import config_of
 from tests.fixtures import Patch
+from tests.programs import printed
+from tests.site.links import broken_links
+
+PAGE = """
+<a href="other.html#there">a</a> <a href="#here">b</a> <h2 id="here">c</h2> <img src="a%20b.png">
+<a href="https://doi.org/10.1007/BF00375605">d</a> <a href="sub/">e</a>
+"""
+BROKEN = ["#gone", "gone.html", "http://plain.org/x", "https://nowhere", "other.html#gone", "sub/"]
+
+
+def test_what_leads_nowhere_is_named_with_its_page(tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "a b.png").write_bytes(b"")
+    (tmp_path / "other.html").write_text('<p id="there">')
+    links = "".join(f'<a href="{target}">x</a>' for target in BROKEN)
+    (tmp_path / "index.html").write_text(PAGE + links)
+    assert broken_links(tmp_path) == [f"index.html: {target}" for target in BROKEN]
+
+
+def test_an_empty_folder_is_no_site(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="expected a site"):
+        broken_links(tmp_path)
+
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted(
@@ -29,9 +56,9 @@ ELSEWHERE = {
     "docs/policies.md": "tests/policies/test_published.py::"
     "test_the_example_of_the_page_loads_acts_and_evaluates",
     "docs/references.md": "tests/references/test_references.py::test_the_page_runs",
-    "docs/rendering.md": "tests/pages/test_pictures.py::test_code_of_the_guide_runs",
+    "docs/rendering.md": "tests/gallery/test_page.py::test_code_of_the_guide_runs",
     "docs/replays.md": "tests/replays/test_recording.py::test_the_example_of_the_guide_runs",
-    "docs/sb3.md": "tests/sb3/test_making.py::test_the_page_runs",
+    "docs/sb3.md": "tests/sb3/test_exporting.py::test_the_page_runs",
     "docs/scoring.md": "tests/test_docs.py::"
     "test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider",
     "docs/symmetry.md": "tests/envs/test_settings.py::test_the_examples_of_the_page_run",
@@ -163,3 +190,57 @@ def test_commands_of_a_page_are_understood(page: str) -> None:
 def test_wrong_commands_are_noticed(command: str) -> None:
     with pytest.raises((AssertionError, pytest.fail.Exception, ValueError)):
         check(command.split())
+
+
+def documented(page: Path) -> list[object]:
+    """The classes and functions on a page."""
+    text, found = page.read_text(encoding="utf-8"), []
+    for name, options in re.findall(r"automodule:: (\S+)\n((?:   .*\n)*)", text):
+        left_out = re.findall(r":exclude-members: (.*)", options)
+        names = {each.strip() for line in left_out for each in line.split(",")}
+        module = importlib.import_module(name)
+        own = [k for k, v in vars(module).items() if getattr(v, "__module__", "") == name]
+        public = getattr(module, "__all__", [each for each in own if not each.startswith("_")])
+        members = [getattr(module, each) for each in public if each not in names]
+        found += [member for member in members if hasattr(member, "__qualname__")]
+    return found
+
+
+def test_no_object_is_documented_twice() -> None:
+    pages: dict[int, str] = {}
+    for page in sorted((ROOT / "docs" / "reference").glob("*.md")):
+        for member in documented(page):
+            other = pages.setdefault(id(member), page.name)
+            assert other == page.name, f"{member} is on {other} and {page.name}"
+
+
+FOLDER = ROOT / "docs" / "tutorials"
+NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
+SHORT = {"03_make_it_yours", "06_dzhanibekov"}  # seconds; the others train, film or search
+each = pytest.mark.parametrize(
+    "name",
+    [name if name in SHORT else pytest.param(name, marks=pytest.mark.long) for name in NAMES],
+)
+
+
+def test_all_are_on_the_site_and_begin_with_a_title() -> None:
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    for name in NAMES:
+        text = (FOLDER / f"{name}.py").read_text(encoding="utf-8")
+        assert f"\ntutorials/{name}\n" in index
+        assert text.startswith("# %% [markdown]\n# # "), name
+        assert ast.parse(text)
+
+
+@each
+def test_it_runs_as_a_script(name: str, tmp_path: Path) -> None:
+    printed(FOLDER / f"{name}.py", cwd=tmp_path, PYTHONPATH=str(ROOT), MPLBACKEND="Agg")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_a_notebook(name: str) -> None:
+    jupytext = pytest.importorskip("jupytext")
+    nbformat = pytest.importorskip("nbformat")
+    notebook = jupytext.read(FOLDER / f"{name}.py")
+    nbformat.validate(notebook)
+    assert {cell["cell_type"] for cell in notebook.cells} == {"markdown", "code"}

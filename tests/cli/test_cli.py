@@ -1,4 +1,4 @@
-"""The command `rigid-envs`: what it lists, describes, measures and refuses."""
+"""`rigid-envs`: what each command prints and writes, with what it exits, and what is compiled."""
 
 import argparse
 import dataclasses
@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ import gymnasium
 import pytest
 from gymnasium import spaces
 
-from rigid_envs.envs.lookup import one_of_each
+from rigid_envs.envs.lookup import compile_all, kernels_of, one_of_each
 from rigid_envs.envs.spaces import info_keys
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
@@ -26,6 +27,7 @@ from rigid_envs.tools.cli.command_line import _parser
 from rigid_envs.tools.pages.document import describe, example
 from rigid_envs.tools.pages.tables import size_of, table
 from tests.fixtures import Capture, Patch
+from tests.programs import printed, python
 
 IDS = list(ENVIRONMENTS)
 
@@ -48,7 +50,7 @@ def section(text: str, title: str) -> str:
     return found
 
 
-def test_list_shows_every_id_with_its_summary_limit_and_cost(capsys: Capture) -> None:
+def test_list_shows_every_id_with_its_summary_limit_and_cost_also_as_json(capsys: Capture) -> None:
     text = said(capsys, "list")
     words = " ".join(text.split())
     for env_id in IDS:
@@ -59,6 +61,10 @@ def test_list_shows_every_id_with_its_summary_limit_and_cost(capsys: Capture) ->
             assert f" {size_of(space)} " in row
         assert f"{env.spec.max_episode_steps} x {task.dt:g} s" in row
         assert task.cost_unit.split()[0] in row
+    assert max(map(len, text.splitlines())) <= 100
+    found = json.loads(said(capsys, "list", "--json"))
+    limits = [(each["id"], each["max_episode_steps"]) for each in found]
+    assert limits == [(env_id, gymnasium.spec(env_id).max_episode_steps) for env_id in IDS]
 
 
 def test_size_of_a_space_is_told_in_few_words() -> None:
@@ -70,7 +76,7 @@ def test_size_of_a_space_is_told_in_few_words() -> None:
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_description_names_every_entry_term_hyperparameter_and_info_key(
+def test_description_names_every_entry_term_hyperparameter_and_key_on_100_columns(
     capsys: Capture, env_id: str
 ) -> None:
     text, task = said(capsys, "describe", env_id), task_of(env_id)
@@ -85,12 +91,7 @@ def test_description_names_every_entry_term_hyperparameter_and_info_key(
     for key in info_keys(task):
         assert key in section(text, "Info")
     assert f"{ENVIRONMENTS[env_id].max_episode_steps} steps" in section(text, "Episode")
-
-
-@pytest.mark.parametrize("env_id", IDS)
-def test_lines_fit_a_page_of_100_columns(capsys: Capture, env_id: str) -> None:
-    for text in (said(capsys, "list"), said(capsys, "describe", env_id)):
-        assert max(map(len, text.splitlines())) <= 100
+    assert max(map(len, text.splitlines())) <= 100
 
 
 @pytest.mark.parametrize("env_id", IDS)
@@ -121,13 +122,6 @@ def test_description_takes_hyperparameters(capsys: Capture) -> None:
 def test_a_missing_verb_is_refused() -> None:
     with pytest.raises(SystemExit, match="2"):
         main([])
-
-
-def test_the_list_as_json_has_every_id(capsys: Capture) -> None:
-    found = json.loads(said(capsys, "list", "--json"))
-    assert [each["id"] for each in found] == IDS
-    for each in found:
-        assert each["max_episode_steps"] == gymnasium.spec(each["id"]).max_episode_steps
 
 
 @pytest.mark.parametrize("env_id", one_of_each())
@@ -202,7 +196,7 @@ def test_lines_fit_a_narrow_terminal(monkeypatch: Patch, capsys: Capture) -> Non
 def test_command_survives_a_reader_that_stops_reading() -> None:
     command = f"{sys.executable} -m rigid_envs.tools.cli describe {IDS[0]} | head -1"
     words = ["bash", "-o", "pipefail", "-c", command]
-    done = subprocess.run(words, cwd=Path(__file__).parents[1], capture_output=True, text=True)
+    done = subprocess.run(words, cwd=Path(__file__).parents[2], capture_output=True, text=True)
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, IDS[0], "")
 
 
@@ -236,3 +230,72 @@ def test_one_of_each_has_numbers_choices_and_goals() -> None:
     kinds = [(bool(task.n_choices), bool(task.n_goal)) for task in chosen]
     assert kinds == [(False, False), (False, True), (True, False)]
     assert one_of_each(IDS[1:3]) == [IDS[1]]
+
+
+STEP = """
+import logging
+
+logging.basicConfig(level="INFO")
+import gymnasium, rigid_envs
+
+env = gymnasium.make("RigidEnvs/BallGrid-v0")
+env.reset(seed=0)
+env.step(0)
+"""
+
+
+@pytest.mark.long
+def test_later_processes_find_what_was_compiled(tmp_path: Path) -> None:
+    words = "-m rigid_envs.tools.cli compile BallGrid --frame world --jobs 2"
+    command = words.split()
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    assert printed(*command, **cache).startswith("2 kernels compiled in ")
+    assert len(list(tmp_path.rglob("*.nbc"))) == 2
+    step = python("-c", STEP, **cache)
+    assert step.returncode == 0 and "compiled" not in step.stdout + step.stderr
+    assert "0 kernels compiled in " in printed(*command, **cache)
+
+
+def test_both_frames_are_compiled_and_the_rewards_of_goals() -> None:
+    assert [(dict(kernel.config), kernel.part) for kernel in kernels_of("BallParkGoal")] == [
+        (config, part)
+        for config in ({}, {"frame": "reduced"})
+        for part in ("step", "reset", "reward")
+    ]
+    assert [str(kernel) for kernel in kernels_of("BallPark", {"frame": "reduced"})] == [
+        "BallPark-v0 step, frame = reduced",
+        "BallPark-v0 reset, frame = reduced",
+    ]
+
+
+@pytest.mark.parametrize(("jobs", "started"), [(1, 1), (2, 2), (100, 3)])
+def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels(
+    jobs: int, started: int, monkeypatch: Patch
+) -> None:
+    asked: list[int] = []
+
+    def pool(count: int, context: Any) -> ThreadPoolExecutor:
+        asked.append(count)
+        return ThreadPoolExecutor(count)
+
+    monkeypatch.setattr("rigid_envs.envs.lookup.ProcessPoolExecutor", pool)
+    monkeypatch.setattr("rigid_envs.envs.lookup._compile", lambda kernel: True)
+    kernels = kernels_of("BallParkGoal", {"frame": "world"})
+    found = [str(kernel) for kernel, _ in compile_all(kernels, jobs)]
+    assert sorted(found) == sorted(map(str, kernels))
+    assert asked == [started]
+
+
+def test_what_was_compiled_and_what_was_there_is_told(monkeypatch: Patch, capsys: Capture) -> None:
+    asked: list[Any] = []
+
+    def compiled(kernels: list[Any], jobs: int) -> list[tuple[str, bool]]:
+        asked.append(([str(kernel) for kernel in kernels], jobs))
+        return [("reset", True), ("step", False), ("reward", True)]
+
+    monkeypatch.setattr("rigid_envs.envs.lookup.compile_all", compiled)
+    assert main(["compile", "BallParkGoal", "BallParkGoal", "--frame", "world", "--jobs", "1"]) == 0
+    parts = ("step", "reset", "reward")
+    assert asked == [([f"BallParkGoal-v0 {part}, frame = world" for part in parts], 1)]
+    said = capsys.readouterr().out
+    assert said.startswith("1 kernels compiled in ") and ", 2 were there; in /" in said
