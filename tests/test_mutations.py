@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from tests.fixtures import Capture
 from tests.mutations.__main__ import SOURCES, main
 from tests.mutations.application import ROOT, Checkout
 from tests.mutations.known import BUGS, EQUIVALENTS, LIBRARY_EQUIVALENTS, Bug
@@ -243,6 +244,6 @@ def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", SOURCES)
-def test_a_sample_of_wrong_signs_is_noticed(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_sample_of_wrong_signs_is_noticed(name: str, capsys: Capture) -> None:
     assert main(["--subjects", name, "--sample", "5"]) == 0
     assert "No survivor." in capsys.readouterr().out

@@ -19,6 +19,7 @@ from stable_baselines3.common.vec_env import VecVideoRecorder
 
 from rigid_envs import sb3
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from tests.fixtures import Patch
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 pygame = pytest.importorskip("pygame")
@@ -38,7 +39,7 @@ SMALL: dict[str, Any] = {"render_mode": "rgb_array", "width": 64, "height": 64}
 
 
 @pytest.fixture(autouse=True)
-def no_display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def no_display(monkeypatch: Patch) -> Iterator[None]:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     yield
     pygame.quit()
@@ -146,7 +147,7 @@ def keys_to_action(env: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("env_id", EACH)
-def test_gymnasiums_play_steers_an_id(env_id: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_gymnasiums_play_steers_an_id(env_id: str, monkeypatch: Patch) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it asks for a backend of matplotlib as it is imported
         from gymnasium.utils import play as utils

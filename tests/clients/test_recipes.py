@@ -30,6 +30,7 @@ from tests.clients.wrapping import (
     wrapped,
     wrapped_rows,
 )
+from tests.fixtures import Patch
 
 HERE = Path(__file__).parent
 CLEANRL = {
@@ -134,7 +135,7 @@ THREE = ("RigidEnvs/BallPark-v0", "RigidEnvs/BallParkGoal-v0", "RigidEnvs/BallGr
 
 
 @pytest.fixture
-def no_display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def no_display(monkeypatch: Patch) -> Iterator[None]:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of wrappers, on what they convert

@@ -25,6 +25,7 @@ from rigid_envs.watch.films import (
 )
 from rigid_envs.watch.replays.episode import Episode, moment_at
 from rigid_envs.watch.window import show
+from tests.fixtures import Patch
 
 pytest.importorskip("panda3d")
 pytest.importorskip("PIL")
@@ -66,7 +67,7 @@ def test_speed_and_rate_change_the_number_of_pictures() -> None:
     assert len(pictures(found, fps=10.0, speed=0.5, hold=0.0)) == 2 * steps + 1
 
 
-def test_pictures_are_of_the_times_at_which_they_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pictures_are_of_the_times_at_which_they_are_shown(monkeypatch: Patch) -> None:
     times: list[float] = []
 
     def noted(task: Task, episode: Episode, time: float) -> Moment:
@@ -159,9 +160,7 @@ def test_episodes_of_several_tasks_share_a_film() -> None:
     assert len(pictures(found, fps=5.0, hold=0.0)) == round(seconds * 5.0) + 1
 
 
-def test_what_draws_is_closed_also_if_no_more_pictures_are_taken(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_draws_is_closed_also_if_no_more_pictures_are_taken(monkeypatch: Patch) -> None:
     closed: list[Drawing] = []
     close = Drawing.close
     monkeypatch.setattr(Drawing, "close", lambda each: (closed.append(each), close(each)))
@@ -193,7 +192,7 @@ def test_nothing_to_show_and_numbers_that_cannot_be_are_refused() -> None:
 
 @pytest.mark.push
 @pytest.mark.long
-def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.chdir(tmp_path)
     text = (Path(__file__).parents[2] / "docs" / "watching.md").read_text()
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
@@ -205,7 +204,7 @@ pygame: Any = pytest.importorskip("pygame")
 N = 3  # pictures
 
 
-def shown(monkeypatch: pytest.MonkeyPatch, *typed: str | tuple[str, str]) -> list[int]:
+def shown(monkeypatch: Patch, *typed: str | tuple[str, str]) -> list[int]:
     """Numbers of the pictures, if at each look at the keyboard one of these is found.
 
     A word is a key that is pressed, a pair a key and what is done with it; "" is nothing.
@@ -232,32 +231,32 @@ def shown(monkeypatch: pytest.MonkeyPatch, *typed: str | tuple[str, str]) -> lis
     return numbers
 
 
-def test_the_last_picture_stays_until_the_window_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_last_picture_stays_until_the_window_is_closed(monkeypatch: Patch) -> None:
     assert shown(monkeypatch, "", "", "", "", "close") == [0, 1, 2]
     assert shown(monkeypatch, "", "", "", "", "escape") == [0, 1, 2]
 
 
-def test_escape_closes_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_escape_closes_at_once(monkeypatch: Patch) -> None:
     assert shown(monkeypatch, "", "escape") == [0, 1]
     assert shown(monkeypatch, "space", "escape") == [0]
 
 
-def test_space_pauses_and_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_space_pauses_and_goes_on(monkeypatch: Patch) -> None:
     assert shown(monkeypatch, "space", "", "", "escape") == [0]
     assert shown(monkeypatch, "space", "", "space", "", "close") == [0, 1, 2]
 
 
-def test_r_begins_again_also_after_the_end_or_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_r_begins_again_also_after_the_end_or_a_pause(monkeypatch: Patch) -> None:
     assert shown(monkeypatch, "", "r", "", "close") == [0, 1, 0, 1]
     assert shown(monkeypatch, "", "", "", "r", "close") == [0, 1, 2, 0]
     assert shown(monkeypatch, "space", "r", "", "close") == [0, 0, 1]
 
 
-def test_other_keys_and_keys_let_go_do_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_keys_and_keys_let_go_do_nothing(monkeypatch: Patch) -> None:
     others = [(key, "KEYUP") for key in ("space", "r", "escape")]
     assert shown(monkeypatch, "x", *others, "close") == [0, 1, 2]
 
 
-def test_where_no_window_can_be_opened_that_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_no_window_can_be_opened_that_is_said(monkeypatch: Patch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "no such driver")
     assert not show(lambda: iter([np.zeros((8, 8, 3), np.uint8)]), 1000.0, "a test")

@@ -13,6 +13,7 @@ from gymnasium.error import DependencyNotInstalled
 from rigid_envs.watch import animation
 from rigid_envs.watch.films import SUFFIXES, checked_film, write_film
 from rigid_envs.watch.lettering import pillow
+from tests.fixtures import Capture, Patch
 from tests.programs import printed
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
@@ -55,7 +56,7 @@ def read_animation(path: Path) -> tuple[list[Any], list[float], int]:
 
 
 def test_mp4_is_h264_in_yuv420p_with_every_picture_written_without_a_word(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: Capture
 ) -> None:
     pictures = moving_square()
     film = write_film(tmp_path / "a.mp4", pictures, FPS)
@@ -259,7 +260,7 @@ def test_max_bytes_is_refused_for_mp4(tmp_path: Path) -> None:
     ("suffix", "module"), [(".mp4", "imageio_ffmpeg"), (".gif", "PIL"), (".webp", "PIL")]
 )
 def test_without_the_extra_it_says_what_to_install(
-    tmp_path: Path, suffix: str, module: str, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, suffix: str, module: str, monkeypatch: Patch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     pillow.cache_clear()

@@ -16,6 +16,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.watch.play.game import Game
 from rigid_envs.watch.play.loop import GameWindow, Status, board_height, page, play
 from rigid_envs.watch.replays.replay import load_replay
+from tests.fixtures import Patch
 
 pytestmark = pytest.mark.long
 
@@ -27,7 +28,7 @@ SIZE = 240
 
 
 @pytest.fixture(autouse=True)
-def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
+def no_display(monkeypatch: Patch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
 
 
@@ -204,9 +205,7 @@ def test_an_episode_ends_with_a_verdict_and_its_result() -> None:
     assert other.verdict == "time is over" and not other.waiting
 
 
-def test_what_was_played_is_saved_as_a_replay(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_was_played_is_saved_as_a_replay(tmp_path: Path, monkeypatch: Patch) -> None:
     def steered(table: GameWindow) -> None:
         press("space")
         table.turn(0.0)
@@ -225,7 +224,7 @@ def test_what_was_played_is_saved_as_a_replay(
 
 
 @pytest.mark.push
-def test_the_loop_keeps_time_and_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_loop_keeps_time_and_ends(monkeypatch: Patch) -> None:
     now = 0.0
     slept: list[float] = []
 
@@ -252,7 +251,7 @@ def test_the_loop_keeps_time_and_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     assert sum(slept) == pytest.approx(1.0 - 60 * 0.005, abs=0.02)
 
 
-def test_without_a_display_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_display_it_says_what_to_do(monkeypatch: Patch) -> None:
     for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("sys.platform", "linux")

@@ -100,7 +100,7 @@ def test_right_on_the_grid_is_right_as_seen(azimuth: float, choice: int) -> None
     assert steering("BallGrid", azimuth).choice(0.0, 0.0) is None
 
 
-def test_what_hands_cannot_steer_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_hands_cannot_steer_is_refused(monkeypatch: Patch) -> None:
     task = task_of("RigidEnvs/Reorient-v0")
     four = tuple(Entry(f"a{k}", "1", "body", -1.0, 1.0) for k in range(4))
     monkeypatch.setattr(type(task), "actions", lambda self: four)

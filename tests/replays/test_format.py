@@ -18,6 +18,7 @@ from rigid_envs.testing.environments import in_full
 from rigid_envs.watch.replays.episode import play_again, same_bits
 from rigid_envs.watch.replays.recording import RecordReplay, RecordRows
 from rigid_envs.watch.replays.replay import load_replay
+from tests.fixtures import Patch
 from tests.replays.examples import recorded
 
 Arrays = dict[str, np.ndarray[Any, Any]]
@@ -125,7 +126,7 @@ def test_more_than_can_be_read_again_is_not_written(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("packed", [False, True])
 def test_whatever_is_written_can_be_read_again_up_to_the_last_byte(
-    packed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    packed: bool, tmp_path: Path, monkeypatch: Patch
 ) -> None:
     path, sizes = tmp_path / "a.npz", range(1700, 2003)
     noise = np.frombuffer(np.random.default_rng(0).bytes(sizes[-1]), np.uint8)
@@ -145,7 +146,7 @@ def test_whatever_is_written_can_be_read_again_up_to_the_last_byte(
 
 
 def test_as_many_arrays_are_written_as_can_be_read_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: Patch
 ) -> None:
     monkeypatch.setattr("rigid_envs.base.files._MOST", 3)
     path = tmp_path / "a.npz"

@@ -134,7 +134,7 @@ def test_the_first_episode_of_each_row_can_be_recorded_alone(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("file", [None, "rows.npz"])
 def test_to_close_the_recorder_closes_what_it_records(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str | None
+    tmp_path: Path, monkeypatch: Patch, file: str | None
 ) -> None:
     closed: list[Any] = []
     for kind in (RigidEnv, RigidVectorEnv):
@@ -163,9 +163,7 @@ def test_what_cannot_be_recorded_is_refused() -> None:
         RecordReplay(gym.make(PARK)).replay()
 
 
-def test_the_id_is_that_of_the_environment_or_else_that_of_its_task(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_id_is_that_of_the_environment_or_else_that_of_its_task(monkeypatch: Patch) -> None:
     mine = replace(ENVIRONMENTS[PARK], id="Mine/Park-v0")  # another id of the same task
     known = {**ENVIRONMENTS, mine.id: mine}
     monkeypatch.setattr("rigid_envs.watch.replays.replay.ENVIRONMENTS", known)
@@ -224,7 +222,7 @@ def test_replays_of_an_evaluation_are_its_episodes() -> None:
         assert same_bits(episode, play_again(replay.task, episode.start, episode.actions))
 
 
-def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: Patch) -> None:
     text = (Path(__file__).parents[2] / "docs" / "replays.md").read_text()
     (code,) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)
     monkeypatch.chdir(tmp_path)

@@ -13,6 +13,7 @@ from gymnasium.wrappers import RecordEpisodeStatistics, TimeLimit
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.deep import DeepCheckError, deep_check
+from tests.fixtures import Patch
 from tests.programs import printed
 from tests.testing import planted
 from tests.testing.planted import LIMIT, PLANTED, Planted, Slider
@@ -38,7 +39,7 @@ def id_of(bug: type) -> str:
 
 
 @pytest.fixture(autouse=True)
-def registry_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def registry_kept(monkeypatch: Patch) -> None:
     monkeypatch.setattr(gym.envs.registration, "registry", dict(gym.registry))
 
 

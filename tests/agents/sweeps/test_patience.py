@@ -19,7 +19,7 @@ from agents.sweeps import sweep as module
 from agents.sweeps.sweep import PATIENCE, Patience, Processes, Training, train_all
 from rigid_envs.scores.records import read_record
 from tests.agents.sessions import assert_same_files, small
-from tests.fixtures import Patch
+from tests.fixtures import Capture, Patch
 
 
 def trainings(folder: Path, n: int, updates: int) -> list[Training]:
@@ -227,7 +227,7 @@ def started(cluster: Any, all_trainings: Sequence[Training], patience: float = P
 
 @pytest.mark.long
 def test_a_training_that_hangs_is_killed_and_goes_on_to_the_bit(
-    tmp_path: Path, cluster: Any, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, cluster: Any, capfd: Capture
 ) -> None:
     hung, alone = (trainings(tmp_path / name, 2, 60) for name in ("hung", "alone"))
     stopper = threading.Thread(target=stop_once, args=(hung[0].folder,), daemon=True)

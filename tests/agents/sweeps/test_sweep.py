@@ -101,9 +101,7 @@ def listening(session: int) -> list[str]:
     return found
 
 
-def test_the_same_again_trains_nothing_and_another_config_is_refused(
-    tmp_path: Path,
-) -> None:
+def test_the_same_again_trains_nothing_and_another_config_is_refused(tmp_path: Path) -> None:
     sweep(training(tmp_path))
     before = place(tmp_path).read_bytes()
     sweep(training(tmp_path))
