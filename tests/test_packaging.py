@@ -7,7 +7,6 @@ import sys
 import sysconfig
 import tarfile
 import zipfile
-from collections.abc import Mapping
 from email.message import Message
 from email.parser import HeaderParser
 from pathlib import Path
@@ -21,21 +20,6 @@ from rigid_envs.scores.trained import published
 from tests.programs import printed
 
 ROOT = Path(__file__).parents[1]
-
-
-def run_program(*command: str | Path, cwd: Path, env: Mapping[str, str]) -> str:
-    """Runs a command; fails with what it printed."""
-    done = subprocess.run(
-        [str(word) for word in command],
-        cwd=cwd,
-        env=env,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout
-    return done.stdout
 
 
 def build(target: str, source: Path, out: Path) -> Path:
@@ -62,50 +46,31 @@ def metadata(wheel: Path) -> Message:
         return HeaderParser().parsestr(archive.read(name).decode())
 
 
-def test_wheel_holds_the_library_and_nothing_else(wheel: Path) -> None:
-    top_level = {name.split("/")[0] for name in files_of(wheel)}
-    assert top_level == {"rigid_envs", f"rigid_envs-{rigid_envs.__version__}.dist-info"}
-
-
-def test_wheel_holds_every_module_config_and_the_type_marker(wheel: Path) -> None:
-    modules = {p.relative_to(ROOT).as_posix() for p in ROOT.glob("rigid_envs/**/*.py")}
-    configs = {p.relative_to(ROOT).as_posix() for p in ROOT.glob("configs/**/*.yaml")}
-    assert configs
-    packed = {f"rigid_envs/{name}" for name in configs}
-    others = {"rigid_envs/py.typed", "rigid_envs/tools/pages/common.md"}
-    assert modules | packed | others <= files_of(wheel)
-
-
-def test_wheel_holds_the_viewer_of_replays_and_its_licence(wheel: Path) -> None:
-    viewer = "rigid_envs/watch/replays/viewer"
+def test_wheel_holds_the_library_its_data_and_nothing_else(wheel: Path) -> None:
     files = files_of(wheel)
-    assert {f"{viewer}/viewer.html", f"{viewer}/THREE-LICENSE.txt"} <= files
-    assert not [name for name in files if "node_modules" in name]
-
-
-def test_wheel_holds_every_published_policy_and_its_record(wheel: Path) -> None:
+    top_level = {name.split("/")[0] for name in files}
+    assert top_level == {"rigid_envs", f"rigid_envs-{rigid_envs.__version__}.dist-info"}
+    modules = {p.relative_to(ROOT).as_posix() for p in ROOT.glob("rigid_envs/**/*.py")}
+    configs = {f"rigid_envs/{p.relative_to(ROOT)}" for p in ROOT.glob("configs/**/*.yaml")}
     stems = [f"rigid_envs/scores/published/{name}" for name in published()]
-    assert stems
-    assert {stem + end for stem in stems for end in (".safetensors", ".json")} <= files_of(wheel)
-
-
-def test_wheel_is_of_4_megabytes_at_most_and_holds_no_plans(wheel: Path) -> None:
+    policies = {stem + end for stem in stems for end in (".safetensors", ".json")}
+    viewer = "rigid_envs/watch/replays/viewer"
+    others = {"rigid_envs/py.typed", "rigid_envs/tools/pages/common.md", f"{viewer}/viewer.html"}
+    assert configs and policies
+    assert modules | configs | policies | others | {f"{viewer}/THREE-LICENSE.txt"} <= files
+    assert not [name for name in files if "node_modules" in name or "/scores/plans" in name]
     assert wheel.stat().st_size <= 4_000_000
-    assert not [name for name in files_of(wheel) if "/scores/plans" in name]
 
 
-def test_library_depends_on_four_packages_only(metadata: Message) -> None:
-    requirements = [Requirement(line) for line in metadata.get_all("Requires-Dist", [])]
-    base = {r.name: r.specifier for r in requirements if "extra" not in str(r.marker)}
-    assert set(base) == {"gymnasium", "numpy", "scipy", "numba"}
-    assert base["gymnasium"] == Requirement("gymnasium>=1.2,<2").specifier
-
-
-def test_metadata_states_version_python_and_extras(metadata: Message) -> None:
+def test_metadata_states_version_python_four_packages_and_extras(metadata: Message) -> None:
     assert metadata["Version"] == rigid_envs.__version__
     assert metadata["Requires-Python"] == ">=3.11"
     extras = {"control", "dataset", "docs", "train", "render", "sweep", "test", "dev"}
     assert set(metadata.get_all("Provides-Extra", [])) == extras
+    requirements = [Requirement(line) for line in metadata.get_all("Requires-Dist", [])]
+    base = {r.name: r.specifier for r in requirements if "extra" not in str(r.marker)}
+    assert set(base) == {"gymnasium", "numpy", "scipy", "numba"}
+    assert base["gymnasium"] == Requirement("gymnasium>=1.2,<2").specifier
 
 
 def test_every_promised_python_is_tested_and_the_citation_is_of_this_version(
@@ -232,9 +197,19 @@ assert abs(again.values["return"].mean() - found.values["return"].mean()) < 1e-3
 
 
 def away(*command: str | Path, cwd: Path) -> str:
-    """Runs a command away from any checkout."""
+    """What a command prints away from any checkout; fails with what it printed."""
     kept = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    return run_program(*command, cwd=cwd, env=kept | {"MINARI_DATASETS_PATH": str(cwd / "sets")})
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=cwd,
+        env=kept | {"MINARI_DATASETS_PATH": str(cwd / "sets")},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    return done.stdout
 
 
 @pytest.fixture(scope="module")

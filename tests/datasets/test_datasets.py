@@ -21,7 +21,6 @@ from rigid_envs.scores.starts import evaluation_seeds
 from rigid_envs.scores.trained import FOLDER
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools import datasets
-from rigid_envs.tools import datasets as writing
 from rigid_envs.tools.cli import main
 from tests.fixtures import Capture, Patch
 from tests.page_code import run_page
@@ -123,7 +122,7 @@ def test_nothing_is_left_open_or_said_or_changed_in_the_process(
     closed: list[type] = []
     for kind in (RigidEnv, RigidVectorEnv):
         monkeypatch.setattr(kind, "close", lambda env, **_: closed.append(type(env)))
-    monkeypatch.setattr(writing, "_ROWS", 2)
+    monkeypatch.setattr(datasets, "_ROWS", 2)
     for before in (None, "elsewhere"):
         if before is None:
             monkeypatch.delenv("MINARI_DATASETS_PATH")
@@ -168,7 +167,7 @@ def test_the_command_and_the_function_write_the_same_by_default(
         (Path(os.environ["MINARI_DATASETS_PATH"]) / name / "data").mkdir(parents=True)
         written.append((name, env_id, seeds, origin))
 
-    monkeypatch.setattr(writing, "_fill", fill)
+    monkeypatch.setattr(datasets, "_fill", fill)
     assert datasets.write("Detumble", "random") == "rigid-envs/Detumble/random-v0"
     words = ["dataset", "Detumble", "--policy", "random"]
     assert main(words) == 2  # it is there already
@@ -188,7 +187,7 @@ def test_how_many_are_played_together_makes_no_difference_but_to_what_is_drawn(
     policy: str, monkeypatch: Patch
 ) -> None:
     whole = everything(datasets.write("Detumble", policy, 7, name="whole-v0"))
-    monkeypatch.setattr(writing, "_ROWS", 3)
+    monkeypatch.setattr(datasets, "_ROWS", 3)
     parts = everything(datasets.write("Detumble", policy, 7, name="parts-v0"))
     assert whole.keys() == parts.keys()
     drawn = [parts[f"episode_{k}/actions"] for k in range(7)]
@@ -216,17 +215,17 @@ def test_scores_are_between_the_random_policy_and_the_reference() -> None:
 
 def test_there_are_scores_of_the_task_that_is_known_alone(monkeypatch: Patch) -> None:
     env_id = "RigidEnvs/Detumble-v0"
-    known = writing._scores(env_id, {})
+    known = datasets._scores(env_id, {})
     assert known["ref_min_score"] < known["ref_max_score"]
     assert known["num_episodes_average_score"] == 500
-    assert writing._scores(env_id, {"rotation": "quat", "frame": "reduced"}) == known  # as seen
-    assert writing._scores(env_id, {"impulse": 0.3}) == {}
+    assert datasets._scores(env_id, {"rotation": "quat", "frame": "reduced"}) == known  # as seen
+    assert datasets._scores(env_id, {"impulse": 0.3}) == {}
     record = replace(ENVIRONMENTS[env_id], controllers={})
     with monkeypatch.context() as patch:
-        patch.setattr(writing, "ENVIRONMENTS", {env_id: record})
-        assert writing._scores(env_id, {}) == {}  # no reference
-    monkeypatch.setattr(writing, "best_known", lambda _: None)
-    assert writing._scores(env_id, {}) == {}
+        patch.setattr(datasets, "ENVIRONMENTS", {env_id: record})
+        assert datasets._scores(env_id, {}) == {}  # no reference
+    monkeypatch.setattr(datasets, "best_known", lambda _: None)
+    assert datasets._scores(env_id, {}) == {}
 
 
 def test_another_folder_is_used_for_this_one_only(
@@ -248,8 +247,8 @@ def test_what_is_stopped_leaves_nothing_and_what_was_there_stays(
 ) -> None:
     name = datasets.write("Detumble", "riccati", 3)
     before, files = everything(name), sorted(root.rglob("*"))
-    monkeypatch.setattr(writing, "_ROWS", 2)
-    calls, collect = [], writing.collect
+    monkeypatch.setattr(datasets, "_ROWS", 2)
+    calls, collect = [], datasets.collect
 
     def stopped(*arguments: Any) -> Any:
         calls.append(arguments)
@@ -257,7 +256,7 @@ def test_what_is_stopped_leaves_nothing_and_what_was_there_stays(
             raise error
         return collect(*arguments)
 
-    monkeypatch.setattr(writing, "collect", stopped)
+    monkeypatch.setattr(datasets, "collect", stopped)
     words = ["dataset", "Detumble", "--policy", "riccati" if overwrite else "random"]
     status = main([*words, "--episodes", "5", *(["--overwrite"] if overwrite else [])])
     assert len(calls) == 2 and status == (130 if error is KeyboardInterrupt else 1)

@@ -185,12 +185,6 @@ def test_the_least_size_that_a_refusal_names_is_enough(
     assert (film.height, film.width) == (min(height, 14), min(width, 14))  # 0.35 of 40
 
 
-@pytest.mark.parametrize("bad", [0, -1, 2.5, True, "1"])
-def test_max_bytes_is_a_positive_integer(tmp_path: Path, bad: Any) -> None:
-    with pytest.raises(ValueError, match=f"^max_bytes = {bad!r}; expected an integer of at least"):
-        write_film(tmp_path / "a.webp", noise(), FPS, bad)
-
-
 def test_a_colour_that_comes_in_the_end_alone_is_seen_in_a_gif(tmp_path: Path) -> None:
     pictures = [np.full((8, 8, 3), (40, 80, 160), np.uint8) for _ in range(4)]
     pictures.append(np.full((8, 8, 3), (230, 160, 30), np.uint8))
@@ -200,18 +194,25 @@ def test_a_colour_that_comes_in_the_end_alone_is_seen_in_a_gif(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    ("name", "message"),
+    ("name", "max_bytes", "message"),
     [
-        ("a.avi", r"a\.avi'; expected a name that ends in \.mp4, \.gif or \.webp"),
-        ("a", "expected a name that ends in"),
-        ("nowhere/a.mp4", "expected a file in a folder that exists"),
-        ("folder.gif", "expected a file: this is a folder"),
+        ("a.avi", None, r"a\.avi'; expected a name that ends in \.mp4, \.gif or \.webp"),
+        ("a", None, "expected a name that ends in"),
+        ("nowhere/a.mp4", None, "expected a file in a folder that exists"),
+        ("folder.gif", None, "expected a file: this is a folder"),
+        ("a.mp4", 9, "max_bytes = 9; expected None for an mp4"),
+        *(
+            ("a.webp", bad, f"^max_bytes = {bad!r}; expected an integer of at least")
+            for bad in (0, -1, 2.5, True, "1")
+        ),
     ],
 )
-def test_another_file_is_refused(tmp_path: Path, name: str, message: str) -> None:
+def test_another_file_or_size_is_refused(
+    tmp_path: Path, name: str, max_bytes: Any, message: str
+) -> None:
     (tmp_path / "folder.gif").mkdir()
     with pytest.raises(ValueError, match=message):
-        write_film(tmp_path / name, moving_square(), FPS)
+        write_film(tmp_path / name, moving_square(), FPS, max_bytes)
 
 
 @pytest.mark.parametrize(
@@ -249,11 +250,6 @@ def test_a_failure_on_the_way_leaves_the_old_film(tmp_path: Path, suffix: str) -
     with pytest.raises(RuntimeError, match="no more"):
         write_film(path, source(), FPS)
     assert path.read_bytes() == b"old" and len(list(tmp_path.iterdir())) == 1
-
-
-def test_max_bytes_is_refused_for_mp4(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="max_bytes = 9; expected None for an mp4"):
-        write_film(tmp_path / "a.mp4", moving_square(), FPS, 9)
 
 
 @pytest.mark.parametrize(

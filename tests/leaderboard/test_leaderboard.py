@@ -171,18 +171,12 @@ def test_a_row_that_cannot_be_is_refused(folder: Path, changes: Any, message: st
         read_evaluation(file, anew=True)
 
 
-def test_several_seeds_are_aggregated_with_an_interval(folder: Path) -> None:
+def test_several_seeds_in_each_environment_are_aggregated_with_an_interval(folder: Path) -> None:
     found = [row_of(each)._replace(policy="ppo") for each in read_results(folder)]
     for n, told in ((1, False), (2, True), (4, True)):
         page = markdown(found[:n]).splitlines()
         (line,) = [row for row in page if row.startswith(f"| ppo | 1 | {n} |")]
         assert (" .. " in line) == told
-
-
-def test_one_run_in_one_environment_leaves_all_environments_without_an_interval(
-    folder: Path,
-) -> None:
-    found = [row_of(each)._replace(policy="ppo") for each in read_results(folder)]
     alone = found[0]._replace(env_id="RigidEnvs/BallPark-v0")
     (line,) = [row for row in markdown([*found, alone]).splitlines() if row.startswith("| ppo | 2")]
     assert line.startswith("| ppo | 2 | 5 |") and line.endswith("| - |")

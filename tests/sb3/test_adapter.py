@@ -185,41 +185,50 @@ def test_another_autoreset_mode_is_refused() -> None:
         GymnasiumVecEnv(Drift(2, autoreset_mode="NextStep"))
 
 
-def test_a_nan_reward_stops_at_its_step_and_names_row_and_action() -> None:
+@pytest.fixture
+def drift() -> GymnasiumVecEnv:
+    """Five steps after its start; the reward of the next one is bad in row 2."""
     env = GymnasiumVecEnv(Drift(4, bad_reward_at=6))
     env.reset()
     steps(env, 5)
-    with pytest.raises(NonFiniteError, match=r"reward of row 2 .* step 6 of the run.*\[0.0, 0.0\]"):
-        steps(env, 1)
+    return env
+
+
+def overflow(env: Any) -> None:
+    env._returns[:] = np.finfo(float).max
+    env.venv.bad_reward_at = -1
+
+
+def spoil_observation(env: Any) -> None:
+    env.venv.bad_reward_at = -1
+    env.venv._observe = lambda: np.where(np.arange(4)[:, None] == 3, np.inf, np.zeros((4, 2)))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda env: None, r"reward of row 2 .* step 6 of the run.*\[0.0, 0.0\]"),
+        (overflow, "sum of rewards of an episode overflowed at step 6"),
+        (spoil_observation, "observation of row 3"),
+    ],
+)
+def test_what_is_not_finite_stops_at_its_step_and_is_named(
+    drift: GymnasiumVecEnv, spoil: Any, message: str
+) -> None:
+    spoil(drift)
+    with pytest.raises(NonFiniteError, match=message):
+        steps(drift, 1)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_an_action_that_is_not_finite_is_named_and_not_taken(bad: float) -> None:
-    env = GymnasiumVecEnv(Drift(4))
-    env.reset()
-    steps(env, 2)
-    actions = np.zeros((4, 2), np.float32)
+def test_an_action_that_is_not_finite_is_named_and_not_taken(
+    drift: GymnasiumVecEnv, bad: float
+) -> None:
+    actions, before = np.zeros((4, 2), np.float32), drift.venv.state["elapsed"].tolist()
     actions[1, 0] = bad
-    with pytest.raises(NonFiniteError, match=r"action of row 1 .* step 3 of the run"):
-        env.step(actions)
-    assert env.venv.state["elapsed"].tolist() == [2] * 4
-
-
-def test_returns_that_overflow_are_said_to() -> None:
-    env = GymnasiumVecEnv(Drift(4))
-    env.reset()
-    env._returns[:] = np.finfo(float).max
-    with pytest.raises(NonFiniteError, match="sum of rewards of an episode overflowed at step 1"):
-        steps(env, 1)
-
-
-def test_an_infinite_observation_is_named() -> None:
-    env = GymnasiumVecEnv(Drift(4))
-    env.reset()
-    env.venv.state["x"][1] = np.inf
-    env.venv._observe = lambda: np.where(np.arange(4)[:, None] == 3, np.inf, np.zeros((4, 2)))
-    with pytest.raises(NonFiniteError, match="observation of row 3"):
-        steps(env, 1)
+    with pytest.raises(NonFiniteError, match=r"action of row 1 .* step 6 of the run"):
+        drift.step(actions)
+    assert drift.venv.state["elapsed"].tolist() == before
 
 
 def test_sb3_wrappers_training_and_evaluation_run_over_it() -> None:

@@ -99,17 +99,12 @@ def test_wrappers_count_and_settings_are_those_of_the_environment():
     assert found.best is None and found.efficiency is None
 
 
-def test_an_environment_that_is_given_stays_open():
+def test_an_environment_that_is_given_stays_open_and_its_id_may_be_short():
     env = gym.make(TOP)
-    rigid_envs.evaluate(TOP, "zero", n=2, env=env)
+    found = rigid_envs.evaluate("SleepingTop", "zero", n=2, env=env)
+    assert found.env_id == TOP and found.cost is not None
     assert env.reset(seed=3)[0].shape == env.observation_space.shape
     env.close()
-
-
-def test_the_id_of_an_environment_that_is_given_may_be_short():
-    found = rigid_envs.evaluate("SleepingTop", "zero", n=2, env=gym.make(TOP))
-    assert found.env_id == TOP
-    assert found.cost is not None
 
 
 class TwoParts(gym.Env):
@@ -183,9 +178,14 @@ def test_goals_and_choices_are_played_too():
 
 
 def test_figures_follow_from_the_starts():
+    """Metrics of all starts count failures, and those of successes do not."""
     found = rigid_envs.evaluate(GRID, "random", n=300)
-    won = int(found.values["success"].sum())
+    won = int(found.successes.sum())
     assert 0 < won < 30
+    path, paid = (found.values[name] for name in ("path", "return"))
+    metrics = found.summary()["metrics"]
+    assert metrics["path"] == path[found.successes].mean()
+    assert metrics["return"] == paid.mean() < paid[found.successes].mean()
     assert found.success == (won / 300, *wilson_interval(won, 300))
     low, high = found.efficiency.low, found.efficiency.high
     assert low < found.efficiency.mean == found.efficiencies.mean() < high
@@ -194,15 +194,6 @@ def test_figures_follow_from_the_starts():
     lucky = found.against(np.full(300, 1e9))
     assert lucky.records.sum() == won == lucky.efficiencies.sum()
     assert f"from {won} starts" in str(lucky)
-
-
-def test_metrics_of_all_starts_count_failures_and_those_of_successes_do_not():
-    found = rigid_envs.evaluate(GRID, "random", n=300)
-    won = found.successes
-    assert 0 < won.sum() < 300
-    assert found.summary()["metrics"]["path"] == found.values["path"][won].mean()
-    assert found.summary()["metrics"]["return"] == found.values["return"].mean()
-    assert found.values["return"][won].mean() > found.values["return"].mean()
 
 
 def test_the_gap_is_over_the_mean_bound_of_the_successes_if_there_is_one_above_zero():
@@ -262,52 +253,45 @@ def test_figures_that_were_rounded_otherwise_are_read_and_others_refused(tmp_pat
                 assert read_evaluation(file).row() == found.row()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((TOP, 3), "policy = 3; expected the name of a controller"),
-        ((TOP, "pid"), "controller = 'pid'; expected one of"),
-        ((TOP, lambda _: np.zeros(2)), r"shape \(2,\); expected \(2, 2\): it is given"),
-        ((TOP, from_predict(OneAction())), r"shape \(2,\); expected \(2, 2\): it is given"),
-        ((TOP, OfAnother()), rf"observations have shape \(3,\), those of {TOP} \(12,\); expected"),
-        (("RigidEnvs/SleepingTob-v0", "zero"), "did you mean 'RigidEnvs/SleepingTop-v0'"),
-    ],
-)
-def test_what_cannot_be_played_is_refused(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        rigid_envs.evaluate(*arguments, n=2)
+STAYS = gym.make_vec(TOP, num_envs=2, autoreset_mode="Disabled")
+REFUSED = [
+    ({"policy": 3}, "policy = 3; expected the name of a controller"),
+    ({"policy": "pid"}, "controller = 'pid'; expected one of"),
+    ({"policy": lambda _: np.zeros(2)}, r"shape \(2,\); expected \(2, 2\): it is given"),
+    ({"policy": from_predict(OneAction())}, r"shape \(2,\); expected \(2, 2\): it is given"),
+    ({"policy": OfAnother()}, rf"observations have shape \(3,\), those of {TOP} \(12,\); expected"),
+    ({"env_id": "RigidEnvs/SleepingTob-v0"}, "did you mean 'RigidEnvs/SleepingTop-v0'"),
+    ({"env_id": 7}, "env_id = 7; expected the id of an environment"),
+    ({"env_id": None, "env": TwoParts()}, "env_id = None; expected the id of an environment"),
+    *(
+        ({"config": {name: 3}}, f"^config.{name}: unknown key; expected one of dt")
+        for name in (1, "num_envs", "render_mode", "max_episode_steps")
+    ),
+    *(
+        ({"config": bad}, f"config = {bad!r}; expected a dict of hyperparameters")
+        for bad in (3, "x", 0)
+    ),
+    *(({"n": bad}, f"n = {bad!r}; expected an integer of at least 1") for bad in ("x", 0)),
+    *(({"seed": bad}, f"seed = {bad!r}; expected an integer of at") for bad in ("x", None)),
+    ({"env": "x"}, "env = 'x'; expected an environment of Gymnasium"),
+    ({"env": TwoParts(), "config": 3}, "config = 3; expected none beside env"),
+    ({"env": gym.make(TOP), "config": {"dt": 0.1}}, "expected none beside env"),
+    ({"env": gym.make(GRID)}, f"env = {GRID}; expected one of {TOP}"),
+    (
+        {"env": STAYS},
+        "expected rows that start anew",
+    ),
+    ({"env": gym.make(TOP), "policy": "lqr"}, "expected native rows for lqr"),
+    ({"name": 3}, "name = 3; expected None or a text"),
+    ({"progress": 3}, "progress = 3; expected a function"),
+]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"env_id": 7}, "env_id = 7; expected the id of an environment"),
-        ({"env_id": None, "env": TwoParts()}, "env_id = None; expected the id of an environment"),
-        ({"config": 3}, "config = 3; expected a dict of hyperparameters"),
-        ({"config": "x"}, "config = 'x'; expected a dict of hyperparameters"),
-        ({"config": {1: 2}}, "config.1: unknown key; expected one of dt"),
-        ({"config": 0}, "config = 0; expected a dict of hyperparameters"),
-        ({"n": "x"}, "n = 'x'; expected an integer of at least 1"),
-        ({"n": 0}, "n = 0; expected an integer of at least 1"),
-        ({"seed": "x"}, "seed = 'x'; expected an integer of at least 0"),
-        ({"seed": None}, "seed = None; expected an integer of at least 0"),
-        ({"env": "x"}, "env = 'x'; expected an environment of Gymnasium"),
-        ({"env": TwoParts(), "config": 3}, "config = 3; expected none beside env"),
-        ({"name": 3}, "name = 3; expected None or a text"),
-        ({"progress": 3}, "progress = 3; expected a function"),
-    ],
-    ids=lambda each: each if isinstance(each, str) else ", ".join(each),
-)
-def test_arguments_of_wrong_types_are_refused_by_name(arguments, message):
+@pytest.mark.parametrize(("arguments", "message"), REFUSED, ids=[", ".join(a) for a, _ in REFUSED])
+def test_what_cannot_be_played_is_refused_by_name(arguments, message):
     given = {"env_id": TOP, "policy": "zero", "n": 2, **arguments}
     with pytest.raises(ValueError, match=message):
         rigid_envs.evaluate(given.pop("env_id"), given.pop("policy"), **given)
-
-
-def test_what_is_no_setting_of_the_task_is_refused():
-    for name in ("num_envs", "render_mode", "max_episode_steps"):
-        with pytest.raises(ValueError, match=f"^config.{name}: unknown key; expected one of dt"):
-            rigid_envs.evaluate(TOP, "zero", n=2, config={name: 3})
 
 
 def test_recorded_actions_of_other_episodes_are_refused():
@@ -315,19 +299,6 @@ def test_recorded_actions_of_other_episodes_are_refused():
         message = r"actions have shape \(.*\); expected \(T, \*\(2, 2\)\)"
         with pytest.raises(ValueError, match=message):
             rigid_envs.evaluate(TOP, recorded(np.zeros(shape)), n=2)
-
-
-def test_environments_that_do_not_fit_are_refused():
-    stays = gym.make_vec(TOP, num_envs=2, autoreset_mode="Disabled")
-    for options, message in (
-        ({"env": gym.make(GRID)}, f"env = {GRID}; expected one of {TOP}"),
-        ({"env": gym.make(TOP), "config": {"dt": 0.1}}, "expected none beside env"),
-        ({"env": stays}, "expected rows that start anew"),
-        ({"env": gym.make(TOP), "policy": "lqr"}, "expected native rows for lqr"),
-    ):
-        policy = options.pop("policy", "zero")
-        with pytest.raises(ValueError, match=message):
-            rigid_envs.evaluate(TOP, policy, **{"n": 2, **options})
 
 
 def test_models_of_stable_baselines3_are_played_with_their_scaling():

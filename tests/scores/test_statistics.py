@@ -110,19 +110,14 @@ one_of_each_system = in_full(ENVIRONMENTS)
 
 
 def test_efficiency_is_the_share_of_the_best_cost_in_the_own_one_of_a_success() -> None:
-    won = [True, True, True, False, False]
-    costs, best = [2.0, 4.0, 1.0, 1.0, 0.0], [2.0, 2.0, 2.0, 2.0, 2.0]
-    np.testing.assert_array_equal(efficiencies(won, costs, best, 0.01), [1.0, 0.5, 1.0, 0.0, 0.0])
-
-
-def test_the_first_to_succeed_has_all_and_who_fails_has_none_where_nobody_has() -> None:
-    found = efficiencies([True, False], [7.0, 0.0], [np.nan, np.nan], 0.01)
-    np.testing.assert_array_equal(found, [1.0, 0.0])
-
-
-def test_costs_below_the_floor_count_as_it() -> None:
-    found = efficiencies([True] * 3, [0.0, 0.005, 0.04], [0.0, 0.0, 0.0], 0.01)
-    np.testing.assert_allclose(found, [1.0, 1.0, 0.25])
+    """The first to succeed has all of it; costs below the floor count as it."""
+    for won, costs, best, expected in (
+        ([1, 1, 1, 0, 0], [2.0, 4.0, 1.0, 1.0, 0.0], [2.0] * 5, [1.0, 0.5, 1.0, 0.0, 0.0]),
+        ([1, 0], [7.0, 0.0], [np.nan] * 2, [1.0, 0.0]),
+        ([1, 1, 1], [0.0, 0.005, 0.04], [0.0] * 3, [1.0, 1.0, 0.25]),
+    ):
+        found = efficiencies(np.array(won, dtype=bool), costs, best, 0.01)
+        np.testing.assert_allclose(found, expected, rtol=1e-15)
 
 
 @each_id
