@@ -2,7 +2,6 @@
 
 import gc
 import multiprocessing
-import os
 import threading
 import time
 
@@ -247,13 +246,3 @@ def test_threads_end_with_their_owner():
         stepped(team())
     gc.collect()
     assert waited_for(lambda: threads_now() <= before)
-
-
-def test_a_forked_process_has_threads_of_its_own():
-    workers = team()
-    assert stepped(workers) == 6
-    child = os.fork()
-    if child == 0:
-        os._exit(0 if stepped(workers) == 6 and (blocks_of(workers) == 2).all() else 1)
-    assert os.waitpid(child, 0)[1] == 0
-    assert stepped(workers) == 6 and (blocks_of(workers) == 2).all()

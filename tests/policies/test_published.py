@@ -365,14 +365,6 @@ def test_a_rate_at_the_end_of_the_published_interval_is_within_it(
         assert (recheck(name, OTHER_SEED, tmp_path).differences == ()) == held
 
 
-def test_the_command_shows_what_holds_and_refuses_what_is_not_there(capsys: Capture) -> None:
-    assert main(["verify", "--policies", NAMES[0]]) == 0
-    out = capsys.readouterr().out
-    assert NAMES[0] in out and "holds" in out and "to the last digit: 1 policies" in out
-    assert main(["verify", "--policies", "Nothing"]) == 2
-    assert f"a published policy: {NAMES[0]}" in capsys.readouterr().err
-
-
 def test_a_policy_file_is_evaluated_by_the_command(tmp_path: Path, capsys: Capture) -> None:
     name = NAMES[0]
     words = ["evaluate", f"RigidEnvs/{name}", "--policy", str(FOLDER / f"{name}.safetensors")]

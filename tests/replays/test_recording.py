@@ -320,11 +320,8 @@ def test_the_first_episodes_of_a_file_or_the_first_of_each_are_shown_or_those_th
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("none.npz", "FILE = none.npz; expected a replay: there is no such file"),
-        (__file__, "not a whole .npz archive"),
         ("BALL --html none/page.html", "expected a file in a folder that exists"),
         ("BALL --episodes 7 --html OUT", "episode = 7; expected 0 to 0"),
-        ("BALL --more 3", "expected one of those that --help lists"),
         ("BALL --video a.avi", "expected a name that ends in"),
         ("BALL --video a.mp4 --speed 0", "--speed = 0.0; expected a positive"),
     ],
