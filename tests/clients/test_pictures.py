@@ -8,11 +8,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.wrappers import (
-    HumanRendering,
-    RecordVideo,
-    RenderCollection,
-)
+from gymnasium.wrappers import HumanRendering, RecordVideo, RenderCollection
 from gymnasium.wrappers.vector import RecordVideo as VectorRecordVideo
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecVideoRecorder
@@ -86,12 +82,19 @@ def test_render_collection_collects_a_picture_of_each_moment(env_id: str) -> Non
 
 
 @pytest.mark.parametrize("env_id", EACH)
-def test_human_rendering_opens_a_window_for_an_id(env_id: str) -> None:
-    env = HumanRendering(gym.make(env_id, **SMALL))
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_an_id_shows_itself_in_a_window_and_so_does_human_rendering(
+    env_id: str, wrapped: bool
+) -> None:
+    if wrapped:
+        env: Any = HumanRendering(gym.make(env_id, **SMALL))
+    else:
+        env = gym.make(env_id, **SMALL | {"render_mode": "human"})
     steps(env, 1)
     assert pygame.display.get_init()
     assert pygame.display.get_surface().get_size() == (64, 64)
     env.close()
+    assert wrapped or not pygame.display.get_init()
 
 
 def test_films_of_a_policy_in_training_by_an_episode_trigger(tmp_path: Path) -> None:
@@ -175,36 +178,17 @@ def test_gymnasiums_play_steers_an_id(env_id: str, monkeypatch: Patch) -> None:
 
 
 @pytest.mark.parametrize("env_id", EACH)
-def test_stable_baselines3_films_its_rows(env_id: str, tmp_path: Path) -> None:
-    venv: Any = make_vec_env(env_id, n_envs=2, seed=0, env_kwargs={"width": 64, "height": 64})
-    assert venv.render_mode == "rgb_array"
-    film_rows(venv, tmp_path)
-
-
-@pytest.mark.parametrize("env_id", EACH)
-def test_stable_baselines3_films_our_adapter(env_id: str, tmp_path: Path) -> None:
-    film_rows(sb3.make_vec_env(env_id, 2, **SMALL), tmp_path)
-
-
-def film_rows(venv: Any, folder: Path) -> None:
-    """Film four steps of two rows by Stable-Baselines3."""
-    recorder = VecVideoRecorder(
-        venv, str(folder), record_video_trigger=lambda step: step == 0, video_length=4
-    )
-    recorder.reset()
-    for _ in range(5):
-        recorder.step(np.stack([venv.action_space.sample() for _ in range(2)]))
-    recorder.close()
-    (film,) = folder.glob("*.mp4")
-    size = read(film)[0]["size"]
-    assert size[0] * size[1] >= 2 * 64 * 64
-
-
-@pytest.mark.parametrize("env_id", EACH)
-def test_an_id_shows_itself_in_a_window(env_id: str) -> None:
-    env = gym.make(env_id, render_mode="human", width=64, height=64)
-    env.reset(seed=0)
-    env.step(env.action_space.sample())
-    assert pygame.display.get_surface().get_size() == (64, 64)
-    env.close()
-    assert not pygame.display.get_init()
+def test_stable_baselines3_films_its_rows_and_our_adapter(env_id: str, tmp_path: Path) -> None:
+    theirs: Any = make_vec_env(env_id, n_envs=2, seed=0, env_kwargs={"width": 64, "height": 64})
+    assert theirs.render_mode == "rgb_array"
+    for name, venv in (("theirs", theirs), ("ours", sb3.make_vec_env(env_id, 2, **SMALL))):
+        recorder = VecVideoRecorder(
+            venv, str(tmp_path / name), record_video_trigger=lambda step: step == 0, video_length=4
+        )
+        recorder.reset()
+        for _ in range(5):
+            recorder.step(np.stack([venv.action_space.sample() for _ in range(2)]))
+        recorder.close()
+        (film,) = (tmp_path / name).glob("*.mp4")
+        size = read(film)[0]["size"]
+        assert size[0] * size[1] >= 2 * 64 * 64
