@@ -1,7 +1,10 @@
-"""The mutation test: which wrong signs are planted, where, and that one is noticed."""
+"""The tests themselves: wrong signs are planted and noticed, and every case is asked for."""
 
 import ast
+import re
+from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -15,6 +18,8 @@ from tests.mutations.mutants import mutants_of
 from tests.mutations.operators import changes_of, sampled
 from tests.mutations.reach import ROOMS, Reach, sources
 from tests.mutations.trials import PackageCopy
+from tests.programs import printed
+from tests.reference import all_cases
 
 SOURCE = '''
 STATE: tuple[float, float] = (1.0, 0.0)
@@ -247,3 +252,28 @@ def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it() -> None:
 def test_a_sample_of_wrong_signs_is_noticed(name: str, capsys: Capture) -> None:
     assert main(["--subjects", name, "--sample", "5"]) == 0
     assert "No survivor." in capsys.readouterr().out
+
+
+ROOT = Path(__file__).parent.parent
+
+
+def collected_ids() -> set[str]:
+    """What stands in the brackets of the names of all tests that know of the cases."""
+    paths = Path(__file__).parent.rglob("test_*.py")
+    files = [path for path in paths if "tests.reference" in path.read_text()]
+    words = ("-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider")
+    listing = printed(*words, *files, cwd=ROOT)
+    return set(re.findall(r"\[(.+)\]$", listing, flags=re.MULTILINE))
+
+
+@pytest.mark.long
+@pytest.mark.push
+def test_every_reference_case_is_covered(record_property):
+    asked = collected_ids()
+    kinds = Counter(case["kind"] for case in all_cases())
+    covered = Counter(case["kind"] for case in all_cases() if case["id"] in asked)
+    table = "\n".join(f"{covered[kind]:4d} of {n:3d} {kind}" for kind, n in sorted(kinds.items()))
+    record_property("reference cases", table)
+    print(f"{covered.total()} of {kinds.total()} reference cases:\n{table}")
+    assert covered == kinds, table
+    assert kinds.total() == 316

@@ -30,8 +30,7 @@ import numpy as np
 from rigid_envs.tools.bench.figures import Ratio
 from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleaved, vector_workload
 from rigid_envs.tools.cli.collecting import as_factor
-from tests.clients.environments import cache, interpreter
-from tests.clients.running import ROOT
+from tests.clients.running import ROOT, cache, interpreter
 
 TARGET = 1.25
 _N = 256

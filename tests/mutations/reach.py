@@ -90,8 +90,8 @@ ROOMS = {
             *("tasks/core.py", "tasks/registry.py"),
         ),
         (
-            *("tests/test_checks.py", "tests/test_core.py", "tests/test_extending.py"),
-            *("tests/test_files.py", "tests/test_registry.py", "tests/test_tensorfile.py"),
+            *("tests/test_checks.py", "tests/test_core.py", "tests/test_files.py"),
+            *("tests/test_registry.py", "tests/test_tensorfile.py"),
             *("tests/envs", "tests/tasks", "tests/cli/test_cli.py", "tests/cli/test_verify.py"),
             "tests/replays/test_format.py",
             *("tests/agents/config", "tests/test_docs.py", "rigid_envs/testing"),
