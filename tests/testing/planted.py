@@ -71,13 +71,6 @@ def planted(found_by: str, **options: Any) -> Callable[[type], type]:
 
 
 @planted("results_are_of_their_declared_kinds")
-class DoubleObservationsAfterSteps(Slider):
-    def step(self, action):
-        observation, *rest = super().step(action)
-        return observation.astype(np.float64), *rest
-
-
-@planted("results_are_of_their_declared_kinds")
 class Lists(Slider):
     def observation(self):
         return [self.x, self.v]
@@ -94,52 +87,10 @@ class MissingKey(Slider):
         return {"state": super().observation()}
 
 
-@planted("results_are_of_their_declared_kinds")
-class RewardsInArrays(Slider):
-    def step(self, action):
-        observation, reward, *rest = super().step(action)
-        return observation, np.array([reward]), *rest
-
-
-@planted("results_are_of_their_declared_kinds")
-class ComplexRewards(Slider):
-    def step(self, action):
-        observation, reward, *rest = super().step(action)
-        return observation, complex(reward), *rest
-
-
-@planted("results_are_of_their_declared_kinds")
-class InfiniteRewards(Slider):
-    def step(self, action):
-        observation, _, *rest = super().step(action)
-        return observation, float("-inf") if self.v < 0 else 0.0, *rest
-
-
-@planted("results_are_of_their_declared_kinds")
-class NumbersForFlags(Slider):
-    def step(self, action):
-        observation, reward, terminated, *rest = super().step(action)
-        return observation, reward, int(terminated), *rest
-
-
-@planted("results_are_of_their_declared_kinds")
-class NumbersForKeys(Slider):
-    def step(self, action):
-        *rest, _ = super().step(action)
-        return *rest, {0: self.x}
-
-
 @planted("first_episode")
 class ResetWithoutInfo(Slider):
     def reset(self, *, seed=None, options=None):
         return super().reset(seed=seed)[0]
-
-
-@planted("first_episode")
-class FourResults(Slider):
-    def step(self, action):
-        observation, reward, terminated, _, info = super().step(action)
-        return observation, reward, terminated, info
 
 
 @planted("observations_may_be_written_into", strict=True)
@@ -252,13 +203,6 @@ class NoPictures(Slider):
 
 
 # The same seed does not give the same episode.
-
-
-@planted("same_seed_beside_another_instance")
-class RewardsOfTheGlobalGenerator(Slider):
-    def step(self, action):
-        observation, reward, *rest = super().step(action)
-        return observation, reward + random.random(), *rest
 
 
 @planted("global_generators_are_not_used")
@@ -425,29 +369,6 @@ class CountsInstances(Slider):
         return super().step(action * (1 - self.drag))
 
 
-@planted("same_seed_again")
-class ShowsTheClock(Slider):
-    def step(self, action):
-        *rest, info = super().step(action)
-        return *rest, info | {"time": time.perf_counter()}
-
-
-@planted("same_seed_again")
-class SecondFlagDiffers(Slider):
-    # an info that is an int first and a bool in later episodes
-    def step(self, action):
-        *rest, info = super().step(action)
-        kind = int if next(TICKS) % 7 else bool
-        return *rest, info | {"inside": kind(abs(self.x) < 1.0)}
-
-
-@planted("same_seed_beside_another_instance")
-class OrdersByHash(Slider):
-    def step(self, action):
-        *rest, info = super().step(action)
-        return *rest, info | {"identity": id(self)}
-
-
 @planted("the_next_episode_goes_on_in_its_stream")
 class FreshStreamWithoutASeed(Slider):
     def reset(self, *, seed=None, options=None):
@@ -577,3 +498,42 @@ class PicturesUseTheGenerator(Slider):
 class WatchedIsAnother(Slider):
     def step(self, action):
         return super().step(action * (0.5 if self.render_mode else 1.0))
+
+
+# Results of a step are others than they were; last, for some use up `TICKS`.
+
+KINDS, AGAIN = "results_are_of_their_declared_kinds", "same_seed_again"
+BESIDE = "same_seed_beside_another_instance"
+RESULTS: dict[str, tuple[str, Callable[..., Any]]] = {
+    "Doubles": (KINDS, lambda env, seen, *rest: (seen.astype(np.float64), *rest)),
+    "RewardsInArrays": (KINDS, lambda env, seen, paid, *rest: (seen, np.array([paid]), *rest)),
+    "ComplexRewards": (KINDS, lambda env, seen, paid, *rest: (seen, complex(paid), *rest)),
+    "InfiniteRewards": (
+        KINDS,
+        lambda env, seen, _, *rest: (seen, float("-inf") if env.v < 0 else 0.0, *rest),
+    ),
+    "NumbersForFlags": (KINDS, lambda env, seen, paid, end, *rest: (seen, paid, int(end), *rest)),
+    "NumbersForKeys": (KINDS, lambda env, *rest: (*rest[:4], {0: env.x})),
+    "FourResults": ("first_episode", lambda env, *rest: (*rest[:3], rest[4])),
+    "RandomRewards": (
+        BESIDE,
+        lambda env, seen, paid, *rest: (seen, paid + random.random(), *rest),
+    ),
+    "ShowsTheClock": (AGAIN, lambda env, *rest: (*rest[:4], {"time": time.perf_counter()})),
+    "SecondFlagDiffers": (  # an info that is an int first and a bool in later episodes
+        AGAIN,
+        lambda env, *rest: (*rest[:4], {"inside": (int if next(TICKS) % 7 else bool)(env.x < 1.0)}),
+    ),
+    "OrdersByHash": (BESIDE, lambda env, *rest: (*rest[:4], {"identity": id(env)})),
+}
+"""What a step gives in place of its results, and which check finds it."""
+
+
+def spoiled(change: Callable[..., Any]) -> Callable[..., Any]:
+    """A step whose results are changed."""
+    return lambda env, action: change(env, *Slider.step(env, action))
+
+
+for _name, (_found_by, _change) in RESULTS.items():
+    _bug = type(_name, (Slider,), {"step": spoiled(_change), "__module__": __name__})
+    globals()[_name] = planted(_found_by)(_bug)  # by its name it is found in pickles
