@@ -27,6 +27,7 @@ from rigid_envs.watch.replays.episode import Episode, moment_at
 from rigid_envs.watch.window import show
 from tests.fixtures import Patch
 
+pygame: Any = pytest.importorskip("pygame")
 pytest.importorskip("panda3d")
 pytest.importorskip("PIL")
 
@@ -200,7 +201,6 @@ def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: Patch) -> No
     assert 0 < (tmp_path / "both.webp").stat().st_size <= 250_000
 
 
-pygame: Any = pytest.importorskip("pygame")
 N = 3  # pictures
 
 

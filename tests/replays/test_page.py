@@ -18,6 +18,8 @@ from rigid_envs.watch.replays.panels import conservation_errors
 from rigid_envs.watch.replays.replay import load_replay
 from tests.replays.examples import free_body, rolling_ball
 
+pytestmark = pytest.mark.long
+
 FLAGS = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
@@ -71,8 +73,6 @@ def wait_until(page: Any, claim: str, seconds: float = 20.0) -> None:
         assert time.monotonic() < end, claim
         page.wait_for_timeout(50)
 
-
-pytestmark = pytest.mark.long
 
 SIZES = {"desk": (1280, 800), "phone": (390, 844)}
 

@@ -1,11 +1,13 @@
-"""Whatever a path is, a command ends in one line that names it, with its exit status, and no trace.
+"""A command writes where it is told; whatever a path is, it ends in one line that names it.
 
 `rigid-envs` has the same promise: see `tests/cli/test_mistakes.py`.
 """
 
 import errno
+import json
 import os
 import shutil
+import tempfile
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
@@ -17,10 +19,12 @@ import tests.agents.drift  # noqa: F401, registers the environment
 from agents.cli.command_line import main
 from agents.training import trainer as trainer_module
 from agents.training.trainer import Trainer, train
+from rigid_envs.engine.compiler import cache_directory
 from rigid_envs.scores.trained import file_of
 from tests.agents.sessions import SMALL, begun, small
 from tests.fixtures import Capture, Patch
 from tests.paths import NOT_A_FILE, NOT_A_FOLDER, PATHS
+from tests.programs import printed
 
 READ = [
     ["train", "--config", "PATH"],
@@ -201,3 +205,60 @@ def test_a_bug_is_not_dressed_up_as_a_mistake(complete: Path, monkeypatch: Patch
 def test_the_name_of_a_file_cannot_steer_the_terminal(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "\x1b[2J\r.json").touch()
     assert "\\x1b[2J\\r.json" in refused(["leaderboard", str(tmp_path)], capsys)
+
+
+ROOT = Path(__file__).parents[3]
+# Runs a module and prints which files were opened to write, and which were made or renamed.
+PROGRAM = """
+import json, os, runpy, sys
+WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+found = set()
+
+def hook(event, arguments):
+    if event == "open" and isinstance(arguments[2], int) and arguments[2] & WRITING:
+        found.add(arguments[0])
+    elif event in ("os.mkdir", "os.rename", "os.symlink", "os.link"):
+        found.update(arguments[:2])
+
+sys.addaudithook(hook)
+del sys.argv[0]
+try:
+    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+finally:
+    named = (each for each in found if isinstance(each, (str, bytes, os.PathLike)))
+    print(json.dumps([os.path.realpath(os.fsdecode(each)) for each in named]))
+"""
+TRAIN = "--n_envs 16 --n_steps 16 --batch_size 64 --total_timesteps 512 --quiet"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        f"agents train --env_id Detumble {TRAIN} --log_dir HERE",
+        "rigid_envs.tools.cli evaluate Detumble --policy brake --out HERE/row.json",
+        "rigid_envs.tools.cli verify upright_coin --json HERE/laws.json",
+    ],
+)
+def test_nothing_is_written_elsewhere(tmp_path, words):
+    here, elsewhere = tmp_path / "here", tmp_path / "elsewhere"
+    here.mkdir()
+    elsewhere.mkdir()
+    given = words.replace("HERE", str(here)).split()
+    told = printed(
+        "-c", PROGRAM, *given, cwd=elsewhere, PYTHONPATH=str(ROOT), PYTHONDONTWRITEBYTECODE="1"
+    )
+    written = [Path(each) for each in json.loads(told.splitlines()[-1])]
+    allowed = [here.resolve(), Path("/dev"), Path(os.environ.get("HOME", "/"), ".cache")]
+    cache = cache_directory()
+    allowed += [] if cache is None else [cache.resolve().parent]
+    scratch = Path(tempfile.gettempdir()).resolve()
+    strays = [
+        path
+        for path in written
+        if not any(path.is_relative_to(folder) for folder in allowed)
+        and not (path.parent == scratch and not path.exists())  # made and removed
+        and not path.name.startswith(("matplotlib", "torchinductor"))  # of other packages
+    ]
+    assert not strays
+    assert any(path.is_relative_to(here.resolve()) for path in written)
+    assert not [*elsewhere.iterdir()]
