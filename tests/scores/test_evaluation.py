@@ -31,6 +31,13 @@ def best(env_id):
     return from_controller(next(iter(reference_controllers(env_id).values())))
 
 
+def begun(env_id, n, config=None, **options):
+    """Rows at their starts, which are those of an evaluation unless told otherwise."""
+    envs = make_rows(env_id, n, config)
+    envs.reset(**({"seed": evaluation_seeds(n)} | options))
+    return envs
+
+
 def test_the_evaluation_set_is_the_published_one():
     assert evaluation_seeds(2) == SEEDS
     assert evaluation_seeds() == row_seeds(314159, 500, "test")
@@ -46,8 +53,7 @@ def test_an_evaluation_repeats_and_fewer_starts_are_the_first_of_more():
 
 def test_metrics_are_those_of_the_motion():
     """Tilt from the states: its root mean square, and the last time that it was not small."""
-    n, envs = 20, make_rows(TOP, 20)
-    envs.reset(seed=evaluation_seeds(n))
+    n, envs = 20, begun(TOP, 20)
     policy = next(iter(reference_controllers(TOP).values()))(envs.task)
     tilts = []
     for _ in range(299):  # with the 300th the rows start anew
@@ -79,8 +85,7 @@ ALIKE = tuple(f"RigidEnvs/{name}-v0" for name in ("BallParkGoal", "BallParkRando
 def test_no_reference_beats_theory_from_any_start(env_id):
     n = 20
     found = evaluate(env_id, best(env_id), n=n)
-    envs = make_rows(env_id, n)
-    envs.reset(seed=evaluation_seeds(n))
+    envs = begun(env_id, n)
     won = found.successes
     for metric in metrics_of(env_id):
         limit = limit_of(env_id, metric.name)
@@ -94,8 +99,7 @@ def test_no_reference_beats_theory_from_any_start(env_id):
 
 def test_detumbling_reaches_both_of_its_optima():
     n = 20
-    envs = make_rows(DETUMBLE, n)
-    envs.reset(seed=evaluation_seeds(n))
+    envs = begun(DETUMBLE, n)
     optimum = {name: limit_of(DETUMBLE, name).values(envs) for name in ("loss", "time")}
     laws = {name: from_controller(law) for name, law in reference_controllers(DETUMBLE).items()}
     losses = evaluate(DETUMBLE, laws["riccati"], n=n).values["loss"]
@@ -110,9 +114,7 @@ def test_a_ball_of_twice_the_radius_is_led_alike_on_twice_the_scale(name, config
     """No length of these two tasks is given but the radius."""
     env_id = f"RigidEnvs/{name}-v0"
     for controller in reference_controllers(env_id).values():
-        one, two = (make_rows(env_id, 5, {**config, "radius": radius}) for radius in (1.0, 2.0))
-        for envs in (one, two):
-            envs.reset(seed=evaluation_seeds(5))
+        one, two = (begun(env_id, 5, {**config, "radius": radius}) for radius in (1.0, 2.0))
         for metric in ENVIRONMENTS[env_id].limits:
             least, larger = (limit_of(env_id, metric).values(envs) for envs in (one, two))
             np.testing.assert_allclose(larger, least * (2.0 if metric == "path" else 1.0))
@@ -128,8 +130,8 @@ def test_a_ball_of_twice_the_radius_is_led_alike_on_twice_the_scale(name, config
 @pytest.mark.parametrize("place", [(3.0, 0.0), (0.0, -2.0), (-1.5, 2.0)])
 def test_the_bound_of_an_upright_ball_is_the_straight_line_to_the_edge_of_the_tolerance(place):
     env_id = "RigidEnvs/BallPark-v0"
-    envs = make_rows(env_id, 1)
-    envs.reset(seed=0, options={"state": {"q": [1.0, 0.0, 0.0, 0.0], "position": place}})
+    state = {"q": [1.0, 0.0, 0.0, 0.0], "position": place}
+    envs = begun(env_id, 1, seed=0, options={"state": state})
     expected = np.hypot(*place) - envs.task.position_tolerance
     np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-14)
 
@@ -143,9 +145,8 @@ def test_the_bound_of_a_coin_is_the_way_or_the_roll_to_the_edge_of_the_tolerance
 ):
     env_id = "RigidEnvs/CoinPark-v0"
     config = {"position_tolerance": 0.05, "phase_tolerance": 0.1, "radius": 0.5}
-    envs = make_rows(env_id, 1, config)
-    q = UprightCoin.attitude(0.3, phase)
-    envs.reset(seed=0, options={"state": {"q": q, "contact": place}})
+    state = {"q": UprightCoin.attitude(0.3, phase), "contact": place}
+    envs = begun(env_id, 1, config, seed=0, options={"state": state})
     expected = max(way - 0.05, 0.5 * (roll - 0.1), 0.0)
     np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-12)
 
@@ -154,8 +155,7 @@ def test_the_bound_of_a_turn_is_reached_by_a_body_of_equal_moments_that_may_stil
     """Full torque on all axes gives a = sqrt(3) torque / I, about the diagonal of the body."""
     env_id, moment = "RigidEnvs/Reorient-v0", 2.0
     body = dict.fromkeys(("I1", "I2", "I3"), moment)
-    envs = make_rows(env_id, 20, {**body, "rate_tolerance": 0.4})
-    envs.reset(seed=evaluation_seeds(20))
+    envs = begun(env_id, 20, {**body, "rate_tolerance": 0.4})
     task = envs.task
     goal = envs.auxiliary(*task.aux_names)
     angle = rotations.distance(envs.y[:, :4], goal) - task.angle_tolerance
@@ -204,8 +204,7 @@ def test_the_bootstrap_interval_of_a_normal_sample_is_that_of_its_standard_error
 )
 def test_rollouts_cost_what_rows_are_paid_until_they_end(name, config):
     n, k, steps = 12, 4, 25
-    envs = make_rows(f"RigidEnvs/{name}-v0", n, config)
-    envs.reset(seed=0)
+    envs = begun(f"RigidEnvs/{name}-v0", n, config, seed=0)
     state, rng = envs.get_state(), np.random.default_rng(0)
     if envs.task.n_choices:
         actions = rng.integers(0, 4, (steps, n, k, 1))
@@ -228,8 +227,7 @@ def test_rollouts_cost_what_rows_are_paid_until_they_end(name, config):
 
 def test_rollouts_towards_a_goal_cost_the_square_of_the_distance_too():
     n, k, steps = 3, 2, 5
-    envs = make_rows("RigidEnvs/BallParkGoal-v0", n)
-    envs.reset(seed=0)
+    envs = begun("RigidEnvs/BallParkGoal-v0", n, seed=0)
     state, rng = envs.get_state(), np.random.default_rng(0)
     actions = rng.uniform(-1.0, 1.0, (steps, n, k, 2)).astype(np.float32)
     costs = Rollouts(envs.task, n, k)(state, actions)
@@ -255,9 +253,7 @@ def test_sampling_solves_the_grid_that_the_random_policy_does_not():
 
 def test_sampling_does_in_a_row_what_it_does_in_it_alone():
     env_id, n = "RigidEnvs/AxisFlip-v0", 40  # two blocks of copies, of different sizes
-    envs, one = make_rows(env_id, n), make_rows(env_id, 1)
-    envs.reset(seed=5)
-    one.reset(seed=5 + n - 1)
+    envs, one = begun(env_id, n, seed=5), begun(env_id, 1, seed=5 + n - 1)
     policy, policy_alone = sampling(envs.task), sampling(one.task)
     for _ in range(3):
         actions, action = policy(envs), policy_alone(one)
@@ -290,8 +286,7 @@ def test_what_is_due_is_the_first_step_of_the_plan():
         def shift(self, plan):
             return np.concatenate([plan[1:], plan[-1:]])
 
-    envs = make_rows(TOP, 3)
-    envs.reset(seed=0)
+    envs = begun(TOP, 3, seed=0)
     ramp = Ramp()
     controller = SamplingController(ramp, np.random.default_rng(0))
     np.testing.assert_array_equal(controller(envs), np.full((3, 2), 0.1))
